@@ -1,4 +1,4 @@
-// evalbus collect: demonstrations of a task, successes only.
+// evalbus collect: records successful demonstrations of a task.
 #include "runner/collect.h"
 
 #include <fmt/format.h>
@@ -27,26 +27,27 @@ Action AddCollect(CLI::App* app) {
   runner::RunOptions& run = options->run;
   app->add_option("task", run.tasks, "TASK[/VARIATION]")->required()->expected(1);
   app->add_option("--out", run.out, "run folder to write")->type_name("FOLDER")->required();
-  app->add_option("--episodes", run.episodes, "how many successes are wanted")
+  app->add_option("--episodes", run.episodes, "number of successes to record")
       ->check(CLI::Range(1, 100'000))
       ->required();
   app->add_option("--policy", run.policy.policy, "as for 'evalbus run'")->capture_default_str();
   app->add_option("--contract", run.policy.contract, "as for 'evalbus run'");
   app->add_option("--policy-name", run.policy_name, "as for 'evalbus run'");
-  app->add_option(
-         "--noise", options->noise,
-         "of the expert: by how much each joint is off at most, smoothly, rad (0.03, say); default: none")
+  app->add_option("--noise", options->noise,
+                  "noise of the expert: maximum of a smooth deviation of each joint, rad (for example 0.03); "
+                  "default: none")
       ->check(CLI::Range(0.0, 1.0));
-  app->add_option("--seed", run.seed, "seed; equal seeds give equal bits")
+  app->add_option("--seed", run.seed, "seed; equal seeds give bit-identical results")
       ->check(FitsInt64())
       ->capture_default_str();
   app->add_option("--control-hz,--hz", run.sim.control_hz, "as for 'evalbus run'")->capture_default_str();
   app->add_option("--robot", run.sim.robot, "as for 'evalbus run'");
-  app->add_option("--workers", run.workers, "episodes at the same time; the same results")
+  app->add_option("--workers", run.workers,
+                  "number of episodes to run in parallel; does not change the results")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   app->add_flag("--in-process", run.in_process, "as for 'evalbus run'");
-  app->add_flag("--resume", run.resume, "go on with the interrupted collection in --out");
+  app->add_flag("--resume", run.resume, "continue the interrupted collection in --out");
   AddLogLevel(app);
   GroupOptions(app, {{"Policy", {"--policy", "--contract", "--policy-name", "--noise"}},
                      {"Episodes", {"--episodes", "--seed", "--workers", "--resume"}},
@@ -55,7 +56,7 @@ Action AddCollect(CLI::App* app) {
   return [options, app] {
     runner::RunOptions& wanted = options->run;
     if (options->noise) {
-      if (wanted.policy.policy != "expert") throw InputError("--noise: only of --policy expert");
+      if (wanted.policy.policy != "expert") throw InputError("--noise requires --policy expert");
       if (*options->noise > 0) wanted.policy.policy = fmt::format("noisy_expert:{}", *options->noise);
     }
     runner::FollowContract(app->count("--control-hz") > 0, false, &wanted);

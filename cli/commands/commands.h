@@ -1,4 +1,4 @@
-// The commands that users type: a file each, and a line each in the list below.
+// The commands of the program evalbus: each has a file, and an entry in the list below.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -15,94 +15,94 @@ using AddCommand = Action(CLI::App* app);
 
 // COMMAND(function, group, name, description, examples), in the order of --help. Each command has three
 // examples.
-#define EVALBUS_COMMANDS(COMMAND)                                                                          \
-  COMMAND(AddRun, "Evaluate", "run", "evaluate a policy on one or more tasks, or run a plan",              \
-          "  evalbus run lift_pot/position --episodes 50 --out runs/expert\n"                              \
-          "  evalbus run lift_pot --policy ws://127.0.0.1:8000 --contract plain\n"                         \
-          "  evalbus run plan.yaml --out results --workers 2")                                             \
-  COMMAND(AddWatch, "Evaluate", "watch", "score an external simulator or a robot, live",                   \
-          "  evalbus watch lift_pot/position --out runs/watched\n"                                         \
-          "  evalbus watch lift_pot --control-hz 30 --episodes 10\n"                                       \
-          "  evalbus watch lift_pot --policy-name ckpt-12000 --web")                                       \
-  COMMAND(AddScore, "Evaluate", "score", "score recorded trajectories, from JSON or tables",               \
-          "  evalbus score trajectory.json\n"                                                              \
-          "  evalbus score map.yaml data.csv --out runs/scored\n"                                          \
-          "  evalbus score map.yaml folder_of_npz")                                                        \
-  COMMAND(AddPlan, "Evaluate", "plan", "show or check a plan of many runs",                                \
-          "  evalbus plan check plan.yaml\n"                                                               \
-          "  evalbus plan show plan.yaml\n"                                                                \
-          "  evalbus run plan.yaml --out results")                                                         \
-  COMMAND(AddStatus, "Evaluate", "status", "show the progress of a plan",                                  \
-          "  evalbus status results\n"                                                                     \
-          "  watch -n 10 evalbus status results\n"                                                         \
-          "  evalbus status /shared/results")                                                              \
-  COMMAND(AddMerge, "Evaluate", "merge", "combine the parts of a plan, or partial runs, into results",     \
-          "  evalbus merge results\n"                                                                      \
-          "  evalbus merge runs/all runs/first_half runs/second_half\n"                                    \
-          "  evalbus status results && evalbus merge results")                                             \
-  COMMAND(AddWeb, "Watch", "web", "show active or finished runs in a browser, in 3D",                      \
-          "  evalbus web\n"                                                                                \
-          "  evalbus web runs/expert runs/noisy\n"                                                         \
-          "  evalbus web runs/noisy --listen 0.0.0.0")                                                     \
-  COMMAND(AddMonitor, "Watch", "monitor", "show an active run or a replay in the terminal",                \
-          "  evalbus monitor\n"                                                                            \
-          "  evalbus monitor runs/noisy\n"                                                                 \
-          "  evalbus monitor --url 'udpm://239.255.76.67:31234?ttl=0'")                                    \
-  COMMAND(AddFoxglove, "Watch", "foxglove", "stream an active run or a recorded episode to Foxglove",      \
-          "  evalbus foxglove\n"                                                                           \
-          "  evalbus foxglove runs/noisy --episode 3\n"                                                    \
-          "  evalbus foxglove runs/noisy --port 8766")                                                     \
-  COMMAND(AddTap, "Watch", "tap", "stream the numbers of an active run to PlotJuggler",                    \
-          "  evalbus tap --plotjuggler 127.0.0.1:9870\n"                                                   \
-          "  evalbus tap runs/noisy --plotjuggler 127.0.0.1:9870\n"                                        \
-          "  evalbus tap --url 'udpm://239.255.76.67:31234?ttl=0' --plotjuggler 127.0.0.1:9870")           \
-  COMMAND(AddCompare, "Compare", "compare", "test whether runs or suites differ, paired by seed",          \
-          "  evalbus compare runs/expert runs/noisy\n"                                                     \
-          "  evalbus compare runs/a runs/b runs/c --baseline a --json comparison.json\n"                   \
-          "  evalbus compare runs/expert runs/noisy --report comparison.html")                             \
-  COMMAND(AddReport, "Compare", "report", "write a run, a suite or a plan as one HTML page",               \
-          "  evalbus report runs/noisy\n"                                                                  \
-          "  evalbus report runs/noisy --out noisy.html --mb 20\n"                                         \
-          "  evalbus report results")                                                                      \
-  COMMAND(AddCollect, "Record", "collect", "record successful demonstrations from evenly spread starts",   \
-          "  evalbus collect lift_pot/position --episodes 200 --out runs/set\n"                            \
-          "  evalbus collect lift_pot/position --episodes 200 --noise 0.5 --out runs/set\n"                \
-          "  evalbus collect lift_pot/position --episodes 200 --out runs/set --resume")                    \
-  COMMAND(AddRender, "Record", "render", "render videos of recorded episodes",                             \
-          "  evalbus render runs/noisy --episode 3 --camera front,head\n"                                  \
-          "  evalbus render runs/noisy --episode 3 --layout full\n"                                        \
-          "  evalbus render runs/noisy --grid 4x3")                                                        \
-  COMMAND(AddReplay, "Record", "replay", "replay recorded episodes on the bus and compare their scores",   \
-          "  evalbus replay runs/noisy --episode 3\n"                                                      \
-          "  evalbus replay runs/noisy --speed 10\n"                                                       \
-          "  evalbus replay runs/noisy --episode 3 --web")                                                 \
-  COMMAND(AddRescore, "Record", "rescore", "recompute the scores of recorded episodes offline",            \
-          "  evalbus rescore runs/noisy\n"                                                                 \
-          "  evalbus rescore runs/noisy --task my_lift_pot.yaml\n"                                         \
-          "  evalbus rescore runs/noisy --out scores.jsonl")                                               \
-  COMMAND(AddExport, "Record", "export", "export episodes as CSV, MCAP, HDF5 or safetensors",              \
-          "  evalbus export runs/noisy --csv noisy.csv\n"                                                  \
-          "  evalbus export runs/noisy --mcap\n"                                                           \
-          "  evalbus export runs/set --hdf5 set.hdf5 --camera head")                                       \
-  COMMAND(AddDemo, "Record", "demo", "inspect or shorten demonstrations of RoboEval",                      \
-          "  evalbus demo info demonstrations\n"                                                           \
-          "  evalbus demo convert demonstrations --hz 20 --out at_20_hz\n"                                 \
-          "  evalbus run lift_pot --policy demo:demonstrations")                                           \
-  COMMAND(AddTasks, "Extend", "tasks", "list, show, copy or check tasks",                                  \
-          "  evalbus tasks list\n"                                                                         \
-          "  evalbus tasks show lift_pot/position --image scene.png\n"                                     \
-          "  evalbus tasks new my_pot --from lift_pot")                                                    \
-  COMMAND(AddRobots, "Extend", "robots", "list, show or check robots",                                     \
-          "  evalbus robots list\n"                                                                        \
-          "  evalbus robots show single_panda --image robot.png\n"                                         \
-          "  evalbus robots check my_robot.yaml")                                                          \
-  COMMAND(AddPolicy, "Extend", "policy", "list, show or check contracts of policy servers",                \
-          "  evalbus policy list\n"                                                                        \
-          "  evalbus policy show plain\n"                                                                  \
-          "  evalbus policy check ws://127.0.0.1:8000 --contract plain")                                   \
-  COMMAND(AddDoctor, "Machine", "doctor", "check what this machine offers and how to fix what is missing", \
-          "  evalbus doctor\n"                                                                             \
-          "  evalbus doctor > machine.txt\n"                                                               \
+#define EVALBUS_COMMANDS(COMMAND)                                                                            \
+  COMMAND(AddRun, "Evaluate", "run", "evaluate a policy on one or more tasks, or run a plan",                \
+          "  evalbus run lift_pot/position --episodes 50 --out runs/expert\n"                                \
+          "  evalbus run lift_pot --policy ws://127.0.0.1:8000 --contract plain\n"                           \
+          "  evalbus run plan.yaml --out results --workers 2")                                               \
+  COMMAND(AddWatch, "Evaluate", "watch", "score an external simulator or a robot, live",                     \
+          "  evalbus watch lift_pot/position --out runs/watched\n"                                           \
+          "  evalbus watch lift_pot --control-hz 30 --episodes 10\n"                                         \
+          "  evalbus watch lift_pot --policy-name ckpt-12000 --web")                                         \
+  COMMAND(AddScore, "Evaluate", "score", "score recorded trajectories, from JSON or tables",                 \
+          "  evalbus score trajectory.json\n"                                                                \
+          "  evalbus score map.yaml data.csv --out runs/scored\n"                                            \
+          "  evalbus score map.yaml folder_of_npz")                                                          \
+  COMMAND(AddPlan, "Evaluate", "plan", "show or check a plan of many runs",                                  \
+          "  evalbus plan check plan.yaml\n"                                                                 \
+          "  evalbus plan show plan.yaml\n"                                                                  \
+          "  evalbus run plan.yaml --out results")                                                           \
+  COMMAND(AddStatus, "Evaluate", "status", "show the progress of a plan",                                    \
+          "  evalbus status results\n"                                                                       \
+          "  watch -n 10 evalbus status results\n"                                                           \
+          "  evalbus status /shared/results")                                                                \
+  COMMAND(AddMerge, "Evaluate", "merge", "combine the parts of a plan, or partial runs, into results",       \
+          "  evalbus merge results\n"                                                                        \
+          "  evalbus merge runs/all runs/first_half runs/second_half\n"                                      \
+          "  evalbus status results && evalbus merge results")                                               \
+  COMMAND(AddWeb, "Watch", "web", "show active or finished runs in a browser, in 3D",                        \
+          "  evalbus web\n"                                                                                  \
+          "  evalbus web runs/expert runs/noisy\n"                                                           \
+          "  evalbus web runs/noisy --listen 0.0.0.0")                                                       \
+  COMMAND(AddMonitor, "Watch", "monitor", "show an active run or a replay in the terminal",                  \
+          "  evalbus monitor\n"                                                                              \
+          "  evalbus monitor runs/noisy\n"                                                                   \
+          "  evalbus monitor --url 'udpm://239.255.76.67:31234?ttl=0'")                                      \
+  COMMAND(AddFoxglove, "Watch", "foxglove", "stream an active run or a recorded episode to Foxglove",        \
+          "  evalbus foxglove\n"                                                                             \
+          "  evalbus foxglove runs/noisy --episode 3\n"                                                      \
+          "  evalbus foxglove runs/noisy --port 8766")                                                       \
+  COMMAND(AddTap, "Watch", "tap", "stream the values of an active run to PlotJuggler",                       \
+          "  evalbus tap --plotjuggler 127.0.0.1:9870\n"                                                     \
+          "  evalbus tap runs/noisy --plotjuggler 127.0.0.1:9870\n"                                          \
+          "  evalbus tap --url 'udpm://239.255.76.67:31234?ttl=0' --plotjuggler 127.0.0.1:9870")             \
+  COMMAND(AddCompare, "Compare", "compare", "test whether runs or suites differ, paired by seed",            \
+          "  evalbus compare runs/expert runs/noisy\n"                                                       \
+          "  evalbus compare runs/a runs/b runs/c --baseline a --json comparison.json\n"                     \
+          "  evalbus compare runs/expert runs/noisy --report comparison.html")                               \
+  COMMAND(AddReport, "Compare", "report", "write a run, a suite or a plan as one HTML page",                 \
+          "  evalbus report runs/noisy\n"                                                                    \
+          "  evalbus report runs/noisy --out noisy.html --mb 20\n"                                           \
+          "  evalbus report results")                                                                        \
+  COMMAND(AddCollect, "Record", "collect", "record successful demonstrations from evenly spread starts",     \
+          "  evalbus collect lift_pot/position --episodes 200 --out runs/set\n"                              \
+          "  evalbus collect lift_pot/position --episodes 200 --noise 0.5 --out runs/set\n"                  \
+          "  evalbus collect lift_pot/position --episodes 200 --out runs/set --resume")                      \
+  COMMAND(AddRender, "Record", "render", "render videos of recorded episodes",                               \
+          "  evalbus render runs/noisy --episode 3 --camera front,head\n"                                    \
+          "  evalbus render runs/noisy --episode 3 --layout full\n"                                          \
+          "  evalbus render runs/noisy --grid 4x3")                                                          \
+  COMMAND(AddReplay, "Record", "replay", "replay recorded episodes on the bus and compare their scores",     \
+          "  evalbus replay runs/noisy --episode 3\n"                                                        \
+          "  evalbus replay runs/noisy --speed 10\n"                                                         \
+          "  evalbus replay runs/noisy --episode 3 --web")                                                   \
+  COMMAND(AddRescore, "Record", "rescore", "recompute the scores of recorded episodes offline",              \
+          "  evalbus rescore runs/noisy\n"                                                                   \
+          "  evalbus rescore runs/noisy --task my_lift_pot.yaml\n"                                           \
+          "  evalbus rescore runs/noisy --out scores.jsonl")                                                 \
+  COMMAND(AddExport, "Record", "export", "export episodes as CSV, MCAP, HDF5 or safetensors",                \
+          "  evalbus export runs/noisy --csv noisy.csv\n"                                                    \
+          "  evalbus export runs/noisy --mcap\n"                                                             \
+          "  evalbus export runs/set --hdf5 set.hdf5 --camera head")                                         \
+  COMMAND(AddDemo, "Record", "demo", "inspect or shorten demonstrations of RoboEval",                        \
+          "  evalbus demo info demonstrations\n"                                                             \
+          "  evalbus demo convert demonstrations --hz 20 --out at_20_hz\n"                                   \
+          "  evalbus run lift_pot --policy demo:demonstrations")                                             \
+  COMMAND(AddTasks, "Extend", "tasks", "list, show, copy or check tasks",                                    \
+          "  evalbus tasks list\n"                                                                           \
+          "  evalbus tasks show lift_pot/position --image scene.png\n"                                       \
+          "  evalbus tasks new my_pot --from lift_pot")                                                      \
+  COMMAND(AddRobots, "Extend", "robots", "list, show or check robots",                                       \
+          "  evalbus robots list\n"                                                                          \
+          "  evalbus robots show single_panda --image robot.png\n"                                           \
+          "  evalbus robots check my_robot.yaml")                                                            \
+  COMMAND(AddPolicy, "Extend", "policy", "list, show or check contracts of policy servers",                  \
+          "  evalbus policy list\n"                                                                          \
+          "  evalbus policy show plain\n"                                                                    \
+          "  evalbus policy check ws://127.0.0.1:8000 --contract plain")                                     \
+  COMMAND(AddDoctor, "Machine", "doctor", "check what this machine provides and how to fix what is missing", \
+          "  evalbus doctor\n"                                                                               \
+          "  evalbus doctor > machine.txt\n"                                                                 \
           "  evalbus doctor && evalbus run lift_pot")
 
 #define EVALBUS_DECLARE(function, group, name, description, examples) AddCommand function;

@@ -1,4 +1,4 @@
-// evalbus compare: whether runs, or suites, really differ.
+// evalbus compare: tests whether runs, or suites, differ.
 
 #include <fmt/format.h>
 
@@ -35,21 +35,21 @@ namespace fs = std::filesystem;
 
 struct CompareOptions {
   std::vector<std::filesystem::path> runs;
-  // Name, policy or folder of the run that the others are compared with; empty: the first.
+  // Name, policy or folder of the run that the others are compared with; empty: the first run.
   std::string baseline;
-  // Empty: none is written.
+  // Empty: no JSON file is written.
   std::filesystem::path json;
-  // HTML page; empty: none is written.
+  // Empty: no HTML page is written.
   std::filesystem::path report;
-  // Of that page with its viewer; 0: none.
+  // Maximum size of that page with its viewer; 0: no viewer.
   double megabytes = report::kPageMegabytes;
-  // Both on one seed, side by side; empty: none is made.
+  // Video of both runs on one seed, side by side; empty: no video is made.
   std::filesystem::path video;
-  // Of the video; nothing: the first that only one of them succeeded with.
+  // Seed of the video's episodes; unset: the first seed on which only one of the runs succeeded.
   std::optional<int64_t> seed;
 };
 
-// The hash of the physics model, by which runs are comparable; it stands beside run.json.
+// Adds the hash of the physics model, which comparable runs share; the model is stored beside run.json.
 void AddModelHash(results::RecordedRuns* runs) {
   for (results::RecordedRun& run : runs->runs) {
     run.info["physics_sha256"] = Sha256File(run.folder / kModelFolder / kPhysicsModel);
@@ -62,7 +62,7 @@ results::RecordedRuns Read(const fs::path& folder) {
   return runs;
 }
 
-// Takes the baseline out of the runs; reads it if it is none of them.
+// Removes the baseline from the runs and returns it; reads it if it is not one of them.
 results::RecordedRuns RemoveBaseline(const std::string& name, std::vector<results::RecordedRuns>* runs) {
   const auto matches = [&](const results::RecordedRuns& run) {
     return name.empty() || run.name == name || run.runs[0].policy == name ||
@@ -71,7 +71,7 @@ results::RecordedRuns RemoveBaseline(const std::string& name, std::vector<result
   const auto found = std::find_if(runs->begin(), runs->end(), matches);
   if (found != runs->end()) {
     if (!name.empty() && std::find_if(found + 1, runs->end(), matches) != runs->end()) {
-      throw InputError("--baseline " + name + ": more than one of the runs is meant; name a folder");
+      throw InputError("--baseline " + name + ": matches more than one run; pass a folder");
     }
     results::RecordedRuns baseline = std::move(*found);
     runs->erase(found);
@@ -81,10 +81,11 @@ results::RecordedRuns RemoveBaseline(const std::string& name, std::vector<result
   std::string known;
   for (const results::RecordedRuns& run : *runs)
     known += fmt::format(", {} ({})", run.name, run.runs[0].policy);
-  throw InputError("--baseline " + name + ": none of the runs and no folder; there are " + known.substr(2));
+  throw InputError("--baseline " + name + ": neither one of the runs nor a folder; the runs are " +
+                   known.substr(2));
 }
 
-// Two runs of one name are told apart by their folders.
+// Runs with equal names are distinguished by their folders.
 void NameApart(std::vector<results::RecordedRuns>* runs) {
   std::vector<std::string> names;
   for (const results::RecordedRuns& run : *runs) names.push_back(run.name);
@@ -99,20 +100,20 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("--baseline", options->baseline,
                   "name, policy or folder of the run that the others are compared with, also in effort;\n"
                   "default: the first");
-  app->add_option("--json", options->json, "write the comparison to this file, too");
-  app->add_option("--report", options->report, "write the comparison as one HTML page to this file, too");
+  app->add_option("--json", options->json, "also write the comparison to this file");
+  app->add_option("--report", options->report, "also write the comparison to this file, as one HTML page");
   app->add_option("--mb", options->megabytes,
-                  "largest size of that page in megabytes, which says how many pairs of episodes are packed\n"
-                  "into it to be shown in 3D, flipped seeds first; 0: none")
+                  "maximum size of that page in megabytes; as many pairs of episodes as fit can be played in "
+                  "3D,\nflipped seeds first; 0: none")
       ->check(CLI::Range(0.0, 2000.0))
       ->capture_default_str();
   app->add_option("--video", options->video,
-                  "video of both on one seed, side by side: .mp4, .gif or .webp; two runs or suites");
+                  "video of the two runs or suites on one seed, side by side: .mp4, .gif or .webp");
   app->add_option("--seed", options->seed,
-                  "of the video's episodes; default: the first that only one of the two succeeded with");
+                  "seed of the video's episodes; default: the first on which only one of the two succeeded");
 }
 
-// An episode of a run, and whose it is.
+// Reads an episode of a run and labels it with the run's name.
 viz::VideoEpisode ReadVideoEpisode(const fs::path& run, const std::string& name, int episode) {
   const std::string policy = results::ReadRunInfo(run).policy;
   auto video_episodes = viz::ReadVideoEpisodes(EpisodeLog(run, episode), {episode}, policy);
@@ -120,7 +121,7 @@ viz::VideoEpisode ReadVideoEpisode(const fs::path& run, const std::string& name,
   return std::move(video_episodes.back());
 }
 
-// The episodes of two runs of a task with one seed.
+// Two episodes of one task with the same seed, one of each run.
 struct SeedPair {
   const results::RecordedRun* run;
   const results::RecordedRun* baseline;
@@ -128,8 +129,8 @@ struct SeedPair {
   int episode, baseline_episode;
 };
 
-// Of all tasks that both have; the given seed, or the first that they came out differently with, or the
-// first.
+// Searches all tasks that both have. Returns the pair with the given seed; without one, the first pair with
+// different outcomes, else the first pair.
 std::optional<SeedPair> FindPair(const results::RecordedRuns& runs, const results::RecordedRuns& baselines,
                                  std::optional<int64_t> seed) {
   std::optional<SeedPair> first;
@@ -149,13 +150,13 @@ std::optional<SeedPair> FindPair(const results::RecordedRuns& runs, const result
   return first;
 }
 
-// The baseline on the left.
+// The baseline is on the left.
 void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& baseline,
                const CompareOptions& options) {
   const std::optional<SeedPair> pair = FindPair(run, baseline, options.seed);
   if (!pair) {
-    throw InputError(options.seed ? fmt::format("--video: seed {} is not in both", *options.seed)
-                                  : "--video: the two have no seed of a task in common");
+    throw InputError(options.seed ? fmt::format("--video: seed {} is not in both runs", *options.seed)
+                                  : "--video: the two runs have no seed of a common task");
   }
   viz::JointVideoOptions video;
   video.title = pair->run->task_name();
@@ -171,16 +172,16 @@ void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& ba
   fmt::print("\nvideo    {}  (seed {})\n", options.video.string(), pair->seed);
 }
 
-// Returns the exit code: 0, whatever the verdict. Throws InputError.
+// Returns the exit code: 0, whatever the result of the comparison. Throws InputError.
 int Compare(const CompareOptions& options) {
   std::vector<results::RecordedRuns> runs;
   for (const fs::path& folder : options.runs) runs.push_back(Read(folder));
   NameApart(&runs);
   if (!options.video.empty() && runs.size() != 2) throw InputError("--video: expected two runs or suites");
   if (!options.video.empty()) viz::CheckVideoEnding(options.video.extension().string());
-  if (options.seed && options.video.empty()) throw InputError("--seed: is of --video, which is not given");
+  if (options.seed && options.video.empty()) throw InputError("--seed requires --video");
   const results::RecordedRuns baseline = RemoveBaseline(options.baseline, &runs);
-  if (runs.empty()) throw InputError("compare needs two runs, there is only " + baseline.folder.string());
+  if (runs.empty()) throw InputError("expected two or more runs, got only " + baseline.folder.string());
   const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline);
   for (size_t i = 0; i < comparisons.size(); ++i) {
     fmt::print("{}{}", i == 0 ? "" : "\n\n",
@@ -201,7 +202,7 @@ int Compare(const CompareOptions& options) {
     WriteWhole(options.report, page.html);
     fmt::print("\nreport   {}\n", options.report.string());
     if (!page.note.empty()) {
-      fmt::print("{} It has {:.1f} MB.\n", page.note, static_cast<double>(page.html.size()) / 1e6);
+      fmt::print("{} The page has {:.1f} MB.\n", page.note, static_cast<double>(page.html.size()) / 1e6);
     }
   }
   if (!options.video.empty()) MakeVideo(runs[0], baseline, options);

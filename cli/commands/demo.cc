@@ -1,4 +1,4 @@
-// evalbus demo: what demonstrations of RoboEval hold, and the same with fewer steps. No simulation.
+// evalbus demo: summarizes demonstrations of RoboEval, and reduces their number of steps. Simulates nothing.
 
 #include <fmt/format.h>
 
@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using policy::Demonstration;
 
-// Of one demonstration, or of all of a task.
+// Summary of one demonstration, or of all demonstrations of a task.
 struct Facts {
   int demos = 0;
   size_t steps = 0;
@@ -82,7 +82,7 @@ int Info(const fs::path& path, bool as_json) {
   std::map<std::string, Facts> tasks;
   for (const fs::path& file : policy::DemonstrationFiles(path)) {
     const Demonstration demo = policy::ReadDemonstration(file);
-    tasks[demo.task.empty() ? "(no task's folder)" : demo.task].Add(demo);
+    tasks[demo.task.empty() ? "(not in a task's folder)" : demo.task].Add(demo);
   }
   if (as_json) {
     nlohmann::ordered_json json;
@@ -93,11 +93,11 @@ int Info(const fs::path& path, bool as_json) {
   for (const auto& [task, facts] : tasks) {
     const double n = facts.demos;
     fmt::print("{}\n", Printable(task));
-    fmt::print("  {}, {} steps at {:g} Hz, {:.2f} s each ({:.2f} to {:.2f})\n",
+    fmt::print("  {}, {} steps at {:g} Hz, mean duration {:.2f} s ({:.2f} to {:.2f})\n",
                Plural(facts.demos, "demonstration"), facts.steps, facts.hz, facts.seconds / n, facts.shortest,
                facts.longest);
     for (size_t arm = 0; arm < 2; ++arm) {
-      fmt::print("  {:<5}  joint path {:.2f} rad, gripper closes {:.1f} and opens {:.1f} times, on average\n",
+      fmt::print("  {:<5}  on average: joint path {:.2f} rad, gripper closes {:.1f} and opens {:.1f} times\n",
                  arm == 0 ? "left" : "right", facts.path[arm] / n, facts.closings[arm] / n,
                  facts.openings[arm] / n);
       fmt::print("         rad ");
@@ -113,7 +113,7 @@ int Convert(const fs::path& path, const fs::path& out, double hz, bool as_csv) {
   const auto files = policy::DemonstrationFiles(path);
   const bool is_folder = fs::is_directory(path);
   if (fs::exists(out)) throw InputError("--out " + out.string() + ": exists; choose another name");
-  // All are read before anything is written.
+  // All files are read before anything is written.
   std::vector<std::pair<fs::path, std::string>> results;
   for (const fs::path& file : files) {
     const Demonstration demo = policy::AtRate(policy::ReadDemonstration(file), hz);
@@ -139,16 +139,16 @@ Action AddDemo(CLI::App* app) {
   };
   const auto options = std::make_shared<Options>();
   app->require_subcommand(1);
-  CLI::App* info = app->add_subcommand("info", "length, path, gripper events and ranges, task by task");
+  CLI::App* info = app->add_subcommand("info", "print length, path, gripper events and ranges of each task");
   info->add_option("path", options->path, "a *.safetensors file, or a folder of them")->required();
-  info->add_flag("--json", options->json, "as JSON");
-  CLI::App* convert = app->add_subcommand(
-      "convert",
-      "fewer steps by RoboEval's rule: of each window the mean of the joints, the last of the grippers");
+  info->add_flag("--json", options->json, "print JSON");
+  CLI::App* convert = app->add_subcommand("convert",
+                                          "reduce the number of steps by RoboEval's rule: each window "
+                                          "becomes the mean of its joint values and its last gripper values");
   convert->add_option("path", options->path, "a *.safetensors file, or a folder of them")->required();
   convert->add_option("--hz", options->hz, "steps per second")->capture_default_str();
-  convert->add_option("--out", options->out, "file, or folder, to write")->required();
-  convert->add_flag("--csv", options->csv, "as tables instead of safetensors");
+  convert->add_option("--out", options->out, "file or folder to write")->required();
+  convert->add_flag("--csv", options->csv, "write CSV tables instead of safetensors");
   return [=] {
     return info->parsed() ? Info(options->path, options->json)
                           : Convert(options->path, options->out, options->hz, options->csv);

@@ -1,4 +1,4 @@
-// evalbus doctor: what this machine offers, and how to mend what it lacks.
+// evalbus doctor: checks what this machine provides, and prints how to fix what is missing.
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
@@ -26,7 +26,7 @@ void Print(bool good, const std::string& what, const std::string& fix = "") {
   if (!good && !fix.empty()) fmt::print("      fix: {}\n", fix);
 }
 
-// One line per check. Returns 0 if runs with separate processes work, else 2.
+// Prints one line per check. Returns 0 if runs with separate processes work, else 2.
 int Doctor() {
   fmt::print("evalbus {} ({}{}), MuJoCo {}\n", kVersion, kGitCommit, kGitDirty ? ", modified" : "",
              mj_versionString());
@@ -37,7 +37,7 @@ int Doctor() {
   int64_t limit = 0;
   std::ifstream("/proc/sys/net/core/rmem_max") >> limit;
   Print(limit >= kReceiveBufferBytes,
-        fmt::format("UDP receive buffer limit {} bytes (wanted: {}; matters for images)", limit,
+        fmt::format("UDP receive buffer limit {} bytes (recommended: {}, for images)", limit,
                     kReceiveBufferBytes),
         fmt::format("sysctl -w net.core.rmem_max={}", kReceiveBufferBytes));
 

@@ -1,5 +1,5 @@
-// evalbus export: the episodes of a run, or of a suite, for other programs: a table, a training set, MCAP
-// files.
+// evalbus export: writes the episodes of a run, or of a suite, for other programs: as a table, a training set
+// or MCAP files.
 
 #include <fmt/format.h>
 
@@ -29,46 +29,46 @@ namespace fs = std::filesystem;
 struct ExportOptions {
   fs::path run;
   fs::path csv, hdf5, safetensors;
-  // Given, and perhaps without a name.
+  // The option --mcap, whose file name may be omitted.
   CLI::Option* mcap = nullptr;
   fs::path mcap_file;
   std::vector<int> episodes;
   std::vector<std::string> cameras;
-  // Empty: what is usual for the kind of file.
+  // Empty: the default size of the kind of file.
   std::string size;
   bool only_successes = false;
 };
 
 void AddOptions(CLI::App* app, ExportOptions* options) {
-  app->add_option("run", options->run,
-                  "folder of a run or of a suite; with --mcap also of an episode, or a log")
+  app->add_option("run", options->run, "folder of a run or a suite; with --mcap also of an episode, or a log")
       ->required();
-  auto* kinds = app->add_option_group("What to write");
-  kinds->add_option("--csv", options->csv, "table; one row per finished episode; -: to standard output")
+  auto* kinds = app->add_option_group("Output");
+  kinds->add_option("--csv", options->csv, "CSV table with one row per finished episode; -: standard output")
       ->type_name("FILE");
   kinds->add_option("--hdf5", options->hdf5, "training set in robomimic's layout")->type_name("FILE");
   kinds
       ->add_option("--safetensors", options->safetensors,
-                   "training set in RoboEval's layout, a file per episode")
+                   "training set in RoboEval's layout, one file per episode")
       ->type_name("FOLDER");
   options->mcap = kinds
                       ->add_option("--mcap", options->mcap_file,
-                                   "for Foxglove, PlotJuggler and Rerun: a file to write, of one episode; "
-                                   "without a name\nepisode.mcap beside each episode's log")
+                                   "MCAP for Foxglove, PlotJuggler and Rerun: file to write, for one "
+                                   "episode; without a name:\nepisode.mcap beside each episode's log")
                       ->type_name("[FILE]")
                       ->expected(0, 1);
   kinds->require_option(1);
-  app->add_flag("--successes", options->only_successes, "training sets: episodes that succeeded only");
-  app->add_option("--episode", options->episodes, "--mcap: numbers of episodes, with commas; default: all")
+  app->add_flag("--successes", options->only_successes, "training sets: successful episodes only");
+  app->add_option("--episode", options->episodes,
+                  "--mcap: numbers of episodes, separated by commas; default: all")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->needs(options->mcap);
   app->add_option("--camera", options->cameras,
-                  "--hdf5, --mcap: images of these cameras, with commas, drawn from the logs")
+                  "--hdf5, --mcap: add images of these cameras, separated by commas, rendered from the logs")
       ->delimiter(',')
       ->allow_extra_args(false);
   app->add_option("--size", options->size,
-                  "WIDTHxHEIGHT of images; default: 256x256 for --hdf5, 640x480 for --mcap");
+                  "size of images, WIDTHxHEIGHT in pixels; default: 256x256 for --hdf5, 640x480 for --mcap");
 }
 
 int ExportTable(const ExportOptions& options) {
@@ -86,7 +86,7 @@ int ExportTable(const ExportOptions& options) {
   return 0;
 }
 
-// Logs of episodes that are complete, and succeeded where only those are wanted.
+// Returns the logs of complete episodes; with --successes, only those of successful ones.
 std::vector<fs::path> LogsFor(const ExportOptions& options, size_t* left_out) {
   const results::RecordedRuns runs = results::ReadRuns(options.run);
   std::vector<fs::path> logs;
@@ -99,7 +99,7 @@ std::vector<fs::path> LogsFor(const ExportOptions& options, size_t* left_out) {
       logs.push_back(EpisodeLog(run.folder, episode.episode));
     }
   }
-  if (logs.empty()) throw InputError(options.run.string() + ": no episode to learn from");
+  if (logs.empty()) throw InputError(options.run.string() + ": no episode to export");
   return logs;
 }
 
@@ -107,8 +107,8 @@ int ExportMcap(const ExportOptions& options) {
   const std::vector<fs::path> logs = results::EpisodeLogs(options.run, options.episodes);
   if (!options.mcap_file.empty() && logs.size() != 1) {
     throw InputError(
-        fmt::format("--mcap {}: a file holds one episode, and these are {}: choose one with "
-                    "--episode, or leave the name away for a file beside each log",
+        fmt::format("--mcap {}: a file holds one episode, got {}: choose one with --episode, or omit the "
+                    "name to write a file beside each log",
                     options.mcap_file.string(), logs.size()));
   }
   const std::string size = options.size.empty() ? "640x480" : options.size;
@@ -133,9 +133,10 @@ int ExportMcap(const ExportOptions& options) {
 
 int ExportTrainingSet(const ExportOptions& options) {
   const fs::path& out = options.hdf5.empty() ? options.safetensors : options.hdf5;
-  if (out.empty()) throw InputError("--csv, --hdf5 or --safetensors: expected a name, it is empty");
+  if (out.empty()) throw InputError("--csv, --hdf5 or --safetensors: expected a name, got an empty one");
   if (fs::exists(out)) throw InputError(out.string() + ": exists; choose another name");
-  if (!options.cameras.empty() && options.hdf5.empty()) throw InputError("--camera: only with --hdf5");
+  if (!options.cameras.empty() && options.hdf5.empty())
+    throw InputError("--camera requires --hdf5 or --mcap");
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? "256x256" : options.size);
   constexpr int kLargest = 2048;
   for (const int pixels : {size.width, size.height}) {
@@ -144,11 +145,11 @@ int ExportTrainingSet(const ExportOptions& options) {
     }
   }
   if (const fs::path folder = fs::absolute(out).parent_path(); !fs::is_directory(folder)) {
-    throw InputError(fmt::format("{}: there is no folder {}", out.string(), folder.string()));
+    throw InputError(fmt::format("{}: no such folder: {}", out.string(), folder.string()));
   }
   size_t left_out = 0;
   const std::vector<fs::path> logs = LogsFor(options, &left_out);
-  // What was drawn before it was stopped stays for the same command.
+  // Images rendered before an interruption are kept for the next run of the same command.
   InstallStopSignals();
   {
     runner::ProgressLine line(logs.size(), "exporting");

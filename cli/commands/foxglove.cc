@@ -1,4 +1,4 @@
-// evalbus foxglove: a run that goes on, or a recorded episode, as a server that Foxglove connects to.
+// evalbus foxglove: serves an active run or a recorded episode to Foxglove.
 
 #include <fmt/format.h>
 
@@ -36,14 +36,18 @@ struct FoxgloveOptions {
 
 void AddOptions(CLI::App* app, FoxgloveOptions* options) {
   AddAddressOptions(app, &options->address);
-  app->add_option("--episode", options->episode, "a recorded episode of the run; default: the first finished")
+  app->add_option("--episode", options->episode,
+                  "recorded episode of the run to play; default: the first finished one")
       ->expected(1);
-  app->add_option("--port", options->server.port, "0: any that is free")->capture_default_str();
-  app->add_option("--listen", options->server.host,
-                  "IP address to listen on; anybody who reaches another than this machine's own can look on")
+  app->add_option("--port", options->server.port, "port to listen on; 0: any free port")
+      ->capture_default_str();
+  app->add_option(
+         "--listen", options->server.host,
+         "IP address to listen on; everyone who can reach an address other than a loopback address can watch")
       ->capture_default_str();
   app->add_option("--allow-origin", options->server.origins,
-                  "pages from there may connect, too, as those of https://app.foxglove.dev may");
+                  "also accept connections from web pages of this origin; those of https://app.foxglove.dev "
+                  "are always accepted");
 }
 
 void SayWhere(const exports::FoxgloveServer& server, const FoxgloveOptions& options,
@@ -53,7 +57,7 @@ void SayWhere(const exports::FoxgloveServer& server, const FoxgloveOptions& opti
   std::fflush(stdout);
 }
 
-// An episode begins, or is shown anew: nothing of the one before is to be shown beside it.
+// True if an episode starts or is shown from its start: messages of the previous one must then be forgotten.
 bool IsBegin(const exports::Message& message) {
   return message.topic == exports::kEpisode && message.time_ns == 0;
 }
@@ -95,12 +99,12 @@ int ShowLive(const FoxgloveOptions& options, exports::FoxgloveServer* server) {
   return 0;
 }
 
-// What viewers press, from the server's thread to the player's.
+// Queue of the viewers' playback requests, from the server's thread to the player's.
 class Controls {
  public:
   void Add(const exports::PlaybackControl& control) {
     const std::lock_guard lock(mutex_);
-    // One that nobody has taken yet is a drag of the seek bar: the last place counts.
+    // Many pending requests come from dragging the seek bar, of which only the last position matters.
     if (controls_.size() >= 100) controls_.pop_front();
     controls_.push_back(control);
   }
@@ -137,7 +141,7 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
     }
     server.SendTime(time);
   };
-  // What is to be seen at a time: the last of each topic.
+  // Shows the state at a time: sends the last message of each topic.
   const auto show = [&](int64_t time) {
     server.Forget();
     const auto behind = std::ranges::upper_bound(episode.messages, time, {}, &exports::Message::time_ns);
@@ -158,7 +162,7 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
     std::this_thread::sleep_for(kFrame);
     const auto now = steady_clock::now();
     std::deque<exports::PlaybackControl> pressed = controls.Take();
-    // It begins when somebody looks.
+    // Playback starts when the first viewer connects.
     if (!std::exchange(has_begun, has_begun || server.viewers() > 0) && server.viewers() > 0) {
       pressed.push_front({.play = true, .speed = 1, .seek_ns = {}, .request_id = {}});
     }
@@ -188,7 +192,7 @@ int Foxglove(FoxgloveOptions options) {
   const std::filesystem::path& run = options.address.run;
   const bool is_live = run.empty() || (options.episode.empty() && !LiveRunsOf(FindLiveRuns(), run).empty());
   if (!is_live) return ShowRecording(results::EpisodeLogs(run, options.episode).front(), options);
-  if (!options.episode.empty()) throw InputError("--episode: of which run? its folder is needed");
+  if (!options.episode.empty()) throw InputError("--episode requires the run's folder");
   exports::FoxgloveServer server(options.server);
   return ShowLive(options, &server);
 }

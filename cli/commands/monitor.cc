@@ -1,4 +1,4 @@
-// evalbus monitor: watches a run or a replay while it goes on.
+// evalbus monitor: shows an active run or replay in the terminal.
 #include "viz/terminal/monitor.h"
 
 #include <memory>

@@ -1,4 +1,4 @@
-// evalbus plan, merge, status: plans of many runs, on one machine or a cluster.
+// evalbus plan, merge, status: inspect, merge and monitor plans of many runs, on one machine or a cluster.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -31,8 +31,8 @@ std::string Size(double bytes) {
   return fmt::format("{:.3g} {}", bytes, units[unit]);
 }
 
-// The true difference of success rates that the plan's own test finds four times in five, over so many of its
-// tasks.
+// Returns the smallest true difference of success rates that the plan's own test detects with 80 % power,
+// over this number of its tasks.
 std::string FindableText(const Plan& plan, int tasks) {
   const double alpha =
       (plan.until ? plan.until->alpha : metrics::kAlpha) / static_cast<double>(plan.policies.size() - 1);
@@ -48,12 +48,12 @@ std::string FindableText(const Plan& plan, int tasks) {
 std::string PowerText(const Plan& plan) {
   const auto tasks = static_cast<int>(plan.tasks.size());
   return fmt::format(
-      "power     true difference that is found four times in five: {}{}\n"
-      "          ({}, rates around 50 %; equal seeds mostly help)\n",
+      "power     true difference that is detected with 80 % power: {}{}\n"
+      "          ({}, rates around 50 %; equal seeds usually add power)\n",
       FindableText(plan, tasks),
       tasks > 1 ? fmt::format(" over all tasks, {} on one", FindableText(plan, 1)) : "",
       plan.until
-          ? fmt::format("sequential test, {} episodes of each task at most", plan.until->max_episodes)
+          ? fmt::format("sequential test, at most {} episodes of each task", plan.until->max_episodes)
           : fmt::format("exact McNemar test, {} of each task", Plural(plan.options.episodes, "episode")));
 }
 
@@ -75,8 +75,8 @@ void Show(const Plan& plan, bool probe) {
   fmt::print("videos    {}\n", plans::VideosText(plan.videos));
   if (plan.until) {
     fmt::print(
-        "until     decided at {:g} over all comparisons, looking every {} episodes of each task, {} at "
-        "most\n",
+        "until     decided at alpha {:g} over all comparisons, tested every {} episodes of each task, at "
+        "most {}\n",
         plan.until->alpha, episodes, plan.until->max_episodes);
   }
   if (plan.policies.size() > 1) fmt::print("{}", PowerText(plan));
@@ -85,18 +85,18 @@ void Show(const Plan& plan, bool probe) {
   const plans::Probe found = plans::ProbePlan(plan, kProbes);
   if (found.episodes > 0) {
     fmt::print(
-        "time      {} on one core, videos apart ({:.2g} s an episode, of {} tried)\n"
-        "disk      {} ({} an episode)\n",
+        "time      {} on one core, without videos ({:.2g} s per episode, measured with {})\n"
+        "disk      {} ({} per episode)\n",
         results::FormatDuration(found.seconds_per_episode * static_cast<double>(all)),
         found.seconds_per_episode, found.episodes, Size(found.bytes_per_episode * static_cast<double>(all)),
         Size(found.bytes_per_episode));
   }
-  if (!found.problem.empty()) fmt::print("not tried {}\n", Printable(found.problem));
+  if (!found.problem.empty()) fmt::print("problem   {}\n", Printable(found.problem));
 }
 
 int Merge(const fs::path& folder, const std::vector<fs::path>& parts) {
   if (!parts.empty()) {
-    if (fs::exists(folder)) throw InputError(folder.string() + ": exists; name a folder that is to be made");
+    if (fs::exists(folder)) throw InputError(folder.string() + ": exists; choose another name");
     plans::MergeRuns(parts, fs::absolute(folder));
     fmt::print("{}\n", folder.string());
     return 0;
@@ -105,7 +105,7 @@ int Merge(const fs::path& folder, const std::vector<fs::path>& parts) {
   const std::vector<plans::Shard> missing = plans::MergePlan(plan);
   if (!missing.empty()) {
     throw EnvironmentError(
-        fmt::format("{}: {} of {} shards are missing, the first is {}; what is whole was merged",
+        fmt::format("{}: {} of {} shards are missing, the first is {}; all complete runs were merged",
                     folder.string(), missing.size(), plans::ShardsOf(plan.plan()).size(), missing[0].name()));
   }
   plans::FinishPlan(plan, 1);
@@ -121,10 +121,11 @@ Action AddPlan(CLI::App* app) {
   };
   const auto options = std::make_shared<Options>();
   app->require_subcommand(1);
-  CLI::App* const show = app->add_subcommand("show", "what a plan means: runs, episodes, time, disk, power");
+  CLI::App* const show = app->add_subcommand(
+      "show", "show the runs, episodes, time, disk space and statistical power of a plan");
   show->add_option("plan", options->file, "YAML file (docs/plans.md)")->required();
-  show->add_flag("--no-probe", options->no_probe, "run no episode to find time and disk");
-  CLI::App* const check = app->add_subcommand("check", "whether a plan can be run");
+  show->add_flag("--no-probe", options->no_probe, "do not run episodes to estimate time and disk space");
+  CLI::App* const check = app->add_subcommand("check", "check whether a plan can be run");
   check->add_option("plan", options->file, "YAML file")->required();
   return [options, check] {
     const Plan plan = plans::ReadPlan(options->file);
@@ -144,15 +145,14 @@ Action AddMerge(CLI::App* app) {
     std::vector<fs::path> parts;
   };
   const auto options = std::make_shared<Options>();
-  app->add_option("folder", options->folder, "folder of a plan; with RUNs, the run folder to be made of them")
-      ->required();
-  app->add_option("run", options->parts, "run folders with some of the episodes each, made with --only");
+  app->add_option("folder", options->folder, "folder of a plan; with RUNs: run folder to write")->required();
+  app->add_option("run", options->parts, "run folders that each hold some of the episodes, made with --only");
   return [options] { return Merge(options->folder, options->parts); };
 }
 
 Action AddStatus(CLI::App* app) {
   const auto folder = std::make_shared<fs::path>();
-  app->add_option("folder", *folder, "folder of a plan, on any machine that sees it")->required();
+  app->add_option("folder", *folder, "folder of a plan; works on any machine that can read it")->required();
   return [folder] {
     fmt::print("{}", plans::StatusOf(plans::PlanFolder(*folder)).Text());
     return 0;

@@ -1,4 +1,4 @@
-// evalbus policy: which contracts there are, what one means, and whether a server keeps to it.
+// evalbus policy: lists contracts, shows one, and checks whether a server fulfills it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,7 +44,8 @@ struct PolicyCommandOptions {
   bool json = false;
 };
 
-// Beside 0, good, and those of every command: 1, wrong usage or contract file, 2, the machine.
+// Exit codes above 2 are specific to this command. Those of every command: 0 success; 1 wrong usage or
+// contract file; 2 a problem of the machine.
 int ExitCode(CheckReport::Verdict verdict) {
   switch (verdict) {
     case CheckReport::Verdict::kGood:
@@ -70,10 +71,9 @@ int ListContracts() {
   }
   PrintTable(rows);
   fmt::print(
-      "\n'evalbus policy show CONTRACT' says what one means, 'evalbus policy check CONTRACT' tries its "
-      "server, and\n"
-      "'evalbus run TASK --policy CONTRACT' evaluates it. A file of yours (docs/connecting_a_policy.md) does "
-      "as well.\n");
+      "\n'evalbus policy show CONTRACT' shows one, 'evalbus policy check CONTRACT' checks its server, and\n"
+      "'evalbus run TASK --policy CONTRACT' evaluates it. A file of your own (docs/connecting_a_policy.md) "
+      "works, too.\n");
   return 0;
 }
 
@@ -88,26 +88,26 @@ std::string InWords(const ObservationEntry& entry) {
                       form.view.camera, form.view.width_px, form.view.height_px);
       if (form.view.fovy_deg > 0) words += fmt::format(", field of view {:g} deg", form.view.fovy_deg);
       if (!form.view.shadows) words += ", no shadows";
-      if (form.rotate_deg != 0) words += fmt::format(", turned by {} deg", form.rotate_deg);
+      if (form.rotate_deg != 0) words += fmt::format(", rotated by {} deg", form.rotate_deg);
       if (form.mirror) words += ", mirrored";
       if (form.width_px > 0) {
         words +=
             fmt::format(", {} to {} x {}", form.pad ? "padded" : "stretched", form.width_px, form.height_px);
       }
       if (form.bgr) words += ", BGR";
-      if (form.chw) words += ", planes first";
+      if (form.chw) words += ", channels first";
       return words;
     }
     case Source::kState:
       return Plural(entry.signals.size(), "signal");
     case Source::kPrompt:
-      return "what the robot shall do";
+      return "the task's instruction";
     case Source::kConstant:
       return policy::Describe(entry.constant);
     case Source::kCounter:
       return entry.counter == ObservationEntry::Counter::kEpisode ? "index of the episode"
              : entry.counter == ObservationEntry::Counter::kTick  ? "control tick of the episode"
-                                                                  : "observations before this one";
+                                                                  : "number of previous observations";
   }
   return "";
 }
@@ -117,7 +117,7 @@ int Show(const PolicyCommandOptions& options) {
   fmt::print("{}\n{}\n\n", contract.name, contract.description);
   PrintSection("Server", {fmt::format("{}, wire {}", contract.url, policy::NameOf(contract.wire))});
   PrintSection(
-      "Rate", {fmt::format("{:g} Hz; {} of each answer {} executed, {:.3g} s", contract.rate_hz,
+      "Rate", {fmt::format("{:g} Hz; {} of each action chunk {} executed, {:.3g} s", contract.rate_hz,
                            Plural(contract.execute_steps, "step"), contract.execute_steps == 1 ? "is" : "are",
                            contract.execute_steps / contract.rate_hz)});
   Lines seen;
@@ -125,7 +125,7 @@ int Show(const PolicyCommandOptions& options) {
     seen.push_back(fmt::format("{}: {}", entry.KeyText(), InWords(entry)));
     for (const policy::Signal& signal : entry.signals) seen.push_back("    " + signal.name);
   }
-  PrintSection("It is shown", seen);
+  PrintSection("Observation", seen);
   Lines said = {
       fmt::format("{}, {} values", policy::NameOf(contract.actions.kind), contract.actions.num_values)};
   for (const policy::ArmForm& arm : contract.actions.arms) {
@@ -137,12 +137,13 @@ int Show(const PolicyCommandOptions& options) {
     }
     said.push_back(words);
   }
-  PrintSection("It says", said);
-  if (contract.is_privileged()) PrintSection("Privileged", {"it is shown poses that no robot knows"});
+  PrintSection("Action", said);
+  if (contract.is_privileged())
+    PrintSection("Privileged", {"the observation contains poses that a real robot cannot measure"});
   return 0;
 }
 
-// The first observation of an episode, and the images in it.
+// The first observation of an episode, and its images.
 struct FirstLook {
   sim::PreparedScene prepared;
   state_t state{};
@@ -174,7 +175,7 @@ void Draw(const PolicyCommandOptions& options, const policy::ObservationBuilder&
   }
 }
 
-// Images as they were sent, and what was said. Returns where.
+// Writes the images as they were sent, and the report. Returns the folder.
 fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract, const CheckReport& report,
                    const policy::ObservationBuilder& observations) {
   const fs::path folder = options.out.empty() ? fs::path("policy_check") / contract.name : options.out;
@@ -187,7 +188,7 @@ fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract
     for (size_t i = 0; i < plane; ++i) {
       for (size_t c = 0; c < 3; ++c) {
         const size_t from = sent.is_chw ? c * plane + i : 3 * i + c;
-        // As the numbers would look to who takes them for RGB.
+        // Interpreted as RGB, so that swapped channels are visible.
         frame.bgrx[4 * i + (2 - c)] = sent.array.data.at(from);
       }
     }
@@ -202,7 +203,7 @@ fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract
 void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
   constexpr const char* kMarks[] = {"ok  ", "    ", "?   ", "BAD "};
   for (const CheckLine& line : report.lines) {
-    // A server's traceback has many.
+    // A server's traceback has many lines.
     std::istringstream text(line.text);
     const char* mark = kMarks[static_cast<int>(line.level)];
     for (std::string part; std::getline(text, part); mark = "    ")
@@ -212,19 +213,19 @@ void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
   const char* words = "";
   switch (report.verdict) {
     case CheckReport::Verdict::kGood:
-      words = "good: nothing speaks against this contract";
+      words = "good: no problem was found";
       break;
     case CheckReport::Verdict::kUnreachable:
       words = "unreachable: no server answers";
       break;
     case CheckReport::Verdict::kProtocol:
-      words = "protocol: there is a server, and it does not speak this wire or failed";
+      words = "protocol: the server does not support this wire protocol, or failed";
       break;
     case CheckReport::Verdict::kContract:
-      words = "contract: the server means something else than the contract";
+      words = "contract: the server's answers contradict the contract";
       break;
     case CheckReport::Verdict::kSuspicious:
-      words = "suspicious: it works, and a mistake is likely; lines with ? say which";
+      words = "suspicious: it works, but a mistake is likely: see the lines with ?";
       break;
   }
   fmt::print("\n{}\n", words);
@@ -233,7 +234,8 @@ void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
 int Check(PolicyCommandOptions options) {
   std::optional<Contract> contract = policy::FindContractOf(options.policy);
   if (!contract)
-    throw InputError("--policy " + options.policy.policy + ": not behind a server; nothing to check");
+    throw InputError("--policy " + options.policy.policy +
+                     ": not a policy behind a server, nothing to check");
   if (options.first_step_rad) contract->first_step_rad = options.first_step_rad;
   FirstLook look = Look(options, *contract);
   const mjModel& model = *look.prepared.scene.physics;
@@ -261,34 +263,36 @@ Action AddPolicy(CLI::App* app) {
   const auto options = std::make_shared<PolicyCommandOptions>();
   options->sim.task = "lift_pot";
   app->require_subcommand(1);
-  options->list = app->add_subcommand("list", "a table of the contracts there are");
-  CLI::App* show = app->add_subcommand("show", "what a policy is shown, and what its numbers mean");
-  show->add_option("contract", options->policy.policy, "by name or YAML file")->required();
+  options->list = app->add_subcommand("list", "list the built-in contracts");
+  CLI::App* show = app->add_subcommand(
+      "show", "show the observation that a policy receives, and the meaning of its actions");
+  show->add_option("contract", options->policy.policy, "name or YAML file of a contract")->required();
   options->show = show;
-  CLI::App* check =
-      app->add_subcommand("check",
-                          "send a policy server one observation and look at its answers; "
-                          "exit codes: 0 good, 3 unreachable, 4 protocol, 5 contract, 6 suspicious");
+  CLI::App* check = app->add_subcommand("check",
+                                        "send one observation to a policy server and check its answers; exit "
+                                        "codes: 0 good, 3 unreachable, 4 protocol, 5 contract, 6 suspicious");
   check
       ->add_option("contract", options->policy.policy,
-                   "by name or YAML file; or ws://HOST:PORT with --contract")
+                   "name or YAML file of a contract; or ws://HOST:PORT with --contract")
       ->required();
   check->add_option("--contract", options->policy.contract,
-                    "by name or YAML file, of the server at ws://HOST:PORT");
+                    "name or YAML file of the contract of the server at ws://HOST:PORT");
   check->add_option("--task", options->sim.task, "task that the observation is taken from")
       ->capture_default_str();
-  check->add_option("--robot", options->sim.robot, "another robot than the task's own, by name or YAML file");
+  check->add_option("--robot", options->sim.robot,
+                    "name or YAML file of a robot to use instead of the task's own");
   check->add_option("--model-path", options->sim.model_path,
-                    "folder with the robot's models; may be repeated");
+                    "folder with the robot's models; can be repeated");
   check->add_option("--seed", options->seed, "seed of the episode")->capture_default_str();
   check
-      ->add_option("--first-step", options->first_step_rad,
-                   "how far the first action may be from where the robot is, rad; default: the contract's "
-                   "first_step_rad, else 0.5. For a policy whose first step is rightly a large one")
+      ->add_option(
+          "--first-step", options->first_step_rad,
+          "maximum distance of the first action from the robot's position, rad; default: the contract's "
+          "first_step_rad, else 0.5. Increase it for a policy whose first step is large on purpose")
       ->type_name("RAD")
       ->check(CLI::PositiveNumber);
   check->add_option("--out", options->out, "folder for images and check.json; default policy_check/CONTRACT");
-  check->add_flag("--json", options->json, "print check.json instead of words");
+  check->add_flag("--json", options->json, "print check.json instead of text");
   options->check = check;
   return [options] {
     if (options->list->parsed()) return ListContracts();

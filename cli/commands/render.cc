@@ -35,35 +35,35 @@ struct RenderOptions {
   std::filesystem::path recording;
   // Empty: every finished episode.
   std::vector<int> episodes;
-  // Empty: what the layout shows.
+  // Empty: the layout's default cameras.
   std::vector<std::string> cameras;
   std::string layout = "plain";
-  // Empty: what is usual for the kind of video.
+  // Empty: the default size of the kind of video.
   std::string size;
   bool has_grid = false;
-  // Empty: as many cells as there are episodes.
+  // Empty: one cell per episode.
   std::string grid;
   // Empty: beside the log, or in the run's folder.
   std::filesystem::path out;
   std::string format = "mp4";
   std::string gl = "osmesa";
-  // For who started us and reads our log.
+  // Prints lines with the progress for the process that started this one and reads its log.
   bool report_progress = false;
 };
 
 void AddOptions(CLI::App* app, RenderOptions* options) {
-  app->add_option("recording", options->recording, "folder of a run, of a suite or of an episode, or a log")
+  app->add_option("recording", options->recording, "folder of a run, a suite or an episode, or a log")
       ->required();
-  app->add_option("--episode", options->episodes, "numbers of episodes, with commas; default: all")
+  app->add_option("--episode", options->episodes, "numbers of episodes, separated by commas; default: all")
       ->delimiter(',')
       ->allow_extra_args(false);
   app->add_option("--camera", options->cameras,
-                  "names of cameras, with commas; default: overview. Full: the main one, then up to three\n"
-                  "insets; default: overview, head, wrists")
+                  "names of cameras, separated by commas; default: overview. With --layout full: the main "
+                  "camera, then\nup to three insets; default: overview, head, wrists")
       ->delimiter(',')
       ->allow_extra_args(false);
   app->add_option("--layout", options->layout,
-                  "plain: what a camera sees; full: with insets, stages, curves, time line and end card")
+                  "plain: the image of a camera; full: with insets, stages, curves, timeline and end card")
       ->capture_default_str();
   app->add_option_function<std::string>(
          "--grid",
@@ -71,19 +71,20 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
            options->has_grid = true;
            options->grid = shape;
          },
-         "one video of many episodes, COLUMNSxROWS or as many as fit (36)")
+         "one video of many episodes in COLUMNSxROWS cells; default: one cell per episode, up to 36")
       ->expected(0, 1)
       ->default_str("");
   app->add_option("--size", options->size,
                   "WIDTHxHEIGHT in pixels; default: 640x480, with panels 1280x720 (GIF, WebP: 640x360)");
-  app->add_option("--format", options->format, "mp4; gif or webp, which READMEs show")->capture_default_str();
+  app->add_option("--format", options->format, "mp4, gif or webp; READMEs can show gif and webp")
+      ->capture_default_str();
   app->add_option("--gl", options->gl, viz::kGlHelp)->capture_default_str();
   app->add_option("-o,--out", options->out,
-                  "the video, whose ending says the format; default: beside the log");
+                  "video file, whose extension selects the format; default: beside the log");
   app->add_flag("--report-progress", options->report_progress)->group("");
 }
 
-// Shows how far the videos are to people, or in lines to the process that reads our log.
+// Shows the progress: to users as a progress line, or as lines for the process that reads this one's log.
 class Progress {
  public:
   Progress(size_t logs, bool say) : line_(logs, "recording video of"), say_(say) {}
@@ -104,7 +105,7 @@ class Progress {
   steady_clock::time_point said_{};
 };
 
-// "lift_pot/position 7" where there are several tasks.
+// For example "lift_pot/position 7" if there are several tasks.
 std::string CellName(const viz::VideoEpisode& episode, bool several_tasks) {
   return several_tasks ? fmt::format("{} {}", episode.facts.task, episode.facts.episode)
                        : fmt::format("episode {}", episode.facts.episode);
@@ -115,7 +116,7 @@ void PrintVideo(const fs::path& file) {
   std::fflush(stdout);
 }
 
-// One video of many episodes, in the order of their numbers.
+// Renders one video of many episodes, in the order of their numbers.
 void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs, viz::FrameSize size,
                 const std::string& ending) {
   if (options.cameras.size() > 1) throw InputError("--grid: expected one --camera");
@@ -128,7 +129,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
       is_shaped ? static_cast<size_t>(joint.shape.columns * joint.shape.rows) : viz::kMaxCells;
   std::vector<viz::VideoEpisode> episodes;
   std::set<std::string> tasks, makers;
-  // Of the logs that are not read there is one episode each.
+  // Logs that are not read are counted as one episode each.
   size_t known = logs.size();
   for (const fs::path& log : logs) {
     if (episodes.size() >= cells) break;
@@ -156,8 +157,8 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
   progress.Clear();
   PrintVideo(file);
   if (episodes.size() < known) {
-    fmt::print("shows {} of {} episodes, from {} to {}; --episode chooses others\n", episodes.size(), known,
-               episodes.front().name, episodes.back().name);
+    fmt::print("shows {} of {} episodes, from {} to {}; use --episode to choose others\n", episodes.size(),
+               known, episodes.front().name, episodes.back().name);
   }
 }
 
@@ -168,11 +169,11 @@ int Render(const RenderOptions& options) {
   video.file = options.out;
   video.ending = options.out.empty() ? "." + options.format : options.out.extension().string();
   viz::CheckVideoEnding(video.ending);
-  // Before all is drawn for nothing.
+  // Checked before anything is rendered.
   if (!options.out.empty()) {
     const fs::path folder = fs::absolute(options.out).parent_path();
     if (!fs::is_directory(folder)) {
-      throw InputError("--out " + options.out.string() + ": there is no folder " + folder.string());
+      throw InputError("--out " + options.out.string() + ": no such folder: " + folder.string());
     }
   }
   const bool has_panels = options.has_grid || video.layout == viz::VideoLayout::kFull;
@@ -180,7 +181,7 @@ int Render(const RenderOptions& options) {
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? usual : options.size);
   const std::vector<fs::path> logs = results::EpisodeLogs(options.recording, options.episodes);
   fmt::print(stderr, "{}", viz::UseGlAndTell(options.gl));
-  // A video that is stopped takes its half-written file with it.
+  // On a stop signal, a partially written video is removed.
   InstallStopSignals();
   if (options.has_grid) {
     RenderGrid(options, logs, size, video.ending);
@@ -188,13 +189,13 @@ int Render(const RenderOptions& options) {
   }
   if (!options.out.empty() && logs.size() > 1) {
     throw InputError(
-        fmt::format("--out {}: {} episodes do not go into one video; --episode chooses one, --grid "
-                    "shows them together",
+        fmt::format("--out {}: expected one episode, got {}; choose one with --episode, or show them "
+                    "together with --grid",
                     options.out.string(), logs.size()));
   }
   std::vector<std::string> cameras = options.cameras;
   if (cameras.empty() && video.layout == viz::VideoLayout::kPlain) cameras = {viz::kDefaultCamera};
-  // A log that was named may hold several.
+  // A log that is passed as a file may hold several episodes.
   if (logs.size() == 1) video.episodes = options.episodes;
   Progress progress(logs.size(), options.report_progress);
   viz::ParallelFrameRenderer frame_renderer(size);
@@ -208,7 +209,7 @@ int Render(const RenderOptions& options) {
       progress.Clear();
       for (const fs::path& file : videos) PrintVideo(file);
     } catch (const InputError& error) {
-      // Other logs may be good, where this one is what is wrong.
+      // The error concerns only this log, so that the others are still rendered.
       if (logs.size() == 1 || !std::string(error.what()).starts_with(logs[i].string())) throw;
       progress.Clear();
       fmt::print(stderr, "warning: no video: {}\n", error.what());
@@ -216,7 +217,7 @@ int Render(const RenderOptions& options) {
     }
   }
   if (without_video > 0)
-    throw InputError(fmt::format("{} of {} logs cannot be recorded as video", without_video, logs.size()));
+    throw InputError(fmt::format("no video could be made of {} of {} logs", without_video, logs.size()));
   return 0;
 }
 

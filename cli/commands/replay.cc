@@ -1,4 +1,4 @@
-// evalbus replay: plays recorded episodes into fresh metrics.
+// evalbus replay: plays recorded episodes on the bus to a new metrics process, and compares the scores.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -47,7 +47,7 @@ using std::chrono::steady_clock;
 
 struct ReplayOptions {
   std::filesystem::path recording;
-  // Of a run: these episodes only; empty: all.
+  // Episodes of a run to play; empty: all.
   std::vector<int> episodes;
   // Simulated seconds per second.
   double speed = 1;
@@ -56,14 +56,14 @@ struct ReplayOptions {
   bool web = false;
 };
 
-// Between two events.
+// Maximum time between two events.
 constexpr double kLongestWait = 60;  // s
 constexpr Range kSpeeds{0.001, 1e6};
 constexpr auto kTick = std::chrono::milliseconds(20);
-// Components say STATUS more often than this.
+// Components publish STATUS more often than this.
 constexpr auto kListen = std::chrono::milliseconds(700);
 constexpr auto kMetricsStart = std::chrono::seconds(10);
-// After the player: longer than metrics wait for late ticks, then for a score that is overdue.
+// Timeouts for a score after the player has ended: the first is longer than metrics waits for late ticks.
 constexpr auto kSettle = std::chrono::milliseconds(1500);
 constexpr auto kOverdue = std::chrono::seconds(10);
 
@@ -72,16 +72,16 @@ fs::path FindPlayer() {
   throw EnvironmentError("lcm-logplayer is not in PATH; fix: apt-get install liblcm-bin");
 }
 
-// What metrics, viz and monitors listen to. Not what the recorded metrics said, since fresh ones say it
-// again; nor COMMAND, since a replay commands nobody.
+// Channels to which metrics, viz and monitors subscribe. The recorded scores are not played, because the new
+// metrics process publishes its own; neither is COMMAND, because there is no sim to command.
 constexpr std::array<std::string_view, 5> kPlayedChannels = {
     channels::kModel.name, channels::kEpisodeBegin.name, channels::kState.name, channels::kContacts.name,
     channels::kEpisodeEnd.name};
 
 std::string PlayedChannels() { return fmt::format("({})", fmt::join(kPlayedChannels, "|")); }
 
-// LCM's player waits from event to event as long as the clock of a realtime run did, which somebody may have
-// set, or which went on while the machine was suspended.
+// LCM's player waits between events for the time that passed on the run's clock. In a realtime run, that
+// clock may have been set, or may have advanced while the machine was suspended.
 void CheckWaits(const fs::path& log, double speed) {
   EventLogReader reader(log);
   std::optional<int64_t> last_us;
@@ -91,14 +91,13 @@ void CheckWaits(const fs::path& log, double speed) {
     last_us = event.time_us;
     if (wait <= kLongestWait) continue;
     throw InputError(
-        fmt::format("{}: its clock jumps ahead, by {:.0f} s at --speed {:g}, and LCM's player would wait so "
-                    "long; a higher --speed "
-                    "waits less, 'evalbus rescore' not at all",
+        fmt::format("{}: its clock jumps ahead, for which LCM's player would wait {:.0f} s at --speed {:g}; "
+                    "use a higher --speed, or 'evalbus rescore', which does not wait",
                     log.string(), wait, speed));
   }
 }
 
-// For what a program prints: a file in memory, which nobody who kills us leaves behind.
+// A file in memory for a program's output; it does not remain if this process is killed.
 class MemoryFile {
  public:
   MemoryFile() : fd_(memfd_create("log", MFD_CLOEXEC)) {
@@ -107,7 +106,7 @@ class MemoryFile {
   ~MemoryFile() { close(fd_); }
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
-  // For this process and those that it starts; the other one for anybody.
+  // path() is valid in this process and its children, path_from_outside() in any process.
   fs::path path() const { return "/proc/self/fd/" + std::to_string(fd_); }
   fs::path path_from_outside() const { return fmt::format("/proc/{}/fd/{}", getpid(), fd_); }
 
@@ -125,7 +124,7 @@ runner::LiveHeader Header(const fs::path& log, const results::RescoredEpisode& f
   header.control_hz = 1 / ControlPeriod(model);
   header.seed = first.summary.seed;
   header.episodes = episodes;
-  // The run's own page knows more than its logs.
+  // run.json contains more than the logs.
   if (const auto run = results::RunOf(log)) {
     header.policy = run->policy;
     header.seed = run->seed;
@@ -133,7 +132,7 @@ runner::LiveHeader Header(const fs::path& log, const results::RescoredEpisode& f
   return header;
 }
 
-// Says STATUS as "replay", by which a monitor knows what it watches.
+// Publishes STATUS as the component "replay", from which monitors recognize a replay.
 class Player : public Component {
  public:
   Player(const ReplayOptions& options, Bus* bus, runner::LiveView* view)
@@ -156,10 +155,11 @@ class Player : public Component {
     bus->SetMaxBatchDelay(std::chrono::milliseconds(3));
   }
 
-  // Starts metrics; throws if a run is on this bus already.
+  // Starts metrics; throws InputError if a run is active on this bus.
   void Start(bool url_was_named) {
     if (url_was_named && HandleUntil([this] { return metrics_heard_ || sim_heard_; }, kListen)) {
-      throw InputError(bus().url() + ": a run or another replay is on this bus; choose another with --url");
+      throw InputError(bus().url() +
+                       ": a run or another replay is active on this bus; pass another bus with --url");
     }
     processes_.Start("metrics",
                      {(runner::Processes::BinaryFolder() / "evalbus-metrics").string(), "--url", bus().url(),
@@ -168,12 +168,12 @@ class Player : public Component {
     if (!HandleUntil([this] { return metrics_heard_; }, kMetricsStart)) Overdue("metrics did not start");
   }
 
-  // Plays one log and shows how its scores compare.
+  // Plays one log and prints how its scores compare.
   void Play(const fs::path& file, const results::RescoredLog& log) {
     log_ = &log;
     scored_.assign(log.episodes.size(), false);
     playing_ = true;
-    // LCM's player knows no packed logs.
+    // LCM's player cannot read compressed logs.
     std::optional<MemoryFile> unpacked;
     if (const EventLogReader reader(file); reader.is_packed()) {
       const auto bytes = reader.unpacked();
@@ -187,18 +187,18 @@ class Player : public Component {
     HandleUntil([this] { return !playing_; }, std::nullopt);
     const auto done = [this] { return scored_.back(); };
     if (!HandleUntil(done, kSettle)) {
-      // EPISODE_END was lost, is not in the log, or is behind damage, where LCM's player stops.
+      // EPISODE_END was lost, is missing in the log, or comes after damage, at which LCM's player stops.
       const episode_summary_t& last = log.episodes.back().summary;
       episode_end_t end{};
       end.header = last.header;
       end.end_reason = last.end_reason;
       end.detail = last.end_detail;
       bus().Publish(channels::kEpisodeEnd, end);
-      if (!HandleUntil(done, kOverdue)) Overdue("metrics gave no score for " + file.string());
+      if (!HandleUntil(done, kOverdue)) Overdue("metrics published no score for " + file.string());
     }
     for (size_t i = 0; i < scored_.size() && !stop_requested(); ++i) {
       if (scored_[i]) continue;
-      fmt::print("{:>7}  metrics gave no score\n", log.episodes[i].summary.header.episode);
+      fmt::print("{:>7}  metrics published no score\n", log.episodes[i].summary.header.episode);
       lost_ += Ticks(log.episodes[i].summary);
     }
   }
@@ -206,7 +206,7 @@ class Player : public Component {
   void StopAll() {
     Stop();
     for (const runner::Processes::Exit& exit : processes_.StopAll()) {
-      // Nobody expects a player that is stopped to end well.
+      // A player that is stopped exits with an error, which is not reported.
       if (exit.name != "player") fmt::print(stderr, "warning: {}\n", exit.description);
     }
   }
@@ -214,13 +214,13 @@ class Player : public Component {
   int equal() const { return equal_; }
   int64_t lost() const { return lost_; }
 
-  // Ticks that the score covers.
+  // Number of ticks that the score covers.
   static int64_t Ticks(const episode_summary_t& summary) {
     return summary.header.tick + 1 - summary.extended.missing_ticks;
   }
 
  private:
-  // True once the condition is, false when the time is over or the user wants to stop.
+  // Returns true as soon as the condition holds, false after the time or after a stop signal.
   template <class Condition>
   bool HandleUntil(Condition condition, std::optional<steady_clock::duration> time) {
     auto poll_at = steady_clock::now();
@@ -252,7 +252,7 @@ class Player : public Component {
     throw EnvironmentError(fmt::format("{} within {} s", what, kOverdue.count()));
   }
 
-  // Metrics' statistics follow each score of theirs.
+  // metrics publishes RUN_SUMMARY after each score.
   void OnScore(const run_summary_t&) {
     if (!score_ || !log_) return;
     const episode_summary_t score = *score_;
@@ -262,14 +262,14 @@ class Player : public Component {
       if (score.header.episode != episode.summary.header.episode ||
           score.header.attempt != episode.summary.header.attempt)
         continue;
-      if (std::exchange(scored_[i], true)) continue;  // said again
+      if (std::exchange(scored_[i], true)) continue;  // a repeated message
       view_->OnEpisodeDone(results::EpisodeJson("", "", score));
       const int64_t lost = Ticks(episode.summary) - Ticks(score);
       lost_ += lost;
       equal_ += episode.recorded && results::SameBits(*episode.recorded, score);
       std::string text;
       if (const int64_t absent = episode.summary.extended.missing_ticks; absent > 0) {
-        text += fmt::format("{} ticks are missing in the log; ", absent);
+        text += fmt::format("the log lacks {} ticks; ", absent);
       }
       if (!episode.has_end) text += "no EPISODE_END in the log; ";
       if (lost > 0) text += fmt::format("{} ticks were lost in the replay; ", lost);
@@ -287,7 +287,7 @@ class Player : public Component {
 
   bool metrics_heard_ = false;
   bool sim_heard_ = false;
-  // What is being played, and which of its episodes have a score.
+  // The log that is being played, and which of its episodes have a score.
   const results::RescoredLog* log_ = nullptr;
   bool playing_ = false;
   std::vector<uint8_t> scored_;
@@ -298,22 +298,24 @@ class Player : public Component {
 };
 
 void AddOptions(CLI::App* app, ReplayOptions* options) {
-  app->add_option("recording", options->recording, "folder of a run, of a suite or of an episode, or a log")
+  app->add_option("recording", options->recording, "folder of a run, a suite or an episode, or a log")
       ->required();
-  app->add_option("--episode", options->episodes, "numbers of a run's episodes, with commas; default: all")
+  app->add_option("--episode", options->episodes,
+                  "numbers of a run's episodes, separated by commas; default: all")
       ->delimiter(',')
       ->allow_extra_args(false);
-  app->add_option("--speed", options->speed, "1 = as fast as the robot moved")->capture_default_str();
+  app->add_option("--speed", options->speed, "playback speed; 1: as fast as the robot moved")
+      ->capture_default_str();
   app->add_option("--url", options->url, "bus, udpm://ADDRESS:PORT?ttl=0; default: as for 'evalbus run'");
-  app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page stays until Ctrl-C");
+  app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
 }
 
-// A log, and what is to be expected of it.
+// A log and its recorded scores.
 struct Recording {
   fs::path file;
   results::RescoredLog log;
 };
-// Those of one run, or a log alone.
+// The logs of one run, or a single log.
 using Recordings = std::vector<Recording>;
 
 std::vector<Recordings> ReadRecordings(const ReplayOptions& options) {
@@ -321,7 +323,8 @@ std::vector<Recordings> ReadRecordings(const ReplayOptions& options) {
   const std::vector<fs::path> files = results::EpisodeLogs(options.recording, options.episodes);
   if (!options.episodes.empty() && !fs::is_directory(options.recording / kEpisodesFolder) &&
       !fs::exists(options.recording / kSuiteJson)) {
-    throw InputError("--episode: " + options.recording.string() + " is no run folder; a log is played whole");
+    throw InputError("--episode: " + options.recording.string() +
+                     " is not a run folder; a log is played as a whole");
   }
   results::Rescorer rescorer;
   for (const fs::path& file : files) {
@@ -354,8 +357,8 @@ int Replay(const ReplayOptions& options) {
   const std::string& url = reserved.url();
   if (url.empty()) {
     throw EnvironmentError(
-        "this machine has no multicast, which lcm-logplayer needs ('evalbus doctor' says why); "
-        "'evalbus rescore' works without");
+        "this machine has no multicast, which lcm-logplayer needs ('evalbus doctor' explains why); use "
+        "'evalbus rescore', which needs none");
   }
   InstallStopSignals();
   const MemoryFile web_log;
@@ -392,12 +395,13 @@ int Replay(const ReplayOptions& options) {
   const double wall = std::chrono::duration<double>(steady_clock::now() - started).count();
   if (damaged > 0) {
     fmt::print(
-        "\n{} damaged: LCM's player stops at the first damaged event; 'evalbus rescore' goes on behind it\n",
+        "\n{} damaged: LCM's player stops at the first damaged event; 'evalbus rescore' skips it and "
+        "continues\n",
         damaged == 1 ? "a log is" : fmt::format("{} logs are", damaged));
   }
   fmt::print(
-      "\n{} of {} episodes equal the recorded scores in every bit; {} of {} ticks lost; {:.1f} s simulated "
-      "in {:.1f} s\n",
+      "\n{} of {} episodes have scores bit-identical to the recorded ones; {} of {} ticks lost; {:.1f} s "
+      "simulated in {:.1f} s\n",
       equal, episodes, lost, ticks, simulated, wall);
   if (web) web->Stay();
   return equal == episodes && lost == 0 ? 0 : 2;

@@ -1,4 +1,4 @@
-// evalbus report: a run, or a suite of runs, as one HTML page.
+// evalbus report: writes a run, or a suite of runs, as one HTML page.
 
 #include <fmt/format.h>
 
@@ -35,19 +35,19 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ReportOptions {
-  // Folder of a run or of a suite.
+  // Folder of a run, a suite or a plan.
   std::filesystem::path run;
   // Empty: report.html in that folder.
   std::filesystem::path out;
-  // Whose curves are drawn, and who is shown in 3D; empty: the first failures and the median success, and in
-  // 3D what there is room for.
+  // Episodes whose curves are drawn, and which can be played in 3D. Empty: curves of the first failures and
+  // of the success with the median time; in 3D as many episodes as fit.
   std::vector<int> episodes;
-  // Of the page with its viewer; 0: none.
+  // Maximum size of the page with its viewer; 0: no viewer.
   double megabytes = report::kPageMegabytes;
 };
 
 constexpr size_t kFailuresDrawn = 2;
-// A suite has many runs: of each one episode, and of that the figures that say most.
+// The report of a suite shows one episode of each run, with its most informative figures only.
 constexpr size_t kFiguresInSuite = 6;
 
 struct Choice {
@@ -55,8 +55,8 @@ struct Choice {
   std::string why;
 };
 
-// The first failures, and the success that took the median time; of runs without a failure also the slowest
-// success.
+// Returns the first failures and the success with the median time; for runs without a failure, also the
+// slowest success.
 std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failures) {
   std::vector<Choice> chosen;
   std::vector<std::pair<double, int>> successes;  // time, episode
@@ -72,7 +72,7 @@ std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failu
   std::sort(successes.begin(), successes.end());
   const int median = successes[(successes.size() - 1) / 2].second, slowest = successes.back().second;
   const bool failed = !chosen.empty();
-  chosen.push_back({median, "success of median time"});
+  chosen.push_back({median, "success with the median time"});
   if (!failed && slowest != median) chosen.push_back({slowest, "slowest success"});
   return chosen;
 }
@@ -124,7 +124,7 @@ void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& 
       const auto track =
           report::TrackEpisode(results::EpisodeLogs(recorded.folder, {choice.episode}).front(), {});
       report::EpisodeTrace trace = report::Trace(*track);
-      // What only the logs know.
+      // These values are stored only in the logs.
       if (run->curves.empty()) {
         const metric_values_t& metrics = track->summary()->metrics;
         for (int k = 0; k < metrics.num_stages; ++k) {
@@ -146,7 +146,7 @@ void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& 
   }
 }
 
-// Of a run in real time all of whose episodes say it.
+// Adds the pacing of a realtime run, unless an episode lacks it.
 void AddPacing(const results::RecordedRun& recorded, report::ReportRun* run) {
   if (!recorded.info.value("realtime", false)) return;
   std::vector<nlohmann::ordered_json> episodes;
@@ -175,7 +175,7 @@ report::ReportRun Run(const results::RecordedRun& recorded, const std::vector<in
   }
   if (std::ranges::all_of(run.episode, [](const auto& episode) { return episode.videos.empty(); })) {
     run.video_hint = "There are no videos of this run: evalbus render " + recorded.name +
-                     " makes them, and evalbus report once more links them here.";
+                     " renders them; running evalbus report again then links them here.";
   }
   run.episodes = summary.episodes;
   run.complete = summary.complete;
@@ -214,24 +214,23 @@ report::ReportRun Run(const results::RecordedRun& recorded, const std::vector<in
 }
 
 void AddOptions(CLI::App* app, ReportOptions* options) {
-  app->add_option("run", options->run, "folder of a run, of a suite or of a plan")->required();
+  app->add_option("run", options->run, "folder of a run, a suite or a plan")->required();
   app->add_option("-o,--out", options->out, "HTML file; default: report.html in that folder")
       ->type_name("FILE");
   app->add_option(
          "--episode", options->episodes,
-         "numbers of episodes whose curves are drawn and which are shown in 3D, with commas; default: the "
-         "first failures and the success of median time, and in 3D as many as there is room for")
+         "numbers of the episodes whose curves are drawn and which can be played in 3D, separated by commas; "
+         "default: the first failures and the success with the median time; in 3D as many as fit")
       ->delimiter(',');
   app->add_option(
          "--mb", options->megabytes,
-         "largest size of the page in megabytes, which says how many episodes are packed into it to\n"
-         "be shown in 3D; 0: none")
+         "maximum size of the page in megabytes; as many episodes as fit can be played in 3D; 0: none")
       ->check(CLI::Range(0.0, 2000.0))
       ->capture_default_str();
 }
 
-// Of each run first the episodes with curves, then its failures, then the others; of a suite one of each run,
-// then the next of each. Returns a sentence on what is packed.
+// Packs each run's episodes with curves first, then its failures, then the others; in a suite one episode of
+// each run, then the next one of each. Returns a sentence about the packed episodes.
 std::string AddViewer(const results::RecordedRuns& runs, const ReportOptions& options,
                       const report::PageLinks& links, report::Report* report) {
   report::ViewerPack pack(links);
@@ -257,14 +256,13 @@ std::string AddViewer(const results::RecordedRuns& runs, const ReportOptions& op
   return pack.Note();
 }
 
-// Prints the page's path, its size and what is packed. Returns the exit code. Throws InputError,
-// EnvironmentError.
+// Prints the page's path, its size and the number of packed episodes. Returns the exit code. Throws
+// InputError, EnvironmentError.
 int WriteReport(const ReportOptions& options) {
   if (fs::exists(options.run / plans::kPlanJson)) {
     if (!options.out.empty() || !options.episodes.empty()) {
       throw InputError(options.run.string() +
-                       ": a plan; its page is report.html in its folder, and -o and --episode "
-                       "are of runs");
+                       ": a plan, whose page is always its report.html; -o and --episode require a run");
     }
     const plans::PlanFolder folder(options.run);
     plans::WritePlanPages(folder, plans::ReadPlanResults(folder));
@@ -273,7 +271,7 @@ int WriteReport(const ReportOptions& options) {
   }
   const results::RecordedRuns runs = results::ReadRuns(options.run);
   if (runs.is_suite && !options.episodes.empty()) {
-    throw InputError("--episode: " + options.run.string() + " is a suite; name one of its runs");
+    throw InputError("--episode: " + options.run.string() + " is a suite; pass one of its runs");
   }
   const fs::path out = options.out.empty() ? options.run / "report.html" : options.out;
   const report::PageLinks links(out);
@@ -291,7 +289,7 @@ int WriteReport(const ReportOptions& options) {
   WriteWhole(out, page);
   fmt::print("{}\n", fs::proximate(out).string());
   if (!note.empty()) {
-    fmt::print("{} It has {:.1f} MB.\n", note, static_cast<double>(page.size()) / 1e6);
+    fmt::print("{} The page has {:.1f} MB.\n", note, static_cast<double>(page.size()) / 1e6);
   }
   return 0;
 }

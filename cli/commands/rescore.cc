@@ -31,19 +31,19 @@ struct RescoreOptions {
   std::filesystem::path recording;
   // Another task description; empty: the one in each log.
   std::filesystem::path task;
-  // Scores as in episodes.jsonl; empty: none are written.
+  // File for the scores, in the format of episodes.jsonl; empty: no file is written.
   std::filesystem::path out;
 };
 
-// Longer lists of names are cut; --out has them all.
+// Longer lists of names are truncated; the file --out contains all values.
 constexpr size_t kNamesShown = 4;
 
 TaskDescription ReadTask(const fs::path& file) {
-  // Only the rules are used; the scene is the log's.
+  // Only the conditions are used; the scene is taken from the log.
   return ParseTask(ReadInput(file, "task description"), file, false);
 }
 
-// What kept the episode from being scored as a whole; empty if nothing did.
+// Describes why the episode is incomplete; empty if it is complete.
 std::string Missing(const results::RescoredEpisode& episode) {
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
@@ -51,7 +51,7 @@ std::string Missing(const results::RescoredEpisode& episode) {
   if (extended.missing_ticks > 0) {
     add(fmt::format("{} missing", Plural(extended.missing_ticks, "tick")));
   }
-  if (extended.refused_samples > 0) add(fmt::format("{} samples refused", extended.refused_samples));
+  if (extended.refused_samples > 0) add(fmt::format("{} samples rejected", extended.refused_samples));
   if (!episode.has_end) add("no EPISODE_END in the log");
   return text;
 }
@@ -63,7 +63,7 @@ std::string Damage(const results::RescoredLog& log) {
         fmt::format("{} damaged bytes in {} skipped", log.damaged_bytes, Plural(log.damaged_places, "place"));
   }
   if (log.decode_errors > 0) {
-    text += fmt::format("{}{} messages do not decode", text.empty() ? "" : ", ", log.decode_errors);
+    text += fmt::format("{}{} messages could not be decoded", text.empty() ? "" : ", ", log.decode_errors);
   }
   return text;
 }
@@ -79,8 +79,8 @@ std::string Arrow(const std::string& before, const std::string& after) {
   return before == after ? after : before + " -> " + after;
 }
 
-// The metrics that changed, by the first part of their names, in the order of episodes.jsonl. The explanation
-// changes with them.
+// Lists the metrics that changed, by the first part of their names, in the order of episodes.jsonl. Omits the
+// explanation, which changes with them.
 std::string ChangedMetrics(const std::vector<results::Difference>& differences) {
   std::vector<std::string> names;
   for (const results::Difference& difference : differences) {
@@ -116,7 +116,7 @@ void PrintChanges(const results::RescoredEpisode& episode) {
   if (Outcome(before) != Outcome(after)) fmt::print("         {}\n", after.explanation.text);
 }
 
-// "3 of 10 verdicts changed: success -> wrong_pose 2, timeout -> success 1".
+// For example "3 of 10 verdicts changed: success -> wrong_pose 2, timeout -> success 1".
 std::string ChangedVerdicts(const std::map<std::string, int>& changes, int episodes) {
   int changed = 0;
   std::string list;
@@ -128,10 +128,11 @@ std::string ChangedVerdicts(const std::map<std::string, int>& changes, int episo
 }
 
 void AddOptions(CLI::App* app, RescoreOptions* options) {
-  app->add_option("recording", options->recording, "folder of a run, of a suite or of an episode, or a log")
+  app->add_option("recording", options->recording, "folder of a run, a suite or an episode, or a log")
       ->required();
-  app->add_option("--task", options->task,
-                  "judge by this task description, a changed copy of the recorded one's file")
+  app->add_option(
+         "--task", options->task,
+         "score with the conditions of this task description, a modified copy of the recorded task's file")
       ->type_name("YAML");
   app->add_option("--out", options->out, "write the scores to this file, in the format of episodes.jsonl")
       ->type_name("FILE");
@@ -147,7 +148,7 @@ int Rescore(const RescoreOptions& options) {
     if (fs::is_regular_file(options.out) || fs::is_directory(options.out))
       throw InputError("--out " + options.out.string() + ": exists; choose another name");
     if (!fs::is_directory(fs::absolute(options.out).parent_path())) {
-      throw InputError("--out " + options.out.string() + ": there is no such folder");
+      throw InputError("--out " + options.out.string() + ": no such folder");
     }
   }
   std::string lines;
@@ -156,7 +157,7 @@ int Rescore(const RescoreOptions& options) {
   int episodes = 0, equal = 0, kept_otherwise = 0, complete = 0, logs_without = 0;
   int successes = 0, recorded_successes = 0;
   std::map<std::string, int> changes;
-  fs::path run;                    // of the log before
+  fs::path run;                    // run of the previous log
   double simulated = 0, wall = 0;  // s
   for (const fs::path& file : logs) {
     const auto started = std::chrono::steady_clock::now();
@@ -168,7 +169,7 @@ int Rescore(const RescoreOptions& options) {
     if (RunFolderOf(file) != run && !log.episodes.empty()) {
       const model_info_t& model = *log.episodes[0].model;
       fmt::print("{}{}/{}  {}\n", run.empty() ? "" : "\n", model.task, model.variation,
-                 new_rules ? "rules of " + options.task.string() : "recorded rules");
+                 new_rules ? "conditions of " + options.task.string() : "recorded conditions");
       fmt::print("{}\n", new_rules
                              ? "episode  verdict                       time, s         stages      changed"
                              : "episode  end                time   stages  score");
@@ -203,7 +204,7 @@ int Rescore(const RescoreOptions& options) {
     }
     if (log.episodes.empty()) {
       ++logs_without;
-      fmt::print("      -  {}: nothing to score, MODEL or EPISODE_BEGIN is missing\n", file.string());
+      fmt::print("      -  {}: nothing to score: MODEL or EPISODE_BEGIN is missing\n", file.string());
     }
     if (const std::string damage = Damage(log); !damage.empty()) {
       fmt::print("         {}: {}\n", file.string(), damage);
@@ -211,21 +212,20 @@ int Rescore(const RescoreOptions& options) {
   }
   const std::vector<fs::path> gone = kept.Missing();
   for (const fs::path& log : gone)
-    fmt::print("      -  {}: this log is gone; episodes.jsonl has its score\n", log.string());
+    fmt::print("      -  {}: this log is missing; episodes.jsonl has its score\n", log.string());
   if (!options.out.empty()) WriteWhole(options.out, lines);
   if (new_rules) {
     fmt::print("\n{}\n", ChangedVerdicts(changes, episodes));
     fmt::print("{} episodes, {} complete; successes {} -> {}", episodes, complete, recorded_successes,
                successes);
   } else {
-    fmt::print("\n{} of {} episodes equal the recorded scores in every bit", equal, episodes);
+    fmt::print("\n{} of {} episodes have scores bit-identical to the recorded ones", equal, episodes);
   }
   fmt::print("; {:.1f} s simulated in {:.3f} s, {:.0f} x real time\n", simulated, wall, simulated / wall);
   if (kept_otherwise > 0) {
-    fmt::print("{} of {} episodes are other in episodes.jsonl than in their logs\n", kept_otherwise,
-               episodes);
+    fmt::print("{} of {} episodes differ between episodes.jsonl and their logs\n", kept_otherwise, episodes);
   }
-  if (!gone.empty()) fmt::print("{} of {} logs are gone\n", gone.size(), logs.size() + gone.size());
+  if (!gone.empty()) fmt::print("{} of {} logs are missing\n", gone.size(), logs.size() + gone.size());
   const bool as_kept = equal == episodes && logs_without == 0 && kept_otherwise == 0;
   return gone.empty() && (new_rules || as_kept) ? 0 : 2;
 }

@@ -1,4 +1,4 @@
-// evalbus robots: which there are, what one is in words and as an image, and whether a description is right.
+// evalbus robots: lists robots, shows one as text and as an image, and checks robot descriptions.
 
 #include <fmt/format.h>
 
@@ -26,24 +26,24 @@ struct RobotsOptions {
   const CLI::App* list = nullptr;
   const CLI::App* show = nullptr;
   const CLI::App* check = nullptr;
-  // As FindRobot takes it.
+  // Argument for FindRobot().
   std::string robot;
   std::vector<std::filesystem::path> model_path;
   ImageOptions image;
 };
 
-// How long `check` holds the robot at home, and gives a gripper to close or to open.
+// Time for which `check` holds the robot at home, and in which a gripper must close or open, s.
 constexpr double kSeconds = 1;
-// More than that is no rest.
+// Limits up to which the robot counts as at rest.
 constexpr double kMaxSag = 0.02;    // rad
 constexpr double kMaxSpeed = 0.05;  // rad/s, mean over the joints of the last half
-// Fingers that reach less of their way, or press less, hold nothing.
+// Fingers with less travel or less force cannot hold an object.
 constexpr double kMinTravel = 0.9;
 constexpr double kMinForce = 5;  // N
-// Scripted experts keep so far from everything but links that are nearer at home, m.
+// Clearance that scripted experts keep, except between links that are closer at home, m.
 const double kPlanningClearance = policy::MotionLimits().clearance;
 
-// The robot alone in the room.
+// A scene with only the robot.
 struct Alone {
   explicit Alone(const RobotsOptions& options)
       : robot(LoadRobot(FindRobot(options.robot), options.model_path)) {
@@ -71,13 +71,13 @@ int List(const RobotsOptions& options) {
       const RobotDescription robot = LoadRobot(file, options.model_path);
       size_t joints = 0;
       for (const ArmDescription& arm : robot.arms) joints += arm.joints.size();
-      rows.push_back({file.stem(), Joined(robot.arm_names()), std::to_string(joints), "there"});
+      rows.push_back({file.stem(), Joined(robot.arm_names()), std::to_string(joints), "found"});
     } catch (const InputError&) {
-      rows.push_back({file.stem(), "-", "-", "not there: --model-path, see 'evalbus robots check'"});
+      rows.push_back({file.stem(), "-", "-", "missing: pass --model-path, see 'evalbus robots check'"});
     }
   }
   PrintTable(rows);
-  fmt::print("\n'evalbus run TASK --robot ROBOT' runs with one, 'evalbus robots show' says what it is.\n");
+  fmt::print("\n'evalbus run TASK --robot ROBOT' uses one, 'evalbus robots show' describes it.\n");
   return 0;
 }
 
@@ -108,7 +108,7 @@ int Show(const RobotsOptions& options) {
     }
     PrintSection("Joints", joints);
     PrintSection("Gripper",
-                 {gripper.model_file.empty() ? "of the arm's model" : gripper.model_file.string()});
+                 {gripper.model_file.empty() ? "part of the arm's model" : gripper.model_file.string()});
     PrintSection("Pads", {Joined(gripper.pad_bodies)});
     Lines cameras;
     const mjModel& model = *alone.scene.physics;
@@ -132,15 +132,14 @@ action_t HomeAction(const RobotDescription& robot, double closing) {
   return action;
 }
 
-// What is in the way of the robot at home, and which links are so near that planning takes them for
-// neighbors.
+// Finds collisions of the robot at home, and links that are so close that planning treats them as adjacent.
 void CheckHome(const Alone& alone, Lines* wrong, Lines* notes) {
   const ModelPtr model(mj_copyModel(nullptr, alone.scene.physics.get()));
   std::fill_n(model->geom_margin, model->ngeom, kPlanningClearance);
   const DataPtr data(mj_copyData(nullptr, model.get(), &alone.MakeWorld().data()));
   mj_forward(model.get(), data.get());
   const model_info_t& info = alone.scene.info;
-  // A pair may touch in several places.
+  // A pair may have several contacts.
   std::map<std::pair<int, int>, double> nearest;
   for (int i = 0; i < data->ncon; ++i) {
     const mjContact& contact = data->contact[i];
@@ -152,11 +151,12 @@ void CheckHome(const Alone& alone, Lines* wrong, Lines* notes) {
     const std::string pair = info.geom_name[geoms.first] + " and " + info.geom_name[geoms.second];
     const std::string apart = fmt::format("{} are {:.3g} mm apart at home", pair, 1000 * distance);
     if (distance < 0) {
-      wrong->push_back(fmt::format("{} are {:.3g} mm inside one another at home", pair, -1000 * distance));
+      wrong->push_back(fmt::format("{} overlap by {:.3g} mm at home", pair, -1000 * distance));
     } else if (entity(geoms.first) == entity(geoms.second)) {
-      notes->push_back(apart + ": scripted experts do not keep them apart");
+      notes->push_back(apart + ": scripted experts do not check this pair for collisions");
     } else {
-      wrong->push_back(apart + fmt::format(", scripted experts keep {:.3g} mm", 1000 * kPlanningClearance));
+      wrong->push_back(apart +
+                       fmt::format(", but scripted experts need {:.3g} mm", 1000 * kPlanningClearance));
     }
   }
 }
@@ -169,7 +169,7 @@ void CheckRest(const Alone& alone, Lines* wrong, Lines* notes) {
   state_t state{};
   for (int step = 0; step < steps; ++step) {
     if (!world.Step()) {
-      wrong->push_back("at rest at home the physics becomes unstable: " + world.instability());
+      wrong->push_back("the physics becomes unstable while holding home: " + world.instability());
       return;
     }
     if (step < steps / 2) continue;
@@ -184,13 +184,13 @@ void CheckRest(const Alone& alone, Lines* wrong, Lines* notes) {
     }
   }
   for (size_t i = 0; i < alone.robot.arms.size(); ++i) {
-    const std::string line = fmt::format("{} holds home within {:.2g} mrad, its joints at {:.2g} rad/s",
+    const std::string line = fmt::format("{} holds home within {:.2g} mrad, mean joint speed {:.2g} rad/s",
                                          alone.robot.arms[i].name, 1000 * sag[i], speed[i]);
     (sag[i] > kMaxSag || speed[i] > kMaxSpeed ? wrong : notes)->push_back(line);
   }
 }
 
-// The mean force on the fingers' joints, N or N m, that stand half open and are to close.
+// Returns the mean force on the joints of half-open fingers that are commanded to close, N or N m.
 double Press(const Alone& alone, const GripperDescription& gripper) {
   const mjModel* model = alone.scene.physics.get();
   const DataPtr data(mj_copyData(nullptr, model, &alone.MakeWorld().data()));
@@ -252,21 +252,21 @@ int Check(const RobotsOptions& options) {
     for (size_t i = 1; i < wrong.size(); ++i) fmt::print(stderr, "error: {}\n", wrong[i - 1]);
     throw InputError(wrong.back());
   }
-  fmt::print("{}: robot {} is right\n", alone.robot.file.string(), alone.robot.name);
+  fmt::print("{}: robot {} is valid\n", alone.robot.file.string(), alone.robot.name);
   return 0;
 }
 
 void AddOptions(CLI::App* app, RobotsOptions* options) {
   app->require_subcommand(1);
-  CLI::App* list = app->add_subcommand("list", "a table of the robots in models/robots");
-  CLI::App* show = app->add_subcommand("show", "arms, joints, gripper and cameras in words, or an image");
-  CLI::App* check = app->add_subcommand(
-      "check", "compose a robot, hold it at home for a second, close and open its grippers");
+  CLI::App* list = app->add_subcommand("list", "list the robots in models/robots");
+  CLI::App* show = app->add_subcommand("show", "show arms, joints, gripper and cameras as text, or an image");
+  CLI::App* check =
+      app->add_subcommand("check", "load a robot, hold it at home for a second, close and open its grippers");
   for (CLI::App* each : {show, check}) {
-    each->add_option("robot", options->robot, "a robot of models/robots, or a YAML file")->required();
+    each->add_option("robot", options->robot, "name of a robot in models/robots, or a YAML file")->required();
   }
   for (CLI::App* each : {list, show, check}) {
-    each->add_option("--model-path", options->model_path, "folder with its models; may be repeated");
+    each->add_option("--model-path", options->model_path, "folder with its models; can be repeated");
   }
   AddImageOptions(show, &options->image);
   options->list = list;

@@ -27,12 +27,12 @@ namespace {
 namespace fs = std::filesystem;
 
 struct PlanOptions {
-  // "K/N"; empty: all of it.
+  // "K/N"; empty: the whole plan.
   std::string part;
   plans::SlurmOptions slurm;
 };
 
-// A plan, or the folder's file of one that was begun.
+// True for a plan's file, and for plan.json in the folder of a plan that was started.
 bool IsPlan(const std::vector<std::string>& tasks) {
   return tasks.size() == 1 &&
          (plans::IsPlanFile(tasks[0]) || fs::path(tasks[0]).filename() == plans::kPlanJson);
@@ -41,25 +41,27 @@ bool IsPlan(const std::vector<std::string>& tasks) {
 void AddPlanOptions(CLI::App* app, PlanOptions* options) {
   const std::string group = "Plans";
   app->add_option("--part", options->part,
-                  "K/N: the Kth of N parts of the plan only, into the folder --out that all parts share;\n"
-                  "'evalbus merge' makes the results of them")
+                  "K/N: run only the Kth of N parts of the plan; all parts share the folder --out, in "
+                  "which\n'evalbus merge' combines their results")
       ->type_name("K/N")
       ->group(group);
   app->add_flag("--slurm", options->slurm.submit,
-                "submit the plan to Slurm: a job array and a job that merges")
+                "submit the plan to Slurm: a job array and a job that merges the results")
       ->group(group);
   app->add_flag("--slurm-dry-run", options->slurm.dry_run, "show the scripts that --slurm would submit")
       ->group(group);
-  app->add_option("--partition", options->slurm.partition, "of the cluster; default: Slurm's")->group(group);
-  app->add_option("--time", options->slurm.time, "limit of a task, as sbatch takes it; default: Slurm's")
+  app->add_option("--partition", options->slurm.partition, "partition of the cluster; default: Slurm's")
+      ->group(group);
+  app->add_option("--time", options->slurm.time,
+                  "time limit of an array task, in sbatch's format; default: Slurm's")
       ->group(group);
   app->add_option("--array-size", options->slurm.array_size,
-                  "tasks of the array; default: such that each takes about ten minutes")
+                  "number of array tasks; default: chosen so that each takes about ten minutes")
       ->check(CLI::Range(1, 100'000))
       ->group(group);
 }
 
-// The options of a run or of the runs of a suite; the tasks of these.
+// Reads the options of a run, or of the runs of a suite; returns the tasks.
 std::vector<std::string> TakeOptionsOf(const fs::path& folder, runner::RunOptions* options) {
   std::vector<std::string> tasks;
   const auto take = [&](const fs::path& run) {
@@ -67,21 +69,21 @@ std::vector<std::string> TakeOptionsOf(const fs::path& folder, runner::RunOption
     const std::vector<std::string> newer =
         runner::ReadOlderOptions(ReadJsonFile(file), file.string(), options);
     if (!newer.empty()) {
-      fmt::print("{}: older than these options, which are as by default: {}\n", Printable(file.string()),
-                 fmt::join(newer, ", "));
+      fmt::print("{}: made by an older version without these options, which get their default values: {}\n",
+                 Printable(file.string()), fmt::join(newer, ", "));
     }
     tasks.push_back(options->sim.task);
   };
   if (fs::exists(folder / plans::kPlanJson)) {
     throw InputError("--like " + folder.string() + ": a plan; 'evalbus run " +
-                     (folder / plans::kPlanJson).string() + "' runs what is missing of it");
+                     (folder / plans::kPlanJson).string() + "' runs its missing episodes");
   }
   if (fs::exists(folder / kSuiteJson)) {
     for (const std::string& run : results::RunsInSuite(folder)) take(folder / run);
   } else {
     take(folder);
   }
-  // Where it ran is no part of it.
+  // Options that describe where and how the run was executed are not copied.
   options->url.clear();
   options->workers = 1;
   options->by_hand = false;
@@ -92,7 +94,8 @@ std::vector<std::string> TakeOptionsOf(const fs::path& folder, runner::RunOption
 void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_options) {
   const fs::path file = options.tasks[0];
   const bool is_begun = file.filename() == plans::kPlanJson;
-  if (is_begun && !options.out.empty()) throw InputError("--out: " + file.string() + " says the folder");
+  if (is_begun && !options.out.empty())
+    throw InputError("--out: " + file.string() + " already determines the folder");
   const bool is_shared = !plan_options.part.empty() || plan_options.slurm.submit;
   if (is_shared && !is_begun && options.out.empty()) {
     throw InputError("--part, --slurm: expected --out, the folder that all parts share");
@@ -105,7 +108,7 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
     const plans::Plan plan = is_begun ? plans::PlanFolder(file.parent_path()).plan() : plans::ReadPlan(file);
     if (plan.until)
       throw InputError(
-          "--part, --slurm: a plan with 'until' looks at all results as they come: run it on one machine");
+          "--part, --slurm: a plan with 'until' must test all results during the run: run it on one machine");
   }
   plans::SlurmOptions slurm = plan_options.slurm;
   slurm.cpus = options.workers;
@@ -113,7 +116,7 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
     int part = 0, parts = 0, end = 0;
     if (std::sscanf(plan_options.part.c_str(), "%d/%d%n", &part, &parts, &end) != 2 ||
         end != static_cast<int>(plan_options.part.size()) || part < 1 || part > parts) {
-      throw InputError("--part " + plan_options.part + ": expected K/N, as 3/16");
+      throw InputError("--part " + plan_options.part + ": expected K/N, for example 3/16");
     }
     in_folder([&](const plans::PlanFolder& folder) { plans::RunPart(folder, part, parts, options.workers); });
   } else if (slurm.submit || slurm.dry_run) {
@@ -134,7 +137,7 @@ Action AddRun(CLI::App* app) {
   const auto options = std::make_shared<runner::RunOptions>();
   const auto plan = std::make_shared<PlanOptions>();
   const auto like = std::make_shared<std::vector<std::string>>();
-  // Added first, so it is taken first.
+  // Added first, so that it is processed first.
   app->add_option_function<std::string>(
          "--like",
          [options, like](const std::string& folder) { *like = TakeOptionsOf(folder, options.get()); },
@@ -144,20 +147,20 @@ Action AddRun(CLI::App* app) {
       ->type_name("FOLDER");
   app->add_option(
       "task", options->tasks,
-      "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition; several, TASK/all or all\n"
-      "make a suite: a folder of runs with one summary. Without VARIATION: the task's first one, which in\n"
-      "all of ours is base, where nothing is random: of a policy like expert all episodes are equal.\n"
-      "Or a plan: a YAML file of policies and tasks (docs/plans.md)");
+      "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition; several, TASK/all or "
+      "all\nmake a suite: a folder of runs with one summary. Without VARIATION: the task's first one, which "
+      "in\nall built-in tasks is base, without randomization: all episodes of a policy such as expert are "
+      "then\nidentical. Or a plan: a YAML file of policies and tasks (docs/plans.md)");
   evalbus::AddOptions(app, options.get());
-  // For those whom a run starts: a run that a person starts has a folder of its own.
+  // Only for processes that a run starts: a user starts a run with its own folder.
   app->get_option("--options")->group("");
   app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME")
       ->type_name("FOLDER");
   app->add_flag("--resume", options->resume, "continue the interrupted run in --out");
-  app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page stays until Ctrl-C");
+  app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
   AddLogLevel(app);
   AddPlanOptions(app, plan.get());
-  // For the workers themselves.
+  // Only for worker processes.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");
   GroupOptions(app,
                {{"Policy", {"--policy", "--contract", "--policy-name", "--latency", "--policy-timeout-s"}},
@@ -177,7 +180,7 @@ Action AddRun(CLI::App* app) {
     } else {
       runner::FollowContract(app->count("--control-hz") > 0 || !like->empty(),
                              app->count("--policy-timeout-s") > 0 || !like->empty(), options.get());
-      if (options->tasks.empty()) throw InputError("run: expected a task ('evalbus tasks list' has them)");
+      if (options->tasks.empty()) throw InputError("run: expected a task ('evalbus tasks list' lists them)");
       runner::Run(*options);
     }
     return 0;

@@ -22,7 +22,7 @@ std::string PoseInWords(const Pose& pose) {
   const auto& q = pose.quaternion;
   if (q[1] != 0 || q[2] != 0) return text + ", quaternion " + Vector(q.data(), 4);
   const double yaw = ToDegrees(2 * std::atan2(q[3], q[0]));
-  return yaw == 0 ? text : text + fmt::format(", turned by {:.6g} degrees", yaw);
+  return yaw == 0 ? text : text + fmt::format(", yaw {:.6g} degrees", yaw);
 }
 
 std::string Joined(const Lines& names) {
@@ -52,7 +52,7 @@ void PrintTable(const std::vector<Lines>& rows) {
 }
 
 void AddImageOptions(CLI::App* app, ImageOptions* options) {
-  app->add_option("--image", options->file, "draw the scene after a reset into this PNG file");
+  app->add_option("--image", options->file, "render the scene after a reset into this PNG file");
   app->add_option("--camera", options->camera, "camera of the image")->capture_default_str();
   app->add_option("--size", options->size, "WIDTHxHEIGHT of the image in pixels")->capture_default_str();
 }

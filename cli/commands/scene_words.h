@@ -1,4 +1,4 @@
-// A scene in words and as an image, for the commands that show one.
+// Describes a scene as text and as an image, for the commands that show one.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -16,26 +16,26 @@ namespace evalbus::commands {
 
 using Lines = std::vector<std::string>;
 
-// "(1, 2, 3)"
+// For example "(1, 2, 3)".
 std::string Vector(const double* values, size_t size);
 std::string PoseInWords(const Pose& pose);
-// With commas.
+// Joins with commas.
 std::string Joined(const Lines& names);
 
-// The title in front of the first line.
+// Prints lines, with the title in front of the first one.
 void PrintSection(const std::string& title, const Lines& lines);
-// Rows under a heading, columns as wide as their widest cell.
+// Prints rows under a heading; columns are as wide as their widest cell.
 void PrintTable(const std::vector<Lines>& rows);
 
 struct ImageOptions {
-  // PNG; empty: none.
+  // PNG file; empty: no image.
   std::filesystem::path file;
   std::string camera = viz::kDefaultCamera;
   std::string size = "960x720";
 };
 void AddImageOptions(CLI::App* app, ImageOptions* options);
-// info: with the task and variation whose colors, lights and cameras are those of the seed; null: the
-// model's own. Throws InputError, EnvironmentError.
+// info: determines the task and variation whose colors, lights and cameras for this seed are used; null:
+// those of the model. Throws InputError, EnvironmentError.
 void DrawScene(ModelPtr visual, const state_t& state, const ImageOptions& options,
                const model_info_t* info = nullptr, int64_t seed = 0);
 

@@ -1,5 +1,5 @@
-// evalbus score: scores recorded trajectories. One in our own format (JSON): prints the result dictionary.
-// Columns of other files with a YAML that maps them to a task: writes a run folder.
+// evalbus score: scores recorded trajectories. For one in evalbus' own format (JSON), it prints the result
+// dictionary. For columns of other files, which a YAML maps to a task, it writes a run folder.
 #include <fmt/format.h>
 
 #include <memory>
@@ -26,20 +26,21 @@ Action AddScore(CLI::App* app) {
          "trajectory in the format of docs/metrics.md, or a YAML that maps columns to a task (docs/data.md)")
       ->required();
   app->add_option("data", options->data,
-                  "with a YAML: a .csv, .npz or .hdf5 file, or a folder of them, an episode each");
+                  "with a YAML: a .csv, .npz or .hdf5 file, or a folder of them, with one episode per file");
   app->add_option("--out", options->out, "with a YAML: run folder to write; default: runs/score-DATE-TIME");
   app->add_option("--collision-sample-window", options->score.collision_sample_window,
-                  "look at contacts every this many steps; 0 = the file's slip_sample_window")
+                  "number of steps between evaluations of contacts; 0: the file's slip_sample_window")
       ->capture_default_str();
   return [options] {
     const bool is_map = options->file.ends_with(".yaml") || options->file.ends_with(".yml");
     if (is_map) {
-      if (options->data.empty()) throw InputError("which file, or folder, does " + options->file + " map?");
+      if (options->data.empty())
+        throw InputError("expected the data file or folder that " + options->file + " maps");
       runner::ScoreTrajectories(options->file, options->data, options->out);
       return 0;
     }
     if (!options->data.empty() || !options->out.empty()) {
-      throw InputError(options->file + ": expected a YAML before a second file and --out");
+      throw InputError(options->file + ": a second file and --out require a YAML as the first file");
     }
     fmt::print("{}\n", metrics::ScoreFile(options->file, options->score).dump(2));
     return 0;

@@ -1,4 +1,4 @@
-// evalbus tap: the numbers of a run that goes on, for PlotJuggler's UDP server.
+// evalbus tap: sends the values of an active run to PlotJuggler's UDP server.
 
 #include <fmt/format.h>
 #include <netdb.h>
@@ -21,7 +21,7 @@
 namespace evalbus::commands {
 namespace {
 
-// Between two episodes, since what is drawn goes on where they begin again.
+// Gap between two episodes on PlotJuggler's time axis, on which they follow one another.
 constexpr double kGap_s = 1;
 
 struct TapOptions {
@@ -29,10 +29,10 @@ struct TapOptions {
   std::string plotjuggler;
 };
 
-// Sends datagrams; one that nobody takes is lost, and nobody waits.
+// Sends datagrams without waiting; without a receiver they are lost.
 class UdpSender {
  public:
-  // Throws InputError: not HOST:PORT, or no such host.
+  // Throws InputError if the address is not HOST:PORT, or if there is no such host.
   explicit UdpSender(const std::string& address) {
     const size_t colon = address.rfind(':');
     addrinfo hints{}, *found = nullptr;
@@ -40,7 +40,8 @@ class UdpSender {
     const std::string host = address.substr(0, colon);
     if (colon == address.npos || host.empty() ||
         getaddrinfo(host.c_str(), address.c_str() + colon + 1, &hints, &found) != 0) {
-      throw InputError(fmt::format("--plotjuggler {}: expected HOST:PORT, as localhost:9870", address));
+      throw InputError(
+          fmt::format("--plotjuggler {}: expected HOST:PORT, for example localhost:9870", address));
     }
     const std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses(found, freeaddrinfo);
     fd_ = socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -62,7 +63,7 @@ class UdpSender {
 
 // Returns the exit code. Throws InputError, EnvironmentError.
 int Tap(const TapOptions& options) {
-  // In the network that we are in now: the run's may be one of its own.
+  // Created before joining the run's network namespace, which may be a private one.
   UdpSender sender(options.plotjuggler);
   const Attached attached = Attach(options.address);
   InstallStopSignals();
@@ -88,7 +89,7 @@ int Tap(const TapOptions& options) {
     encoder.Hear(channel, data);
   });
   bus.SetMaxBatchDelay(std::chrono::milliseconds(20));
-  fmt::print("sending {} to {}\n", attached.url, options.plotjuggler);
+  fmt::print("forwarding {} to {}\n", attached.url, options.plotjuggler);
   std::fflush(stdout);
   while (!stop_requested()) bus.Handle(std::chrono::steady_clock::now() + std::chrono::milliseconds(100));
   return 0;
@@ -100,7 +101,7 @@ Action AddTap(CLI::App* app) {
   const auto options = std::make_shared<TapOptions>();
   AddAddressOptions(app, &options->address);
   app->add_option("--plotjuggler", options->plotjuggler,
-                  "HOST:PORT of its UDP server (JSON, timestamp field: timestamp)")
+                  "HOST:PORT of PlotJuggler's UDP server (JSON, timestamp field: timestamp)")
       ->required();
   return [options] { return Tap(*options); };
 }

@@ -1,5 +1,4 @@
-// evalbus tasks: what there is to run, what a task is in words and as an image, and whether a task file is
-// right.
+// evalbus tasks: lists tasks, shows one as text and as an image, copies one, and checks task files.
 
 #include <fmt/format.h>
 
@@ -27,23 +26,23 @@ struct TasksOptions {
   const CLI::App* show = nullptr;
   const CLI::App* made = nullptr;
   const CLI::App* check = nullptr;
-  // As FindTask takes it.
+  // Argument for FindTask().
   std::string task;
-  // As --robot of 'evalbus run'; empty: the task's own.
+  // Like --robot of 'evalbus run'; empty: the task's own robot.
   std::string robot;
   std::vector<std::filesystem::path> model_path;
   ImageOptions image;
-  // Of the reset that is drawn.
+  // Seed of the reset that is rendered.
   int64_t seed = 0;
-  // To check.
+  // File to check.
   std::filesystem::path file;
   std::string new_name;
 };
 
-// What `check` resets each variation from.
+// Number of seeds from which `check` resets each variation.
 constexpr int kCheckedSeeds = 10;
 
-// A task as one of its variations has it, composed.
+// A task and its composed scene.
 struct Composed {
   explicit Composed(const TaskDescription& described, const std::string& other_robot = "",
                     const std::vector<std::filesystem::path>& model_path = {})
@@ -78,8 +77,8 @@ std::string InWords(const SpawnPlane& plane) {
 }
 
 std::string InWords(const SpawnYaw& yaw) {
-  return fmt::format("{} turned about the vertical by up to {:.6g} degrees either way", yaw.object,
-                     ToDegrees(yaw.bound));
+  return fmt::format("{} rotated about the vertical axis by up to {:.6g} degrees in either direction",
+                     yaw.object, ToDegrees(yaw.bound));
 }
 
 std::string InWords(const SpawnJoint& spawn) {
@@ -125,8 +124,9 @@ std::string InWords(const RandomLight& light) {
 }
 
 std::string InWords(const RandomCamera& camera) {
-  return fmt::format("camera {} shifted by up to {} m and turned by up to {:.6g} degrees either way",
-                     camera.name.text, Vector(camera.shift.data(), 3), ToDegrees(camera.turn));
+  return fmt::format(
+      "camera {} shifted by up to {} m and rotated by up to {:.6g} degrees in either direction",
+      camera.name.text, Vector(camera.shift.data(), 3), ToDegrees(camera.turn));
 }
 
 std::string NamesOf(const std::vector<NamedExpression>& expressions) {
@@ -153,8 +153,8 @@ int ListTasks() {
   }
   PrintTable(rows);
   fmt::print(
-      "\n{} variations of {} tasks. 'evalbus run TASK/VARIATION' runs one, 'evalbus tasks show' says what it "
-      "is.\n",
+      "\n{} variations of {} tasks. 'evalbus run TASK/VARIATION' runs one, 'evalbus tasks show' describes "
+      "it.\n",
       rows.size() - 1, families);
   return 0;
 }
@@ -173,7 +173,7 @@ int Show(const TasksOptions& options) {
   Composed composed(selection.task, options.robot, options.model_path);
   const TaskDescription& task = composed.task;
   const Variation& variation = task.variation(selection.variation);
-  // First, so that nothing is printed if the image cannot be drawn.
+  // Rendered first, so that nothing is printed if this fails.
   if (!options.image.file.empty()) Draw(&composed, variation, options);
 
   fmt::print("{}/{}{}\n{}\n\n", task.name, variation.name,
@@ -190,7 +190,7 @@ int Show(const TasksOptions& options) {
     const bool is_object =
         std::find(task.objects.begin(), task.objects.end(), part.name) != task.objects.end();
     parts.push_back(fmt::format("{:<{}}  {}{}{}", part.name, width, PoseInWords(part.pose),
-                                is_object ? ", object of the task" : "", part.free ? ", free" : ""));
+                                is_object ? ", task object" : "", part.free ? ", free" : ""));
   }
   PrintSection("Scene", parts);
 
@@ -203,7 +203,7 @@ int Show(const TasksOptions& options) {
   for (const Distractors& distractors : variation.distractors) randomized.push_back(InWords(distractors));
   say(variation.physics);
   say(variation.appearance);
-  PrintSection("At each reset", randomized.empty() ? Lines{"nothing is random"} : randomized);
+  PrintSection("At each reset", randomized.empty() ? Lines{"nothing is randomized"} : randomized);
 
   const ModelNames names(composed.scene.info);
   const metrics::CompileContext context{names, task};
@@ -219,26 +219,28 @@ int Show(const TasksOptions& options) {
   PrintSection("Success", describe(task.success));
   Lines failure;
   if (!task.failure.name.empty()) failure = describe(task.failure);
-  PrintSection("Failure", failure.empty() ? Lines{"only if the robot leaves the place"} : failure);
+  PrintSection("Failure", failure.empty() ? Lines{"only if the robot leaves the workspace"} : failure);
   if (!task.target_distance.empty()) PrintSection("Distances", {NamesOf(task.target_distance)});
   if (!task.pose_error.empty()) PrintSection("Pose errors", {NamesOf(task.pose_error)});
   if (!options.image.file.empty()) PrintSection("Image", {options.image.file.string()});
   return 0;
 }
 
-// The other task's text with the new name, and nothing else changed.
+// Writes the other task's text with the new name; nothing else is changed.
 int New(const TasksOptions& options) {
   const std::filesystem::path file = options.new_name + ".yaml";
-  if (std::filesystem::exists(file)) throw InputError(file.string() + " is there already");
+  if (std::filesystem::exists(file)) throw InputError(file.string() + " already exists");
   const TaskDescription old = FindTask(options.task).task;
   std::string text = old.text;
   const std::string line = "\nname: " + old.name + "\n";
   const size_t at = ("\n" + text).find(line);
   if (at == std::string::npos) {
-    throw InputError(old.file.string() + ": expected the line 'name: " + old.name + "', to change it");
+    throw InputError(old.file.string() + ": expected the line 'name: " + old.name +
+                     "', which is to be changed");
   }
   text.replace(at, line.size() - 1, "name: " + options.new_name + "\n");
-  // A mistake in the name, or paths that the copy does not find, are seen before anything is written.
+  // Checked before anything is written: the name may be invalid, and relative paths may not resolve for the
+  // copy.
   ParseTask(text, file, true);
   WriteWhole(file, text);
   fmt::print("{0}: a copy of {1}\n\n  evalbus tasks check {0}\n  evalbus run {0} --policy expert:{1}\n",
@@ -263,31 +265,33 @@ int Check(const std::filesystem::path& file) {
     for (int seed = 0; seed < kCheckedSeeds; ++seed) {
       world.Reset(seed, variation);
       if (const std::string overlap = world.Overlap(); !overlap.empty()) {
-        throw InputError(fmt::format("{}: variation '{}': at the start (seed {}) {}",
+        throw InputError(fmt::format("{}: variation '{}': after a reset with seed {}, {}",
                                      variation.location.ToString(), variation.name, seed, overlap));
       }
     }
     names.push_back(variation.name);
   }
-  fmt::print("{}: task {} is right; variations {}\n", file.string(), described.name, Joined(names));
+  fmt::print("{}: task {} is valid; variations: {}\n", file.string(), described.name, Joined(names));
   return 0;
 }
 
 void AddOptions(CLI::App* app, TasksOptions* options) {
   app->require_subcommand(1);
-  options->list = app->add_subcommand("list", "a table of all tasks and variations");
-  CLI::App* show = app->add_subcommand("show", "scene, randomization, stages and verdict in words");
+  options->list = app->add_subcommand("list", "list all tasks and variations");
+  CLI::App* show =
+      app->add_subcommand("show", "show scene, randomization, stages and conditions as text, or an image");
   show->add_option("task", options->task, "TASK[/VARIATION], RoboEval's name, or a YAML file")->required();
-  show->add_option("--robot", options->robot, "another robot than the task's own, by name or YAML file");
-  show->add_option("--model-path", options->model_path, "folder with the robot's models; may be repeated");
+  show->add_option("--robot", options->robot,
+                   "name or YAML file of a robot to use instead of the task's own");
+  show->add_option("--model-path", options->model_path, "folder with the robot's models; can be repeated");
   AddImageOptions(show, &options->image);
   show->add_option("--seed", options->seed, "seed of the reset")->capture_default_str();
   options->show = show;
-  CLI::App* made = app->add_subcommand("new", "a task file of your own, as a copy of another task's");
+  CLI::App* made = app->add_subcommand("new", "create a task file as a copy of another task's");
   made->add_option("name", options->new_name, "name of the task; the file is NAME.yaml")->required();
-  made->add_option("--from", options->task, "task to copy, by name or YAML file")->required();
+  made->add_option("--from", options->task, "name or YAML file of the task to copy")->required();
   options->made = made;
-  CLI::App* check = app->add_subcommand("check", "read a task file, compose and reset every variation");
+  CLI::App* check = app->add_subcommand("check", "check a task file: compose and reset every variation");
   check->add_option("file", options->file, "YAML file of a task")->required();
   options->check = check;
 }
