@@ -8,6 +8,27 @@ function(evalbus_target name)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
     $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-shadow -Wno-subobject-linkage>)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  if(EVALBUS_PRECOMPILE)
+    # GCC requires the macros that the precompiled headers were compiled with, and warns falsely of std::string in them.
+    target_compile_definitions(${name} PRIVATE FMT_SHARED GTEST_HAS_PTHREAD=1)
+    target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread>)
+    if(NOT EVALBUS_PRECOMPILED_BY STREQUAL name)
+      target_precompile_headers(${name} REUSE_FROM ${EVALBUS_PRECOMPILED_BY})
+    endif()
+  endif()
+endfunction()
+
+# evalbus_precompile(NAME HEADER...): the targets of this folder and of the folders below it share these headers, which
+# one compilation precompiles (preset develop). All of them must be optimized, or none.
+function(evalbus_precompile name)
+  if(EVALBUS_PRECOMPILE)
+    file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${name}.cc CONTENT "")
+    add_library(${name} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/${name}.cc)
+    set(EVALBUS_PRECOMPILED_BY ${name} PARENT_SCOPE)
+    set(EVALBUS_PRECOMPILED_BY ${name})
+    evalbus_target(${name})
+    target_precompile_headers(${name} PRIVATE ${ARGN})
+  endif()
 endfunction()
 
 # quick_to_compile(NAME): lowers the optimization of targets that do no work per tick (command lines, network), which
