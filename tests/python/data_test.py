@@ -91,7 +91,7 @@ with tempfile.TemporaryDirectory() as name:
     ten = numpy.loadtxt(here / "ten.csv", delimiter=",", skiprows=1)
     padded = numpy.vstack([raw, numpy.repeat(raw[-1:], -len(raw) % 5, axis=0)]).reshape(-1, 5, 16)
     assert numpy.allclose(ten[:, 1:15], padded[:, :, :14].mean(1), atol=1e-12) and (ten[:, 15:] == padded[:, -1, 14:]).all()
-    assert json.loads(evalbus("demo", "info", demo, "--json"))["(no task's folder)"]["steps"] == steps
+    assert json.loads(evalbus("demo", "info", demo, "--json"))["(not in a task's folder)"]["steps"] == steps
     evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--episodes", "1", "--after-success-s", "0.5",
             "--in-process", "--video", "none", "--out", here / "played")  # fmt: skip
     said = evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--out", here / "never", code=1)
@@ -126,7 +126,7 @@ with tempfile.TemporaryDirectory() as name:
             assert abs(a - b) < 1e-6 * max(1, abs(a)), (key, arm, a, b)
     assert scored["metrics"]["completion_time"] == original["metrics"]["completion_time"]
     assert "mechanical_work_J" not in scored["extended"] and "action_clips" not in scored["extended"]
-    assert "equal the recorded scores" in evalbus("rescore", here / "scored")
+    assert "bit-identical to the recorded ones" in evalbus("rescore", here / "scored")
     evalbus("report", here / "scored", "--out", here / "report.html")
     numpy.savez(here / "a.npz", **{c: data[:, k] for k, c in enumerate(columns)})
     evalbus("score", here / "map.yaml", here / "a.npz", "--out", here / "scored_npz")

@@ -150,13 +150,13 @@ TEST_F(BadInput, TaskCheckLooksAtStartsAndLimits) {
   // The counter's top is at 0.859 m and the pot's bottom 0.137 m below its origin, so the pot is 9 mm too
   // low.
   expect(pot, "pose: {position_m: [0.7, 0, 0.987]}", "  base:\n    alias",
-         "variation 'base': at the start (seed 0) pot is ");
+         "variation 'base': after a reset with seed 0, pot is ");
   expect("center_m: [0.735, 0], half_extents_m: [0.21, 0.4]",
          "center_m: [0.1, 0.3], half_extents_m: [0.01, 0.01]", "  position:\n",
          "variation 'position': no draw in 1000 leaves every part clear of the others; in the last pot is ");
   // The robot stands inside the left cabinet.
   expect(base, "base: {position_m: [0.8, 0, 0]}", "  base:\n    alias",
-         "variation 'base': at the start (seed 0) ");
+         "variation 'base': after a reset with seed 0, ");
   expect("max_deg: 20", "max_deg: 120", "max_deg: 120",
          "key 'max_deg': expected a number in [0, 90], got '120'");
   expect("{gripper: left, object: pot}", "{gripper: left, object: pott}", "object: pott",

@@ -110,9 +110,9 @@ TEST_F(FormatsTest, Compare) {
 
   const Result unknown = RunProgram({"evalbus", "compare", A(), B(), "--baseline", "nobody"});
   EXPECT_EQ(unknown.code, 1);
-  EXPECT_EQ(
-      unknown.err,
-      "error: --baseline nobody: none of the runs and no folder; there are a (noisy_expert), b (expert)\n");
+  EXPECT_EQ(unknown.err,
+            "error: --baseline nobody: neither one of the runs nor a folder; the runs are a (noisy_expert), "
+            "b (expert)\n");
 }
 
 }  // namespace evalbus::formats_test

@@ -49,8 +49,8 @@ TEST_F(Kept, AResultThatWasEditedIsSaid) {
   EXPECT_EQ(result.code, 2) << result.out;
   EXPECT_SAYS(result.out, "         episodes.jsonl differs: failure_reason \"\" -> \"" + reason +
                               "\", metrics.success 1.0 -> 0.0\n");
-  EXPECT_SAYS(result.out, "1 of 3 episodes are other in episodes.jsonl than in their logs");
-  EXPECT_SAYS(result.out, "3 of 3 episodes equal the recorded scores in every bit");
+  EXPECT_SAYS(result.out, "1 of 3 episodes differ between episodes.jsonl and their logs");
+  EXPECT_SAYS(result.out, "3 of 3 episodes have scores bit-identical to the recorded ones");
 }
 
 TEST_F(Kept, ALineThatIsGoneIsSaid) {
@@ -65,8 +65,8 @@ TEST_F(Kept, ALogThatIsGoneIsSaid) {
   fs::remove(LogFile(run_, 1));
   const Result result = Rescore(run_);
   EXPECT_EQ(result.code, 2) << result.out;
-  EXPECT_SAYS(result.out, LogFile(run_, 1).string() + ": this log is gone; episodes.jsonl has its score");
-  EXPECT_SAYS(result.out, "1 of 3 logs are gone");
+  EXPECT_SAYS(result.out, LogFile(run_, 1).string() + ": this log is missing; episodes.jsonl has its score");
+  EXPECT_SAYS(result.out, "1 of 3 logs are missing");
 }
 
 TEST_F(Kept, ALogAloneIsComparedWithNothingElse) {
@@ -89,12 +89,13 @@ TEST_F(Kept, AClockThatJumpedIsNotWaitedFor) {
   }
   const Result refused = RunProgram({"evalbus", "replay", jumped});
   EXPECT_EQ(refused.code, 1) << refused.out;
-  EXPECT_EQ(refused.err,
-            "error: " + jumped.string() +
-                ": its clock jumps ahead, by 3600 s at --speed 1, and LCM's player would wait so long; a "
-                "higher --speed waits less, 'evalbus rescore' not at all\n");
+  EXPECT_EQ(
+      refused.err,
+      "error: " + jumped.string() +
+          ": its clock jumps ahead, for which LCM's player would wait 3600 s at --speed 1; use a higher "
+          "--speed, or 'evalbus rescore', which does not wait\n");
   const Result fast = RunProgram({"evalbus", "replay", jumped, "--speed", "10000"});
-  EXPECT_SAYS(fast.out, "1 of 1 episodes equal") << fast.err;
+  EXPECT_SAYS(fast.out, "1 of 1 episodes have scores bit-identical") << fast.err;
 }
 
 TEST_F(Kept, AReplayThatIsKilledLeavesNothing) {
@@ -116,7 +117,7 @@ TEST_F(Kept, EveryLogThatCanBeRenderedIs) {
   EXPECT_EQ(result.code, 1);
   EXPECT_SAYS(result.err,
               "warning: no video: " + LogFile(run_, 1).string() + ": no whole MODEL message in this log\n");
-  EXPECT_TRUE(result.err.ends_with("\nerror: 1 of 3 logs cannot be recorded as video\n")) << result.err;
+  EXPECT_TRUE(result.err.ends_with("\nerror: no video could be made of 1 of 3 logs\n")) << result.err;
   for (const int episode : {0, 2}) {
     EXPECT_TRUE(fs::exists(LogFile(run_, episode).parent_path() / "front.mp4")) << episode;
   }

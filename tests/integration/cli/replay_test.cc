@@ -83,7 +83,7 @@ TEST_F(Recorded, RescoreGivesTheRecordedBits) {
   const Result result = Rescore(run_, {"--out", out});
   EXPECT_EQ(result.code, 0) << result.out << result.err;
   EXPECT_EQ(result.err, "");
-  EXPECT_SAYS(result.out, "2 of 2 episodes equal the recorded scores in every bit");
+  EXPECT_SAYS(result.out, "2 of 2 episodes have scores bit-identical to the recorded ones");
   EXPECT_EQ(ReadText(out), ReadText(run_ / "episodes.jsonl"));
 }
 
@@ -93,11 +93,11 @@ TEST_F(Recorded, ReplayGivesTheRecordedBits) {
   const Result result = Replay(run_);
   EXPECT_EQ(result.code, 0) << result.out << result.err;
   EXPECT_EQ(result.err, "");
-  EXPECT_SAYS(result.out, "2 of 2 episodes equal the recorded scores in every bit; 0 of " +
+  EXPECT_SAYS(result.out, "2 of 2 episodes have scores bit-identical to the recorded ones; 0 of " +
                               std::to_string(NumStates(2)) + " ticks lost");
   const Result one = Replay(run_, {"--speed", "5", "--episode", "1"});
   EXPECT_EQ(one.code, 0) << one.out << one.err;
-  EXPECT_SAYS(one.out, "1 of 1 episodes equal");
+  EXPECT_SAYS(one.out, "1 of 1 episodes have scores bit-identical");
 }
 
 TEST_F(Recorded, ReplayRefusesAPageOfTheRunThatIsNone) {
@@ -116,9 +116,9 @@ TEST_F(Recorded, SuitesAreReplayedRescoredAndRendered) {
            suite);
   const Result rescored = Rescore(suite);
   EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
-  EXPECT_SAYS(rescored.out, "lift_pot/base  recorded rules");
-  EXPECT_SAYS(rescored.out, "stack_two_blocks/base  recorded rules");
-  EXPECT_SAYS(rescored.out, "2 of 2 episodes equal the recorded scores in every bit");
+  EXPECT_SAYS(rescored.out, "lift_pot/base  recorded conditions");
+  EXPECT_SAYS(rescored.out, "stack_two_blocks/base  recorded conditions");
+  EXPECT_SAYS(rescored.out, "2 of 2 episodes have scores bit-identical to the recorded ones");
 
   const Result rendered =
       RunProgram({"evalbus", "render", suite, "--camera", "left/hand/wrist", "--size", "160x120"});
@@ -132,7 +132,7 @@ TEST_F(Recorded, SuitesAreReplayedRescoredAndRendered) {
   EXPECT_EQ(replayed.code, 0) << replayed.out << replayed.err;
   EXPECT_SAYS(replayed.out, "lift_pot/base  policy flawed_expert:error");
   EXPECT_SAYS(replayed.out, "stack_two_blocks/base  policy flawed_expert:error");
-  EXPECT_SAYS(replayed.out, "2 of 2 episodes equal the recorded scores in every bit; 0 of ");
+  EXPECT_SAYS(replayed.out, "2 of 2 episodes have scores bit-identical to the recorded ones; 0 of ");
 }
 
 // The reason is that of the run's table, not the end reason of the sim.
@@ -199,7 +199,7 @@ TEST_F(Recorded, OtherScoreThanRecordedIsSaid) {
   for (const Result& result : {Rescore(log), Replay(log)}) {
     EXPECT_EQ(result.code, 2);
     EXPECT_SAYS(result.out, "DIFFERS: extended.mechanical_work_J.right");
-    EXPECT_SAYS(result.out, "0 of 1 episodes equal");
+    EXPECT_SAYS(result.out, "0 of 1 episodes have scores bit-identical");
   }
 }
 
@@ -312,7 +312,7 @@ TEST_F(Recorded, MissingTicksAreCountedExactly) {
   EXPECT_EQ(score["extended"]["missing_ticks"], 5);
   const Result replayed = Replay(log);
   EXPECT_EQ(replayed.code, 2);
-  EXPECT_SAYS(replayed.out, "5 ticks are missing in the log; DIFFERS: complete true -> false");
+  EXPECT_SAYS(replayed.out, "the log lacks 5 ticks; DIFFERS: complete true -> false");
   EXPECT_SAYS(replayed.out, "0 of " + std::to_string(NumStates(1) - 5) + " ticks lost");
 }
 
@@ -369,8 +369,8 @@ TEST_F(Recorded, BusWithARunOnItIsRefused) {
   ASSERT_TRUE(WaitFor([&] { return metrics.out() == "metrics ready\n"; })) << metrics.err();
   const Result result = Replay(run_, {"--url", url});
   EXPECT_EQ(result.code, 1);
-  EXPECT_EQ(result.err,
-            "error: " + url + ": a run or another replay is on this bus; choose another with --url\n");
+  EXPECT_EQ(result.err, "error: " + url +
+                            ": a run or another replay is active on this bus; pass another bus with --url\n");
 }
 
 TEST_F(Recorded, InterruptEndsTheReplay) {
@@ -403,7 +403,7 @@ TEST_F(Recorded, WrongInputGetsOneLine) {
        text.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)"},
       {{"replay", run, "--episode", "7"}, run + " has no finished episode 7; it has 1, 0 to 0"},
       {{"replay", log_, "--episode", "0"},
-       "--episode: " + log_.string() + " is no run folder; a log is played whole"},
+       "--episode: " + log_.string() + " is not a run folder; a log is played as a whole"},
       {{"replay", run, "--speed", "0"}, "--speed: expected 0.001 to 1000000, not 0"},
       {{"replay", run, "--speed", "1e300"}, "--speed: expected 0.001 to 1000000, not 1e+300"},
       {{"replay", run, "--speed", "nan"}, "--speed: expected 0.001 to 1000000, not nan"},

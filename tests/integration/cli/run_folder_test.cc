@@ -231,8 +231,8 @@ TEST(Like, RunsAnOlderRunAgain) {
   const auto older =
       like({"log", "after_success_s", "physics_sha256", "visual_sha256", "scene_warnings"}, {"--out", again});
   EXPECT_EQ(older.code, 0) << older.err;
-  EXPECT_NE(older.out.find("older than these options, which are as by default: --after-success-s 0.0, "
-                           "--log \"plain\"\n"),
+  EXPECT_NE(older.out.find("made by an older version without these options, which get their default values: "
+                           "--after-success-s 0.0, --log \"plain\"\n"),
             std::string::npos)
       << older.out;
   EXPECT_EQ(ReadText(again / "episodes.jsonl"), ReadText(run / "episodes.jsonl"));

@@ -193,7 +193,8 @@ TEST_F(Watch, AnyRateIsExactAndNoLockstep) {
   EXPECT_NEAR(before, after, 1.0 / 30 + 0.02);
   const Result rescored = RunProgram({"evalbus", "rescore", out()});
   EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
-  EXPECT_NE(rescored.out.find("equal the recorded scores in every bit"), std::string::npos) << rescored.out;
+  EXPECT_NE(rescored.out.find("have scores bit-identical to the recorded ones"), std::string::npos)
+      << rescored.out;
 }
 
 TEST_F(Watch, WithoutObjectsNothingIsSaidAboutThem) {
