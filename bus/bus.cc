@@ -4,14 +4,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
 #include <random>
 #include <system_error>
 #include <utility>
 
 #include "base/errors.h"
-#include "bus/multicast_receiver.h"
-#include "bus/poll.h"
+#include "base/poll.h"
+#include "bus/udpm/multicast_receiver.h"
 
 namespace evalbus {
 namespace {
@@ -25,6 +26,21 @@ constexpr char kMulticastFix[] =
 constexpr std::string_view kAnyEnd = ".*";
 
 bool IsMulticast(const std::string& url) { return url.rfind("udpm://", 0) == 0; }
+
+// True if EVALBUS_LCM_RECEIVER selects liblcm.
+bool LiblcmIsSelected() {
+  const char* const receiver = std::getenv("EVALBUS_LCM_RECEIVER");
+  if (!receiver || receiver == std::string_view("evalbus")) return false;
+  if (receiver == std::string_view("liblcm")) return true;
+  throw InputError(std::string("EVALBUS_LCM_RECEIVER: expected evalbus or liblcm, got ") + receiver);
+}
+
+// The URL with the receive buffer size that the kernel shall be asked for.
+std::string WithReceiveBuffer(const std::string& url) {
+  if (!IsMulticast(url) || url.find("recv_buf_size=") != std::string::npos) return url;
+  return url + (url.find('?') == std::string::npos ? "?" : "&") +
+         "recv_buf_size=" + std::to_string(kReceiveBufferBytes);
+}
 
 // liblcm crashes if the process has no file descriptors left.
 void CheckLimits(const std::string& url) {
@@ -59,8 +75,9 @@ Bus::Bus(const std::string& url, int64_t session, int64_t instance)
     CheckReceiveBuffer(url);
     CheckLimits(url);
   }
+  liblcm_receives_ = LiblcmIsSelected() || !IsMulticast(url);
   wake_event_ = std::make_shared<WakeEvent>();
-  lcm_ = std::make_unique<lcm::LCM>(url);
+  lcm_ = std::make_unique<lcm::LCM>(liblcm_receives_ ? WithReceiveBuffer(url) : url);
   if (!lcm_->good()) throw EnvironmentError("cannot open bus " + url + ": bad address, or " + kMulticastFix);
 }
 
@@ -89,13 +106,7 @@ void Bus::PublishRaw(const char* channel, std::span<const uint8_t> data) {
 
 void Bus::SubscribeRaw(const std::string& channels, RawHandler handler) {
   subscriptions_.push_back(std::make_unique<Subscription>(Subscription{this, channels, std::move(handler)}));
-  if (!IsMulticast(url_)) {
-    lcm_subscription_t* subscription = lcm_subscribe(lcm_->getUnderlyingLCM(), channels.c_str(),
-                                                     &Subscription::Receive, subscriptions_.back().get());
-    // 0 = unlimited. With the default of 30, LCM silently drops the newest message.
-    lcm_subscription_set_queue_capacity(subscription, 0);
-    return;
-  }
+  if (liblcm_receives_) return SubscribeWithLiblcm(subscriptions_.back().get());
   std::vector<std::string> wanted;
   for (const auto& subscription : subscriptions_) wanted.push_back(subscription->channels);
   if (receiver_) return receiver_->Filter(wanted);
@@ -105,6 +116,13 @@ void Bus::SubscribeRaw(const std::string& channels, RawHandler handler) {
   } catch (const std::system_error& error) {
     throw EnvironmentError("cannot open bus " + url_ + " (" + error.code().message() + "): " + kMulticastFix);
   }
+}
+
+void Bus::SubscribeWithLiblcm(Subscription* subscription) {
+  lcm_subscription_t* const subscribed = lcm_subscribe(
+      lcm_->getUnderlyingLCM(), subscription->channels.c_str(), &Subscription::Receive, subscription);
+  // 0 = unlimited. With the default of 30, LCM silently drops the newest message.
+  lcm_subscription_set_queue_capacity(subscribed, 0);
 }
 
 bool Bus::Subscription::Matches(std::string_view channel) const {
@@ -149,15 +167,15 @@ bool Bus::EndWait(SteadyTime deadline) {
   return false;
 }
 
-bool Bus::Handle(SteadyTime deadline) {
-  if (IsMulticast(url_)) return HandleReceived(deadline);
+bool Bus::HandleWithLiblcm(SteadyTime deadline) {
   if (!WaitReadable(lcm_->getFileno(), wake_event_->fd(), deadline)) return EndWait(deadline);
   if (lcm_->handle() != 0) throw EnvironmentError("bus " + url_ + " failed while receiving");
   if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
   return true;
 }
 
-bool Bus::HandleReceived(SteadyTime deadline) {
+bool Bus::Handle(SteadyTime deadline) {
+  if (liblcm_receives_) return HandleWithLiblcm(deadline);
   if (!receiver_) {
     WaitReadable(-1, wake_event_->fd(), deadline);
     return EndWait(deadline);

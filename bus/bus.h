@@ -1,6 +1,7 @@
 // Connection to a message bus: typed publish and subscribe on LCM. Reports the failures that LCM hides.
 // liblcm sends messages, and also delivers them within a process (memq); messages of other processes are
-// received by MulticastReceiver.
+// received by MulticastReceiver, or by liblcm if the environment has EVALBUS_LCM_RECEIVER=liblcm
+// (docs/design/0001-own-udp-receiver.md).
 //
 // Not thread-safe: one thread publishes and handles. Handlers run inside Handle().
 #pragma once
@@ -53,8 +54,8 @@ class Bus {
   //
   // instance: as in STATUS. 0: each component draws its own.
   //
-  // Throws InputError if the URL is invalid or requests too small a buffer, and EnvironmentError, with the
-  // fix, if the bus cannot be opened.
+  // Throws InputError if the URL or EVALBUS_LCM_RECEIVER is invalid or too small a buffer is requested, and
+  // EnvironmentError, with the fix, if the bus cannot be opened.
   explicit Bus(const std::string& url, int64_t session = 0, int64_t instance = 0);
   ~Bus();
   Bus(const Bus&) = delete;
@@ -82,8 +83,8 @@ class Bus {
 
   // Calls handler for each message on the channel; the message is decoded once for all handlers. A message
   // that cannot be decoded (other type, truncated, too long) is counted in decode_errors() and dropped.
-  // Within a process the queue is unlimited; otherwise the receive buffer limits it. Exceptions of a handler
-  // propagate out of Handle().
+  // If liblcm receives, the queue is unlimited; otherwise the receive buffer limits it. Exceptions of a
+  // handler propagate out of Handle().
   template <class Message>
   void Subscribe(const Channel<Message>& channel,
                  std::type_identity_t<std::function<void(const Message&)>> handler) {
@@ -112,7 +113,7 @@ class Bus {
   // Allows messages to be delayed by up to `delay`, so that one wake-up handles many. The receive buffer may
   // limit the delay further. Components whose answers other components wait for should leave it at 0.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
-  // Receive buffer that the kernel granted. Nothing within a process, where the queue is unlimited.
+  // Receive buffer that the kernel granted. Nothing if liblcm receives: its queue is unlimited.
   std::optional<size_t> receive_buffer_bytes() const;
 
   // Handles one message if one arrives before the deadline. Returns false if none did, or if wake_event() was
@@ -154,7 +155,8 @@ class Bus {
   void Note(Trace::Event event, std::string_view channel, std::span<const uint8_t> data) {
     if (trace_) trace_->Add(event, channel, data);
   }
-  bool HandleReceived(SteadyTime deadline);
+  void SubscribeWithLiblcm(Subscription* subscription);
+  bool HandleWithLiblcm(SteadyTime deadline);
   // Returns false, as the result of Handle() without a message.
   bool EndWait(SteadyTime deadline);
   void Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
@@ -168,7 +170,9 @@ class Bus {
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   // Key: channel, type.
   std::map<std::pair<std::string, int64_t>, std::shared_ptr<void>> topics_;
-  // Exists from the first subscription on; always null within a process.
+  // True within a process, and if the environment says so.
+  bool liblcm_receives_;
+  // Exists from the first subscription on, unless liblcm receives.
   std::unique_ptr<MulticastReceiver> receiver_;
   std::vector<uint8_t> buffer_;
   std::span<const uint8_t> handled_;

@@ -13,9 +13,9 @@
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/run_layout.h"
-#include "bus/lcm_wire.h"
 #include "bus/message.h"
 #include "bus/packed_log.h"
+#include "bus/udpm/lcm_wire.h"
 
 namespace evalbus {
 namespace {

@@ -7,12 +7,10 @@
 #include <span>
 #include <vector>
 
+#include "bus/udpm/lcm_wire.h"
 #include "evalbus/header_t.hpp"
 
 namespace evalbus {
-
-// Larger messages are treated as damaged or foreign. A MODEL has about 20 KB, a lossless image several MB.
-inline constexpr size_t kMaxMessageBytes = size_t{64} << 20;
 
 // Encodes into `bytes` and reuses its storage.
 template <class Message>

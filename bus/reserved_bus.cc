@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "bus/multicast_receiver.h"
+#include "bus/udpm/multicast_receiver.h"
 
 namespace evalbus {
 namespace {

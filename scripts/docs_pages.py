@@ -7,6 +7,7 @@
 """
 import html.parser
 import pathlib
+import posixpath
 import re
 import shutil
 import sys
@@ -47,6 +48,7 @@ def gather_page(source, broken):
         name = in_site(file)
         if name is None:
             return label
+        name = posixpath.relpath(name, posixpath.dirname(in_site(source)))
         return f"{image}[{label}]({name}{'#' + heading if heading else ''})"
 
     return LINK.sub(link, text)
@@ -56,8 +58,10 @@ def gather():
     shutil.rmtree(PAGES, ignore_errors=True)
     shutil.copytree(ROOT / "docs", PAGES, ignore=shutil.ignore_patterns("*.md"))
     broken = []
-    for source in [*sorted((ROOT / "docs").glob("*.md")), *(ROOT / name for name in PROJECT_PAGES)]:
-        (PAGES / in_site(source)).write_text(gather_page(source, broken), encoding="utf-8")
+    for source in [*sorted((ROOT / "docs").rglob("*.md")), *(ROOT / name for name in PROJECT_PAGES)]:
+        page = PAGES / in_site(source)
+        page.parent.mkdir(exist_ok=True)
+        page.write_text(gather_page(source, broken), encoding="utf-8")
     return broken
 
 

@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "bus/lcm_wire.h"
-#include "bus/reassembler.h"
+#include "bus/udpm/lcm_wire.h"
+#include "bus/udpm/reassembler.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   evalbus::Reassembler reassembler;

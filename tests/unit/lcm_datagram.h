@@ -1,4 +1,4 @@
-// Datagrams as LCM's senders make them, and invalid ones.
+// Datagrams as LCM senders make them, and invalid ones.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "bus/lcm_wire.h"
+#include "bus/udpm/lcm_wire.h"
 
 namespace evalbus {
 
@@ -28,7 +28,7 @@ inline std::string FragmentDatagram(uint32_t sequence, uint32_t message_bytes, u
          BigEndian(offset, 4) + BigEndian(number, 2) + BigEndian(count, 2) + std::string(payload);
 }
 
-// A message in parts of so many bytes, the channel's name among those of the first.
+// A message in fragments of this many bytes; the first fragment includes the channel's name.
 inline std::vector<std::string> Fragments(uint32_t sequence, std::string_view channel, std::string_view data,
                                           size_t part_bytes) {
   const std::string all = std::string(channel) + '\0' + std::string(data);

@@ -198,4 +198,74 @@ TEST(Receivers, OfOtherGroupsOnOnePortHearOnlyTheirOwn) {
   EXPECT_EQ(heard_b, (Heard{"EVALBUS_GROUP_OF_B", "EVALBUS_GROUP_END"}));
 }
 
+// Sets EVALBUS_LCM_RECEIVER during its lifetime.
+class WithReceiver {
+ public:
+  explicit WithReceiver(const char* receiver) { setenv("EVALBUS_LCM_RECEIVER", receiver, 1); }
+  ~WithReceiver() { unsetenv("EVALBUS_LCM_RECEIVER"); }
+  WithReceiver(const WithReceiver&) = delete;
+  WithReceiver& operator=(const WithReceiver&) = delete;
+};
+
+TEST(ReceiverChoice, WithLiblcmTheBusDeliversTheSameMessages) {
+  EVALBUS_NEEDS_BUS();
+  const std::string url = UniqueUrl();
+  Heard by_ours, by_liblcm;
+  const auto note = [](Heard* heard) {
+    return [heard](std::string_view channel, std::span<const uint8_t> data, int64_t) {
+      heard->push_back(Line(channel, data));
+    };
+  };
+  Bus ours(url);
+  ours.SubscribeRaw("A.*", note(&by_ours));
+  std::optional<Bus> liblcm;
+  {
+    const WithReceiver receiver("liblcm");
+    liblcm.emplace(url);
+  }
+  liblcm->SubscribeRaw("A.*", note(&by_liblcm));
+  EXPECT_TRUE(ours.receive_buffer_bytes());
+  EXPECT_FALSE(liblcm->receive_buffer_bytes());
+  for (const size_t size : {size_t{0}, size_t{1000}, size_t{65'600}, size_t{1} << 20}) {
+    const std::vector<uint8_t> data(size, 7);
+    ours.PublishRaw("B", data);  // not subscribed
+    ours.PublishRaw("A1", data);
+    liblcm->PublishRaw("A2", data);
+    const size_t expected = by_ours.size() + 2;
+    EXPECT_TRUE(WaitFor([&] {
+      while (ours.Handle()) {
+      }
+      while (liblcm->Handle()) {
+      }
+      return by_ours.size() >= expected && by_liblcm.size() >= expected;
+    }));
+  }
+  EXPECT_EQ(by_ours, by_liblcm);
+  EXPECT_EQ(by_ours.size(), 8u);
+}
+
+TEST(ReceiverChoice, ARunHasTheSameResultsWithLiblcm) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const std::vector<std::string> arguments = {"lift_pot/position", "--policy", "noisy_expert", "--episodes",
+                                              "2"};
+  Evaluate(arguments, folder.path() / "ours");
+  {
+    const WithReceiver receiver("liblcm");
+    Evaluate(arguments, folder.path() / "liblcm");
+  }
+  ExpectSameScores(folder.path() / "ours", folder.path() / "liblcm");
+  for (int episode = 0; episode < 2; ++episode) {
+    ExpectSameTicks(ReadLog(LogFile(folder.path() / "ours", episode)),
+                    ReadLog(LogFile(folder.path() / "liblcm", episode)));
+  }
+}
+
+TEST(ReceiverChoice, AnUnknownOneIsOneLine) {
+  const Result result = RunProgram({"evalbus", "monitor", "--url", "udpm://239.255.1.1:7667?ttl=0"},
+                                   {{}, [] { setenv("EVALBUS_LCM_RECEIVER", "lcm", 1); }});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(result.err, "error: EVALBUS_LCM_RECEIVER: expected evalbus or liblcm, got lcm\n");
+}
+
 }  // namespace evalbus::receiver_test

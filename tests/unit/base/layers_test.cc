@@ -1,4 +1,4 @@
-// Which folder may include which: docs/contributing.md has the map.
+// Checks which folder includes which; docs/contributing.md has the order.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,8 +14,9 @@ namespace evalbus::layers_test {
 namespace fs = std::filesystem;
 
 // Each folder includes only those before it.
-constexpr std::array<std::string_view, 39> kOrder = {"base",
+constexpr std::array<std::string_view, 40> kOrder = {"base",
                                                      "lcmtypes",
+                                                     "bus/udpm",
                                                      "bus",
                                                      "bus/recorder",
                                                      "models",
@@ -53,7 +54,7 @@ constexpr std::array<std::string_view, 39> kOrder = {"base",
                                                      "cli/commands",
                                                      "cli",
                                                      "tests"};
-// Processes know each other by messages alone.
+// Processes exchange messages only; none includes another's headers.
 constexpr std::array<std::string_view, 5> kProcesses = {"sim", "collision", "metrics", "policy_bridge",
                                                         "viz"};
 
@@ -67,7 +68,7 @@ bool IsProcess(const std::string& folder) {
   return std::ranges::find(kProcesses, TopOf(folder)) != kProcesses.end();
 }
 
-// What is wrong with an include; empty if nothing is.
+// Returns the error of an include; empty if it is allowed.
 std::string Wrong(const std::string& folder, const std::string& included) {
   if (folder == included) return "";
   if (Place(folder) == kOrder.size()) return "a folder without a place in the order";

@@ -31,14 +31,14 @@ TEST(Bus, DeliversEveryMessageInOrderToASlowSubscriber) {
   Bus bus("memq://");
   std::vector<int64_t> ticks;
   bus.Subscribe(kChannel, [&](const header_t& header) { ticks.push_back(header.tick); });
-  // LCM's default queue holds 30.
+  // LCM's default queue holds 30 messages.
   for (int i = 0; i < 1000; ++i) bus.Publish(kChannel, Header(0, i));
   HandleAll(&bus);
   ASSERT_EQ(ticks.size(), 1000u);
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(ticks[static_cast<size_t>(i)], i);
 }
 
-// A wait that nothing ends would last until the test's time limit.
+// If nothing ended the wait, it would last until the test's time limit.
 TEST(Bus, AWakeEventEndsTheWaitForAMessage) {
   const auto far = std::chrono::steady_clock::now() + std::chrono::hours(1);
   Bus bus("memq://");
@@ -76,7 +76,7 @@ TEST(Bus, OfASessionReceivesOnlyItsSession) {
   EXPECT_EQ(received[0].header.tick, 7);
   EXPECT_EQ(raw, 1);
   EXPECT_EQ(bus.foreign_messages(), 4);
-  // What it publishes itself has its session, whatever the message says.
+  // Messages that this bus publishes get its session, whatever session they had.
   action.header.session = 8;
   bus.Publish(kAction, action);
   HandleAll(&bus);
@@ -106,7 +106,7 @@ TEST(Bus, CountsMessagesThatDoNotDecodeAndDropsThem) {
   bus.PublishRaw("T", {rubbish, 0});
   std::vector<uint8_t> bytes(static_cast<size_t>(Header(1, 2).getEncodedSize()));
   Header(1, 2).encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  bus.PublishRaw("T", {bytes.data(), bytes.size() - 1});  // cut
+  bus.PublishRaw("T", {bytes.data(), bytes.size() - 1});  // truncated
   bytes.push_back(0);
   bus.PublishRaw("T", bytes);  // too long
   bus.Publish(kChannel, Header(1, 2));

@@ -1,4 +1,4 @@
-// The table of channels in docs/messages.md is that of bus/channels.h.
+// The table of channels in docs/messages.md must equal that of bus/channels.h.
 #include "bus/channels.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ std::string Trimmed(std::string text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
-// Rows "| `EVALBUS_X` | `x_t` | who | ...".
+// Rows have the form "| `EVALBUS_X` | `x_t` | publisher | ...".
 std::set<Row> Documented() {
   std::ifstream stream(EVALBUS_SOURCE_DIR "/docs/messages.md");
   std::set<Row> rows;

@@ -29,7 +29,7 @@ TEST(ConflictDetector, KeepsTicksAndChannelsApartInAnyOrder) {
   EXPECT_EQ(detector.Hear("A", 4999, kOurs), Answer::kNew);
   EXPECT_EQ(detector.Hear("A", 5000, kTheirs), Answer::kConflicting);
   EXPECT_EQ(detector.Hear("A", 0, kOurs), Answer::kConflicting);
-  // The first one is what is told.
+  // The first conflict is reported.
   EXPECT_NE(detector.conflict().find("for tick 5000"), std::string::npos);
 }
 

@@ -34,7 +34,7 @@ class EventLog : public testing::Test {
     std::vector<int64_t> numbers;
     int64_t damaged_bytes = 0, damaged_places = 0;
   };
-  // Every event that is read must be one that was written, whole.
+  // Every event that is read must equal one that was written.
   Contents Read() {
     Contents contents;
     EventLogReader reader(file_);
@@ -89,7 +89,7 @@ TEST_F(EventLog, CutAnywhereKeepsEveryWholeEventBefore) {
     last = contents.numbers.size();
     for (size_t i = 0; i < contents.numbers.size(); ++i)
       EXPECT_EQ(contents.numbers[i], static_cast<int64_t>(i));
-    // What is no event is said to be damage.
+    // Bytes that are not part of an event are counted as damage.
     size_t complete = 0;
     for (size_t i = 0; i < contents.numbers.size(); ++i) complete += 28 + 9 + i % 40;
     EXPECT_EQ(contents.damaged_bytes, static_cast<int64_t>(size - complete));
@@ -105,8 +105,9 @@ TEST_F(EventLog, DamageInTheMiddleCostsOnlyTheEventsHit) {
     for (int i = 0; i < event; ++i) sum += 28 + 9 + Payload(i).size();
     return sum;
   };
-  bytes[offset(3)] ^= 0x40;                                            // one flipped bit in a magic number
-  for (size_t i = offset(50); i < offset(53); ++i) bytes[i] = '\xED';  // three events gone, with false starts
+  bytes[offset(3)] ^= 0x40;  // one flipped bit in a magic number
+  for (size_t i = offset(50); i < offset(53); ++i)
+    bytes[i] = '\xED';  // three events are missing; the gap contains false magic numbers
   SetBytes(bytes);
   const Contents contents = Read();
   EXPECT_EQ(contents.damaged_places, 2);
@@ -124,7 +125,7 @@ TEST_F(EventLog, AbsurdLengthsAreDamage) {
   EXPECT_EQ(contents.numbers, (std::vector<int64_t>{1, 2}));
 }
 
-// Whatever a bit of a length turns it into, the event before and those behind are read.
+// Whatever the flipped bit makes of a length, the events before and after it are read.
 TEST_F(EventLog, DamagedLengthsCostOneEvent) {
   WriteLog(8);
   const std::string whole = Bytes();
@@ -146,7 +147,7 @@ TEST_F(EventLog, DamagedLengthsCostOneEvent) {
 }
 
 TEST_F(EventLog, ManyFalseStartsAreReadInLinearTime) {
-  // Headers whose events would be longer than any that follows, half a million of them.
+  // Half a million headers whose lengths exceed the rest of the file.
   std::string header("\xED\xA1\xDA\x01", 4);
   header += std::string(18, '\0') + std::string("\0\x01\0\x10\0\0", 6);
   std::string bytes;
@@ -159,7 +160,8 @@ TEST_F(EventLog, ManyFalseStartsAreReadInLinearTime) {
   EXPECT_GT(reader.damaged_bytes(), 0);
 }
 
-// As 'rsync --inplace' or a server does; a mapped file would end this process.
+// The log shrinks while it is read, as 'rsync --inplace' or a file server causes; a memory-mapped file would
+// end this process.
 TEST_F(EventLog, OneThatBecomesShorterIsAnError) {
   {
     EventLogWriter writer(file_);
@@ -196,7 +198,7 @@ TEST_F(EventLog, OneThatGrowsEndsWhereItWas) {
   EXPECT_EQ(Read().numbers.size(), 5u);
 }
 
-// Events longer than what is read at once, between shorter ones, of which one is damaged.
+// Events that are longer than the read buffer, between shorter ones; one of them is damaged.
 TEST_F(EventLog, ReadsEventsOfAnyLength) {
   constexpr int kDamaged = 7;
   std::vector<size_t> begins = {0};
@@ -245,7 +247,7 @@ TEST_F(EventLog, RefusesToOverwriteAndToReadWhatIsNotThere) {
 }
 
 TEST_F(EventLog, AFullDiskIsAnError) {
-  // A file size limit fails writes as a full disk does.
+  // A file size limit makes writes fail like a full disk.
   signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);

@@ -1,5 +1,5 @@
-// A changed message type would decode old logs wrongly or not at all, so a changed fingerprint must be
-// deliberate. To accept one, replace its line in tests/data/fingerprints.txt by the line that this test
+// A changed message type would decode old logs wrongly or not at all, so a fingerprint must only change on
+// purpose. To accept a change, replace the line in tests/data/fingerprints.txt by the one that this test
 // prints.
 #include <gtest/gtest.h>
 

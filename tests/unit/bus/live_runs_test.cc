@@ -47,7 +47,7 @@ TEST_F(LiveRunsTest, FindsRunsByTheirProcesses) {
   EXPECT_EQ(b.pid, 999993);
 }
 
-// By hand: the bus from the environment, a folder as seen from where it was started.
+// A process started by hand: its bus is in the environment, and its folder is relative to its working folder.
 TEST_F(LiveRunsTest, FindsRunsStartedByHand) {
   Process("999991", {"evalbus-recorder", "--out", "runs/a"}, "net:[1]");
   std::ofstream(proc_.path() / "999991/environ", std::ios::binary)
@@ -93,7 +93,7 @@ TEST_F(LiveRunsTest, ChoosesOnlyWhereThereIsNoChoice) {
   }
 }
 
-// On a shared machine any user can name a process evalbus-sim.
+// On a shared machine, any user can start a program named evalbus-sim.
 TEST_F(LiveRunsTest, ProcessesOfOtherUsersAreIgnored) {
   if (geteuid() != 0) GTEST_SKIP() << "only root has files of other users";
   constexpr uid_t kNobody = 65534;

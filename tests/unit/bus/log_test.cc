@@ -43,7 +43,7 @@ class LogTest : public testing::Test {
     for (const log_t& line : heard_) texts.push_back(line.text);
     return texts;
   }
-  // Repeats what took longer than the second in which ten lines are published.
+  // Repeats the case if it took longer than the second for which at most ten lines are published.
   template <class Write>
   void WithinASecond(const Write& write) {
     while (true) {
@@ -125,7 +125,7 @@ TEST_F(LogTest, ControlCharactersAreMadeHarmless) {
   EXPECT_EQ(Lines("sim").size(), 1u);
 }
 
-// A subscriber that answers log lines with log lines loops only at the rate limit of log lines.
+// A subscriber that logs a line for each received line can loop only as fast as the rate limit allows.
 TEST_F(LogTest, LinesAboutLinesAreBounded) {
   std::optional<Log> log;
   bus_.Subscribe(channels::kLog, [&](const log_t& line) {

@@ -1,4 +1,4 @@
-// What a message makes its receiver allocate is bounded by its size, whatever it says.
+// The memory that decoding allocates is bounded by the size of the message, whatever the message contains.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,8 +23,8 @@ int64_t BytesToDecode(const std::vector<uint8_t>& bytes, bool* decoded = nullptr
   return allocated;
 }
 
-// Vectors of strings and of rows take 32 and 24 bytes for an element of five or one on the wire, and an array
-// may be as long as the bytes left for each of a message's many arrays.
+// In memory, an element of a vector of strings or of rows takes 32 or 24 bytes; on the wire, five bytes or
+// one. Each of a message's many arrays may be as long as the remaining bytes allow.
 constexpr int64_t kBytesPerByte = 300;
 
 TEST(MessageLimits, AbsurdCountsAreDecodeErrors) {
@@ -33,9 +33,9 @@ TEST(MessageLimits, AbsurdCountsAreDecodeErrors) {
     bool decoded = false;
     EXPECT_EQ(BytesToDecode<Message>(bytes, &decoded), 0);
     EXPECT_TRUE(decoded) << Message::getTypeName();
-    // In an empty message every four bytes that are a count or a length are among these.
+    // In an empty message, every count and length is one of these groups of four bytes.
     for (size_t offset = 8; offset + 4 <= bytes.size(); ++offset) {
-      // -1, the most negative, the largest, one whose doubles fill 2^32 bytes, one million.
+      // -1, the smallest and the largest number, one whose doubles fill 2^32 bytes, and one million.
       for (const uint32_t count : {0xFFFFFFFFu, 0x80000000u, 0x7FFFFFFFu, 0x20000000u, 0x00100000u}) {
         std::vector<uint8_t> absurd = bytes;
         for (size_t i = 0; i < 4; ++i) absurd[offset + i] = static_cast<uint8_t>(count >> (24 - 8 * i));
@@ -52,7 +52,7 @@ TEST(MessageLimits, NoiseBehindTheFingerprintIsHarmless) {
     for (int trial = 0; trial < 1000; ++trial) {
       std::vector<uint8_t> bytes = Encode(empty);
       bytes.resize(8 + random() % 4000);
-      // Small counts, so that decoding goes far.
+      // Small counts, so that decoding continues to later fields.
       for (size_t i = 8; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(random() % 8 ? 0 : random());
       ASSERT_LE(BytesToDecode<Message>(bytes), kBytesPerByte * static_cast<int64_t>(bytes.size()))
           << Message::getTypeName() << ", trial " << trial;
@@ -62,7 +62,7 @@ TEST(MessageLimits, NoiseBehindTheFingerprintIsHarmless) {
 
 TEST(MessageLimits, ARefusedCountAllocatesNothing) {
   std::vector<uint8_t> bytes = Encode(state_t{});
-  // num_qpos follows fingerprint and header: one more than the bytes left.
+  // num_qpos follows the fingerprint and the header. It is set to one more than the remaining bytes allow.
   const size_t count_at = 8 + static_cast<size_t>(header_t{}._getEncodedSizeNoHash());
   const auto left = static_cast<uint8_t>(bytes.size() - count_at - 4);
   bool decoded = true;
@@ -80,9 +80,10 @@ TEST(MessageLimits, NestedCountsAreLimitedByTheWholeMessage) {
   contacts_t decoded{};
   ASSERT_TRUE(Decode(bytes, &decoded));
   EXPECT_EQ(decoded.contact[1].distance_m, -0.25);
-  // A contact takes 64 bytes, and 17 follow, so three of them do not fit.
+  // A contact takes 64 bytes, followed by 17 bytes, so three contacts do not fit.
   std::vector<uint8_t> more = bytes;
-  const size_t num_contacts = 8 + 32 + 3;  // behind fingerprint and header, its last byte
+  const size_t num_contacts =
+      8 + 32 + 3;  // last byte of the count, which follows the fingerprint and the header
   ASSERT_EQ(more[num_contacts], 2);
   more[num_contacts] = 200;
   bool whole = true;
@@ -91,7 +92,8 @@ TEST(MessageLimits, NestedCountsAreLimitedByTheWholeMessage) {
 }
 
 TEST(MessageLimits, ATextWithANulInsideIsADecodeError) {
-  // Encoding would stop there, so that whoever says it again sends a message that nobody can decode.
+  // Encoding would stop at the NUL, so a process that republishes the message would send one that cannot be
+  // decoded.
   episode_end_t end{};
   end.end_reason = "aborted";
   model_info_t model{};

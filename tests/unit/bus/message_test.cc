@@ -11,7 +11,7 @@ TEST(Message, AHeaderIsReadWithoutTheRest) {
   contacts_t contacts{};
   contacts.header = {0, 3, 1, 127, 2540000};
   std::vector<uint8_t> bytes = Encode(contacts);
-  bytes.resize(8 + 32);  // the rest was cut off
+  bytes.resize(8 + 32);  // the message is truncated here
   header_t header{};
   ASSERT_TRUE(DecodeHeader<contacts_t>(bytes, &header));
   EXPECT_EQ(header.episode, 3);

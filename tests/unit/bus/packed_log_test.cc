@@ -1,4 +1,4 @@
-// Logs packed by zstd: what is unpacked is what was packed, and what is not whole is said to be.
+// Logs compressed with zstd: decompressing restores them, and incomplete files are reported.
 #include "bus/packed_log.h"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ Bytes ReadBytes(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// As much as a log, neither empty of information nor full of it.
+// Test data that compresses about as well as a log.
 Bytes SomeLog(size_t size) {
   Bytes log(size);
   uint32_t x = 1;
@@ -84,8 +84,8 @@ TEST_F(PackedLog, CutOffOrDamagedIsOneClearLine) {
   EXPECT_THAT(WhyNot(more), testing::HasSubstr("damaged"));
 }
 
-// By hand, from RFC 8878: a frame that says its size in eight bytes, and blocks of one byte repeated, four
-// bytes for 128 kB.
+// Written by hand from RFC 8878: a frame that states its size in eight bytes, and blocks that repeat one
+// byte, four bytes for 128 kB.
 TEST_F(PackedLog, WhatSaysOrIsTooMuchIsNotUnpacked) {
   const std::string too_much =
       "cannot read log a.zst: it unpacks to more than 1 MB; unpack it with 'zstd -d' and take that file";
@@ -94,12 +94,12 @@ TEST_F(PackedLog, WhatSaysOrIsTooMuchIsNotUnpacked) {
   says.insert(says.end(), {0xE0, 0, 0, 0, 0, 0, 1, 0, 0});  // single segment, 2^40 bytes
   EXPECT_EQ(WhyNot(says, 1'000'000), too_much);
   Bytes is = magic;
-  is.insert(is.end(), {0x00, 0x58});  // says no size; window of 2 MB
+  is.insert(is.end(), {0x00, 0x58});  // no size stated; window of 2 MB
   for (int block = 0; block < 100; ++block) is.insert(is.end(), {0x02, 0x00, 0x10, 'x'});
   EXPECT_EQ(WhyNot(is, 1'000'000), too_much);
   is[is.size() - 4] |= 1;  // the last block
   EXPECT_EQ(UnpackLog(is, "a.zst").size(), 100u << 17);
-  // Exactly as much as may be.
+  // Exactly the allowed size.
   EXPECT_EQ(UnpackLog(is, "a.zst", 100u << 17).size(), 100u << 17);
   EXPECT_NE(WhyNot(is, (100u << 17) - 1), "");
 }

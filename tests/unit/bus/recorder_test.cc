@@ -56,7 +56,7 @@ class RecorderTest : public testing::Test {
     return events;
   }
 
-  // Attempt of the last episode begun.
+  // Attempt of the episode that began last.
   int attempt_ = 0;
   TemporaryFolder folder_;
   Bus bus_{"memq://"};
@@ -161,7 +161,8 @@ TEST_F(RecorderTest, CountsTicksThatNeverArrived) {
   EXPECT_EQ(dut_.status().missing_ticks, 2);
 }
 
-// STATE alone shows them where END says how many there were; in lockstep every tick was answered, too.
+// The STATE messages alone show the gap, because EPISODE_END contains their number; in lockstep, every tick
+// was also answered.
 TEST_F(RecorderTest, TellsOfAClosedLogWhatItLacks) {
   const auto say = [this]<class Message>(const Channel<Message>& channel, int64_t tick) {
     Message message{};
@@ -213,7 +214,7 @@ TEST_F(RecorderTest, BytesThatAreNoMessageOfTheirChannelAreNotWritten) {
   HandleAll();
   auto events = Log(0);
   std::erase_if(events, [](const auto& event) { return event.first == channels::kStatus; });
-  EXPECT_EQ(events.size(), 6u);  // MODEL, EPISODE_BEGIN, STATE, EPISODE_END, both summaries
+  EXPECT_EQ(events.size(), 6u);  // MODEL, EPISODE_BEGIN, STATE, EPISODE_END, EPISODE_SUMMARY, RUN_SUMMARY
   EXPECT_EQ(bus_.decode_errors(), 3);
 }
 
@@ -252,7 +253,7 @@ TEST_F(RecorderTest, RealtimeRunsAreStampedWithTheTimeOfArrival) {
   Tick(0, 0);
   End(0);
   HandleAll();
-  // Microseconds since 1970: after the year 2001.
+  // Microseconds since 1970: a time after the year 2001.
   for (const auto& [channel, time_us] : Log(0)) EXPECT_GT(time_us, 1'000'000'000'000'000) << channel;
 }
 
@@ -272,11 +273,11 @@ TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
   HandleAll();
   EXPECT_EQ(Log(0), before);
   EXPECT_EQ(dut_.status().foreign_messages, 2);
-  attempt_ = 0;  // of episode 1, which goes on
+  attempt_ = 0;  // of episode 1, which continues
   End(1);
   HandleAll();
   EXPECT_EQ(dut_.status().last_finished_episode, 1);
-  // Also not the one that has just been counted.
+  // Nor the message that has just been counted.
   count(1);
   const auto last = Log(1);
   Begin(1, 1);
@@ -326,7 +327,7 @@ TEST_F(RecorderTest, ARetryIsRecordedWhateverAnOldLogBeganMeanwhile) {
   EXPECT_EQ(dut_.status().last_tick, 0);
 }
 
-// Its log could not take the place of the one that is there.
+// The new log cannot replace the existing one.
 TEST_F(RecorderTest, AnotherSeedOfAFinishedEpisodeIsForeign) {
   Begin(0);
   Tick(0, 0);
@@ -363,13 +364,14 @@ TEST(RecorderOfASession, HearsOnlyItsRun) {
   say(8, 0);
   EXPECT_EQ(dut.status().episode, -1);
   EXPECT_EQ(bus.foreign_messages(), 2);
-  // Its launcher leaves no episode to be retried, so this message belongs to another run, too.
+  // This run's launcher never leaves an episode for another attempt, so this message belongs to another
+  // run, too.
   say(7, 0);
   EXPECT_EQ(dut.status().episode, -1);
   say(7, 1);
   say(8, 2);
   EXPECT_EQ(dut.status().episode, 1);
-  // Not even what says to be of our run, once MODEL is known.
+  // Once MODEL has been received, not even a message that claims this run's session is recorded.
   model_info_t forged{};
   forged.message_version = 99;
   bus.Publish(channels::kModel, forged);
@@ -405,7 +407,7 @@ TEST_F(RecorderTest, WhateverBeginsWritesIntoTheRunFolderAndLeavesNothingHalfDon
     entries.push_back(entry.path().lexically_relative(folder_.path()));
   }
   std::sort(entries.begin(), entries.end());
-  // The folder of many is an empty one.
+  // For several episodes, the folder must be empty.
   const std::vector<std::filesystem::path> expected = {"episodes", "episodes/0000",
                                                        "episodes/0000/events.lcmlog", "episodes/1xxxx"};
   EXPECT_EQ(entries, expected);

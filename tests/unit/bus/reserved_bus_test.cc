@@ -1,5 +1,5 @@
-// Buses that no two runs share. Ports here are this network namespace's, and others may use any of them, so
-// that a test takes those that it was given.
+// Reserved buses: no two runs share one. The ports belong to this network namespace, and other processes may
+// use any of them, so the tests use ports that they were assigned.
 #include "bus/reserved_bus.h"
 
 #include <gtest/gtest.h>
@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "bus/multicast_receiver.h"
+#include "bus/udpm/multicast_receiver.h"
 
 namespace evalbus::reserved_bus_test {
 
 uint16_t PortOf(const std::string& url) { return ParseMulticastUrl(url, 0).port; }
 
-// A port on which some program receives that lets others receive there, too, as LCM's programs do.
+// A port on which a program receives and allows others to receive, as LCM programs do.
 class OtherProgram {
  public:
   OtherProgram() {
@@ -40,7 +40,7 @@ class OtherProgram {
   uint16_t port_ = 0;
 };
 
-// Draws these places one after the other.
+// Returns these addresses one after the other.
 std::function<ReservedBus::Place()> Draws(std::vector<uint16_t> ports) {
   return [ports = std::move(ports), next = size_t{0}]() mutable {
     const uint16_t port = ports[next % ports.size()];

@@ -13,7 +13,7 @@ TEST(Wait, LastsAsLongAsItIsLookedAt) {
   Wait wait(kStart);
   for (int look = 1; look <= 50; ++look)
     EXPECT_EQ(wait.Look(kStart + look * milliseconds(100)), look * milliseconds(100));
-  // Looking twice is not waiting twice.
+  // A second check does not wait again.
   EXPECT_EQ(wait.Look(kStart + milliseconds(5000)), milliseconds(5000));
 }
 

@@ -1,4 +1,4 @@
-#include "bus/reassembler.h"
+#include "bus/udpm/reassembler.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace evalbus::reassembler_test {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// "CHANNEL:data" of each message that these datagrams make.
+// "CHANNEL:data" of each message that these datagrams form.
 class ReassemblerTest : public testing::Test {
  protected:
   void Hear(const std::string& datagram, uint64_t sender = 1) {
@@ -66,7 +66,7 @@ TEST_F(ReassemblerTest, AMessageThatLacksAPartIsLostAndTheNextIsNot) {
     HearAll(Fragments(2, "A", "next", 4));
   }
   EXPECT_THAT(heard_, ElementsAre("A:next", "A:next", "A:next"));
-  // Of one whose beginning was lost nothing is known.
+  // A message whose first fragment was lost is lost.
   EXPECT_EQ(reassembler_.lost(), 2);
 }
 
@@ -76,7 +76,7 @@ TEST_F(ReassemblerTest, APartThatComesAgainCountsOnce) {
   EXPECT_THAT(heard_, IsEmpty());
   Hear(parts[2]);
   EXPECT_THAT(heard_, ElementsAre("A:0123456789"));
-  // Of what is whole already.
+  // Duplicates of complete messages.
   Hear(parts[2]);
   Hear(parts[1]);
   EXPECT_EQ(heard_.size(), 1u);
@@ -89,7 +89,7 @@ TEST_F(ReassemblerTest, PartsThatOverlapOrLeaveAGapMakeNoMessage) {
   Hear(FragmentDatagram(2, 6, 3, 1, 2, "def"));
   Hear(FragmentDatagram(3, 6, 0, 0, 2, std::string("A\0ab", 4)));
   Hear(FragmentDatagram(3, 6, 2, 1, 2, "cde"));
-  // Two that say they are the same part.
+  // Two different fragments with the same number.
   Hear(FragmentDatagram(4, 6, 0, 0, 3, std::string("A\0ab", 4)));
   Hear(FragmentDatagram(4, 6, 2, 1, 3, "cd"));
   Hear(FragmentDatagram(4, 6, 4, 1, 3, "ef"));
@@ -109,7 +109,7 @@ TEST_F(ReassemblerTest, ALargerMessageOfTheSameSender) {
 
 TEST_F(ReassemblerTest, MemoryIsBoundedWhoeverSendsWhat) {
   const int64_t before = AllocatedBytes();
-  // Each claims 64 MB; the one that is in the making longest must go.
+  // Each fragment claims a message of 64 MB; the sender that was silent longest must be dropped.
   for (uint64_t sender = 0; sender < 10; ++sender) {
     Hear(FragmentDatagram(1, 64 << 20, 0, 0, 1100, std::string("A\0x", 3)), sender);
   }

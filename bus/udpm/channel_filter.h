@@ -9,7 +9,7 @@
 namespace evalbus {
 
 // Attaches a filter to a UDP socket. The filter drops
-//   - datagrams that are not LCM messages (bus/lcm_wire.h),
+//   - datagrams that are not LCM messages (bus/udpm/lcm_wire.h),
 //   - datagrams from other machines, if `is_local`,
 //   - fragments that exceed their message,
 //   - fragments of a message that is larger than its number of fragments can hold,

@@ -10,8 +10,7 @@
 #include <optional>
 #include <string>
 
-#include "bus/lcm_wire.h"
-#include "bus/message.h"
+#include "bus/udpm/lcm_wire.h"
 
 namespace evalbus {
 

@@ -1,4 +1,4 @@
-#include "bus/reassembler.h"
+#include "bus/udpm/reassembler.h"
 
 #include <algorithm>
 

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "bus/lcm_wire.h"
-#include "bus/reassembler.h"
+#include "bus/udpm/lcm_wire.h"
+#include "bus/udpm/reassembler.h"
 
 namespace evalbus {
 

@@ -1,4 +1,4 @@
-#include "bus/channel_filter.h"
+#include "bus/udpm/channel_filter.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 namespace evalbus::channel_filter_test {
 
-// Two sockets on this machine, the filter on the one that receives.
+// Two sockets on this machine; the filter is attached to the receiving one.
 class ChannelFilterTest : public testing::Test {
  protected:
   ChannelFilterTest() {
@@ -27,7 +27,8 @@ class ChannelFilterTest : public testing::Test {
     close(sender_);
   }
 
-  // Whether a datagram gets through: one that does is there when it has been sent.
+  // Returns whether a datagram passes the filter. On this machine, one that passes can be read as soon as
+  // it has been sent.
   bool Passes(const std::string& datagram) {
     EXPECT_EQ(
         sendto(sender_, datagram.data(), datagram.size(), 0, reinterpret_cast<sockaddr*>(&to_), sizeof to_),
@@ -35,7 +36,7 @@ class ChannelFilterTest : public testing::Test {
     char buffer[65536];
     return recv(receiver_, buffer, sizeof buffer, MSG_DONTWAIT) >= 0;
   }
-  // `data` bytes behind the header of fragment `number` of `count` of a message of `size` bytes.
+  // Fragment `number` of `count` of a message of `size` bytes: the header and `data` more bytes.
   bool FragmentPasses(uint32_t size, uint32_t offset, uint16_t number, uint16_t count, size_t data,
                       const std::string& beginning = "") {
     const uint32_t words[] = {htonl(0x4c433033), 0, htonl(size), htonl(offset),
@@ -43,7 +44,7 @@ class ChannelFilterTest : public testing::Test {
     return Passes(std::string(reinterpret_cast<const char*>(words), sizeof words) + beginning +
                   std::string(data - beginning.size(), 'x'));
   }
-  // Of a message whole, and of the first part of one in three.
+  // A message in one datagram, and the first of three fragments of one.
   bool MessagePasses(const std::string& channel) {
     return Passes(std::string("LC02\0\0\0\1", 8) + channel + '\0');
   }
@@ -61,13 +62,14 @@ TEST_F(ChannelFilterTest, WhatIsNoMessageIsDropped) {
   EXPECT_FALSE(Passes("LC03 and no more"));
 }
 
-// As liblcm splits 200,000 bytes on a channel whose name has 9 letters: 65487 bytes of name and data each.
+// The fragments that liblcm makes of 200,000 bytes on a channel whose name has 9 letters: 65487 bytes of name
+// and data each.
 TEST_F(ChannelFilterTest, FragmentsOfARealMessagePass) {
   EXPECT_TRUE(FragmentPasses(200'000, 0, 0, 4, 65487));
   EXPECT_TRUE(FragmentPasses(200'000, 65477, 1, 4, 65487));
   EXPECT_TRUE(FragmentPasses(200'000, 130964, 2, 4, 65487));
   EXPECT_TRUE(FragmentPasses(200'000, 196451, 3, 4, 3549));
-  // As others may: one fragment alone, with its channel's name; smaller parts.
+  // Fragments of other senders: a single fragment with the channel's name; smaller fragments.
   EXPECT_TRUE(FragmentPasses(1'000, 0, 0, 1, 1'010));
   EXPECT_TRUE(FragmentPasses(2'500, 0, 0, 3, 1'000));
   EXPECT_TRUE(FragmentPasses(2'500, 1'990, 2, 3, 510));
@@ -85,11 +87,11 @@ TEST_F(ChannelFilterTest, OnlyWhatIsWantedPasses) {
     EXPECT_FALSE(MessagePasses(channel)) << channel;
     EXPECT_FALSE(FirstPasses(channel)) << channel;
   }
-  // They have no name.
+  // Later fragments have no channel name.
   EXPECT_TRUE(FragmentPasses(2'500, 990, 1, 3, 1'000));
   EXPECT_TRUE(FragmentPasses(2'500, 1'990, 2, 3, 510));
   EXPECT_FALSE(FragmentPasses(2'500, 0xFFFFFFF0, 1, 3, 1'000));
-  // All of them.
+  // Accepts every channel.
   const std::string all[] = {"EVALBUS_STATE", ".*"};
   FilterChannels(receiver_, false, all);
   EXPECT_TRUE(MessagePasses("Y"));
@@ -102,7 +104,7 @@ TEST_F(ChannelFilterTest, AFragmentOfMoreThanAllOfThemHoldIsDropped) {
   EXPECT_FALSE(FragmentPasses(1'001, 0, 0, 1, 1'000));
   EXPECT_FALSE(FragmentPasses(60'000'000, 0, 0, 1'000, 20));
   EXPECT_FALSE(FragmentPasses(60'000'000, 1'000, 1, 1'000, 20));
-  // Of the last one only the number of all of them tells.
+  // For the last fragment, only the number of fragments reveals the error.
   EXPECT_TRUE(FragmentPasses(65'487 * 3, 100, 2, 3, 20));
   EXPECT_FALSE(FragmentPasses(65'487 * 3 + 1, 100, 2, 3, 20));
   EXPECT_FALSE(FragmentPasses(20, 0, 0, 0, 20));

@@ -1,4 +1,4 @@
-#include "bus/multicast_receiver.h"
+#include "bus/udpm/multicast_receiver.h"
 
 #include <arpa/inet.h>
 #include <sys/time.h>
@@ -13,8 +13,8 @@
 #include <utility>
 #include <variant>
 
-#include "bus/channel_filter.h"
-#include "bus/poll.h"
+#include "base/poll.h"
+#include "bus/udpm/channel_filter.h"
 
 namespace evalbus {
 namespace {

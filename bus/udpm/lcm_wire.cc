@@ -1,9 +1,7 @@
-#include "bus/lcm_wire.h"
+#include "bus/udpm/lcm_wire.h"
 
 #include <algorithm>
 #include <optional>
-
-#include "bus/message.h"
 
 namespace evalbus {
 namespace {

@@ -19,6 +19,8 @@ namespace evalbus {
 inline constexpr uint32_t kMessageMagic = 0x4c433032, kFragmentMagic = 0x4c433033;
 inline constexpr size_t kMessageHeaderBytes = 8, kFragmentHeaderBytes = 20;
 inline constexpr size_t kMaxDatagramBytes = 65507;
+// Larger messages are treated as damaged or foreign. A MODEL has about 20 KB, a lossless image several MB.
+inline constexpr size_t kMaxMessageBytes = size_t{64} << 20;
 // Maximum length of a channel's name, without its NUL.
 inline constexpr size_t kMaxChannelBytes = 63;
 

@@ -1,4 +1,4 @@
-#include "bus/channel_filter.h"
+#include "bus/udpm/channel_filter.h"
 
 #include <linux/filter.h>
 #include <linux/if_packet.h>
@@ -9,8 +9,7 @@
 #include <iterator>
 #include <vector>
 
-#include "bus/lcm_wire.h"
-#include "bus/message.h"
+#include "bus/udpm/lcm_wire.h"
 
 namespace evalbus {
 namespace {
