@@ -13,7 +13,7 @@ int64_t AllocationCount() { return count; }
 int64_t AllocatedBytes() { return bytes; }
 }  // namespace evalbus
 
-// A file of its own, so that the compiler does not inline one of the pair and complain about the other.
+// A separate file, so that the compiler does not inline one operator of the pair and warn about the other.
 void* operator new(size_t size, const std::nothrow_t&) noexcept {
   ++count;
   bytes += static_cast<int64_t>(size);

@@ -6,7 +6,7 @@
 
 namespace evalbus {
 
-// Polls as a host does for the given duration; returns the time at its end.
+// Polls like a host for the given duration; returns the time at its end.
 template <class Polled>
 SteadyTime PollFor(Polled* polled, SteadyTime from, SteadyTime::duration time) {
   SteadyTime now = from;

@@ -99,7 +99,7 @@ inline model_info_t Model() {
   return model;
 }
 
-// Some tests have ticks whose time no message can hold; it is then that of a long episode.
+// Some tests have ticks whose time does not fit into a message; it is then set to that of a long episode.
 inline header_t Header(int64_t tick, int32_t episode = 0) {
   header_t header{};
   header.episode = episode;
@@ -108,7 +108,7 @@ inline header_t Header(int64_t tick, int32_t episode = 0) {
   return header;
 }
 
-// Everything upright and at rest, the pot on the counter.
+// Everything is upright and at rest, the pot on the counter.
 inline state_t State(int64_t tick, int32_t episode = 0) {
   state_t state{};
   state.header = Header(tick, episode);

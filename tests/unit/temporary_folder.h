@@ -1,4 +1,4 @@
-// A folder that is removed when the test has ended.
+// A folder that is removed at the end of the test.
 #pragma once
 
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// Work in forked processes: what they see, what they leave behind, how they end.
+// Work in forked processes: the data that they see, what remains of them, and how they end.
 #include "base/forked_work.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ TEST(ForkedWork, WhatItThrowsIsThrownHere) {
   EXPECT_EQ(EndOf<InputError>([] { throw InputError("no such file"); }), "no such file");
   EXPECT_EQ(EndOf<EnvironmentError>([] { throw EnvironmentError("disk full"); }), "disk full");
   EXPECT_EQ(EndOf<std::runtime_error>([] { throw std::logic_error("bug"); }), "bug");
-  // What is too long for the memory between them is cut.
+  // An error text that is longer than the shared memory is truncated.
   EXPECT_EQ(EndOf<InputError>([] { throw InputError(std::string(5000, 'x')); }), std::string(999, 'x'));
 }
 

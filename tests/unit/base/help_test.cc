@@ -48,7 +48,8 @@ TEST(Suggestion, NamesTheNearestOrWhatIsExpected) {
   EXPECT_EQ(Suggestion("nowhere", {"head", "front"}), "; expected one of front, head");
   EXPECT_EQ(Suggestion("nowhere", {"head"}, "; there are two"), "; there are two");
   EXPECT_EQ(Suggestion("HEAD", {"head"}), "; did you mean 'head'?");
-  EXPECT_EQ(Suggestion("shwo", {"show", "list"}), "; did you mean 'show'?");  // a swap is one mistake
+  EXPECT_EQ(Suggestion("shwo", {"show", "list"}),
+            "; did you mean 'show'?");  // two swapped letters count as one mistake
   EXPECT_EQ(Suggestion("x", {}), "");
 }
 

@@ -54,7 +54,7 @@ TEST_F(InputFileTest, ReadsFilesOfAnyLength) {
   }
   fs::create_symlink("a", folder_.path() / "link");
   EXPECT_EQ(ReadInput(folder_.path() / "link").size(), 200001u);
-  // Has no size.
+  // A file that does not report its size.
   EXPECT_EQ(InputFile("/proc/self/cmdline").size(), 0u);
   EXPECT_GT(ReadInput("/proc/self/cmdline").size(), 3u);
 }
@@ -75,7 +75,7 @@ TEST_F(InputFileTest, RefusesAtOnceWhatIsNoFile) {
   ExpectRefused("/dev/zero", "a device, expected a file");
   fs::create_symlink("/dev/zero", folder_.path() / "link");
   ExpectRefused(folder_.path() / "link", "a device, expected a file");
-  // It has no writer: an ordinary open() would block for ever.
+  // A FIFO without a writer: an ordinary open() would block forever.
   ASSERT_EQ(mkfifo(file_.c_str(), 0600), 0);
   ExpectRefused(file_, "a named pipe, expected a file");
   const fs::path name = folder_.path() / "socket";

@@ -19,7 +19,7 @@ struct Options {
   std::vector<int> only;
   std::vector<std::string> words;
   std::vector<std::filesystem::path> folders;
-  std::filesystem::path out;  // no row
+  std::filesystem::path out;  // not in the table
 };
 
 template <class O, class F>

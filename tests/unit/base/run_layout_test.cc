@@ -1,4 +1,4 @@
-// Where episodes lie in a run's folder.
+// Locations of episodes in a run's folder.
 #include "base/run_layout.h"
 
 #include <gtest/gtest.h>

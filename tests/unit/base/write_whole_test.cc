@@ -82,7 +82,8 @@ TEST(WriteWhole, WritesThroughADeviceAndANamedPipe) {
   EXPECT_EQ(std::string(text, 7), "through");
   EXPECT_TRUE(fs::is_fifo(fifo));
   close(reader);
-  if (mknod(device.c_str(), S_IFCHR | 0600, makedev(1, 3)) == 0) {  // as root, and not in every container
+  if (mknod(device.c_str(), S_IFCHR | 0600, makedev(1, 3)) ==
+      0) {  // needs root, and fails in some containers
     fs::create_symlink("null", folder.path() / "link");
     for (const char* name : {"null", "link"}) WriteWhole(folder.path() / name, "gone");
     EXPECT_TRUE(fs::is_character_file(device));
@@ -93,7 +94,7 @@ TEST(WriteWhole, WritesThroughADeviceAndANamedPipe) {
   }
 }
 
-// As a shell's `>> file` does.
+// Opened like a shell's `>> file`.
 TEST(WriteWhole, WritesBehindWhatAnOpenFileHas) {
   TemporaryFolder folder;
   const fs::path file = folder.path() / "a";
@@ -136,12 +137,12 @@ TEST(WriteWhole, KnowsItsTemporaryNames) {
   }
 }
 
-// Two machines that write the same file of a shared disk may have processes of the same number.
+// Two machines that write the same file on a shared disk may have processes with equal ids.
 TEST(WriteWhole, ATemporaryNameSaysItsMachineAndProcess) {
   TemporaryFolder folder;
   const fs::path file = folder.path() / "a.json";
   WriteWhole(file, "before");
-  // A child that is killed by the limit on the size of files leaves its temporary file.
+  // A child process that the file size limit kills leaves its temporary file behind.
   const pid_t child = fork();
   if (child == 0) {
     const struct rlimit limit = {10, 10};
@@ -189,7 +190,7 @@ TEST(WriteWhole, WhatIsInTheWayIsAnInputErrorAndStays) {
 }
 
 TEST(WriteWhole, AFullDiskLeavesWhatWasThere) {
-  // /dev/full takes nothing; as a file of a folder it cannot be had, so the stream is enough.
+  // /dev/full refuses every write. It cannot be a file in the test's folder, so only the stream is tested.
   try {
     WriteWhole("/dev/full", "text");
     FAIL();

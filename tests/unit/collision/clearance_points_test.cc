@@ -1,5 +1,5 @@
-// The two points of a clearance: each lies on its shape's surface, and they are as far from one another as
-// the clearance says, for every pair of shapes; and by hand.
+// The two points of a clearance: each lies on the surface of its shape, and their distance is the clearance,
+// for every pair of shapes; some cases are worked out by hand.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -17,15 +17,15 @@ using Eigen::Vector3d;
 
 Vector3d Point(const std::array<double, 3>& point) { return {point[0], point[1], point[2]}; }
 
-// How far a point is from the surface of a box of these half sizes around the origin.
+// Distance of a point from the surface of a box with these half sizes around the origin.
 double ToBox(const Vector3d& p, const Vector3d& half) {
   const Vector3d out = p.cwiseAbs() - half;
   const double outside = out.cwiseMax(0).norm();
   return outside > 0 ? outside : -out.maxCoeff();
 }
 
-// A shape as MJCF has it, and how far a point in its frame is from its surface, m (an ellipsoid's: at first
-// order).
+// A shape in MJCF, and the distance of a point in its frame from its surface, m (first order for an
+// ellipsoid).
 struct Kind {
   std::string mjcf;
   double (*to_surface)(const Vector3d& p);
@@ -51,7 +51,7 @@ const std::vector<Kind> kKinds = {
        const Vector3d slope(p.x() / (.05 * .05), p.y() / (.08 * .08), p.z() / (.1 * .1));
        return std::abs(scaled.squaredNorm() - 1) / (2 * slope.norm());
      }},
-    // Its principal axes in order of falling inertia, as MuJoCo has them, are its own.
+    // Its principal axes in the order of decreasing inertia, as MuJoCo sorts them, equal its own axes.
     {R"(type="mesh" mesh="block")",
      [](const Vector3d& p) {
        return ToBox(p, {.05, .08, .1});
@@ -70,7 +70,7 @@ CollisionScene MakeScene(const std::string& robot, const std::string& scene) {
       R"(/></body><body name="fixture"><geom )" + scene + R"(/></body></worldbody></mujoco>)");
 }
 
-// A point of the world in the frame of the only geom of a body.
+// Converts a point from world coordinates to the frame of a body's only geom.
 Vector3d InGeom(const CollisionScene& scene, int geom, const Vector3d& point) {
   mj_forward(scene.model.get(), scene.data.get());
   const Eigen::Map<const Vector3d> position(scene.data->geom_xpos + 3 * geom);
@@ -116,7 +116,7 @@ TEST(ClearancePoints, LieOnBothSurfacesAsFarApartAsItSays) {
 }
 
 TEST(ClearancePoints, ByHand) {
-  // A ball of 5 cm, 30 cm above and 4 cm beside the middle of a box whose upper face is at 3 cm.
+  // A ball of radius 5 cm, 30 cm above and 4 cm beside the center of a box whose upper face is at 3 cm.
   CollisionScene scene = MakeScene(R"(type="sphere" size=".05")", R"(type="box" size=".05 .08 .03")");
   CollisionChecker checker(scene.model.get(), scene.info);
   scene.data->qpos[0] = .04;

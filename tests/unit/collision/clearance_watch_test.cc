@@ -1,4 +1,4 @@
-// The smallest clearance of whole episodes against measuring it at every tick.
+// Compares the smallest clearance of whole episodes with measuring it at every tick.
 #include "collision/clearance_watch.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ struct Played {
   int substeps = 10;
 };
 
-// Measures every tick twice.
+// Measures every tick in both ways.
 class Comparison {
  public:
   Comparison(const mjModel* model, const model_info_t& info, int64_t tick_us)
@@ -49,7 +49,7 @@ class Comparison {
     const std::optional<Clearance> found = watch_.At(tick, checker_.FindContacts());
     ASSERT_EQ(found.has_value(), is_smaller || touches || tick % shown_every_ == 0) << "tick " << tick;
     if (found) {
-      // The same bits.
+      // The results are bit-identical.
       ASSERT_EQ(found->distance, expected->distance) << "tick " << tick;
       ASSERT_EQ(found->robot_geom, expected->robot_geom);
       ASSERT_EQ(found->scene_geom, expected->scene_geom);
@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-// Every shape against every shape, fixtures that move, and a floor.
+// Every shape against every shape, moving fixtures, and a floor.
 TEST(ClearanceWatch, OfAllShapesIsThatOfMeasuringEveryTick) {
   const auto shapes = [](const std::string& robot) {
     std::string xml;

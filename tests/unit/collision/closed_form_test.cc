@@ -1,5 +1,5 @@
-// Distance, point and normal of single pairs, worked out by hand, or for polytopes by trying every separating
-// axis.
+// Distance, point and normal of single pairs. Expected values are worked out by hand or, for polytopes, by
+// testing every separating axis.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -34,7 +34,7 @@ class TwoGeoms {
     checker_.SetBodyPose(0, origin, unit);
   }
 
-  // Poses the geom frame, which for a mesh MuJoCo moves to its center of mass.
+  // Sets the pose of the geom frame, which MuJoCo places at the center of mass for meshes.
   void Place(int body, const Vector3d& p, const Quaterniond& q) {
     const double quat[4] = {q.w(), q.x(), q.y(), q.z()};
     checker_.SetBodyPose(body, p.data(), quat);
@@ -67,7 +67,7 @@ class TwoGeoms {
     EXPECT_FALSE(Check());
   }
 
-  // Corners of the hull of a box or mesh geom, in the world, for body poses as given.
+  // World coordinates of the convex hull's corners of a box or mesh geom, for the given body poses.
   std::vector<Vector3d> Corners(int geom, const Vector3d& p, const Quaterniond& q) const {
     const mjModel& m = *scene_.model;
     std::vector<Vector3d> corners;
@@ -125,11 +125,11 @@ TEST(CollisionClosedForm, CrossedAndParallelCapsules) {
   TwoGeoms dut("type='capsule' size='.05 .3'", "type='capsule' size='.04 .2'");
   // b lies along x, 0.08 above a's axis in y.
   dut.Expect({0, 0.08, 0.1}, Turn(90, Vector3d::UnitY()), -0.01, {0, 0.045, 0.1}, {0, 1, 0});
-  // Side by side, shifted: the axes overlap in z from 0.2 to 0.3.
+  // Parallel, shifted: the axes overlap in z from 0.2 to 0.3.
   dut.Expect({0.08, 0, 0.4}, kUnit, -0.01, {0.045, 0, 0.25}, {1, 0, 0});
   // End to end.
   dut.Expect({0, 0, 0.58}, kUnit, -0.01, {0, 0, 0.345}, {0, 0, 1});
-  // The axes cut each other: out across both, z and (cos 37, sin 37, 0).
+  // The axes intersect: the exit direction is perpendicular to both, z and (cos 37, sin 37, 0).
   const double turn = 37 * mjPI / 180;
   dut.Place(2, {0, 0, 0}, Turn(37, Vector3d::UnitZ()) * Turn(90, Vector3d::UnitY()));
   const std::optional<contact_t> contact = dut.Check();
@@ -147,7 +147,7 @@ TEST(CollisionClosedForm, SphereAgainstCapsule) {
 
 TEST(CollisionClosedForm, SphereAgainstBox) {
   TwoGeoms dut("type='sphere' size='.1'", "type='box' size='.1 .2 .3'");
-  // Face, edge and corner; then the center inside the box, nearest to its -x face.
+  // Face, edge and corner; then the center is inside the box, nearest to its -x face.
   dut.Expect({0.19, 0.05, 0}, kUnit, -0.01, {0.095, 0, 0}, {1, 0, 0});
   const double diagonal = std::sqrt(0.5);
   dut.Expect({0.1 + 0.09 * diagonal, 0.2 + 0.09 * diagonal, 0}, kUnit, -0.01,
@@ -159,7 +159,8 @@ TEST(CollisionClosedForm, SphereAgainstBox) {
 
 TEST(CollisionClosedForm, CapsuleAgainstBox) {
   TwoGeoms dut("type='box' size='.1 .1 .1'", "type='capsule' size='.05 .2'");
-  // Lying on the top face, halfway over the side: the middle of the part above the box, x from 0 to 0.1.
+  // Lying on the top face, half of it over the side: the point is at the middle of the part above the box,
+  // x from 0 to 0.1.
   dut.Expect({0.2, 0, 0.14}, Turn(90, Vector3d::UnitY()), -0.01, {0.05, 0, 0.095}, {0, 0, 1}, 1e-9);
   // Standing on the top face.
   dut.Expect({0.03, 0.02, 0.34}, kUnit, -0.01, {0.03, 0.02, 0.095}, {0, 0, 1});
@@ -174,7 +175,7 @@ TEST(CollisionClosedForm, CapsuleAgainstBox) {
 
 TEST(CollisionClosedForm, CapsuleThroughBoxLeavesByTheShortestWay) {
   TwoGeoms dut("type='box' size='.1 .2 .3'", "type='capsule' size='.05 .5'");
-  // Axis along y through the box at x = 0.06: out through +x after 0.04 + 0.05.
+  // Axis along y through the box at x = 0.06: the exit is through +x after 0.04 + 0.05.
   dut.Expect({0.06, 0, 0}, Turn(90, Vector3d::UnitX()), -0.09, {0.055, 0, 0}, {1, 0, 0});
 }
 
@@ -185,7 +186,7 @@ TEST(CollisionClosedForm, BoxFaceOnBoxFace) {
   ASSERT_TRUE(contact);
   EXPECT_NEAR(contact->distance_m, -0.01, 1e-12);
   EXPECT_NEAR(contact->normal[0], 1, 1e-12);
-  // Anywhere in the common area of the faces.
+  // The point may be anywhere in the common area of the faces.
   EXPECT_NEAR(contact->position_m[0], 0.095, 1e-12);
   EXPECT_LE(std::abs(contact->position_m[1] - 0.02), 0.05);
   EXPECT_LE(std::abs(contact->position_m[2] - 0.03), 0.05);
@@ -199,7 +200,7 @@ TEST(CollisionClosedForm, BoxContainedInBox) {
   dut.Place(2, {0.3, 0.1, -0.1}, kUnit);
   const std::optional<contact_t> contact = dut.Check();
   ASSERT_TRUE(contact);
-  EXPECT_NEAR(contact->distance_m, -0.25, 1e-12);  // 0.2 to the +x face and 0.05 more
+  EXPECT_NEAR(contact->distance_m, -0.25, 1e-12);  // 0.2 to the +x face, and 0.05 in addition
   EXPECT_NEAR(contact->normal[0], 1, 1e-12);
 }
 
@@ -210,8 +211,8 @@ TEST(CollisionClosedForm, PlaneUnderEveryShape) {
   const std::string floor = "<geom type='plane' size='1 1 1' pos='0 0 1' euler='0 30 0'/>";
   const auto check = [&](const std::string& geom, const Quaterniond& q_local, double reach,
                          const Vector3d& lowest) {
-    // `lowest`: the lowest point relative to the body's origin, in the frame of the plane; `reach`: how far
-    // down.
+    // `lowest`: the lowest point relative to the body's origin, in the frame of the plane; `reach`: its
+    // depth below the origin.
     CollisionScene scene(std::string("<mujoco>") + kMeshes + "<worldbody>" + floor +
                          "<body name='b'><freejoint/><geom " + geom +
                          " mass='1'/></body></worldbody></mujoco>");
@@ -288,8 +289,8 @@ TEST(CollisionClosedForm, EllipsoidsAlongTheirAxes) {
 }
 
 // Exact penetration depth of two convex polytopes: the smallest overlap over all directions that can be a
-// facet of their Minkowski difference (normals of corner triples, products of corner differences; too many do
-// no harm).
+// facet normal of their Minkowski difference (normals of corner triples, products of corner differences;
+// superfluous directions do no harm).
 double PolytopeDepth(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) {
   double best = std::numeric_limits<double>::infinity();
   const auto consider = [&](const Vector3d& direction) {
@@ -337,7 +338,7 @@ TEST(CollisionClosedForm, DepthOfPolytopesIsTheSmallestOverAllSeparatingAxes) {
     int touching = 0;
     for (int i = 0; i < 1500; ++i) {
       const Vector3d p(0.15 * uniform(), 0.15 * uniform(), 0.15 * uniform());
-      // Every tenth pose square to the world: faces and edges parallel.
+      // Every tenth pose is aligned with the world axes: faces and edges are parallel.
       const Quaterniond q =
           i % 10 == 0 ? kUnit : Quaterniond(uniform(), uniform(), uniform(), uniform()).normalized();
       dut.Place(2, p, q);
@@ -348,7 +349,7 @@ TEST(CollisionClosedForm, DepthOfPolytopesIsTheSmallestOverAllSeparatingAxes) {
       if (!contact) continue;
       ++touching;
       ASSERT_NEAR(contact->distance_m, -depth, 1e-6) << a << " and " << b << ", pose " << i;
-      // The normal leads out: moved by the depth, the pair is apart, and touched until then.
+      // The normal points outward: moved by the depth, the pair is separated, and it touches before.
       const Vector3d n(contact->normal[0], contact->normal[1], contact->normal[2]);
       dut.Place(2, p + (depth + 2e-6) * n, q);
       EXPECT_FALSE(dut.Check()) << a << " and " << b << ", pose " << i;

@@ -25,7 +25,7 @@ struct CollisionScene {
     return id;
   }
 
-  // Every body under the world is an entity of its own: "robot..." a robot, "fixture..." a fixture, else an
+  // Every body below the world is an entity: "robot..." a robot, "fixture..." a fixture, otherwise an
   // object. Geoms named "pad<i>..." are pads of gripper i.
   explicit CollisionScene(const std::string& xml) {
     info.message_version = model_info_t::VERSION;

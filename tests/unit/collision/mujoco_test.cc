@@ -1,5 +1,5 @@
-// The checker against MuJoCo's own collision detection on random poses. Both use libccd for general convex
-// shapes, so this is no independent proof of depths; collision_closed_form_test.cc has those.
+// Compares the checker with MuJoCo's own collision detection on random poses. Both use libccd for general
+// convex shapes, so this is no independent proof of depths; collision_closed_form_test.cc has those.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace evalbus::collision::mujoco_test {
 
-// Two of every shape, free, over a floor; a hull that is no box.
+// Two of every shape, free, over a floor; the hull is not a box.
 const char kEveryShape[] = R"(<mujoco>
   <size njmax="5000" nconmax="1000"/>
   <asset><mesh name="wedge" vertex="0 0 0  .2 0 0  0 .15 0  0 0 .1  .2 .15 .05  .1 .05 .12"/>
@@ -36,7 +36,7 @@ const char kEveryShape[] = R"(<mujoco>
     <body name="m3"><freejoint/><geom type="mesh" mesh="pebble"/></body>
   </worldbody></mujoco>)";
 
-// With a hull of 80 corners too: above 32, FCL looks for the farthest one by walking along edges.
+// With a hull of 80 corners too: above 32 corners, FCL searches the farthest one by walking along edges.
 std::string EveryShape() {
   std::string vertices;
   for (int i = 0; i < 80; ++i) {
@@ -64,7 +64,7 @@ std::map<PairKey, double> MujocoContacts(const CollisionScene& scene) {
   return result;
 }
 
-// What one pass over random poses found.
+// The findings of one pass over random poses.
 struct Tally {
   int both = 0;
   std::map<std::pair<int, int>, int> both_of_types;
@@ -82,7 +82,8 @@ void Compare(CollisionScene* scene, CollisionChecker* checker, Tally* tally) {
   const mjModel& m = *scene->model;
   scene->SetPoses(checker);
   std::map<PairKey, double> expected = MujocoContacts(*scene);
-  // What MuJoCo lets collide and we do not: neighbors fixed to the world and fingers of one hand.
+  // Pairs that MuJoCo lets collide and the checker does not: neighbors fixed to the world, and fingers of
+  // one hand.
   std::erase_if(expected, [&](const auto& entry) {
     return !checker->IsChecked(entry.first.first, entry.first.second);
   });
@@ -92,7 +93,7 @@ void Compare(CollisionScene* scene, CollisionChecker* checker, Tally* tally) {
                  " of types " + std::to_string(types.first) + " and " + std::to_string(types.second));
     const auto other = expected.find({contact.geom_a, contact.geom_b});
     if (other == expected.end()) {
-      // MuJoCo 2.2 overlooks capsules that run through a box.
+      // MuJoCo 2.2 misses capsules that pass through a box.
       if (types == std::pair<int, int>{mjGEOM_CAPSULE, mjGEOM_BOX} && contact.distance_m < -0.02) continue;
       EXPECT_GE(contact.distance_m, -kBand);
       continue;
@@ -128,7 +129,7 @@ TEST(CollisionAgainstMujoco, TouchingPairsOfEveryShapeAgreeOnRandomPoses) {
     Compare(&scene, &checker, &tally);
     if (HasFailure()) FAIL() << "pose " << i;
   }
-  // 7 shapes: 28 kinds of pair less plane on plane, each met hundreds of times.
+  // 7 shapes: 28 kinds of pairs without plane on plane, each found hundreds of times.
   EXPECT_EQ(tally.both_of_types.size(), 27u);
   for (const auto& [types, count] : tally.both_of_types) {
     EXPECT_GT(count, 300) << types.first << " and " << types.second;
@@ -170,7 +171,7 @@ TEST(CollisionChecker, ResultsAreSortedAndDependOnPosesOnly) {
     std::mt19937_64 random(3);
     for (int i = 0; i < 300; ++i) {
       scene.Randomize(&random, 0.3);
-      // `used` has seen other poses; `fresh` has not.
+      // `used` has checked other poses before; `fresh` has not.
       CollisionChecker fresh(scene.model.get(), scene.info);
       scene.SetPoses(&fresh);
       scene.SetPoses(&used);

@@ -1,4 +1,4 @@
-// Against measuring every pair: intervals on a line that wander about.
+// Compares with measuring every pair: intervals that move randomly on a line.
 #include "collision/nearest_pair.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ struct Line {
     const auto [a, b] = pairs[pair];
     return std::abs(middle[a] - middle[b]) - half[a] - half[b];
   }
-  // Boxes around things are larger than they, by a half here.
+  // Bounding boxes are larger than their contents, here by a half.
   double Gap(int pair) const {
     const auto [a, b] = pairs[pair];
     return std::max(0.0, Distance(pair) - 0.5 * (half[a] + half[b]));

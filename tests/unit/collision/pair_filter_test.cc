@@ -1,4 +1,4 @@
-// Which pairs are checked at all, refused input, and the clearance.
+// Pairs that are checked at all, rejected input, and the clearance.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,8 @@
 
 namespace evalbus::collision::pair_filter_test {
 
-// A robot fixed to the world, of three links in a row, a hand with two fingers; two fixtures; two objects.
+// A robot fixed to the world with three links in a row and a hand with two fingers; two fixtures; two
+// objects.
 const char kFilteredScene[] = R"(<mujoco><worldbody>
   <geom name="floor" type="plane" size="1 1 1"/>
   <body name="robot">
@@ -51,7 +52,7 @@ TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighborsAndFingers) {
   EXPECT_FALSE(checked("table", "wall"));
   EXPECT_FALSE(checked("base", "table"));
   EXPECT_FALSE(checked("base", "floor"));
-  // Neighboring links: MuJoCo's rule, ours at the fixed base, and the fingers on the hand.
+  // Neighboring links: MuJoCo's rule, evalbus' rule at the fixed base, and the fingers on the hand.
   EXPECT_FALSE(checked("base", "l1"));
   EXPECT_FALSE(checked("l1", "l2"));
   EXPECT_FALSE(checked("l1", "hand"));
@@ -68,7 +69,7 @@ TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighborsAndFingers) {
   EXPECT_TRUE(checked("o1", "l2"));
   EXPECT_TRUE(checked("o1", "table"));
   EXPECT_TRUE(checked("o1", "floor"));
-  // Contact types: no common bit, one way round, and an explicit pair in spite of the bits.
+  // Contact types: no common bit, a common bit in one direction, and an explicit pair despite the bits.
   EXPECT_FALSE(checked("ghost", "table"));
   EXPECT_FALSE(checked("o2", "table"));
   EXPECT_TRUE(checked("o3", "table"));
@@ -76,7 +77,7 @@ TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighborsAndFingers) {
   EXPECT_TRUE(checked("o1", "o2"));
 }
 
-// Everything in the scene overlaps everything else, so what MuJoCo reports is what it lets collide.
+// Everything in the scene overlaps, so MuJoCo reports all pairs that it lets collide.
 TEST(CollisionFilter, ReportsNothingThatMujocoExcludes) {
   for (const char* option : {"", "<option collision='predefined'/>", "<option collision='dynamic'/>",
                              "<option><flag filterparent='disable'/></option>"}) {
@@ -96,7 +97,7 @@ TEST(CollisionFilter, ReportsNothingThatMujocoExcludes) {
       EXPECT_NE(std::find(mujoco.begin(), mujoco.end(), pair), mujoco.end())
           << option << ": " << pair.first << " and " << pair.second;
     }
-    // And the other way, but for our own exclusions.
+    // The reverse, except for evalbus' own exclusions.
     for (const auto& pair : mujoco) {
       EXPECT_EQ(std::find(ours.begin(), ours.end(), pair) != ours.end(),
                 checker.IsChecked(pair.first, pair.second))
@@ -156,8 +157,9 @@ TEST(CollisionChecker, RefusesAMeshWithoutItsHullByName) {
 }
 
 TEST(Clearance, ByHand) {
-  // The robot's tip is 0.3 - 0.1 from the table's side and 0.25 - 0.1 above the floor. Nearer, but not
-  // counted: the object, and the moving fixture (drawer) 0.05 below the base, which is fixed to the world.
+  // The robot's tip is 0.3 - 0.1 from the table's side and 0.25 - 0.1 above the floor. Two things are
+  // nearer but do not count: the object, and the moving fixture (drawer) 0.05 below the base, which is
+  // fixed to the world.
   CollisionScene scene(R"(<mujoco><worldbody>
     <geom name="floor" type="plane" size="1 1 1"/>
     <body name="robot" pos="0 0 .25"><geom name="base" type="sphere" size=".2" pos="0 0 -.2"/>
@@ -175,7 +177,7 @@ TEST(Clearance, ByHand) {
   EXPECT_NEAR(clearance->distance, 0.15, 1e-12);
   EXPECT_EQ(clearance->robot_geom, scene.Geom("tip"));
   EXPECT_EQ(clearance->scene_geom, scene.Geom("floor"));
-  // The table comes nearer, then into the tip.
+  // The table approaches, then penetrates the tip.
   const double q[4] = {1, 0, 0, 0};
   const double near[3] = {0, 0.31, 0.25};
   const int table = scene.model->geom_bodyid[scene.Geom("table")];
@@ -215,7 +217,7 @@ TEST(Clearance, AbsentWithoutRobotOrScene) {
   EXPECT_FALSE(checker.FindClearance());
 }
 
-// Against the distances of capsules and boxes sampled finely: a bound from above, and not far below.
+// Compares with finely sampled distances of capsules and boxes: an upper bound that is nearly tight.
 TEST(Clearance, OfTwoArmsIsTheLeastOverSampledPoints) {
   CollisionScene scene(TwoArmsXml());
   const mjModel& m = *scene.model;
@@ -269,7 +271,7 @@ TEST(Clearance, OfTwoArmsIsTheLeastOverSampledPoints) {
     }
     const std::optional<Clearance> clearance = checker.FindClearance();
     ASSERT_TRUE(clearance);
-    if (sampled < 0.001) continue;  // penetration is covered elsewhere
+    if (sampled < 0.001) continue;  // penetration is tested elsewhere
     ++apart;
     EXPECT_LE(clearance->distance, sampled + 1e-7) << "pose " << i;
     EXPECT_GE(clearance->distance, sampled - 0.006) << "pose " << i;  // half the pitch of the samples

@@ -1,4 +1,4 @@
-// Inputs at which rounding leaves the expanding polytope without faces, or with ever more of them.
+// Inputs for which rounding leaves the expanding polytope without faces, or with ever more of them.
 #include "collision/penetration.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ Shape Cylinder(double radius, double half_length, const Matrix3d& rotation) {
           .rotation = rotation};
 }
 
-// How deep a box is in a cylinder at the origin whose axis is one of its own.
+// Depth of a box in a cylinder at the origin whose axis is one of the box's axes.
 double ParallelDepth(const Shape& cylinder, const Shape& box) {
   const Vector3d offset = cylinder.rotation.transpose() * box.position;
   double depth = cylinder.size[1] + box.size[2] - std::abs(offset.z());
@@ -48,7 +48,7 @@ double ParallelDepth(const Shape& cylinder, const Shape& box) {
   return depth;
 }
 
-// These have no end without the check: the faces multiply with each step.
+// Without the check these never end: the number of faces grows with each step.
 TEST(Penetration, ABoxInACylinderWithParallelAxes) {
   const auto expect = [](double radius, double half_length, const Matrix3d& rotation,
                          const Vector3d& half_extents, const Vector3d& position) {
@@ -66,16 +66,16 @@ TEST(Penetration, ABoxInACylinderWithParallelAxes) {
   expect(0.44, 0.12, Turned(6, 8, 4, 5), {0.074, 0.016, 0.32}, {-0.15, -0.24, 0.057});
 }
 
-// Here the new vertex sees every face: which way a sliver of 50 m by some nm looks, rounding decides. Without
-// the check a build with _GLIBCXX_ASSERTIONS (the sanitizers' presets) ends here; others read a face that is
-// gone.
+// The new vertex sees every face: rounding decides the orientation of a sliver that is 50 m long and a few nm
+// wide. Without the check, a build with _GLIBCXX_ASSERTIONS (the sanitizer presets) aborts here; others read
+// a deleted face.
 TEST(Penetration, Needles) {
   const auto expect = [](const Matrix3d& rotation, const Vector3d& a, const Vector3d& b,
                          const Vector3d& position) {
     const std::optional<Proximity> found =
         Penetration(Box(a, rotation, Vector3d::Zero()), Box(b, rotation, position));
     ASSERT_TRUE(found);
-    // In truth some nm.
+    // The exact depth is a few nm.
     EXPECT_GE(-found->distance, 0);
     EXPECT_LE(-found->distance, 1e-5);
     EXPECT_TRUE(found->point.allFinite());

@@ -1,5 +1,5 @@
-// MJCF text of two Panda-like arms of primitives with hands, a pot and two counters: as many geoms and of the
-// same kinds as the LiftPot scene, without needing the composer.
+// MJCF text of two Panda-like arms of primitive shapes with hands, a pot and two counters: as many geoms, and
+// of the same kinds, as in the LiftPot scene, without the composer.
 #pragma once
 
 #include <string>

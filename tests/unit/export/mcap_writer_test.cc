@@ -1,4 +1,4 @@
-// MCAP files against the specification: bytes worked out by hand, and a reader that trusts nothing.
+// MCAP files compared with the specification: bytes worked out by hand, and a reader that checks everything.
 #include "export/mcap_writer.h"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ using testing::ElementsAre;
 using testing::StartsWith;
 using namespace std::string_literals;
 
-// CRC-32 of IEEE 802.3, bit by bit: another way than zlib's.
+// CRC-32 of IEEE 802.3, bit by bit, independent of zlib.
 uint32_t Crc(std::string_view bytes) {
   uint32_t crc = 0xFFFFFFFF;
   for (const char byte : bytes) {
@@ -83,7 +83,8 @@ TEST(Mcap, AnEmptyFileIsTheseBytes) {
   // Header: profile "", library "me". DataEnd without a CRC.
   const std::string head = magic + "\x01\x0a\0\0\0\0\0\0\0"s + "\0\0\0\0\x02\0\0\0me"s;
   const std::string data_end = "\x0f\x04\0\0\0\0\0\0\0\0\0\0\0"s;
-  // 8 + 19 + 13 = 40: the summary. Statistics of 46 bytes; its offset record says: op 0x0b, at 40, 55 long.
+  // 8 + 19 + 13 = 40: the summary. Statistics of 46 bytes; its offset record contains: op 0x0b, at 40,
+  // length 55.
   const std::string statistics = "\x0b\x2e\0\0\0\0\0\0\0"s + std::string(46, '\0');
   const std::string offset = "\x0e\x11\0\0\0\0\0\0\0\x0b\x28\0\0\0\0\0\0\0\x37\0\0\0\0\0\0\0"s;
   const std::string footer = "\x02\x14\0\0\0\0\0\0\0\x28\0\0\0\0\0\0\0\x5f\0\0\0\0\0\0\0"s;
@@ -116,7 +117,7 @@ TEST(Mcap, EveryMessageIsFoundByTheIndex) {
   ASSERT_EQ(records.back().op, 0x02);
   EXPECT_EQ(inner.size() + 8, records.back().offset + records.back().size);
 
-  // The footer leads to the summary, whose CRC is right.
+  // The footer refers to the summary, whose CRC is correct.
   Reader footer(records.back().content);
   const auto summary = footer.Int<uint64_t>(), offsets = footer.Int<uint64_t>();
   const auto crc = footer.Int<uint32_t>();
@@ -192,7 +193,7 @@ TEST(Mcap, EveryMessageIsFoundByTheIndex) {
   EXPECT_THAT(messages,
               ElementsAre(std::tuple(0, 2'000'000'000, "\"xx"), std::tuple(0, 3'000'000'000, "{}"),
                           std::tuple(1, 1'000'000'000, "\"xx"), std::tuple(2, 5'000'000'000, "[1]")));
-  // Of the summary: what two channels have in common is there once.
+  // The summary stores a schema that two channels share once.
   EXPECT_EQ(count[0x03], 2);
   EXPECT_EQ(count[0x04], 3);
   EXPECT_EQ(count[0x06], 2);

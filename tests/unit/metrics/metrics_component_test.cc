@@ -75,7 +75,7 @@ class MetricsComponentTest : public testing::Test {
   std::vector<episode_summary_t> summaries_;
   std::vector<run_summary_t> runs_;
   component_status_t said_{};
-  // The last attempt begun; sent messages belong to it.
+  // The attempt that began last; sent messages belong to it.
   int32_t attempt_ = 0;
 };
 
@@ -123,7 +123,7 @@ TEST_F(MetricsComponentTest, CriteriaAreSaidNowAndThenAndAtTheLastTick) {
   for (int32_t episode = 0; episode < 2; ++episode) {
     said.clear();
     Begin(episode);
-    // Ticks of 20 ms: every third; and the verdict's, at which the pot is up.
+    // Ticks of 20 ms: every third one, and the verdict's, at which the pot is lifted.
     for (int64_t tick = 0; tick <= 8; ++tick) {
       SendState(tick, episode, tick >= 7 ? 1.2 : 1);
       SendContacts(tick, episode, {});
@@ -143,8 +143,8 @@ TEST_F(MetricsComponentTest, CriteriaAreSaidNowAndThenAndAtTheLastTick) {
 
 TEST_F(MetricsComponentTest, TheOrderOfArrivalChangesNoBit) {
   constexpr int kTicks = 40;
-  // With something of everything, in every order: as it happened, contacts first, backwards, shuffled; the
-  // end early or last.
+  // An episode with every kind of event, in every order: chronological, contacts first, reversed, shuffled;
+  // the end early or last.
   const auto send = [&](int message) {
     const int tick = message / 2;
     if (message % 2 == 0) {
@@ -189,7 +189,8 @@ TEST_F(MetricsComponentTest, TheOrderOfArrivalChangesNoBit) {
     episode_summary_t& summary = summaries_.back();
     EXPECT_TRUE(summary.complete);
     EXPECT_GT(summary.metrics.slip_count, 0);
-    // What was live at the last tick is what the summary says, but for what needs the whole episode.
+    // The summary equals the live values of the last tick, except for metrics that need the whole
+    // episode.
     ASSERT_EQ(partials_.size(), static_cast<size_t>(kTicks));
     EXPECT_EQ(ResultJson(partials_.back().metrics), ResultJson(summary.metrics));
     auto live = ExtendedJson(partials_.back().extended, partials_.back().metrics);
@@ -254,7 +255,7 @@ TEST_F(MetricsComponentTest, TheRunSummarySaysThatItIsAPart) {
   finish(0);
   ASSERT_EQ(runs_.size(), 1);
   EXPECT_FALSE(runs_.back().is_part);
-  // Episode 1 was finished before, or by somebody else.
+  // Episode 1 was finished before, or by another process.
   finish(2);
   EXPECT_TRUE(runs_.back().is_part);
   finish(1);
@@ -262,7 +263,7 @@ TEST_F(MetricsComponentTest, TheRunSummarySaysThatItIsAPart) {
   EXPECT_EQ(runs_.back().num_episodes, 3);
 }
 
-// Told by the run's folder, before it has heard of anything.
+// The run's folder provides it before any message has arrived.
 TEST(PartOfRun, IsWhereOthersHaveFinishedOrWork) {
   const TemporaryFolder folder;
   EXPECT_FALSE(IsPartOfRun(folder.path()));
@@ -313,13 +314,13 @@ TEST_F(MetricsComponentTest, CountsForeignMessagesAndDuplicates) {
   SendState(0, 0);
   SendState(0, 0);   // duplicate
   SendState(0, 1);   // another episode
-  SendState(-5, 0);  // no such tick
+  SendState(-5, 0);  // no tick with this number
   EXPECT_EQ(dut_.status().foreign_messages, 6);
   SendContacts(0, 0);
   End(0, 0);
   End(0, 0);
   EXPECT_EQ(dut_.status().foreign_messages, 7);
-  ASSERT_EQ(summaries_.size(), 2);  // said again
+  ASSERT_EQ(summaries_.size(), 2);  // a repetition
   EXPECT_TRUE(summaries_[0].complete);
 }
 
@@ -346,7 +347,7 @@ TEST_F(MetricsComponentTest, WaitsABoundedTimeForTheLastTicks) {
   EXPECT_EQ(runs_[0].num_complete, 0);
   EXPECT_EQ(dut_.status().missing_ticks, 1);
 
-  // The count of the process goes on, the episode's begins again.
+  // The count of the process continues; that of the episode restarts.
   Begin(1);
   End(0, 1);
   PollFor(&dut_, now, 2 * MetricsComponent::kMaxWait);
@@ -455,7 +456,7 @@ TEST_F(MetricsComponentTest, AnEndThatIsNotTheVerdictsIsAborted) {
   EXPECT_TRUE(play(true, "success").complete);
   EXPECT_TRUE(play(false, "time_limit").complete);
   EXPECT_TRUE(play(false, "policy_error").complete);
-  // A server that failed while an episode went on after its success.
+  // A server that failed while an episode continued after its success.
   for (const bool succeeds : {false, true})
     EXPECT_EQ(play(succeeds, "server_error").end_reason, "server_error");
   for (const auto& [lifted, end_reason] : {std::pair(false, "success"), std::pair(false, "failure"),
@@ -467,14 +468,14 @@ TEST_F(MetricsComponentTest, AnEndThatIsNotTheVerdictsIsAborted) {
                                       " where the verdict was " + (lifted ? "success" : "undecided") +
                                       ": is a second metrics on this bus?");
   }
-  // In realtime a verdict comes when it comes.
+  // In real time, a verdict counts whenever it arrives.
   model_.clock = "realtime";
   EXPECT_EQ(play(true, "time_limit").end_reason, "time_limit");
 }
 
 TEST_F(MetricsComponentTest, NamesOfFilesInModelAreTextOnly) {
   const TemporaryFolder folder;
-  // Who opens it waits for a writer.
+  // Opening it would wait for a writer.
   const std::string pipe = folder.path() / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const std::string robot = "robot.yaml";

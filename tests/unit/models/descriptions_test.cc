@@ -8,7 +8,7 @@
 
 namespace evalbus::descriptions_test {
 
-// The line that `part` of `text` is in.
+// Line number of `part` in `text`.
 int LineOf(const std::string& text, const std::string& part) {
   const size_t at = text.find(part);
   EXPECT_NE(at, std::string::npos) << part;
@@ -367,7 +367,7 @@ TEST(TaskDescription, OtherRobotsHaveTheirOwnDistances) {
   TaskDescription task = FindTask("stack_two_blocks").task;
   task.ApplyRobot("bimanual_panda", {"left", "right"});
   EXPECT_EQ(task.target_distance.size(), 6u);
-  // By its name, or by that of its arm.
+  // By its name, or by the name of its arm.
   TaskDescription mine = task;
   mine.ApplyRobot("mine", {"arm"});
   EXPECT_EQ(mine.target_distance.size(), 4u);

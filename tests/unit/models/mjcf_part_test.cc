@@ -12,7 +12,7 @@ using tinyxml2::XMLElement;
 // A file as a part.
 struct PartOf {
   explicit PartOf(const std::string& text) : part(folder.Write("part.xml", text), &warnings) {}
-  // The only element of this name; all tests have one.
+  // The only element with this name; all tests have one.
   XMLElement* Only(const char* name) {
     XMLElement* found = nullptr;
     ForEach(part.root(), [&](XMLElement* element) {

@@ -1,5 +1,5 @@
-// Position servos as newer MuJoCo versions write them. What MuJoCo 3 makes of them is in its documentation of
-// <position>: gainprm is kp, biasprm is 0 -kp -kv; inheritrange is a multiple of the joint's range.
+// Position servos as newer MuJoCo versions define them. MuJoCo 3's documentation of <position> gives the
+// meaning: gainprm is kp, biasprm is 0 -kp -kv; inheritrange is a multiple of the joint's range.
 #include <mujoco/mujoco.h>
 
 #include "models/compile_model.h"
@@ -63,9 +63,9 @@ TEST(MjcfServos, VelocityGainsAreThoseOfMuJoCo3) {
   EXPECT_EQ(ServoIn(*model, "small"), (Servo{500, 500, 100}));
   EXPECT_EQ(ServoIn(*model, "own"), (Servo{30, 30, 4}));
   EXPECT_EQ(ServoIn(*model, "plain"), (Servo{7, 7, 0}));
-  // Replaced, it need not be understood.
+  // An element that is replaced may contain anything.
   EXPECT_EQ(ServoIn(*model, "critical"), (Servo{40, 40, 0}));
-  // What else the classes and the element say stays.
+  // All other attributes of the classes and the element stay.
   EXPECT_EQ(model->actuator_forcerange[1], 105);
   EXPECT_EQ(model->actuator_ctrlrange[1], 2);
   EXPECT_EQ(model->actuator_forcerange[3], 105);
@@ -84,7 +84,7 @@ TEST(MjcfServos, RangesAreInheritedInRadians) {
 TEST(MjcfServos, AStiffnessLeavesTheCommandItsUnit) {
   TempFolder folder;
   SceneComposer composer(folder.Write("base.xml", "<mujoco/>"));
-  // Its command of 0 to 255 is a tendon of 0 to 0.04 m, its stiffness 100 N/m.
+  // Its command of 0 to 255 is a tendon length of 0 to 0.04 m; its stiffness is 100 N/m.
   composer.Attach(kModelsData / "newer_hand.xml", "p/", Pose{}, Mount::kFixed, "", {{"grip", 2000}});
   std::vector<std::string> warnings;
   const Servo servo = ServoIn(*CompileModel(composer, false, &warnings), "grip");
@@ -93,7 +93,7 @@ TEST(MjcfServos, AStiffnessLeavesTheCommandItsUnit) {
   EXPECT_EQ(servo.velocity_gain, 0);
 }
 
-// robosuite's arms are driven by torques.
+// robosuite's arms are torque-controlled.
 TEST(MjcfServos, AMotorWithAStiffnessIsAServoOfItsTorque) {
   const ModelPtr model = Compose(Servos("radian", "-1", "3"), {{"critical", 40}, {"motor", 700}});
   EXPECT_EQ(ServoIn(*model, "motor"), (Servo{700, 700, 0}));

@@ -15,7 +15,7 @@ namespace evalbus {
 inline const std::filesystem::path kModelsData =
     std::filesystem::path(EVALBUS_SOURCE_DIR) / "tests/data/models";
 
-// A folder that goes away with the test.
+// A folder that is removed with the test.
 class TempFolder {
  public:
   TempFolder() {

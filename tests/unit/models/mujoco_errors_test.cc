@@ -23,7 +23,7 @@ std::string Thrown(const char* message) {
   return "nothing";
 }
 
-// Warnings as the sink hears them.
+// Warnings as the log sink receives them.
 class MujocoErrors : public testing::Test {
  protected:
   MujocoErrors() {
@@ -49,7 +49,7 @@ TEST_F(MujocoErrors, WithoutASinkWarningsAreLinesOnStderr) {
   EXPECT_TRUE(heard_.empty());
 }
 
-// MuJoCo's own way leaves MUJOCO_LOG.TXT in whatever folder a user is in.
+// MuJoCo itself writes MUJOCO_LOG.TXT into the user's current folder.
 TEST_F(MujocoErrors, NoFileIsLeft) {
   TemporaryFolder folder;
   const std::filesystem::path back = std::filesystem::current_path();
@@ -75,7 +75,7 @@ TEST_F(MujocoErrors, WhatACompilerSaysIsTheInputs) {
     const MujocoCompileGuard guard(&warnings);
     mju_warning("two hulls");
     EXPECT_EQ(Thrown<InputError>("bad mesh"), "MuJoCo: bad mesh");
-    // Another thread is at a run.
+    // Another thread is executing a run.
     std::thread([] {
       mju_warning("unstable");
       EXPECT_EQ(Thrown<EnvironmentError>("stack overflow"), "MuJoCo: stack overflow");

@@ -1,4 +1,4 @@
-// What a robot's description adds to its models, and what it is warned of.
+// What a robot's description adds to its models, and the warnings about it.
 #include <cmath>
 
 #include "models/compile_model.h"
@@ -8,7 +8,7 @@
 
 namespace evalbus::robot_parts_test {
 
-// One hinge of inertia 0.1 kg m^2, a servo with a velocity gain, and a finger that weighs nothing.
+// One hinge with inertia 0.1 kg m^2, a servo with a velocity gain, and a massless finger.
 constexpr const char* kArm = R"(<mujoco>
   <compiler angle="radian" autolimits="true"/>
   <worldbody>
@@ -79,7 +79,7 @@ TEST(RobotParts, StandCameraExcludeAndGripperGain) {
   ASSERT_GE(stand, 0);
   EXPECT_EQ(model->body_parentid[stand], id(mjOBJ_BODY, "left"));
   EXPECT_EQ(model->body_pos[3 * stand + 2], -0.5);
-  // The stand is the arm's.
+  // The stand has the arm's name.
   EXPECT_EQ(scene.info.body_entity[stand], scene.info.arm[0].entity);
   const int camera = id(mjOBJ_CAMERA, "left/eye");
   ASSERT_GE(camera, 0);
@@ -107,7 +107,7 @@ TEST(RobotParts, CamerasOfTheRobotHaveTheirOwnNames) {
   const int wrist = mj_name2id(&model, mjOBJ_CAMERA, "maker/wrist");
   ASSERT_GE(head, 0);
   ASSERT_GE(wrist, 0);
-  // Where the robot is and turned as it is, and on a body of it.
+  // At the robot's position and orientation, and on one of its bodies.
   EXPECT_EQ(model.cam_bodyid[head], 0);
   EXPECT_EQ(model.cam_pos[3 * head], 5);
   EXPECT_EQ(model.cam_pos[3 * head + 2], 3);
@@ -146,7 +146,7 @@ TEST(RobotParts, MistakesNameTheLine) {
             "17: key 'position_gain_Nm_per_rad': give either this or 'position_gain_N_per_m'");
 }
 
-// The arm's velocity after one step from 1 rad/s, nothing commanded.
+// The arm's velocity after one step from 1 rad/s without a command.
 double AfterOneStep(const mjModel& model) {
   const DataPtr data(mj_makeData(&model));
   data->qvel[0] = 1;
@@ -154,8 +154,8 @@ double AfterOneStep(const mjModel& model) {
   return data->qvel[0];
 }
 
-// With an inertia of 0.1 kg m^2 and steps of 2 ms a velocity gain of 50 N m s/rad stops the joint in one
-// step, and a higher one turns it round, whatever the joint's own damping.
+// With an inertia of 0.1 kg m^2 and steps of 2 ms, a velocity gain of 50 N m s/rad stops the joint in one
+// step, and a higher one reverses it, whatever the joint's own damping.
 TEST(Vibration, IsWarnedOfWhereAStepTurnsTheVelocityRound) {
   for (const char* damping : {"0", "5"}) {
     for (const int kv : {0, 49, 51, 500}) {
@@ -193,7 +193,7 @@ TEST(ReadPose, SaysTheUnitQuaternion) {
             "expected a unit quaternion, got norm 1.41421; of norm 1 it is [-0.707107, 0.707107, 0, 0]");
 }
 
-// A shipped task's file finds its parts where it is not.
+// The parts of a shipped task's file are found from another folder.
 TEST(TaskFile, ACopyFindsItsPartsInTheInstalledModels) {
   TempFolder folder;
   const std::filesystem::path copy = folder.path() / "my_task.yaml";
@@ -201,7 +201,7 @@ TEST(TaskFile, ACopyFindsItsPartsInTheInstalledModels) {
   const TaskDescription task = LoadTask(copy);
   EXPECT_EQ(task.file, copy);
   EXPECT_TRUE(std::filesystem::equivalent(task.robot_file, ModelsFolder() / "robots/bimanual_panda.yaml"));
-  // What is beside it goes before.
+  // Files beside it take precedence.
   const auto own = folder.Write("tasks/my_task.yaml", task.text);
   folder.Write("props/pot/pot.xml", "<mujoco/>");
   EXPECT_EQ(LoadTask(own).parts[2].model_file, folder.path() / "props/pot/pot.xml");

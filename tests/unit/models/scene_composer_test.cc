@@ -110,7 +110,8 @@ TEST(SceneComposer, DefaultsOfAnArmDoNotReachItsHand) {
 }
 
 TEST(SceneComposer, PosesMultiply) {
-  // Part at (1, 2, 3) turned by 90 degrees about z; its body is at (1, 0, 0), the site in it at (0, 0.5, 0).
+  // Part at (1, 2, 3), rotated by 90 degrees about z; its body is at (1, 0, 0), the site in it at (0, 0.5,
+  // 0).
   TempFolder folder;
   SceneComposer composer(folder.Write("base.xml", kEmptyBase));
   const auto file = folder.Write("part.xml",
@@ -118,7 +119,7 @@ TEST(SceneComposer, PosesMultiply) {
                                  "<site name='s' pos='0 0.5 0'/></body></worldbody></mujoco>");
   const Pose pose{{1, 2, 3}, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)}};
   composer.Attach(file, "p/", pose);
-  // The same again on the body: turned twice it faces back.
+  // The same rotation again on the body: after two, it faces backward.
   composer.Attach(file, "q/", pose, Mount::kFixed, "p/b");
   const ModelPtr model = Compile(composer);
   const DataPtr data(mj_makeData(model.get()));
@@ -143,7 +144,7 @@ TEST(SceneComposer, FreePart) {
   EXPECT_EQ(model->jnt_bodyid[Id(model, mjOBJ_JOINT, "p")], Id(model, mjOBJ_BODY, "p"));
   EXPECT_EQ(Compile(OnePart(part).composer)->nq, 0);
 
-  // A file made to stand alone brings the joint itself.
+  // A file made for use on its own includes the joint.
   const char* own =
       "<mujoco><worldbody><body name='b'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>";
   EXPECT_EQ(Compile(OnePart(own, kEmptyBase, true).composer)->nq, 7);
@@ -151,7 +152,8 @@ TEST(SceneComposer, FreePart) {
             "part.xml:1: a free joint in an attached file needs 'free: true' where it is attached");
 }
 
-// A file that MuJoCo compiles by itself and the same file attached at the origin must be the same physics.
+// A file that MuJoCo compiles on its own, and the same file attached at the origin, must have the same
+// physics.
 TEST(SceneComposer, AttachedFileIsWhatMuJoCoMakesOfIt) {
   const std::filesystem::path file = kModelsData / "everything.xml";
   char message[1000] = "";
@@ -188,7 +190,7 @@ TEST(SceneComposer, AttachedFileIsWhatMuJoCoMakesOfIt) {
   expect_equal(composed->actuator_gainprm, direct->actuator_gainprm, mjNGAIN * direct->nu, "gain");
   expect_equal(composed->actuator_ctrlrange, direct->actuator_ctrlrange, 2 * direct->nu, "ctrlrange");
 
-  // And it moves the same: limits, springs, tendons, equalities, contacts, sensors.
+  // It also moves identically: limits, springs, tendons, equalities, contacts, sensors.
   const DataPtr a(mj_makeData(composed.get()));
   const DataPtr b(mj_makeData(direct.get()));
   for (mjData* data : {a.get(), b.get()}) {
@@ -209,7 +211,7 @@ TEST(SceneComposer, DegreesAndEulerSequences) {
       "<mujoco><compiler eulerseq='zyx'/><worldbody><body name='b'>"
       "<joint name='hinge' range='-90 45'/><geom name='g' size='0.1 0.2 0.3' type='box' euler='90 0 0'/>"
       "<site name='s' axisangle='1 0 0 90'/></body></worldbody></mujoco>",
-      // The base file's own unit does not matter.
+      // The angle unit of the base file itself does not matter.
       "<mujoco><compiler angle='radian'/></mujoco>");
   const ModelPtr model = Compile(part.composer);
   EXPECT_NEAR(model->jnt_range[0], -pi / 2, 1e-15);
@@ -244,7 +246,7 @@ TEST(SceneComposer, NewerModelsLoadWithWarnings) {
   EXPECT_EQ(model->actuator_biasprm[mjNBIAS * other + 2], -30);
   EXPECT_EQ(model->dof_damping[0], 6);
   EXPECT_EQ(model->dof_damping[1], 1);
-  // Meshes without a name are called after their file.
+  // Meshes without a name are named after their file.
   EXPECT_EQ(model->geom_dataid[1], Id(model, mjOBJ_MESH, "arm/cube"));
   EXPECT_EQ(model->mat_rgba[4 * Id(model, mjOBJ_MATERIAL, "arm/hand/white")], 0.5f);
 }
@@ -314,7 +316,7 @@ TEST(SceneComposer, BrokenFiles) {
   EXPECT_EQ(ErrorOfPart("\n<robot/>"), "part.xml:2: expected an MJCF model (<mujoco>), got <robot>");
   EXPECT_EQ(ErrorOfPart("<mujoco><worldbody>\n<geom euler='1 2'/></worldbody></mujoco>"),
             "part.xml:2: <geom>: attribute 'euler': expected 3 numbers, got '1 2'");
-  // One line, whatever the file says.
+  // The error is one line, whatever the file contains.
   EXPECT_EQ(ErrorOfPart("<mujoco><worldbody><geom euler='1\n2'/></worldbody></mujoco>"),
             "part.xml:1: <geom>: attribute 'euler': expected 3 numbers, got '1 2'");
   EXPECT_EQ(ErrorOfPart("<mujoco><default class='other'/></mujoco>"),

@@ -20,8 +20,8 @@ int IndexOf(const std::vector<std::string>& names, const std::string& name) {
   return static_cast<int>(found - names.begin());
 }
 
-// The robot at its home position, hands open, held there for a while with its weight compensated; the
-// furthest that an arm joint is from home then, rad. It starts a little off.
+// The robot at its home position with open hands and weight compensation, held there for a while. Returns the
+// largest distance of an arm joint from home at the end, rad. It starts slightly away from home.
 double HoldHome(const Scene& scene, const RobotDescription& robot, double seconds) {
   const mjModel* model = scene.physics.get();
   const DataPtr data(mj_makeData(model));
@@ -99,7 +99,7 @@ TEST(Scene, LiftPot) {
           << info.geom_name[geom];
     }
   }
-  // Lists and counts agree, and every name is there once.
+  // Lists and counts agree, and every name occurs once.
   for (const auto* names : {&info.body_name, &info.geom_name, &info.joint_name, &info.entity_name}) {
     std::vector<std::string> sorted = *names;
     std::sort(sorted.begin(), sorted.end());
@@ -131,8 +131,8 @@ TEST(Scene, LiftPotStandsWhereTheFactsSay) {
   EXPECT_NEAR(p[0] + size[1], 1.1, 1e-9);
   EXPECT_NEAR(p[1] + size[0], 0.6, 1e-9);
   EXPECT_NEAR(p[2] + size[2], 0.859, 1e-9);
-  // Stretched out (all joints 0), the flange is 0.333 + 0.316 + 0.384 - 0.107 above and 0.088 before the
-  // base.
+  // With all joints at 0, the arm is stretched out: the flange is 0.333 + 0.316 + 0.384 - 0.107 above and
+  // 0.088 in front of the base.
   expect_at(data->site_xpos + 3 * mj_name2id(model, mjOBJ_SITE, "left/flange"), 0.1 + 0.088, 0.3,
             0.6 + 0.926);
 }
@@ -162,7 +162,7 @@ TEST(Scene, ArmsHoldHome) {
   }
 }
 
-// A scene of test files, with models as newer MuJoCo versions have them.
+// A scene of test files, with models in the format of newer MuJoCo versions.
 
 constexpr const char* kTask = R"(name: hold
 title: Hold still
@@ -219,7 +219,7 @@ TEST(Scene, ModelsForNewerVersions) {
   const model_info_t& info = scene.info;
   EXPECT_EQ(info.gripper[0].num_pad_geoms, 4);
   EXPECT_EQ(info.geom_name[info.gripper[0].pad_geom[1]], "left/hand/left_finger/geom1");
-  // Every warning once, though there are two arms.
+  // Every warning appears once, although there are two arms.
   std::vector<std::string> warnings = scene.warnings;
   std::sort(warnings.begin(), warnings.end());
   EXPECT_EQ(std::adjacent_find(warnings.begin(), warnings.end()), warnings.end());
@@ -228,7 +228,7 @@ TEST(Scene, ModelsForNewerVersions) {
 
 TEST(Scene, AnArmsModelMayContainItsHand) {
   SceneFiles files;
-  // A composed document is a model file like any other.
+  // A composed document is a valid model file.
   SceneComposer composer(kModelsData / "world.xml");
   composer.Attach(kModelsData / "newer_arm.xml", "a/", Pose{});
   composer.Attach(kModelsData / "newer_hand.xml", "h/", Pose{}, Mount::kFixed, "a/flange");
@@ -332,7 +332,7 @@ TEST(Scene, AllTheMassMayBeInVisualGeoms) {
   EXPECT_EQ(model->body_mass[door], 2);
   EXPECT_EQ(model->body_mass[door - 1], 3);
   EXPECT_NEAR(model->body_ipos[3 * (door - 1)], 0.2, 1e-15);
-  // A body without any mass is still refused, at its line.
+  // A body without mass is still refused, with its line.
   SceneFiles none;
   none.folder.Write("thing.xml", "<mujoco><worldbody>\n<geom size='0.1' mass='0'/></worldbody></mujoco>");
   EXPECT_EQ(none.Error().substr(0, 10), "thing.xml:");
@@ -346,7 +346,7 @@ TEST(Scene, InertiasComeFromVisualGeomsToo) {
                      "</body></worldbody></mujoco>");
   const Scene scene = files.Build();
   const mjModel* model = scene.physics.get();
-  // Two boxes of 8 kg, one of which is only seen.
+  // Two boxes of 8 kg, one of which is visual only.
   const int body = mj_name2id(model, mjOBJ_BODY, "thing") + 1;
   EXPECT_NEAR(model->body_mass[body], 16, 1e-9);
   EXPECT_NEAR(model->body_ipos[3 * body], 0.1, 1e-9);
@@ -355,7 +355,7 @@ TEST(Scene, InertiasComeFromVisualGeomsToo) {
 }
 
 TEST(Scene, ErrorsInsideMuJoCoAreCaught) {
-  // What would make MuJoCo wait for a key.
+  // Input at which MuJoCo would wait for a key.
   SceneFiles files;
   files.Change("world.xml", "<option", "<size nstack='1'/><option");
   EXPECT_EQ(files.Error(), "scene: MuJoCo: engine error: Stack overflow");
@@ -390,7 +390,7 @@ TEST(Scene, ATasksCameraLooksWhereItSays) {
   const int front = mj_name2id(&visual, mjOBJ_CAMERA, "front");
   EXPECT_EQ(visual.cam_fovy[front], 40);
   const mjtNum* axes = data->cam_xmat + 9 * front;
-  // It looks along -z: (0.5, 0, 1) - (2, 1, 3), of length sqrt(1.5^2 + 1 + 4).
+  // The camera looks along -z: (0.5, 0, 1) - (2, 1, 3), of length sqrt(1.5^2 + 1 + 4).
   const double length = std::sqrt(7.25);
   EXPECT_NEAR(-axes[2], -1.5 / length, 1e-9);
   EXPECT_NEAR(-axes[5], -1 / length, 1e-9);

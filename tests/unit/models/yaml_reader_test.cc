@@ -128,11 +128,11 @@ TEST(YamlReader, BrokenYaml) {
   EXPECT_EQ(ErrorOf([] { Parse("a: [1, 2\nb: 3\n"); }).substr(0, 9), "f.yaml:2:");
   EXPECT_EQ(ErrorOf([] { Parse(""); }), "f.yaml:1: expected one YAML document, got 0");
   EXPECT_EQ(ErrorOf([] { Parse("a: 1\n---\nb: 2\n"); }), "f.yaml:1: expected one YAML document, got 2");
-  // Of which yaml-cpp makes documents without end.
+  // yaml-cpp makes an endless number of documents of these.
   EXPECT_EQ(ErrorOf([] { Parse(", 1]}\n"); }), "f.yaml:1: expected one YAML document, got 2");
 }
 
-// LCM's strings end with the first NUL: what has one inside reaches nobody.
+// LCM's strings end at the first NUL: the text after it would be lost.
 TEST(YamlReader, TextThatNoMessageCanCarryIsRefusedWithItsLine) {
   using namespace std::string_literals;
   EXPECT_EQ(ErrorOf([] {

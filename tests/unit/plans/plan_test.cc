@@ -21,7 +21,7 @@ class PlanTest : public testing::Test {
     std::ofstream(file_) << text;
     return ReadPlan(file_);
   }
-  // What is behind the file's name.
+  // The part of the error after the file's name.
   std::string ErrorOf(const std::string& text) {
     try {
       Read(text);
@@ -78,7 +78,7 @@ until: decided(alpha 0.01, max 200)
   ASSERT_TRUE(plan.until);
   EXPECT_EQ(plan.until->alpha, 0.01);
   EXPECT_EQ(plan.until->max_episodes, 200);
-  // A contract's rate is the policy's own, unless the plan says another.
+  // A contract's rate is the policy's own, unless the plan specifies another.
   EXPECT_EQ(plan.OptionsOf(plan.policies[0]).sim.control_hz, 50);
   EXPECT_EQ(plan.OptionsOf(plan.policies[2]).sim.control_hz, 20);
   EXPECT_EQ(plan.OptionsOf(plan.policies[2]).policy_name, "pi0");
@@ -193,7 +193,7 @@ TEST_F(PlanTest, AShardThatIsPutTwiceIsThereOnce) {
   std::string text;
   stream >> text;
   EXPECT_EQ(text, "first");
-  // Nothing half-written beside it.
+  // No half-written file remains beside it.
   int entries = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path() / kPartsFolder))
     ++entries;

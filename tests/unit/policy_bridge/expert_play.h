@@ -1,4 +1,4 @@
-// Plays a scripted expert in the simulated world and evaluates it by the task's own verdict, on MuJoCo's
+// Runs a scripted expert in the simulated world and evaluates it by the task's own verdict, with MuJoCo's
 // contacts.
 #pragma once
 
@@ -26,18 +26,18 @@ struct PlayedEpisode {
   // Fastest joint as a fraction of its limit.
   double speed = 0;
   int64_t clips = 0;
-  // Ticks at which the robot touched something other than pads an object or pads one another, and the first
-  // such pair.
+  // Ticks at which the robot touched anything other than an object with its pads or a pad with another pad,
+  // and the first such pair.
   int stray_contacts = 0;
   std::string stray;
   std::vector<std::vector<double>> actions;
 };
 
-// A task in one of its variations with the expert for it, made once for many episodes.
+// A task in one of its variations and the expert for it, created once for many episodes.
 class ExpertStage {
  public:
-  // task: as FindTask takes it. robot: a robot as FindRobot takes it instead of the task's own, its models in
-  // model_path.
+  // task: as FindTask expects it. robot: a robot as FindRobot expects it, instead of the task's own; its
+  // models are in model_path.
   explicit ExpertStage(const std::string& task, const std::string& robot = "",
                        const std::vector<std::filesystem::path>& model_path = {})
       : selection_(FindTask(task)),
@@ -49,7 +49,7 @@ class ExpertStage {
 
   const Scene& scene() const { return scene_; }
 
-  // rewrite: what is made of each of the expert's actions before it is applied.
+  // rewrite: changes each of the expert's actions before it is applied.
   PlayedEpisode Play(int64_t seed, int hz = 50,
                      const std::function<void(const state_t&, action_t*)>& rewrite = {}) {
     sim::World world(scene_.physics.get(), scene_.info, robot_, selection_.task, 500 / hz);
@@ -105,7 +105,7 @@ class ExpertStage {
   }
 
  private:
-  // Makes the task the robot's, too.
+  // Adapts the task to the robot.
   static Scene Compose(const RobotDescription& robot, TaskDescription* task) {
     task->ApplyRobot(robot.name, robot.arm_names());
     Scene scene = BuildScene(*task, robot);

@@ -115,7 +115,7 @@ TEST_F(PolicyComponentTest, ReplaysALogAndARunFolder) {
   begin.header.episode = 1;
   begin.seed = 1;
   writer.Write(channels::kEpisodeBegin, Encode(begin), 0);
-  // A first attempt of two ticks, then the episode began again.
+  // A first attempt of two ticks, then a second attempt of the episode.
   for (const double value : {0.5, 0.6}) write(value == 0.6, value);
   for (const double value : {0.1, 0.2}) write(value == 0.2, value);
   writer.Close();
@@ -155,7 +155,7 @@ TEST_F(PolicyComponentTest, ActsOnceForEachStateAndSaysItAgain) {
   Send(channels::kState, State(0, 0));
   Send(channels::kState, State(0, 1));
   Send(channels::kState, State(0, 1));
-  Send(channels::kState, State(0, 0));  // long answered
+  Send(channels::kState, State(0, 0));  // answered long ago
   ASSERT_EQ(actions_.size(), 3u);
   EXPECT_EQ(actions_[2].header.tick, 1);
   EXPECT_EQ(actions_[2].joint_position_rad, actions_[1].joint_position_rad);
@@ -203,7 +203,7 @@ TEST_F(PolicyComponentTest, RequestsImagesOfANewTickAtOnce) {
 }
 
 TEST_F(PolicyComponentTest, ModelsThatAreNoneAreRefused) {
-  // The model itself, where no run has it, and what never ends.
+  // The model path must exist in the run, and must not be one that never ends.
   fs::create_directories(folder_ / "pipe/model");
   ASSERT_EQ(mkfifo((folder_ / "pipe/model/physics.mjb").c_str(), 0600), 0);
   fs::copy_file(model_.physics_file, folder_ / "other.mjb");

@@ -54,7 +54,7 @@ TEST_F(Followed, TellsWhatIsAdded) {
   EXPECT_DOUBLE_EQ(news.rows[1].time, 4);
   EXPECT_FALSE(news.rows[1].has_track);
   EXPECT_FALSE(follower_.Look().is_changed);
-  // A line that is being written is none yet.
+  // A line that is still being written is not read yet.
   const std::string line = Line(2, true);
   Append(line.substr(0, 20));
   EXPECT_FALSE(follower_.Look().is_changed);
@@ -90,7 +90,7 @@ TEST_F(Followed, TheSameLinesWrittenAnewAreNoNews) {
 }
 
 TEST_F(Followed, OtherLinesAreReadFromTheBegin) {
-  // Two workers; at the end the lines are put in order.
+  // Two workers; at the end the lines are sorted.
   Append(Line(1, false) + Line(0, true));
   follower_.Look();
   WriteAnew(Line(0, true) + Line(1, false));
@@ -98,7 +98,7 @@ TEST_F(Followed, OtherLinesAreReadFromTheBegin) {
   EXPECT_EQ(news.from, 0u);
   EXPECT_THAT(Numbers(news), ElementsAre(0, 1));
   EXPECT_EQ(follower_.numbers().done, 2);
-  // Gone on with, without the one that is run again.
+  // The run is resumed; the line of the episode that is run again is gone.
   WriteAnew(Line(0, true));
   news = follower_.Look();
   EXPECT_EQ(news.from, 0u);

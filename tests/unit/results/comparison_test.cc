@@ -16,8 +16,7 @@ namespace evalbus::results::comparison_test {
 
 using nlohmann::ordered_json;
 
-// A run of n episodes, of which the first k succeed, each taking `time` and a little more than the one
-// before.
+// A run of n episodes, the first k of which succeed. The first takes `time`, each later one a little more.
 ordered_json Info(int episodes, int64_t seed = 7, double rate = 50) {
   ordered_json info = RunInfo(episodes);
   info["seed"] = seed;
@@ -59,7 +58,7 @@ class CompareTest : public testing::Test {
 };
 
 TEST_F(CompareTest, PairsBySeed) {
-  // Of 50 seeds 28 succeed in both, 15 with b only, 3 with a only.
+  // Of 50 seeds, 28 succeed in both runs, 15 only in b, 3 only in a.
   std::vector<bool> in_a(50), in_b(50);
   for (size_t i = 0; i < 50; ++i) {
     in_a[i] = i < 31;
@@ -86,14 +85,14 @@ TEST_F(CompareTest, PairsBySeed) {
   ASSERT_EQ(result.tasks.size(), 1u);
   const std::vector<MetricComparison>& metrics = result.tasks[0].metrics;
   ASSERT_EQ(metrics.size(), 3u);
-  // Effort counts where both succeeded; everywhere one second more.
+  // Effort is compared where both succeeded; it takes one second more everywhere.
   EXPECT_EQ(metrics[0].number.name, "completion_time");
   EXPECT_EQ(metrics[0].count, 28);
   EXPECT_NEAR(metrics[0].difference, 1, 1e-12);
   EXPECT_LT(*metrics[0].p, 1e-7);
-  EXPECT_EQ(metrics[0].p_holm, *metrics[0].p);  // the only one with a p
+  EXPECT_EQ(metrics[0].p_holm, *metrics[0].p);  // the only metric with a p
   EXPECT_NEAR(*metrics[0].ratio, metrics[0].mean / (metrics[0].mean - 1), 1e-12);
-  // The same everywhere: nothing to test.
+  // Equal everywhere: there is nothing to test.
   EXPECT_EQ(metrics[2].number.name, "slip_count");
   EXPECT_EQ(metrics[2].count, 50);
   EXPECT_FALSE(metrics[2].p);
@@ -103,7 +102,7 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_NE(text.find("Effort relative to a"), std::string::npos) << text;
   const ordered_json json = ComparisonJson({result});
   EXPECT_EQ(json["comparisons"][0]["success"]["pairs"]["run_only"], 15);
-  // Which they are: first of those seeds that of episode 28, or another with success on one side only.
+  // Those seeds, first that of episode 28, or another with success in one run only.
   const ordered_json& flipped = json["comparisons"][0]["tasks"][0]["flipped"];
   ASSERT_EQ(flipped.size(), 18u);
   int of_run = 0;
@@ -201,14 +200,14 @@ TEST_F(CompareTest, RefusesWhatCannotBeCompared) {
   EXPECT_NE(Refusal(other, a).find("no task in common"), std::string::npos);
 }
 
-// Runs whose episodes are equal in every number but in what is given.
+// Runs whose episodes are equal in every number except the given ones.
 class EqualEpisodesTest : public CompareTest {
  protected:
   struct Each {
     bool success;
     double time, yaw_rad = 0;
   };
-  // with_starts: what was drawn is known.
+  // with_starts: the randomized start is known.
   RecordedRuns Equal(const std::string& name, const std::vector<Each>& episodes, bool with_starts = false) {
     std::vector<ordered_json> lines;
     for (size_t i = 0; i < episodes.size(); ++i) {
@@ -221,8 +220,8 @@ class EqualEpisodesTest : public CompareTest {
   }
 };
 
-// Nothing was randomized and both always do the same: twenty pairs are one, but the rates are those of
-// twenty.
+// Nothing was randomized, and both always do the same: twenty pairs count as one sample, but the rates are of
+// all twenty.
 TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
   const RecordedRuns good = Equal("good", std::vector<Each>(20, {true, 5}));
   const RecordedRuns bad = Equal("bad", std::vector<Each>(20, {false, 20}));
@@ -239,11 +238,11 @@ TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
                                 "interval and test count them as one"));
   EXPECT_TRUE(Conclusion(result).ends_with(" 1 pair is too few to find any difference."))
       << Conclusion(result);
-  // Where a single one differs, all count.
+  // If a single one differs, all count.
   std::vector<Each> some(20, {false, 20});
   some[3] = {true, 4};
   EXPECT_EQ(CompareRuns(good, Equal("some", some)).success.samples.pairs.only_a, 19);
-  // Of independent samples each side by itself.
+  // For independent samples, each side by itself.
   RecordedRuns other = bad;
   for (RecordedEpisode& episode : other.runs[0].episodes) episode.seed += 1;
   const Comparison independent = CompareRuns(good, other);
@@ -254,7 +253,7 @@ TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
   EXPECT_EQ(independent.success.difference_95.upper, metrics::NewcombeInterval(1, 1, 0, 1).upper);
 }
 
-// No number depends on the start, yet each start is another: all count.
+// No number depends on the start, but each start differs: all count.
 TEST_F(EqualEpisodesTest, EqualNumbersFromDifferentStartsAreAllSamples) {
   std::vector<Each> half, none;
   for (int i = 0; i < 30; ++i) {
@@ -270,15 +269,15 @@ TEST_F(EqualEpisodesTest, EqualNumbersFromDifferentStartsAreAllSamples) {
   EXPECT_TRUE(Conclusion(result).starts_with(
       "half succeeds more often than none: 15 of 30 against 0 of 30 on the same seeds, difference 50 points"))
       << Conclusion(result);
-  // Also where all of both are equal but for the start.
+  // Also if all episodes of both are equal except for the start.
   EXPECT_EQ(CompareRuns(Equal("never", none, true), Equal("none", none, true)).success.samples.trials, 30);
-  // And where starts are equal and the policy does not do the same each time.
+  // And if the starts are equal and the policy is not deterministic.
   for (Each& each : half) each.yaw_rad = 0;
   for (Each& each : none) each.yaw_rad = 0;
   EXPECT_EQ(CompareRuns(Equal("half", half, true), Equal("none", none, true)).success.samples.trials, 30);
 }
 
-// A suite: a task of which all pairs are one counts once in the test, and fully in the rates.
+// A suite: a task whose pairs are all equal counts as one in the test, and fully in the rates.
 TEST_F(EqualEpisodesTest, InASuiteTheyCountOnceAndNeverTurnTheTestAround) {
   const auto suite = [&](const std::string& name, const RecordedRuns& base, const RecordedRuns& position) {
     RecordedRuns runs{.folder = name, .name = name, .is_suite = true, .runs = {}, .missing = {}};
@@ -294,7 +293,7 @@ TEST_F(EqualEpisodesTest, InASuiteTheyCountOnceAndNeverTurnTheTestAround) {
   EXPECT_EQ(result.success.samples.pairs.only_a, 1);
   EXPECT_EQ(result.success.samples.pairs.only_b, 9);
   EXPECT_GT(result.success.difference, 0);
-  // 1 to 9 would be p = 0.02, for the other side.
+  // 1 to 9 would be p = 0.02, in favor of the other side.
   EXPECT_EQ(result.success.p, 1);
   EXPECT_EQ(result.success.judgment(), Judgment::kNone);
 }
@@ -339,7 +338,7 @@ TEST_F(CompareTest, SaysWhatElseWasDifferent) {
   live["evalbus_version"] = lockstep["evalbus_version"] = "0.1.0";
   live["mujoco_version"] = "3.1.0";
   lockstep["mujoco_version"] = "2.2.2";
-  // Who, where and how many are no such thing.
+  // The policy, the folder and the number of episodes do not affect comparability.
   live["policy"] = "mine";
   live["workers"] = 4;
   lockstep["workers"] = 1;
@@ -350,7 +349,7 @@ TEST_F(CompareTest, SaysWhatElseWasDifferent) {
       testing::ElementsAre("b and a were made with realtime true against false, mujoco_version \"3.1.0\" "
                            "against \"2.2.2\": that alone may make them differ"));
   EXPECT_THAT(CompareRuns(Run("c", lockstep, First(5, 6), 5), a).remarks, testing::IsEmpty());
-  // Nor how the log is kept, which is scored alike.
+  // Nor does the log's format, since the scores are the same.
   ordered_json packed = lockstep;
   packed["log"] = "zstd";
   packed["video"] = {"front"};
@@ -394,7 +393,7 @@ class MeritTest : public CompareTest {
   }
 };
 
-// Who never grasps cannot slip.
+// A policy that never grasps cannot slip.
 TEST_F(MeritTest, WhoGetsLessFarIsNotBetterInWhatMayGoWrong) {
   std::vector<Each> tries, stays, careful, worse;
   for (int i = 0; i < 30; ++i) {
@@ -410,7 +409,7 @@ TEST_F(MeritTest, WhoGetsLessFarIsNotBetterInWhatMayGoWrong) {
       result.remarks,
       testing::ElementsAre("lift_pot/position: stays succeeded in no episode and reached no stage: not "
                            "called better in slips"));
-  // Nor is the other one worse.
+  // Nor is the other policy worse.
   EXPECT_EQ(Of(CompareRuns(baseline, With("stays", stays)), "slip_count"), Judgment::kDiffers);
   EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kBetter);
   // Fewer successes.
@@ -420,15 +419,15 @@ TEST_F(MeritTest, WhoGetsLessFarIsNotBetterInWhatMayGoWrong) {
   EXPECT_THAT(less.remarks, testing::ElementsAre(
                                 "lift_pot/position: careful got less far, which leaves less to go wrong: not "
                                 "called better in slips"));
-  // As many, and fewer stages.
+  // As many successes, and fewer stages.
   careful[0].success = true;
   careful[29].stage = 1;
   EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kDiffers);
-  // Who gets less far and slips more is worse all the same.
+  // A policy that gets less far and slips more is still worse.
   EXPECT_EQ(Of(CompareRuns(With("worse", worse), baseline), "slip_count"), Judgment::kWorse);
 }
 
-// A fails where it is hard, B never; both take the same time on the same start.
+// Policy a fails on hard starts, b never; both take the same time on the same start.
 TEST_F(MeritTest, OfIndependentSamplesEffortOfSurvivorsIsNoMerit) {
   std::vector<Each> fails, never, quick;
   for (int i = 0; i < 100; ++i) {
@@ -446,13 +445,13 @@ TEST_F(MeritTest, OfIndependentSamplesEffortOfSurvivorsIsNoMerit) {
       result.remarks,
       testing::Contains("lift_pot/position: a is compared over its own successes only, which may have been "
                         "the easier starts: not called better in completion time"));
-  // Without failures no start is left out.
+  // Without failures no start is excluded.
   EXPECT_EQ(Of(CompareRuns(With("quick", quick), b), "completion_time"), Judgment::kBetter);
-  // Of pairs both are taken where both succeeded.
+  // Pairs count if both succeeded.
   EXPECT_EQ(Of(CompareRuns(With("quick", quick), With("a", fails)), "completion_time"), Judgment::kBetter);
 }
 
-// Stamps and encoders of a recording multiply jerk.
+// Time stamps and encoders of a recording increase jerk.
 TEST_F(MeritTest, ARecordingIsNeitherBetterNorWorseThanASimulationInJerk) {
   std::vector<Each> smooth, rough;
   for (int i = 0; i < 20; ++i) {
@@ -530,7 +529,7 @@ TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   EXPECT_EQ(result.success.judgment(), Judgment::kNone);
   EXPECT_THAT(Conclusion(result),
               testing::EndsWith("McNemar valid at any look, adjusted by Bonferroni, p = 0.12."));
-  // A plan may ask for more certainty, or less, than 5 %.
+  // A plan may choose another level than 5 %.
   result.success.SetSequential(0.03, 0.06, true);
   EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
   EXPECT_TRUE(Conclusion(result).starts_with("b succeeds more often than a")) << Conclusion(result);

@@ -1,4 +1,4 @@
-// Three episodes in one log, cut and damaged anywhere: undamaged episodes keep their scores.
+// Three episodes in one log, truncated and damaged anywhere: undamaged episodes keep their scores.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -39,7 +39,7 @@ class LogDamage : public testing::Test {
     std::ofstream(file_, std::ios::binary) << bytes;
     return Rescorer().Rescore(file_);
   }
-  // The episodes named are there, complete and with their scores.
+  // The named episodes are present and complete, with their scores.
   void ExpectEpisodes(const std::vector<int>& episodes, const RescoredLog& log, const std::string& what) {
     for (const int episode : episodes) {
       int found = 0;
@@ -51,7 +51,7 @@ class LogDamage : public testing::Test {
   }
 
   std::string log_;
-  // Where each episode ends.
+  // The end of each episode.
   std::vector<size_t> end_;
   std::vector<episode_summary_t> expected_;
 
@@ -91,7 +91,7 @@ TEST_F(LogDamage, CutAnywhereKeepsEveryEpisodeBefore) {
       if (end_[static_cast<size_t>(episode)] <= size) whole.push_back(episode);
     }
     ExpectEpisodes(whole, log, "cut at " + std::to_string(size));
-    // What is there beyond them is not called complete.
+    // Other episodes are not reported as complete.
     for (size_t i = whole.size(); i < log.episodes.size(); ++i) {
       EXPECT_FALSE(log.episodes[i].summary.complete) << "cut at " << size;
       EXPECT_FALSE(log.episodes[i].has_end) << "cut at " << size;
@@ -116,7 +116,7 @@ TEST_F(LogDamage, FlippedBytesCostOnlyTheEpisodesHit) {
     try {
       ExpectEpisodes(others, Rescore(bytes), "trial " + std::to_string(trial));
     } catch (const InputError&) {
-      // MODEL itself: a task that is none any more is refused by name.
+      // A damaged MODEL: a task that has become invalid is refused by name.
     }
   }
 }
@@ -136,7 +136,7 @@ TEST_F(LogDamage, AnotherMessageVersionIsRefusedByName) {
               std::string::npos)
         << error.what();
   }
-  // Types of another version: no message decodes.
+  // Types of another version: no message can be decoded.
   bytes = log_.substr(0, end_[0]);
   bytes[version - 9] ^= 1;
   EXPECT_THROW(Rescore(bytes), InputError);

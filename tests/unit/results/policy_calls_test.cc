@@ -106,7 +106,7 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
       "server says itself; the robot held its last command for 3 ticks.");
 }
 
-// Asked once a second or less on a realtime clock: the answer to tick 0 is executed at tick 8.
+// Called at most once a second on a realtime clock: the answer for tick 0 is executed at tick 8.
 TEST_F(PolicyNotesTest, WarnsOfAPolicyThatWasHardlyCalled) {
   const RecordedRun run = Run({{"policy_contract", Contract()}, {"realtime", true}});
   PolicyCalls calls;
@@ -123,7 +123,7 @@ TEST_F(PolicyNotesTest, WarnsOfAPolicyThatWasHardlyCalled) {
       PolicyNotes(run).at(0),
       "warning: the policy was called 2 times in 400 ticks, where 400 calls are due: the robot held its last "
       "command for 398 of them, and the scores say little about the policy.");
-  // Not one call.
+  // No call at all.
   EXPECT_NE(RareCallsWarning({PolicyCalls().Json({.execute_steps = 3}, 5)}), "");
 }
 
@@ -135,7 +135,7 @@ TEST(PolicyCalls, HalfOfTheDueCallsAreEnough) {
   EXPECT_EQ(episode["due_calls"], 6);
   EXPECT_EQ(episode["held_ticks"], 9);
   EXPECT_EQ(RareCallsWarning({episode}), "");
-  // An answer to the last tick is not executed any more; an episode without ticks has no calls due.
+  // An answer for the last tick is never executed; an episode without ticks has no calls due.
   PolicyCalls last;
   last.Add(Call(0, 0.1, -1));
   EXPECT_EQ(last.Json({.execute_steps = 3}, 0)["held_ticks"], 0);

@@ -7,7 +7,7 @@
 
 namespace evalbus::results::ranking_test {
 
-// As many episodes as there are outcomes, each from a start of its own.
+// As many episodes as there are outcomes, each from its own start.
 RecordedRuns Policy(const std::string& name, const std::vector<bool>& outcomes) {
   RecordedRun run;
   run.name = name;
@@ -62,7 +62,7 @@ TEST(Ranking, ErrsInFivePercentAtMost) {
     const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
     int errors = 0;
     for (int i = 0; i < simulations; ++i) {
-      // A share of the starts comes out alike for all policies.
+      // On a share of the starts, all policies have the same outcome.
       std::vector<double> luck;
       for (int start = 0; start < 40; ++start) luck.push_back(uniform() < in_common ? uniform() : -1);
       std::vector<RecordedRuns> policies;

@@ -1,4 +1,4 @@
-// What other processes say goes into results as it is, whatever its bytes are.
+// Texts of other processes are stored in results unchanged, whatever their bytes are.
 #include "results/run_folder.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ TEST(RunFolder, EpisodesAreNumberedByIntegers) {
   EXPECT_THROW(EpisodeLines(folder.path() / kEpisodesJsonl).Next(), InputError);
 }
 
-// Names of all that is in a folder, below it, too.
+// Names of everything in a folder, including its subfolders.
 std::set<std::string> Entries(const fs::path& folder) {
   std::set<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -141,7 +141,7 @@ TEST(RunFolder, IsCalledByItsFolderHoweverThatIsWritten) {
   EXPECT_EQ(NameOfRun("."), fs::current_path().filename());
 }
 
-// RLIMIT_FSIZE stands for a full disk: a part of what is written is taken.
+// RLIMIT_FSIZE acts like a full disk: a part of the data is written.
 TEST(RunFolder, ALineThatDoesNotFitLeavesNothing) {
   TemporaryFolder folder;
   const RunFolder run = RunFolder::OfWorker(folder.path());
@@ -150,7 +150,7 @@ TEST(RunFolder, ALineThatDoesNotFitLeavesNothing) {
   const auto no_signal = signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
-  // The episode's own summary has no indentation to speak of: what fits there does not fit behind a line.
+  // The episode's own summary has almost no indentation: it fits within the limit, a further line does not.
   const nlohmann::ordered_json line = {{"episode", 1}, {"text", std::string(200, 'x')}};
   const rlimit small{ToText(line, 2).size() + 1, before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);

@@ -13,7 +13,7 @@ using nlohmann::ordered_json;
 
 class RunReaderTest : public testing::Test {
  protected:
-  // What reading says, without the name of the test's folder.
+  // The error of reading, without the name of the test's folder.
   std::string Error(const fs::path& folder) {
     try {
       ReadRuns(folder);
@@ -31,7 +31,7 @@ class RunReaderTest : public testing::Test {
     WriteFile(run_ / "episodes.jsonl", text);
     return Error(run_);
   }
-  // A line of which a member is replaced.
+  // A line in which one member is replaced.
   static std::string Line(int episode, const std::string& key = "", const ordered_json& value = {}) {
     ordered_json line = EpisodeLine(episode);
     if (!key.empty()) line[key] = value;
@@ -182,7 +182,7 @@ TEST_F(RunReaderTest, RefusesLinesThatDoNotBelong) {
             "run/episodes.jsonl:1: \"metrics\" without a \"success\" of 0 or 1");
 }
 
-// What any of those who show or count episodes takes from a line.
+// Every value that consumers of a line read.
 TEST_F(RunReaderTest, RefusesLinesThatLackSomething) {
   const auto without = [this](const std::string& pointer) {
     ordered_json line = EpisodeLine(0);
@@ -210,7 +210,7 @@ TEST_F(RunReaderTest, RefusesLinesThatLackSomething) {
             "run/episodes.jsonl:1: stages, slips or collisions are no numbers");
 }
 
-// A run that was killed, or whose disk was full, while it wrote the line.
+// A run that was killed, or whose disk was full, while the line was written.
 TEST_F(RunReaderTest, LeavesOutALastLineThatWasCutOffAndSaysSo) {
   WriteRun(run_, RunInfo(3), {EpisodeLine(0)});
   const std::string whole = Line(0) + Line(1);
@@ -221,7 +221,7 @@ TEST_F(RunReaderTest, LeavesOutALastLineThatWasCutOffAndSaysSo) {
     EXPECT_EQ(run.Remarks().at(1),
               "line 2 of episodes.jsonl is cut off and left out: the run was stopped while it was written");
   }
-  // All of it but the end of the line.
+  // The whole line except its newline.
   WriteFile(run_ / "episodes.jsonl", whole.substr(0, whole.size() - 1));
   EXPECT_EQ(ReadRun(run_).episodes.size(), 2u);
 }

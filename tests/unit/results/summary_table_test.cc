@@ -76,7 +76,8 @@ TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
             "gripper height difference        0        0 to      12    12346    1235k  mm\n");
 }
 
-// No digits beyond what is known: half a second of 16 episodes is 0.12 s, of the mean.
+// No digits beyond the precision: a standard deviation of half a second over 16 episodes is 0.12 s for the
+// mean.
 TEST(SummaryTable, ShowsTwoDigitsOfTheErrorAtMost) {
   metrics::RunSummary summary = Summary(16, 16);
   summary.failure_reasons.clear();
@@ -94,7 +95,7 @@ TEST(SummaryTable, SaysThatCompletionTimeIsOfSuccesses) {
   EXPECT_TRUE(Has(table, "\n* of the 2 episodes that succeeded; all else of all 5\n")) << table;
 }
 
-// A metric of one's own is one of them.
+// A metric of a plugin is listed, too.
 TEST(SummaryTable, ShowsTargetDistances) {
   metrics::RunSummary summary = Summary(2, 1);
   summary.metrics.push_back(

@@ -19,13 +19,13 @@ using testing::IsEmpty;
 
 class JobPoolTest : public testing::Test {
  protected:
-  // A job that runs these words of the shell, in the test's folder.
+  // A job that executes these shell commands in the test's folder.
   Job Shell(const std::string& name, const std::string& words) {
     return {name,
             {"/bin/sh", "-c", "cd " + folder_.path().string() + "; " + words},
             folder_.path() / (name + ".log")};
   }
-  // Polls until all is done; what ended, in that order.
+  // Polls until all jobs are done; returns them in the order in which they ended.
   std::vector<std::string> Run(std::vector<Job> jobs, int at_once,
                                std::chrono::milliseconds timeout = std::chrono::seconds(60)) {
     JobPool pool(
@@ -49,13 +49,13 @@ class JobPoolTest : public testing::Test {
 };
 
 TEST_F(JobPoolTest, OneAtATimeRunsInOrder) {
-  // Each waits for what the one before it left.
+  // Each waits for a file that the previous one wrote.
   EXPECT_THAT(Run({Shell("a", "touch a"), Shell("b", "test -e a && touch b"), Shell("c", "test -e b")}, 1),
               ElementsAre("a", "b", "c"));
 }
 
 TEST_F(JobPoolTest, AsManyAsWantedRunAtTheSameTime) {
-  // Each ends only when the other has begun.
+  // Each ends only when the other has started.
   const auto wait_for = [](const std::string& name) { return "until test -e " + name + "; do :; done"; };
   EXPECT_EQ(Run({Shell("a", "touch a; " + wait_for("b")), Shell("b", "touch b; " + wait_for("a"))}, 2).size(),
             2u);
@@ -66,7 +66,7 @@ TEST_F(JobPoolTest, OneThatIsKilledIsStartedAgain) {
   EXPECT_THAT(restarts_, ElementsAre("a was ended by signal Killed"));
 }
 
-// b polls for a file that a creates when it is retried; a job that polls is not taken for one that hangs.
+// b polls for a file that a creates when it is retried; a polling job is not considered hung.
 TEST_F(JobPoolTest, OneThatHangsIsNamedAndStartedAgain) {
   EXPECT_THAT(Run({Shell("a", "test -e a && touch b && exit 0; touch a; kill -STOP $$"),
                    Shell("b", "until test -e b; do sleep 0.1; done")},

@@ -1,4 +1,4 @@
-// What a page is given while an episode runs, and from its log afterwards.
+// The data that a page receives during an episode, and afterwards from its log.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -17,7 +17,7 @@
 
 namespace evalbus::runner::live_track_test {
 
-// How far (rad) two rotations are apart.
+// Angle between two rotations, rad.
 double Angle(const double* a, const double* b) {
   const Eigen::Quaterniond p(a[0], a[1], a[2], a[3]), q(b[0], b[1], b[2], b[3]);
   return p.normalized().angularDistance(q.normalized());
@@ -83,7 +83,7 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   ASSERT_TRUE(track && track->summary());
   ASSERT_TRUE(std::filesystem::exists(log));
   ASSERT_GT(states.size(), 100u);
-  // 50 ticks a second, 20 conditions at most.
+  // 50 ticks a second, at most 20 conditions.
   EXPECT_GT(of_criteria, said / 4);
   EXPECT_LT(of_criteria, said / 2);
 
@@ -112,7 +112,7 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   EXPECT_LT(worst, 2e-5);
   EXPECT_LT(worst_angle, 1e-4);
   EXPECT_GT(worst, 1e-6) << "as if nothing were rounded";
-  // The two points of a clearance, of which the curve is in mm.
+  // The two points of a clearance; its curve is in mm.
   size_t clearance_row = 0;
   for (const auto& curve : block.head()["curves"]) {
     if (curve["name"] == "clearance_m") clearance_row = curve["first_row"];
@@ -130,7 +130,7 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
     ++measured;
   }
   EXPECT_GT(measured, 20);
-  // What does not move stands where STATE says, too.
+  // Bodies that do not move also have the pose in STATE.
   const viz::BlockReader scene(*scenes.FindBlock(block.head()["scene"].get<std::string>()));
   for (size_t i = 0; i < states[0].body.size(); ++i) {
     const auto& body = scene.head()["bodies"][i];

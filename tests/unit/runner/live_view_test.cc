@@ -80,7 +80,7 @@ class LiveViewTest : public testing::Test {
     begin.header.episode = episode;
     dut_.OnEpisodeBegin(begin);
   }
-  // Of a run that has come two seconds far.
+  // A run after two seconds.
   void Partial(int episode = 0) {
     partial_metrics_t partial{};
     partial.header.episode = episode;
@@ -129,7 +129,7 @@ TEST_F(LiveViewTest, ShowsScoresAsTheyCome) {
         "  wrist path                    0.750 m\n", "  wrist jerk, rms               4.512 m/s³\n"}) {
     EXPECT_TRUE(Has(text, line)) << line << text;
   }
-  // Two of an unknown length, guessed as ten seconds, of one of four episodes.
+  // Two episodes of unknown length, assumed to be ten seconds, and one of four.
   EXPECT_TRUE(Has(text, " 5 %  3:10 min left\n")) << text;
 }
 
@@ -141,15 +141,14 @@ TEST_F(LiveViewTest, KnowsWhatIsDone) {
   const std::string text = Joined(Lines(80));
   EXPECT_TRUE(Has(text, "episode 2 of 4  ━━━━━─────────────── 25 %")) << text;
   EXPECT_TRUE(Has(text, "  success  1 of 1, 100 % (anytime CI 2 to 100)\n")) << text;
-  // The finished episode's scores are not the new one's.
+  // The finished episode's scores are not the new episode's.
   EXPECT_FALSE(Has(text, "pot_held")) << text;
   for (int episode = 1; episode < 4; ++episode) Done(episode);
   EXPECT_TRUE(Has(Joined(Lines(80)), "episode 4 of 4  ━━━━━━━━━━━━━━━━━━━━ 100 %  0 s left"))
       << Joined(Lines(80));
 }
 
-// Finished episodes of a run that is gone on with count in the rate and the progress, and are not printed
-// again.
+// Finished episodes of a resumed run count in the rate and the progress, and are not printed again.
 TEST_F(LiveViewTest, KnowsWhatWasThereBefore) {
   std::vector<nlohmann::ordered_json> before;
   for (int episode = 0; episode < 2; ++episode) {
@@ -164,12 +163,12 @@ TEST_F(LiveViewTest, KnowsWhatWasThereBefore) {
   FILE* file = std::tmpfile();
   LiveView view(file, {"lift_pot", "base", "expert", "lockstep", 50, 7, 4, 2}, [this] { return now_; });
   for (const auto& episode : before) view.OnEpisodeDone(episode);
-  // After ten seconds nothing of its own is done, so nobody knows how long the rest takes.
+  // After ten seconds nothing has been done in this session, so the remaining time is unknown.
   const auto at = now_ + seconds(10);
   EXPECT_EQ(view.Lines(80, at)[1], "episode 3 of 4  ━━━━━━━━━━────────── 50 %");
   view.OnEpisodeDone(before[0]);
   const std::string text = Joined(view.Lines(80, at));
-  // Three of four after ten seconds for one: ten more for the other.
+  // Three of four are done after ten seconds for one: ten more for the last.
   EXPECT_TRUE(Has(text, "75 %  10 s left")) << text;
   EXPECT_TRUE(Has(text, "success  3 of 3")) << text;
   std::fclose(file);
@@ -182,7 +181,7 @@ TEST_F(LiveViewTest, FitsEveryWidth) {
   Begin(1);
   Partial(1);
   for (int width = 1; width < 100; ++width) EXPECT_LE(LongestLine(Joined(Lines(width))), width);
-  // At the width of half a screen nothing is cut yet.
+  // At half the width of a screen nothing is truncated yet.
   EXPECT_TRUE(Has(Joined(Lines(50)), "left\n")) << Joined(Lines(50));
   EXPECT_TRUE(Has(Joined(Lines(50)), "m/s³\n"));
 }

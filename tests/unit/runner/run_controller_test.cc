@@ -114,7 +114,7 @@ class RunControllerTest : public testing::Test {
   int episode_ = 0;
 };
 
-// Not half a second later, when the command would be said again.
+// Not half a second later, when the command would be repeated.
 TEST_F(RunControllerTest, ASimThatHasJustComeIsToldWhatBegins) {
   component_status_t status{};
   status.component = "sim";
@@ -138,7 +138,7 @@ TEST_F(RunControllerTest, ASimThatHasJustComeIsToldWhatBegins) {
 TEST_F(RunControllerTest, AnEpisodeIsDoneInWhateverOrderItsEndIsHeard) {
   const std::function<void()> parts[] = {[this] { SayEnd(); }, [this] { SaySummary(); },
                                          [this] { SayFinished("sim"); }, [this] { SayFinished("recorder"); }};
-  // The recorder closes its log when it has heard the end, so that comes before.
+  // The recorder closes its log after it has received the end, so the end is sent first.
   for (std::vector<int> order : {std::vector{0, 1, 2, 3},
                                  {0, 1, 3, 2},
                                  {0, 3, 1, 2},
@@ -167,7 +167,7 @@ TEST_F(RunControllerTest, GoesThroughItsPlan) {
     SayFinished("recorder");
   }
   EXPECT_TRUE(Dut().done());
-  ASSERT_EQ(commands_.size(), 1u);  // the first one is said when the launcher polls
+  ASSERT_EQ(commands_.size(), 1u);  // the first one is sent when the launcher polls
   EXPECT_EQ(commands_[0].episode, 1);
   EXPECT_EQ(results::EpisodeLines(run_.path() / kEpisodesJsonl).Next().size(), 2u);
 }
@@ -215,7 +215,7 @@ TEST_F(RunControllerTest, WhatAnEarlierAttemptSaysLateIsNotHeard) {
 }
 
 TEST_F(RunControllerTest, NothingOfAnAttemptIsLeftInTheNext) {
-  // All of a summary, an end and a log, but for the abort that comes last.
+  // All of a summary, an end and a log, except the abort, which comes last.
   Begin();
   SaySummary();
   SayEnd(0, "aborted", "lost");
@@ -267,7 +267,7 @@ TEST_F(RunControllerTest, AServersFaultBeginsTheEpisodeAgainFromItsSeed) {
 }
 
 TEST_F(RunControllerTest, AServerThatStaysAwayMakesTheEpisodeInvalidAndTheRunGoesOn) {
-  // What else went wrong counts among the tries.
+  // Other errors count as attempts, too.
   Begin();
   SayEnd(0, "aborted", "lost");
   Begin(1);
@@ -302,7 +302,7 @@ TEST_F(RunControllerTest, TwoDifferentScoresAreNotChosenFrom) {
   EXPECT_THAT(listener_.remarks[0], HasSubstr("two different messages on EVALBUS_EPISODE_SUMMARY"));
 }
 
-// Before ours has come, and all else is there.
+// Before the run's own has arrived, while everything else is present.
 TEST_F(RunControllerTest, AnOldLogsScoreIsNotTakenForThatOfOurEpisode) {
   Begin();
   SaySummary(0, 0, "failure");
@@ -469,7 +469,8 @@ TEST_F(RunControllerTest, AnEpisodeWhoseLogLacksTicksIsBegunAgain) {
   EXPECT_THAT(listener_.done, IsEmpty());
   finish(1, 0);
   EXPECT_EQ(listener_.done.size(), 1u);
-  // The scores are right: where no log is whole, the last is taken, of which the recorder's warning tells.
+  // The scores are correct: if no log is complete, the last one is used, and the recorder's warning reports
+  // it.
   episode_ = 1;
   for (int attempt = 0; attempt < 3; ++attempt) finish(attempt, 1);
   EXPECT_EQ(listener_.remarks.size(), 3u);
@@ -529,10 +530,10 @@ TEST_F(RunControllerTest, WarningsOfOthersAreRemarksWithTheirPlace) {
   EXPECT_THAT(listener_.remarks, ElementsAre("      sim  e4 t12: no ?[2J CONTACTS"));
 }
 
-// It was started again, and its files are others now.
+// The episode was started again, and its files have changed.
 TEST_F(RunControllerTest, ASimThatHasReadOtherFilesEndsTheRunWhoeverSaysSo) {
   Begin();
-  SayModel();  // again
+  SayModel();  // repeated
   const std::pair<const char*, void (*)(model_info_t*)> changes[] = {
       {"pot.yaml changed", [](model_info_t* model) { model->task_yaml = "min_m: 9.096"; }},
       {"a file of the physics model changed", [](model_info_t* model) { model->physics_sha256 = "12"; }},
@@ -554,7 +555,7 @@ TEST_F(RunControllerTest, ASimThatHasReadOtherFilesEndsTheRunWhoeverSaysSo) {
       EXPECT_EQ(error.what(),
                 std::string(words) + " during the run; restore it and use --resume, or start a new run");
     }
-    // A sim of another run is none of ours, whatever it has read.
+    // A sim of another run is not this run's, whatever it has read.
     model.physics_file = "/elsewhere.mjb";
     Say(channels::kModel, model);
   }
@@ -582,7 +583,7 @@ TEST_F(RunControllerTest, MissedDeadlinesAreInTheEpisodesLine) {
   EXPECT_EQ(listener_.done.at(0)["pacing"]["deadline_misses"], 3);
 }
 
-// People take as long as they take: to start what is missing, and in a debugger.
+// There is no time limit for users who start the missing component, or use a debugger.
 TEST_F(RunControllerTest, ByHandNobodyIsHurried) {
   plan_.is_by_hand = true;
   for (const seconds after : {seconds(0), seconds(3600), seconds(7200), seconds(10800)})

@@ -15,7 +15,7 @@ TEST(Strata, AreNeighborsOnALine) {
 }
 
 TEST(Strata, UnitsDoNotMatter) {
-  // Four corners: x in millimeters, y in kilometers. Two cuts, one in each.
+  // Four corners: x in millimeters, y in kilometers. Two cuts, one along each axis.
   EXPECT_THAT(Strata({{0, 0}, {0, 1e6}, {1e-3, 0}, {1e-3, 1e6}}, 4),
               ElementsAre(ElementsAre(0), ElementsAre(1), ElementsAre(2), ElementsAre(3)));
 }
@@ -32,7 +32,7 @@ TEST(Strata, CoverASquareMoreEvenlyThanDrawing) {
   for (int k = 0; k < 64 * 8; ++k) points.push_back({uniform(random), uniform(random)});
   const auto strata = Strata(points, 64);
   ASSERT_EQ(strata.size(), 64u);
-  // How many of the 64 squares have none: one of each stratum against the first 64.
+  // Number of the 64 squares without a start: one start of each stratum, compared with the first 64.
   const auto empty = [&](const std::vector<int>& chosen) {
     std::set<std::pair<int, int>> hit;
     for (const int k : chosen) {
@@ -51,7 +51,7 @@ TEST(Strata, CoverASquareMoreEvenlyThanDrawing) {
     all.insert(stratum.begin(), stratum.end());
   }
   EXPECT_EQ(all.size(), points.size());
-  // Of 64 drawn ones 1/e of all squares, 23 or so, stay empty.
+  // With 64 random starts, 1/e of all squares, about 23, remain empty.
   EXPECT_GT(empty(first), 17);
   EXPECT_LT(empty(one_of_each), empty(first) - 3);
 }

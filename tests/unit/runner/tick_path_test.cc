@@ -1,4 +1,4 @@
-// What a tick costs in memory, all components of a run together.
+// Memory allocations per tick, of all components of a run together.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -17,7 +17,7 @@ namespace evalbus::runner::tick_path_test {
 
 constexpr int64_t kFirst = 60, kLast = 160;
 
-// What the checker alone allocates, FCL in it, for the STATEs of these ticks.
+// Allocations of the checker alone, including FCL, for the STATEs of these ticks.
 int64_t AllocationsOfChecking(const model_info_t& info, const std::vector<state_t>& states) {
   const auto checker = collision::LoadChecker(info);
   collision::ClearanceWatch watch(checker.get(), ControlPeriodUs(info));
@@ -48,7 +48,7 @@ TEST(TickPath, NobodyAllocatesButFcl) {
   std::vector<state_t> states(kLast + 1);
   int64_t tick = -1, before = 0, after = 0;
   bus.Subscribe(channels::kModel, [&](const model_info_t& m) { model = m; });
-  // Their storage is there when it counts.
+  // Their storage is allocated before counting starts.
   const auto keep = [&](const state_t& state) { states[static_cast<size_t>(state.header.tick)] = state; };
   bus.Subscribe(channels::kState, [&](const state_t& state) {
     tick = state.header.tick;
@@ -69,7 +69,7 @@ TEST(TickPath, NobodyAllocatesButFcl) {
   ASSERT_EQ(tick, kLast);
   const int64_t of_checking = AllocationsOfChecking(model, states);
   EXPECT_GT(of_checking, 0);
-  // Storage that grows with the episode does so now and then.
+  // Storage that grows with the episode is enlarged now and then.
   EXPECT_LE(after - before - of_checking, (kLast - kFirst) / 10);
 }
 

@@ -19,7 +19,7 @@ TEST(VideoProgress, SaysHowMuchIsLeft) {
             "recording video of 1 episode: 50 %, 7 s left");
 }
 
-// What was recorded as video before we looked took time that nobody measured.
+// The time for videos that were recorded before the first measurement is unknown.
 TEST(VideoProgress, CountsFromWhereItBegan) {
   const VideoProgress::Time began{seconds(1000)};
   EXPECT_EQ(VideoProgress(2, 0.5, began).Text(1, began + seconds(10)),

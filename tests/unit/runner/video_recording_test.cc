@@ -24,7 +24,7 @@ class VideoRecordingListener : public RunListener {
 
 class VideoRecordingTest : public testing::Test {
  protected:
-  // Videos are made by these words of the shell, with the episode's number as $1.
+  // Videos are made by these shell commands, with the episode's number as $1.
   std::unique_ptr<VideoRecording> Make(const std::string& words) {
     std::filesystem::create_directories(folder_.path() / kLogsFolder);
     return std::make_unique<VideoRecording>(
@@ -64,8 +64,8 @@ TEST_F(VideoRecordingTest, SaysHowFarItIs) {
           "recording video of 2 episodes: (0|25) %\nrecording video of 2 episodes: 50 %, [0-9]+ s left\n"));
 }
 
-// Beside a run it yields to the evaluation; later there is nothing to yield to, and other work of the machine
-// would keep it waiting for hours.
+// During a run, rendering yields to the evaluation; after it there is nothing to yield to, and other work of
+// the machine could delay it for hours.
 TEST_F(VideoRecordingTest, IsAtTheLowestPriorityWhileTheRunEvaluates) {
   const auto video_recording = Make("nice > nice$1; until test -e go; do sleep 0.01; done; echo $1 >> made");
   for (const int episode : {0, 1}) video_recording->OnEpisodeDone(Episode(episode));
@@ -128,7 +128,7 @@ TEST_F(VideoRecordingTest, AnEpisodeWhoseLogIsWrongCostsNoOtherItsVideo) {
   EXPECT_EQ(Made(), "0\n1\n2\n");
 }
 
-// As WriteWhole names them. What another process writes there is left to it.
+// Named as WriteWhole names them. A file that another process is writing there stays.
 TEST_F(VideoRecordingTest, AnUnfinishedVideoLeavesNoFile) {
   const auto episode = EpisodeFolder(folder_.path(), 0);
   const std::string write =

@@ -1,5 +1,4 @@
-// Every task file that is shipped, in all its variations: it composes, resets to valid starts and stands
-// still.
+// Each shipped task, in all its variations: the scene composes, resets to valid starts and remains at rest.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,16 +14,16 @@ namespace evalbus::sim::all_tasks_test {
 
 constexpr int kSubsteps = 10;
 constexpr int kSeeds = 10;
-// What a start may sink into something, m.
+// Allowed penetration at the start, m.
 constexpr double kMaxPenetration = 1e-3;
-// Time to settle, then to stand still, s.
+// Time to settle, and then time at rest, s.
 constexpr double kSettle = 3, kRest = 10;
-// While it settles: some tasks drop objects from a hand's breadth above their support.
+// Allowed motion while settling: some tasks drop objects from about 10 cm above their support.
 constexpr double kMaxSlide = 0.02, kMaxDrop = 0.15;  // m
 constexpr double kMaxCreep = 1e-3;                   // m
 constexpr double kMaxJointCreep = 0.01;              // rad or m
 
-// Files are listed, not read: a broken one must fail its own test, not all.
+// Files are listed here and read in the tests: a broken one must fail its own test, not all.
 std::vector<std::filesystem::path> TaskFiles() {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(ModelsFolder() / "tasks")) {
@@ -35,7 +34,7 @@ std::vector<std::filesystem::path> TaskFiles() {
   return files;
 }
 
-// Position and quaternion of every body, and every coordinate.
+// Position and quaternion of every body, and every joint coordinate.
 std::vector<double> Everything(const World& world) {
   const mjModel& m = world.model();
   const mjData& d = world.data();
@@ -47,7 +46,7 @@ std::vector<double> Everything(const World& world) {
 
 class AllTasksTest : public testing::TestWithParam<std::filesystem::path> {
  protected:
-  // Calls check(task as the variation has it, variation, scene, world) for each variation.
+  // Calls check(task with the variation applied, variation, scene, world) for each variation.
   template <class Check>
   void ForEachVariation(const Check& check) {
     const TaskDescription described = LoadTask(GetParam());
@@ -69,7 +68,7 @@ TEST_P(AllTasksTest, ComposesWithoutWarningAndCanBeJudged) {
     EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
     const ModelNames names(scene.info);
     EXPECT_NO_THROW(metrics::TaskEvaluator(task, names));
-    // Slow scenes are those with many geoms that collide.
+    // Scenes with many colliding geoms are slow.
     EXPECT_LT(scene.physics->ngeom, 100);
   });
 }
@@ -117,7 +116,7 @@ TEST_P(AllTasksTest, StartsAreInTheirRegionsAndWhereTheParametersSay) {
           expect_near(yaw->object + "_yaw_rad", 0, yaw->bound);
         }
       }
-      // The world agrees, and is nominal where nothing is random.
+      // The world has the drawn values, and nominal values where nothing is randomized.
       for (const ScenePart& part : task.parts) {
         const int body = mj_name2id(&world->model(), mjOBJ_BODY, part.name.c_str());
         ASSERT_GT(body, 0);
@@ -210,7 +209,7 @@ TEST(AllTasks, ANinthTaskIsJudgedWithoutCode) {
     return -1;
   };
   World world(scene.physics.get(), scene.info, robot, task, kSubsteps);
-  // In the zone, on the table.
+  // The object is in the zone, on the table.
   task.parts[1].pose.position[1] = -0.25;
   World swept(scene.physics.get(), scene.info, robot, task, kSubsteps);
   contact_t contact{};

@@ -25,7 +25,7 @@ TEST(PreparedScene, IsLoadedAsItWasComposed) {
   const PreparedScene composed = PrepareScene(options);
   EXPECT_FALSE(composed.scene.xml.empty());
 
-  // Nothing is left to compose one from.
+  // No file is left from which a scene could be composed.
   for (const auto& entry : fs::recursive_directory_iterator(models)) {
     if (entry.path().extension() == ".obj") fs::remove(entry.path());
   }

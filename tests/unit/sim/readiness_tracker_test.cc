@@ -73,12 +73,12 @@ TEST_F(ReadinessTrackerTest, TwoProcessesOfOneNameAreFound) {
   EXPECT_EQ(dut_.twice(), "");
   Hear("policy", component_status_t::READY, 2);
   EXPECT_EQ(dut_.twice(), "policy");
-  // Of an episode that is over nothing is held against the next.
+  // Readiness in a finished episode does not count for the next one.
   dut_.Begin(Start(4, 0, {"policy"}), 7);
   EXPECT_EQ(dut_.twice(), "");
 }
 
-// The other one may be ready before the one that the launcher started.
+// The other process may be ready before the one that the launcher started.
 TEST_F(ReadinessTrackerTest, AnotherProcessThanTheRequiredOneIsFound) {
   dut_.Begin(Start(3, 1, {"metrics", "policy"}, {0, 5}), 7);
   Hear("metrics", component_status_t::READY, 1);

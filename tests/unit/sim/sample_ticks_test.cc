@@ -8,8 +8,8 @@ namespace evalbus::sim::sample_ticks_test {
 
 using testing::ElementsAre;
 
-// Number and time, in ms, of each tick that these samples (ms) give, 20 ms apart; -1: a sample that was
-// refused.
+// Number and time, in ms, of each tick that these samples (ms) give, at a control period of 20 ms; -1: the
+// sample was rejected.
 std::vector<std::pair<int64_t, double>> TicksOf(const std::vector<double>& samples_ms, int* gaps = nullptr,
                                                 bool* is_broken = nullptr) {
   SampleTicks ticks(0.02, 0.02);
@@ -104,7 +104,7 @@ TEST(SampleTicks, AreMissingInAGap) {
   EXPECT_THAT(TicksOf({0, 20, 81, 101}, &gaps),
               ElementsAre(std::pair(0, 0), std::pair(1, 20), std::pair(5, 100)));
   EXPECT_EQ(gaps, 1);
-  // A sample at its end that is on a tick is there.
+  // A final sample exactly on a tick gives that tick.
   EXPECT_THAT(TicksOf({0, 20, 100}, &gaps),
               ElementsAre(std::pair(0, 0), std::pair(1, 20), std::pair(5, 100)));
 }
@@ -114,9 +114,9 @@ TEST(SampleTicks, TheOneBehindARefusedSampleIsMissing) {
   EXPECT_THAT(TicksOf({0, 5, -1, 15, 20, 25, 40, 45}, nullptr, &is_broken),
               ElementsAre(std::pair(0, 0), std::pair(2, 40)));
   EXPECT_FALSE(is_broken);
-  // Of a first one that was refused: the second tick, since there is no first one without it.
+  // If the first sample was rejected, ticks start at the second one.
   EXPECT_THAT(TicksOf({-1, 0, 20, 40}), ElementsAre(std::pair(0, 0), std::pair(2, 40)));
-  // It has not cost a tick yet.
+  // No tick has been lost yet.
   TicksOf({0, 5, -1, 15}, nullptr, &is_broken);
   EXPECT_TRUE(is_broken);
 }

@@ -16,7 +16,7 @@
 
 namespace evalbus::sim::sim_component_test {
 
-// Plays policy and metrics against a sim on an in-process bus, one message at a time.
+// Acts as policy and metrics for a sim on an in-process bus, one message at a time.
 class SimComponentTest : public testing::Test {
  protected:
   SimComponentTest() {
@@ -95,7 +95,7 @@ class SimComponentTest : public testing::Test {
     bus_->Publish(channels::kPartial, partial);
     HandleAll();
   }
-  // What the sim's log says so far.
+  // The contents of the sim's log so far.
   std::string Logged() const {
     std::ostringstream text;
     text << std::ifstream(folder_.path() / "sim.log").rdbuf();
@@ -145,7 +145,7 @@ TEST_F(SimComponentTest, ARepeatedCommandStartsNothingTwice) {
   Start();
   Command(0);
   EXPECT_EQ(begins_.size(), 1u);
-  Command(0, 1);  // another attempt waits for its turn
+  Command(0, 1);  // another attempt must wait
   EXPECT_EQ(begins_.size(), 1u);
   Score(0, partial_metrics_t::FAILURE);
   ASSERT_EQ(begins_.size(), 2u);
@@ -155,17 +155,17 @@ TEST_F(SimComponentTest, ARepeatedCommandStartsNothingTwice) {
 TEST_F(SimComponentTest, CommandsOfAnOldLogDoNotKeepItFromTheLaunchers) {
   MakeSim();
   Command(0, 1);
-  Command(0, 0);  // said before
+  Command(0, 0);  // a duplicate
   ASSERT_EQ(begins_.size(), 1u);
   EXPECT_EQ(begins_[0].header.attempt, 1);
   EXPECT_EQ(sim_->status().foreign_messages, 1);
-  // Nobody gets ready for that one.
+  // No component becomes ready for that episode.
   Command(5);
   EXPECT_EQ(begins_.back().header.episode, 5);
   Command(0, 1);
   EXPECT_EQ(begins_.back().header.episode, 0);
   EXPECT_EQ(begins_.back().header.attempt, 1);
-  // In mid-episode the last word counts, however many come.
+  // During an episode the last message counts, however many arrive.
   Command(1);
   Start(2);
   const size_t begun = begins_.size();
@@ -215,7 +215,7 @@ TEST_F(SimComponentTest, AVerdictEndsTheEpisodeAtItsTickAndDropsTheStepAhead) {
   Start();
   Act(Action(0));
   Score(0);
-  Act(Action(1));  // physics of tick 2 is computed, and must not be heard of
+  Act(Action(1));  // physics of tick 2 is computed in advance and must not be published
   Score(1, partial_metrics_t::SUCCESS);
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, "success");
@@ -270,7 +270,7 @@ TEST_F(SimComponentTest, AConsumerWithAWindowHoldsTheSimBack) {
     Act(Action(k));
     Score(k);
   }
-  // -1 + 4 ticks ahead of what the recorder has said.
+  // The limit is 4 ticks ahead of the tick that the recorder has reported, -1.
   EXPECT_EQ(tick(), 3);
   Act(Action(3));
   Score(3);
@@ -303,14 +303,14 @@ TEST_F(SimComponentTest, SilentPolicyAndSilentMetricsEndTheEpisode) {
   Start(1);
   PollFor(sim_.get(), std::chrono::steady_clock::now(), std::chrono::seconds(6));
   HandleAll();
-  // Each is said again until the next begins.
+  // Each message is repeated until the next episode begins.
   ASSERT_FALSE(ends_.empty());
   EXPECT_EQ(ends_.front().end_reason, "policy_timeout");
   EXPECT_EQ(ends_.back().end_reason, "aborted");
   EXPECT_EQ(ends_.back().header.episode, 1);
 }
 
-// A frozen container: the policy did not run, either.
+// As in a frozen container: the policy did not run, either.
 TEST_F(SimComponentTest, TimeInWhichTheSimDidNotRunIsNotThePolicys) {
   SimOptions options;
   options.policy_timeout_s = options.metrics_timeout_s = 5;
@@ -358,19 +358,19 @@ TEST_F(SimComponentTest, WhatASimOfAnotherRunSaysIsCountedAndNotObeyed) {
   EXPECT_EQ(sim_->status().foreign_messages, 4);
   sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(2));
   EXPECT_THAT(Logged(), testing::HasSubstr("4 of them: of another run, or of a log being played"));
-  // One of our session is another matter.
+  // A message of this run's session is treated differently.
   bus_->Publish(channels::kEpisodeBegin, begin);
   HandleAll();
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, "aborted");
 }
 
-// A policy that has answered tick 5 of an old log does not answer ours.
+// A policy that answered tick 5 of an old log has not answered tick 5 of this run.
 TEST_F(SimComponentTest, AStateOfATickToComeEndsTheEpisode) {
   MakeSim();
   Start();
   state_t state = states_[0];
-  bus_->Publish(channels::kState, state);  // as it was
+  bus_->Publish(channels::kState, state);  // unchanged
   HandleAll();
   EXPECT_TRUE(ends_.empty());
   state.header.tick = 5;
@@ -444,10 +444,10 @@ TEST_F(SimComponentTest, RepeatsTheModelForThoseWhoComeLate) {
   sim_->Poll(now);
   HandleAll();
   EXPECT_EQ(num_models_, announced);
-  sim_->Poll(now + std::chrono::milliseconds(1100));  // while the policy thinks
+  sim_->Poll(now + std::chrono::milliseconds(1100));  // while the policy computes
   HandleAll();
   EXPECT_EQ(num_models_, announced + 1);
-  for (int64_t k = 0; k < 101; ++k) {  // two simulated seconds, in no time
+  for (int64_t k = 0; k < 101; ++k) {  // two simulated seconds without wall-clock time
     Act(Action(k));
     Score(k);
     sim_->Poll(now);
@@ -471,7 +471,7 @@ TEST_F(SimComponentTest, RealtimeHoldsTheLastActionAndCountsTheMiss) {
   HandleAll();
   EXPECT_EQ(tick(), 2);
   EXPECT_EQ(states_.back().deadline_misses, 1);
-  Score(1, partial_metrics_t::SUCCESS);  // a late verdict is a verdict
+  Score(1, partial_metrics_t::SUCCESS);  // a late verdict counts
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, "success");
   EXPECT_THAT(Logged(), testing::ContainsRegex("warning. sim  e0 t2  1 ticks without an ACTION in time, "));
@@ -480,7 +480,7 @@ TEST_F(SimComponentTest, RealtimeHoldsTheLastActionAndCountsTheMiss) {
 TEST_F(SimComponentTest, RealtimeSaysHowLateTicksWere) {
   SimOptions options;
   options.realtime = true;
-  options.rtf = 1e6;  // 20 ns a tick: physics takes longer
+  options.rtf = 1e6;  // 20 ns a tick: shorter than the physics takes
   MakeSim(options);
   Start();
   while (tick() < 20) {
@@ -495,7 +495,7 @@ TEST_F(SimComponentTest, RealtimeSaysHowLateTicksWere) {
   EXPECT_EQ(error.count, 20);
   EXPECT_GT(error.p50_s, 20e-9);
   EXPECT_LE(error.p50_s, error.p99_s);
-  EXPECT_EQ(error.p99_s, error.max_s);  // of 20, the largest
+  EXPECT_EQ(error.p99_s, error.max_s);  // the largest of 20 values
   // One score, no action.
   EXPECT_EQ(ends_[0].partial_latency.count, 1);
   EXPECT_GT(ends_[0].partial_latency.max_s, 0);
@@ -509,7 +509,7 @@ TEST_F(SimComponentTest, APolicyThatSaysItFailedEndsTheEpisode) {
   status.component = "policy";
   status.state = component_status_t::FAILED;
   status.error = "out of memory";
-  status.attempt = 1;  // another one
+  status.attempt = 1;  // another episode
   bus_->Publish(channels::kStatus, status);
   HandleAll();
   Act(Action(0));
@@ -546,7 +546,7 @@ TEST_F(SimComponentTest, CountsWristPosesThatCouldNotBeReached) {
     action.unreachable_poses = k == 1 ? 0 : 2;
     action.singular_poses = 1;
     Act(action);
-    Act(action);  // said again
+    Act(action);  // a repeated message
     Score(k);
   }
   EXPECT_EQ(states_.back().unreachable_poses, 4);
@@ -572,7 +572,7 @@ TEST_F(SimComponentTest, GoesOnAfterASuccessForSoLong) {
     for (int64_t k = 0; k <= 7; ++k) {
       action_t action = Action(k);
       action.joint_position_rad[0] = 0.02 * static_cast<double>(k);
-      // Also where physics of the next tick is computed before the verdict is there.
+      // Also if physics of the next tick is computed before the verdict arrives.
       Act(action);
       Score(k, k >= 2 ? verdict : int8_t{partial_metrics_t::UNDECIDED});
       ASSERT_EQ(ends_.size(), verdict == partial_metrics_t::SUCCESS && k == 7 ? 1u : 0u) << k;
@@ -599,7 +599,7 @@ TEST_F(SimComponentTest, TheTimeLimitDoesNotCutWhatComesAfterASuccess) {
     for (int64_t k = 0; ends_.empty() && k < 2 * last; ++k) {
       action_t action = Action(k);
       action.joint_position_rad[0] = 0.001 * static_cast<double>(k);
-      // The first success is at the last tick of all.
+      // The first success is in the very last tick.
       const int8_t verdict = k >= last ? partial_metrics_t::SUCCESS : partial_metrics_t::UNDECIDED;
       if (order == 0) Act(action);
       Score(k, verdict);
@@ -685,7 +685,7 @@ TEST_F(SimComponentTest, RealtimeGoesOnFromTheTickOfTheSuccess) {
   EXPECT_EQ(ends_[0].end_reason, "success");
   EXPECT_EQ(ends_[0].header.tick, 7);
 
-  // A success that is heard of when the time after it is over.
+  // A success that is reported when the time after it has passed.
   ends_.clear();
   Start(1);
   play_to(9);
@@ -705,7 +705,7 @@ TEST_F(SimComponentTest, TheTimeAfterASuccessIsWholeTicks) {
 }
 
 TEST_F(SimComponentTest, ControlRatesAreWholePhysicsSteps) {
-  // 2.5 and 12.5 steps go to the even number, as Python's round() and so RoboEval's have it.
+  // 2.5 and 12.5 steps are rounded to the even number, like Python's round() and therefore RoboEval.
   for (const auto& [hz, substeps] :
        {std::pair{20.0, 25}, {40.0, 12}, {50.0, 10}, {200.0, 2}, {334.0, 1}, {500.0, 1}}) {
     SimOptions options;
@@ -746,7 +746,7 @@ TEST_F(SimComponentTest, TwoActionsForATickEndTheEpisode) {
   Score(0);
   Act(Action(1));
   Score(1);
-  action_t other = Action(0);  // long past
+  action_t other = Action(0);  // in the past
   other.gripper_closing = {1, 1};
   Act(other);
   ASSERT_EQ(ends_.size(), 1u);
@@ -779,7 +779,7 @@ TEST_F(SimComponentTest, TwoProcessesOfOneNameEndTheEpisode) {
   component_status_t status{};
   status.component = "policy";
   status.state = component_status_t::READY;
-  status.instance = 1;  // the one that is ready said 0
+  status.instance = 1;  // the component that is ready reported attempt 0
   bus_->Publish(channels::kStatus, status);
   HandleAll();
   ASSERT_EQ(ends_.size(), 1u);
@@ -797,7 +797,7 @@ TEST_F(SimComponentTest, AnEndThatIsSaidBeforeItBeganEndsTheEpisodeButNotItsOwn)
   HandleAll();
   ASSERT_EQ(ends_.size(), 2u);
   EXPECT_EQ(ends_[1].end_reason, "aborted");
-  // Its own, heard late by the attempt that follows.
+  // Its own message, received late by the next attempt.
   Command(0, 1);
   bus_->Publish(channels::kEpisodeEnd, ends_[1]);
   HandleAll();

@@ -20,7 +20,8 @@ namespace evalbus::sim::source_component_test {
 
 using testing::HasSubstr;
 
-// Plays the source, the launcher and metrics on an in-process bus. Control ticks and samples are 20 ms long.
+// Acts as the source, the launcher and metrics on an in-process bus. Control ticks and samples are 20 ms
+// apart.
 class SourceComponentTest : public testing::Test {
  protected:
   SourceComponentTest() {
@@ -109,11 +110,11 @@ class SourceComponentTest : public testing::Test {
     bus_->Publish(channels::kPartial, partial);
     HandleAll();
   }
-  // Scores what comes until no more comes.
+  // Scores all messages that arrive, until none arrives.
   void ScoreAll() {
     for (size_t k = scored_; k < states_.size(); k = ++scored_) Score(states_[k].header.tick);
   }
-  // What a handler throws of this message.
+  // Returns the error that the handler of this message throws.
   template <class Function>
   std::string Error(const Function& function) {
     try {
@@ -145,7 +146,7 @@ class SourceComponentTest : public testing::Test {
 TEST_F(SourceComponentTest, AnswersAnnouncementWithAModelThatSaysWhatIsKnown) {
   MakeSource();
   Command(0);
-  EXPECT_EQ(num_models_, 0);  // nobody knows yet what there is to say
+  EXPECT_EQ(num_models_, 0);  // there is nothing to report yet
   Announce();
   ASSERT_GT(num_models_, 0);
   EXPECT_EQ(model_.source, "two Frankas");
@@ -153,11 +154,11 @@ TEST_F(SourceComponentTest, AnswersAnnouncementWithAModelThatSaysWhatIsKnown) {
   EXPECT_EQ(model_.has_velocity, 0);
   EXPECT_EQ(model_.object_is_tracked[0], 1);
   const int before = num_models_;
-  Announce();  // it has not heard
+  Announce();  // it has not received the message
   EXPECT_EQ(num_models_, before + 1);
 }
 
-// 30 Hz is 30 Hz, though no physics step of 2 ms goes into it.
+// 30 Hz is exact, although it is not a multiple of the physics step of 2 ms.
 TEST_F(SourceComponentTest, TicksAreExactAtAnyRate) {
   options_.control_hz = 30;
   options_.after_success_s = 0.1;
@@ -190,7 +191,7 @@ TEST_F(SourceComponentTest, TicksAreExactAtAnyRate) {
   EXPECT_EQ(ends_[0].header.tick, 5);
 }
 
-// A gray image, as libjpeg-turbo makes it.
+// A gray image, encoded by libjpeg-turbo.
 std::vector<uint8_t> Jpeg(int width, int height) {
   const std::unique_ptr<void, int (*)(void*)> encoder(tjInitCompress(), tjDestroy);
   const std::vector<uint8_t> gray(static_cast<size_t>(width * height), 128);
@@ -213,7 +214,7 @@ class CameraImages : public SourceComponentTest {
     Send(Sample(0));
     ScoreAll();
   }
-  // Of the second episode of the source's clock, in ms after its first sample.
+  // Messages of the second episode on the source's clock, in ms after its first sample.
   image_t Image(int64_t time_ms, const std::string& camera = "front") const {
     image_t image{};
     image.header.sim_time_us = 1'000'000'000 + time_ms * 1000;
@@ -231,7 +232,7 @@ class CameraImages : public SourceComponentTest {
     bus_->PublishRaw(channel.c_str(), Encode(image));
     HandleAll();
   }
-  // What the episode's end says of the images.
+  // What EPISODE_END reports about the images.
   std::string EndDetail() {
     source_state_t last = Sample(100);
     last.sample = 1;
@@ -261,7 +262,7 @@ TEST_F(CameraImages, ArePassedOnWithTheEpisodesHeader) {
 
 TEST_F(CameraImages, AreAtMostTenASecondOfEachCamera) {
   Begin();
-  // Every third one: of 0, 99, ..., 990 ms.
+  // Every third image: of 0, 99, ..., 990 ms.
   for (int64_t ms = 0; ms < 1000; ms += 33) Publish(Image(ms));
   EXPECT_EQ(passed_on_.size(), 11u);
   EXPECT_EQ(EndDetail(), "") << "the others are left out, which is no fault";
@@ -292,7 +293,7 @@ TEST_F(CameraImages, ThatAreWrongAreRefusedCountedAndCostNoSample) {
   Publish(image);
   Publish(Image(0));
   EXPECT_EQ(passed_on_.size(), 1u);
-  Publish(Image(0));  // its time does not go up
+  Publish(Image(0));  // its time does not increase
   EXPECT_EQ(passed_on_.size(), 1u);
   const std::string detail = EndDetail();
   EXPECT_THAT(detail, testing::StartsWith("8 images refused, the first: no JPEG: "));
@@ -333,7 +334,7 @@ TEST_F(SourceComponentTest, MakesOneStateAtATimeAndVelocitiesOfDifferences) {
   next.joint_position_mixed[1] += 0.01;
   next.object[0].position_m[0] = 0.6;
   Send(next);
-  EXPECT_EQ(Ticks(), std::vector<int64_t>{0});  // the first has no score yet
+  EXPECT_EQ(Ticks(), std::vector<int64_t>{0});  // the first tick has no score yet
   Score(0);
   ASSERT_EQ(states_.size(), 2u);
   EXPECT_EQ(states_[1].header.sim_time_us, 20'000);
@@ -395,7 +396,7 @@ TEST_F(SourceComponentTest, AnEpisodeEndsWhereItsSourceSaysOrBeginsTheNext) {
   EXPECT_EQ(ends_[0].end_reason, end_reason::kEndOfData);
   EXPECT_EQ(ends_[0].header.tick, 1);
   EXPECT_EQ(ends_[0].detail, "");
-  // Before anybody waits for it: it is scored when it is commanded.
+  // Before a component waits for the command: the episode is scored when it is commanded.
   Send(Sample(0, 1));
   Send(Sample(1, 1));
   EXPECT_EQ(states_.size(), 2u);
@@ -450,7 +451,7 @@ TEST_F(SourceComponentTest, ARefusedSampleMakesTheEpisodeIncomplete) {
       Send(sample);
       ScoreAll();
     }
-    // Tick 2 is missing: nothing was made of what cannot be.
+    // Tick 2 is missing: no tick is made up.
     EXPECT_EQ(Ticks(), (std::vector<int64_t>{0, 1, 3, 4})) << said;
     ASSERT_EQ(ends_.size(), 1u);
     EXPECT_THAT(ends_[0].detail, HasSubstr("1 sample refused, the first: sample "));
@@ -467,7 +468,7 @@ TEST_F(SourceComponentTest, ARefusedLastSampleDoesToo) {
   Send(last);
   ScoreAll();
   ASSERT_EQ(ends_.size(), 1u);
-  EXPECT_EQ(ends_[0].header.tick, 1);  // which was never said
+  EXPECT_EQ(ends_[0].header.tick, 1);  // which was never announced
   EXPECT_EQ(Ticks(), std::vector<int64_t>{0});
 }
 
@@ -489,7 +490,7 @@ TEST_F(SourceComponentTest, MetricsMayWaitForAGapWhileLaterTicksCome) {
   Send(Sample(0));
   Score(0);
   for (int64_t k = 10; k < 400; ++k) Send(Sample(k));
-  // A hundred complete ticks behind it are what metrics gives it up for.
+  // After a hundred complete ticks without the missing one, metrics stops waiting for it.
   EXPECT_GT(states_.size(), 101u);
   EXPECT_LT(states_.size(), 130u);
 }
@@ -506,7 +507,7 @@ TEST_F(SourceComponentTest, ASilentSourceHasBrokenItsEpisodeOff) {
   HandleAll();
   ASSERT_GE(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, end_reason::kEndOfData);
-  EXPECT_EQ(ends_[0].header.tick, 1);  // which was never said: the episode is incomplete
+  EXPECT_EQ(ends_[0].header.tick, 1);  // the end was never announced: the episode is incomplete
   EXPECT_EQ(ends_[0].detail, "the source has said nothing for 5 s");
 }
 
@@ -522,7 +523,7 @@ TEST_F(SourceComponentTest, AClockThatLeapsBreaksTheEpisodeOff) {
   EXPECT_THAT(ends_[0].detail, HasSubstr("its clock leaps by 3.6e+03 s"));
 }
 
-// Differences of these stamps are greater than any 64-bit number.
+// Differences of these timestamps do not fit into 64 bits.
 TEST_F(SourceComponentTest, AClockThatLeapsThroughAllItsRangeIsNoExceptionToThat) {
   Start();
   source_state_t sample = Sample(0);

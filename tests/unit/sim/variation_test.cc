@@ -1,4 +1,4 @@
-// Variations that change the scene and the verdict, and parts that are placed at each reset.
+// Variations that change the scene and the success condition, and parts that are placed at each reset.
 #include <cmath>
 #include <map>
 
@@ -9,7 +9,7 @@
 
 namespace evalbus::sim::variation_test {
 
-// A box with a hinged lid, fixed to a table but placed anew by one variation.
+// A box with a hinged lid, fixed to a table; one variation places it anew.
 constexpr const char* kBox = R"(<mujoco><compiler angle="radian"/><worldbody>
   <geom name="wall" type="box" size="0.1 0.1 0.1" pos="0 0 0.1"/>
   <body name="lid" pos="0 0 0.25">
@@ -120,12 +120,12 @@ TEST_F(VariationTest, PlacedPartsAreMovedAtResetAndTheirJointsWork) {
   EXPECT_EQ(state.body[static_cast<size_t>(box)].position_m[0], parameters[0].value);
   EXPECT_EQ(state.body[static_cast<size_t>(box)].position_m[2], 0.1);
   const auto& q = state.body[static_cast<size_t>(box)].quat_wxyz;
-  // On top of the 90 degrees of its pose.
+  // Added to the 90 degrees of its own pose.
   EXPECT_NEAR(2 * std::atan2(q[3], q[0]), std::acos(0.0) + yaw, 1e-9);
-  // What is hinged to it came along.
+  // The parts hinged to it have moved with it.
   EXPECT_NEAR(state.body[static_cast<size_t>(lid)].position_m[0], parameters[0].value, 1e-9);
   EXPECT_NEAR(state.body[static_cast<size_t>(lid)].position_m[2], 0.35, 1e-9);
-  // It stays while the world goes on, and goes back at the next reset.
+  // It stays while the simulation runs, and returns at the next reset.
   for (int i = 0; i < 50; ++i) ASSERT_TRUE(world.Step());
   EXPECT_EQ(world.data().xpos[3 * box], parameters[0].value);
   world.Reset(3, task.variation("base"));
@@ -221,7 +221,7 @@ TEST_F(VariationTest, OnlyPartsOfAnObjectMayBeTouched) {
 
 class RandomizedTest : public VariationTest {
  protected:
-  // The box's task with two free balls, whose one variation has this list.
+  // The box's task with two free balls; its only variation has this list.
   TaskDescription TaskWith(const std::string& randomize) {
     const std::string ball = folder_
                                  .Write("ball.xml", R"(<mujoco><worldbody>
@@ -360,7 +360,7 @@ TEST_F(RandomizedTest, DistractorsAreThereOrFarAway) {
       }
     }
   }
-  // Each about a third of the time or more: 0 or 1 of two.
+  // Each about a third of the time or more: none, one or two of them.
   EXPECT_GT(seen["none"], 7);
   EXPECT_GT(seen["red"], 2);
   EXPECT_GT(seen["blue"], 2);
@@ -409,7 +409,7 @@ TEST_F(VariationTest, FindsWhatStartsSunkIntoSomething) {
     return found;
   };
   EXPECT_EQ(overlap("", "", "base"), "");
-  // Both stand fast: MuJoCo itself looks at no such pair.
+  // Both are fixed: MuJoCo itself checks no such pair.
   const std::string found =
       overlap("position_m: [0.8, 0, 0], yaw_deg: 90", "position_m: [0, 0.3, 0.5], yaw_deg: 90", "base");
   EXPECT_TRUE(found.starts_with("box is ") && found.ends_with(" mm deep in left")) << found;
@@ -429,7 +429,7 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   const Scene scene = BuildScene(task, robot);
   World world(scene.physics.get(), scene.info, robot, task, 10);
   Variation variation;
-  // Half of the grid's eight points are within a block's width of the box.
+  // Half of the grid's eight points are less than a block's width from the box.
   variation.randomizations = {SpawnPlane{{"block"}, {0.8, 0, 0.1}, {0.1, 0.4}, 0.1, {0, 0, 0}}};
   int beyond = 0;
   for (int seed = 0; seed < 30; ++seed) {

@@ -18,7 +18,7 @@ class WorldTest : public testing::Test {
  protected:
   static constexpr int kSubsteps = 10;
 
-  // Composed once: the scene is not changed by worlds.
+  // Composed once: worlds do not change the scene.
   static void SetUpTestSuite() {
     task_ = new TaskDescription(FindTask("lift_pot").task);
     robot_ = new RobotDescription(LoadRobot(task_->robot_file));
@@ -86,8 +86,8 @@ TEST_F(WorldTest, BaseVariationStartsAtTheNominalPoseForEverySeed) {
   }
 }
 
-// The same motion, commanded at four rates, against the work that MuJoCo's actuator forces do along the way
-// of the joints, step by step, in a simulation of its own.
+// The same motion, commanded at four rates. The expected work is that of MuJoCo's actuator forces along the
+// joints' motion, summed step by step in a separate simulation.
 TEST_F(WorldTest, WorkIsThatOfEveryPhysicsStepAtAnyControlRate) {
   const mjModel* model = scene_->physics.get();
   for (const int substeps : {25, 10, 5, 1}) {
@@ -184,13 +184,13 @@ TEST_F(WorldTest, RandomizedPosesStayInTheirRegionAndDiffer) {
     largest_x = std::max(largest_x, std::abs(x - 0.735));
     largest_y = std::max(largest_y, std::abs(y));
     largest_yaw = std::max(largest_yaw, std::abs(yaw));
-    // The start is valid: nothing penetrates by more than a settled contact does.
+    // The start is valid: no penetration exceeds that of a resting contact.
     for (int i = 0; i < world.data().ncon; ++i) EXPECT_GT(world.data().contact[i].dist, -1e-3);
   }
   EXPECT_LE(largest_x, 0.21);
   EXPECT_LE(largest_y, 0.4);
   EXPECT_LE(largest_yaw, M_PI / 6);
-  // The whole region is used.
+  // The starts cover the whole region.
   EXPECT_GT(largest_x, 0.19);
   EXPECT_GT(largest_y, 0.37);
   EXPECT_GT(largest_yaw, 0.5);
@@ -312,7 +312,7 @@ TEST(EpisodeSeed, DependsOnRunSeedAndEpisodeAndFitsADouble) {
   EXPECT_EQ(std::unique(seeds.begin(), seeds.end()), seeds.end());
 }
 
-// Expected values: from an implementation of its own in Python, in tests/bench/large_runs.py.
+// Expected values come from an independent implementation in Python, in tests/bench/large_runs.py.
 TEST(EpisodeSeed, IsThatOfAnIndependentImplementation) {
   const auto seed = [](const char* stream, int64_t run, int episode) {
     return SeedSource{run, stream, "lift_pot", "position"}.OfEpisode(episode);
@@ -330,7 +330,7 @@ TEST(EpisodeSeed, IsAnotherInEachTaskVariationAndStream) {
   for (const char* stream : {kRunSeeds, kCollectSeeds, kSharedSeeds}) {
     for (const char* task : {"lift_pot", "rotate_valve"}) {
       for (const char* variation : {"position", "orientation"}) {
-        // Which had the same seeds in all tasks.
+        // This stream had the same seeds in all tasks.
         if (stream == kSharedSeeds &&
             (task != std::string("lift_pot") || variation != std::string("position")))
           continue;

@@ -31,7 +31,7 @@ class CameraComponentTest : public testing::Test {
   static void SetUpTestSuite() { scene_ = new Scene(LiftPotScene()); }
   static void TearDownTestSuite() { delete scene_; }
 
-  // A component on a bus of its own, and what it says.
+  // A component on its own bus, and the messages that it publishes.
   struct Process {
     explicit Process(const std::vector<std::string>& cameras = {"front", "left/hand/wrist", "roboeval/head"})
         : component(&bus) {
@@ -62,7 +62,7 @@ class CameraComponentTest : public testing::Test {
     void SayState(int64_t tick, int episode = 0, int attempt = 0) {
       Say(channels::kState, StateAt(tick, episode, attempt));
     }
-    // What comes of it.
+    // The images that were published.
     std::vector<image_t> RequestImages(int64_t tick, const std::vector<view_t>& views, int episode = 0,
                                        int attempt = 0) {
       image_request_t request{};
@@ -88,7 +88,7 @@ class CameraComponentTest : public testing::Test {
     header.sim_time_us = tick * 20000;
     return header;
   }
-  // The left arm turns as time goes on.
+  // The left arm rotates with time.
   static state_t StateAt(int64_t tick, int episode = 0, int attempt = 0) {
     std::vector<double> qpos = HomeQpos(*scene_->visual);
     qpos[static_cast<size_t>(QposIndex(*scene_->visual, "left/joint1"))] = 0.05 * static_cast<double>(tick);
@@ -96,7 +96,7 @@ class CameraComponentTest : public testing::Test {
     state.header = Header(tick, episode, attempt);
     return state;
   }
-  // The same image, made without the component.
+  // The same image, rendered without the component.
   std::vector<uint8_t> Drawn(int64_t tick, const view_t& view) {
     Renderer renderer(Copy(*scene_->visual), {64, 64});
     renderer.SetState(StateAt(tick));
@@ -166,7 +166,7 @@ TEST_F(CameraComponentTest, WaitsForTheState) {
   ASSERT_EQ(process.images.size(), 1u);
   EXPECT_EQ(process.images[0].header.tick, 2);
   EXPECT_TRUE(process.images[0].data == Drawn(2, views_[0]));
-  // Once.
+  // Published once.
   process.SayState(3);
   EXPECT_EQ(process.images.size(), 1u);
 }
@@ -180,7 +180,7 @@ TEST_F(CameraComponentTest, SaysAgainWhatItHasDrawn) {
   const std::vector<image_t> again = process.RequestImages(0, views_);
   ASSERT_EQ(again.size(), 2u);
   for (size_t i = 0; i < 2; ++i) EXPECT_TRUE(again[i].data == first[i].data);
-  // One of them, and also when the next STATE has come.
+  // One of them, and also after the next STATE has arrived.
   process.SayState(1);
   const std::vector<image_t> late = process.RequestImages(0, {views_[1]});
   ASSERT_EQ(late.size(), 1u);
@@ -216,7 +216,7 @@ TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
   EXPECT_EQ(process.component.num_drawn(), 0);
   EXPECT_EQ(process.log, "a REQUEST_IMAGE of tick 0 came at tick 64, too late for its images\n");
   EXPECT_FALSE(process.RequestImages(1, {views_[0]}).at(0).data.empty());
-  // A header with the time of another tick names no STATE.
+  // A header with the time of another tick identifies no STATE.
   image_request_t request{};
   request.header = Header(2);
   request.header.sim_time_us += 1;
@@ -243,7 +243,7 @@ TEST_F(CameraComponentTest, HearsItsOwnEpisodeAlone) {
   EXPECT_TRUE(process.RequestImages(0, views_, 1).empty());
   EXPECT_TRUE(process.RequestImages(0, views_, 0, 1).empty());
   EXPECT_EQ(process.component.status().foreign_messages, 3);
-  // A new attempt begins without a STATE, and what waited in the old one is forgotten.
+  // A new attempt begins without a STATE, and requests held in the old one are discarded.
   EXPECT_TRUE(process.RequestImages(1, views_).empty());
   process.SayBegin(0, 1);
   EXPECT_TRUE(process.RequestImages(0, views_, 0, 1).empty());
@@ -265,7 +265,7 @@ TEST_F(CameraComponentTest, BeginsOnceItsModelIsThere) {
   EXPECT_EQ(process.component.status().component, "cameras");
 }
 
-// Another process, asked for other things before, in another order.
+// Another process that rendered other images before, in another order.
 TEST_F(CameraComponentTest, EqualStatesGiveEqualBytes) {
   std::vector<view_t> views = {View("front", 64, 48), View("roboeval/head", 224, 224),
                                View("roboeval/head", 40, 40, "depth32"), View("left/hand/wrist", 51, 37)};
@@ -301,7 +301,8 @@ TEST_F(CameraComponentTest, DepthIsFloatsInMeters) {
   std::vector<float> depth;
   renderer.RenderDepth({FindCamera(renderer.model(), "front"), {32, 24}}, &depth);
   EXPECT_EQ(std::memcmp(images[0].data.data(), depth.data(), images[0].data.size()), 0);
-  // "front" stands 1.4 m before the robot: what it sees is between the nearest object and the room's end.
+  // Camera "front" is 1.4 m in front of the robot: the distances in its image are between the nearest
+  // object and the end of the room.
   for (const float distance : depth) {
     EXPECT_GT(distance, 0.2);
     EXPECT_LE(distance, 28.01);

@@ -1,4 +1,4 @@
-// A JPEG as pixels, decoded by libjpeg-turbo.
+// A JPEG image decoded to pixels by libjpeg-turbo.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 namespace evalbus::viz {
 
-// A frame of 0 x 0 and a failure of the test if it does not decode.
+// If it cannot be decoded, fails the test and returns a frame of 0 x 0.
 inline Frame DecodedJpeg(const std::vector<uint8_t>& jpeg) {
   const std::unique_ptr<void, int (*)(void*)> decoder(tjInitDecompress(), tjDestroy);
   FrameSize size;

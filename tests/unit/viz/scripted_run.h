@@ -117,7 +117,7 @@ class ScriptedRun {
     e.deadline_misses = 4;
     return e;
   }
-  // One tick of everything.
+  // All messages of one tick.
   void SayTick(int episode, int64_t tick, bool with_clearance = false) {
     Say(channels::kState, State(tick, episode));
     contacts_t contacts = Contacts(tick, {{kLeftPad, kLidGeom}, {kTop, kWall}}, episode);
@@ -175,7 +175,7 @@ class ScriptedRun {
       }
       now_ += std::chrono::milliseconds(20);
     }
-    SayTick(2, 126);  // clearance is not of every tick
+    SayTick(2, 126);  // not every tick has a clearance
   }
 
   SteadyTime now_{std::chrono::hours(1)};

@@ -78,7 +78,7 @@ class VizComponentTest : public testing::Test {
     state.header = Header(episode, tick);
     bus_.Publish(channels::kState, state);
   }
-  // A time at which the next frame is due; what it brings.
+  // A time at which the next frame is due; returns its images.
   std::vector<image_t> Poll(milliseconds later = milliseconds(100)) {
     images_.clear();
     viz_.Poll(now_ += later);
@@ -100,7 +100,7 @@ TEST_F(VizComponentTest, ShowsTheNewestStateAndCountsWhatItPassesOver) {
   EXPECT_EQ(viz_.status().state, component_status_t::READY);
   EXPECT_TRUE(Poll().empty());
   for (int64_t tick = 0; tick < 10; ++tick) SayState(3, tick);
-  // It handles the first of them, and then, before it draws, all the others.
+  // It handles the first message and then, before it renders, all others.
   bus_.Handle();
   const std::vector<image_t> first = Poll();
   ASSERT_EQ(first.size(), 2u);
@@ -121,7 +121,7 @@ TEST_F(VizComponentTest, ShowsTheNewestStateAndCountsWhatItPassesOver) {
   EXPECT_EQ(viz_.status().skipped_ticks, 9);
   EXPECT_EQ(viz_.status().missing_ticks, 0);
   EXPECT_TRUE(Poll().empty());
-  // A tick that is drawn is not passed over; one that never came is another matter.
+  // A tick that is rendered is not skipped; a tick that never arrived is not counted as skipped either.
   SayState(3, 12);
   Handle();
   EXPECT_EQ(Poll().size(), 2u);
@@ -140,7 +140,7 @@ TEST_F(VizComponentTest, DrawsNoMoreFramesThanAskedFor) {
   }
   // 2 s at 10 frames per second from 2 cameras.
   EXPECT_EQ(frames, 40);
-  // Of 100 ticks 20 are in a frame; the last one may still come into one.
+  // Of 100 ticks, 20 are in a frame; the last one may still be rendered.
   EXPECT_EQ(viz_.status().skipped_ticks, 79);
 }
 
@@ -172,7 +172,7 @@ TEST_F(VizComponentTest, ShowsTheSameAsAVideo) {
   Overlay(kSize).Draw(text, &frame);
   EXPECT_TRUE(images[0].data == JpegEncoder().Encode(frame));
 
-  // The end is an image of its own, of the same tick.
+  // The end is shown in a separate image of the same tick.
   episode_end_t end{};
   end.header = Header(0, 5);
   end.end_reason = "success";
@@ -183,7 +183,7 @@ TEST_F(VizComponentTest, ShowsTheSameAsAVideo) {
   EXPECT_EQ(last[0].header.tick, 5);
   EXPECT_FALSE(last[0].data == images[0].data);
 
-  // The score's word, once it is there, stays.
+  // The outcome from the score remains once it has arrived.
   episode_summary_t summary{};
   summary.header = Header(0, 5);
   summary.failure_reason = "grasp_slip";

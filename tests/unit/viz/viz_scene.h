@@ -40,7 +40,7 @@ inline std::vector<double> HomeQpos(const mjModel& model) {
   return qpos;
 }
 
-// All that a renderer needs of a scene without mocap bodies.
+// Everything that a renderer needs for a scene without mocap bodies.
 inline state_t StateOf(const std::vector<double>& qpos) {
   state_t state{};
   state.num_qpos = static_cast<int32_t>(qpos.size());

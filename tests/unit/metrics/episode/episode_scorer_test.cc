@@ -37,7 +37,7 @@ TEST_F(EpisodeScorerTest, ScoresAnEpisodeByHand) {
   dut_.Start();
   dut_.Tick(State(0), Contacts(0));
   dut_.Tick(State(1), Contacts(1, {{kLeftPad, kWall}, {kLeftLink, kTop}, {kTop, kWall}}));
-  dut_.Tick(State(2), Contacts(2, {{kLeftLink, kRightLink}, {kTop, kWall}}));  // lost: a slip
+  dut_.Tick(State(2), Contacts(2, {{kLeftLink, kRightLink}, {kTop, kWall}}));  // released: a slip
   partial_metrics_t partial{};
   dut_.Partial(&partial);
   EXPECT_EQ(partial.header.tick, 2);
@@ -160,7 +160,7 @@ TEST_F(EpisodeScorerTest, RefusesWhatIsNotFiniteOrDoesNotFit) {
   }
 }
 
-// NaN is in no range, and so "not" of any range would be true of it.
+// NaN is in no range, so "not" of any range would be true for it.
 TEST(EpisodeScorer, ACoordinateThatIsNoNumberDecidesNothing) {
   model_info_t model = Model();
   model.joint_name = {"pot/lid_hinge"};
@@ -187,7 +187,7 @@ TEST(EpisodeScorer, ACoordinateThatIsNoNumberDecidesNothing) {
   EXPECT_EQ(dut.verdict(), partial_metrics_t::SUCCESS);
 }
 
-// The summary itself and its line of episodes.jsonl say the same to statistics.
+// The summary message and its line of episodes.jsonl give the statistics the same input.
 TEST_F(EpisodeScorerTest, MessageAndJsonGiveOneResult) {
   dut_.Start();
   dut_.Tick(State(0), Contacts(0, {{kLeftPad, kWall}}));
@@ -264,7 +264,7 @@ TEST_F(EpisodeScorerTest, AServersFaultIsNoFailureOfThePolicy) {
   }
 }
 
-// Ticks of an episode that goes on for 0.1 s, which are five, after its first success.
+// Ticks of an episode that continues for 0.1 s, five ticks, after its first success.
 class AfterSuccess : public testing::Test {
  protected:
   static model_info_t ModelOf(int64_t after_success_us) {
@@ -272,7 +272,7 @@ class AfterSuccess : public testing::Test {
     model.after_success_us = after_success_us;
     return model;
   }
-  // Of ticks from 0 on at which the pot is up, or not. It moves and is touched at each.
+  // Ticks from 0 on; the flags state whether the pot is lifted. It moves and is touched at each tick.
   static episode_summary_t Play(EpisodeScorer* dut, const std::vector<bool>& up,
                                 const std::string& end = "success") {
     dut->Start();
@@ -314,9 +314,10 @@ TEST_F(AfterSuccess, SaysHowLongSuccessHeldAndWhetherItDoesAtTheEnd) {
                         Case{{false, false, true, false, true, true, false, false}, 1, 0, 0.04},
                         Case{{false, false, true, false, false, false, false, true}, 1, 1, 0.02},
                         Case{{false, false, true, false, false, false, false, false}, 1, 0, 0},
-                        // Nothing came after it: the policy gave up.
+                        // No tick followed: the policy gave up.
                         Case{{false, false, true}, 1, 1, 0},
-                        // Ticks later than were asked for, as a realtime episode may have them.
+                        // More ticks than requested, as can occur in a realtime
+                        // episode.
                         Case{{false, false, true, true, true, true, true, true, false, false}, 1, 1, 0.1},
                         Case{{false, false, false}, 0, 0, kNaN}}) {
     const episode_summary_t summary = Play(&dut_, c.up, c.once == 1 ? "success" : "time_limit");
@@ -341,7 +342,7 @@ TEST_F(AfterSuccess, AFailureThatComesLaterIsNoVerdictAndNoSuccessAtTheEnd) {
   for (int64_t tick = 0; tick <= 3; ++tick) {
     state_t state = State(tick);
     state.body[kPot].position_m[2] = tick > 0 ? 1.25 : 1;
-    // Up all the while, and touching the floor at tick 2; at tick 3 a hand is far away.
+    // Lifted all the time, and touching the floor at tick 2; at tick 3 a hand is far away.
     if (tick == 3) state.body[kLeftHand].position_m[0] = 11;
     dut_.Tick(state, tick == 2 ? Contacts(tick, {{kFloor, kWall}}) : Contacts(tick, {}));
     partial_metrics_t partial{};
@@ -387,7 +388,7 @@ TEST_F(AfterSuccess, TicksThatAreMissingMakeItIncomplete) {
   end.header = Header(3);
   end.end_reason = "success";
   EXPECT_FALSE(dut_.Summary({}, end).complete);
-  // Of what is refused success cannot be told either.
+  // Success cannot be determined from rejected samples either.
   dut_.Start();
   for (const int64_t tick : {0, 1, 2}) {
     state_t state = State(tick);
@@ -411,7 +412,7 @@ TEST_F(AfterSuccess, AllocatesNothingAfterTheFirstEpisode) {
   for (int episode = 0; episode < 2; ++episode) {
     dut_.Start();
     for (const state_t& state : states) {
-      // The verdict explains itself at its tick.
+      // The explanation belongs to the tick of the verdict.
       if (state.header.tick == 4) before = AllocationCount();
       dut_.Tick(state, contacts);
       dut_.Partial(&partial);
@@ -420,7 +421,7 @@ TEST_F(AfterSuccess, AllocatesNothingAfterTheFirstEpisode) {
   EXPECT_EQ(AllocationCount() - before, 0);
 }
 
-// Every task that ships fits the scene it describes.
+// Every shipped task fits the scene that it describes.
 TEST(ShippedTasks, CompileAgainstTheirScenes) {
   const std::vector<TaskDescription> tasks = AllTasks();
   EXPECT_GE(tasks.size(), 1);

@@ -1,5 +1,5 @@
-// How an episode ended and why: each failure reason by the smallest episode that has it, and the words and
-// numbers of the explanation.
+// How and why an episode ended: each failure reason with the smallest episode that has it, and the wording
+// and numbers of the explanation.
 #include "metrics/episode/explanation.h"
 
 #include <gtest/gtest.h>
@@ -96,7 +96,7 @@ TEST_F(ExplanationTest, GraspMissAsksForTheGripperThatTheStageNames) {
   EXPECT_EQ(Reason(), "grasp_miss");
 }
 
-// Whether a fixture was held before is not kept.
+// It is not stored whether a fixture was held before.
 TEST_F(ExplanationTest, GraspMissIsOfAManipulatedObject) {
   Use(Replaced(kTask, "gripper: any, object: pot", "gripper: any, object: counter"));
   Opening(1) = 0;
@@ -175,7 +175,7 @@ TEST_F(ExplanationTest, GraspSlipWhereTheOtherGripperStillHoldsButThisOneIsAsked
 TEST_F(ExplanationTest, DroppedWhereItFellAfterItWasHeld) {
   Height() = 1.05;
   Hold();
-  Opening(0) = 0.6;  // let go: no slip
+  Opening(0) = 0.6;  // released: no slip
   Height() = 1.031;
   Tick({});
   EXPECT_EQ(Reason(), "wrong_pose") << "1.9 cm";
@@ -222,7 +222,7 @@ TEST_F(ExplanationTest, AFailureConditionOnTheRobotIsACollision) {
 }
 
 TEST_F(ExplanationTest, StuckForASecondIsACollision) {
-  Opening(0) = 0;  // missed it, too
+  Opening(0) = 0;  // the second attempt missed, too
   for (int k = 0; k < 50; ++k) Tick({{kLeftLink, kTop}});
   EXPECT_EQ(Reason(), "grasp_miss");
   Tick({{kLeftLink, kTop}});
@@ -255,7 +255,7 @@ TEST_F(ExplanationTest, WrongPoseIsATiltOfAHeldObject) {
   EXPECT_FALSE(condition.holds);
 }
 
-// What a number is compared with is not what it rounds to.
+// A threshold must not be shown rounded to a different value.
 TEST_F(ExplanationTest, ANumberBesideItsLimitHasTheDigitsThatTellThemApart) {
   for (const auto& [limit, height, text] : {std::tuple("1.096", 1.0961, "1.0961 m >= 1.096"),
                                             {"1.096", 1.1034, "1.103 m >= 1.096"},
@@ -346,7 +346,7 @@ TEST_F(ExplanationTest, SuccessSaysWhatHeld) {
 }
 
 TEST_F(ExplanationTest, NestedPredicatesNameWhatDecides) {
-  // Of `any` that is false, all; of `not`, its operand; of a false `all`, the first.
+  // For a false `any`, all operands; for `not`, its operand; for a false `all`, the first false one.
   UseSuccess(
       "{all: [{any: [{touching: {a: pot, b: world}}, {height_above: {object: pot, min_m: 1.1}}]}, {not: "
       "{touching: {a: "

@@ -1,4 +1,4 @@
-// The accumulators, by hand-computed cases.
+// The accumulators, with cases worked out by hand.
 #include "metrics/episode/rollout_metrics.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ MetricsConfig TwoArms() {
   return config;
 }
 
-// A sample with storage of its own. Everything rests at zero, grippers half open.
+// A sample with its own storage. Everything is at rest at zero, with half-open grippers.
 struct TestSample {
   std::vector<std::vector<double>> q{2, {0, 0}}, w{2, {0, 0}};
   std::vector<std::optional<double>> work{0, 0};
@@ -92,7 +92,7 @@ class RolloutMetricsTest : public testing::Test {
 
 TEST_F(RolloutMetricsTest, AddsUpPathsPerArmFromTheSecondSampleOn) {
   Start();
-  sample_.p[0] = {10, 0, 0};  // where the first sample is does not count
+  sample_.p[0] = {10, 0, 0};  // the position of the first sample does not matter
   Step();
   sample_.p[0] = {10, 3, 4};
   sample_.q[0] = {0.3, 0.4};
@@ -101,7 +101,7 @@ TEST_F(RolloutMetricsTest, AddsUpPathsPerArmFromTheSecondSampleOn) {
   Step();
   sample_.p[0] = {10, 3, 3};
   sample_.q[1] = {-kPi, 0};
-  sample_.quat[0] = {0, 0, 0, -2};  // the same orientation, not of unit norm
+  sample_.quat[0] = {0, 0, 0, -2};  // the same orientation, not normalized
   Step();
 
   EXPECT_DOUBLE_EQ(Values().cartesian_path_length_m[0], 6);
@@ -206,7 +206,7 @@ TEST_F(RolloutMetricsTest, CountsASlipOnlyWithoutOpening) {
   SetHolding(1, 1, true);
   Step();
   SetHolding(1, 1, false);
-  sample_.opening[1] = 0.4;  // closed further while losing it
+  sample_.opening[1] = 0.4;  // closes further while the object slips
   Step();
   EXPECT_EQ(Values().slip_count_per_object, (std::vector<int64_t>{1, 1}));
 }
@@ -289,7 +289,8 @@ TEST_F(RolloutMetricsTest, MeasuresEffortAndSafety) {
   sample_.work[1] = 0.5;
   sample_.q[0] = {0.25, -0.5};
   sample_.clearance = 0.2;
-  sample_.contacts = {{5, 1, -0.5}, {2, 5, -0.01}, {4, 1, 0}};  // the pot in the table is none of the robot's
+  sample_.contacts = {
+      {5, 1, -0.5}, {2, 5, -0.01}, {4, 1, 0}};  // contacts of the pot with the table do not involve the robot
   Step();
   sample_.p[0] = {3, 4, 0};
   sample_.work[1] = 2;
@@ -355,7 +356,7 @@ TEST_F(RolloutMetricsTest, RefusesWhatIsNotFinite) {
   EXPECT_TRUE(dut_.Step(sample_.At(2)));
 }
 
-// An episode with something of everything.
+// An episode with every kind of event.
 void Stir(RolloutMetrics* metrics) {
   TestSample sample;
   sample.holding = {1, 0, 0, 1};
@@ -393,7 +394,7 @@ TEST_F(RolloutMetricsTest, NothingSurvivesStart) {
   Step();
   sample_ = {};
 
-  // A still episode after it reads like one of a fresh object.
+  // An episode without events after it gives the same values as with a new object.
   RolloutMetrics fresh(TwoArms());
   dut_.Start(sample_.opening, sample_.holding);
   fresh.Start(sample_.opening, sample_.holding);
@@ -435,7 +436,7 @@ TEST_F(RolloutMetricsTest, DoesNotAllocateAfterTheFirstEpisode) {
   EXPECT_GT(values.slip_count, 0);
 }
 
-// Each option switches off what it says, and nothing else.
+// Each option disables the metrics that it names, and nothing else.
 TEST_F(RolloutMetricsTest, WhatIsNotTrackedStaysZero) {
   Stir(&dut_);
   const auto all = FlattenedValues(ResultJson(Values()));

@@ -1,4 +1,4 @@
-// What `evalbus score` says about files that are not as they should be.
+// Errors of `evalbus score` for invalid files.
 #include "metrics/episode/score_file.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ TEST(ScoreFile, ScoresASmallEpisodeByHand) {
       R"("avg_cartesian_jerk":0.0,"rms_cartesian_jerk":0.0,"avg_joint_jerk":0.0,"rms_joint_jerk":0.0})");
 }
 
-// RoboEval's result has whatever was given, also an empty dictionary.
+// RoboEval's result contains the value that was given, also an empty dictionary.
 TEST(ScoreFile, AnEmptySetOfFinalValuesIsOne) {
   json episode = SmallEpisode();
   episode["finalize"]["target_distance"] = json::object();
@@ -61,7 +61,7 @@ TEST(ScoreFile, AnEmptySetOfFinalValuesIsOne) {
 
 class LongFile : public testing::Test {
  protected:
-  // The small episode with so many steps, the keys in this order.
+  // The small episode with this many steps, and the keys in this order.
   std::filesystem::path Write(int steps, const std::vector<std::string>& keys) {
     const json small = SmallEpisode();
     const auto file = folder_.path() / "long.json";
@@ -99,8 +99,7 @@ class LongFile : public testing::Test {
 };
 
 TEST_F(LongFile, IsScoredStepByStepAsItIsRead) {
-  // No more than one is kept, so that neither memory nor what is done at the end of each grows with their
-  // number.
+  // At most one step is stored, so memory and the work per step do not grow with their number.
   const auto elements_at_once = [](const std::filesystem::path& file) {
     size_t most = 0;
     ReadJsonFile(file, "steps", [&](const json& so_far, const json&) {
@@ -115,7 +114,7 @@ TEST_F(LongFile, IsScoredStepByStepAsItIsRead) {
   EXPECT_EQ(streamed, ScoreEpisode(ReadJsonFile(file), "long.json"));
   EXPECT_EQ(streamed["completion_time"], 20.0);
 
-  // In another order the steps wait for what they need; only the first is offered.
+  // In another order, the steps must wait for the keys that they need; only the first step is offered.
   std::vector<std::string> other = keys_;
   std::swap(other.front(), other[6]);
   EXPECT_EQ(ScoreFile(Write(1000, other)), streamed);
@@ -127,11 +126,11 @@ TEST_F(LongFile, AStepCostsNoMemory) {
     ScoreFile(file);
     return AllocatedBytes() - before;
   };
-  bytes(Write(2000, keys_));  // what a library keeps from its first use on
+  bytes(Write(2000, keys_));  // memory that a library allocates at its first use
   EXPECT_EQ(bytes(Write(20'000, keys_)), bytes(Write(2000, keys_)));
 }
 
-// Which library reads a step makes no difference.
+// Reading from a file gives the same result as from a parsed document.
 TEST_F(LongFile, MayBeWrittenInAnyWay) {
   const auto file = Write(4, keys_);
   const auto expected = ScoreFile(file);
@@ -144,7 +143,7 @@ TEST_F(LongFile, MayBeWrittenInAnyWay) {
   }
 }
 
-// To the bit; some have more digits than an integer holds.
+// Bit-identical; some numbers have more digits than an integer can hold.
 TEST_F(LongFile, HasEachNumberAsParsingTheWholeHasIt) {
   for (const char* number :
        {"-0", "-0.0", "1E-7", "2.5e+3", "1e23", "9007199254740993", "4.9e-324", "2.2250738585072011e-308",
@@ -201,7 +200,7 @@ TEST_P(ScoreFileMistake, IsOneClearLine) {
   };
   EXPECT_EQ(error([&] { ScoreEpisode(episode, "bad.json"); }),
             std::string("bad.json: ") + GetParam().message);
-  // In a file steps are read otherwise.
+  // Steps in a file are read one by one.
   const TemporaryFolder folder;
   const auto file = folder.path() / "bad.json";
   std::ofstream(file) << episode;

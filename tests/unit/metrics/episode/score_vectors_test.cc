@@ -1,4 +1,5 @@
-// Every public vector, against its expected values within its own tolerances, and its closed forms.
+// Every public vector, compared with its expected values within its own tolerances, and with its closed
+// forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +17,8 @@ namespace evalbus::metrics::score_vectors_test {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// The full set lies beside the repository where it was developed; a copy of a part of it is in the
-// repository.
+// The full set is stored beside the repository on the developers' machines; the repository contains a part of
+// it.
 fs::path VectorFolder() {
   const fs::path all = fs::path(EVALBUS_SOURCE_DIR) / "../shared/vectors";
   return fs::exists(all / "FORMAT.md") ? all : fs::path(EVALBUS_SOURCE_DIR) / "tests/data/vectors";
@@ -32,15 +33,15 @@ std::vector<fs::path> VectorFiles() {
   return files;
 }
 
-// Where we follow the definition and the reference does not: it does not normalize quaternions. Values by an
-// independent evaluation (NumPy, normalized, arc cosine).
+// Values where evalbus follows the definition and the reference does not: the reference does not normalize
+// quaternions. They come from an independent evaluation (NumPy, normalized, arc cosine).
 const std::map<std::string, json> kDepartures = {
     {"single_precision_log",
      {{"orientation_path_length", {{"left", 1.6554233540664873}, {"right", 2.1844835275417247}}},
       {"total_orientation_path_length", 3.839906881608212},
       {"avg_orientation_path_length", 1.919953440804106}}}};
 
-// Compares numbers within the tolerance of the top-level key, everything else and counts exactly.
+// Compares numbers within the tolerance of the top-level key, and counts and everything else exactly.
 void ExpectAgrees(const json& got, const json& want, const std::string& key, double rel, double abs) {
   if (want.is_object()) {
     ASSERT_TRUE(got.is_object()) << key << ": " << got;
@@ -75,7 +76,7 @@ TEST_P(ScoreVectors, AgreesWithinItsTolerances) {
     want.update(departure->second);
   }
 
-  // The reference looks at collisions in the steps that it samples for slips.
+  // The reference checks collisions only in the steps that it samples for slips.
   const json got(ScoreEpisode(vector, GetParam(), {.collision_sample_window = 0}));
   EXPECT_EQ(got.size(), want.size() + 1) << got << "\nwhere " << want << " and completion_time are expected";
   ExpectAgrees(got, want, vector["tolerance"]);

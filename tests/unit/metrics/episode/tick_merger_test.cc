@@ -14,7 +14,7 @@ namespace evalbus::metrics::tick_merger_test {
 using small_world::Contacts;
 using small_world::State;
 
-// All pairs that are there; each must consist of one tick.
+// All complete pairs; both messages of each must belong to one tick.
 std::vector<int64_t> Drain(TickMerger* dut) {
   std::vector<int64_t> ticks;
   TickMerger::Pair pair;
@@ -81,7 +81,7 @@ TEST(TickMerger, RefusesDuplicatesAndTheOld) {
 TEST(TickMerger, GivesUpOnAGapAfterAHundredCompleteTicks) {
   TickMerger dut;
   dut.Start();
-  dut.Add(State(0));  // its CONTACTS never come
+  dut.Add(State(0));  // its CONTACTS never arrive
   for (int64_t tick = 2; tick < 101; ++tick) {
     dut.Add(State(tick));
     dut.Add(Contacts(tick));

@@ -1,5 +1,5 @@
-// The extended metrics, through the list that all of them are in: by hand, in closed form, and by the
-// properties that the papers give.
+// The extended metrics, through the list that contains them all: worked out by hand, in closed form, and by
+// properties that the papers state.
 #include "metrics/extended/extended_metrics.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ MetricsConfig Config(double dt) {
   return config;
 }
 
-// One arm; what a test does not set rests.
+// One arm; everything that a test does not set is at rest.
 class Episode {
  public:
   explicit Episode(double dt) : dt_(dt), deriver_(Config(dt)), dut_(Config(dt)) { dut_.Start(); }
@@ -56,7 +56,7 @@ class Episode {
   void Steps(int count) {
     for (int k = 0; k < count; ++k) Step();
   }
-  // Of an episode that ends so many ticks after its last sample.
+  // An episode that ends this many ticks after its last sample.
   double Final(const std::string& name, int64_t missing = 0) const {
     std::vector<double> values;
     dut_.FinalValues(tick_ + missing, &values);
@@ -97,7 +97,7 @@ TEST(CollisionEvents, APairCountsAgainAfterATenthOfASecondApart) {
   const std::vector<GeomContact> touching = {{2, 0, -0.001}, {0, 2, 0}, {3, 4, 0}, {2, 5, 0}, {1, 5, 0}};
   episode.contacts = touching;
   episode.Step();
-  EXPECT_EQ(episode.Live("env_collision_events"), 1);  // the pair once; the pot is no scene
+  EXPECT_EQ(episode.Live("env_collision_events"), 1);  // the pair once; the pot is not part of the scene
   EXPECT_EQ(episode.Live("self_collision_events"), 1);
   episode.contacts = {};
   episode.Steps(4);  // 0.08 s apart
@@ -122,13 +122,13 @@ TEST(Grasps, EndAfterATenthOfASecondWithoutBothPads) {
   episode.Steps(2);
   episode.pinched = {};
   episode.pinched.resize(4);
-  episode.Step();                  // 0.05 s: a flicker
+  episode.Step();                  // 0.05 s: too short to count
   episode.pinched = {0, 1, 1, 0};  // and lid by left
   episode.Steps(3);
   EXPECT_EQ(episode.Live("grasp_count.right"), 1);
   EXPECT_NEAR(episode.Live("longest_grasp_s.right"), 6 * 0.05, 1e-12);
   episode.pinched = {0, 0, 1, 0};
-  episode.Steps(2);  // 0.1 s: over
+  episode.Steps(2);  // 0.1 s: it has ended
   episode.pinched = {0, 1, 0, 0};
   episode.Step();
   EXPECT_EQ(episode.Live("grasp_count.right"), 2);
@@ -150,13 +150,13 @@ TEST(PeakWristAcceleration, IsTheSecondDifferenceOfThreeInARow) {
   EXPECT_NEAR(episode.Live("peak_wrist_acceleration_mps2"), 5, 1e-9);
   EXPECT_NEAR(episode.Live("peak_wrist_speed_mps"), 0.5, 1e-9);
   episode.p = {7, 0, 0};
-  episode.Step(2);  // a tick is missing: neither speed nor acceleration
+  episode.Step(2);  // a tick is missing: no speed and no acceleration
   episode.Step();
   EXPECT_NEAR(episode.Live("peak_wrist_speed_mps"), 0.5, 1e-9);
   EXPECT_NEAR(episode.Live("peak_wrist_acceleration_mps2"), 5, 1e-9);
 }
 
-// Wrist along a line, so that its speed is the magnitude of `velocity` (m/s) at s = t / T, in 0 to 1.
+// The wrist moves along a line with a speed of `velocity` (m/s) at s = t / T from 0 to 1.
 Episode Along(const std::function<double(double)>& velocity, double duration, double dt) {
   Episode episode(dt);
   episode.Step();
@@ -168,7 +168,7 @@ Episode Along(const std::function<double(double)>& velocity, double duration, do
   return episode;
 }
 
-// Of a reach of 1 m in 1 s.
+// A reach of 1 m in 1 s.
 double MinimumJerk(double s) { return 30 * s * s * (1 - s) * (1 - s); }
 
 TEST(MechanicalWork, IsTheLastThatIsKnown) {
@@ -179,11 +179,11 @@ TEST(MechanicalWork, IsTheLastThatIsKnown) {
   episode.work = 1.5;
   episode.Step();
   episode.work = 2.25;
-  episode.Step(7);  // what the missing ticks did is in it
+  episode.Step(7);  // includes the motion during the missing ticks
   EXPECT_EQ(episode.Final("mechanical_work_J"), 2.25);
 }
 
-// 0.02 * 230 is 4.6000000000000005, and a sum of 0.02 is neither.
+// 0.02 * 230 is 4.6000000000000005, and repeated addition of 0.02 gives neither.
 TEST(Times, AreTheNumbersOfTheirTicks) {
   Episode episode(0.02);
   episode.contacts = {{2, 0, -0.001}};
@@ -247,7 +247,7 @@ double SlowSpectralArcLength(const std::vector<double>& v, double dt) {
     f.push_back(k / (size * dt));
     magnitude.push_back(std::abs(sum));
   }
-  // Of a speed, which is nowhere negative, the spectrum is largest at 0.
+  // The spectrum of a speed, which is never negative, is largest at 0.
   const double largest = magnitude[0];
   size_t last = 0;
   for (size_t k = 0; k < f.size(); ++k) {
@@ -272,7 +272,7 @@ TEST(SpectralArcLength, EqualsTheProcedureStepByStep) {
 }
 
 TEST(SpectralArcLength, OfAMinimumJerkReachIsKnown) {
-  // By the procedure of the paper in another program, with a plain discrete Fourier transform.
+  // Computed by another program that follows the paper's procedure with a plain discrete Fourier transform.
   EXPECT_NEAR(Along(MinimumJerk, 1, 0.01).Final("spectral_arc_length"), -1.4058, 1e-4);
 }
 

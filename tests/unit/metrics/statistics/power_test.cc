@@ -12,7 +12,7 @@ namespace evalbus::metrics::power_test {
 
 double Choose(int n, int k) { return std::tgamma(n + 1.0) / std::tgamma(k + 1.0) / std::tgamma(n - k + 1.0); }
 
-// By all outcomes of so many pairs, one at a time.
+// Enumerates all outcomes of this many pairs, one pair at a time.
 TEST(Power, OfMcNemarIsThatOfAllOutcomes) {
   for (const int n : {5, 6, 10, 25}) {
     for (const auto& [a, b] : {std::pair(0.3, 0.1), {0.5, 0.0}, {0.6, 0.4}, {0.25, 0.25}}) {
@@ -48,11 +48,11 @@ TEST(Power, OfFisherIsThatOfAllTables) {
       EXPECT_NEAR(FisherPower(m, n, p, q), expected, 1e-9) << m << " " << n << " " << p << " " << q;
     }
   }
-  // Where it goes over to the normal approximation, nothing jumps.
+  // The values are continuous where the normal approximation takes over.
   EXPECT_NEAR(FisherPower(500, 500, 0.55, 0.45), FisherPower(501, 501, 0.55, 0.45), 0.02);
 }
 
-// Exactly, for few pairs: the shares of all (only_a, only_b) that are not decided yet.
+// Exact for few pairs: the shares of all (only_a, only_b) that are not decided yet.
 TEST(Power, OfTheSequentialTestIsThatOfAllWays) {
   const DiscordantShares shares{0.5, 0.1};
   constexpr int kMax = 40, kStep = 5;
@@ -84,7 +84,8 @@ TEST(Power, OfTheSequentialTestIsThatOfAllWays) {
   EXPECT_LT(found, 0.95);
 }
 
-// By the normal approximation 10 pairs find 62.6 points in 80 %. The exact test finds them in 62 %.
+// By the normal approximation, 10 pairs detect 62.6 points with 80 % power. The exact test detects them with
+// 62 %.
 TEST(Power, FindableDifferenceIsFoundFourTimesInFive) {
   const auto power = [](int pairs) {
     return [pairs](double difference) {

@@ -84,17 +84,17 @@ TEST(RunStatistics, EqualEpisodesAreOneSample) {
   EXPECT_EQ(SummaryJson("a", "b", summary)["samples"], 1);
 }
 
-// Equal numbers from different starts are different samples: no number may depend on the start.
+// Equal numbers from different starts are separate samples: no number may depend on the start.
 TEST(RunStatistics, EqualEpisodesFromDifferentStartsAreAsManySamples) {
   auto first = Episode(true, false, {{"path", 1.5}}), second = first;
   first.parameters = {{"cube_yaw_rad", 0.1}};
   second.parameters = {{"cube_yaw_rad", 0.2}};
   EXPECT_EQ(StatisticsOf({first, second, second}).Summary(false).samples, 3);
-  // The same was drawn each time.
+  // The same start was drawn each time.
   EXPECT_EQ(StatisticsOf({first, first, first}).Summary(false).samples, 1);
 }
 
-// A policy that does not do the same each time: 15 equal successes and 15 equal failures are 30 samples.
+// A policy that is not deterministic: 15 equal successes and 15 equal failures are 30 samples.
 TEST(RunStatistics, EqualStartsThatEndDifferentlyAreAsManySamples) {
   RunStatistics statistics;
   for (int i = 0; i < 30; ++i) statistics.Add(i, Episode(true, i % 2 == 0, {{"path", 1.5}}));
@@ -119,7 +119,7 @@ TEST(RunStatistics, OfASuiteCountSamplesByTask) {
       "number, it counts one");
 }
 
-// When a failure was given up is no completion time.
+// The time at which a failed episode ended is not a completion time.
 TEST(RunStatistics, CompletionTimeIsThatOfSuccesses) {
   const RunSummary summary = StatisticsOf({Episode(true, true, {{"completion_time", 4}, {"path", 1}}),
                                            Episode(true, false, {{"completion_time", 30}, {"path", 2}}),
@@ -136,7 +136,7 @@ TEST(RunStatistics, CompletionTimeIsThatOfSuccesses) {
 
 TEST(RunStatistics, SomeEqualEpisodesNarrowNoInterval) {
   const auto same = Episode(true, true, {{"path", 1.5}});
-  // One that is not complete is no sample at all.
+  // An incomplete episode is not a sample.
   const RunSummary summary =
       StatisticsOf({same, Episode(true, false, {{"path", 1.5}}), same, Episode(true, true, {{"path", 2}}),
                     Episode(false, true, {{"path", 3}})})

@@ -8,7 +8,7 @@
 
 namespace evalbus::metrics::sequential_test {
 
-// (n + 1) C(n, a) / 2^n by hand.
+// (n + 1) C(n, a) / 2^n, computed by hand.
 TEST(SequentialMcNemar, IsTheMixtureOverOneHalf) {
   EXPECT_DOUBLE_EQ(SequentialMcNemar(0, 0), 1);
   EXPECT_DOUBLE_EQ(SequentialMcNemar(1, 0), 1);
@@ -18,7 +18,7 @@ TEST(SequentialMcNemar, IsTheMixtureOverOneHalf) {
   EXPECT_DOUBLE_EQ(SequentialMcNemar(5, 5), 1);
 }
 
-// Whether p is below alpha, and whether one half is outside of the confidence sequence, is the same question.
+// p below alpha is equivalent to one half being outside of the confidence sequence.
 TEST(SequentialMcNemar, AgreesWithTheConfidenceSequence) {
   for (const double alpha : {0.05, 0.01}) {
     for (int a = 0; a <= 30; ++a) {
@@ -30,7 +30,7 @@ TEST(SequentialMcNemar, AgreesWithTheConfidenceSequence) {
   }
 }
 
-// How often a comparison that is looked at after every pair is decided, and after how many pairs.
+// How often a comparison that is tested after every pair is decided, and after how many pairs.
 struct Looks {
   double decided = 0, mean_pairs = 0;
 };
@@ -62,8 +62,7 @@ TEST(SequentialMcNemar, LookingAfterEveryPairErrsNoMoreOftenThanItSays) {
     // Standard error of 10,000 repetitions: 0.2 points.
     EXPECT_LT(looks.decided, 0.05) << rate;
   }
-  // What everybody does without, the exact test after every pair, errs far more often: the simulation can see
-  // it.
+  // The exact test after every pair, without correction, errs far more often: the simulation detects it.
   EXPECT_GT(Simulate(0.5, 0.5, 200, 0.5).decided, 0.1);
 }
 

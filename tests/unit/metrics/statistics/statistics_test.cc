@@ -1,4 +1,4 @@
-// The statistical procedures against published values, and against enumerations that share no formula with
+// The statistical procedures compared with published values, and with enumerations that share no formula with
 // them.
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ double BinomialCoefficient(int n, int k) {
   return result;
 }
 
-// P(at least k of n succeed), as the sum that it is.
+// P(at least k of n succeed), computed as the sum of its definition.
 double BinomialTail(int k, int n, double p) {
   double sum = 0;
   for (int i = k; i <= n; ++i) sum += BinomialCoefficient(n, i) * std::pow(p, i) * std::pow(1 - p, n - i);
@@ -93,19 +93,19 @@ TEST(ClopperPearsonInterval, BoundsLeaveTailsOfOneFortieth) {
 }
 
 TEST(ConfidenceSequence, IsWhereTheMixtureOfLikelihoodsDecides) {
-  // By bisection in Python, and where a bound is in closed form: (n + 1) p^n = alpha.
+  // By bisection in Python or, where a bound has a closed form, (n + 1) p^n = alpha.
   ExpectInterval(ConfidenceSequence(9, 10), 0.4548817472868107, 0.9995435831173225, 1e-12);
   ExpectInterval(ConfidenceSequence(43, 50), 0.661614724331578, 0.9671510979350244, 1e-12);
   ExpectInterval(ConfidenceSequence(500, 1000), 0.4443853297425172, 0.5556146702574827, 1e-12);
   ExpectInterval(ConfidenceSequence(10, 10), std::pow(0.05 / 11, 0.1), 1, 1e-12);
   ExpectInterval(ConfidenceSequence(0, 10), 0, 1 - std::pow(0.05 / 11, 0.1), 1e-12);
   ExpectInterval(ConfidenceSequence(0, 0), 0, 1, 0);
-  // Of successes counted in samples, which are no whole numbers, in between.
+  // Numbers of successes in samples, which need not be integers, give values in between.
   EXPECT_GT(ConfidenceSequence(2.25, 3).lower, ConfidenceSequence(2, 3).lower);
   EXPECT_LT(ConfidenceSequence(2.25, 3).upper, ConfidenceSequence(3, 3).upper + 1e-12);
 }
 
-// Of 10,000 runs, the share in which the interval misses the rate at any of the first 200 trials.
+// Share of 10,000 runs in which the interval misses the rate at any of the first 200 trials.
 double EverMissed(const std::function<Interval(int, int)>& interval, double rate) {
   constexpr int kTrials = 200, kRuns = 10000;
   std::vector<std::vector<bool>> misses(kTrials + 1);
@@ -131,9 +131,9 @@ double EverMissed(const std::function<Interval(int, int)>& interval, double rate
 
 TEST(ConfidenceSequence, CoversAtAllTimesAtOnce) {
   for (const double rate : {0.5, 0.8, 0.97}) {
-    // 5 % at most, and 10,000 runs of 5 % are off by less than one point.
+    // At most 5 %; with 10,000 runs, an estimate of 5 % is off by less than one point.
     EXPECT_LT(EverMissed([](int k, int n) { return ConfidenceSequence(k, n); }, rate), 0.05) << rate;
-    // An interval for one look at the end is no such thing.
+    // An interval for a single look at the end does not have this property.
     EXPECT_GT(EverMissed(WilsonInterval, rate), 0.3) << rate;
   }
 }
@@ -163,7 +163,7 @@ TEST(NewcombePairedInterval, PublishedValues) {
   ExpectInterval(interval(54, 0, 0, 0), -0.0664, 0.0664, 5e-5);
   ExpectInterval(interval(30, 0, 0, 24), -0.0358, 0.0358, 5e-5);
   ExpectInterval(interval(0, 0, 0, 0), -1, 1, 0);
-  // Mirrored: the roles of a and b exchanged.
+  // Mirrored: a and b exchanged.
   ExpectInterval(interval(20, 2, 12, 16), -0.3292, -0.0562, 5e-5);
   // Uncorrelated pairs have the interval of independent samples.
   const Interval independent = NewcombeInterval(10, 20, 10, 20);
@@ -203,7 +203,7 @@ TEST(FisherTest, AgreesWithCountingTables) {
   }
 }
 
-// Two-sided p over all 2^n signs, straight from the definition, with doubled ranks counted by comparison.
+// Two-sided p over all 2^n signs, straight from the definition, with doubled ranks computed by comparison.
 double SignedRankByEnumeration(const Values& differences) {
   Values sizes;
   for (const double d : differences) {
@@ -237,12 +237,12 @@ TEST(WilcoxonSignedRankTest, DepressionScalesOfHollanderAndWolfe) {
   const RankTest test = WilcoxonSignedRankTest(differences);
   EXPECT_EQ(test.statistic, 40);
   EXPECT_TRUE(test.exact);
-  EXPECT_NEAR(test.p / 2, 0.0195313, 6e-8);  // published one-sided
+  EXPECT_NEAR(test.p / 2, 0.0195313, 6e-8);  // published as one-sided
 }
 
 TEST(WilcoxonSignedRankTest, EqualDifferencesOfTimesAreEqual) {
-  // Differences 0.06, -0.14, -0.26, 0.14, 0.14: ranks 1, 3, 5, 3, 3, so 7 of 15; half of all signs give no
-  // more.
+  // Differences 0.06, -0.14, -0.26, 0.14, 0.14: ranks 1, 3, 5, 3, 3, so 7 of 15; half of all sign patterns
+  // give no more.
   const Values a = {4.66, 5.06, 5.20, 5.80, 5.88}, b = {4.60, 5.20, 5.46, 5.66, 5.74};
   Values differences;
   for (size_t i = 0; i < a.size(); ++i) differences.push_back(a[i] - b[i]);
@@ -254,7 +254,7 @@ TEST(WilcoxonSignedRankTest, EqualDifferencesOfTimesAreEqual) {
 
 TEST(WilcoxonSignedRankTest, WhatOnlyRoundingTellsApartIsNoDifference) {
   EXPECT_EQ(PairedDifferences(Values{0.1 + 0.2, 1, 7}, Values{0.3, 1, 5}), (Values{0, 0, 2}));
-  // Three ticks of 1/500 s on top of an hour are some.
+  // Three ticks of 1/500 s added to an hour are not lost by rounding.
   EXPECT_NEAR(PairedDifferences(Values{3600.006}, Values{3600})[0], 0.006, 1e-12);
 }
 
@@ -281,13 +281,13 @@ TEST(WilcoxonSignedRankTest, NormalBeyondFifty) {
   EXPECT_FALSE(test.exact);
   EXPECT_EQ(test.statistic, 676);
   EXPECT_NEAR(test.p, std::erfc(12.5 / std::sqrt(11381.5) / std::sqrt(2)), 1e-12);
-  // Where it takes over, it says nearly the same as the exact distribution.
+  // At the transition, the approximation nearly equals the exact distribution.
   x.back() = 0;
   const double exact = WilcoxonSignedRankTest(x).p;
   EXPECT_NEAR(NormalTwoSided(625, 637.5, 50 * 51 * 101 / 24.0), exact, 2e-3);
 }
 
-// Over all ways to choose sample a out of the values.
+// Over all ways to choose sample a from the values.
 double RankSumByEnumeration(const Values& a, const Values& b) {
   Values all = a;
   all.insert(all.end(), b.begin(), b.end());
@@ -319,11 +319,11 @@ TEST(MannWhitneyTest, PermeabilityOfHollanderAndWolfe) {
   const RankTest test = MannWhitneyTest(a, b);
   EXPECT_EQ(test.statistic, 35);
   EXPECT_TRUE(test.exact);
-  EXPECT_NEAR(test.p / 2, 0.1272, 5e-5);  // published one-sided
+  EXPECT_NEAR(test.p / 2, 0.1272, 5e-5);  // published as one-sided
 }
 
 TEST(MannWhitneyTest, EqualNumbersInSpiteOfRounding) {
-  // 0.3 in both: U = 1/2 + 1 of 2, so that every choice of the three has a U as far from 1, or further.
+  // 0.3 in both: U = 1/2 + 1 of 2, so every choice of the three has a U at least as far from 1.
   const RankTest test = MannWhitneyTest(Values{0.1 + 0.2}, Values{0.3, 0.2});
   EXPECT_EQ(test.statistic, 1.5);
   EXPECT_EQ(MannWhitneyTest(Values{0.3}, Values{0.1 + 0.2, 0.2}).statistic, 1.5);
@@ -333,7 +333,7 @@ TEST(MannWhitneyTest, AgreesWithEnumeration) {
   const std::vector<std::pair<Values, Values>> samples = {
       {{1, 4, 6}, {2, 3, 5, 7}},
       {{0, 0, 1, 2}, {0, 3, 3, 3, 5}},  // ties
-      {{1, 1}, {1, 1, 1}},              // nothing but ties
+      {{1, 1}, {1, 1, 1}},              // only ties
       {{10, 11, 12, 13}, {1, 2, 3, 4, 5}},
   };
   for (const auto& [a, b] : samples) {
@@ -368,7 +368,7 @@ TEST(HolmAdjusted, PublishedValues) {
 // Efron and Tibshirani 1993, table 2.1: survival times of the treated mice.
 const Values kMice = {94, 197, 16, 38, 99, 141, 23};
 
-// The means of all 7^7 resamples: the bootstrap distribution itself.
+// The means of all 7^7 resamples: the exact bootstrap distribution.
 Values AllResampledMeans() {
   Values means;
   for (int code = 0; code < 823543; ++code) {
@@ -417,11 +417,12 @@ TEST(Bootstrap, FollowsShiftScaleAndMirror) {
   const Interval interval = IntervalOfMean(x);
   ExpectInterval(IntervalOfMean(moved), 3 * interval.lower + 2, 3 * interval.upper + 2, 1e-9);
   ExpectInterval(IntervalOfMean(mirrored), -interval.upper, -interval.lower, 1e-9);
-  // Skewed to the right: BCa reaches further up than down.
+  // Right-skewed: BCa extends further up than down.
   EXPECT_GT(interval.upper - Mean(x), 1.15 * (Mean(x) - interval.lower));
 }
 
-// Just above kMaxToResample, resampled by hand: the same to a fiftieth of the width, also of skewed values.
+// Just above kMaxToResample, compared with resampling in the test: equal to a fiftieth of the width, also for
+// skewed values.
 TEST(Bootstrap, ManyValuesAreNotResampled) {
   std::mt19937_64 engine(7);
   std::vector<double> x(kMaxToResample + 1), y(x.size());
@@ -468,7 +469,7 @@ TEST(Bootstrap, NothingHangsOnTheLastBitsOfASum) {
   for (const double value : other) other_whole.push_back(3 * value);
   const Interval difference = IntervalOfDifference(x, other);
   ExpectInterval(IntervalOfDifference(whole, other_whole), 3 * difference.lower, 3 * difference.upper, 1e-9);
-  // Values that only rounding tells apart are one.
+  // Values that differ only by rounding are one value.
   Values same(12, 0.3);
   same[5] = 0.1 + 0.2;
   EXPECT_TRUE(std::isnan(IntervalOfMean(same).lower));
@@ -484,8 +485,7 @@ TEST(Bootstrap, CoversTheMean) {
     const Interval interval = IntervalOfMean(x);
     covered += interval.lower <= 1 && 1 <= interval.upper;
   }
-  // 92 to 93 % is what BCa reaches with 30 values of this distribution; 200 trials are off by 4 points at
-  // most.
+  // BCa covers 92 to 93 % with 30 values of this distribution; 200 trials are off by at most 4 points.
   EXPECT_GE(covered, 176);
   EXPECT_LE(covered, 196);
 }
@@ -493,7 +493,7 @@ TEST(Bootstrap, CoversTheMean) {
 TEST(Bootstrap, OfLittle) {
   EXPECT_TRUE(std::isnan(IntervalOfMean(Values{3}).lower));
   EXPECT_TRUE(std::isnan(IntervalOfMean({}).upper));
-  // Equal values do not show how much they vary.
+  // Equal values do not reveal their variance.
   EXPECT_TRUE(std::isnan(IntervalOfMean(Values(20, 0.1)).lower));
   EXPECT_TRUE(std::isnan(IntervalOfMean(Values(600, 0.1)).lower));
   EXPECT_TRUE(std::isnan(IntervalOfDifference(Values{3}, Values{1, 2}).lower));
@@ -516,7 +516,7 @@ TEST(Bootstrap, DifferencesOfLargeSamplesAreNormal) {
 }
 
 TEST(Bootstrap, RatioOfPairs) {
-  // Twice the baseline but for a small disturbance; the delta method gives the interval.
+  // Twice the baseline except for a small disturbance; the delta method gives the interval.
   Values a, b;
   for (int i = 0; i < 200; ++i) {
     b.push_back(5 + std::sin(i));

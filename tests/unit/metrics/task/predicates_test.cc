@@ -1,4 +1,4 @@
-// Predicates about joints, places and handovers, on hand-made worlds.
+// Predicates about joints, places and handovers, in worlds made by hand.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace evalbus::metrics::predicates_test {
 
 using namespace small_world;
 
-// The small world with a hinge: from -2 to 3 rad, second coordinate; and a wheel that turns for ever.
+// The small world with a hinge from -2 to 3 rad, which has the second coordinate, and a wheel without limits.
 model_info_t ModelWithJoints() {
   model_info_t model = Model();
   model.joint_name = {"pot/lid_hinge", "pot/wheel"};
@@ -35,7 +35,7 @@ class PredicatesTest : public testing::Test {
     state_.qpos_mixed = {0, 0};
     state_.num_qpos = 2;
   }
-  // The success condition of a task of which only that differs.
+  // The success condition of a task that differs in nothing else.
   std::unique_ptr<Predicate> Compile(const std::string& condition) {
     std::string text = kTask;
     const size_t begin = text.find("success:"), end = text.find("failure:");
@@ -137,14 +137,14 @@ TEST_F(PredicatesTest, InsideIsABoxOfTheWorld) {
 }
 
 TEST_F(PredicatesTest, AFrameMovesWithItsPart) {
-  // The lid's frame: at (1, 2, 3), a quarter turn to the left and then 30 degrees about its own x axis. A
-  // point a to its left and b above it, seen from it, is (1, 2, 3) + R (0, a, b).
+  // The lid's frame: at (1, 2, 3), rotated by a quarter turn to the left and then by 30 degrees about its
+  // own x axis. A point that is a to its left and b above it is at (1, 2, 3) + R (0, a, b).
   const double turn = std::numbers::pi / 6, c = std::cos(turn), s = std::sin(turn);
   const double h = std::sqrt(0.5), ch = std::cos(turn / 2), sh = std::sin(turn / 2);
   Set(&state_.body[kLid].position_m, {1, 2, 3});
   Set(&state_.body[kLid].quat_wxyz, {h * ch, h * sh, h * sh, h * ch});
   const double a = 0.2, b = 0.5;
-  // Of the tilted part (0, a c - b s, a s + b c), the quarter turn makes (-(a c - b s), 0, a s + b c).
+  // The quarter turn maps the tilted vector (0, a c - b s, a s + b c) to (-(a c - b s), 0, a s + b c).
   Set(&state_.body[kPot].position_m, {1 - (a * c - b * s), 2, 3 + a * s + b * c});
   const auto coordinate = [&](const char* axis) {
     const std::string text = std::string("position: {object: pot, axis: ") + axis + ", frame: pot/lid}";
@@ -207,7 +207,7 @@ TEST_F(PredicatesTest, SpeedIsFromTickToTick) {
   // Ticks are 20 ms apart: 1.9 and 2.1 mm.
   EXPECT_TRUE(at(2, 0.7019));
   EXPECT_FALSE(at(3, 0.6998));
-  // After a hole of one tick.
+  // After one missing tick.
   EXPECT_TRUE(at(5, 0.7037));
   slow->Start();
   EXPECT_TRUE(at(1, 9)) << "the episode before is forgotten";
@@ -294,13 +294,13 @@ TEST_F(PredicatesTest, TheDocumentationListsAll) {
   }
   const std::vector<std::string> known_quantities = QuantityNames(), known_predicates = PredicateNames();
   EXPECT_EQ(quantities, std::set<std::string>(known_quantities.begin(), known_quantities.end()));
-  // Every quantity is one, too.
+  // Every quantity is also a predicate.
   predicates.merge(quantities);
   EXPECT_EQ(predicates, std::set<std::string>(known_predicates.begin(), known_predicates.end()));
 }
 
 TEST_F(PredicatesTest, NumbersAreReadAsEverywhereInTheFile) {
-  // Each stands in a line of its own, as the key of a block.
+  // Each in a line of its own, as the key of a block.
   const auto read = [&](const std::string& number) {
     const std::string message = ErrorWithLine("\n  height_above:\n    object: pot\n    min_m: " + number);
     return message;
@@ -311,13 +311,13 @@ TEST_F(PredicatesTest, NumbersAreReadAsEverywhereInTheFile) {
                             "1.2.3", "1_0", "one", "1 2", "--1", "+-1", "1f"}) {
     EXPECT_EQ(read(wrong), where + "'" + wrong + "'");
   }
-  // What is quoted is text.
+  // A quoted value is text.
   EXPECT_EQ(read("'1e3 '"), where + "'1e3 '");
   EXPECT_EQ(read("'1'"), where + "'1'");
   EXPECT_EQ(read("[1]"), where + "a list");
   for (const char* right : {"1e3 ", "1.1", "-9", "+9", ".5", "5.", "1E-3", "0"})
     EXPECT_EQ(read(right), "accepted") << right;
-  // One of a list is named by its place.
+  // An element of a list is named by its index.
   EXPECT_EQ(Error("{inside: {object: pot, center_m: [0.5, 0x10, 0], half_extents_m: [1, 1, 1]}}"),
             "key 'center_m[1]': expected a number, got '0x10'");
   EXPECT_EQ(Error("{tilt_below: {object: pot, max_deg: 0x10}}"),
@@ -353,7 +353,7 @@ TEST_F(PredicatesTest, FirstAndOtherGripperAreToldApartForAnEpisode) {
   first->Start();
   other->Start();
   EXPECT_EQ(evaluate({{kLeftPad, kWall}}), Pair(true, false));
-  // Both at one tick: the model's first gripper is the first.
+  // Both at the same tick: the model's first gripper counts as the first.
   first->Start();
   other->Start();
   EXPECT_EQ(evaluate({{kRightPad, kWall}, {kLeftPad, kWall}}), Pair(true, true));

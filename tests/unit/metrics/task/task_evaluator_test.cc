@@ -1,4 +1,4 @@
-// Predicates, quantities and verdicts on hand-made worlds.
+// Predicates, quantities and verdicts in worlds made by hand.
 #include "metrics/task/task_evaluator.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ using namespace small_world;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// An expression as the YAML reader gives it: the name stands in line 3, the arguments in line 4.
+// An expression as the YAML reader provides it: the name is in line 3, the arguments in line 4.
 Expression Call(const std::string& name, const std::vector<std::pair<std::string, std::string>>& arguments) {
   std::string text = "\n\n" + name + ":\n  {";
   for (const auto& [key, value] : arguments) text += key + ": " + value + ", ";
@@ -169,7 +169,7 @@ TEST_F(ExpressionTest, CombinesPredicates) {
 TEST_F(ExpressionTest, LatchedSeesEveryTickAndForgetsAtStart) {
   const Expression no = Call("height_above", {{"object", "pot"}, {"min_m", "9"}});
   const Expression held = Call("holding", {{"gripper", "left"}, {"object", "pot"}});
-  // `no` and `yes` before it must not keep it from seeing the tick.
+  // `no` and `yes` before it must not prevent it from processing the tick.
   const auto dut = Compile(Of("any", {Of("all", {no, Of("latched", {held})}), Of("latched", {held})}));
   const auto evaluate = [&](const std::vector<std::pair<int, int>>& pairs) {
     contacts_ = Contacts(1, pairs);
@@ -321,7 +321,7 @@ TEST_F(TaskEvaluatorTest, CriteriaAreAllConditionsMetOrNot) {
   dut_.Criteria(&criteria);
   ASSERT_EQ(criteria.num_success, 2);
   ASSERT_EQ(criteria.num_failure, 1);
-  // The reset state is not judged.
+  // The reset state is not evaluated.
   for (const condition_t& condition : criteria.success) EXPECT_FALSE(condition.holds) << condition.text;
   EXPECT_TRUE(std::isnan(criteria.success[1].value_mixed));
   EXPECT_EQ(criteria.success[1].threshold_mixed, 1.1);
@@ -438,7 +438,7 @@ TEST_F(TaskEvaluatorTest, StagesCanAskForAnOrder) {
   dut.Start();
   EXPECT_EQ(evaluate(1, 2, {}), (std::vector<uint8_t>{0, 0})) << "the episode before is forgotten";
 
-  // A stage can only wait for one that is judged before it.
+  // A stage can only depend on one that is evaluated before it.
   task.stages[0].when = Call("reached", {{"stage", "high"}});
   try {
     TaskEvaluator refused(task, names_);

@@ -28,7 +28,7 @@ constexpr double kPi = std::numbers::pi;
 const double kHalf = std::sqrt(0.5);
 constexpr int kJoints = 7;
 constexpr double kStep = 0.05;  // s
-// From the flange to the middle between the pads.
+// From the flange to the point between the pads.
 constexpr double kGripOffset = 0.1029;  // m
 
 const mjModel& Model() { return GetPolicyScene().model(); }
@@ -40,7 +40,7 @@ std::vector<int> Counting(int first, int count) {
   return numbers;
 }
 
-// RoboEval's row: 7 and 7 joints, two grippers.
+// RoboEval's action: 7 and 7 joints, two grippers.
 ActionSpace JointSpace(ActionKind kind) {
   ActionSpace space;
   space.kind = kind;
@@ -82,7 +82,7 @@ state_t StateAt(const std::vector<JointVector>& joints) {
 
 state_t HomeState() { return StateAt({Home(0), Home(1)}); }
 
-// A converter in its episode.
+// A converter during its episode.
 struct Play {
   explicit Play(const ActionSpace& space, const mjModel& model = Model())
       : converter(space, model, Info()), chain(model, Info().arm[0]) {
@@ -112,12 +112,12 @@ Matrix3d Turn(double angle, const Vector3d& axis) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 
-// The flange at home, from the Panda's table of Denavit and Hartenberg: 0.0825 + 0.384 + 0.088 m ahead and
-// 0.333 + 0.316 + 0.0825 - 0.107 m above the base, which stands at (0.1, 0.3, 0.6); its z is down, and its x
-// turned by 45 degrees about that (joint 7).
+// The flange at home, from the Panda's Denavit-Hartenberg table: 0.0825 + 0.384 + 0.088 m in front of and
+// 0.333 + 0.316 + 0.0825 - 0.107 m above the base, which is at (0.1, 0.3, 0.6); its z axis points down, and
+// its x axis is rotated by 45 degrees about it (joint 7).
 const Vector3d kBase(0.1, 0.3, 0.6);
 const Vector3d kFlangeInBase(0.5545, 0, 0.6245);
-// All links one after the other: d1, d3, a4, a5 and d5, a7, the flange.
+// The lengths of all links in sequence: d1, d3, a4, a5 and d5, a7, the flange.
 const double kArmLength = 0.333 + 0.316 + 0.0825 + std::hypot(0.0825, 0.384) + 0.088 + 0.107;
 Matrix3d FlangeRotation() {
   Matrix3d rotation;
@@ -141,7 +141,7 @@ TEST(JointPosition, GoesToItsArmAsItIs) {
   EXPECT_EQ(play.action.singular_poses, 0);
 }
 
-// The right arm alone, its values backwards and behind another; the left one is held at home.
+// The right arm alone, with its values reversed and after another value; the left arm is held at home.
 TEST(JointPosition, IndicesPickAndTheOtherArmStaysAtHome) {
   ActionSpace space;
   space.num_values = 9;
@@ -177,7 +177,7 @@ TEST(JointPosition, ScaleThenOffsetThenClip) {
   EXPECT_EQ(play.action.gripper_closing, (std::vector<double>{1, 0}));
 }
 
-// The arm lags behind: what counts is the control target.
+// The arm lags behind: the control target counts.
 TEST(JointDelta, OnTheTarget) {
   Play play(JointSpace(ActionKind::kJointDelta));
   state_t state = HomeState();
@@ -210,8 +210,8 @@ TEST(JointDelta, OnTheMeasurement) {
   EXPECT_NEAR(play.Joints()[0], 0.14, 1e-12);
 }
 
-// Joint 1 ends at 2.8973 rad: what is said beyond it is passed on for the sim to clip and count, and not
-// added up.
+// The limit of joint 1 is 2.8973 rad: a target beyond it is passed on for the sim to clip and count, and is
+// not accumulated.
 TEST(JointDelta, DoesNotWindUpAtALimit) {
   Play play(JointSpace(ActionKind::kJointDelta));
   std::vector<double> row(16, 0.0);
@@ -255,7 +255,7 @@ TEST(JointVelocity, OfDroid) {
   EXPECT_NEAR(action.joint_position_rad[1], 0.2, 1e-12);
 }
 
-// Home, 5 cm farther ahead and 10 cm lower, and turned so that the flange's x is forward.
+// Home, 5 cm further forward and 10 cm lower, rotated so that the flange's x axis points forward.
 TEST(EefPose, FlangeInTheWorld) {
   Play play(EefSpace(ActionKind::kEefPose));
   play.Step({0.7045, 0.3, 1.1245, 0, 1, 0, 0});
@@ -273,7 +273,8 @@ TEST(EefPose, WhatTheFlangeIsAtHomeKeepsTheArmThere) {
   EXPECT_LT((play.Joints() - Home()).norm(), 1e-5);
 }
 
-// RoboEval's: in the base, with extrinsic Euler angles. Down is half a turn about x.
+// RoboEval's convention: in the base frame, with extrinsic Euler angles. Pointing down is half a turn about
+// x.
 TEST(EefPose, FlangeInTheBaseWithEulerAngles) {
   Play play(EefSpace(ActionKind::kEefPose, ActionFrame::kBase, EefPoint::kFlange,
                      RotationForm::kEulerXyzExtrinsic));
@@ -282,8 +283,8 @@ TEST(EefPose, FlangeInTheBaseWithEulerAngles) {
              Turn(kPi / 2, Vector3d::UnitZ()) * Turn(kPi, Vector3d::UnitX()));
 }
 
-// With z down the pads' middle is as far below the flange, and the closing direction at home is forward: the
-// grip's own x is then to the left.
+// With z pointing down, the point between the pads is as far below the flange, and the closing direction at
+// home is forward: the grip's own x axis then points to the left.
 TEST(EefPose, GripInTheWorld) {
   Play play(EefSpace(ActionKind::kEefPose, ActionFrame::kWorld, EefPoint::kGrip));
   // x to the left (y), y forward (x), z down: half a turn about (1, 1, 0).
@@ -296,7 +297,7 @@ TEST(EefPose, GripInTheWorld) {
 
 TEST(EefPose, WithoutARotationKeepsTheFirstOrientation) {
   Play play(EefSpace(ActionKind::kEefPose, ActionFrame::kWorld, EefPoint::kFlange, RotationForm::kNone));
-  // Out of reach, where the orientation suffers; it is the first one again afterwards.
+  // Out of reach, where the orientation suffers; afterwards it is the first one again.
   play.Step({3, 0.3, 1});
   EXPECT_EQ(play.action.unreachable_poses, 1);
   play.Step({0.6, 0.2, 1.1});
@@ -306,12 +307,12 @@ TEST(EefPose, WithoutARotationKeepsTheFirstOrientation) {
 
 struct DeltaCase {
   ActionFrame frame;
-  Vector3d position, turn;  // said
-  Vector3d moved;           // expected of the flange, world
-  Matrix3d rotation;        // expected of the flange
+  Vector3d position, turn;  // in the action
+  Vector3d moved;           // expected for the flange, world frame
+  Matrix3d rotation;        // expected for the flange
 };
 
-// At home the flange's x is (1, 1, 0) / sqrt 2 in the world, its z down.
+// At home, the flange's x axis is (1, 1, 0) / sqrt 2 in the world, and its z axis points down.
 TEST(EefDelta, FlangeInEachFrame) {
   const Vector3d z = Vector3d::UnitZ();
   const DeltaCase cases[] = {
@@ -339,7 +340,7 @@ TEST(EefDelta, FlangeInEachFrame) {
   }
 }
 
-// The left arm's mount turned by 90 degrees: its x is the world's y.
+// The left arm's mount is rotated by 90 degrees: its x axis is the world's y axis.
 TEST(EefFrames, BaseThatIsTurned) {
   const ModelPtr model(mj_copyModel(nullptr, &Model()));
   const int link0 = BodyId(*model, "left/link0");
@@ -368,7 +369,7 @@ TEST(EefFrames, BaseThatIsTurned) {
              Turn(0.1, Vector3d::UnitX()) * quarter * FlangeRotation());
 }
 
-// A turn about the grip leaves it where it is and swings the flange, which is above it.
+// A rotation about the grip leaves the grip in place and moves the flange, which is above it.
 TEST(EefDelta, TurnsAboutTheGrip) {
   Play play(EefSpace(ActionKind::kEefDelta, ActionFrame::kWorld, EefPoint::kGrip, RotationForm::kAxisAngle));
   const double angle = 0.3;
@@ -376,13 +377,14 @@ TEST(EefDelta, TurnsAboutTheGrip) {
   const Vector3d swing(0, -kGripOffset * std::sin(angle), kGripOffset * (std::cos(angle) - 1));
   EXPECT_LT((play.Flange().translation() - kBase - kFlangeInBase - swing).norm(), 1e-4);
   EXPECT_LT((play.Flange().linear() - Turn(angle, Vector3d::UnitX()) * FlangeRotation()).norm(), 4e-6);
-  // In the grip's own frame, whose x is to the left at home: the same axis is its y.
+  // In the grip's own frame, whose x axis points to the left at home, the same axis is y.
   Play own(EefSpace(ActionKind::kEefDelta, ActionFrame::kWrist, EefPoint::kGrip, RotationForm::kAxisAngle));
   own.Step({0, 0, 0, 0, angle, 0});
   EXPECT_LT((own.Flange().matrix() - play.Flange().matrix()).norm(), 1e-4);
 }
 
-// RoboEval's: on the forward kinematics of the control target, however far the arm lags behind.
+// RoboEval's convention: relative to the forward kinematics of the control target, however far the arm lags
+// behind.
 TEST(EefDelta, OnTheTargetAndOnTheMeasurement) {
   state_t lagging = HomeState();
   lagging.arm[0].joint_position_rad[0] = 0.3;
@@ -414,7 +416,7 @@ double Cost(const ArmChain& chain, const JointVector& q, const Isometry3d& targe
   return PoseDifference(chain.Forward(q), target).squaredNorm();
 }
 
-// Sum of squares of meters and radians, against as many random configurations near and far.
+// The sum of squares of meters and radians, compared with that of many random configurations, near and far.
 TEST(Unreachable, GoesToTheNearestPoseAndStaysThere) {
   Random random(4, 0);
   const Vector3d positions[] = {{2.5, 0.3, 1.2}, {0.6, 0.3, 3}, {0.95, 0.3, 1.5}, {0.1, 3, 1}, {30, 5, 1}};
@@ -433,7 +435,7 @@ TEST(Unreachable, GoesToTheNearestPoseAndStaysThere) {
     EXPECT_LT((play.Joints() - q).norm(), 0.01);
 
     Isometry3d wanted = Isometry3d::Identity();
-    // Pulled to within the arm's length.
+    // Moved into the reach of the arm.
     const Vector3d away = position - kBase;
     wanted.translation() = kBase + away * std::min(1.0, kArmLength / away.norm());
     wanted.linear() = FlangeRotation();
@@ -443,7 +445,7 @@ TEST(Unreachable, GoesToTheNearestPoseAndStaysThere) {
       JointVector other = q;
       for (double& joint : other) joint += random.Uniform(-size, size);
       other = other.cwiseMax(play.chain.lower()).cwiseMin(play.chain.upper());
-      // None is nearer by more than a hundredth of the distance.
+      // No sample is nearer by more than a hundredth of the distance.
       ASSERT_GT(Cost(play.chain, other, wanted), cost * 0.98) << "at " << size << " rad";
     }
   }
@@ -464,8 +466,8 @@ TEST(Unreachable, NumbersWithoutBoundsKeepTheArmDefined) {
   }
 }
 
-// The middle pose stretches the arm so far that from there the search for the first one again ends with the
-// elbow at its limit, 0.2 m away.
+// The middle pose stretches the arm so far that the search for the first pose, started from there, ends with
+// the elbow at its limit, 0.2 m away.
 TEST(Unreachable, APoseWithinReachIsReachedAgainAfterwards) {
   Play play(EefSpace(ActionKind::kEefPose, ActionFrame::kBase, EefPoint::kFlange, RotationForm::kNone));
   play.Step({0.5, 0, 0.5});
@@ -488,8 +490,8 @@ TEST(Unreachable, EachArmIsCounted) {
   EXPECT_EQ(play.Step({0.5, 0, 0.5, 0.5, 0, 0.5}).unreachable_poses, 0);
 }
 
-// Of a diagonal Jacobian it is the quotient of its largest and smallest entry; of fewer joints than six that
-// of what they can do.
+// For a diagonal Jacobian, it is the quotient of its largest and smallest entry; with fewer than six joints,
+// that of the directions in which they can move.
 TEST(Singular, ConditionNumber) {
   Jacobian jacobian = Jacobian::Zero(6, 7);
   const double diagonal[] = {1, 2, 0.5, 4, 1, 1};
@@ -503,7 +505,7 @@ TEST(Singular, ConditionNumber) {
   EXPECT_NEAR(ConditionNumber(two), 3, 1e-9);
 }
 
-// An arm that is nearly straight is singular, at home it is not. Where it comes from does not matter.
+// A nearly straight arm is singular, at home it is not. Its previous motion does not matter.
 TEST(Singular, AStraightArmIsCounted) {
   ActionSpace space = EefSpace(ActionKind::kEefPose);
   Play play(space);
@@ -609,7 +611,7 @@ TEST(ActionRowErrors, AreNamed) {
   row[9] = 0;
   row[14] = -inf;
   EXPECT_EQ(RowError(joints, row), "value 14 of the policy's action, for the gripper of arm 'left', is -inf");
-  // Not even where it would be clipped; but where nobody takes it.
+  // Not even if it would be clipped; but it is refused if the value is not used.
   joints.lower.assign(16, -1);
   EXPECT_EQ(RowError(joints, row), "value 14 of the policy's action, for the gripper of arm 'left', is -inf");
   joints.arms[0].gripper.index.reset();
@@ -657,7 +659,7 @@ std::vector<double> WanderingRow(int step) {
 TEST(ActionConverter, TwoOfThemSayTheSameBits) {
   const ActionSpace space = EefSpace(ActionKind::kEefPose);
   Play a(space), b(space);
-  // The second one has played another episode before.
+  // The second converter has run another episode before.
   b.Step({0.4, 0.5, 1, 1, 0, 0, 0});
   b.converter.Begin();
   for (int i = 0; i < 200; ++i) {
@@ -677,7 +679,7 @@ TEST(ActionConverter, AllocatesNothingOnceItRuns) {
   EXPECT_EQ(AllocationCount() - before, 0);
 }
 
-// For the joint kinds with scales and linear grippers; round_trip_test.cc has the rest.
+// For the joint kinds with scales and linear grippers; round_trip_test.cc covers the rest.
 TEST(ActionConverter, RowOfIsTheOtherDirection) {
   Random random(5, 0);
   const auto near_home = [&](int arm) {

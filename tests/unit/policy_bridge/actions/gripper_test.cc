@@ -21,7 +21,7 @@ struct Convention {
   std::vector<Said> said;
 };
 
-// Each row of the sheet of conventions: what a policy of that kind says, and what that is.
+// Each row of the table of conventions: the value of a policy of that kind, and its meaning.
 TEST(Gripper, CommandsOfEachConvention) {
   const Convention conventions[] = {
       {"evalbus opening", 1, 0, false, {{1, 0}, {0.25, 0.75}, {0, 1}}},
@@ -31,7 +31,7 @@ TEST(Gripper, CommandsOfEachConvention) {
       {"OpenVLA raw", 1, 0, true, {{1, 0}, {0.6, 0}, {0.4, 1}, {0, 1}}},
       {"GR00T gripper_close", 0, 1, false, {{0, 0}, {0.3, 0.3}, {1, 1}}},
       {"finger meters", 0.04, 0, false, {{0.04, 0}, {0.01, 0.75}, {0, 1}}},
-      // What the gripper cannot do is the sim's to clip and count.
+      // The sim clips and counts values beyond the gripper's range.
       {"beyond its ends", 0, 1, false, {{-0.5, -0.5}, {1.5, 1.5}}},
   };
   for (const Convention& convention : conventions) {
@@ -56,7 +56,8 @@ std::vector<double> Steps(const GripperForm& form, const std::vector<double>& va
 
 TEST(Gripper, StickyWaitsForStepsInARow) {
   GripperForm form{.index = 0, .open = 0, .closed = 1, .threshold = 0.5, .sticky_steps = 3};
-  // The second step in a row is interrupted; the third of the next three closes; opening takes three as well.
+  // The second consecutive step is interrupted; the gripper closes at the third of the next three; opening
+  // takes three as well.
   EXPECT_EQ(Steps(form, {1, 1, 0, 1, 1, 1, 0, 1, 0, 0, 0, 0}),
             (std::vector<double>{0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 0, 0}));
   form.sticky_steps = 1;

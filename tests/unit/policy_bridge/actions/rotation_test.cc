@@ -56,7 +56,7 @@ struct Row {
   std::vector<double> values;
 };
 
-// What is turned by 90 degrees about z has its x axis along y, and its y axis along -x.
+// After a rotation by 90 degrees about z, the x axis points along y, and the y axis along -x.
 TEST(Rotation, QuarterTurnAboutZInEachForm) {
   Matrix3d turned;
   turned << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -76,8 +76,8 @@ TEST(Rotation, QuarterTurnAboutZInEachForm) {
   }
 }
 
-// Roll and yaw of 90 degrees: about fixed axes x goes to y (untouched by the roll), y to z to z, z to -y to
-// x. About its own axes the yaw is first: x to y to z, y to -x to -x, z to z to -y.
+// Roll and yaw of 90 degrees: about fixed axes x goes to y (unchanged by the roll), y to z to z, z to -y to
+// x. About its own axes the yaw comes first: x to y to z, y to -x to -x, z to z to -y.
 TEST(Rotation, EulerAnglesAboutFixedAndOwnAxes) {
   Matrix3d fixed, own;
   fixed << 0, 0, 1, 1, 0, 0, 0, 1, 0;
@@ -90,7 +90,7 @@ TEST(Rotation, EulerAnglesAboutFixedAndOwnAxes) {
       1e-12);
 }
 
-// Against products of the three elementary matrices.
+// Compared with products of the three elementary matrices.
 TEST(Rotation, EulerAnglesEqualProductsOfMatrices) {
   Random random(1, 0);
   for (int i = 0; i < 1000; ++i) {
@@ -102,7 +102,7 @@ TEST(Rotation, EulerAnglesEqualProductsOfMatrices) {
   }
 }
 
-// At these the first and the third angle turn about one axis; the third is 0, as scipy has it.
+// Here the first and the third angle rotate about the same axis; the third is 0, like in scipy.
 TEST(Rotation, GimbalLock) {
   for (double end : {std::numbers::pi / 2, -std::numbers::pi / 2}) {
     for (double x : {-3.0, -0.5, 0.0, 1.0, 2.5}) {
@@ -114,7 +114,7 @@ TEST(Rotation, GimbalLock) {
       }
     }
   }
-  // Exactly there: y to its end takes x to -z and z to x.
+  // Exactly at the gimbal lock: the y axis stays, x goes to -z and z to x.
   const std::vector<double> angles =
       Written(RotationForm::kEulerXyzExtrinsic, Quaterniond(kRootHalf, 0, kRootHalf, 0));
   EXPECT_NEAR(angles[0], 0, 1e-12);
@@ -122,7 +122,7 @@ TEST(Rotation, GimbalLock) {
   EXPECT_EQ(angles[2], 0);
 }
 
-// 90 degrees about z as the opposite quaternion is 270 degrees about -z to robosuite.
+// robosuite reads 90 degrees about z, given as the opposite quaternion, as 270 degrees about -z.
 TEST(Rotation, RobosuitesAxisAngleKeepsTheSideOfItsQuaternion) {
   const auto written = [](double w, double x, double y, double z) {
     return Written(RotationForm::kAxisAngleRobosuite, Quaterniond(w, x, y, z));
@@ -133,10 +133,11 @@ TEST(Rotation, RobosuitesAxisAngleKeepsTheSideOfItsQuaternion) {
   ExpectNear(written(0, 1, 0, 0), {std::numbers::pi, 0, 0});
   ExpectNear(written(1, 0, 0, 0), {0, 0, 0});
   ExpectNear(written(-1, 0, 0, 0), {0, 0, 0});
-  // A w beyond 1, as rounding makes it, is clipped.
+  // A w beyond 1, caused by rounding, is clipped.
   ExpectNear(written(1 + 1e-12, 0, 0, 1e-9), {0, 0, 0});
   ExpectNear(written(-1 - 1e-12, 0, 0, 1e-9), {0, 0, 0});
-  // 120 degrees about (1, 1, 1) is (0.5, 0.5, 0.5, 0.5); its opposite 240 degrees about -(1, 1, 1).
+  // 120 degrees about (1, 1, 1) is (0.5, 0.5, 0.5, 0.5); the opposite quaternion is 240 degrees about -(1,
+  // 1, 1).
   const double third = 2 * std::numbers::pi / 3 / std::sqrt(3.0);
   ExpectNear(written(0.5, 0.5, 0.5, 0.5), {third, third, third});
   ExpectNear(written(-0.5, -0.5, -0.5, -0.5), {-2 * third, -2 * third, -2 * third});
@@ -155,14 +156,15 @@ TEST(Rotation, WhatIsNotUnitOrOrthogonalIsMadeSo) {
   EXPECT_LT(
       (Read(RotationForm::kQuaternionXyzw, {0, 0, 2e200, 2e200}) - About(2, std::numbers::pi / 2)).norm(),
       1e-12);
-  // The first column keeps its direction, y; the second loses what it has of that: -x is left.
+  // The first column keeps its direction, y; the component of the second one along it is removed: -x
+  // remains.
   const Matrix3d turned = About(2, std::numbers::pi / 2);
   EXPECT_LT((Read(RotationForm::kRotation6d, {0, 2, 0, -3, 5, 0}) - turned).norm(), 1e-12);
   EXPECT_LT((Read(RotationForm::kRotation6dInterleaved, {0, -3, 2, 5, 0, 0}) - turned).norm(), 1e-12);
   EXPECT_LT((Read(RotationForm::kRotation6dRows, {0, -2, 0, 3, 5, 0}) - turned).norm(), 1e-12);
 }
 
-// Turns by angles around which forms are cut, about many axes, as both quaternions.
+// Rotations by angles at which the formulas change, about many axes, as both quaternions.
 TEST(Rotation, RoundTripsInEachForm) {
   Random random(2, 0);
   const double angles[] = {0,
@@ -190,7 +192,8 @@ TEST(Rotation, RoundTripsInEachForm) {
         for (const auto& [name, form] : kRotationForms) {
           if (form == RotationForm::kNone) continue;
           const std::vector<double> values = Written(form, q);
-          // The sine of robosuite's half angle near 0 and pi is a root of what rounding left.
+          // Near 0 and pi, the sine of robosuite's half angle is the square root of a rounding
+          // error.
           const double tolerance = form == RotationForm::kAxisAngleRobosuite ? 1e-7 : 1e-12;
           EXPECT_LT((Read(form, values) - q.toRotationMatrix()).norm(), tolerance)
               << name << ", " << angle << " rad about " << axis.transpose();
@@ -223,7 +226,7 @@ TEST(Rotation, RoundTripsNearGimbalLock) {
   }
 }
 
-// Turns of any size are angles, not lengths; the largest double is one too.
+// Rotations of any size are angles, not lengths; so is the largest double.
 TEST(Rotation, AnyRotationVectorIsOne) {
   EXPECT_LT((Read(RotationForm::kAxisAngle, {0, 0, 2.5 * std::numbers::pi}) - About(2, std::numbers::pi / 2))
                 .norm(),

@@ -1,4 +1,4 @@
-// Experts' runs through every action space and back.
+// Experts' episodes converted to every action space and back.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace evalbus::policy::round_trip_test {
 constexpr int kHz = 50;
 constexpr double kStep_s = 1.0 / kHz;
 
-// What an expert commanded, tick by tick, and the states it saw.
+// The commands of an expert, tick by tick, and the states that it received.
 struct Recorded {
   std::vector<state_t> states;
   std::vector<Configuration> commands;
@@ -63,7 +63,7 @@ ActionSpace MakeSpace(const model_info_t& info, ActionKind kind, ActionFrame fra
   return space;
 }
 
-// How far converting a recording to a space and back leads away.
+// The deviation after converting a recording to an action space and back.
 struct Deviation {
   double position = 0, rotation = 0;  // of a wrist, m and rad
   double joint = 0;                   // rad
@@ -100,7 +100,7 @@ Deviation RoundTripOf(const Scene& scene, const Recorded& recorded, const Action
   return deviation;
 }
 
-// Makes of each of the expert's actions a row of the space, and an action of that again.
+// Converts each of the expert's actions to a row of the action space, and back to an action.
 class Through {
  public:
   Through(const Scene& scene, const ActionSpace& space)
@@ -131,14 +131,14 @@ Recorded Record(ExpertStage* stage) {
   return recorded;
 }
 
-// What comes back within: of absolute poses each by itself, of deltas the sum over a run. Deltas as robosuite
-// writes them lose the last half of their digits near the identity.
+// Allowed deviations: of each absolute pose, and for deltas of the sum over a run. robosuite's form of deltas
+// loses the last half of its digits near the identity.
 constexpr double kPoseTolerance = 1e-8;                                 // m, and rad
 constexpr double kPositionTolerance = 1e-7, kRotationTolerance = 1e-6;  // of deltas, m and rad
 
 class ExpertRuns : public testing::TestWithParam<const char*> {};
 
-// Joints of eef kinds are not compared: those of an arm with a joint too many are not unique.
+// Joints are not compared for eef kinds: an arm with a redundant joint has more than one solution.
 TEST_P(ExpertRuns, ComeBackFromEverySpace) {
   ExpertStage stage(GetParam());
   const Scene& scene = stage.scene();
@@ -183,7 +183,7 @@ TEST_P(ExpertRuns, ComeBackFromEverySpace) {
 INSTANTIATE_TEST_SUITE_P(Tasks, ExpertRuns, testing::Values("lift_pot", "cube_handover", "rotate_valve"),
                          [](const auto& task) { return std::string(task.param); });
 
-// The physics answers to what came through the space, and the task's own verdict judges it.
+// The physics receives the converted actions, and the task's own verdict evaluates them.
 TEST(ExpertThrough, SucceedsOnLiftPot) {
   ExpertStage stage("lift_pot");
   const model_info_t& info = stage.scene().info;

@@ -31,7 +31,7 @@ action:
     - {arm: left, indices: 0-6, gripper: {index: 7, open: -1, closed: 1, threshold: 0}}
 )";
 
-// What is said of the contract where `from` is `to`.
+// The error of the contract after replacing `from` by `to`.
 std::string ErrorWith(const std::string& from, const std::string& to) {
   std::string text = kGood;
   const size_t at = text.find(from);
@@ -68,7 +68,7 @@ TEST(Contract, IsWhatItsFileSays) {
   EXPECT_EQ(contract.actions.scale, std::vector<double>(8, 0.1));
   ASSERT_EQ(contract.actions.arms.size(), 1u);
   EXPECT_EQ(contract.actions.arms[0].indices, (std::vector<int>{0, 1, 2, 3, 4, 5, 6}));
-  // In the middle between -1 and 1, of what follows from 0 to 1.
+  // In the middle of -1 to 1, for a value computed from 0 to 1.
   EXPECT_EQ(contract.actions.arms[0].gripper.threshold, 0.5);
   EXPECT_EQ(contract.chunk_steps, 10);
   EXPECT_EQ(contract.execute_steps, 5);
@@ -160,7 +160,7 @@ TEST(Contract, OfAllPresetsOneCanReadAndTellThemApart) {
   }
 }
 
-// Those for a Panda fit ours; ALOHA's arms have six joints, and that is said.
+// Contracts for a Panda fit ours; ALOHA's arms have six joints, which is reported.
 TEST(Contract, PresetsFitTheRobotsTheyAreFor) {
   const PolicyScene& scene = GetPolicyScene();
   for (const Contract& contract : AllContracts()) {

@@ -7,9 +7,8 @@
 
 namespace evalbus::policy::image_form_test {
 
-// 3 x 2 pixels that differ in every way of turning, mirroring and swapping them:
-//   a b c
-//   d e f, with red the letter's number, green 10 and blue 20 more.
+// 3 x 2 pixels that reveal every rotation, mirroring and transposition:   a b c   d e f, with red the
+// letter's number, green 10 and blue 20 more.
 image_t Marker() {
   image_t image{};
   image.view.camera = "head";
@@ -29,7 +28,7 @@ ImageForm Form() {
   return form;
 }
 
-// Letters of the red values, a row after the other.
+// Letters of the red values, row by row.
 std::string Letters(const Array& array) {
   std::string letters;
   const auto width = static_cast<size_t>(array.shape.at(1));
@@ -122,15 +121,15 @@ TEST(FormImage, AnotherImageIsRefused) {
   EXPECT_THROW(FormImage(Form(), image), std::runtime_error);
 }
 
-// By hand from the triangle filter: halving takes pixels at distances 0.25 and 0.75 of the filter's half
-// width with weights 0.75 and 0.25, what is beyond the edge left out.
+// Worked out by hand from the triangle filter: halving weights pixels at distances 0.25 and 0.75 of the
+// filter's half width by 0.75 and 0.25; pixels beyond the edge are left out.
 TEST(Resize, HalvesByTheTriangleFilter) {
   const std::vector<uint8_t> row = {0, 80, 160, 240};
   // Left: 0.75 x 0 + 0.75 x 80 + 0.25 x 160, over 1.75; right: 0.25 x 80 + 0.75 x 160 + 0.75 x 240,
   // over 1.75.
   EXPECT_EQ(Resize(row, 4, 1, 1, 2, 1), (std::vector<uint8_t>{57, 183}));
   EXPECT_EQ(Resize(row, 1, 4, 1, 1, 2), (std::vector<uint8_t>{57, 183}));
-  // Up: between pixels by distance, at the edges the edge.
+  // Enlarging: interpolation between pixels, and the edge's value at the edges.
   EXPECT_EQ(Resize(std::vector<uint8_t>{0, 100}, 2, 1, 1, 4, 1), (std::vector<uint8_t>{0, 25, 75, 100}));
   EXPECT_EQ(Resize(std::vector<uint8_t>(64, 200), 8, 8, 1, 3, 5), std::vector<uint8_t>(15, 200));
 }

@@ -64,7 +64,7 @@ TEST_F(SignalTest, ChosenScaledAndRounded) {
   ExpectNear(Read(Signal{.name = "left.gripper_opening", .indices = {}, .decimals = 1}), {0.2});
 }
 
-// Of an opening, what each convention shows.
+// What each convention shows for an opening.
 TEST_F(SignalTest, GrippersOfEachConvention) {
   struct Shown {
     const char* convention;
@@ -77,7 +77,7 @@ TEST_F(SignalTest, GrippersOfEachConvention) {
       {"RoboEval", 1, 0, 1, 0.96, 1},
       {"RoboEval", 1, 0, 1, 0.94, 0.9},
       {"RoboEval", 1, 0, 1, 0.04, 0},
-      // Exactly between: numpy rounds to even.
+      // Exactly in the middle: NumPy rounds to even.
       {"RoboEval", 1, 0, 1, 0.75, 0.8},
       {"DROID", -1, 1, -1, 1, 0},
       {"DROID", -1, 1, -1, 0.25, 0.75},
@@ -121,15 +121,15 @@ TEST_F(SignalTest, PosesInEachForm) {
   ExpectNear(Read("left.rotation_6d"), {0, 1, 0, -1, 0, 0});
 }
 
-// As MuJoCo composes the quaternion of the wrist's body along the arm, wherever it is: no jump, where the
-// quaternion made of a matrix has one. robosuite's and LIBERO's are such.
+// The quaternion that MuJoCo composes along the arm, in any pose: it has no jumps, while a quaternion
+// computed from a matrix has one. robosuite's and LIBERO's are of this kind.
 TEST_F(SignalTest, QuaternionsKeepTheSignOfTheBodysAllOverTheRange) {
   const PolicyScene& scene = GetPolicyScene();
   const mjModel& model = scene.model();
   const arm_info_t& arm = scene.info().arm[0];
   const int site = mj_name2id(&model, mjOBJ_SITE, arm.wrist_site.c_str());
   const DataPtr data(mj_makeData(&model));
-  // Of the site: its body's, times the site's own.
+  // The orientation of the site: its body's, times the site's own.
   const auto composed = [&](const std::vector<double>& joints) {
     for (size_t j = 0; j < joints.size(); ++j) data->qpos[arm.joint_qpos_index[j]] = joints[j];
     mj_kinematics(&model, data.get());
@@ -158,11 +158,11 @@ TEST_F(SignalTest, QuaternionsKeepTheSignOfTheBodysAllOverTheRange) {
     const double* made = state_.arm[0].wrist_quat_wxyz;
     flipped += std::inner_product(made, made + 4, expected.begin(), 0.0) < 0;
   }
-  // What STATE has would have been shown with the other sign so often.
+  // The number of times that the value in STATE would have had the other sign.
   EXPECT_GT(flipped, 20);
 }
 
-// The arms stand at y = +-0.3, 0.6 m above the robot's origin, which is where the task puts it.
+// The arms are mounted at y = +-0.3, 0.6 m above the robot's origin, which the task places.
 TEST_F(SignalTest, PosesInTheArmsBase) {
   const auto left = Read(Signal{.name = "left.position_m", .indices = {}, .frame = ActionFrame::kBase});
   const auto right = Read(Signal{.name = "right.position_m", .indices = {}, .frame = ActionFrame::kBase});

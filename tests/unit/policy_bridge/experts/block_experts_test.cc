@@ -54,7 +54,7 @@ TEST(CubeHandoverExpert, OneArmIsTooFew) {
   }
 }
 
-// Props at rest: dropped as the task says, nothing creeps or jitters.
+// Props at rest: dropped as the task specifies, they neither creep nor vibrate.
 TEST(BlockProps, LieStill) {
   for (const std::string name : {"stack_two_blocks/base", "cube_handover/base", "cube_handover/vertical"}) {
     SCOPED_TRACE(name);
@@ -78,7 +78,7 @@ TEST(BlockProps, LieStill) {
         for (int axis = 0; axis < 3; ++axis) {
           EXPECT_NEAR(state.body[body].position_m[axis], settled.body[body].position_m[axis], 1e-3) << object;
         }
-        // Where it was dropped, on the face that was below.
+        // At the place where it was dropped, on its lower face.
         for (int axis = 0; axis < 2; ++axis) {
           EXPECT_NEAR(state.body[body].position_m[axis], dropped.body[body].position_m[axis], 1e-3) << object;
         }

@@ -17,14 +17,15 @@ struct Outcome {
   bool success = false;
   bool stages[4] = {};
   double time = 0;
-  // Fastest joint as a fraction of its limit, and contacts of the robot with anything but pads with the pot.
+  // Fastest joint as a fraction of its limit, and contacts of the robot other than those of pads with the
+  // pot.
   double speed = 0;
   int stray_contacts = 0;
   int64_t clips = 0;
   std::vector<std::vector<double>> actions;
 };
 
-// Plays until success or the time limit; judges by MuJoCo's own contacts.
+// Runs until success or the time limit; evaluates with MuJoCo's own contacts.
 Outcome Play(Policy* policy, const std::string& variation, int64_t seed, int hz = 50) {
   const PolicyScene& scene = GetPolicyScene();
   const model_info_t& info = scene.info();
@@ -141,7 +142,7 @@ TEST(LiftPotExpert, EqualSeedsGiveEqualActionsWhateverCameBefore) {
 }
 
 TEST(LiftPotExpert, TargetsAreAFunctionOfTime) {
-  // The same state, seen 20 and 500 times a second.
+  // The same state, received 20 and 500 times a second.
   const PolicyScene& scene = GetPolicyScene();
   sim::World world(&scene.model(), scene.info(), scene.robot, scene.task, 1);
   world.Reset(1, scene.task.variation("base"));

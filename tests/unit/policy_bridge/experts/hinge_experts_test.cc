@@ -1,4 +1,4 @@
-// RotateValve and PackBox in the simulated world: their experts, and what turns on hinges.
+// RotateValve and PackBox in the simulated world: their experts and their hinged parts.
 #include <fstream>
 #include <sstream>
 
@@ -81,8 +81,8 @@ TEST(CardboardBox, FlapsStayOpenAndClosed) {
   EXPECT_NEAR(AngleAtRest(scene, "box/right_flap", 0.70), 0.70, 1e-3);
   EXPECT_NEAR(AngleAtRest(scene, "box/left_flap", -2.27), -2.27, 1e-3);
   EXPECT_NEAR(AngleAtRest(scene, "box/right_flap", -2.09), -2.09, 1e-3);
-  // Let go when just closed, a flap sinks further: 0.06 kg at 0.106 m and 26 degrees against 10 N m s/rad
-  // give 0.056 rad in 10 s.
+  // A flap that is released when just closed sinks further: 0.06 kg at 0.106 m and 26 degrees against 10 N
+  // m s/rad give 0.056 rad in 10 s.
   EXPECT_NEAR(AngleAtRest(scene, "box/left_flap", -1.991), -1.991 - 0.057, 0.004);
 }
 
@@ -93,7 +93,7 @@ TEST(Valve, WheelStaysWhereItIsLeft) {
   EXPECT_NEAR(AngleAtRest(scene, "second_valve/wheel", 2), 2, 1e-3);
 }
 
-// Of a rectangle on the table, seen from above.
+// Corners of a rectangle on the table, seen from above.
 struct Footprint {
   Eigen::Isometry3d pose;
   double half_x, half_y;

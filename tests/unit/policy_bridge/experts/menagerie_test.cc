@@ -1,5 +1,5 @@
-// Robots of others, where the environment names folders with their models (scripts/interop does): those of
-// MuJoCo Menagerie, robosuite and gym-aloha.
+// External robots, if the environment names folders with their models (scripts/interop does): those of MuJoCo
+// Menagerie, robosuite and gym-aloha.
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -12,7 +12,7 @@ namespace evalbus::policy::menagerie_test {
 
 namespace fs = std::filesystem;
 
-// The folder that the variable names, if it has the files; else the test says what is missing.
+// The folder that the variable names, if it has the files; otherwise the test reports what is missing.
 #define MODELS_WITH(variable, folder, ...)                                                       \
   const char* const named = std::getenv(variable);                                               \
   if (!named) GTEST_SKIP() << variable " names no folder with models";                           \
@@ -32,15 +32,16 @@ TEST(Menagerie, TwoPandasLiftThePot) {
   EXPECT_GE(successes, 19);
 }
 
-// An arm of Menagerie that comes without a hand, with the Panda's.
+// An arm of Menagerie that has no hand of its own, with the Panda's hand.
 struct Bare {
   std::string file;
-  // Joints and, where they are called otherwise, actuators.
+  // Joints and, if they have different names, actuators.
   std::string joints, actuators;
   std::string home, site, body;
 };
 
-// Composes the arm in an empty scene, holds it at home for a second and says how far it got from there, rad.
+// Composes the arm in an empty scene, holds it at home for a second and returns its largest distance from
+// home, rad.
 double HoldHome(const RobotDescription& robot) {
   TaskDescription task = FindTask("stack_two_blocks").task;
   task.parts.clear();
@@ -108,7 +109,7 @@ TEST(Menagerie, Ur5e) {
   MENAGERIE_WITH(folder, "universal_robots_ur5e/ur5e.xml");
   std::ifstream stream(folder / "universal_robots_ur5e/ur5e.xml");
   const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  // Menagerie's own has other names than the copy on PyPI.
+  // Menagerie's original has other names than the copy on PyPI.
   const bool is_menagerie = text.find("shoulder_pan_joint") != std::string::npos;
   const std::string joints = is_menagerie
                                  ? "shoulder_pan_joint, shoulder_lift_joint, elbow_joint, wrist_1_joint, "
@@ -150,7 +151,7 @@ arms:
   EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.02);
 }
 
-// One of the two arms of its file; the other hangs.
+// One of the two arms of its file; the other hangs down.
 TEST(Menagerie, Aloha) {
   MENAGERIE_WITH(folder, "aloha/aloha.xml");
   TemporaryFolder here;
@@ -175,7 +176,8 @@ arms:
   EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.1);
 }
 
-// A copy of a folder of others, to change what evalbus refuses, with a line that says what.
+// A copy of an external folder, in which the elements that evalbus refuses are changed; a line states each
+// change.
 class Copy {
  public:
   Copy(const fs::path& from, const std::string& name) {
@@ -194,7 +196,7 @@ class Copy {
   TemporaryFolder folder_;
 };
 
-// robosuite's arms are driven by motors: the gains make servos of them.
+// robosuite's arms are driven by motors: the gains turn them into servos.
 TEST(Robosuite, XArm7) {
   MODELS_WITH("EVALBUS_ROBOSUITE", folder, "robots/xarm7/robot.xml");
   ExpectItHoldsHome(folder,
@@ -220,8 +222,8 @@ TEST(Robosuite, Gen3) {
       "    joint_damping_Nms_per_rad: [50, 50, 40, 40, 10, 10, 10]\n");
 }
 
-// Its files have both arms, and an actuator for each finger: here one arm, its fingers coupled as Menagerie's
-// are. All bodies that move have inertias of their own.
+// Its files contain both arms, and an actuator for each finger: here one arm, with fingers coupled like
+// Menagerie's. All moving bodies have explicit inertias.
 TEST(GymAloha, ViperX) {
   MODELS_WITH("EVALBUS_GYM_ALOHA", folder, "vx300s_dependencies.xml", "vx300s_left.xml");
   const Copy here(folder, "aloha");

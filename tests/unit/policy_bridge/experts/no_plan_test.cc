@@ -1,4 +1,4 @@
-// What stands in the way of a plan, and what does not.
+// Obstacles that prevent a plan, and things that do not.
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -22,7 +22,7 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-// A copy of lift_pot with one thing changed, in a folder of its own.
+// A copy of lift_pot with one change, in a folder of its own.
 struct ChangedTask {
   ChangedTask(const std::string& from, const std::string& to) {
     std::ofstream(file) << Replaced(ReadText(TasksFolder() / "lift_pot.yaml"), from, to);
@@ -31,7 +31,7 @@ struct ChangedTask {
   fs::path file = folder.path() / "changed.yaml";
 };
 
-// What the expert says that cannot plan; it says it in the first second.
+// The error of an expert that cannot plan; it is reported in the first second.
 std::string ErrorOfExpert(const std::string& task) {
   ExpertStage stage(task);
   try {
@@ -44,8 +44,8 @@ std::string ErrorOfExpert(const std::string& task) {
 
 TEST(NoPlan, SaysWhatIsOutOfReach) {
   const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [-1.9, 0, 0]}");
-  // The hand comes to 9 cm above the left handle's bar: at (0, 0.225, 0.035) m in the pot, which is at (0.7,
-  // 0, 0.996).
+  // The hand moves to 9 cm above the left handle's bar: at (0, 0.225, 0.035) m in the pot's frame, and the
+  // pot is at (0.7, 0, 0.996).
   EXPECT_EQ(ErrorOfExpert(task.file),
             "no plan: arm 'left' does not reach (0.700, 0.225, 1.121) m, on the way that led farthest");
 }
@@ -64,7 +64,7 @@ TEST(NoPlan, NeighborsThatNearlyTouchAtHomeAreInNobodysWay) {
   fs::copy(ModelsFolder() / "robots", folder.path(), fs::copy_options::recursive);
   std::string arm = ReadText(folder.path() / "panda/panda.xml");
   arm = Replaced(arm, "<exclude body1=\"link0\" body2=\"link1\"/>", "");
-  // So the capsule ends 1 mm above the base's box.
+  // The capsule therefore ends 1 mm above the base's box.
   arm = Replaced(arm, "fromto=\"0 0 -0.19 0 -0.018 -0.06\"", "fromto=\"0 0 -0.189 0 -0.018 -0.06\"");
   std::ofstream(folder.path() / "panda/panda.xml") << arm;
   ExpertStage stage("lift_pot", folder.path() / "bimanual_panda.yaml");

@@ -36,7 +36,7 @@ TEST(BoxGrasps, CubeIsTakenFromEverySideButBelow) {
 TEST(BoxGrasps, NearestTurnOfTheHandComesFirst) {
   const Isometry3d turned(AngleAxisd(std::numbers::pi / 3, Vector3d::UnitZ()));
   const auto grasps = BoxGrasps({Vector3d::Constant(0.02)}, turned, kHand);
-  // The cube's sides repeat every quarter turn: 60 degrees are 30 the other way round.
+  // The cube's sides repeat every quarter turn: 60 degrees are equivalent to -30 degrees.
   const AngleAxisd way(Eigen::Matrix3d(kHand.linear().transpose() * turned.linear() * grasps[0].at.linear()));
   EXPECT_NEAR(way.angle(), std::numbers::pi / 6, 1e-9);
 }
@@ -56,10 +56,10 @@ TEST(BoxGrasps, TooWideIsNotTakenAndTooDeepOnlyAtTheRim) {
 
 TEST(BoxGrasps, LeanTurnsAboutTheClosingAxis) {
   const auto grasps = BoxGrasps({Vector3d::Constant(0.02)}, Isometry3d::Identity(), kHand, {0, 0.5});
-  // Twice as many, but for those that lean up from two of the four sides.
+  // Twice as many, except those that tilt up from two of the four sides.
   EXPECT_EQ(grasps.size(), 36u);
   for (const Grasp& grasp : grasps) {
-    // Closes on two opposite faces all the same.
+    // It still closes on two opposite faces.
     EXPECT_NEAR(grasp.at.linear().col(1).cwiseAbs().maxCoeff(), 1, 1e-12);
   }
 }

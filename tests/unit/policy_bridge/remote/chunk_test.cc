@@ -27,7 +27,7 @@ TEST(ReadChunk, TakesRowsOfTheContractsWidth) {
   EXPECT_EQ(ReadChunk(ContractOf(8), Zeros({125'000, 8})).rows.size(), 125'000u);
 }
 
-// One byte of an answer would otherwise take up to forty in memory, several times over.
+// Otherwise one byte of an answer could take up to forty bytes in memory, several times over.
 TEST(ReadChunk, RefusesMoreThanAMillionValuesBeforeItConvertsThem) {
   for (const auto& shape : std::vector<std::vector<int64_t>>{
            {125'001, 8}, {1'000'001}, {1'000'001, 1}, {1, 1'000'001}, {2'000'000, 0}}) {

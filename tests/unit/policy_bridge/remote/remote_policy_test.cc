@@ -33,7 +33,7 @@ action:
     - {arm: left, indices: 0-6, gripper: {index: 7, open: 0, closed: 1}}
 )";
 
-// A chunk whose k-th row has `base + k / 10` everywhere.
+// A chunk whose k-th row contains `base + k / 10` everywhere.
 Value ChunkOf(int steps, double base) {
   std::vector<double> numbers;
   for (int k = 0; k < steps; ++k) numbers.insert(numbers.end(), 8, base + 0.1 * k);
@@ -90,7 +90,7 @@ class RemotePolicyTest : public testing::Test {
     }
     return state;
   }
-  // What it does at a tick: the target of the left arm's first joint.
+  // Its command at a tick: the target of the left arm's first joint.
   double Act(int64_t tick) {
     const state_t state = State(tick);
     EXPECT_TRUE(Until([&] { return policy_->Think(state); }));
@@ -130,7 +130,7 @@ TEST_F(RemotePolicyTest, AsksWhenItsStepsAreUsedUp) {
   EXPECT_FLOAT_EQ(said_[1].value_mixed[4][7], 0.8);
   EXPECT_GT(said_[1].answered_s, 0);
   EXPECT_EQ(said_[1].server_s, -1);
-  // The arm that the contract leaves out stays at home.
+  // The arm that is not in the contract stays at home.
   const arm_info_t& right = GetPolicyScene().info().arm[1];
   EXPECT_EQ(action_.joint_position_rad.at(7), right.joint_home_rad[0]);
 }
@@ -143,7 +143,7 @@ TEST_F(RemotePolicyTest, ShowsItsHistory) {
   const auto state_of = [&](size_t request) {
     return Numbers(*server_->Requests().at(request).Find("state")->As<Array>());
   };
-  // At tick 0 there is nothing before it; at tick 2 there is tick 1.
+  // At tick 0 there is no earlier state; at tick 2 there is that of tick 1.
   EXPECT_EQ(server_->Requests().at(0).Find("state")->As<Array>()->shape, (std::vector<int64_t>{2, 7}));
   EXPECT_FLOAT_EQ(state_of(0)[0], 0);
   EXPECT_FLOAT_EQ(state_of(0)[7], 0);
@@ -181,7 +181,7 @@ TEST_F(RemotePolicyTest, ThinkingIsChargedInTicks) {
   EXPECT_EQ(Act(2), 0);
   EXPECT_FLOAT_EQ(Act(3), 0.2);
   EXPECT_FLOAT_EQ(Act(4), 0.3);
-  // Asked again at tick 5; the robot holds its last command.
+  // The policy is called again at tick 5; the robot holds its last command.
   EXPECT_FLOAT_EQ(Act(5), 0.3);
   EXPECT_FLOAT_EQ(Act(7), 0.3);
   EXPECT_FLOAT_EQ(Act(8), 0.4);
@@ -195,7 +195,7 @@ TEST_F(RemotePolicyTest, OnARealtimeClockItHoldsUntilTheAnswerIsThere) {
     go.wait();
     return ChunkOf(2, 0.7);
   });
-  // How far the robot of State() has come by then depends on the server's thread.
+  // How far the robot of State() has moved by then depends on the server's thread.
   contract_.first_step_rad.reset();
   Make({}, "realtime");
   Begin();
@@ -208,7 +208,7 @@ TEST_F(RemotePolicyTest, OnARealtimeClockItHoldsUntilTheAnswerIsThere) {
   EXPECT_GE(said_.at(0).held_ticks, 2);
 }
 
-// The world runs so slowly here that the answer arrives within the first half of its tick, 25 s.
+// The world is simulated so slowly here that the answer arrives within the first half of its tick, 25 s.
 TEST_F(RemotePolicyTest, OnARealtimeClockAnAnswerWithinTheWindowCountsForItsTick) {
   Serve([calls = 0](const Value&) mutable { return ChunkOf(2, 0.2 * ++calls); });
   Make({}, "realtime", 1e-3);
@@ -260,7 +260,7 @@ TEST_F(RemotePolicyTest, WakesItsOwnerWhenAnAnswerIsThere) {
   for (const int64_t tick : {0, 2}) {
     wake_event_->Clear();
     const state_t state = State(tick);
-    // One call starts the request; the next one is made when the event is set, and has the answer.
+    // One call starts the request; the next one is made when the event is set, and returns the answer.
     if (policy_->Think(state)) continue;
     pollfd readable{wake_event_->fd(), POLLIN, 0};
     ASSERT_EQ(poll(&readable, 1, 60'000), 1);

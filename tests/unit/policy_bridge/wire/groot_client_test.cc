@@ -42,7 +42,7 @@ std::vector<std::string> Endpoints(const GrootServer& server) {
   return endpoints;
 }
 
-// The double's actions for Observation(): rows of the arm's state + i, and i.
+// Actions of the test server for Observation(): rows of the arm's state + i, and i.
 void ExpectActions(const Value& actions, int horizon = 3) {
   std::vector<double> arm, gripper;
   for (int i = 0; i < horizon; ++i) {
@@ -79,7 +79,7 @@ TEST_P(GrootDialects, AreFoundAndSpoken) {
                                      {"language", modality({kTask}, {0})}}));
   ExpectActions(client->Infer(Observation()).value);
   EXPECT_EQ(client->Name(), GetParam().name);
-  // What was found is remembered: one request each.
+  // The discovered properties are cached: one request each.
   const size_t asked = server.requests().size();
   ExpectActions(client->Infer(Observation()).value);
   EXPECT_EQ(server.requests().size(), asked + 1);
@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(All, GrootDialects,
                                          Spoken{Dialect::kN16, Form::kDict, "GR00T N1.6"},
                                          Spoken{Dialect::kN16Flat, Form::kMap, "GR00T N1.6 (flat)"}));
 
-// The batch, and what is enforced, as the server sees it.
+// The batch and the checks as the server receives them.
 TEST(GrootClient, SendsEachDialectItsForm) {
   const Array front = {"|u1", {1, 1, 2, 3}, {1, 2, 3, 4, 5, 6}}, arm = FloatArray({0.5, -1.0}, {1, 2}),
               gripper = FloatArray({0.25}, {1, 1});
@@ -139,7 +139,7 @@ TEST(GrootClient, SendsEachDialectItsForm) {
     const GrootServer server({dialect, 3, Form::kMap, "", 0});
     const auto client = MakeGrootClient(To(server));
     client->Connect();
-    // Doubles become floats.
+    // Doubles are converted to floats.
     Value observation = Observation();
     (*observation.As<Map>())[1].second = Array{"<f8", {1, 2}, FromHex("000000000000e03f000000000000f0bf")};
     client->Infer(observation);
@@ -304,7 +304,7 @@ TEST_F(GrootFaults, AnAnswerThatIsTooLongIsNotRead) {
   EXPECT_FALSE(client_->connected());
 }
 
-// As many times as it is asked: no socket stays stuck in the middle of a request.
+// Sends the request as often as it is called: no socket remains stuck in the middle of a request.
 TEST_F(GrootFaults, ASilentServerEndsInTime) {
   Connect(0.3);
   server_->BeSilentNext("get_action");
@@ -318,7 +318,7 @@ TEST_F(GrootFaults, ASilentServerEndsInTime) {
   ExpectActions(AskUntilInTime(client_.get(), Observation()));
 }
 
-// At once, though the deadline is far; and when it is back, so are we.
+// Fails at once, although the deadline is far; when the server is back, requests succeed again.
 TEST_F(GrootFaults, AServerThatIsGoneIsSeenAndFoundAgain) {
   ClientOptions options = To(*server_);
   options.connect_s = options.reply_s = options.first_reply_s = 1e6;
@@ -349,7 +349,7 @@ TEST_F(GrootFaults, ConnectingEndsInOneLineWhateverAnswers) {
   server_->SayNext("get_modality_config", EncodeGroot(Map{{"video", "front"}}));
   EXPECT_THAT(FailureOf([&] { client_->Connect(); }), FailsAs(Kind::kReply, "video is text \"front\""));
 
-  // A web server that says what it thinks of our greeting, and a host that does not exist.
+  // A web server that answers the handshake with a page, and a host that does not exist.
   const doubles::RestServer web([](const std::string&) { return "{}"; });
   ClientOptions options;
   options.connect_s = 0.3;

@@ -1,4 +1,4 @@
-// Bytes as the specification's vectors have them.
+// Bytes in the notation of the specification's vectors.
 #pragma once
 
 #include <string>

@@ -13,7 +13,7 @@ namespace evalbus::policy::msgpack_codec_test {
 
 using testing::HasSubstr;
 
-// The specification sheet's vectors, from an encoder that is none of ours.
+// The specification's vectors, made by an independent encoder.
 struct MsgpackVector {
   const char* hex;
   ArrayKeys array_keys;
@@ -87,7 +87,7 @@ TEST(MsgpackCodec, KeepsEveryValue) {
   }
 }
 
-// The library alone would write an int.
+// The library alone would write an integer.
 TEST(MsgpackCodec, WritesADoubleAsADouble) {
   EXPECT_EQ(ToHex(EncodeMsgpack(1.0, ArrayKeys::kBytes)), "cb3ff0000000000000");
 }
@@ -95,7 +95,7 @@ TEST(MsgpackCodec, WritesADoubleAsADouble) {
 TEST(MsgpackCodec, ReadsWhatOtherEncodersWrite) {
   EXPECT_EQ(DecodeMsgpack(FromHex("ca3fc00000")), Value(1.5));                            // float32
   EXPECT_EQ(DecodeMsgpack(FromHex("cf8000000000000000")), Value(9223372036854775808.0));  // 2^63, unsigned
-  EXPECT_EQ(DecodeMsgpack(FromHex("d30000000000000001")), Value(1));       // longer than it need be
+  EXPECT_EQ(DecodeMsgpack(FromHex("d30000000000000001")), Value(1));       // longer than necessary
   EXPECT_EQ(DecodeMsgpack(FromHex("81c401780a")), Value(Map{{"x", 10}}));  // a key of bytes
 }
 
@@ -106,7 +106,7 @@ Map ArrayMap(Value data, Value dtype, Value shape) {
           {"__ndarray__", true}};
 }
 
-// Keys as texts and in another order than that of the vectors.
+// Keys as text, and in another order than in the vectors.
 TEST(MsgpackCodec, ReadsArraysByTheNamesOfTheirKeys) {
   EXPECT_EQ(RoundTrip(ArrayMap(Bytes{0, 1, 2}, "|u1", List{3})), Value(kBytes012));
 }
@@ -177,7 +177,7 @@ TEST(MsgpackCodec, EndsEveryPrefixOfAMessage) {
 }
 
 TEST(MsgpackCodec, BoundsLevels) {
-  Bytes nested(32, 0x91);  // 32 lists of one, and what the innermost holds
+  Bytes nested(32, 0x91);  // 32 lists of one element, and the contents of the innermost
   nested.push_back(0xc0);
   EXPECT_EQ(Refusal(nested), "read: list of 1");
   nested.insert(nested.begin(), 0x91);
@@ -186,7 +186,7 @@ TEST(MsgpackCodec, BoundsLevels) {
 }
 
 TEST(MsgpackCodec, BoundsTheNumberOfValues) {
-  Bytes many = FromHex("dd00100000");  // 2^20 elements, which with their list are one more
+  Bytes many = FromHex("dd00100000");  // 2^20 elements, and one more for their list
   many.resize(many.size() + (1 << 20), 0xc0);
   EXPECT_EQ(Refusal(many), "MessagePack: more than a million values");
   many[2] = 0x0f, many[3] = 0xff, many[4] = 0xff;
@@ -194,7 +194,7 @@ TEST(MsgpackCodec, BoundsTheNumberOfValues) {
   EXPECT_EQ(Refusal(many), "read: list of 1048575");
 }
 
-// Ten bytes cannot hold what these announce: 2^32 - 1 elements, pairs, bytes.
+// Ten bytes cannot hold the announced contents: 2^32 - 1 elements, pairs, bytes.
 TEST(MsgpackCodec, AllocatesNothingForWhatIsOnlyAnnounced) {
   std::vector<Bytes> messages;
   for (const char* head :
@@ -215,7 +215,7 @@ TEST(MsgpackCodec, AllocatesNothingForWhatIsOnlyAnnounced) {
   }
 }
 
-// Python's decoder takes the last one, others the first: what was meant is not known.
+// Python's decoder takes the last one, others the first: the intended value is unknown.
 TEST(Msgpack, RefusesAKeyTwice) {
   EXPECT_THAT(FailureOf([] { DecodeMsgpack(FromHex("82a16101a16102")); }),
               FailsAs(ServerError::Kind::kProtocol, "key \"a\" twice in a map"));

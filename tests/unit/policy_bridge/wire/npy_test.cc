@@ -8,7 +8,7 @@ namespace evalbus::policy::npy_test {
 
 using Kind = ServerError::Kind;
 
-// A file of this version with this header, and data.
+// A file of this version with this header and data.
 Bytes File(int version, const std::string& header, const Bytes& data) {
   Bytes bytes = FromHex("934e554d5059");
   bytes.insert(bytes.end(), {static_cast<uint8_t>(version), 0});
@@ -22,11 +22,11 @@ Bytes File(int version, const std::string& header, const Bytes& data) {
 
 struct NpyVector {
   Array array;
-  std::string header;  // without what fills it up
+  std::string header;  // without padding
   size_t data_begin;
 };
 
-// What NumPy 1.24's save() writes.
+// The output of NumPy 1.24's save().
 TEST(Npy, WritesAndReadsWhatNumPyDoes) {
   const std::vector<NpyVector> vectors = {
       {{"<f4", {1, 1, 2}, FromHex("0000003f000080bf")},
@@ -88,7 +88,7 @@ TEST(Npy, RefusesWhatItCannotRead) {
   EXPECT_THAT(of_shape("(1073741824, 1073741824, 16)", 0),
               FailsAs(Kind::kProtocol, "of 0 bytes"));  // 4 * 2^64
   EXPECT_THAT(of_shape("(99999999999999999999,)", 4), FailsAs(Kind::kProtocol, "header"));
-  // Headers of other words.
+  // Headers in other notations.
   for (const char* header : {"", "{", "{}", "{'descr': '<f4', 'fortran_order': False}",
                              "{'descr': '<f4', 'fortran_order': 0, 'shape': ()}",
                              "{'descr': '<f4' 'fortran_order': False, 'shape': ()}",
@@ -105,7 +105,7 @@ TEST(Npy, RefusesEveryFileCutShort) {
   for (size_t size = 0; size < whole.size(); ++size) {
     EXPECT_EQ(FailureOf([&] { DecodeNpy({whole.data(), size}); }).kind(), Kind::kProtocol) << size;
   }
-  // A header of 4 GB is announced.
+  // The length field announces a header of 4 GB.
   EXPECT_THAT(FailureOf([] { DecodeNpy(FromHex("934e554d50590200ffffffff7b27")); }),
               FailsAs(Kind::kProtocol, "cut short"));
 }

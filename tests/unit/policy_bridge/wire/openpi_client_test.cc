@@ -39,7 +39,7 @@ struct Failure {
   std::string what, details;
 };
 
-// With the address, which is another one in each test, taken out of it.
+// The error without the address, which differs in each test.
 template <class Function>
 Failure FailureOf(const Function& function) {
   try {
@@ -72,7 +72,7 @@ TEST(OpenpiClient, ExchangesObservationsForActions) {
     EXPECT_EQ(*reply.value.Find("actions"), Value(FloatArray({0.5, -1}, {1, 2})));
     EXPECT_EQ(reply.server_s, 0.0015);
   }
-  // Nothing but the observation, and no word of the episode.
+  // Only the observation, without information about the episode.
   EXPECT_THAT(server.Requests(), ElementsAre(kObservation, kObservation, kObservation));
 }
 
@@ -113,7 +113,7 @@ TEST(OpenpiClient, KeepsPathAndKeyAndOffersNoCompression) {
   for (const auto& handshake : handshakes) EXPECT_EQ(handshake.extensions, "");
 }
 
-// More than what Beast takes and sends by default.
+// Larger than Beast's default limits.
 TEST(OpenpiClient, CarriesLargeMessages) {
   Double::Options options;
   options.answer = [](const Value& observation) { return observation; };
@@ -126,7 +126,7 @@ TEST(OpenpiClient, CarriesLargeMessages) {
   EXPECT_TRUE(client->Infer(observation).value == observation);
 }
 
-// A simulation takes minutes, and nobody asks anything.
+// A simulation takes minutes, during which no request is sent.
 TEST(OpenpiClient, AnswersPingsWhileItIsIdle) {
   Double server(Answering(kChunk));
   const auto client = MakePolicyClient(To(server.url()));
@@ -147,7 +147,7 @@ TEST(OpenpiClient, SaysGoodbye) {
   EXPECT_EQ(server.Goodbyes(), 1u);
 }
 
-// Nor does a server that hears nothing hold it up.
+// A server that does not read does not block it either.
 TEST(OpenpiClient, SaysNothingAfterADeadline) {
   Double server(Answering(Double::Nothing{}));
   ClientOptions to = To(server.url());
@@ -186,7 +186,7 @@ TEST(OpenpiClient, PrintsNothingThatATerminalWouldObey) {
   Double server(Answering(Double::Text{"\x1b[31mno\x07\xff \n\n"}));
   const auto client = MakePolicyClient(To(server.url()));
   client->Connect();
-  // A text that is no UTF-8 is no websocket's text.
+  // A text message that is not UTF-8 is invalid in WebSocket.
   EXPECT_EQ(FailureOf([&] { client->Infer(kObservation); }).kind, Kind::kProtocol);
   Double other(Answering(Double::Text{"\x1b[31mno\x07 \n\n"}));
   const auto second = MakePolicyClient(To(other.url()));
@@ -207,7 +207,8 @@ struct Ending {
 
 class OpenpiClientEndings : public testing::TestWithParam<Ending> {};
 
-// What a server can do in place of an answer: each has one end, and the client can connect again.
+// Everything a server can do instead of answering: each case ends with an error, and the client can connect
+// again.
 TEST_P(OpenpiClientEndings, AreDefined) {
   Double::Answer answer = GetParam().answer;
   Double::Options options;
@@ -388,7 +389,7 @@ TEST(OpenpiClient, IsNotConnectedBeforeItConnects) {
   EXPECT_EQ(failure.what, "not connected");
 }
 
-// Servers that keep something of an episode reset when a connection begins: the wire has no other sign.
+// Servers that store state of an episode reset when a connection begins: the wire has no other signal.
 TEST(OpenpiClient, EachEpisodeHasAConnectionOfItsOwn) {
   Double server(Answering(kChunk));
   const auto client = MakePolicyClient(To(server.url()));
@@ -402,7 +403,7 @@ TEST(OpenpiClient, EachEpisodeHasAConnectionOfItsOwn) {
     EXPECT_EQ(server.Handshakes().size(), episode + 1);
     EXPECT_EQ(client->Infer(kObservation).value, kChunk);
   }
-  // A server that is gone meanwhile is found at once.
+  // A server that has disappeared in the meantime is detected at once.
   server.Stop();
   EXPECT_EQ(FailureOf([&] { client->BeginEpisode("lift", 4); }).kind, Kind::kUnreachable);
 }
@@ -444,7 +445,7 @@ TEST(RoboArena, IsSpokenWhereItIsDemanded) {
   const auto client = MakePolicyClient(to);
   client->Connect();
   client->BeginEpisode("lift", 0);
-  // The bare array of its first servers.
+  // The bare array of openpi's first servers.
   EXPECT_EQ(client->Infer(kObservation).value, Value(Map{{"actions", FloatArray({1, 2}, {1, 2})}}));
   EXPECT_EQ(server.Requests()[0], Value(Map{{"endpoint", "reset"}}));
   EXPECT_EQ(server.Requests()[1].Find("session_id"), nullptr);

@@ -17,7 +17,7 @@ using Dialect = ClientOptions::GrootDialect;
 using Kind = ServerError::Kind;
 using doubles::GrootServer;
 
-// Maximum batch delay of tests that decide themselves when a batch is complete.
+// Maximum batch delay of tests that complete their batches themselves.
 constexpr std::chrono::milliseconds kForever = std::chrono::hours(1);
 
 Value Observation(double arm, const std::string& task = "lift", int64_t length = 2) {
@@ -28,7 +28,7 @@ Value Observation(double arm, const std::string& task = "lift", int64_t length =
              {"annotation.human.task_description", task}};
 }
 
-// The double's for Observation(arm).
+// The test server's actions for Observation(arm).
 Value Actions(double arm, int64_t length = 2) {
   std::vector<double> arms;
   for (int i = 0; i < 3; ++i) arms.insert(arms.end(), static_cast<size_t>(length), arm + i);
@@ -75,7 +75,7 @@ TEST_P(PoolOfDialect, AsksTogetherWhatWaitsTogether) {
   auto replies = Ask({Observation(1), Observation(2, "turn"), Observation(3)});
   for (int i = 0; i < 3; ++i) EXPECT_EQ(replies[static_cast<size_t>(i)].get().value, Actions(i + 1)) << i;
   EXPECT_EQ(server_->batches(), std::vector{3});
-  // The pool is one client of the server, whoever asks.
+  // The pool is one client of the server, whichever worker calls it.
   int connected = 0;
   for (const Value& request : server_->requests()) {
     connected += *request.Find("endpoint") == Value("get_modality_config");
@@ -110,7 +110,7 @@ TEST_F(Pool, AsksApartWhatIsOfOtherShapes) {
   EXPECT_EQ(server_->batches(), (std::vector{1, 1}));
 }
 
-// Results do not depend on who asks at the same time.
+// Results do not depend on simultaneous requests.
 TEST_F(Pool, GivesTheServersErrorToWhoAskedForIt) {
   Serve();
   Open(8, 3);
@@ -128,7 +128,7 @@ TEST_F(Pool, ASilentServerConcernsTheBatchAlone) {
   auto replies = Ask({Observation(1)});
   EXPECT_THAT(FailureOf([&] { replies[0].get(); }), FailsAs(Kind::kTimeout, "no answer in 0.3 s"));
   EXPECT_FALSE(clients_[0]->connected());
-  // While it is gone, and when it is back.
+  // While the server is unreachable, and after it has returned.
   const int port = server_->port();
   server_.reset();
   EXPECT_THAT(FailureOf([&] { clients_[0]->Connect(); }), FailsAs(Kind::kUnreachable, "no server there"));

@@ -31,7 +31,8 @@ TEST(Resolve, SaysWhatTheLookupSays) {
       FailsAs(Kind::kUnreachable, "ws://robot.example:8000: no such host (robot.example? never heard)"));
 }
 
-// A name server that does not answer: the lookup goes on, and its late result is nobody's.
+// A name server that does not answer: the lookup continues in the background, and its late result is
+// discarded.
 TEST(Resolve, KeepsItsDeadline) {
   struct Gate {
     std::mutex mutex;

@@ -18,7 +18,7 @@ using testing::HasSubstr;
 constexpr const char* kRow = R"({"__numpy__":"AAAAAAAA4D8AAAAAAADwvw==","dtype":"<f8","shape":[2]})";
 const Bytes kRowBytes = FromHex("000000000000e03f000000000000f0bf");
 
-// OpenVLA-OFT's keys, in the order that its model takes.
+// OpenVLA-OFT's keys, in the order that its model expects.
 Value Observation() {
   return Map{{"full_image", Array{"|u1", {3}, {0, 1, 2}}},
              {"left_wrist_image", Array{"|u1", {3}, {0, 1, 2}}},
@@ -36,7 +36,7 @@ class RestClient : public testing::Test {
     client_ = MakePolicyClient(options_);
     client_->Connect();
   }
-  // To the next request.
+  // The answer to the next request.
   Value Actions(const std::string& body) {
     answer_ = body;
     return *client_->Infer(Observation()).value.Find("actions");
@@ -44,7 +44,7 @@ class RestClient : public testing::Test {
   ServerError Failure() {
     return FailureOf([&] { client_->Infer(Observation()); });
   }
-  // Of an answer of the status 200.
+  // The error for an answer with status 200.
   ServerError FailureWith(const std::string& body) {
     client_->Connect();
     answer_ = body;
@@ -164,7 +164,7 @@ TEST_F(RestClient, BytesOfNoAnswerCloseIt) {
 }
 
 TEST_F(RestClient, AnAnswerThatIsTooLongIsNotRead) {
-  // 2 GB are announced, and none comes.
+  // 2 GB are announced, but not sent.
   server_->SayNext("HTTP/1.1 200 OK\r\nContent-Length: 2147483648\r\n\r\n");
   EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "more than 10000 bytes"));
   EXPECT_THAT(FailureWith('"' + std::string(10'000, ' ') + '"'),
@@ -212,8 +212,7 @@ TEST_F(RestClient, ALargeRequestAndALargeAnswerAreWhole) {
   EXPECT_EQ(server_->requests().back().body, "{\"image\":" + answer_ + "}");
 }
 
-// As servers and proxies send it that would rather not read a large request before they know that they want
-// it.
+// Sent by servers and proxies that decide about a large request before they read it.
 TEST_F(RestClient, ReadsTheAnswerBehindInterimOnes) {
   const std::string interim = "HTTP/1.1 100 Continue\r\n\r\n",
                     early = "HTTP/1.1 103 Early Hints\r\nLink: x\r\n\r\n";

@@ -12,7 +12,7 @@
 
 namespace evalbus::policy {
 
-// The ServerError that `talk` throws; its message has to be one line.
+// The ServerError that `talk` throws; its message must be one line.
 template <class Talk>
 ServerError FailureOf(const Talk& talk) {
   try {
@@ -30,7 +30,7 @@ MATCHER_P2(FailsAs, kind, words, "") {
   return arg.kind() == kind && std::string_view(arg.what()).find(words) != std::string_view::npos;
 }
 
-// The answer of a client whose time limit is so short that a loaded machine may need more than one try.
+// The answer of a client with a time limit so short that a loaded machine may need several attempts.
 inline Value AskUntilInTime(PolicyClient* client, const Value& observation) {
   while (true) {
     try {

@@ -35,7 +35,7 @@ std::unique_ptr<PolicyClient> ClientOf(const Double& server, double connect_s = 
   return MakePolicyClient(options);
 }
 
-// The kind of what fails; its line ends so.
+// The kind of the failure, which ends its line.
 template <class Function>
 Kind FailureOf(const Function& function, const std::string& end) {
   try {
@@ -83,7 +83,7 @@ TEST(VlaEvalClient, HoldsEpisodes) {
             Value(Map{{"task", Map{{"name", "lower"}, {"task_description", "lower"}, {"episode_idx", 4}}}}));
 }
 
-// The sheet's action has number 2: hello, the episode's start, the observation.
+// The specification's action is message 2: hello, start of the episode, observation.
 TEST(VlaEvalClient, ReadsTheSpecificationsVector) {
   Double server(
       Answering(Double::Message{FromHex("84a474797065a6616374696f6ea77061796c6f616481a7616374696f6e7384ab5f5f"
@@ -116,8 +116,8 @@ TEST(VlaEvalClient, SurvivesTheServersErrors) {
   EXPECT_EQ(server.Handshakes().size(), 1u);
 }
 
-// The error of an episode's start comes while we wait for an action; that action, a little later, is not the
-// next one's.
+// The error of the episode's start arrives while the client waits for an action; the action that follows does
+// not belong to the next request.
 TEST(VlaEvalClient, TellsAnEpisodesErrorFromAnActions) {
   int observations = 0;
   Double::Options options = Answering(kAction);
@@ -171,7 +171,7 @@ TEST(VlaEvalClient, ExpectsAnAnnouncement) {
   check(Value(Map{{"protocol_version", 2}}), Kind::kProtocol,
         "speaks version 2 of vla-eval's protocol, we speak 1");
   check(Double::Close{1011, "no"}, Kind::kUnreachable, "no)");
-  // An openpi server, which begins by itself.
+  // An openpi server, which sends first.
   check(Double::Message{FromHex("80")}, Kind::kProtocol,
         "sends map of 0; vla-eval's messages have type, payload and seq");
 }

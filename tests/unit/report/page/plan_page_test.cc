@@ -1,4 +1,4 @@
-// A plan's page: what it leads to.
+// A plan's page: its links.
 #include "report/page/plan_page.h"
 
 #include <gmock/gmock.h>

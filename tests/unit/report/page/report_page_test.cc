@@ -22,7 +22,7 @@ class Page {
   explicit Page(const std::string& html) {
     EXPECT_EQ(document_.Parse(html.c_str()), tinyxml2::XML_SUCCESS) << document_.ErrorStr();
   }
-  // All elements of the name for which `wanted` is true, in order.
+  // All elements with this name for which `wanted` is true, in order.
   std::vector<const XMLElement*> All(
       const std::string& name,
       const std::function<bool(const XMLElement&)>& wanted = [](const XMLElement&) { return true; }) const {
@@ -133,7 +133,7 @@ TEST(ReportPage, NumbersHaveAllTheirDigits) {
   EXPECT_THAT(TextOf(row[0]), HasSubstr("0.11 to 0.14"));
 }
 
-// To people in millimeters, to programs in meters.
+// The page shows millimeters; the machine-readable value is in meters.
 TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
   ReportRun run = SomeRun();
   for (int i = 0; i < 4; ++i) run.episode[i].values.emplace_back("extended.min_clearance_m", 0.1 + 0.01 * i);
@@ -180,7 +180,7 @@ TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
   EXPECT_TRUE(links.contains("#curves-2"));
 }
 
-// Bars of the histogram: 4.25, 5.25 and 6.25 in bins of 0.2 from 4.2 on, the last one not a success.
+// Bars of the histogram: 4.25, 5.25 and 6.25 in bins of 0.2 from 4.2 on; the last one is not a success.
 TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
   const Page page(PageOf({SomeRun()}));
   const auto bars_of = [&](const std::string& metric) {
@@ -203,7 +203,7 @@ TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
             (std::vector<std::string>{"4.2 to 4.4 s: 1 of 3 episodes", "5.2 to 5.4 s: 1 of 3 episodes",
                                       "6.2 to 6.4 s: 1 of 3 episodes, 1 without success"}));
   EXPECT_EQ(classes, (std::vector<std::string>{"good", "good", "bad"}));
-  // When a failure was given up is no completion time.
+  // The time at which a failed episode ended is not a completion time.
   int bars = 0;
   for (auto* g = bars_of("completion time")->FirstChildElement("g"); g; g = g->NextSiblingElement("g"))
     bars += !g->Attribute("class");
@@ -292,7 +292,7 @@ TEST(ReportPage, FailuresCanBeShownAlone) {
   };
   const Page page(PageOf({SomeRun()}));
   ASSERT_EQ(boxes(page).size(), 1u);
-  // The style hides rows of the class good that come after it.
+  // The style hides rows of the class good that follow it.
   EXPECT_STREQ(page.ById("episode-0")->Attribute("class"), "good");
   EXPECT_STREQ(page.ById("episode-2")->Attribute("class"), "bad");
   const auto labels = page.All("label");

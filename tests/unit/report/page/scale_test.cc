@@ -1,4 +1,4 @@
-// Axis marks, bins, paths and names of the report's figures; answers by hand.
+// Axis marks, bins, paths and names of the report's figures, worked out by hand.
 #include "report/page/scale.h"
 
 #include <gmock/gmock.h>
@@ -84,7 +84,7 @@ TEST(Number, HasFourSignificantDigits) {
 
 TEST(Path, GoesThroughThePointsThatMatter) {
   const Axis x{0, 10, 100, 200}, y{0, 1, 50, 0};
-  // A straight line, a corner, another one; the second and fourth point lie on the lines.
+  // A straight line, a corner, another line; the second and fourth point are on the lines.
   EXPECT_EQ(PathOf(std::vector<double>{0, 1, 5, 7, 10}, std::vector<double>{0, 0.2, 1, 0.6, 0}, x, y),
             "M100 50L150 0L200 50");
 }
@@ -104,7 +104,7 @@ TEST(Path, StaysWithinAQuarterOfAPixel) {
   }
   const Axis x{0, 2000, 0, 300}, y{-1, 1, 100, 0};
   const std::string path = PathOf(time, value, x, y);
-  // Read back: between neighbors of the path, every sample is close to the line.
+  // Every sample is close to the line between neighboring points of the path.
   std::vector<std::pair<double, double>> points;
   for (const char* at = path.c_str(); *at;) {
     char* end;

@@ -12,7 +12,7 @@ namespace evalbus::report::reader_threads_test {
 
 using namespace std::chrono_literals;
 
-// Work that ends when it is let go, and what was told of it.
+// Work that ends when it is released, and the results that were reported.
 class Work {
  public:
   bool AddTo(ReaderThreads* threads) {

@@ -1,5 +1,5 @@
-// Frames of videos, drawn by several processes: the same whatever their number, in order, and an end to all
-// when one of them fails.
+// Video frames rendered by several processes: identical for any number of processes, in order, and all
+// processes end when one of them fails.
 #include "viz/images/parallel_frame_renderer.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ TEST(ParallelFrameRendererTest, AnyNumberOfProcessesDrawsEqualFrames) {
   const std::filesystem::path log =
       WriteRun(folder.path(), *scene.visual, 20000, std::vector(7, HomeQpos(*scene.visual)));
   const model_info_t info = VisualInfo(folder.path(), *scene.visual);
-  // The pot sinks from frame to frame.
+  // The pot moves down from frame to frame.
   const auto video = [&](size_t processes) {
     std::vector<Frame> drawn;
     ParallelFrameRenderer frame_renderer(kRendererSize, processes);
@@ -53,7 +53,7 @@ TEST(ParallelFrameRendererTest, AnyNumberOfProcessesDrawsEqualFrames) {
   EXPECT_NE(alone[0].bgrx, alone[6].bgrx);
 }
 
-// What a process draws that only counts.
+// Rendering that only counts its frames.
 struct Count {
   pid_t process;
   size_t n;
@@ -96,12 +96,12 @@ TEST(ParallelFrameRendererTest, FirstFrameIsDrawnHereAndTheOthersInTurns) {
     EXPECT_EQ(processes[0], getpid());
     EXPECT_EQ(std::set(processes.begin(), processes.end()).size(), 4u);
     for (size_t n = 1; n + 3 < 40; ++n) EXPECT_EQ(processes[n], processes[n + 3]) << n;
-    // They are gone, and waited for.
+    // The processes have ended and been reaped.
     for (size_t n = 1; n < 4; ++n) EXPECT_EQ(kill(processes[n], 0), -1);
   }
 }
 
-// How a video of 9 frames ends that draws like this.
+// The error of a video of 9 frames that is rendered like this.
 template <class Error>
 std::string EndOf(ParallelFrameRenderer* frame_renderer, const std::function<void(size_t n)>& draw,
                   size_t* taken) {
@@ -174,7 +174,7 @@ TEST(ParallelFrameRendererTest, ScenesStayWhileTheyAreUsed) {
   EXPECT_EQ(scenes.Of(info, log, std::nullopt), first);
   scenes.FreeUnused();
   scenes.FreeUnused();
-  // Read once more, from a file that is not there any more.
+  // Reads the log once more, from a file that no longer exists.
   std::filesystem::remove_all(folder.path() / "model");
   EXPECT_THROW(scenes.Of(info, log, std::nullopt), InputError);
 }

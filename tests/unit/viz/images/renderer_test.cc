@@ -1,4 +1,4 @@
-// Images: against golden ones, and that they show what they should.
+// Images compared with golden ones, and with their expected contents.
 #include "viz/images/renderer.h"
 
 #include <cairo.h>
@@ -19,8 +19,8 @@ namespace evalbus::viz::renderer_test {
 
 constexpr FrameSize kGoldenSize{320, 240};
 
-// Another version of Mesa, or a processor with other vector instructions, may round differently and draw an
-// edge one sample further: most channels may differ by this much, few pixels by more.
+// Another Mesa version, or a processor with other vector instructions, may round differently and draw an edge
+// one sample further: most channels may differ by this much, and few pixels by more.
 constexpr int kGoldenTolerance = 6;
 constexpr double kConforming = 0.995;
 
@@ -33,7 +33,7 @@ void WritePng(const Frame& frame, const std::filesystem::path& file) {
   cairo_surface_destroy(surface);
 }
 
-// An empty frame if there is no such file.
+// Returns an empty frame if there is no such file.
 Frame ReadPng(const std::filesystem::path& file) {
   cairo_surface_t* surface = cairo_image_surface_create_from_png(file.c_str());
   Frame frame({cairo_image_surface_get_width(surface), cairo_image_surface_get_height(surface)});
@@ -46,7 +46,7 @@ Frame ReadPng(const std::filesystem::path& file) {
   return frame;
 }
 
-// Share of pixels of which no channel differs by more than the tolerance.
+// Share of pixels in which no channel differs by more than the tolerance.
 double Conforming(const Frame& a, const Frame& b) {
   if (a.bgrx.size() != b.bgrx.size() || a.bgrx.empty()) return 0;
   size_t good = 0;
@@ -88,7 +88,7 @@ class RendererTest : public testing::Test {
     renderer_->Render(FindCamera(model(), camera), &frame);
     return frame;
   }
-  // Number of pixels with much more red than anything else: only the pot is red.
+  // Number of pixels that are clearly more red than anything else: only the pot is red.
   static int RedPixels(const Frame& frame, double* mean_column = nullptr) {
     int count = 0;
     double sum = 0;
@@ -159,7 +159,7 @@ TEST_F(RendererTest, EqualStatesGiveEqualImages) {
   EXPECT_EQ(frame.bgrx, first.bgrx);
 }
 
-// They die of each other, and are lost where a process forks.
+// Mesa's threads can crash each other, and are lost when a process forks.
 TEST_F(RendererTest, MesaHasNoThreads) {
   Image("front", HomeQpos(model()));
   for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
@@ -201,13 +201,13 @@ TEST_F(RendererTest, WristCameraSeesItsOwnFingersOnly) {
 }
 
 TEST_F(RendererTest, ShadowsAreDrawn) {
-  // The counter beside the pot is darker where the pot keeps the key light away: without the pot it is not.
+  // The counter beside the pot is darker where the pot blocks the key light; without the pot it is not.
   std::vector<double> qpos = HomeQpos(model());
   const auto brightness = [&] {
     const Frame frame = Image("front", qpos);
     int dark = 0;
     for (size_t i = 0; i < frame.bgrx.size(); i += 4) {
-      // Oak, but in the shade: brownish, below 150.
+      // Oak in the shade: brownish, below 150.
       const int r = frame.bgrx[i + 2], g = frame.bgrx[i + 1], b = frame.bgrx[i];
       dark += r > 70 && r < 150 && r > b + 25 && g > b && r < g + 45;
     }
@@ -260,8 +260,8 @@ TEST_F(RendererTest, RefusesWhatItCannotDraw) {
   EXPECT_THROW(renderer_->SetState(StateOf(std::vector<double>(3))), InputError);
 }
 
-// A bar that lies along x under a camera 3 m above it: an image 240 pixels high shows 90 / tan(45 / 2) =
-// 289.7 pixels per meter of distance.
+// A bar along x under a camera 3 m above it: an image 240 pixels high shows 90 / tan(45 / 2) = 289.7 pixels
+// per meter at that distance.
 TEST(MocapBody, IsDrawnWhereTheStateSaysItIs) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "bar.xml";
@@ -275,7 +275,7 @@ TEST(MocapBody, IsDrawnWhereTheStateSaysItIs) {
   Renderer renderer(Copy(*model), kGoldenSize);
   state_t state{};
   EXPECT_THROW(renderer.SetState(state), InputError);
-  // Position, rotation about z in halves of a turn, and what is then red: columns and rows.
+  // Position, rotation about z in half turns, and the expected red columns and rows.
   struct Case {
     double x, y, turn;
     int left, right, top, bottom;

@@ -1,4 +1,4 @@
-// Images as policies ask for them: color and depth, against geometry worked out by hand.
+// Images as policies request them: color and depth, compared with geometry worked out by hand.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -27,11 +27,9 @@ Rgb PixelAt(const std::vector<uint8_t>& rgb, FrameSize size, int column, int row
   return {rgb[i], rgb[i + 1], rgb[i + 2]};
 }
 
-// From a camera 1 m above: x to the right, y up. At 1 m, 2 m are seen from bottom to top (fovy 90). Squares
-// of half a meter, and no two places that a mirror, a flip or a turn would exchange have the same color:
-//    y  0.5   red    .    green
-//       0      .   white    .
-//      -0.5   blue   .      .
+// Seen from a camera 1 m above: x to the right, y up. At a distance of 1 m, the image is 2 m high (fovy 90).
+// Squares of half a meter, colored so that mirroring, flipping and rotating are all detected:    y  0.5   red
+// .    green       0      .   white    .      -0.5   blue   .      .
 constexpr char kMarker[] = R"(<mujoco>
   <visual>
     <headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/>
@@ -60,7 +58,7 @@ TEST(Marker, IsUprightUnmirroredAndRedIsFirst) {
                      static_cast<int>(size.height / 2.0 - y * meters_to_pixels));
     };
     const Rgb nothing{0, 0, 0};
-    // Squares, close to their edges, too, and what is between them.
+    // The squares, also close to their edges, and the space between them.
     for (const double d : {-0.2, 0.0, 0.2}) {
       EXPECT_EQ(at(-0.5 + d, 0.5 + d), (Rgb{255, 0, 0}));
       EXPECT_EQ(at(0.5 + d, 0.5 - d), (Rgb{0, 255, 0}));
@@ -81,14 +79,15 @@ TEST(Marker, FieldOfViewIsTheVerticalOne) {
   renderer.SetState(state_t{});
   std::vector<uint8_t> own, asked, narrow;
   renderer.RenderRgb({0, {64, 64}}, &own);
-  // tan(26.565 degrees) = 0.5: half as much is seen, so the white square fills the middle half, 16 to 48.
+  // tan(26.565 degrees) = 0.5: half as much is visible, so the white square fills the middle half, 16 to
+  // 48.
   renderer.RenderRgb({0, {64, 64}, 2 * 26.565}, &narrow);
   for (const auto& [pixel, is_white] :
        std::initializer_list<std::pair<int, bool>>{{14, false}, {17, true}, {46, true}, {49, false}}) {
     EXPECT_EQ(PixelAt(narrow, {64, 64}, pixel, 32)[1] == 255, is_white) << pixel;
     EXPECT_EQ(PixelAt(narrow, {64, 64}, 32, pixel)[1] == 255, is_white) << pixel;
   }
-  // The camera's own is as it was.
+  // The camera's own field of view is unchanged.
   renderer.RenderRgb({0, {64, 64}, 90}, &asked);
   EXPECT_TRUE(asked == own);
   renderer.RenderRgb({0, {64, 64}, 0}, &asked);
@@ -96,9 +95,10 @@ TEST(Marker, FieldOfViewIsTheVerticalOne) {
 }
 
 TEST(Depth, IsTheDistanceFromTheCamerasPlane) {
-  // 3 m above a square of 4 m x 4 m; a box whose top, 0.5 m above, is 2.5 m below the camera and 1 m x 0.5 m
-  // large. With 90 degrees, 80 pixels show 6 m at the ground and 5 m at the box, which so has 16 x 8 of them.
-  // A second box is near the upper right corner: depth is that of the plane, not of the ray.
+  // 3 m above a square of 4 m x 4 m; a box whose top, 0.5 m high, is 2.5 m below the camera and 1 m x 0.5 m
+  // large. At 90 degrees, 80 pixels show 6 m on the ground and 5 m at the box's top, which therefore has 16
+  // x 8 pixels. A second box is near the upper right corner: depth is measured to the plane, not along the
+  // ray.
   Renderer renderer(ModelOf(R"(<mujoco>
     <statistic extent="2"/>
     <visual><map znear="0.01" zfar="20"/></visual>
@@ -116,7 +116,7 @@ TEST(Depth, IsTheDistanceFromTheCamerasPlane) {
     renderer.RenderDepth({0, {80, 80}, 0, shadows}, &depth);
     ASSERT_EQ(depth.size(), 6400u);
     const auto at = [&](int column, int row) { return depth[static_cast<size_t>(row * 80 + column)]; };
-    // Of 24 bits, a step at 3 m is 3^2 / 0.02 / 2^24 = 27 um.
+    // With 24 bits, a step at 3 m is 3^2 / 0.02 / 2^24 = 27 um.
     constexpr double kTolerance = 6e-5;
     for (const auto& [column, row] : {std::pair{40, 40}, {32, 36}, {47, 43}}) {
       EXPECT_NEAR(at(column, row), 2.5, kTolerance) << column << " " << row;
@@ -125,11 +125,12 @@ TEST(Depth, IsTheDistanceFromTheCamerasPlane) {
          {std::pair{30, 40}, {49, 40}, {40, 34}, {40, 45}, {15, 15}, {64, 64}, {15, 64}}) {
       EXPECT_NEAR(at(column, row), 3, kTolerance) << column << " " << row;
     }
-    // Its top is 2 m below the camera: 1.25 to 1.75 m to the right are 40 + 25 to 40 + 35, upwards likewise.
+    // Its top is 2 m below the camera: 1.25 to 1.75 m to the right are 40 + 25 to 40 + 35, and likewise
+    // upward.
     for (const auto& [column, row] : {std::pair{66, 6}, {73, 13}}) {
       EXPECT_NEAR(at(column, row), 2, kTolerance) << column << " " << row;
     }
-    // Where nothing is: zfar * extent.
+    // Where there is no surface: zfar * extent.
     for (const auto& [column, row] : {std::pair{0, 0}, {79, 79}, {40, 78}}) {
       EXPECT_NEAR(at(column, row), 40, 1e-3) << column << " " << row;
     }
@@ -164,7 +165,7 @@ TEST_F(ShotTest, ColorIsThatOfAVideo) {
   renderer.Render(FindCamera(renderer.model(), "front"), &frame);
   const std::vector<uint8_t> rgb = Rgb8(&renderer, "front", kSize);
   for (size_t i = 0; i < rgb.size(); ++i) ASSERT_EQ(rgb[i], frame.bgrx[i / 3 * 4 + 2 - i % 3]) << i;
-  // And a video's images stay as they are whatever was asked for between them.
+  // Frames of a video do not depend on images that were requested between them.
   Rgb8(&renderer, "head", {300, 301}, 100, false);
   std::vector<float> depth;
   renderer.RenderDepth({0, {30, 20}}, &depth);
@@ -177,7 +178,7 @@ TEST_F(ShotTest, DoesNotDependOnWhatWasDrawnBefore) {
   Renderer one(Copy(**model_), {64, 64}), other(Copy(**model_), {640, 480});
   one.SetState(home_);
   other.SetState(home_);
-  // The other one's buffer is larger, and then larger again.
+  // The other renderer's buffer is larger, and is enlarged again.
   Rgb8(&other, "overview", {801, 601});
   for (const FrameSize size : {FrameSize{224, 224}, {97, 33}, {1, 1}, {2, 1}, {500, 3}, {224, 224}}) {
     for (const char* camera : {"head", "left/hand/wrist"}) {
@@ -195,7 +196,7 @@ TEST_F(ShotTest, ShadowsAreDrawnWhereTheyAreAskedFor) {
   renderer.SetState(home_);
   const auto lit = Rgb8(&renderer, "front", {128, 128}, 0, false),
              shaded = Rgb8(&renderer, "front", {128, 128});
-  // A shadow only takes light away; a few pixels are rounded otherwise.
+  // A shadow only reduces the light; a few pixels are rounded differently.
   int darker = 0, brighter = 0;
   for (size_t i = 0; i < lit.size(); ++i) {
     darker += shaded[i] + 8 < lit[i];

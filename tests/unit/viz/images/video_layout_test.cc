@@ -1,4 +1,4 @@
-// Where the parts of videos are, and where a camera sees a point.
+// Positions of the parts of a video, and of a point in a camera's image.
 #include "viz/images/video_layout.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ void ExpectBox(const Box& box, double x, double y, double width, double height) 
   EXPECT_DOUBLE_EQ(box.height, height);
 }
 
-// None is empty, leaves the image or lies over another.
+// No part is empty, extends beyond the image or overlaps another.
 void ExpectApart(const std::vector<Box>& boxes, FrameSize size) {
   for (size_t i = 0; i < boxes.size(); ++i) {
     const Box& a = boxes[i];
@@ -54,8 +54,8 @@ TEST(VideoScale, IsOneAt720AndNeverTooSmallToRead) {
   EXPECT_EQ(VideoScale({2560, 720}), 1);
 }
 
-// By hand at 1280x720, where a unit is a pixel: 40 of header, 46 of time line, 140 of panels; three insets
-// have 24 % of the width, from 1280 * 0.76 = 972.8 on, 2 pixels apart.
+// Worked out by hand for 1280x720, where a unit is a pixel: 40 for the header, 46 for the time line, 140 for
+// the panels; three insets have 24 % of the width, from 1280 * 0.76 = 972.8 on, 2 pixels apart.
 TEST(FullLayout, HasItsPartsWhereTheyBelong) {
   const FullLayout layout = LayOutFull({1280, 720}, 3, 3);
   ExpectBox(layout.header, 0, 0, 1280, 40);
@@ -137,7 +137,8 @@ TEST(PanelSize, TooSmallForTextIsRefused) {
   EXPECT_THROW(CheckPanelSize({1281, 720}), InputError);
 }
 
-// A camera at the origin as it is looks along -z with y upwards; at 90 degrees the upper edge is at 45.
+// A camera at the origin without rotation points along -z with y upward; with 90 degrees, the upper edge is
+// at 45.
 TEST(Project, PinholeByHand) {
   const CameraPose camera{{0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, 90};
   const auto at = [&](double x, double y, double z) {
@@ -152,7 +153,7 @@ TEST(Project, PinholeByHand) {
   EXPECT_FALSE(at(1, 1, 0));
 }
 
-// Against MuJoCo's own image of a red ball there.
+// Compared with MuJoCo's own image of a red ball at that position.
 TEST(Project, IsWhereTheRendererDrawsIt) {
   constexpr char kXml[] =
       R"(<mujoco><visual><headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/></visual>

@@ -1,4 +1,4 @@
-// Videos: number, size and time of their frames, and what happens when something goes wrong.
+// Videos: number, size and time of their frames, and errors.
 #include "viz/images/video.h"
 
 #include <gtest/gtest.h>
@@ -91,7 +91,7 @@ class VideoTest : public testing::Test {
   static void TearDownTestSuite() { delete scene_; }
 
   const mjModel& visual() { return *scene_->visual; }
-  // The pot is gone from this tick on.
+  // The pot disappears at this tick.
   std::vector<std::vector<double>> States(size_t num, size_t gone_at) {
     std::vector<std::vector<double>> states(num, HomeQpos(visual()));
     for (size_t i = gone_at; i < num; ++i) {
@@ -111,7 +111,7 @@ TEST(VideoSchedule, FrameShowsTheLastStateAtOrBeforeItsTime) {
     const std::vector<size_t> shown = VideoSchedule(times);
     ASSERT_EQ(shown.size(), static_cast<size_t>(times.back() * 30 / 1000000 + 1)) << tick_us;
     for (size_t n = 0; n < shown.size(); ++n) {
-      // floor(n / 30 s / tick), in whole numbers.
+      // floor(n / 30 s / tick) in integers.
       ASSERT_EQ(shown[n], n * 1000000 / (30 * static_cast<size_t>(tick_us))) << tick_us << " frame " << n;
     }
   }
@@ -124,7 +124,7 @@ TEST(VideoSchedule, TicksMayBeMissing) {
 }
 
 TEST_F(VideoTest, FramesHaveTheirTimeSizeAndNumber) {
-  // 2.02 s; the pot vanishes at 0.62 s: frame 18 (0.600 s) shows it, frame 19 (0.633 s) does not.
+  // 2.02 s; the pot disappears at 0.62 s: frame 18 (0.600 s) shows it, frame 19 (0.633 s) does not.
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(102, 31));
   const auto videos = MakeVideo(log, {"front", "left/hand/wrist"}, kVideoSize, log.parent_path());
   EXPECT_EQ(videos, (std::vector<fs::path>{log.parent_path() / "front.mp4",
@@ -141,7 +141,7 @@ TEST_F(VideoTest, FramesHaveTheirTimeSizeAndNumber) {
       EXPECT_LT(Difference(frames[n - 1], frames[n]), change / 2) << n;
     }
   }
-  // Nothing else is left behind.
+  // No other file remains.
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 3);
 }
 
@@ -154,7 +154,8 @@ TEST_F(VideoTest, EqualLogsGiveEqualBytes) {
   EXPECT_TRUE(Bytes(a) == Bytes(b));
 }
 
-// The word at its end is the one of the tables: why it failed, not what ended it.
+// The word at its end is the same as in tables: the reason of the failure, not the event that ended the
+// episode.
 TEST_F(VideoTest, EndsWithTheOutcomeOfTheScore) {
   const auto video = [this](const std::string& name, const std::string& end_reason,
                             const std::string& failure_reason) {
@@ -199,7 +200,7 @@ TEST_F(VideoTest, FullLayoutIsOneVideoWithTwoSecondsOfEndCard) {
   EXPECT_EQ(MessageOf<InputError>([] { ParseVideoLayout("big"); }), "--layout big: there are plain and full");
 }
 
-// Longer ones go on while those that are over hold their last image.
+// Longer episodes continue while finished ones hold their last image.
 TEST_F(VideoTest, GridAndPairLastAsLongAsTheLongest) {
   const fs::path a = WriteRun(folder_.path() / "a", visual(), 20000, States(51, 1000));
   const fs::path b = WriteRun(folder_.path() / "b", visual(), 20000, States(21, 1000), "time_limit");
@@ -221,7 +222,7 @@ TEST_F(VideoTest, GridAndPairLastAsLongAsTheLongest) {
   EXPECT_FALSE(fs::exists(folder_.path() / "none.mp4"));
 }
 
-// 31 frames of 1 s and 30 that are held: 2 s, at 10 a second.
+// 31 frames of 1 s and 30 held ones: 2 s, at 10 frames per second.
 TEST_F(VideoTest, GifAndWebpAreOfTheSameLength) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
   VideoOptions options;
@@ -233,7 +234,7 @@ TEST_F(VideoTest, GifAndWebpAreOfTheSameLength) {
   const std::string webp = Bytes(MakeVideo(log, {"front"}, kVideoSize, log.parent_path(), options)[0]);
   EXPECT_EQ(webp.substr(0, 4), "RIFF");
   EXPECT_EQ(webp.substr(8, 4), "WEBP");
-  // The size that it says is its own; an animation that repeats for ever has 0 after its background color.
+  // The size in its header is correct; an animation that repeats forever has 0 after its background color.
   uint32_t size = 0;
   std::memcpy(&size, webp.data() + 4, 4);
   EXPECT_EQ(size + 8, webp.size());
@@ -269,7 +270,7 @@ TEST_F(VideoTest, LogWithoutEndIsRecordedAsFarAsItGoes) {
   EXPECT_EQ(Decode(MakeVideo(log, {"front"}, kVideoSize, log.parent_path())[0]).size(), 31u);
 }
 
-// As lcm-logger leaves it beside a run.
+// As lcm-logger writes it beside a run.
 TEST_F(VideoTest, EveryEpisodeOfALogHasAVideo) {
   const fs::path one = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
   fs::create_directory(folder_.path() / "all");
@@ -284,7 +285,7 @@ TEST_F(VideoTest, EveryEpisodeOfALogHasAVideo) {
       // The episode follows the fingerprint and the session.
       if (event.channel != channels::kModel) data[19] = static_cast<uint8_t>(episode);
       writer.Write(event.channel, data, event.time_us);
-      // Said again until all are ready.
+      // Repeated until all components are ready.
       if (event.channel == channels::kEpisodeBegin) writer.Write(event.channel, data, event.time_us);
     }
   }
@@ -303,7 +304,7 @@ TEST_F(VideoTest, EveryEpisodeOfALogHasAVideo) {
   EXPECT_EQ(Decode(videos[2]).size(), 7u + kVideoHold);
   EXPECT_TRUE(std::ranges::is_sorted(progress));
   EXPECT_EQ(progress.back(), 1);
-  // 31 frames and the one that is held.
+  // 31 frames and the held one.
   EXPECT_NEAR(progress[31], 1. / 3, 1e-9) << "the end of the first";
 
   for (const fs::path& video : videos) fs::remove(video);
@@ -372,7 +373,7 @@ TEST_F(VideoTest, ACameraIsRecordedOnce) {
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);
 }
 
-// A program called ffmpeg that does what the words of the shell say.
+// A program named ffmpeg that executes these shell commands.
 class FakeFfmpeg : public testing::Test {
  protected:
   void Say(const std::string& words) {
@@ -383,7 +384,7 @@ class FakeFfmpeg : public testing::Test {
     setenv("EVALBUS_PATH", program.parent_path().c_str(), 1);
   }
   ~FakeFfmpeg() override { unsetenv("EVALBUS_PATH"); }
-  // What becomes of a video of 1000 frames.
+  // The result of a video of 1000 frames.
   template <class Error>
   std::string MakeVideo(std::chrono::milliseconds timeout = std::chrono::seconds(60)) {
     return MessageOf<Error>([&] {
@@ -406,13 +407,13 @@ TEST_F(FakeFfmpeg, ThatHangsIsEnded) {
   const std::string hangs = "ffmpeg could not make " + video_.string() + ": it hangs: no progress for 0.5 s";
   Say("kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
-  // Also where it has taken all frames.
+  // Also if it has accepted all frames.
   Say("cat >/dev/null; kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
   EXPECT_FALSE(fs::exists(video_));
 }
 
-// Each has its own video until that is whole.
+// Each process writes its own file until that is complete.
 TEST(VideoWriter, TwoOfOneNameDoNotMix) {
   TemporaryFolder folder;
   const fs::path file = folder.path() / "video.mp4";

@@ -92,7 +92,7 @@ TEST_F(MonitorScreenTest, NeverExceedsTheTerminal) {
   check();
   Play();
   check();
-  now_ += milliseconds(3000);  // everything silent: more to say
+  now_ += milliseconds(3000);  // if everything is silent, there is more to display
   check();
 }
 
@@ -228,7 +228,7 @@ TEST_F(MonitorScreenTest, AnotherMessageVersionIsNamedAndNothingOfItsModelShown)
 }
 
 TEST_F(MonitorScreenTest, OpenedInMidEpisodeShowsWhatCameBefore) {
-  // First the messages of a tick; names come with the next MODEL.
+  // The messages of a tick come first; names arrive with the next MODEL.
   SayTick(4, 75, true);
   std::string screen = All(80, 24);
   EXPECT_NE(screen.find("episode 4   running       1.50 s"), std::string::npos) << screen;
@@ -248,7 +248,7 @@ TEST_F(MonitorScreenTest, OpenedInMidEpisodeShowsWhatCameBefore) {
   EXPECT_NE(screen.find("small/position"), std::string::npos);
 }
 
-// Who plays the log says so; of the components of the run, only those that listen afresh are there.
+// The player of the log reports this; of the run's components, only those that receive the replay are shown.
 TEST_F(MonitorScreenTest, AReplayIsCalledOne) {
   SayModel();
   EXPECT_NE(All(80, 24).find("two_arms   realtime"), std::string::npos) << All(80, 24);
@@ -387,7 +387,7 @@ TEST_F(MonitorScreenTest, AScoreThatIsSaidAgainIsShownOnce) {
   EXPECT_EQ(scores(), 1);
   SaySummary(0, "success");
   EXPECT_EQ(scores(), 0);
-  // The same episode played a second time is news.
+  // The same episode, played a second time, is displayed again.
   SayBegin(0);
   SaySummary(0, "success");
   EXPECT_EQ(scores(), 1);

@@ -20,7 +20,7 @@ TEST(Block, TheBytesByHand) {
   const std::string head = R"({"block":"log","arrays":{"a":{"type":"u16","shape":[3],"offset":0},)"
                            R"("b":{"type":"u8","shape":[1],"offset":8}}})";
   ASSERT_EQ(head.size(), 109u);
-  // 109 and the 4 of the length are 113: seven zeros to 120, which is 15 times 8.
+  // 109 and the 4 bytes of the length are 113: seven zeros up to 120, which is 15 times 8.
   EXPECT_EQ(bytes, std::string("\x6d\0\0\0", 4) + head + std::string(7, '\0') +
                        std::string("\1\0\2\0\4\3\0\0\7", 9));
 }
@@ -62,7 +62,7 @@ TEST(Pack, IsBase64OfWhatZlibInflates) {
   EXPECT_EQ(Base64("f"), "Zg==");
   EXPECT_EQ(Base64("fo"), "Zm8=");
   EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");  // RFC 4648, section 10
-  // Longer than what is encoded at once.
+  // Longer than the buffer of the encoder.
   const std::string long_text(size_t{7} << 20, 'a');
   EXPECT_EQ(Base64(long_text).size(), (long_text.size() + 2) / 3 * 4);
   EXPECT_EQ(Base64(long_text).substr(0, 8), "YWFhYWFh");
@@ -77,7 +77,7 @@ TEST(Pack, IsBase64OfWhatZlibInflates) {
   EXPECT_EQ(inflated, long_text);
 }
 
-// They stand in pages that are HTML and XML at once.
+// They are used in pages that are both HTML and XML.
 TEST(PageFiles, HaveNothingThatEndsAScript) {
   for (const PageFile& file : PageFiles()) {
     const std::string text = file.text;

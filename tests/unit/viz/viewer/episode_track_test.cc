@@ -63,7 +63,7 @@ criteria_t Criteria(int64_t tick, double height) {
   return criteria;
 }
 
-// Everything that a tick brings, in the order in which it comes.
+// All messages of a tick, in the order of their arrival.
 void Hear(int64_t tick, EpisodeTrack* track) {
   state_t state = State(tick);
   state.body[kPot].position_m[2] = 1 + 0.01 * static_cast<double>(tick);
@@ -85,7 +85,7 @@ const nlohmann::ordered_json& CurveOf(const BlockReader& block, const std::strin
   throw std::runtime_error("no curve " + name);
 }
 
-// Of all ticks of a block.
+// Values of all ticks in a block.
 std::vector<double> RowOf(const BlockReader& block, const std::string& name, size_t part = 0) {
   const std::vector<size_t> shape = block.Shape("curves");
   const std::vector<double> values = block.Values("curves");
@@ -104,7 +104,7 @@ TEST(EpisodeTrack, ABlockHasWhatTheMessagesSaid) {
   begin.num_parameters = 1;
   track.Hear(begin);
   for (int64_t tick = 0; tick < 6; ++tick) Hear(tick, &track);
-  // What comes before the next PARTIAL may still be of the last tick.
+  // Messages that arrive before the next PARTIAL may still belong to the last tick.
   EXPECT_EQ(track.ticks(), 5);
 
   const BlockReader block(track.EpisodeBlock());
@@ -120,14 +120,14 @@ TEST(EpisodeTrack, ABlockHasWhatTheMessagesSaid) {
   EXPECT_EQ(block.head()["stages"][0]["tick"], 2);
   EXPECT_TRUE(block.head()["stages"][1]["tick"].is_null());
 
-  // The pot is the second of the two bodies, z its third row.
+  // The pot is the second of the two bodies; z is its third row.
   const std::vector<double> position = block.Values("position_m");
   ASSERT_EQ(block.Shape("position_m"), (std::vector<size_t>{2, 3, 5}));
   for (size_t tick = 0; tick < 5; ++tick) {
     EXPECT_NEAR(position[(1 * 3 + 2) * 5 + tick], 1 + 0.01 * static_cast<double>(tick), 1e-5);
     EXPECT_EQ(block.Values("quat")[(1 * 4 + 0) * 5 + tick], 1);
   }
-  // Shown units: the clearance is in mm, and not there at odd ticks.
+  // Displayed units: the clearance is in mm, and missing at odd ticks.
   const std::vector<double> clearance = RowOf(block, "clearance_m");
   EXPECT_EQ(clearance[0], 500);
   EXPECT_TRUE(std::isnan(clearance[1]));
@@ -254,7 +254,7 @@ TEST(EpisodeTrack, HasTheImagesOfASourcesCameras) {
   EXPECT_EQ(all.Values("image_tick"), (std::vector<double>{0, 0, 3}));
   EXPECT_EQ(all.Values("image_from"), (std::vector<double>{0, 5, 6, 11}));
   EXPECT_EQ(all.Raw("image_jpeg"), "JPEG0wJPEG3");
-  // What came behind the ticks that were sent.
+  // Data that arrived after the ticks that were sent.
   const BlockReader ticks(track.TicksBlock(sent));
   EXPECT_EQ(ticks.Raw("image_jpeg"), "JPEG3");
 }
@@ -270,7 +270,7 @@ TEST(EpisodeTrack, LeavesOutEverySecondImageOfTooManyBytes) {
 
 TEST(EpisodeTrack, TicksThatNeverCame) {
   EpisodeTrack track = MakeTrack();
-  // As who begins to listen in the middle, and loses a tick.
+  // Like a receiver that starts in the middle, and misses a tick.
   for (const int64_t tick : {3, 4, 6, 7, 8}) Hear(tick, &track);
   const BlockReader block(track.EpisodeBlock());
   EXPECT_EQ(block.head()["ticks"], 8);
@@ -282,7 +282,7 @@ TEST(EpisodeTrack, TicksThatNeverCame) {
   EXPECT_NEAR(z(6), 1.06, 1e-5);
   EXPECT_TRUE(std::isnan(RowOf(block, "target_distance")[5]));
   EXPECT_EQ(block.Values("contact_from")[5], block.Values("contact_from")[6]);
-  // A block of ticks alone knows what came before it.
+  // A block that contains only new ticks includes the state before them.
   const BlockReader ticks(track.TicksBlock(5));
   EXPECT_NEAR(ticks.Values("position_m")[(1 * 3 + 2) * 3], 1.04, 1e-5);
   EXPECT_EQ(ticks.Values("missing"), (std::vector<double>{5}));
@@ -310,7 +310,7 @@ TEST(EpisodeTrack, NothingOfOthersAndNothingThatIsNone) {
   partial_metrics_t partial = Partial(-5);
   track.Hear(partial);
   EXPECT_EQ(track.EpisodeBlock(), empty);
-  // Of the same tick, the first counts.
+  // If a tick arrives twice, the first one counts.
   Hear(1, &track);
   Hear(2, &track);
   const std::string before = track.EpisodeBlock();
@@ -318,7 +318,7 @@ TEST(EpisodeTrack, NothingOfOthersAndNothingThatIsNone) {
   state.body[kPot].position_m[2] = 5;
   track.Hear(state);
   EXPECT_EQ(track.EpisodeBlock(), before);
-  // Nobody fills the memory with a tick of the far future.
+  // A tick in the far future must not make the memory grow.
   state = State(1);
   state.header.tick = EpisodeTrack::kMaxTicks;
   track.Hear(state);
@@ -330,7 +330,7 @@ TEST(EpisodeTrack, NothingOfOthersAndNothingThatIsNone) {
 TEST(EpisodeTrack, WhatHappened) {
   EpisodeTrack track = MakeTrack();
   for (int64_t tick = 0; tick < 6; ++tick) Hear(tick, &track);
-  // A touch, which comes back at once: the same one; 0.1 s later another.
+  // A contact that returns at once is the same one; 0.1 s later it is another one.
   for (const int64_t tick : {6, 7, 9, 14}) {
     track.Hear(State(tick));
     track.Hear(Contacts(tick, {{kLeftLink, kTop}}));

@@ -28,14 +28,14 @@ TEST(SceneBlocks, DrawWhatTheModelHas) {
   const auto& head = block.head();
   ASSERT_EQ(head["bodies"].size(), static_cast<size_t>(m.nbody));
 
-  // What moves is what a joint is above of.
+  // Bodies below a joint move.
   for (int body = 0; body < m.nbody; ++body) {
     bool moves = false;
     for (int b = body; b != 0; b = m.body_parentid[b]) moves = moves || m.body_jntnum[b] > 0;
     EXPECT_EQ(head["bodies"][static_cast<size_t>(body)]["moves"], moves) << body;
     EXPECT_EQ(std::ranges::count(blocks.moving_bodies(), body), moves);
   }
-  // Each geom of MODEL once, where MuJoCo has it.
+  // Each geom of MODEL once, at MuJoCo's position.
   std::vector<int> collision;
   size_t meshes = 0;
   for (const auto& geom : head["geoms"]) {
@@ -58,7 +58,7 @@ TEST(SceneBlocks, DrawWhatTheModelHas) {
   EXPECT_EQ(head["cameras"].size(), static_cast<size_t>(m.ncam));
   EXPECT_EQ(head["wrists"].size(), 2u);
   EXPECT_EQ(head["entities"][0]["kind"], "world");
-  // The two arms are of the same meshes: each is there once.
+  // The two arms have the same meshes: each mesh is stored once.
   EXPECT_LT(blocks.blocks().size(), static_cast<size_t>(m.nmesh));
 }
 
@@ -84,7 +84,7 @@ TEST(SceneBlocks, AMeshIsTheModelsToTheSixteenthBit) {
         const int from = m.mesh_face[3 * m.mesh_faceadr[data] + static_cast<int>(corner)];
         for (size_t k = 0; k < 3; ++k) {
           const size_t to = 3 * static_cast<size_t>(faces[corner]) + k;
-          // Half a step of the largest mesh, 0.5 m.
+          // Half a quantization step of the largest mesh, 0.5 m.
           ASSERT_NEAR(vertices[to], vertex[3 * from + static_cast<int>(k)], 0.5 / 65535);
           ASSERT_NEAR(normals[to], normal[3 * from + static_cast<int>(k)], 2e-5);
         }

@@ -110,7 +110,7 @@ TEST_F(RunWatchTest, NoticesWhoFallsSilentAndComesBack) {
   const std::vector<std::string> events = watch_.TakeEvents();
   EXPECT_EQ(events.back(), "policy is back");
   EXPECT_TRUE(watch_.TakeEvents().empty());
-  // Who has said good-bye is not missed.
+  // A component that has announced its end is not reported as missing.
   SayStatus("policy", 2, 75, component_status_t::STOPPED);
   now_ += milliseconds(5000);
   watch_.Update(now_);
@@ -161,7 +161,7 @@ TEST_F(RunWatchTest, LagIsInTicksBehindTheSim) {
   EXPECT_EQ(watch_.health().at("recorder").lag, -1) << "of another episode";
 }
 
-// Its indices would lead beyond its lists.
+// Its indices are beyond the ends of its lists.
 TEST_F(RunWatchTest, AModelThatContradictsItselfIsNone) {
   model_info_t model = small_world::Model();
   model.geom_body[3] = 1000;

@@ -1,4 +1,4 @@
-// What viewers receive of a run that is faster than they read.
+// Messages that viewers receive for a run that is faster than they read.
 #include "viz/web/live_feed.h"
 
 #include <gmock/gmock.h>
@@ -52,7 +52,7 @@ class LiveFeedTest : public testing::Test {
     now_ += 1s;
     feed_.Publish(&broadcaster_, {}, nullptr, now_);
   }
-  // Episodes that this viewer is given, and whether they are over.
+  // Episodes that this viewer receives, and whether they have ended.
   std::vector<std::pair<int, bool>> Given(UpdateBroadcaster::Viewer* viewer) {
     std::vector<std::pair<int, bool>> given;
     while (const SharedBytes bytes = broadcaster_.Next(viewer)) {
@@ -88,7 +88,7 @@ TEST_F(LiveFeedTest, HowAnEpisodeEndedIsToldThoughTheNextOneHasBegun) {
   EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(0, true)));
   Publish();
   EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(1, false)));
-  // What has been told is not told again.
+  // Data is not sent twice.
   Tick(1, 4);
   End(1, 4);
   Publish();
@@ -107,7 +107,7 @@ TEST_F(LiveFeedTest, WhoComesLaterIsNotGivenAnEpisodeOfLongAgo) {
   Publish();
   EXPECT_EQ(Given(&first).size(), 1u);
   broadcaster_.Leave(&first);
-  // Nobody watches; the next one begins between two calls.
+  // No viewer is connected; the next one connects between two calls.
   End(0, 4);
   Begin(1);
   Tick(1, 0);

@@ -1,4 +1,4 @@
-// What a browser may ask for, and from where.
+// The requests that are allowed, and from which origins.
 #include "viz/web/request.h"
 
 #include <gtest/gtest.h>

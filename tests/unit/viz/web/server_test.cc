@@ -122,7 +122,7 @@ TEST_F(Server, ElsewhereATokenIsNeeded) {
   WebClient with(port_, Origin(), "/" + token + "/live");
   EXPECT_EQ(with.Read(), "the run");
   EXPECT_EQ(WebClient(port_, "http://evil.example", "/" + token + "/live").status(), 403);
-  // Another one each time.
+  // Another token each time.
   EXPECT_NE(WebServer({"0.0.0.0", 0}, broadcaster_).token(), token);
 }
 
@@ -133,10 +133,10 @@ TEST_F(Server, BadRequestsAreRefusedInWords) {
   EXPECT_EQ(StatusOf(AnswerTo(port_, std::string("GET /\0 HTTP/1.1\r\n\r\n", 18))), 400);
   EXPECT_EQ(StatusOf(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\n12345")),
             413);
-  // Too long; whoever sends on is cut off, perhaps before the answer has come.
+  // Too long; a client that continues to send is disconnected, perhaps before the answer has arrived.
   const int status = StatusOf(Get(port_, "/", "localhost", "X: " + std::string(20'000, 'x') + "\r\n"));
   EXPECT_TRUE(status == 431 || status == 0) << status;
-  // It goes on.
+  // The server still works.
   EXPECT_EQ(StatusOf(Get(port_, "/")), 200);
 }
 
@@ -162,7 +162,7 @@ TEST_F(Server, APageThatSaysAnythingElseIsSentAway) {
     client.Read();
     EXPECT_TRUE(client.error()) << text.substr(0, 20);
   }
-  // And so is one that says it over and over.
+  // So is a client that repeats it.
   WebClient chatty(port_, Origin());
   for (int i = 0; i < 1000 && !chatty.error(); ++i) chatty.Say("{\"watch\": 0}");
   while (!chatty.error()) chatty.Read();
@@ -179,14 +179,14 @@ TEST_F(Server, TheRunThatIsWatchedIsTheOneThatComes) {
   EXPECT_EQ(client.Read(), "episode of 0");
   client.Say("{\"watch\": 1}");
   EXPECT_EQ(client.Read(), "episode of 1");
-  // Of one that is not there, nothing comes, and what came goes on.
+  // For an unknown run nothing is sent, and the earlier one continues.
   client.Say("{\"watch\": 7}");
   broadcaster_->AddTicks(1, "ticks of 1");
   server_->Wake();
   EXPECT_EQ(client.Read(), "ticks of 1");
 }
 
-// Fifty viewers, one of which never reads: the others have every block, and it costs no memory that grows.
+// Fifty viewers, one of which never reads: the others receive every block, and the memory does not grow.
 TEST_F(Server, WhoNeverReadsHoldsNobodyUp) {
   Begin();
   broadcaster_->SetEpisode(0, "episode", true);
@@ -197,7 +197,7 @@ TEST_F(Server, WhoNeverReadsHoldsNobodyUp) {
   }
   WebClient silent(port_, Origin(), "/live", true);
   ASSERT_FALSE(silent.error());
-  // More than any buffer between here and there.
+  // More than all buffers between the two processes.
   constexpr int kBlocks = 200;
   const std::string large(100'000, 'x');
   for (int i = 0; i < kBlocks; ++i) {
@@ -209,7 +209,7 @@ TEST_F(Server, WhoNeverReadsHoldsNobodyUp) {
     }
   }
   EXPECT_EQ(broadcaster_->num_viewers(), 50);
-  // When it reads at last, it is given what was on its way, and then the episode as it stands.
+  // When it reads at last, it receives the data on the way, and then the current state of the episode.
   broadcaster_->SetEpisode(0, "episode now", false);
   broadcaster_->AddTicks(0, "ticks now");
   server_->Wake();
@@ -238,7 +238,8 @@ TEST_F(Server, AFirstRequestHasLessTimeThanLaterOnes) {
   limits.first_request = std::chrono::seconds(1);
   limits.timeout = std::chrono::hours(1);
   Begin(limits);
-  // Half a request: the server closes, or this would end at kDeadline, and without an answer, too.
+  // Half a request: the server closes the connection; otherwise this would end at kDeadline, without an
+  // answer.
   EXPECT_EQ(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: loc"), "");
   limits.first_request = std::chrono::hours(1);
   limits.timeout = std::chrono::seconds(1);
@@ -247,7 +248,7 @@ TEST_F(Server, AFirstRequestHasLessTimeThanLaterOnes) {
             200);
 }
 
-// Connections that are opened in great number and never ask.
+// Many connections on which no request is ever sent.
 TEST_F(Server, ManyHalfRequestsShutNobodyOut) {
   WebServer::Limits limits;
   limits.connections = 4;
@@ -257,7 +258,7 @@ TEST_F(Server, ManyHalfRequestsShutNobodyOut) {
     half.Add();
     EXPECT_EQ(StatusOf(Get(port_, "/")), 200) << i;
   }
-  // A viewer waits for nothing that it would have to say.
+  // A viewer need not send anything.
   broadcaster_->SetRun(0, "the run");
   WebClient viewer(port_, Origin());
   EXPECT_EQ(viewer.Read(), "the run");
@@ -267,7 +268,7 @@ TEST_F(Server, ManyHalfRequestsShutNobodyOut) {
   EXPECT_EQ(viewer.Read(), "the run later");
 }
 
-// The whole takes several times as long as a client may take nothing.
+// The whole transfer takes several times as long as a client may accept no data.
 TEST_F(Server, AnAnswerMayTakeLongWhileItIsBeingTaken) {
   WebServer::Limits limits;
   limits.timeout = std::chrono::seconds(2);

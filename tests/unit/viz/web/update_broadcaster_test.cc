@@ -1,4 +1,4 @@
-// Which viewer receives which blocks. Blocks are plain text here, except for those that the broadcaster makes
+// Which viewer receives which blocks. Blocks are plain text here, except those that the broadcaster makes
 // itself.
 #include "viz/web/update_broadcaster.h"
 
@@ -48,7 +48,7 @@ TEST(UpdateBroadcaster, WhoComesInMidEpisodeIsGivenAllOfItAndThenTicks) {
   broadcaster.AddTicks(0, "10 to 12");
   EXPECT_THAT(TakeAll(&broadcaster, &viewer), ElementsAre("episode to 10", "10 to 12"));
   EXPECT_FALSE(broadcaster.needs_episode(0));
-  // The next one is served by what is there.
+  // The next viewer receives the existing blocks.
   UpdateBroadcaster::Viewer late;
   broadcaster.Enter(&late);
   EXPECT_THAT(TakeAll(&broadcaster, &late), ElementsAre("episode to 10", "10 to 12"));
@@ -74,7 +74,7 @@ TEST(UpdateBroadcaster, WhoDoesNotReadLosesTicksAndIsGivenTheWholeEpisodeAgain) 
   EXPECT_TRUE(broadcaster.needs_episode(0));
   broadcaster.SetEpisode(0, "episode now", false);
   EXPECT_THAT(TakeAll(&broadcaster, &slow), ElementsAre("episode now"));
-  // Who has it all is not told again.
+  // A viewer that has all blocks receives nothing.
   EXPECT_THAT(TakeAll(&broadcaster, &quick), ElementsAre());
   broadcaster.AddTicks(0, "further");
   EXPECT_THAT(TakeAll(&broadcaster, &slow), ElementsAre("further"));
@@ -160,7 +160,7 @@ TEST(UpdateBroadcaster, AListComesInPiecesAndThenWhatIsAdded) {
   ASSERT_EQ(added.size(), 1u);
   EXPECT_EQ(Head(added[0])["from"], 33'000);
   EXPECT_EQ(Head(added[0])["episodes"].size(), 1u);
-  // A list that became another one (a run that was gone on with) is told from its begin.
+  // A list that was replaced (a resumed run) is sent from its beginning.
   broadcaster.SetEpisodes(0, 2, Rows({7}));
   const auto anew = TakeAll(&broadcaster, &viewer);
   ASSERT_EQ(anew.size(), 1u);

@@ -1,5 +1,5 @@
-// A browser's side of the web server: plain sockets for requests that no browser sends, and Beast for those
-// that one does.
+// The browser's side of the web server: plain sockets for requests that no browser sends, and Beast for
+// normal ones.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,7 +21,8 @@
 
 namespace evalbus::viz {
 
-// What a server at this address answers to these bytes, until it closes the connection; no more than `most`.
+// Sends these bytes and returns the answer of the server at this address until it closes the connection; at
+// most `most` bytes.
 inline std::string AnswerTo(uint16_t port, const std::string& bytes, size_t most = 1 << 20,
                             const std::string& address = "127.0.0.1") {
   namespace asio = boost::asio;
@@ -48,7 +49,7 @@ inline std::string Get(uint16_t port, const std::string& target, const std::stri
       method + " " + target + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + more + "\r\n",
       1 << 20, address);
 }
-// The same by a client that takes `part` bytes, then nothing for a while.
+// The same for a client that reads `part` bytes, then nothing for a while.
 inline std::string GetSlowly(uint16_t port, const std::string& target, std::chrono::milliseconds pause,
                              size_t part) {
   namespace asio = boost::asio;
@@ -67,7 +68,7 @@ inline std::string GetSlowly(uint16_t port, const std::string& target, std::chro
   return answer;
 }
 
-// Connections on which half a request was sent; they stay open.
+// Connections on which half a request was sent; they remain open.
 class HalfRequests {
  public:
   explicit HalfRequests(uint16_t port) : port_(port) {}
@@ -90,7 +91,7 @@ inline std::string BodyOf(const std::string& answer) { return answer.substr(answ
 // A page's WebSocket. Each call ends after kDeadline at the latest.
 class WebClient {
  public:
-  // small_window: the kernel keeps little for it, as for one who does not read.
+  // small_window: the kernel buffers little, like for a client that does not read.
   explicit WebClient(uint16_t port, const std::string& origin = "", const std::string& target = "/live",
                      bool small_window = false) {
     namespace beast = boost::beast;
@@ -108,12 +109,12 @@ class WebClient {
     });
   }
 
-  // Of the last call.
+  // Error of the last call.
   const boost::system::error_code& error() const { return error_; }
   int status() const { return static_cast<int>(response_.result_int()); }
   uint16_t close_code() const { return stream_.reason().code; }
 
-  // The next message; empty where there is an error.
+  // Returns the next message; empty after an error.
   std::string Read() {
     boost::beast::flat_buffer buffer;
     Do([&](auto done) {
