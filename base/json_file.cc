@@ -6,8 +6,8 @@
 #include <optional>
 #include <set>
 #include <sstream>
-#include <streambuf>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/errors.h"
@@ -20,45 +20,6 @@ namespace {
 constexpr char kWhat[] = "JSON file";
 // Files of evalbus nest less than ten levels; recursion over a hundred thousand would overflow the stack.
 constexpr size_t kDeepest = 64;
-
-// A file that the library reads character by character, and that take_text can look ahead in.
-class LookAhead : public std::streambuf {
- public:
-  explicit LookAhead(std::istream* file) : file_(file) {}
-
-  // The next kAhead characters or more, or all remaining ones.
-  std::string_view Text() {
-    if (egptr() - gptr() < kAhead && *file_) Fill();
-    return {gptr(), egptr()};
-  }
-  void Skip(size_t count) {
-    gbump(static_cast<int>(count));
-    skipped_ += count;
-  }
-  size_t skipped() const { return skipped_; }
-
- protected:
-  int_type underflow() override {
-    Fill();
-    return gptr() == egptr() ? traits_type::eof() : traits_type::to_int_type(*gptr());
-  }
-
- private:
-  static constexpr std::ptrdiff_t kAhead = 1 << 17;
-
-  void Fill() {
-    buffer_.erase(0, gptr() - eback());
-    const size_t kept = buffer_.size();
-    buffer_.resize(2 * kAhead);
-    file_->read(&buffer_[kept], static_cast<std::streamsize>(buffer_.size() - kept));
-    buffer_.resize(kept + file_->gcount());
-    setg(buffer_.data(), buffer_.data(), buffer_.data() + buffer_.size());
-  }
-
-  std::istream* file_;
-  std::string buffer_;
-  size_t skipped_ = 0;
-};
 
 // Names in an object. Most objects have few, for which no memory is allocated again per object.
 class Names {
@@ -82,37 +43,45 @@ class Names {
   std::set<std::string> others_;
 };
 
-// Builds the value and detects errors that the library accepts.
+// Builds the value from the parser's events and detects errors that the library accepts.
 template <class Json>
-class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
-  using Base = nlohmann::detail::json_sax_dom_parser<Json>;
-
+class Builder : public nlohmann::json_sax<Json> {
  public:
-  explicit Builder(Json* json) : Base(*json, false), root_(json) {}
-  Builder(Json* json, LookAhead* file, const std::string& key, const TakeElement& take,
-          const TakeText& take_text)
-      : Builder(json) {
-    file_ = file;
-    taken_key_ = key;
-    take_ = take;
-    take_text_ = take_text;
-  }
+  explicit Builder(Json* root) : root_(root) {}
+  Builder(Json* root, const std::string& taken_key, const TakeElement& take)
+      : root_(root), taken_key_(taken_key), take_(take) {}
 
-  bool start_object(size_t size) { return Open() && Base::start_object(size); }
-  bool start_array(size_t size) { return Open() && Base::start_array(size); }
-  bool end_object() { return Close() && Base::end_object() && Offer(); }
-  bool end_array() { return Close() && Base::end_array(); }
-  bool key(std::string& name) {
+  bool null() override { return Add(nullptr); }
+  bool boolean(bool value) override { return Add(value); }
+  bool number_integer(int64_t value) override { return Add(value); }
+  bool number_unsigned(uint64_t value) override { return Add(value); }
+  bool number_float(double value, const std::string&) override { return Add(value); }
+  bool string(std::string& value) override { return Add(std::move(value)); }
+  bool binary(typename Json::binary_t& value) override { return Add(std::move(value)); }
+  bool start_object(size_t) override { return Open(Json::object()); }
+  bool start_array(size_t) override { return Open(Json::array()); }
+  bool end_object() override {
+    Close();
+    Offer();
+    return true;
+  }
+  bool end_array() override {
+    Close();
+    return true;
+  }
+  bool key(std::string& name) override {
     // The library would silently replace the first value.
-    if (!names_[depth_ - 1].Add(name)) {
+    if (!names_[open_.size() - 1].Add(name)) {
       what_ = name + ": expected each key once, it is repeated";
       return false;
     }
-    if (depth_ == 1) outermost_key_ = name;
-    return Base::key(name);
+    if (open_.size() == 1) outermost_key_ = name;
+    key_ = std::move(name);
+    return true;
   }
-  bool parse_error(size_t position, const std::string& token, const nlohmann::json::exception& error) {
-    position_ = (position > 0 ? position - 1 : 0) + (file_ ? file_->skipped() : 0);
+  bool parse_error(size_t position, const std::string& token,
+                   const nlohmann::json::exception& error) override {
+    position_ = position > 0 ? position - 1 : 0;
     // "[json.exception.parse_error.101] parse error at line 1, column 2: REASON"
     const std::string text = error.what();
     const size_t colon = text.find(": ");
@@ -127,55 +96,55 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
   std::optional<size_t> position() const { return position_; }
 
  private:
-  bool Open() {
-    if (depth_ == kDeepest) {
+  Json* Place(Json&& value) {
+    if (open_.empty()) {
+      *root_ = std::move(value);
+      return root_;
+    }
+    Json& parent = *open_.back();
+    if (parent.is_array()) {
+      parent.push_back(std::move(value));
+      return &parent.back();
+    }
+    return &(parent[key_] = std::move(value));
+  }
+  bool Add(Json value) {
+    Place(std::move(value));
+    return true;
+  }
+  bool Open(Json&& value) {
+    if (open_.size() == kDeepest) {
       what_ = "expected JSON nested " + std::to_string(kDeepest) + " deep at most";
       return false;
     }
-    if (names_.size() == depth_) names_.emplace_back();
-    names_[depth_++].Clear();
+    open_.push_back(Place(std::move(value)));
+    if (names_.size() < open_.size()) names_.emplace_back();
+    names_[open_.size() - 1].Clear();
     return true;
   }
-  bool Close() {
-    --depth_;
-    return true;
-  }
+  void Close() { open_.pop_back(); }
 
   // Called when an object is complete: it may be an element for take_. Once take_ has refused an element, all
   // later ones are stored, too.
-  bool Offer() {
+  void Offer() {
     if constexpr (std::is_same_v<Json, nlohmann::json>) {
-      if (!take_ || depth_ != 2 || outermost_key_ != taken_key_) return true;
+      if (!take_ || open_.size() != 2 || outermost_key_ != taken_key_) return;
       auto* elements = (*root_)[taken_key_].template get_ptr<typename Json::array_t*>();
-      if (!elements || elements->size() != 1) return true;
-      if (!is_taken_ && !take_(*root_, elements->back())) return true;
-      elements->pop_back();
-      is_taken_ = take_text_ && TakeTexts();
+      if (elements && elements->size() == 1 && take_(*root_, elements->back())) elements->pop_back();
     }
-    return true;
-  }
-
-  // Lets take_text_ consume elements; true if it did. The library parses the last one itself, because its
-  // error messages begin with the text that it read before.
-  bool TakeTexts() {
-    size_t end = 0;
-    for (LastTaken last; (last = take_text_(file_->Text().substr(end))).end > 0;
-         end = last.end - last.begin) {
-      file_->Skip(end + last.begin);
-    }
-    return end > 0;
   }
 
   Json* root_;
-  LookAhead* file_ = nullptr;
   std::string taken_key_;
   TakeElement take_;
-  TakeText take_text_;
-  bool is_taken_ = false;  // take_text_ has consumed the next element
   std::string outermost_key_;
-  // Names in each open array or object; the first depth_ are in use.
+  // Arrays and objects that are not complete, from the outside in. Only the innermost one grows, so the
+  // addresses are stable.
+  std::vector<Json*> open_;
+  // Key of the next value if the innermost one is an object.
+  std::string key_;
+  // Names in each of open_; the vector is never shortened, to reuse its memory.
   std::vector<Names> names_;
-  size_t depth_ = 0;
   std::string what_;
   std::optional<size_t> position_;
 };
@@ -207,13 +176,11 @@ Json ReadJsonFile(const std::filesystem::path& file) {
 }
 
 nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
-                            const TakeElement& take, const TakeText& take_text) {
+                            const TakeElement& take) {
   std::ifstream stream = OpenInput(file, kWhat);
-  LookAhead ahead(&stream);
-  std::istream text(&ahead);
   nlohmann::json json;
-  Builder<nlohmann::json> builder(&json, &ahead, key, take, take_text);
-  if (nlohmann::json::sax_parse(text, &builder)) return json;
+  Builder<nlohmann::json> builder(&json, key, take);
+  if (nlohmann::json::sax_parse(stream, &builder)) return json;
   const auto position = builder.position();
   std::ifstream again = OpenInput(file, kWhat);
   const std::string line = position ? ":" + std::to_string(LineOf(again, *position)) : "";

@@ -5,7 +5,6 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
 
 namespace evalbus {
 
@@ -16,16 +15,10 @@ template <class Json = nlohmann::json>
 Json ReadJsonFile(const std::filesystem::path& file);
 // Streaming variant for files of any length. For each element of the array at `key` of the outermost object,
 // take(what was read before the element, the element) is called; if it returns true, the element is not
-// stored. After an element was taken, take_text is called first with the following text, which may end
-// anywhere: it consumes as many elements as it can and returns the begin (including the preceding comma) and
-// the end of the last one, or 0 and 0 for none. take_text must only consume valid JSON.
+// stored.
 using TakeElement = std::function<bool(const nlohmann::json& so_far, const nlohmann::json& element)>;
-struct LastTaken {
-  size_t begin = 0, end = 0;
-};
-using TakeText = std::function<LastTaken(std::string_view text)>;
 nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
-                            const TakeElement& take, const TakeText& take_text = {});
+                            const TakeElement& take);
 // line: number of the text's line in the file; 0 if the text is the whole file.
 template <class Json = nlohmann::json>
 Json ParseJson(const std::string& text, const std::string& file, int line = 0);

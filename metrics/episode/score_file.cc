@@ -1,11 +1,7 @@
 #include "metrics/episode/score_file.h"
 
-#include <simdjson.h>
-
 #include <algorithm>
 #include <array>
-#include <bitset>
-#include <charconv>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -24,7 +20,6 @@ namespace evalbus::metrics {
 namespace {
 
 using nlohmann::json;
-namespace ondemand = simdjson::ondemand;
 
 // A value in the document together with its path ("steps[3].left.joint_position"). The path is derived from
 // the parent Node, which must outlive this one.
@@ -221,52 +216,9 @@ void ReadFinal(const Node& value, std::vector<std::string>* names, std::vector<d
   }
 }
 
-// Fast reading of steps with simdjson, whose error messages are poor. The functions below throw simdjson's
-// errors, also for anything that is not certainly valid. The step is then parsed again with nlohmann's
-// library, and Node reports the error.
-void Need(bool right) {
-  if (!right) throw simdjson::simdjson_error(simdjson::INCORRECT_TYPE);
-}
-
-double NumberOf(ondemand::value value) {
-  const bool whole = value.is_integer();
-  const std::string_view token = value.raw_json_token();
-  double number = value;
-  // Debian 12's simdjson reads 0.95000000000000000000 as 0.03, because it has more digits than an integer
-  // holds (simdjson issue 2093).
-  if (token.size() > 20) {
-    Need(std::from_chars(token.data(), token.data() + token.size(), number).ec == std::errc());
-  }
-  // -0 written as an integer becomes 0.
-  return whole ? number + 0.0 : number;
-}
-
-// Requires exactly numbers.size() numbers.
-void ReadNumbers(ondemand::array array, std::span<double> numbers) {
-  size_t size = 0;
-  for (ondemand::value value : array) {
-    Need(size < numbers.size());
-    numbers[size++] = NumberOf(value);
-  }
-  Need(size == numbers.size());
-}
-
-// Requires exactly these keys; read(k, value) reads the value of keys[k].
-void ReadObject(ondemand::object object, const std::vector<std::string>& keys, auto read) {
-  std::bitset<64> seen;
-  Need(keys.size() <= seen.size());
-  for (ondemand::field field : object) {
-    const size_t key = std::find(keys.begin(), keys.end(), field.unescaped_key().value()) - keys.begin();
-    Need(key < keys.size() && !seen[key]);
-    seen.set(key);
-    read(key, field.value());
-  }
-  Need(seen.count() == keys.size());
-}
-
 constexpr int kMaxGeom = std::numeric_limits<int>::max();
 
-// One step: the storage that its Sample points into, filled by either JSON library.
+// One step: the storage that its Sample points into.
 class Step {
  public:
   explicit Step(const MetricsConfig& config)
@@ -321,19 +273,6 @@ class Step {
     }
   }
 
-  void Read(ondemand::object step, int64_t index) {
-    ReadObject(step, keys_, [&](size_t key, ondemand::value value) {
-      if (key == 0) {
-        time_ = NumberOf(value);
-        Need(InTime(index));
-      } else if (key == 1) {
-        ReadContacts(value);
-      } else {
-        ReadArm(value, key - 2);
-      }
-    });
-  }
-
   Sample AsSample(int64_t index) const {
     return {.tick = index + 1,
             .time = time_,
@@ -357,52 +296,8 @@ class Step {
   std::span<double> Velocities(size_t k) { return std::span(joints_[k]).last(joints_[k].size() / 2); }
   uint8_t& Holding(size_t object, size_t k) { return holding_[object * opening_.size() + k]; }
 
-  void ReadArm(ondemand::object arm, size_t k) {
-    ReadObject(arm, arm_keys_, [&](size_t key, ondemand::value value) {
-      switch (key) {
-        case 0:
-          return ReadNumbers(value, Positions(k));
-        case 1:
-          return ReadNumbers(value, Velocities(k));
-        case 2:
-          return ReadNumbers(value, arm_[k].wrist_position);
-        case 3:
-          ReadNumbers(value, arm_[k].wrist_quat);
-          return Need(IsUnit(arm_[k].wrist_quat));
-        case 4:
-          opening_[k] = NumberOf(value);
-          return;
-        default:
-          ReadObject(value, config_.objects,
-                     [&](size_t object, ondemand::value holds) { Holding(object, k) = bool(holds); });
-      }
-    });
-  }
-  void ReadContacts(ondemand::array contacts) {
-    contacts_.clear();
-    for (ondemand::array contact : contacts) {
-      GeomContact& read = contacts_.emplace_back();
-      size_t size = 0;
-      for (ondemand::value value : contact) {
-        if (size == 2) {
-          read.distance = NumberOf(value);
-        } else {
-          (size == 0 ? read.geom_a : read.geom_b) = GeomOf(value);
-        }
-        ++size;
-      }
-      Need(size == 3);
-    }
-  }
-  static int GeomOf(ondemand::value value) {
-    const int64_t id = value;
-    Need(id >= -kMaxGeom && id <= kMaxGeom);
-    return static_cast<int>(id);
-  }
-
   const MetricsConfig& config_;
   std::vector<std::string> keys_;
-  // The order matches the cases of ReadArm().
   std::vector<std::string> arm_keys_ = {"joint_position",   "joint_velocity",  "wrist_position",
                                         "wrist_quaternion", "gripper_opening", "holding"};
   double time_ = 0;
@@ -414,9 +309,6 @@ class Step {
 };
 
 constexpr const char* kNeeded[] = {"robot", "control_frequency", "control_dt", "config", "geoms", "initial"};
-
-// Size of the text that is parsed at once. It holds many steps, since the last one is usually cut off.
-constexpr size_t kTextSize = 1 << 16;
 
 // An episode whose steps are read one after the other.
 class Trajectory {
@@ -439,36 +331,6 @@ class Trajectory {
     }
     Add(step);
     return true;
-  }
-
-  // Adds as many steps as possible from the text that follows a step added before.
-  LastTaken TakeText(std::string_view text) {
-    // Builds an array of a number in place of the previous step, the complete steps, and possibly part of
-    // another, at which simdjson stops. The blanks are the padding that simdjson may read past the end.
-    text = text.substr(0, kTextSize);
-    text_.reserve(kTextSize + 3 + simdjson::SIMDJSON_PADDING);
-    text_.assign("[0").append(text.substr(0, text.rfind('}') + 1)).append("]");
-    const size_t size = text_.size();
-    text_.append(simdjson::SIMDJSON_PADDING, ' ');
-    LastTaken last;
-    try {
-      Need(parser_.allocate(kTextSize + 3) == simdjson::SUCCESS);
-      ondemand::document document = parser_.iterate(text_.data(), size, text_.size());
-      size_t end = 0;
-      for (ondemand::value element : document.get_array()) {
-        const size_t begin = end;
-        if (begin == 0) {
-          NumberOf(element);
-        } else {
-          step_->Read(element.get_object(), num_steps_);
-          AddRead();
-        }
-        end = document.current_location().value() - text_.data();
-        if (begin > 0) last = {begin - 2, end - 2};
-      }
-    } catch (const simdjson::simdjson_error&) {
-    }
-    return last;
   }
 
   // Result including the steps that remain in the document.
@@ -520,9 +382,6 @@ class Trajectory {
 
   void Add(const json& step) {
     step_->Read(Node(&step, &file_, "steps[" + std::to_string(num_steps_) + "]"), num_steps_);
-    AddRead();
-  }
-  void AddRead() {
     metrics_->Step(step_->AsSample(num_steps_));
     ++num_steps_;
   }
@@ -542,8 +401,6 @@ class Trajectory {
   ScoreOptions options_;
   std::optional<RolloutMetrics> metrics_;
   std::optional<Step> step_;
-  std::string text_;
-  ondemand::parser parser_;
   int64_t num_steps_ = 0;
 };
 
@@ -557,8 +414,7 @@ nlohmann::ordered_json ScoreEpisode(const json& episode, const std::string& file
 nlohmann::ordered_json ScoreFile(const std::filesystem::path& file, const ScoreOptions& options) {
   Trajectory trajectory(file.string(), options);
   return trajectory.Result(ReadJsonFile(
-      file, "steps", [&](const json& so_far, const json& step) { return trajectory.Take(so_far, step); },
-      [&](std::string_view text) { return trajectory.TakeText(text); }));
+      file, "steps", [&](const json& so_far, const json& step) { return trajectory.Take(so_far, step); }));
 }
 
 }  // namespace evalbus::metrics
