@@ -21,7 +21,7 @@ struct EnvironmentError : std::runtime_error {
 };
 
 // Text for an exception of any other type, which only a plugin throws.
-inline constexpr char kNotAnException[] = "something was thrown that is not a std::exception, by a plugin?";
+inline constexpr char kNotAnException[] = "an exception that is not a std::exception, possibly from a plugin";
 
 // Prints the error that ends the program on stderr; returns the exit code.
 inline int ReportError(const std::exception& error) {

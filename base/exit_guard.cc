@@ -17,7 +17,7 @@ void RefuseExit(int status, void*) {
   std::fflush(stdout);
   std::fprintf(
       stderr,
-      "error: exit(%d) was called before the program was done; a plugin must return or throw instead\n",
+      "error: exit(%d) was called before the end of the program; a plugin must return or throw instead\n",
       status);
   _exit(2);
 }

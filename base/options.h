@@ -60,8 +60,8 @@ void CheckRanges(const Options& options) {
     if (const auto x = static_cast<double>(number); x >= range.least && x <= range.most) return;
     throw InputError(OptionName(key) +
                      (range.most == Range{}.most
-                          ? fmt::format(": expected {} or more, not {}", range.least, number)
-                          : fmt::format(": expected {} to {}, not {}", range.least, range.most, number)));
+                          ? fmt::format(": expected {} or more, got {}", range.least, number)
+                          : fmt::format(": expected {} to {}, got {}", range.least, range.most, number)));
   };
   ForEachOption(options, [&](const auto& row, const auto& value) {
     using Value = std::decay_t<decltype(value)>;

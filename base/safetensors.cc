@@ -71,7 +71,7 @@ std::vector<double> Tensor::Numbers() const {
   if (dtype == "I64") return NumbersOf<int64_t>(data);
   if (dtype == "I32") return NumbersOf<int32_t>(data);
   if (dtype == "U8" || dtype == "BOOL") return NumbersOf<uint8_t>(data);
-  throw InputError("numbers of type " + Printable(dtype) + " are not read");
+  throw InputError("numbers of type " + Printable(dtype) + " are not supported");
 }
 
 Tensor DoubleTensor(const std::vector<double>& numbers, std::vector<int64_t> shape) {
@@ -93,16 +93,15 @@ const Tensor* Safetensors::Find(const std::string& name) const {
 
 Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& file) {
   const auto fail = [&](const std::string& what) { throw InputError(file + ": " + what); };
-  if (bytes.size() < 8)
-    fail("no safetensors file: shorter than the 8 bytes that hold the length of the header");
+  if (bytes.size() < 8) fail("not a safetensors file: shorter than the 8 bytes of the header's length");
   uint64_t length = 0;
   for (int i = 7; i >= 0; --i) length = length << 8 | bytes[static_cast<size_t>(i)];
   if (length > kMaxHeader) {
-    fail(fmt::format("no safetensors file: its header would be {} bytes long, more than {}", length,
+    fail(fmt::format("not a safetensors file: its header would be {} bytes long, more than {}", length,
                      kMaxHeader));
   }
   if (length > bytes.size() - 8) {
-    fail(fmt::format("cut off: the header is {} bytes long, the file has {} behind its first 8", length,
+    fail(fmt::format("truncated: the header is {} bytes long, the file has {} after its first 8", length,
                      bytes.size() - 8));
   }
   const std::string text(reinterpret_cast<const char*>(bytes.data()) + 8, length);
@@ -117,9 +116,9 @@ Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& 
     const ordered_json& entry = item.value();
     const std::string where = "tensor \"" + Printable(Cut(name, 60)) + "\": ";
     if (name == kMetadata) {
-      if (!entry.is_object()) fail("header: __metadata__ is no object");
+      if (!entry.is_object()) fail("header: __metadata__ is not an object");
       for (const auto& [key, value] : entry.items()) {
-        if (!value.is_string()) fail("header: __metadata__: \"" + Printable(Cut(key, 60)) + "\" is no text");
+        if (!value.is_string()) fail("header: __metadata__: \"" + Printable(Cut(key, 60)) + "\" is not text");
         result.metadata[key] = value.get<std::string>();
       }
       continue;
@@ -138,13 +137,13 @@ Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& 
       fail(where + "unknown dtype " + Printable(Cut(one.tensor.dtype, 20)));
     for (const ordered_json& extent : entry["shape"]) {
       const auto value = extent.get<uint64_t>();
-      if (value > uint64_t{1} << 40) fail(where + "a shape that no file holds");
+      if (value > uint64_t{1} << 40) fail(where + "a shape too large for any file");
       one.tensor.shape.push_back(static_cast<int64_t>(value));
     }
     one.begin = entry["data_offsets"][0].get<uint64_t>();
     one.end = entry["data_offsets"][1].get<uint64_t>();
     if (one.begin > one.end || one.end > data.size()) {
-      fail(where + fmt::format("lies at bytes {} to {} of {}: the file is cut off or damaged", one.begin,
+      fail(where + fmt::format("lies at bytes {} to {} of {}: the file is truncated or damaged", one.begin,
                                one.end, data.size()));
     }
     const auto size = Size(one.tensor);

@@ -53,8 +53,7 @@ void CheckLimits(const std::string& url) {
   }
   for (const int fd : files) close(fd);
   if (files.size() < kFiles) {
-    throw EnvironmentError("cannot open bus " + url +
-                           ": no more files may be open at once; 'ulimit -n 256' is enough");
+    throw EnvironmentError("cannot open bus " + url + ": too many open files; 'ulimit -n 256' is enough");
   }
 }
 

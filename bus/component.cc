@@ -47,13 +47,14 @@ void Component::PublishStatus() {
 void Component::LogDroppedMessages() {
   const auto grown = [](int64_t now, int64_t* told) { return now - std::exchange(*told, now); };
   if (const int64_t n = grown(status_.decode_errors, &decode_errors_told_); n > 0) {
-    log_.Warn("dropped {} that did not decode: of another program or version, or damaged", Messages(n));
+    log_.Warn("dropped {} that could not be decoded: from another program or version, or damaged",
+              Messages(n));
   }
   if (const int64_t n = grown(status_.foreign_messages, &foreign_messages_told_); n > 0) {
-    log_.Info("dropped {} that were repeated or of another episode", Messages(n));
+    log_.Info("dropped {} that were repeated or belong to another episode", Messages(n));
   }
   if (const int64_t n = grown(of_other_runs_, &of_other_runs_told_); n > 0) {
-    log_.Info("{} of them: of another run, or of a log being played", n);
+    log_.Info("{} of them belong to another run, or to a log being played", n);
   }
   if (const int64_t n = grown(status_.missing_ticks, &missing_ticks_told_); n > 0) {
     log_.Warn("{} never arrived", Plural(n, "tick"));

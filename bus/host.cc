@@ -67,7 +67,7 @@ void AddLogLevel(CLI::App* app) {
         Log::SetLevel(ParseLogLevel(word));
         setenv("EVALBUS_LOG_LEVEL", word.c_str(), 1);
       },
-      "debug, info, warn, error or off: what the logs have; default: EVALBUS_LOG_LEVEL or info");
+      "level of the logs: debug, info, warn, error or off; default: EVALBUS_LOG_LEVEL or info");
 }
 
 int HostMain(int argc, char** argv, const std::string& description,
@@ -81,7 +81,7 @@ int HostMain(int argc, char** argv, const std::string& description,
   // contents.
   if (app.get_option_no_throw("--options") == nullptr) AddOptionsFile(&app, [](const std::string&) {});
   app.add_option("--url", url,
-                 "bus to work on, udpm://ADDRESS:PORT?ttl=0; all processes of a run name the same one")
+                 "bus of the run, udpm://ADDRESS:PORT?ttl=0; all processes of a run use the same one")
       ->envname(kUrlVariable)
       ->required();
   // Set by launchers only.

@@ -32,7 +32,7 @@ struct Free {
 LogForm ParseLogForm(const std::string& text) {
   if (text == "plain") return LogForm::kPlain;
   if (text == "zstd") return LogForm::kZstd;
-  throw InputError("--log: expected plain or zstd, not '" + text + "'");
+  throw InputError("--log: expected plain or zstd, got '" + text + "'");
 }
 
 bool IsPacked(std::span<const uint8_t> bytes) {
@@ -76,7 +76,7 @@ std::vector<uint8_t> UnpackLog(std::span<const uint8_t> packed, const std::files
     throw InputError("cannot read log " + file.string() + ": " + why);
   };
   const auto too_large = [&] {
-    fail(fmt::format("it unpacks to more than {} MB; unpack it with 'zstd -d' and take that file",
+    fail(fmt::format("it unpacks to more than {} MB; unpack it with 'zstd -d' and use that file",
                      most / 1'000'000));
   };
   const auto declared = ZSTD_getFrameContentSize(packed.data(), packed.size());
@@ -94,8 +94,8 @@ std::vector<uint8_t> UnpackLog(std::span<const uint8_t> packed, const std::files
     ZSTD_outBuffer out{log.data(), log.size(), size};
     const size_t read = in.pos;
     left = ZSTD_decompressStream(context.get(), &out, &in);
-    if (ZSTD_isError(left)) fail(std::string("what zstd packed is damaged: ") + ZSTD_getErrorName(left));
-    if (out.pos == size && in.pos == read && size < log.size()) fail("it is cut off");
+    if (ZSTD_isError(left)) fail(std::string("its zstd data are damaged: ") + ZSTD_getErrorName(left));
+    if (out.pos == size && in.pos == read && size < log.size()) fail("it is truncated");
     size = out.pos;
     if (size < log.size()) continue;
     if (in.pos == in.size && left == 0) break;

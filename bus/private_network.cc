@@ -122,8 +122,8 @@ ReservedBus ChooseBus(const std::string& asked) {
     return {};
   }
   fmt::print(
-      "bus {} in a private network namespace, since this machine has no multicast ('evalbus doctor' says "
-      "why); outside, only 'evalbus monitor' and 'evalbus-viz' can listen\n",
+      "bus {} in a private network namespace, since this machine has no multicast ('evalbus doctor' gives "
+      "the reason); outside, only 'evalbus monitor' and 'evalbus-viz' can listen\n",
       bus.url());
   std::fflush(stdout);
   return bus;

@@ -95,9 +95,9 @@ Shape::Kind KindOf(int mujoco_type, const std::string& who) {
     case mjGEOM_MESH:
       return Shape::Kind::kMesh;
     default:
-      throw InputError(who +
-                       " has a shape that collision checking does not know; use a plane, sphere, capsule, " +
-                       "ellipsoid, cylinder, box or mesh");
+      throw InputError(
+          who + " has a shape that collision checking does not support; use a plane, sphere, capsule, " +
+          "ellipsoid, cylinder, box or mesh");
   }
 }
 

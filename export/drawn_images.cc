@@ -148,7 +148,7 @@ void DrawnImages::Draw(const std::function<void(double)>& progress) {
   };
   std::list<ForkedWork> processes;
   const size_t count = std::min(missing.size(), size_t{std::max(1u, std::thread::hardware_concurrency())});
-  while (processes.size() < count) processes.emplace_back("a process that draws", draw);
+  while (processes.size() < count) processes.emplace_back("a rendering process", draw);
   std::exception_ptr error;
   while (!processes.empty()) {
     std::this_thread::sleep_for(kLookedEvery);
@@ -169,7 +169,7 @@ void DrawnImages::Draw(const std::function<void(double)>& progress) {
   if (stop_requested()) {
     const auto there = std::ranges::count_if(files_, [](const fs::path& file) { return fs::exists(file); });
     throw EnvironmentError(fmt::format(
-        "stopped; the images of {} of {} episodes are in {}, and the same command goes on with them", there,
+        "stopped; the images of {} of {} episodes are in {}; run the same command again to continue", there,
         files_.size(), folder_.string()));
   }
 }
@@ -182,7 +182,7 @@ std::vector<std::string> DrawnImages::Of(size_t i) const {
     if (text.size() - at >= sizeof length) std::memcpy(&length, text.data() + at, sizeof length);
     at += sizeof length;
     if (length == 0 || at > text.size() || length > text.size() - at) {
-      throw InputError(files_[i].string() + ": damaged; delete it, and it is drawn again");
+      throw InputError(files_[i].string() + ": damaged; delete it to have it rendered again");
     }
     images.push_back(text.substr(at, length));
     at += length;

@@ -271,21 +271,21 @@ class FoxgloveServer::Core::Handshake : public std::enable_shared_from_this<Hand
 
 std::string FoxgloveServer::Core::Refusal(const http::request<http::empty_body>& request) {
   const std::string_view host = View(request[http::field::host]);
-  if (request.count(http::field::host) != 1) return "one Host header is needed";
-  if (is_loopback && !viz::IsLoopbackHost(host)) return "this server is known by another name";
+  if (request.count(http::field::host) != 1) return "exactly one Host header is required";
+  if (is_loopback && !viz::IsLoopbackHost(host)) return "unknown Host name";
   if (!websocket::is_upgrade(request))
-    return "a WebSocket for Foxglove is here: open ws://" + std::string(host);
+    return "this is a WebSocket server for Foxglove: open ws://" + std::string(host);
   const std::string origin(View(request[http::field::origin]));
   const bool is_allowed = origin.empty() || origin == kFoxgloveOrigin || viz::IsOwnOrigin(origin, host) ||
                           std::ranges::find(options.origins, origin) != options.origins.end();
   if (request.count(http::field::origin) > 1 || !is_allowed) {
     if (options.on_refused) {
-      options.on_refused(fmt::format("refused a page from {0}; --allow-origin {0} lets it in", origin));
+      options.on_refused(fmt::format("refused a page from {0}; allow it with --allow-origin {0}", origin));
     }
-    return "not from a page of others";
+    return "requests from other origins are refused";
   }
   if (ChooseSubprotocol(View(request[http::field::sec_websocket_protocol])).empty()) {
-    return "the subprotocol foxglove.sdk.v1 or foxglove.websocket.v1 is needed";
+    return "the subprotocol foxglove.sdk.v1 or foxglove.websocket.v1 is required";
   }
   if (viewers.size() >= kViewers) return "too many viewers";
   return "";

@@ -85,7 +85,7 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path)
   StartLibrary();
   CheckInput(name);
   const Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (file < 0) fail("no HDF5 file, or it is cut off");
+  if (file < 0) fail("not an HDF5 file, or truncated");
   // Rejects external links: they may lead to other files, including pipes.
   const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
   H5Pset_elink_cb(
@@ -98,9 +98,9 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path)
   }
   const Handle type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
   const H5T_class_t kind = H5Tget_class(type);
-  if (kind != H5T_INTEGER && kind != H5T_FLOAT) fail("'" + path + "' holds no numbers");
+  if (kind != H5T_INTEGER && kind != H5T_FLOAT) fail("'" + path + "' does not contain numbers");
   const int dimensions = H5Sget_simple_extent_ndims(space);
-  if (dimensions < 1 || dimensions > 2) fail("'" + path + "' is no table of one or two dimensions");
+  if (dimensions < 1 || dimensions > 2) fail("'" + path + "' is not an array of one or two dimensions");
   hsize_t extents[2] = {0, 1};
   H5Sget_simple_extent_dims(space, extents, nullptr);
   if (extents[0] > kMax || extents[1] > kMax || extents[0] * extents[1] > kMax) {

@@ -73,7 +73,7 @@ EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
   }
   if (encoder.undecodable() > 0) {
     episode.remarks.push_back(
-        fmt::format("{}: {} messages are not ours", log.string(), encoder.undecodable()));
+        fmt::format("{}: skipped {} messages of other programs", log.string(), encoder.undecodable()));
   }
   return episode;
 }

@@ -105,7 +105,7 @@ std::string SceneUpdateSchema() {
 
 std::string JointStatesSchema() {
   const Json joint = Object({{"name", kText},
-                             {"position", Described(kNumber, "rad; of a gripper its opening, 0 to 1")},
+                             {"position", Described(kNumber, "rad; for a gripper its opening, 0 to 1")},
                              {"velocity", Described(kNumber, "rad/s")},
                              {"effort", Described(kNumber, "N m")}},
                             {"velocity", "effort"});
@@ -173,23 +173,24 @@ std::string EventSchema() {
 
 std::string EpisodeSchema() {
   const Json values = {{"type", "object"}, {"additionalProperties", kNumber}};
-  return Text("evalbus.Episode", Object({{"timestamp", Time()},
-                                         {"run_id", kText},
-                                         {"task", kText},
-                                         {"variation", kText},
-                                         {"robot", kText},
-                                         {"instruction", kText},
-                                         {"episode", kInteger},
-                                         {"attempt", kInteger},
-                                         {"seed", Described(kText, "a whole number of 64 bits, as text")},
-                                         {"parameters", Described(values, "drawn for this episode")},
-                                         {"end_reason", kText},
-                                         {"failure_reason", kText},
-                                         {"explanation", kText},
-                                         {"success", kTruth},
-                                         {"complete", kTruth}},
-                                        {"seed", "parameters", "end_reason", "failure_reason", "explanation",
-                                         "success", "complete"}));
+  return Text(
+      "evalbus.Episode",
+      Object({{"timestamp", Time()},
+              {"run_id", kText},
+              {"task", kText},
+              {"variation", kText},
+              {"robot", kText},
+              {"instruction", kText},
+              {"episode", kInteger},
+              {"attempt", kInteger},
+              {"seed", Described(kText, "a whole number of 64 bits, as text")},
+              {"parameters", Described(values, "randomized value in this episode")},
+              {"end_reason", kText},
+              {"failure_reason", kText},
+              {"explanation", kText},
+              {"success", kTruth},
+              {"complete", kTruth}},
+             {"seed", "parameters", "end_reason", "failure_reason", "explanation", "success", "complete"}));
 }
 
 std::string MetricsSchema(const std::vector<std::pair<std::string, std::string>>& paths) {

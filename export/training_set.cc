@@ -205,7 +205,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
     }
   }
   if (reader.damaged_places() > 0)
-    fail(fmt::format("damaged: {} bytes are no events", reader.damaged_bytes()));
+    fail(fmt::format("damaged: {} bytes cannot be read", reader.damaged_bytes()));
   if (!has_model || !has_begin) fail("no episode in this log");
   size_t at = 0;
   for (size_t i = 0; i < episode.states.size(); ++i) {
@@ -214,13 +214,13 @@ EpisodeSteps ReadSteps(const fs::path& log) {
     // In real time, the last action is held if none arrives for a tick.
     while (at + 1 < actions.size() && actions[at + 1].header.tick <= static_cast<int64_t>(i)) ++at;
     if (actions.empty() || actions[at].header.tick > static_cast<int64_t>(i)) {
-      fail(fmt::format("no action of tick {}: what was not commanded cannot be learnt", i));
+      fail(fmt::format("no action of tick {}: a training set needs an action for every tick", i));
     }
     episode.actions.push_back(actions[at]);
   }
   const size_t width = ActionLimits(episode.model).lower.size();
   for (const action_t& action : episode.actions) {
-    if (Numbers(action).size() != width) fail("an action is not of this robot");
+    if (Numbers(action).size() != width) fail("an action does not fit this robot");
   }
   if (episode.actions.empty()) fail("no tick was simulated");
   if (episode.model.object_is_tracked.size() != episode.model.object_name.size())
@@ -302,7 +302,8 @@ std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const 
     const model_info_t& model = episode.model;
     const bool fits = model.num_arms == 2 && model.num_grippers == 2 && model.arm[0].num_joints == 7 &&
                       model.arm[1].num_joints == 7;
-    if (!fits) throw InputError(logs[i].string() + ": RoboEval's layout is of two arms with 7 joints each");
+    if (!fits)
+      throw InputError(logs[i].string() + ": RoboEval's layout requires two arms with 7 joints each");
     const auto steps = static_cast<int64_t>(episode.actions.size());
     const RobotIndices indices = IndicesOfRobot(model);
     std::vector<double> actions, proprioception, grippers, rewards(episode.actions.size());

@@ -126,7 +126,7 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
     ++status_.foreign_messages;
     // The sim repeats EPISODE_END until it has received the score.
     if (summary_) {
-      log().Info("EPISODE_END came again: says the score again");
+      log().Info("received EPISODE_END again: resending the score");
       bus().Publish(channels::kEpisodeSummary, *summary_);
     }
     return;
@@ -141,7 +141,7 @@ void MetricsComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (run_summary_.num_episodes > 0 && now - summary_published_ >= kRepeatSummary) PublishRunSummary();
   if (!last_ticks_ || last_ticks_->Look(now) < kMaxWait) return;
-  log().Warn("waited for ticks that did not come: the episode is scored without them");
+  log().Warn("some ticks did not arrive in time: the episode is scored without them");
   merger_.GiveUp();
   ScoreTicks();
 }
@@ -162,14 +162,14 @@ void MetricsComponent::FinishEpisode() {
   }
   episode_summary_t& summary = summary_.emplace(scorer_->Summary(begin_, end_));
   if (const std::string verdict = Conflict(end_.end_reason, summary); is_lockstep_ && !verdict.empty()) {
-    end_.detail = "the sim ended the episode with " + end_.end_reason + " where the verdict was " + verdict +
+    end_.detail = "the sim ended the episode with " + end_.end_reason + ", but the verdict was " + verdict +
                   ": is a second metrics on this bus?";
     end_.end_reason = end_reason::kAborted;
     log().Warn("{}", end_.detail);
     summary = scorer_->Summary(begin_, end_);
   }
   if (summary.extended.refused_samples > 0) {
-    log().Warn("{} ticks held numbers that are not finite, or fit no model: refused",
+    log().Warn("refused {} ticks with numbers that are not finite or do not fit the model",
                summary.extended.refused_samples);
   }
   statistics_.Add(end_.header.episode, ResultOf(begin_, summary));

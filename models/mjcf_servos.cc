@@ -109,7 +109,7 @@ void Part::ServoOfMotor(XMLElement* motor) {
   const std::string gear = Effective(motor, "main", "gear").value_or("1");
   const std::vector<double> ratio = ParseNumbers(motor, "gear", gear, 0);
   if (ratio.empty() || ratio[0] != 1) {
-    Fail(motor, Tag(motor) + ": attribute 'gear': a motor with a gear is not made a position servo");
+    Fail(motor, Tag(motor) + ": attribute 'gear': a motor with a gear cannot become a position servo");
   }
   // A motor's command is a torque; its limits become the limits of the servo's force.
   if (const auto torque = Effective(motor, "main", "ctrlrange"); torque && !motor->Attribute("forcerange")) {

@@ -36,7 +36,7 @@ void CheckConsistency(const model_info_t& info) {
   constexpr int64_t kLongestTick_us = 3'600'000'000;
   if (info.timestep_us < 1 || info.substeps < 1 || info.timestep_us > kLongestTick_us / info.substeps) {
     throw InputError("MODEL: a tick is " + std::to_string(info.substeps) + " steps of " +
-                     std::to_string(info.timestep_us) + " us, expected more than none and less than an hour");
+                     std::to_string(info.timestep_us) + " us, expected more than 0 and less than an hour");
   }
   constexpr int kMany = 1 << 20;
   CheckCoordinates(info, kMany);

@@ -107,7 +107,7 @@ void FillForbiddenContactGeoms(const TaskDescription& task, model_info_t* info) 
         const bool lacks_part = std::ranges::find(known, in_part) != known.end();
         const std::string nearest = lacks_part ? in_part : NearestName(part.name, known);
         throw InputError(part.location.ToString() + ": object '" + object + "' has no body or geom '" +
-                         part.name + "' that can be touched; " +
+                         part.name + "' with collision; " +
                          (nearest.empty() ? "expected PART/NAME, a body (" + ListOf(body_names) +
                                                 ") or a geom (" + ListOf(geom_names) + ")"
                                           : "did you mean '" + nearest + "'?"));

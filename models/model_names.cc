@@ -34,7 +34,7 @@ std::vector<std::string> Joined(std::initializer_list<const std::vector<std::str
 [[noreturn]] void Refuse(const SourceLocation& where, const std::string& what, const std::string& name,
                          const std::vector<std::string>& known, const std::string& expected) {
   const std::string nearest = NearestName(name, known);
-  throw InputError(where.ToString() + ": " + what + " is called '" + name + "'; " +
+  throw InputError(where.ToString() + ": " + what + " has the name '" + name + "'; " +
                    (nearest.empty() ? "expected " + expected : "did you mean '" + nearest + "'?"));
 }
 

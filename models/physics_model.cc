@@ -23,7 +23,7 @@ ModelPtr Load(const model_info_t& info, const std::string& file, const std::stri
   if (!path.is_absolute() || path != path.lexically_normal() || path.filename() != name ||
       path.parent_path().filename() != kModelFolder) {
     throw InputError("MODEL names the file '" + file + "', expected RUN/" + kModelFolder + "/" + name +
-                     " with its whole path");
+                     " as an absolute path");
   }
   return LoadModel(path, sha256);
 }

@@ -111,7 +111,7 @@ void ReadFriction(const YamlValue& value, const Context& context) {
 
 void ReadSize(const YamlValue& value, const Context&) {
   value.Fail(
-      "sizes cannot be drawn, for shapes and inertias are compiled into the model: give variations "
+      "sizes cannot be randomized, because shapes and inertias are compiled into the model: give variations "
       "parts of different sizes");
 }
 
@@ -161,7 +161,7 @@ constexpr Kind kKinds[] = {{"spawn_box", ReadSpawnBox},
 
 std::string PartName(const std::string& name, const YamlValue& value, const std::vector<std::string>& parts) {
   if (std::find(parts.begin(), parts.end(), name) == parts.end())
-    value.Fail("no part of the scene is called '" + name + "'" + Suggestion(name, parts));
+    value.Fail("the scene has no part '" + name + "'" + Suggestion(name, parts));
   return name;
 }
 

@@ -108,7 +108,7 @@ CameraDescription ReadCamera(const YamlMap& map, const std::string& name,
   CameraDescription camera;
   camera.name = name;
   for (const CameraDescription& other : others) {
-    if (other.name == name) map["name"].Fail("another camera is called '" + name + "'");
+    if (other.name == name) map["name"].Fail("another camera has the name '" + name + "'");
   }
   camera.pose = ReadPose(map["pose"]);
   if (const YamlValue* fov = map.Find("vertical_fov_deg")) {
@@ -157,7 +157,7 @@ GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm
     own_model = ReadMjcf(gripper.model_file);
     model = &own_model;
     const YamlValue* body = map.Find("attach_body");
-    if (!body) value.Fail("a gripper with a model of its own needs 'attach_body'");
+    if (!body) value.Fail("a gripper with its own model needs 'attach_body'");
     gripper.attach_body = NameIn(*body, NamesIn(arm_model, "worldbody", "body"), "body", arm_model.file);
     if (const YamlValue* mount = map.Find("mount")) gripper.mount = ReadPose(*mount);
   } else {
@@ -242,7 +242,7 @@ RobotDescription LoadRobot(const std::filesystem::path& file,
     arm.location = entry.location();
     arm.name = arm_map["name"].Name();
     for (const ArmDescription& other : robot.arms) {
-      if (other.name == arm.name) arm_map["name"].Fail("another arm is called '" + arm.name + "'");
+      if (other.name == arm.name) arm_map["name"].Fail("another arm has the name '" + arm.name + "'");
     }
     arm.model_file = FindModelFile(arm_map["model"], folders);
     const MjcfFile model = ReadMjcf(arm.model_file);

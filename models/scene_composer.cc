@@ -75,7 +75,7 @@ void RemoveSurroundings(mjcf::Part* part, std::vector<std::string>* warnings) {
   for (XMLElement* section : part->Sections("worldbody")) {
     for (XMLElement* child : Children(section)) {
       if (!Is(child, "light")) continue;
-      warnings->push_back(SourceOf(child) + ": <light> dropped: the scene's lights count");
+      warnings->push_back(SourceOf(child) + ": <light> dropped: only the scene's lights are used");
       section->DeleteChild(child);
     }
   }
@@ -130,7 +130,7 @@ void SceneComposer::Impl::CompareOptions(XMLElement* base, XMLElement* option) {
     if (name == kSourceAttribute || Get(base, a->Name()) == a->Value()) continue;
     warnings.push_back(
         SourceOf(option) + ": " + Tag(option) + " " + name + "=\"" + a->Value() +
-        "\" does not count; the scene's is " +
+        "\" is ignored; the scene's is " +
         (base->Attribute(a->Name()) ? "\"" + Get(base, a->Name()) + "\"" : "MuJoCo's default"));
   }
   for (XMLElement* child : Children(option)) {

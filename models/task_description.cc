@@ -66,7 +66,7 @@ MetricsOptions ReadMetrics(const YamlValue& value) {
     } else if (entry.key() == known[1]) {
       options.collision_sample_window = entry.Integer(1);
     } else {
-      entry.Fail("not a key here" + Suggestion(entry.key(), known));
+      entry.Fail("unknown key here" + Suggestion(entry.key(), known));
     }
   }
   return options;
@@ -80,9 +80,9 @@ void ReadParts(const YamlValue& value, const std::filesystem::path& folder, bool
     ScenePart part;
     part.name = map["name"].Name();
     for (const ScenePart& other : *parts) {
-      if (other.name == part.name) map["name"].Fail("another part is called '" + part.name + "'");
+      if (other.name == part.name) map["name"].Fail("another part has the name '" + part.name + "'");
     }
-    if (part.name == "world") map["name"].Fail("'world' is the world itself; choose another name");
+    if (part.name == "world") map["name"].Fail("'world' is reserved; choose another name");
     part.model_file = FileIn(map["model"], folder, check_files);
     part.pose = ReadPose(map["pose"]);
     if (const YamlValue* free = map.Find("free")) part.free = free->Bool();
@@ -124,7 +124,7 @@ std::vector<Stage> ReadStages(const YamlValue& value) {
     const YamlMap map(entry, {"name", "when"});
     const std::string name = map["name"].Name();
     for (const Stage& other : stages) {
-      if (other.name == name) map["name"].Fail("another stage is called '" + name + "'");
+      if (other.name == name) map["name"].Fail("another stage has the name '" + name + "'");
     }
     stages.push_back({static_cast<int>(stages.size()) + 1, name, ReadExpression(map["when"])});
   }

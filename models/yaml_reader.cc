@@ -61,7 +61,7 @@ void CheckNode(const YAML::Node& node, const std::string& file, int depth, int* 
     throw InputError(file + ":" + std::to_string(std::max(node.Mark().line, 0) + 1) + ": " + what);
   };
   if (depth > 50 || ++*count > 100000) fail("too deeply nested or too long");
-  if (node.IsScalar() && node.Scalar().find('\0') != std::string::npos) fail("a text with a NUL in it");
+  if (node.IsScalar() && node.Scalar().find('\0') != std::string::npos) fail("text that contains a NUL byte");
   for (const auto& entry : node) {
     if (node.IsMap()) {
       CheckNode(entry.first, file, depth + 1, count);
@@ -230,7 +230,7 @@ YamlMap::YamlMap(const YamlValue& value, const std::vector<const char*>& require
   known.insert(known.end(), optional.begin(), optional.end());
   for (const YamlValue& entry : value.Entries()) {
     if (std::find(known.begin(), known.end(), entry.key()) == known.end()) {
-      entry.Fail("not a key here" + Suggestion(entry.key(), known));
+      entry.Fail("unknown key here" + Suggestion(entry.key(), known));
     }
     entries_.emplace(entry.key(), entry);
   }

@@ -133,8 +133,8 @@ void CheckPart(const PlanFolder& folder, const Shard& shard, Checked* checked) {
   int next = shard.first;
   for (const results::RecordedEpisode& episode : run.episodes) {
     if (episode.episode < shard.first || episode.episode > shard.last) {
-      throw InputError(fmt::format("{}:{}: episode {} is not of this shard, which has {} to {}", lines,
-                                   episode.line, episode.episode, shard.first, shard.last));
+      throw InputError(fmt::format("{}:{}: episode {} does not belong to this shard, which has {} to {}",
+                                   lines, episode.line, episode.episode, shard.first, shard.last));
     }
     if (episode.episode == next) ++next;
   }
@@ -142,7 +142,7 @@ void CheckPart(const PlanFolder& folder, const Shard& shard, Checked* checked) {
     throw InputError(fmt::format(
         "{}: {} of {}, the first missing one is episode {}{}; remove {} and run its part of the plan again",
         lines, run.episodes.size(), Plural(shard.size(), "episode"), next,
-        run.cut_line > 0 ? fmt::format(" (line {} was cut off)", run.cut_line) : "", run.folder.string()));
+        run.cut_line > 0 ? fmt::format(" (line {} is truncated)", run.cut_line) : "", run.folder.string()));
   }
   for (const results::RecordedEpisode& episode : run.episodes) {
     const model_info_t model = results::CheckLog(run, episode);
@@ -184,14 +184,14 @@ void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, co
       for (const auto& [key, value] : first.items()) {
         if (other.value(key, ordered_json()) == value) continue;
         throw InputError(
-            fmt::format("{}: \"{}\" is {}, but {} in {}: no parts of one run", (part / kRunJson).string(),
+            fmt::format("{}: \"{}\" is {}, but {} in {}: not parts of one run", (part / kRunJson).string(),
                         key, ToText(other.value(key, ordered_json())), ToText(value), parts[0].string()));
       }
     }
     for (const results::RecordedEpisode& episode : run.episodes) {
       const auto [first, is_new] = owner.emplace(episode.episode, part);
       if (!is_new) {
-        throw InputError(fmt::format("{}: episode {} is in {}, too", part.string(), episode.episode,
+        throw InputError(fmt::format("{}: episode {} is also in {}", part.string(), episode.episode,
                                      first->second.string()));
       }
       Link(EpisodeFolder(part, episode.episode), EpisodeFolder(out, episode.episode));

@@ -148,7 +148,7 @@ void RunPart(const PlanFolder& folder, int part, int parts, int workers) {
   Say(fmt::format("part {} of {}: {}", part, parts, Plural(mine.size(), "shard")));
   Shards shards(folder, mine, workers);
   while (shards.Poll() && !stop_requested()) std::this_thread::sleep_for(runner::kJobPoll);
-  if (stop_requested()) throw EnvironmentError("stopped; the same command goes on");
+  if (stop_requested()) throw EnvironmentError("stopped; run the same command again to resume");
   const std::vector<std::string>& failures = shards.failures();
   if (failures.empty()) return;
   throw EnvironmentError(

@@ -40,7 +40,7 @@ std::string FromPlan(const std::string& name, const fs::path& plan) {
 void CheckPolicyName(const YamlValue& value, const std::string& name) {
   if (name.empty() || name.starts_with(".") || name.find('/') != std::string::npos ||
       Printable(name) != name || name.size() > 100) {
-    value.Fail("expected a name that a folder can have, got '" + OneLine(name) + "'");
+    value.Fail("expected a name that is valid for a folder, got '" + OneLine(name) + "'");
   }
 }
 
@@ -55,8 +55,7 @@ PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
     if (const YamlValue* name = map.Find("name")) policy.name = name->Text();
   }
   if (policy.policy == policy::kExternalPolicy) {
-    value.Fail(
-        "a policy that is a process of yours takes one task on one bus: 'evalbus run' with --policy lcm");
+    value.Fail("your own policy process requires one task on one bus: use 'evalbus run' with --policy lcm");
   }
   if (policy.name.empty()) {
     policy.name =
@@ -113,12 +112,12 @@ Until ReadUntil(const YamlValue& value, int least) {
   if (std::sscanf(text.c_str(), "decided(alpha %lf, max %d)%n", &until.alpha, &until.max_episodes, &end) !=
           2 ||
       end != static_cast<int>(text.size())) {
-    value.Fail("expected decided(alpha A, max EPISODES), as decided(alpha 0.05, max 200), got '" + text +
-               "'");
+    value.Fail("expected decided(alpha A, max EPISODES), for example decided(alpha 0.05, max 200), got '" +
+               text + "'");
   }
   if (!(until.alpha > 0 && until.alpha <= 0.5)) value.Fail("expected alpha above 0 and at most 0.5");
   if (until.max_episodes < least || until.max_episodes > kMaxEpisodes) {
-    value.Fail(fmt::format("expected max {} to {}: 'episodes' are run in any case", least, kMaxEpisodes));
+    value.Fail(fmt::format("expected max {} to {}: 'episodes' are always run", least, kMaxEpisodes));
   }
   return until;
 }
@@ -132,7 +131,7 @@ void ReadRunOptions(const YamlValue& value, Plan* plan) {
   });
   for (const YamlValue& entry : value.Entries()) {
     if (std::ranges::find(known, entry.key()) == known.end()) {
-      entry.Fail("no option of a run in a plan" + Suggestion(entry.key(), known));
+      entry.Fail("not an option of runs in a plan" + Suggestion(entry.key(), known));
     }
     plan->rate_is_given |= entry.key() == "control_hz";
     plan->timeout_is_given |= entry.key() == "policy_timeout_s";
@@ -150,7 +149,7 @@ void ReadRunOptions(const YamlValue& value, Plan* plan) {
         option.clear();
         for (const std::string& path : entry.Texts()) option.emplace_back(path);
       } else {
-        entry.Fail("no option of a run in a plan");
+        entry.Fail("not an option of runs in a plan");
       }
     });
   }
@@ -162,7 +161,8 @@ T Get(const nlohmann::json& json, const char* key, const std::string& file) {
   try {
     return json.at(key).get<T>();
   } catch (const nlohmann::json::exception&) {
-    throw InputError(fmt::format("{}: \"{}\" is missing or of another type; is this of evalbus?", file, key));
+    throw InputError(
+        fmt::format("{}: \"{}\" is missing or has another type; was this made by evalbus?", file, key));
   }
 }
 
@@ -205,7 +205,8 @@ Plan ReadPlan(const fs::path& file) {
   for (const YamlValue& value : map["policies"].List()) {
     plan.policies.push_back(ReadPolicy(value, file));
     const std::string& name = plan.policies.back().name;
-    if (!names.insert(name).second) value.Fail("two policies are called '" + name + "'; give them a 'name'");
+    if (!names.insert(name).second)
+      value.Fail("two policies have the name '" + name + "'; give each a 'name'");
   }
   if (plan.policies.empty()) map["policies"].Fail("expected at least one policy");
   const YamlValue& tasks = map["tasks"];
@@ -238,7 +239,7 @@ Plan ReadPlan(const fs::path& file) {
   if (const YamlValue* value = map.Find("until")) {
     plan.until = ReadUntil(*value, plan.options.episodes);
     if (plan.policies.size() < 2)
-      value->Fail("expected two policies, of which one is compared with the other");
+      value->Fail("expected two policies, one of which is compared with the other");
   }
   for (const PlannedPolicy& policy : plan.policies)
     runner::CheckRunOptions(plan.OptionsOf(policy), plan.tasks.size());

@@ -83,7 +83,7 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
   if (!fs::exists(file)) {
     for (const auto& entry : fs::directory_iterator(path_)) {
       if (entry.path().filename() == kPartsFolder || ParseTemporaryName(entry.path().filename())) continue;
-      throw InputError("--out " + path_.string() + ": exists and is no plan's folder; it has no " +
+      throw InputError("--out " + path_.string() + ": exists and is not a plan's folder; it has no " +
                        kPlanJson);
     }
     // Another part of the plan may start at the same moment; it writes the same contents.
@@ -101,7 +101,7 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
 PlanFolder::PlanFolder(const fs::path& folder) : path_(fs::absolute(folder).lexically_normal()) {
   if (!path_.has_filename()) path_ = path_.parent_path();
   const fs::path file = path_ / kPlanJson;
-  if (!fs::exists(file)) throw InputError(folder.string() + ": no plan's folder; it has no " + kPlanJson);
+  if (!fs::exists(file)) throw InputError(folder.string() + ": not a plan's folder; it has no " + kPlanJson);
   plan_ = PlanOfJson(ReadJsonFile(file), file.string());
 }
 

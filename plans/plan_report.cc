@@ -99,10 +99,9 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
     results.stops.push_back(stop->at("text"));
     comparison.remarks.clear();
     comparison.remarks.push_back(
-        "The plan looked at its results as they came and stopped when they decided. p of success holds all "
-        "the same. "
-        "The difference shown is on average larger than the true one, and p values of metrics are for one "
-        "look.");
+        "The plan tested its results during the evaluation and stopped when they were decided. p of success "
+        "accounts for this. The difference shown is on average larger than the true one, and p values of "
+        "metrics assume a single test.");
   }
   return results;
 }
@@ -170,13 +169,13 @@ void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
                                .judgment = results::Word(comparison.success.judgment()),
                                .url = report::Url(fs::relative(page, folder.path()))});
   }
-  report.verdict_note = results.stops.empty()
-                            ? std::string("p values are adjusted by Holm for the policies that are compared.")
-                            : fmt::format(
-                                  "Looked at every {} episodes of each task, {} at most: p values hold at "
-                                  "any look, adjusted by "
-                                  "Bonferroni for the policies that are compared.",
-                                  plan.options.episodes, plan.until->max_episodes);
+  report.verdict_note =
+      results.stops.empty()
+          ? std::string("p values are adjusted by Holm for the policies that are compared.")
+          : fmt::format(
+                "Tested after every {} episodes of each task, at most {}: p values are valid at any look, "
+                "adjusted by Bonferroni for the policies that are compared.",
+                plan.options.episodes, plan.until->max_episodes);
   for (const results::RankedRun& run : results.ranking) {
     report.ranking.push_back({run.name, run.successes, run.trials, run.letters});
   }

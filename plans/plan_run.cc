@@ -93,7 +93,7 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
   });
   for (const auto& [name, suite] : suites) suite.WriteSummary();
   if (is_whole) return;
-  throw EnvironmentError(fmt::format("stopped; the same command with --out {} --resume goes on",
+  throw EnvironmentError(fmt::format("stopped; to resume, run the same command with --out {} --resume",
                                      fs::proximate(folder.path()).string()));
 }
 
@@ -187,7 +187,7 @@ void MakeVideos(const PlanFolder& folder, int workers) {
   }
   if (!RunJobs(std::move(jobs), workers, "runs recorded as video", [](const std::string&) {})) {
     throw EnvironmentError(
-        "stopped before all was recorded as video; the same command with --resume goes on");
+        "stopped before all videos were recorded; to resume, run the same command with --resume");
   }
 }
 
@@ -197,9 +197,8 @@ std::string Stop::Text(const std::string& baseline, const Until& until) const {
   const std::string counts =
       fmt::format("{} pairs won and {} lost, p = {:.2g} at any look", only_policy, only_baseline, p_adjusted);
   if (!is_decided) {
-    return fmt::format(
-        "not decided against {} after {} episodes of each task, the most that the plan allows: {}", baseline,
-        until.max_episodes, counts);
+    return fmt::format("not decided against {} after {} episodes of each task, the plan's maximum: {}",
+                       baseline, until.max_episodes, counts);
   }
   return fmt::format("{} than {}, decided after {} of {} episodes of each task: {}",
                      only_policy > only_baseline ? "better" : "worse", baseline, episodes, until.max_episodes,

@@ -40,7 +40,7 @@ std::string OutputOf(const std::vector<std::string>& command) {
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return said;
   if (WIFEXITED(status) && WEXITSTATUS(status) == 127) {
     throw EnvironmentError(
-        "there is no sbatch here: --slurm is for a machine of a Slurm cluster; --slurm-dry-run shows the "
+        "sbatch is missing: --slurm requires a machine of a Slurm cluster; --slurm-dry-run shows the "
         "scripts");
   }
   throw EnvironmentError(command[0] + ": " + Printable(said));
@@ -51,8 +51,9 @@ int NumParts(const Plan& plan, const SlurmOptions& options) {
   if (options.array_size > 0) return std::min(options.array_size, shards);
   const Probe probe = ProbePlan(plan, kProbes);
   if (probe.episodes == 0) {
-    throw InputError("--slurm: expected --array-size, how many tasks: no episode can be tried here, " +
-                     Printable(probe.problem));
+    throw InputError(
+        "--slurm requires --array-size, the number of array tasks: no episode can be tried here, " +
+        Printable(probe.problem));
   }
   const double all_s = probe.seconds_per_episode * plan.num_runs() * plan.options.episodes / options.cpus;
   const int parts =
@@ -113,8 +114,8 @@ SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& opt
 void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options) {
   const SlurmScripts scripts = WriteSlurmScripts(folder, options, NumParts(folder.plan(), options));
   if (scripts.todo.empty()) {
-    throw InputError(folder.path().string() + ": every shard is there; 'evalbus merge " +
-                     folder.path().string() + "' makes the results of them");
+    throw InputError(folder.path().string() + ": every shard exists; 'evalbus merge " +
+                     folder.path().string() + "' combines them into results");
   }
   const fs::path own = folder.path() / kSlurmFolder;
   if (options.dry_run) {
@@ -129,7 +130,7 @@ void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options) {
   const std::string job = array.substr(0, array.find(';'));
   const std::string merge =
       OutputOf({"sbatch", "--parsable", "--dependency=afterany:" + job, (own / "merge.sh").string()});
-  fmt::print("array    job {}, {}\nmerge    job {}\nfolder   {}\n'evalbus status {}' says how far it is\n",
+  fmt::print("array    job {}, {}\nmerge    job {}\nfolder   {}\n'evalbus status {}' shows the progress\n",
              job, Plural(scripts.todo.size(), "task"), merge.substr(0, merge.find(';')),
              folder.path().string(), folder.path().string());
 }

@@ -51,7 +51,7 @@ PolicyMaker MakeNoisy(const std::string& text) {
   if (!text.empty()) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), amplitude);
     if (error != std::errc() || end != text.data() + text.size() || !(amplitude >= 0 && amplitude <= 1)) {
-      throw InputError("noisy_expert:" + text + ": expected 0 to 1, the most that a joint is off, rad");
+      throw InputError("noisy_expert:" + text + ": expected 0 to 1, the maximum deviation of a joint, rad");
     }
   }
   return [amplitude](const mjModel& model, const model_info_t& info) {
@@ -81,18 +81,20 @@ PolicyMaker MakeFlawed(const std::string& flaw_name) {
 // The only table of policies. To add a policy, write a class and add a row here.
 std::vector<Row>& Policies() {
   static std::vector<Row> rows = {
-      {"expert", "[:TASK]", "scripted, one for each task; TASK: that of another task, for a copy of it",
+      {"expert", "[:TASK]",
+       "scripted expert of the task; TASK: the expert of another task, for a copy of that task",
        MakeScripted},
       {"noisy_expert", "[:RAD]",
-       "the expert with noisy joints, which now and then misses; RAD: by how much at most, default 0.09",
+       "the expert with noisy joints, which sometimes misses; RAD: maximum deviation, default 0.09",
        MakeNoisy},
-      {"random", "", "moves smoothly about home", Make<RandomPolicy>},
-      {"hold", "", "rests at home", Make<HoldPolicy>},
-      {"replay", ":RUN_OR_LOG", "the actions of a recorded run again", MakeReplay<false>},
+      {"random", "", "random smooth motion around home", Make<RandomPolicy>},
+      {"hold", "", "stays at home", Make<HoldPolicy>},
+      {"replay", ":RUN_OR_LOG", "replays the actions of a recorded run", MakeReplay<false>},
       {"replay_anyway", ":RUN_OR_LOG",
-       "the same in another task, variation, robot, control rate or with another seed", MakeReplay<true>},
-      {"demo", ":FILE_OR_FOLDER", "demonstrations of RoboEval (safetensors), one for each episode, open loop",
-       MakeDemo},
+       "the same, also in another task, variation, robot, control rate or with another seed",
+       MakeReplay<true>},
+      {"demo", ":FILE_OR_FOLDER",
+       "replays demonstrations of RoboEval (safetensors), one for each episode, open loop", MakeDemo},
       {"flawed_expert", ":FLAW", "the expert fails on purpose: " + FlawNames(), MakeFlawed},
   };
   return rows;

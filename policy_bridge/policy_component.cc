@@ -122,7 +122,7 @@ bool PolicyComponent::Act(const state_t& state) {
   } catch (const std::exception& error) {
     SetError(error.what(), dynamic_cast<const ServerError*>(&error) != nullptr);
   } catch (...) {
-    SetError("the policy threw something that is not a std::exception", false);
+    SetError("the policy threw an exception that is not a std::exception", false);
   }
   action_.header = state.header;
   bus().Publish(channels::kAction, action_);

@@ -13,17 +13,16 @@ std::optional<Contract> FindContractOf(const PolicyOptions& options) {
   if (policy.starts_with("grpc://")) throw InputError("--policy " + policy + ": " + kNoPickles);
   if (policy.find("://") != std::string::npos) {
     if (options.contract.empty()) {
-      throw InputError(
-          "--policy " + policy +
-          ": expected --contract, too: what this server is shown and says ('evalbus policy list' has "
-          "those there are)");
+      throw InputError("--policy " + policy +
+                       ": requires --contract, the server's observations and actions ('evalbus policy list' "
+                       "lists the built-in ones)");
     }
     Contract contract = FindContract(options.contract);
     contract.url = policy;
     return contract;
   }
   if (!options.contract.empty()) {
-    throw InputError("--contract: only with the address of a server, as --policy ws://127.0.0.1:8000");
+    throw InputError("--contract requires the address of a server, for example --policy ws://127.0.0.1:8000");
   }
   if (policy == kExternalPolicy || !IsContract(policy)) return std::nullopt;
   return FindContract(policy);
@@ -46,7 +45,7 @@ PolicyMaker FindPolicy(const PolicyOptions& options) {
       return std::make_unique<RemotePolicy>(contract, latency, model, info);
     };
   }
-  if (latency.kind != Latency::Kind::kNone) throw InputError("--latency: only of a policy behind a server");
+  if (latency.kind != Latency::Kind::kNone) throw InputError("--latency requires a policy behind a server");
   return FindPolicy(options.policy);
 }
 

@@ -33,14 +33,14 @@ void ForEachOption(Options& options, const F& f) {
                      "\nCONTRACT: a policy behind a server, by contract file or by name ('evalbus policy "
                      "list')\n"
                      "ws://HOST:PORT (tcp://, http://): the same at this address, with --contract\n"
-                     "lcm: a process of yours on --url",
+                     "lcm: your own process on the bus --url",
                  Range{}, kFixed},
           Option{&PolicyOptions::contract, "contract",
-                 "what the server at --policy ws://... is shown and says: a file or one of 'evalbus policy "
-                 "list'",
+                 "contract (observations and actions) of the server at --policy ws://...: a file, or one of "
+                 "'evalbus policy list'",
                  Range{}, kFixed},
           Option{&PolicyOptions::latency, "latency",
-                 "lockstep: what a server's thinking costs in simulated time, during which the robot holds "
+                 "lockstep: simulated time that the server's computation takes, during which the robot holds "
                  "its last\n"
                  "command: none (time stands still), measured, or milliseconds; rounded up to whole ticks",
                  Range{}, kFixed},

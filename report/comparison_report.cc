@@ -72,9 +72,8 @@ report::ReportTaskComparison Task(const results::TaskComparison& task, const Pag
   }
   if (!task.flipped.empty() && !any_video) {
     report.video_hint =
-        "There are no videos of these: evalbus render RUN --episode N makes them, and evalbus compare "
-        "--report once "
-        "more links them here.";
+        "There are no videos of these: evalbus render RUN --episode N makes them; run evalbus compare "
+        "--report again to link them here.";
   }
   return report;
 }
@@ -127,8 +126,8 @@ BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
     report.success = Success("all", comparison.success);
     report.notes = comparison.remarks;
     report.notes.push_back(
-        fmt::format("p of success: {}. Adjusted p: for the number of tests of a table. {} Each is drawn on "
-                    "its own scale.",
+        fmt::format("p of success: {}. Adjusted p: adjusted for the number of tests in a table. {} Each "
+                    "interval has its own scale.",
                     results::TestName(comparison.success.test), results::kIntervalsAreSingle));
     reports.push_back(std::move(report));
   }

@@ -81,7 +81,7 @@ void ViewerPack::Pack(const std::vector<std::vector<Wanted>>& wanted, size_t pag
 }
 
 std::string ViewerPack::Note() const {
-  if (packed_.empty()) return "There was no room for an episode in 3D (--mb).";
+  if (packed_.empty()) return "No episode fits into the page in 3D (--mb).";
   if (packed_.size() < episodes_) {
     return fmt::format("{} of {} episodes are packed into this page, failures first.", packed_.size(),
                        episodes_);

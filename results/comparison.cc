@@ -80,11 +80,11 @@ bool IsSimulated(const RecordedRun& run) {
 // Returns why a better value of this metric must not be credited to `side`; null if it may be.
 const char* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side& other, bool paired) {
   if (side.GotNowhere()) return "succeeded in no episode and reached no stage";
-  if (metric.risk && side.GotLessFarThan(other)) return "got less far, which leaves less to go wrong";
+  if (metric.risk && side.GotLessFarThan(other)) return "got less far, so fewer errors were possible";
   if (metric.effort && !paired && (side.success_rate < 1 || other.success_rate < 1))
     return "is compared over its own successes only, which may have been the easier starts";
   if (metric.amplifies_noise && side.is_simulated != other.is_simulated)
-    return "is compared with a recording whose noise this metric amplifies";
+    return "is compared with a recording, whose noise this metric amplifies";
   return nullptr;
 }
 
@@ -260,15 +260,15 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
   const std::string name = task.name();
   if (task.unmatched + task.baseline_unmatched > 0) {
     remarks->push_back(
-        fmt::format("{}: without a partner, and left out: {}", name,
+        fmt::format("{}: excluded because the other run lacks them: {}", name,
                     Counted("episode", task.unmatched, run, task.baseline_unmatched, baseline)));
   }
   if (task.success.samples.trials < task.success.trials ||
       task.success.samples.baseline_trials < task.success.baseline_trials) {
     const auto all_equal = [&](int count, const std::string& of) {
-      remarks->push_back(fmt::format(
-          "{}: all {}{} began alike and are equal in every number: interval and test count them as one", name,
-          count, of));
+      remarks->push_back(
+          fmt::format("{}: all {}{} have equal starts and equal numbers: interval and test count them as one",
+                      name, count, of));
     };
     if (task.paired) {
       all_equal(task.success.trials, " pairs");
@@ -285,9 +285,8 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
   }
   if (task.paired && !(own.is_simulated && other.is_simulated)) {
     remarks->push_back(
-        fmt::format("{}: evalbus did not draw the starts of {}: episodes of equal number count as pairs, "
-                    "whether they began alike "
-                    "or not",
+        fmt::format("{}: evalbus did not randomize the starts of {}: episodes with equal numbers count as "
+                    "pairs, whether or not their starts are equal",
                     name,
                     !own.is_simulated && !other.is_simulated ? "either"
                     : own.is_simulated                       ? baseline
@@ -375,13 +374,13 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool w
           return candidate.task == own.task && (single || candidate.variation == own.variation);
         });
     if (other == baseline.runs.end()) {
-      result.remarks.push_back(fmt::format("{} is not in {}: left out", own.task_name(), baseline.name));
+      result.remarks.push_back(fmt::format("{} is not in {}: excluded", own.task_name(), baseline.name));
       continue;
     }
     result.tasks.push_back(CompareTask(own, *other, {run.name, baseline.name, with_metrics}, &task_remarks));
     if (const std::string how = MadeDifferently(own, *other);
         !how.empty() && made_differently.insert(how).second) {
-      result.remarks.push_back(fmt::format("{} and {} were made with {}: that alone may make them differ",
+      result.remarks.push_back(fmt::format("{} and {} were made with {}, which alone may cause differences",
                                            run.name, baseline.name, how));
     }
   }
@@ -394,7 +393,7 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool w
       return task.task == other.task && task.baseline_variation == other.variation;
     });
     if (!used) {
-      result.remarks.push_back(fmt::format("{} is not in {}: left out", other.task_name(), run.name));
+      result.remarks.push_back(fmt::format("{} is not in {}: excluded", other.task_name(), run.name));
     }
   }
   result.success.paired = std::all_of(result.tasks.begin(), result.tasks.end(),
@@ -418,9 +417,8 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool w
         std::ranges::find_if(of->runs, [&](const RecordedRun& r) { return !until(r).empty(); });
     if (stopped == of->runs.end()) continue;
     result.remarks.push_back(
-        fmt::format("{}: its plan stopped by its results (until: {}): p values here are for a number of "
-                    "episodes that was fixed "
-                    "beforehand, those of the plan's report hold",
+        fmt::format("{}: its plan stopped depending on its results (until: {}): p values here assume a fixed "
+                    "number of episodes; use those of the plan's report",
                     of->name, until(*stopped)));
   }
   return result;
@@ -435,15 +433,15 @@ std::string OutlookText(const SuccessComparison& success) {
                                : fmt::format("{} and {} episodes", counts.trials, counts.baseline_trials);
   const Outlook outlook = OutlookOf(success);
   if (!outlook.findable) {
-    return fmt::format("{} {} too few to find any difference.", what,
+    return fmt::format("{} {} too few to detect any difference.", what,
                        success.paired && counts.trials == 1 ? "is" : "are");
   }
   const std::string text =
-      fmt::format("{} like these find a true difference of {:.0f} points four times in five", what,
+      fmt::format("{} like these detect a true difference of {:.0f} points with 80 % power", what,
                   std::ceil(*outlook.findable * 100));
   if (success.difference == 0) return text + ".";
   const char* const kind = success.paired ? "pairs" : "episodes each";
-  return fmt::format("{}; to find one of {} points takes {} {}.", text,
+  return fmt::format("{}; detecting one of {} points requires {} {}.", text,
                      Fixed(std::abs(success.difference) * 100, 0),
                      outlook.needed ? fmt::format("about {}", *outlook.needed)
                                     : fmt::format("more than {}", metrics::kMaxTrials),
@@ -650,8 +648,8 @@ std::string Conclusion(const Comparison& comparison) {
         run, task.task, task.variation, baseline, task.task, task.baseline_variation);
   }
   if (success.trials == 0 || success.baseline_trials == 0) {
-    return variations + fmt::format("Nothing can be said: {} has no complete episode.",
-                                    success.trials == 0 ? run : baseline);
+    return variations +
+           fmt::format("No conclusion: {} has no complete episode.", success.trials == 0 ? run : baseline);
   }
   const std::string counts = fmt::format("{} of {} against {} of {}{}", success.successes, success.trials,
                                          success.baseline_successes, success.baseline_trials,

@@ -46,7 +46,7 @@ const char* BetterWord(Better better) {
 
 ordered_json Json(const MetricComparison& metric, bool paired) {
   ordered_json json = {
-      {"over", metric.number.metric->effort ? (paired ? "pairs that both succeeded" : "successes")
+      {"over", metric.number.metric->effort ? (paired ? "pairs in which both succeeded" : "successes")
                                             : (paired ? "all pairs" : "all episodes")},
       {"count", metric.count},
       {"baseline_count", metric.baseline_count},

@@ -28,7 +28,7 @@ KeptResults::KeptResults(const fs::path& recording) {
 std::string KeptResults::Difference(const fs::path& log, const RescoredEpisode& episode) {
   if (!any_) return "";
   const auto found = lines_.find(log);
-  if (found == lines_.end()) return std::string(kEpisodesJsonl) + " has no line of it";
+  if (found == lines_.end()) return std::string(kEpisodesJsonl) + " has no line for it";
   ordered_json line = found->second;
   lines_.erase(found);
   // Pacing cannot be recomputed from a log.

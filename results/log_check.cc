@@ -52,24 +52,25 @@ model_info_t CheckLog(const RecordedRun& run, const RecordedEpisode& episode) {
     }
   }
   if (reader.damaged_places() > 0) {
-    fail(fmt::format("damaged: {} bytes are no events", reader.damaged_bytes()));
+    fail(fmt::format("damaged: {} bytes cannot be read", reader.damaged_bytes()));
   }
-  if (!model) fail("no MODEL that this version of evalbus reads");
+  if (!model) fail("no MODEL that this version of evalbus can read");
   if (!summary) {
     fail(fmt::format(
-        "no EPISODE_SUMMARY of episode {}: the log was cut off, or is of another version of evalbus",
+        "no EPISODE_SUMMARY of episode {}: the log is truncated, or was made by another version of evalbus",
         episode.episode));
   }
   for (const auto& [key, found] : {std::pair("task_sha256", Sha256Text(model->task_yaml)),
                                    std::pair("physics_sha256", model->physics_sha256),
                                    std::pair("visual_sha256", model->visual_sha256)}) {
     if (const auto made = run.info.find(key); made != run.info.end() && *made != found) {
-      fail(fmt::format("of another run: its {} is not that of {}", key, (run.folder / kRunJson).string()));
+      fail(fmt::format("belongs to another run: its {} differs from that of {}", key,
+                       (run.folder / kRunJson).string()));
     }
   }
   const auto differences = DifferentValues(episode.Json(), EpisodeJson(run.task, run.variation, *summary));
   if (!differences.empty()) {
-    fail(fmt::format("not the log of line {} of {}: {}", episode.line, kEpisodesJsonl,
+    fail(fmt::format("does not match line {} of {}: {}", episode.line, kEpisodesJsonl,
                      DifferencesText(differences)));
   }
   return *model;

@@ -56,16 +56,15 @@ ordered_json RunPacing(const std::vector<ordered_json>& episodes) {
 }
 
 std::string PacingSentence(const ordered_json& run_pacing) {
-  return fmt::format("Of {} ticks {} without an action in time, {} a whole tick late.",
+  return fmt::format("Of {} ticks, {} had no action in time and {} were a whole tick late.",
                      run_pacing["ticks"].get<int64_t>(), run_pacing["deadline_misses"].get<int64_t>(),
                      run_pacing["late_ticks"].get<int64_t>());
 }
 
 std::string PacingText(const ordered_json& run_pacing) {
-  if (run_pacing.is_null()) return "Real time. Not known of every episode.\n";
+  if (run_pacing.is_null()) return "Real time. Not available for every episode.\n";
   std::string text = "Real time. " + PacingSentence(run_pacing) + "\n";
-  text += fmt::format("  {:26}{:>9}{:>9}{:>9}{:>9}  ms, of the worst episode\n", "", "p50", "p99", "p99.9",
-                      "max");
+  text += fmt::format("  {:26}{:>9}{:>9}{:>9}{:>9}  ms, worst episode\n", "", "p50", "p99", "p99.9", "max");
   for (const PacingTimes& times : kPacingTimes) {
     const ordered_json& json = run_pacing[times.key];
     text += fmt::format("  {:26}", times.name);

@@ -27,17 +27,17 @@ double Percentile(const std::vector<double>& sorted, double share) {
 }
 
 std::string ThinkingInWords(const ordered_json& info) {
-  if (info.value("realtime", false)) return "simulated time ran on while the policy thought (real time)";
+  if (info.value("realtime", false))
+    return "simulated time continued during the policy's computation (real time)";
   const std::string latency = info.value("latency", "none");
-  if (latency == "none") return "simulated time stood still while the policy thought";
+  if (latency == "none") return "simulated time was paused during the policy's computation";
   if (latency == "measured") {
-    return "the policy's thinking was charged in simulated time, as long as it took, rounded up to whole "
-           "ticks";
+    return "the policy's computation took simulated time, as measured, rounded up to whole ticks";
   }
   const double tick_s = 1 / info.at("control_hz").get<double>();
   const int64_t ticks = policy::HeldTicks(policy::ParseLatency(latency).fixed_s, tick_s);
-  return fmt::format("each call was charged with {} ms of simulated time: {} = {:.5g} ms", latency,
-                     Plural(ticks, "tick"), static_cast<double>(ticks) * tick_s * 1e3);
+  return fmt::format("each call took {} ms of simulated time: {} = {:.5g} ms", latency, Plural(ticks, "tick"),
+                     static_cast<double>(ticks) * tick_s * 1e3);
 }
 
 std::vector<ordered_json> ReadCalls(const RecordedRun& run) {
@@ -66,7 +66,7 @@ std::string CallsInWords(const std::vector<ordered_json>& episodes) {
                                   Plural(answered_s.size(), "time"), TimeInWords(Percentile(answered_s, 0.5)),
                                   TimeInWords(Percentile(answered_s, 0.99)), TimeInWords(answered_s.back()));
   if (!server_s.empty()) {
-    words += fmt::format("; {} median as the server says itself", TimeInWords(Percentile(server_s, 0.5)));
+    words += fmt::format("; {} median as reported by the server", TimeInWords(Percentile(server_s, 0.5)));
   }
   if (held_ticks > 0) words += fmt::format("; the robot held its last command for {} ticks", held_ticks);
   return words + ".";
@@ -104,9 +104,8 @@ std::string RareCallsWarning(const std::vector<ordered_json>& episodes) {
   }
   if (calls * 2 >= due) return "";
   return fmt::format(
-      "warning: the policy was called {} in {}, where {} are due: the robot held its last command for {} of "
-      "them, "
-      "and the scores say little about the policy",
+      "warning: the policy was called {} in {} instead of {}: the robot held its last command for {} of "
+      "them, so the scores hardly depend on the policy",
       Plural(calls, "time"), Plural(ticks, "tick"), Plural(due, "call"), held);
 }
 
@@ -124,7 +123,7 @@ std::vector<std::string> PolicyNotes(const RecordedRun& run) {
                   action.at("kind").get<std::string>(), Plural(action.at("execute_steps").get<int>(), "step"),
                   contract.at("rate_hz").get<double>(), ThinkingInWords(run.info)));
   if (contract.value("privileged", false)) {
-    notes.push_back("The policy was shown poses of objects, which no robot knows.");
+    notes.push_back("The policy received poses of objects, which a real robot cannot measure.");
   }
   if (std::string calls = CallsInWords(episodes); !calls.empty()) notes.push_back(std::move(calls));
   return notes;

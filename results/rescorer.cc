@@ -31,7 +31,7 @@ RescoredLog Rescorer::Rescore(const std::filesystem::path& file) {
     Finish(std::nullopt, &log);
     if (log.episodes.empty() && !other_type_.empty()) {
       throw InputError("made by another version of evalbus: " + other_type_ +
-                       " has a type that this one does not read");
+                       " has a type that this version cannot read");
     }
   } catch (const InputError& error) {
     throw InputError(file.string() + ": " + error.what());

@@ -152,7 +152,7 @@ RunFolder::RunFolder(const fs::path& out, const std::string& name, bool resume, 
   if (!fresh && !(resume && fs::exists(path_ / mark))) {
     throw InputError(shown + (resume ? ": exists and holds nothing to resume; it has no " + mark
                                      : ": exists and is not an empty folder; choose another name, or add "
-                                       "--resume to go on with what was interrupted"));
+                                       "--resume to continue an interrupted run"));
   }
   Make(path_, &made_);
   lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY);
@@ -164,7 +164,7 @@ RunFolder::RunFolder(const fs::path& out, const std::string& name, bool resume, 
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
   }
-  if (lock_ < 0) throw InputError(shown + ": another 'evalbus run' is at work in it");
+  if (lock_ < 0) throw InputError(shown + ": another 'evalbus run' is using it");
   Make(path_ / kLogsFolder, &made_);
 }
 

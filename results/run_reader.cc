@@ -33,7 +33,7 @@ std::conditional_t<std::is_same_v<T, ordered_json>, const ordered_json&, T> Get(
                                                                                 const char* expected,
                                                                                 const std::string& where) {
   const auto found = json.find(key);
-  if (found == json.end()) Fail(where, fmt::format("no \"{}\"; is this of evalbus?", key));
+  if (found == json.end()) Fail(where, fmt::format("no \"{}\"; was this made by evalbus?", key));
   const bool good = std::is_same_v<T, std::string>    ? found->is_string()
                     : std::is_same_v<T, bool>         ? found->is_boolean()
                     : std::is_same_v<T, ordered_json> ? found->is_object()
@@ -83,7 +83,7 @@ void ReadEpisodes(RecordedRun* run) {
     episode.text = text;
     const auto [first, is_new] = line_of.emplace(episode.episode, line);
     if (!is_new)
-      Fail(where, fmt::format("episode {} again, first in line {}", episode.episode, first->second));
+      Fail(where, fmt::format("episode {} is repeated, first in line {}", episode.episode, first->second));
     episode.line = line;
     run->episodes.push_back(std::move(episode));
   }
@@ -136,14 +136,17 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   episode.episode = static_cast<int>(number);
   episode.seed = Get<int64_t>(json, "seed", "a whole number", where);
   if (episode.seed != run.seeds().OfEpisode(episode.episode)) {
-    Fail(where, fmt::format("seed {} is not that of episode {} in a run with seed {}: a line of another run",
-                            episode.seed, number, run.seed));
+    Fail(where,
+         fmt::format(
+             "seed {} is not the seed of episode {} in a run with seed {}: the line belongs to another run",
+             episode.seed, number, run.seed));
   }
   episode.end_reason = Get<std::string>(json, "end_reason", "a name", where);
   episode.failure_reason = Get<std::string>(json, "failure_reason", "a name, empty on success", where);
   episode.complete = Get<bool>(json, "complete", "true or false", where);
   if (episode.invalid() && episode.complete) {
-    Fail(where, fmt::format("\"complete\" with \"end_reason\" {}: no such episode is", episode.end_reason));
+    Fail(where, fmt::format("\"complete\" with \"end_reason\" {}: such an episode cannot be complete",
+                            episode.end_reason));
   }
   const ordered_json& metrics = Get<ordered_json>(json, "metrics", "an object", where);
   Get<ordered_json>(json, "extended", "an object", where);
@@ -170,7 +173,7 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   try {
     episode.result = metrics::ResultOf(json);
   } catch (const nlohmann::json::exception&) {
-    Fail(where, "stages, slips or collisions are no numbers");
+    Fail(where, "stages, slips or collisions are not numbers");
   } catch (const InputError& error) {
     Fail(where, error.what());
   }
@@ -226,28 +229,28 @@ std::vector<std::string> RecordedRun::Remarks() const {
   }
   if (!unfinished.empty()) {
     remarks.push_back(
-        fmt::format("begun and not finished: {} {}", Episodes(unfinished.size()), List(unfinished)));
+        fmt::format("started but not finished: {} {}", Episodes(unfinished.size()), List(unfinished)));
   }
   if (const std::vector<int> numbers = invalid(); !numbers.empty()) {
-    remarks.push_back(fmt::format(
-        "invalid and left out of all rates, since the policy's server failed: {} {}; --resume runs {} "
-        "again",
-        Episodes(numbers.size()), List(numbers), numbers.size() == 1 ? "it" : "them"));
+    remarks.push_back(
+        fmt::format("invalid and excluded from all rates because the policy's server failed: {} {}; --resume "
+                    "runs {} again",
+                    Episodes(numbers.size()), List(numbers), numbers.size() == 1 ? "it" : "them"));
   }
   if (const std::vector<int> numbers = incomplete(); !numbers.empty()) {
     remarks.push_back(
-        fmt::format("left out of all rates, since ticks are missing or samples were refused: {} {}",
+        fmt::format("excluded from all rates because ticks are missing or samples were refused: {} {}",
                     Episodes(numbers.size()), List(numbers)));
   }
   if (cut_line > 0) {
     remarks.push_back(
-        fmt::format("line {} of {} is cut off and left out: the run was stopped while it was written",
+        fmt::format("line {} of {} is truncated and ignored: the run was stopped while it was written",
                     cut_line, kEpisodesJsonl));
   }
   // The file is written by `evalbus collect`.
   if (std::filesystem::exists(folder / kCollectJson)) {
     remarks.emplace_back(
-        "collected demonstrations: only successes were kept, so its rates say nothing of the policy");
+        "collected demonstrations: only successes were kept, so its rates do not describe the policy");
   }
   const std::string samples = Statistics().Summary(false).SamplesText();
   if (!samples.empty()) remarks.push_back(samples);
@@ -258,7 +261,8 @@ std::string SeedStreamOf(const ordered_json& info, const std::string& file) {
   if (!info.contains("seed_stream")) return kSharedSeeds;
   const auto stream = Get<std::string>(info, "seed_stream", "a name", file);
   if (stream == kRunSeeds || stream == kCollectSeeds || stream == kSharedSeeds) return stream;
-  Fail(file, fmt::format("\"seed_stream\" is \"{}\", which this version of evalbus does not know", stream));
+  Fail(file,
+       fmt::format("\"seed_stream\" is \"{}\", which this version of evalbus does not support", stream));
 }
 
 RecordedRun ReadRunInfo(const fs::path& folder) {
@@ -314,7 +318,7 @@ std::vector<std::string> RunsInSuite(const fs::path& folder) {
       Fail(file.string(), ToText(entry) + " in \"runs\", expected the name of a folder in this one");
     }
     if (std::ranges::find(names, name) != names.end()) {
-      Fail(file.string(), ToText(entry) + " is in \"runs\" twice");
+      Fail(file.string(), ToText(entry) + " is listed in \"runs\" twice");
     }
     names.push_back(name);
   }

@@ -48,7 +48,7 @@ double SuiteTally::mean_over_tasks() const {
 std::string SuiteTally::MeanLine(size_t width) const {
   if (by_task_.size() < 2) return "";
   const double mean = mean_over_tasks();
-  return fmt::format("{:<{}}  {:>9}  each task counts alike; in \"all\" each complete episode does\n",
+  return fmt::format("{:<{}}  {:>9}  all tasks have equal weight; in \"all\", all complete episodes do\n",
                      "mean of tasks", width, std::isfinite(mean) ? fmt::format("{:.0f} %", 100 * mean) : "-");
 }
 

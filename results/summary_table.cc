@@ -123,7 +123,7 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width) {
 std::string InvalidText(int invalid, const std::string& folder) {
   if (invalid == 0) return "";
   return fmt::format(
-      "{} invalid, since the policy's server failed; the same command with --out {} --resume runs {} "
+      "{} invalid because the policy's server failed; the same command with --out {} --resume runs {} "
       "again\n",
       invalid == 1 ? "1 episode is" : fmt::format("{} episodes are", invalid), folder,
       invalid == 1 ? "it" : "them");
@@ -144,11 +144,12 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
     text += fmt::format("Note: {}\n", samples);
   }
   if (summary.invalid > 0) {
-    text +=
-        fmt::format("{} of {} episodes invalid: left out of all this\n", summary.invalid, summary.episodes);
+    text += fmt::format("{} of {} episodes invalid: excluded from all numbers here\n", summary.invalid,
+                        summary.episodes);
   }
   if (const int incomplete = summary.episodes - summary.complete - summary.invalid; incomplete > 0) {
-    text += fmt::format("{} of {} episodes incomplete: left out of all this\n", incomplete, summary.episodes);
+    text += fmt::format("{} of {} episodes incomplete: excluded from all numbers here\n", incomplete,
+                        summary.episodes);
   }
   if (summary.complete == 0) return text;
   if (!summary.failure_reasons.empty()) text += "Failures: " + FailuresText(summary) + "\n";
@@ -182,7 +183,7 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
       text += Pad(statistic.text(metric, number), statistic.width);
     text += main.shown_unit().empty() ? "\n" : fmt::format("  {}\n", main.shown_unit());
     if (is_of_fewer) {
-      note = fmt::format("* of the {} that succeeded; all else of all {}\n",
+      note = fmt::format("* over the {} that succeeded; everything else over all {}\n",
                          Plural(metric.episodes, "episode"), summary.complete);
     }
   }

@@ -98,8 +98,8 @@ void Collect(RunOptions options) {
     }
     if (next == 0) break;
     if (round > 0) {
-      fmt::print("{} of {} starts failed: their neighbors, try {} of {}\n", next, wanted, round + 1,
-                 kStartsEach);
+      fmt::print("{} of {} starts failed: trying neighboring starts, attempt {} of {}\n", next, wanted,
+                 round + 1, kStartsEach);
     }
     std::ranges::sort(starts);
     options.only = starts;
@@ -134,7 +134,7 @@ void Collect(RunOptions options) {
                                {"seed", options.seed},
                                {"seed_stream", options.seed_stream},
                                {"starts_drawn", options.episodes}});
-  fmt::print("\nkept {} of {} wanted, of {} tried: yield {:.1f} %\n", kept.size(), wanted, tried,
+  fmt::print("\nkept {} of {} requested, {} attempted: yield {:.1f} %\n", kept.size(), wanted, tried,
              100 * yield);
   if (!failures.empty()) fmt::print("not kept        {}\n", failures);
   fmt::print("demonstrations  {}\n", (run.shown() / kEpisodesFolder).string());

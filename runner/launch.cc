@@ -90,7 +90,7 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
     controller.ExpectStart(instances);
   };
   if (options.by_hand) {
-    fmt::print("start these, in any order, each wherever you like:\n");
+    fmt::print("start these, in any order, on any machine of this network:\n");
     for (const ComponentType& type : ComponentsOf(options)) {
       fmt::print("  {}\n", ShellWords(CommandOf(type, options, folder)));
     }
@@ -115,7 +115,7 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
         if (exit->code == 1) exit->Throw();
         start_again(exit->description);
       } else if (const std::string silent = controller.Silent(now); !silent.empty()) {
-        start_again(silent + " hangs: not a word from it for 10 s");
+        start_again(silent + " hangs: it has stopped publishing STATUS");
       }
     }
     bus.Handle(poll_at);

@@ -91,7 +91,7 @@ void CheckFacts(const fs::path& file, const nlohmann::ordered_json& before,
     if (was == now[fact.key]) continue;
     if (!fact.words) FailDiffers(file, fact.key, was, now[fact.key]);
     throw InputError(fmt::format(
-        "--resume: {}: the run was made with {} ({}); put back what was changed, or begin another run",
+        "--resume: {}: the run was made with {} ({}); restore the changed file, or start another run",
         file.string(), fact.words, fact.key));
   }
 }
@@ -144,7 +144,8 @@ void DecideBus(PreparedRun* run) {
   options.url = run->bus.url();
   if (!options.url.empty()) return;
   options.in_process = true;
-  fmt::print("everything in one process, since this machine has no multicast ('evalbus doctor' says why)\n");
+  fmt::print(
+      "running everything in one process, because this machine has no multicast (see 'evalbus doctor')\n");
 }
 
 }  // namespace

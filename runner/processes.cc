@@ -150,7 +150,7 @@ std::optional<Processes::Exit> Processes::Poll() {
     if (waitpid(child->pid, &status, hangs ? 0 : WNOHANG) != child->pid) continue;
     Exit exit = Describe(*child, status);
     if (hangs) {
-      exit.description = fmt::format("{} hangs: it did nothing for {:g} s", child->name,
+      exit.description = fmt::format("{} hung: no progress for {:g} s", child->name,
                                      std::chrono::duration<double>(timeout_).count());
     }
     children_.erase(child);

@@ -124,7 +124,7 @@ void RunOne(RunOptions options) {
   const auto shown = run.folder.shown();
   for (const std::string& camera : run.options.video) {
     if (without_video > 0) break;
-    fmt::print("videos   {}  (done after {:.1f} s)\n",
+    fmt::print("videos   {}  (complete after {:.1f} s)\n",
                (shown / kEpisodesFolder / "*" / viz::VideoName(camera)).string(), SecondsSince(started));
   }
   if (summary.statistics.episodes < run.num_wanted() && run.options.watch) {

@@ -154,10 +154,10 @@ void RunController::OnSummary(const episode_summary_t& summary) {
   if (done() || !attempt_.begun() || !IsOurs(summary.header)) return;
   if (const auto why = WhyWorthless(summary.end_reason, summary.end_detail)) return BeginAgain(*why);
   if (summary.seed != seed()) {
-    return BeginAgain("begun with a seed that is not ours: is a second run on this bus?");
+    return BeginAgain("started with a seed of another run: is a second run on this bus?");
   }
   if (!attempt_.foreign_model.empty()) {
-    return BeginAgain("a sim or a log of another run is on this bus: " + attempt_.foreign_model);
+    return BeginAgain("a sim or a log of another run publishes on this bus: " + attempt_.foreign_model);
   }
   // The first summary may come from an old log; this run's summary then differs from it.
   if (conflicts_.Hear(channels::kEpisodeSummary, 0, bus().handled()) ==
@@ -230,7 +230,7 @@ void RunController::FinishIfRecorded() {
   // The metrics process copies tick and reason from EPISODE_END, which may not have been received yet.
   if (attempt_.end &&
       (!SameTick(attempt_.end->header, summary.header) || attempt_.end->end_reason != summary.end_reason)) {
-    return BeginAgain("an EPISODE_SUMMARY of another end came: is an old log being played on this bus?");
+    return BeginAgain("received an EPISODE_SUMMARY of another end: is an old log being played on this bus?");
   }
   nlohmann::ordered_json line = results::EpisodeJson(plan_.task, plan_.variation, summary,
                                                      plan_.is_watched ? nullptr : &*attempt_.begin);
@@ -331,8 +331,8 @@ std::string RunController::DroppedMessages() const {
     if (dropped.decode_errors + dropped.foreign_messages > 0) by += (by.empty() ? "" : ", ") + name;
   }
   if (by.empty()) return "";
-  return "messages dropped by " + by + ": " + std::to_string(undecoded) + " did not decode, " +
-         std::to_string(foreign) + " were repeated or of another episode";
+  return "messages dropped by " + by + ": " + std::to_string(undecoded) + " could not be decoded, " +
+         std::to_string(foreign) + " were repeated or belong to another episode";
 }
 
 void RunController::Retry(const std::string& why) {

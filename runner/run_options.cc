@@ -62,27 +62,27 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   CheckRanges(options);
   ParseLogForm(options.recorder.log);
   if (options.resume && options.out.empty()) {
-    throw InputError("--resume: expected --out, too: the folder of the run that is to go on");
+    throw InputError("--resume requires --out: the folder of the run to continue");
   }
   if (options.in_process && !options.url.empty())
     throw InputError("--in-process and --url exclude each other");
   if (options.by_hand &&
       (options.in_process || options.url.empty() || num_tasks > 1 || options.workers > 1)) {
     throw InputError(
-        "--by-hand: expected one task, one worker and --url or EVALBUS_URL, the bus of the processes, as "
-        "udpm://239.255.76.67:7667?ttl=0");
+        "--by-hand: expected one task, one worker and --url or EVALBUS_URL, the bus of the processes, for "
+        "example udpm://239.255.76.67:7667?ttl=0");
   }
   if (Printable(options.policy_name) != options.policy_name) {
     throw InputError("--policy-name: expected text without control characters");
   }
   if (options.workers > 1 && !options.url.empty()) {
-    throw InputError("--workers and --url exclude each other: each worker has a bus of its own");
+    throw InputError("--workers and --url exclude each other: each worker has its own bus");
   }
   if (options.policy.policy == policy::kExternalPolicy) {
     if (options.url.empty() || num_tasks > 1) {
       throw InputError(
-          "--policy lcm: expected one task, and with --url or EVALBUS_URL the bus on which the policy is, as "
-          "udpm://239.255.76.67:7667?ttl=0");
+          "--policy lcm: expected one task, and with --url or EVALBUS_URL the bus on which the policy is, "
+          "for example udpm://239.255.76.67:7667?ttl=0");
     }
   } else {
     policy::FindPolicy(options.policy);
@@ -97,7 +97,7 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
     }
   }
   if (num_tasks > 1 && !options.url.empty()) {
-    throw InputError("--url: expected one task; each run of a suite has a bus of its own");
+    throw InputError("--url: expected one task; each run of a suite has its own bus");
   }
   for (const int episode : options.only) {
     if (episode < options.episodes) continue;

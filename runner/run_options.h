@@ -63,29 +63,30 @@ void ForEachOption(Options& options, const F& f) {
   ForEachOption(options.recorder, f);
   ForEachRow(
       std::tuple{
-          Option{
-              &RunOptions::policy_name, "policy_name",
-              "what results, videos and comparisons call the policy, say a checkpoint; default: as --policy",
-              Range{}, kFixed},
+          Option{&RunOptions::policy_name, "policy_name",
+                 "name of the policy in results, videos and comparisons, for example a checkpoint; default: "
+                 "--policy",
+                 Range{}, kFixed},
           Option{&RunOptions::episodes, "episodes", "number of episodes", Range{1, kMaxEpisodes}},
-          Option{&RunOptions::only, "only", "of the episodes, counted from 0, run these only, with commas",
+          Option{&RunOptions::only, "only", "run only these episodes: numbers from 0, separated by commas",
                  Range{0, kMaxEpisodes}},
-          Option{&RunOptions::seed, "seed", "seed of the run; equal seeds give equal bits", Range{}, kFixed},
+          Option{&RunOptions::seed, "seed", "seed of the run; equal seeds give bit-identical results",
+                 Range{}, kFixed},
           Option{&RunOptions::seed_stream, "seed_stream", "", Range{}, kFixed},
           Option{&RunOptions::until, "until"},
           Option{&RunOptions::workers, "workers",
-                 "episodes (of a suite: runs) at the same time; the same results", Range{1, 1024}},
+                 "number of episodes (of a suite: runs) to run in parallel; does not change the results",
+                 Range{1, 1024}},
           Option{&RunOptions::url, "url",
-                 "bus, udpm://ADDRESS:PORT?ttl=0; default: that of EVALBUS_URL, else the first that works of "
-                 "this\n"
-                 "machine's multicast, a private network namespace, one process"},
+                 "bus, udpm://ADDRESS:PORT?ttl=0; default: that of EVALBUS_URL, otherwise the first that "
+                 "works:\nthis machine's multicast, a private network namespace, one process"},
           Option{&RunOptions::in_process, "in_process",
                  "all components in one process, without network; fastest"},
           Option{&RunOptions::by_hand, "by_hand",
-                 "start no processes but say which: those that you start on --url are evaluated"},
+                 "start no processes, but print their commands: start them on --url yourself"},
           Option{&RunOptions::video, "video",
-                 "cameras, with commas: record a video of each episode while the next one runs\n"
-                 "('evalbus render' does it later); none: no videos, the default"},
+                 "cameras, separated by commas: record a video of each episode while the next one runs\n"
+                 "('evalbus render' does it later); none: no videos (default)"},
           Option{&RunOptions::watch, "watch", "", Range{}, kFixed},
       },
       options, f);

@@ -39,7 +39,7 @@ void CheckResumable(const std::filesystem::path& folder, const RunOptions& optio
   for (const std::string& run : results::RunsInSuite(folder)) {
     if (wanted.contains(run)) continue;
     throw InputError("--resume: " + file.string() + ": the suite has the run " + run +
-                     "; name its task, too, or begin another suite");
+                     "; also pass its task, or start another suite");
   }
 }
 
@@ -59,7 +59,7 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
   std::set<std::string> seen;
   std::map<std::string, std::string> by_folder;
   const auto add = [&](const std::string& name) {
-    if (!seen.insert(name).second) throw InputError("task '" + name + "' is there twice");
+    if (!seen.insert(name).second) throw InputError("task '" + name + "' is given twice");
     const auto [other, is_new] = by_folder.emplace(FolderOfTask(name), name);
     if (!is_new) {
       throw InputError("tasks '" + other->second + "' and '" + name + "' would both be in the folder " +
@@ -175,7 +175,7 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
              (shown / "*" / kEpisodesJsonl).string());
   if (suite.num_done() < static_cast<int>(tasks.size())) {
     throw EnvironmentError(
-        fmt::format("stopped after {} of {} runs; the same command with --out {} --resume goes on",
+        fmt::format("stopped after {} of {} runs; to resume, run the same command with --out {} --resume",
                     suite.num_done(), tasks.size(), shown.string()));
   }
   if (web) web->Stay();

@@ -103,12 +103,12 @@ void Kinematics::CheckNames() {
     grippers.push_back(gripper.name);
     if (!map_.grippers.contains(gripper.name)) {
       throw InputError(map_.file + ": grippers: '" + gripper.name +
-                       "' is missing; one that was not recorded is said to be 'open' or 'closed'");
+                       "' is missing; set a gripper that was not recorded to 'open' or 'closed'");
     }
   }
   for (const auto& [name, gripper] : map_.grippers) {
     if (std::ranges::find(grippers, name) == grippers.end()) {
-      throw InputError(map_.file + ": grippers: no gripper is called '" + name + "'" +
+      throw InputError(map_.file + ": grippers: there is no gripper '" + name + "'" +
                        Suggestion(name, grippers));
     }
   }
@@ -141,7 +141,7 @@ std::vector<sim::Sample> Kinematics::Read(const fs::path& file) const {
     const std::vector<double> time = table->Column(map_.time_column);
     for (size_t row = 0; row < rows; ++row) {
       if (row > 0 && !(time[row] > time[row - 1])) {
-        throw InputError(fmt::format("{}: column '{}': the time goes from {:g} to {:g}; it must go up",
+        throw InputError(fmt::format("{}: column '{}': the time changes from {:g} to {:g}; it must increase",
                                      table->Place(row), Printable(map_.time_column), time[row - 1],
                                      time[row]));
       }
@@ -285,7 +285,7 @@ TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file
       gripper.column = column["column"].Text();
       gripper.open = column["open"].Number();
       gripper.closed = column["closed"].Number();
-      if (gripper.open == gripper.closed) column["open"].Fail("expected another value than 'closed'");
+      if (gripper.open == gripper.closed) column["open"].Fail("expected a value other than 'closed'");
     }
   }
   if (const YamlValue* objects = yaml.Find("objects")) {

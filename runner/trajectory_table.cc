@@ -72,7 +72,7 @@ class Csv : public TrajectoryTable {
       }
       lines_.push_back(line_number);
     }
-    if (lines_.empty()) throw InputError(file_ + ": no line of numbers below a line of names");
+    if (lines_.empty()) throw InputError(file_ + ": expected a line of names, then lines of numbers");
   }
   std::string Place(size_t row) const override { return fmt::format("{}:{}", file_, lines_[row]); }
 
@@ -83,7 +83,7 @@ class Csv : public TrajectoryTable {
       throw InputError(file_ + ": no column '" + Printable(name) + "'" + Suggestion(name, names_));
     }
     if (std::ranges::count(names_, name) > 1)
-      throw InputError(file_ + ": column '" + name + "' is there twice");
+      throw InputError(file_ + ": column '" + name + "' is given twice");
     return columns_[static_cast<size_t>(found - names_.begin())];
   }
 
@@ -115,7 +115,7 @@ class Arrays : public TrajectoryTable {
     if (numbers.shape.size() == 1 && !index) return numbers.numbers;
     if (numbers.shape.size() != 2 || !index || *index >= static_cast<size_t>(numbers.shape[1])) {
       throw InputError(fmt::format(
-          "{}: '{}': the array is of shape [{}]; a column is {}", file_, Printable(name),
+          "{}: '{}': the array has shape [{}]; a column is {}", file_, Printable(name),
           fmt::join(numbers.shape, ", "),
           numbers.shape.size() == 2 ? fmt::format("'{}[0]' to '{}[{}]'", array, array, numbers.shape[1] - 1)
                                     : "'" + array + "', where it has one dimension"));
@@ -201,34 +201,34 @@ std::unique_ptr<TrajectoryTable> OpenTable(const fs::path& file) {
 std::vector<ZipEntry> ZipEntries(std::span<const uint8_t> bytes, const std::string& file) {
   const auto fail = [&](const std::string& what) { throw InputError(file + ": " + what); };
   const auto number = [&](size_t at, size_t size) {
-    if (at > bytes.size() || size > bytes.size() - at) fail("cut off: no whole zip file");
+    if (at > bytes.size() || size > bytes.size() - at) fail("truncated: not a complete zip file");
     uint64_t value = 0;
     for (size_t i = size; i-- > 0;) value = value << 8 | bytes[at + i];
     return value;
   };
   constexpr size_t kEnd = 22, kLongestComment = 65535;
-  if (bytes.size() < kEnd) fail("no npz file: too short");
+  if (bytes.size() < kEnd) fail("not an npz file: too short");
   std::optional<size_t> end;
   for (size_t at = bytes.size() - kEnd; !end; --at) {
     if (number(at, 4) == 0x06054b50) end = at;
     if (at == 0 || bytes.size() - at > kLongestComment + kEnd) break;
   }
-  if (!end) fail("no npz file, or cut off: it has no end of a zip file");
+  if (!end) fail("not an npz file, or truncated: the end of the zip file is missing");
   const uint64_t count = number(*end + 10, 2);
   uint64_t at = number(*end + 16, 4);
   std::vector<ZipEntry> entries;
   for (uint64_t i = 0; i < count; ++i) {
-    if (number(at, 4) != 0x02014b50) fail("damaged: its list of arrays is broken");
+    if (number(at, 4) != 0x02014b50) fail("damaged: its list of arrays is invalid");
     const uint64_t method = number(at + 10, 2), size = number(at + 20, 4), name_length = number(at + 28, 2);
     const uint64_t extra = number(at + 30, 2), comment = number(at + 32, 2), local = number(at + 42, 4);
     number(at + 46, name_length);
     std::string name(reinterpret_cast<const char*>(bytes.data()) + at + 46, name_length);
     if (method != 0) fail("'" + Printable(name) + "' is compressed; write it with np.savez");
     if (size == 0xffffffff || local == 0xffffffff) fail("'" + Printable(name) + "' is larger than 4 GB");
-    if (number(local, 4) != 0x04034b50) fail("damaged: '" + Printable(name) + "' is not where it should be");
+    if (number(local, 4) != 0x04034b50) fail("damaged: '" + Printable(name) + "' is not at its position");
     const uint64_t begin = local + 30 + number(local + 26, 2) + number(local + 28, 2);
     if (begin > bytes.size() || size > bytes.size() - begin)
-      fail("cut off: '" + Printable(name) + "' is not whole");
+      fail("truncated: '" + Printable(name) + "' is not complete");
     entries.push_back({std::move(name), bytes.subspan(begin, size)});
     at += 46 + name_length + extra + comment;
   }

@@ -27,11 +27,11 @@ void WebChild::Start(const std::filesystem::path& run, const std::filesystem::pa
 
 void WebChild::Stay() {
   if (stop_requested()) return;
-  fmt::print("\nthe page stays at {}; Ctrl-C ends it\n", url_);
+  fmt::print("\nthe page remains at {}; Ctrl-C ends it\n", url_);
   std::fflush(stdout);
   while (!stop_requested()) {
     if (const auto exit = processes_.Poll()) {
-      fmt::print(stderr, "warning: the page is gone: {}\n", Printable(exit->description));
+      fmt::print(stderr, "warning: the page's server ended: {}\n", Printable(exit->description));
       return;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(50));

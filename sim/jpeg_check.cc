@@ -20,7 +20,7 @@ std::string JpegFault(std::span<const uint8_t> jpeg, int width_px, int height_px
       0)
     return fault();
   if (width != width_px || height != height_px) {
-    return fmt::format("the JPEG has {}x{} pixels, the message says {}x{}", width, height, width_px,
+    return fmt::format("the JPEG has {}x{} pixels, the message states {}x{}", width, height, width_px,
                        height_px);
   }
   constexpr tjscalingfactor kEighth{1, 8};

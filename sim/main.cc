@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   evalbus::sim::SimOptions options;
   if (argc > 1 && std::string_view(argv[1]) == "--source") {
     return evalbus::HostMain(
-        argc - 1, argv + 1, "Makes STATE of what a source measures, for 'evalbus watch', which starts it.",
+        argc - 1, argv + 1, "Computes STATE from the measurements of a source. Started by 'evalbus watch'.",
         [&](CLI::App* app) {
           evalbus::AddOptions(app, &options);
           app->add_option("--out", options.out, "run folder; the models are written to OUT/model");

@@ -59,9 +59,9 @@ std::optional<MeasuredScene::Fault> MeasuredScene::FindFault(const PreparedScene
     const std::string& name = measured.joints[k];
     const int joint = JointId(model, name);
     if (joint < 0 || !(model->jnt_type[joint] == mjJNT_HINGE || model->jnt_type[joint] == mjJNT_SLIDE)) {
-      return Fault{name, "no joint is called '" + Printable(name) + "'" + Suggestion(name, info.joint_name)};
+      return Fault{name, "there is no joint '" + Printable(name) + "'" + Suggestion(name, info.joint_name)};
     }
-    if (is_twice(measured.joints, k)) return Fault{name, "joint '" + name + "' is there twice"};
+    if (is_twice(measured.joints, k)) return Fault{name, "joint '" + name + "' is given twice"};
   }
   for (const arm_info_t& arm : info.arm) {
     for (const std::string& joint : arm.joint_name) {
@@ -72,13 +72,12 @@ std::optional<MeasuredScene::Fault> MeasuredScene::FindFault(const PreparedScene
   for (size_t k = 0; k < measured.objects.size(); ++k) {
     const std::string& name = measured.objects[k];
     if (!Has(info.object_name, name)) {
-      return Fault{name,
-                   "no object is called '" + Printable(name) + "'" + Suggestion(name, info.object_name)};
+      return Fault{name, "there is no object '" + Printable(name) + "'" + Suggestion(name, info.object_name)};
     }
     if (!IsMovable(model, name)) {
-      return Fault{name, "'" + name + "' stands still in this task; its joints say how it is"};
+      return Fault{name, "'" + name + "' is fixed in this task; only its joints are measured"};
     }
-    if (is_twice(measured.objects, k)) return Fault{name, "object '" + name + "' is there twice"};
+    if (is_twice(measured.objects, k)) return Fault{name, "object '" + name + "' is given twice"};
   }
   return std::nullopt;
 }

@@ -167,14 +167,14 @@ void SimComponent::OnStatus(const component_status_t& status) {
   if (!is_taken) ++status_.foreign_messages;
   if (phase_ == Phase::kIdle) return;
   if (!readiness_.twice().empty()) {
-    return OnConflict("two processes on this bus say that they are the " + readiness_.twice());
+    return OnConflict("two processes on this bus claim to be the " + readiness_.twice());
   }
   if (!is_taken) return;
   if (phase_ == Phase::kWaiting) return StartIfReady();
   if (status.component == "policy" && status.state == component_status_t::FAILED &&
       status.episode == status_.episode && status.attempt == status_.attempt) {
     tick_.end = {end_reason::kPolicyError,
-                 status.error.empty() ? "the policy said that it failed" : status.error};
+                 status.error.empty() ? "the policy reported that it failed" : status.error};
   }
   if (!options_.realtime) Advance();
 }

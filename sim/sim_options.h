@@ -73,12 +73,11 @@ void ForEachOption(Options& options, const F& f) {
           Option{&SimOptions::rtf, "rtf", "simulated seconds per second, with --realtime", Range{0.001, 1e6},
                  kFixed},
           Option{&SimOptions::policy_timeout_s, "policy_timeout_s",
-                 "wait for an action at most this long (lockstep)", Range{0.001, kLongestTimeout}, kFixed},
-          Option{
-              &SimOptions::after_success_s, "after_success_s",
-              "go on for so many simulated seconds after the first success, whole ticks, and see whether it "
-              "holds",
-              Range{0, 1e6}, kFixed},
+                 "maximum time to wait for an action, s (lockstep)", Range{0.001, kLongestTimeout}, kFixed},
+          Option{&SimOptions::after_success_s, "after_success_s",
+                 "continue for this many simulated seconds (whole ticks) after the first success, and report "
+                 "whether it holds",
+                 Range{0, 1e6}, kFixed},
           Option{&SimOptions::run_id, "run_id"},
           Option{&SimOptions::source_timeout_s, "source_timeout_s", "", Range{0.1, 3600}},
           Option{&SimOptions::gripper, "gripper"},

@@ -52,7 +52,7 @@ std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>&
                       how = equals == std::string::npos ? "" : text.substr(equals + 1);
     const auto found = std::ranges::find(names, name);
     if (found == names.end()) {
-      throw InputError("--gripper " + text + ": no gripper is called '" + name + "'" +
+      throw InputError("--gripper " + text + ": there is no gripper '" + name + "'" +
                        Suggestion(name, names));
     }
     if (how != "open" && how != "closed")
@@ -117,10 +117,10 @@ void SourceComponent::OnAnnouncement(const source_announcement_t& announcement) 
     return BeginIfMet();
   }
   if (!std::ranges::equal(bus().handled(), source_announcement_bytes_)) {
-    throw InputError(fmt::format(
-        "source '{}' says another SOURCE_ANNOUNCEMENT than '{}' did at first: begin another watch for it, "
-        "or is a second source on this bus?",
-        Printable(announcement.source), source()));
+    throw InputError(
+        fmt::format("source '{}' publishes another SOURCE_ANNOUNCEMENT than '{}' did at first: start another "
+                    "watch for it, or is a second source on this bus?",
+                    Printable(announcement.source), source()));
   }
   // The source may not have received MODEL yet.
   if (phase_ != Phase::kRunning) PublishModel();
@@ -129,7 +129,8 @@ void SourceComponent::OnAnnouncement(const source_announcement_t& announcement) 
 void SourceComponent::Meet(const source_announcement_t& announcement) {
   const std::string name = announcement.source.empty() ? "source" : Printable(announcement.source);
   if (name == source_name::kSim || name == source_name::kFile) {
-    throw InputError("SOURCE_ANNOUNCEMENT: a source cannot be called '" + name + "', which is evalbus' own");
+    throw InputError("SOURCE_ANNOUNCEMENT: a source cannot have the name '" + name +
+                     "', which evalbus itself uses");
   }
   if (announcement.period_us < 1 || announcement.period_us > 1'000'000) {
     throw InputError(fmt::format("SOURCE_ANNOUNCEMENT of '{}': period_us is {}, expected 1 to 1000000", name,
@@ -145,8 +146,8 @@ void SourceComponent::Meet(const source_announcement_t& announcement) {
     if (opening_[k] || !scene_->FingersOf(k).empty()) continue;
     const std::string& gripper = prepared_.info.gripper[k].name;
     throw InputError(
-        fmt::format("SOURCE_ANNOUNCEMENT of '{}': no joint of the fingers of gripper '{}'; say how it is all "
-                    "the time with "
+        fmt::format("SOURCE_ANNOUNCEMENT of '{}': no joint of the fingers of gripper '{}'; state its "
+                    "constant position with "
                     "--gripper {}=open or "
                     "{}=closed",
                     name, gripper, gripper, gripper));
@@ -220,19 +221,19 @@ void SourceComponent::OnStatus(const component_status_t& status) {
   if (!readiness_.Hear(status)) ++status_.foreign_messages;
   if (phase_ == Phase::kIdle) return;
   if (!readiness_.twice().empty()) {
-    return End(end_reason::kAborted, "two processes on this bus say that they are the " + readiness_.twice());
+    return End(end_reason::kAborted, "two processes on this bus claim to be the " + readiness_.twice());
   }
   if (phase_ == Phase::kWaiting && readiness_.Missing().empty()) {
     phase_ = Phase::kRunning;
     SayReady();
-    log().Info("waits for the source's next episode");
+    log().Info("waiting for the source's next episode");
   }
   Advance();
 }
 
 std::string SourceComponent::FaultOf(const source_state_t& message, Sample* sample) const {
   if (newest_->first_stamp_us && message.stamp_us <= newest_->stamp_us) {
-    return fmt::format("the time goes from {} us to {} us; it must go up", newest_->stamp_us,
+    return fmt::format("the time changes from {} us to {} us; it must increase", newest_->stamp_us,
                        message.stamp_us);
   }
   sample->time_s =
@@ -248,13 +249,13 @@ void SourceComponent::OnSample(const source_state_t& message) {
   if (!source_announcement_) {
     ++status_.foreign_messages;
     if (!std::exchange(unknown_told_, true)) {
-      log().Warn("a SOURCE_STATE before SOURCE_ANNOUNCEMENT: nobody knows what its joints are");
+      log().Warn("a SOURCE_STATE before SOURCE_ANNOUNCEMENT: its joints are unknown");
     }
     return;
   }
   const auto check = [&](const char* what, int32_t has, int32_t expected) {
     if (has == expected) return;
-    throw InputError(fmt::format("source '{}', sample {}: {} {}, SOURCE_ANNOUNCEMENT says {}", source(),
+    throw InputError(fmt::format("source '{}', sample {}: {} {}, SOURCE_ANNOUNCEMENT states {}", source(),
                                  message.sample, has, what, expected));
   };
   check("joint positions", message.num_joints, source_announcement_->num_joints);
@@ -267,7 +268,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
   // A restarted source counts from 0 again.
   const bool is_again = !is_other && message.sample == 0 && newest_->sample > 0;
   if (is_again && !newest_->is_over) {
-    Arrive({newest_episode_, std::nullopt, 0, "the source began the episode again", 0, true});
+    Arrive({newest_episode_, std::nullopt, 0, "the source restarted the episode", 0, true});
   }
   if (is_other || is_again) {
     newest_.emplace(Arriving{}).number = message.episode;
@@ -287,7 +288,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     arrived.lost = message.sample - expected;
     newest_->sample = message.sample;
     arrived.fault =
-        begins_late ? "the episode's first sample never came" : FaultOf(message, &*arrived.sample);
+        begins_late ? "the episode's first sample did not arrive" : FaultOf(message, &*arrived.sample);
   }
   if (arrived.fault.empty()) {
     if (!newest_->first_stamp_us) newest_->first_stamp_us = message.stamp_us;
@@ -295,7 +296,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     const double longest_us =
         std::min(options_.source_timeout_s * 1e6, static_cast<double>(TimeOf(kMaxLeapTicks)));
     if (arrived.sample->time_s > 0 && static_cast<double>(leap_us) > longest_us) {
-      arrived.fault = fmt::format("its clock leaps by {:.3g} s", Seconds(leap_us));
+      arrived.fault = fmt::format("its clock jumps by {:.3g} s", Seconds(leap_us));
       arrived.is_last = true;
     }
     newest_->stamp_us = message.stamp_us;
@@ -331,7 +332,7 @@ std::string SourceComponent::FaultOf(const image_t& image, std::string_view chan
   if (image.num_bytes > kMaxImageBytes)
     return fmt::format("{} bytes: expected at most {}", image.num_bytes, kMaxImageBytes);
   if (!cameras_.contains(view.camera) && cameras_.size() >= kMaxCameras)
-    return fmt::format("camera '{}': there are {} others already", view.camera, kMaxCameras);
+    return fmt::format("camera '{}': the maximum of {} cameras is reached", view.camera, kMaxCameras);
   return JpegFault({image.data.data(), image.data.size()}, view.width_px, view.height_px);
 }
 
@@ -361,7 +362,7 @@ void SourceComponent::OnImage(std::string_view channel, std::span<const uint8_t>
   Arrived arrived{newest_episode_, std::nullopt};
   arrived.image = image;
   arrived.fault = between_us <= 0
-                      ? fmt::format("camera '{}': the time goes from {} us to {} us; it must go up",
+                      ? fmt::format("camera '{}': the time changes from {} us to {} us; it must increase",
                                     Printable(image->view.camera), last->second, time_us)
                   : ahead_s > options_.source_timeout_s
                       ? fmt::format("camera '{}': its time is {:.3g} s ahead of the samples",
@@ -477,7 +478,7 @@ void SourceComponent::Advance() {
     } else if (r.state) {
       return End(end_reason::kEndOfData);
     } else {
-      log().Warn("the source's episode has no sample that is usable: {}", r.Faults());
+      log().Warn("the source's episode has no usable sample: {}", r.Faults());
       finished_ = r.episode;
       running_.reset();
     }
@@ -572,7 +573,7 @@ void SourceComponent::CheckAnswerTimeouts(SteadyTime now) {
     r.is_over = true;
     if (r.state) {
       End(end_reason::kEndOfData,
-          fmt::format("the source has said nothing for {:g} s", options_.source_timeout_s), true);
+          fmt::format("no message from the source for {:g} s", options_.source_timeout_s), true);
     } else {
       Advance();
     }

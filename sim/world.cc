@@ -123,7 +123,7 @@ std::string World::Apply(const action_t& action) {
   const auto finite = [](double x) { return std::isfinite(x); };
   if (!std::all_of(action.joint_position_rad.begin(), action.joint_position_rad.end(), finite) ||
       !std::all_of(action.gripper_closing.begin(), action.gripper_closing.end(), finite)) {
-    return "action contains NaN or infinity";
+    return "the action contains NaN or infinity";
   }
   unreachable_poses_ += action.unreachable_poses;
   singular_poses_ += action.singular_poses;

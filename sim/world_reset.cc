@@ -45,8 +45,7 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
   for (int i = 0;; ++i) {
     if (i == kMaxDraws) {
       throw InputError(variation.location.ToString() + ": variation '" + variation.name + "': no draw in " +
-                       std::to_string(kMaxDraws) + " leaves every part clear of the others; in the last " +
-                       why);
+                       std::to_string(kMaxDraws) + " keeps all parts apart; in the last one, " + why);
     }
     SetHome();
     parameters.clear();
@@ -235,7 +234,7 @@ std::string World::Blocked(const Variation& variation) {
       if (!other.is_movable() || &other == &part) continue;
       const double distance = mju_dist3(Position(part), Position(other));
       if (distance < box->min_distance) {
-        return fmt::format("{} is {:.3g} m from {}, {:.6g} m wanted", part.name, distance, other.name,
+        return fmt::format("{} is {:.3g} m from {}, expected {:.6g} m", part.name, distance, other.name,
                            box->min_distance);
       }
     }

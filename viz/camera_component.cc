@@ -68,7 +68,7 @@ void CameraComponent::OnImageRequest(const image_request_t& request) {
   if (!IsOurs(request.header) || status_.state != component_status_t::READY) return;
   try {
     if (request.view.size() > kMaxViews) {
-      throw InputError(fmt::format("{} views: expected {} at most", request.view.size(), kMaxViews));
+      throw InputError(fmt::format("{} views: expected at most {}", request.view.size(), kMaxViews));
     }
     for (const view_t& view : request.view) CheckView(view, renderer_->model());
   } catch (const InputError& error) {
@@ -93,7 +93,7 @@ void CameraComponent::Answer(const image_request_t& request) {
     bus().Publish(Channel<image_t>{channel.c_str(), status_.component}, image ? *image : gone);
     if (image) continue;
     ++status_.skipped_ticks;
-    log().Warn("a REQUEST_IMAGE of tick {} came at tick {}, too late for its images", request.header.tick,
+    log().Warn("a REQUEST_IMAGE for tick {} arrived at tick {}, too late for its images", request.header.tick,
                status_.last_tick);
     return;
   }

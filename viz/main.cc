@@ -17,24 +17,25 @@
 int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "--answer-image-requests") {
     return evalbus::HostMain(
-        argc - 1, argv + 1, "Draws the images that a policy asks for with REQUEST_IMAGE, and nothing else.",
+        argc - 1, argv + 1, "Renders only the images that a policy requests with REQUEST_IMAGE.",
         [](CLI::App*) {},
         [](evalbus::Bus* bus) { return std::make_unique<evalbus::viz::CameraComponent>(bus); });
   }
   CLI::App app{
-      "Draws a run or a replay while it goes on, off screen, and publishes JPEG frames\n"
-      "on EVALBUS_IMAGE_<camera>. The run does not wait for it.\n"
-      "'evalbus-viz --answer-image-requests --help': a policy's images instead."};
+      "Renders an active run or replay off screen, and publishes JPEG frames on\n"
+      "EVALBUS_IMAGE_<camera>. The run does not wait for it.\n"
+      "'evalbus-viz --answer-image-requests --help': renders a policy's images instead."};
   evalbus::Address address;
   evalbus::viz::VizOptions options;
   std::string size = "640x480";
   evalbus::AddAddressOptions(&app, &address);
-  app.add_option("--camera", options.cameras, "names of cameras, with commas")
+  app.add_option("--camera", options.cameras, "names of cameras, separated by commas")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->capture_default_str();
   app.add_option("--size", size, "WIDTHxHEIGHT in pixels")->capture_default_str();
-  app.add_option("--fps", options.fps, "frames per second and camera, at most")->capture_default_str();
+  app.add_option("--fps", options.fps, "maximum number of frames per second and camera")
+      ->capture_default_str();
   std::string gl = "osmesa";
   app.add_option("--gl", gl, evalbus::viz::kGlHelp)->capture_default_str();
   if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;

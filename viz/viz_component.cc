@@ -32,7 +32,7 @@ void VizComponent::OnModel(const model_info_t& model) {
     // run.
     if (!renderer_) throw;
     ++status_.foreign_messages;
-    log().Warn("passes over a MODEL: {}", error.what());
+    log().Warn("ignoring a MODEL: {}", error.what());
   }
 }
 

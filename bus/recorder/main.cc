@@ -8,9 +8,9 @@ int main(int argc, char** argv) {
   evalbus::RecorderOptions options;
   return evalbus::HostMain(
       argc, argv,
-      "Writes everything on the bus into one standard LCM event log per episode: "
+      "Writes all messages on the bus into one standard LCM event log per episode: "
       "OUT/episodes/0000/events.lcmlog.\n"
-      "Works with any publisher of evalbus messages; lcm-logplayer reads what it writes.",
+      "Works with any publisher of evalbus messages; lcm-logplayer can play its logs.",
       [&](CLI::App* app) {
         evalbus::AddOptions(app, &options);
         app->add_option("--out", options.out, "run folder; created if it does not exist");

@@ -80,7 +80,7 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   const auto left = UnfinishedEpisodeFolder(run_, status_.episode);
   if (!EnterEpisode(begin)) return;
   if (events_) {
-    log().Warn("drops the unfinished log {}", left.string());
+    log().Warn("dropping the unfinished log {}", left.string());
     events_.reset();
     OnDisk(left, [&] { fs::remove_all(left); });
   }
@@ -201,7 +201,7 @@ void Recorder::CloseEpisode() {
   status_.last_finished_episode = status_.episode;
   const int64_t missing = status_.last_finished_missing_ticks = MissingTicks();
   if (missing > 0)
-    log().Warn("the log lacks {}: {}lost on the way to it", Plural(missing, "tick"),
+    log().Warn("the log lacks {}: {}lost on the way to the recorder", Plural(missing, "tick"),
                is_watched_ ? "never sent, or " : "");
   PublishStatus();
 }

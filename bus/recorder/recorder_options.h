@@ -22,11 +22,9 @@ requires std::is_same_v<std::remove_const_t<Options>, RecorderOptions>
 void ForEachOption(Options& options, const F& f) {
   ForEachRow(
       std::tuple{
-          Option{
-              &RecorderOptions::log, "log",
-              "plain, or zstd: logs in a third of the space, which all of evalbus reads; 'zstd -d' unpacks "
-              "them\n"
-              "for LCM's own tools"},
+          Option{&RecorderOptions::log, "log",
+                 "plain, or zstd: logs of a third of the size, which all evalbus commands read; 'zstd -d' "
+                 "unpacks\nthem for LCM's own tools"},
       },
       options, f);
 }

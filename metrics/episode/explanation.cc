@@ -41,10 +41,10 @@ object_event_t Event(const model_info_t& model, int object, int gripper, int64_t
 std::string Text(const explanation_t& e, const std::string& reason, double time, bool has_stages) {
   std::string text = fmt::format("{} at {:.2f} s", end_reason::Outcome(reason), time);
   if (reason == end_reason::kServerError) {
-    text += " (invalid: the policy's server failed, which says nothing of the policy)";
+    text += " (invalid: the policy's server failed, so there is no result for the policy)";
   }
   if (reason == end_reason::kNotJudged) {
-    text += " (what success or failure asks for is not known: poses of objects are missing)";
+    text += " (success cannot be determined: poses of objects are missing)";
   }
   // Several operands of an `any` may wait for the same condition.
   std::set<std::string> said;

@@ -355,7 +355,7 @@ class Trajectory {
     nlohmann::ordered_json result = ResultJson(values);
     for (const auto& [name, value] : FlattenedValues(result)) {
       if (!std::isfinite(value)) {
-        throw InputError(file_ + ": steps: expected values of physical size, " + std::string(name) +
+        throw InputError(file_ + ": steps: expected values in a physical range, " + std::string(name) +
                          " overflows");
       }
     }

@@ -152,12 +152,11 @@ std::string RunSummary::SamplesText() const {
   if (samples == complete) return "";
   if (samples == 1) {
     return "all " + std::to_string(complete) +
-           " episodes began alike and are equal in every number: the interval counts them as one";
+           " episodes have equal starts and equal numbers: the interval counts them as one";
   }
   return "the interval counts " + std::to_string(samples) + " episodes instead of " +
          std::to_string(complete) +
-         ": where all of a task began alike and are equal in every number, it "
-         "counts one";
+         ": a task whose episodes all have equal starts and equal numbers counts as one";
 }
 
 const MetricSummary* RunSummary::Find(const std::string& metric) const {

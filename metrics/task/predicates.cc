@@ -479,7 +479,7 @@ std::map<std::string, PredicateMaker>& Predicates() {
 void RegisterPredicate(const std::string& name, const PredicateMaker& make) {
   const std::vector<std::string> taken = PredicateNames();
   if (std::ranges::find(taken, name) != taken.end()) {
-    throw InputError("there is a predicate '" + name + "' already");
+    throw InputError("the predicate is named '" + name + "' already");
   }
   Predicates().emplace(name, make);
 }
@@ -495,7 +495,7 @@ std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const 
   const auto maker = Predicates().find(expression.name);
   if (maker != Predicates().end()) return maker->second(expression, context);
   if (auto within = CompileWithin(expression, context)) return within;
-  throw InputError(expression.location().ToString() + ": no predicate is called '" + expression.name + "'" +
+  throw InputError(expression.location().ToString() + ": there is no predicate '" + expression.name + "'" +
                    Suggestion(expression.name, PredicateNames()));
 }
 

@@ -88,7 +88,7 @@ class JointSpeed : public Quantity {
       if (wanted.Text() == "all" || wanted.Text() == known.back()) arms_.push_back(k);
     }
     if (arms_.empty())
-      wanted.Fail("no arm is called '" + wanted.Text() + "'" + Suggestion(wanted.Text(), known));
+      wanted.Fail("there is no arm '" + wanted.Text() + "'" + Suggestion(wanted.Text(), known));
     subject_ = wanted.Text();
     words_ = "fastest joint of " + (subject_ == "all" ? "the robot" : subject_);
   }
@@ -304,7 +304,7 @@ class QuantityWithin : public Within {
 void RegisterQuantity(const QuantityKind& kind) {
   const std::vector<std::string> taken = PredicateNames();
   if (std::ranges::find(taken, kind.name) != taken.end()) {
-    throw InputError("there is a predicate or quantity '" + kind.name + "' already");
+    throw InputError("the predicate or quantity is named '" + kind.name + "' already");
   }
   Quantities().push_back(kind);
 }
@@ -319,7 +319,7 @@ std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const Co
   if (const QuantityKind* kind = Find(expression.name)) {
     return kind->make(ArgumentsOf(expression, kind->required_arguments, kind->optional_arguments), context);
   }
-  throw InputError(expression.location().ToString() + ": no quantity is called '" + expression.name + "'" +
+  throw InputError(expression.location().ToString() + ": there is no quantity '" + expression.name + "'" +
                    Suggestion(expression.name, QuantityNames()));
 }
 

@@ -151,10 +151,11 @@ bool ActionConverter::is_absolute() const {
 }
 
 void ActionConverter::CheckSpace() const {
-  if (space_.arms.empty()) throw InputError("action: no arm takes any of its values");
+  if (space_.arms.empty()) throw InputError("action: no arm uses any of its values");
   if (space_.kind == ActionKind::kEefPose && space_.frame == ActionFrame::kWrist) {
     throw InputError(
-        "action: an eef_pose is in the frame of the world or the base; in the wrist's own only eef_delta");
+        "action: an eef_pose must be in the world or base frame; only an eef_delta can be in the wrist "
+        "frame");
   }
   CheckLength(space_.scale, space_.num_values, "scale");
   CheckLength(space_.offset, space_.num_values, "offset");
@@ -181,11 +182,11 @@ void ActionConverter::CheckSpace() const {
     }
   };
   for (const ArmForm& form : space_.arms) {
-    if (!names.insert(form.arm).second) throw InputError("action: arm '" + form.arm + "' is there twice");
+    if (!names.insert(form.arm).second) throw InputError("action: arm '" + form.arm + "' is given twice");
     for (int index : form.indices) {
       check_range(form, index);
       if (!taken.insert(index).second) {
-        throw InputError(fmt::format("action: arm '{}': value {} is taken twice", form.arm, index));
+        throw InputError(fmt::format("action: arm '{}': value {} is used twice", form.arm, index));
       }
     }
   }
@@ -194,8 +195,8 @@ void ActionConverter::CheckSpace() const {
     if (!form.gripper.index) continue;
     check_range(form, *form.gripper.index);
     if (taken.contains(*form.gripper.index)) {
-      throw InputError(fmt::format("action: arm '{}': the gripper's value {} is an arm's, too", form.arm,
-                                   *form.gripper.index));
+      throw InputError(fmt::format("action: arm '{}': the gripper's value {} is also used by an arm",
+                                   form.arm, *form.gripper.index));
     }
   }
 }

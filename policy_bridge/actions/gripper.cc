@@ -22,11 +22,11 @@ GripperCommand::GripperCommand(const GripperForm& form) : form_(form) {
         fmt::format("gripper: open ({}) and closed ({}) must be two numbers", form.open, form.closed));
   }
   if (form.threshold && !(*form.threshold >= 0 && *form.threshold < 1)) {
-    throw InputError(
-        fmt::format("gripper: the threshold is of the closing, from 0 to under 1, not {}", *form.threshold));
+    throw InputError(fmt::format(
+        "gripper: expected a threshold of the closed fraction from 0 to below 1, got {}", *form.threshold));
   }
   if (form.sticky_steps < 1) {
-    throw InputError(fmt::format("gripper: at least 1 sticky step, not {}", form.sticky_steps));
+    throw InputError(fmt::format("gripper: expected at least 1 sticky step, got {}", form.sticky_steps));
   }
   if (form.sticky_steps > 1 && !form.threshold) throw InputError("gripper: sticky steps need a threshold");
 }

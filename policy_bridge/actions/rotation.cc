@@ -22,12 +22,12 @@ constexpr double kGimbalLock = 1e-12;
 [[noreturn]] void Fail(std::span<const double> values, const char* what) {
   std::string list;
   for (double value : values) list += fmt::format("{}{:.6g}", list.empty() ? "" : ", ", value);
-  throw std::runtime_error(fmt::format("({}) is no rotation: {}", list, what));
+  throw std::runtime_error(fmt::format("({}) is not a rotation: {}", list, what));
 }
 
 Quaterniond Normalized(double w, double x, double y, double z, std::span<const double> values) {
   Eigen::Vector4d v(x, y, z, w);
-  if (v.stableNorm() < kShortest) Fail(values, "the quaternion has no length");
+  if (v.stableNorm() < kShortest) Fail(values, "the quaternion has norm 0");
   v.stableNormalize();
   return Quaterniond(v);
 }
@@ -43,7 +43,7 @@ Quaterniond About(double angle, const Vector3d& axis) { return Quaterniond(Eigen
 // Rotation matrix, as a quaternion, whose first two columns point along these vectors.
 Quaterniond FromColumns(Vector3d first, Vector3d second, std::span<const double> values) {
   if (first.stableNorm() < kShortest || second.stableNorm() < kShortest)
-    Fail(values, "one of its two vectors has no length");
+    Fail(values, "one of its two vectors has length 0");
   first.stableNormalize();
   second.stableNormalize();
   second -= first.dot(second) * first;

@@ -82,7 +82,7 @@ std::vector<int> Indices(const YamlValue& value) {
   int first = 0, last = 0, end = 0;
   if (std::sscanf(text.c_str(), "%d-%d%n", &first, &last, &end) != 2 ||
       end != static_cast<int>(text.size()) || first < 0 || last < first || last > kMaxValues) {
-    value.Fail("expected a list of indices or FIRST-LAST, as 0-6, got '" + text + "'");
+    value.Fail("expected a list of indices or FIRST-LAST, for example 0-6, got '" + text + "'");
   }
   std::vector<int> numbers;
   for (int i = first; i <= last; ++i) numbers.push_back(i);
@@ -106,7 +106,8 @@ ImageForm ReadImage(const YamlMap& map, bool is_depth) {
   ImageForm form;
   form.view.camera = map[is_depth ? "depth" : "camera"].Text();
   const YamlValue* size = map.Find("size_px");
-  if (!size) map.value().Fail("expected 'size_px': [WIDTH, HEIGHT], as the camera's image is drawn");
+  if (!size)
+    map.value().Fail("expected 'size_px': [WIDTH, HEIGHT], the size in which the camera's image is rendered");
   std::tie(form.view.width_px, form.view.height_px) = Size(*size);
   if (const YamlValue* fovy = map.Find("fovy_deg")) {
     form.view.fovy_deg = fovy->Number({.min = 1, .max = 175});
@@ -120,14 +121,14 @@ ImageForm ReadImage(const YamlMap& map, bool is_depth) {
   }
   if (const YamlValue* mirror = map.Find("mirror")) form.mirror = mirror->Bool();
   if (const YamlValue* resize = map.Find("resize_px")) {
-    if (is_depth) resize->Fail("depth is not resized; give 'size_px' this size");
+    if (is_depth) resize->Fail("depth cannot be resized; set 'size_px' to this size");
     std::tie(form.width_px, form.height_px) = Size(*resize);
   }
   Choose(map, "resize", kModes, &form.pad);
   Choose(map, "color", kColors, &form.bgr);
   Choose(map, "layout", kLayouts, &form.chw);
   for (const char* key : {"color", "layout", "resize"}) {
-    if (const YamlValue* value = map.Find(key); value && is_depth) value->Fail("depth has none");
+    if (const YamlValue* value = map.Find(key); value && is_depth) value->Fail("depth images do not have it");
   }
   if (const YamlValue* mode = map.Find("resize"); mode && !map.Find("resize_px")) {
     mode->Fail("expected 'resize_px' with it");
@@ -154,8 +155,8 @@ Signal ReadSignal(const YamlValue& value) {
   const std::string what = dot == std::string::npos ? signal.name : signal.name.substr(dot + 1);
   const std::vector<std::string>& known = signal.is_privileged() ? ObjectSignalNames() : ArmSignalNames();
   if (dot == std::string::npos || dot == 0) {
-    value.Fail("expected ARM.SIGNAL or object.NAME.SIGNAL, as left.joint_position_rad, got '" + signal.name +
-               "'");
+    value.Fail("expected ARM.SIGNAL or object.NAME.SIGNAL, for example left.joint_position_rad, got '" +
+               signal.name + "'");
   }
   if (std::ranges::find(known, what) == known.end()) {
     value.Fail("unknown signal '" + what + "'" + Suggestion(what, known));
@@ -186,13 +187,13 @@ ObservationEntry ReadEntry(const YamlValue& value) {
   const bool is_image = map.Find("camera") || map.Find("depth");
   for (const char* key :
        {"size_px", "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize", "color", "layout"}) {
-    if (const YamlValue* wrong = map.Find(key); wrong && !is_image) wrong->Fail("only of a camera or depth");
+    if (const YamlValue* wrong = map.Find(key); wrong && !is_image) wrong->Fail("only for a camera or depth");
   }
   for (const char* key : {"type", "shape"}) {
-    if (const YamlValue* wrong = map.Find(key); wrong && !map.Find("state")) wrong->Fail("only of a state");
+    if (const YamlValue* wrong = map.Find(key); wrong && !map.Find("state")) wrong->Fail("only for a state");
   }
   if (const YamlValue* history = map.Find("history_ticks")) {
-    if (!is_image && !map.Find("state")) history->Fail("only of a camera, depth or a state");
+    if (!is_image && !map.Find("state")) history->Fail("only for a camera, depth or a state");
     entry.history_ticks = Integers(*history, -kLongestHistory, 0);
     if (entry.history_ticks.empty() || !std::ranges::is_sorted(entry.history_ticks) ||
         entry.history_ticks.back() != 0) {
@@ -296,15 +297,15 @@ void ReadAction(const YamlValue& value, Contract* contract) {
   const bool is_delta = IsDelta(space.kind);
   for (const char* key : {"frame", "point", "rotation"}) {
     if (const YamlValue* wrong = map.Find(key); wrong && !is_eef)
-      wrong->Fail("only of eef_pose and eef_delta");
+      wrong->Fail("only for eef_pose and eef_delta");
     if (is_eef && !map.Find(key)) map.value().Fail(std::string("expected '") + key + "' with this kind");
   }
   if (const YamlValue* wrong = map.Find("delta_on"); wrong && !is_delta)
-    wrong->Fail("only of deltas and velocities");
+    wrong->Fail("only for deltas and velocities");
   if (is_delta && !map.Find("delta_on"))
     map.value().Fail("expected 'delta_on', target or measured, with this kind");
   if (space.kind == ActionKind::kEefPose && space.frame == ActionFrame::kWrist) {
-    map["frame"].Fail("a pose is given in world or base");
+    map["frame"].Fail("a pose must be in the world or base frame");
   }
   for (const YamlValue& arm : map["arms"].List()) {
     space.arms.push_back(ReadArm(arm, space.num_values));
@@ -461,7 +462,7 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   if (map["wire"].Text() == "lerobot") map["wire"].Fail(kNoPickles);
   contract.wire = Choose(map["wire"], kWires);
   if (const YamlValue* dialect = map.Find("groot_dialect")) {
-    if (contract.wire != Wire::kGroot) dialect->Fail("only of the wire groot");
+    if (contract.wire != Wire::kGroot) dialect->Fail("only for the wire groot");
     contract.groot_dialect = Choose(*dialect, kDialects);
   }
   contract.url = map["url"].Text();
@@ -479,7 +480,9 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   }
   if (const YamlValue* batch = map.Find("batch_size")) {
     if (contract.wire != Wire::kGroot) {
-      batch->Fail("only of the wire groot; a server of another may put together what its connections ask");
+      batch->Fail(
+          "only for the wire groot; servers of other wires can batch the requests of their connections "
+          "themselves");
     }
     contract.batch_size = batch->Integer(1, kLargestBatch);
   }

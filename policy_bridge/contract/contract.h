@@ -105,8 +105,7 @@ struct Contract {
 
 // Error message: why LeRobot's protocol is not supported.
 inline constexpr char kNoPickles[] =
-    "LeRobot's gRPC server speaks in pickles, which run the code of whoever sends them (CVE-2026-25874); "
-    "serve the "
+    "LeRobot's gRPC server exchanges pickles, which execute the sender's code (CVE-2026-25874); serve the "
     "policy with evalbus.serve (docs/python.md) or vla-eval's server";
 
 // Error about a contract that does not fit a robot or server; prefixed with the contract's file.

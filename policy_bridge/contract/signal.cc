@@ -87,7 +87,7 @@ class Readers {
  private:
   Reader OfObject(const std::string& object, const std::string& what, ActionFrame frame) {
     if (frame != ActionFrame::kWorld) {
-      throw InputError("signal object." + object + "." + what + ": poses of objects are told in the world");
+      throw InputError("signal object." + object + "." + what + ": poses of objects are in the world frame");
     }
     const int body = ObjectBody(info_, object);
     const auto pose = [body](const state_t& state) { return BodyPose(state, body); };

@@ -55,12 +55,11 @@ std::string Expert::WhyNoPlan(const Configuration& now, const state_t& state) {
   for (const int arm : arms_) probe.SetArm(arm, now.joints[static_cast<size_t>(arm)]);
   // A contact in the current configuration blocks every plan, so it is reported rather than the obstacle of
   // the best plan.
-  if (const auto touch = probe.FindTouch(arms_, {}))
-    return probe.InWords(*touch) + ", where the robot stands";
+  if (const auto touch = probe.FindTouch(arms_, {})) return probe.InWords(*touch) + ", where the robot is";
   if (!context_.obstacle) return "the search took too long";
   const Obstacle& obstacle = *context_.obstacle;
-  if (obstacle.touch) return probe.InWords(*obstacle.touch) + ", on the way that led farthest";
-  return fmt::format("arm '{}' does not reach ({:.3f}, {:.3f}, {:.3f}) m, on the way that led farthest",
+  if (obstacle.touch) return probe.InWords(*obstacle.touch) + ", on the path that got farthest";
+  return fmt::format("arm '{}' does not reach ({:.3f}, {:.3f}, {:.3f}) m, on the path that got farthest",
                      names_[static_cast<size_t>(obstacle.arm)], obstacle.grip.x(), obstacle.grip.y(),
                      obstacle.grip.z());
 }
@@ -128,7 +127,7 @@ void CheckExpert(const std::string& task) {
   std::string known;
   for (const auto& [name, unused] : Experts()) known += (known.empty() ? "" : ", ") + name;
   throw InputError("policy \"expert\": there is none for task \"" + task + "\"; there is one for " + known +
-                   " (expert:TASK takes that of another task)");
+                   " (expert:TASK uses the expert of another task)");
 }
 
 std::unique_ptr<Policy> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info) {

@@ -122,7 +122,7 @@ Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int 
   Eigen::Isometry3d pose = ToPose(model.site_pos + 3 * id, model.site_quat + 4 * id);
   for (int b = model.site_bodyid[id]; b != body; b = model.body_parentid[b]) {
     if (b == 0 || model.body_jntnum[b] > 0) {
-      throw InputError("site \"" + site + "\" is not rigidly attached to the object it is looked for on");
+      throw InputError("site \"" + site + "\" is not rigidly attached to the object");
     }
     pose = ToPose(model.body_pos + 3 * b, model.body_quat + 4 * b) * pose;
   }
@@ -255,7 +255,7 @@ std::string ContactProbe::InWords(const Touch& touch) const {
     const char* own = mj_id2name(model_.get(), mjOBJ_GEOM, geom);
     return std::string(own ? own : mj_id2name(model_.get(), mjOBJ_BODY, model_->geom_bodyid[geom]));
   };
-  return fmt::format("{} is {:.3g} mm {} {}, {:.3g} mm wanted", name(touch.geom),
+  return fmt::format("{} is {:.3g} mm {} {}, expected {:.3g} mm", name(touch.geom),
                      1000 * std::abs(touch.distance), touch.distance < 0 ? "inside" : "from",
                      name(touch.other), 1000 * clearance_);
 }

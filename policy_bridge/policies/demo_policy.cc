@@ -16,7 +16,7 @@ DemoPolicy::DemoPolicy(std::vector<std::filesystem::path> files, const model_inf
   const bool fits = info.num_arms == 2 && info.num_grippers == 2 && info.arm[0].num_joints == 7 &&
                     info.arm[1].num_joints == 7;
   if (!fits)
-    throw InputError("policy \"demo\": demonstrations are of two arms with 7 joints and a gripper each");
+    throw InputError("policy \"demo\": demonstrations require two arms with 7 joints and a gripper each");
 }
 
 void DemoPolicy::Begin(const episode_begin_t& begin) {

@@ -37,7 +37,7 @@ Demonstration ReadDemonstration(const fs::path& file) {
   Demonstration demo;
   demo.file = file;
   const Tensor* actions = content.Find(kActions);
-  if (!actions) fail(fmt::format("no tensor \"{}\": no demonstration of RoboEval", kActions));
+  if (!actions) fail(fmt::format("no tensor \"{}\": this is not a demonstration of RoboEval", kActions));
   if (actions->shape.size() != 2 || actions->shape[1] != static_cast<int64_t>(kDemoWidth) ||
       actions->shape[0] < 1) {
     fail(fmt::format("{}: expected [steps, 16], 7 + 7 joints and 2 grippers, got [{}]", kActions,
@@ -51,7 +51,7 @@ Demonstration ReadDemonstration(const fs::path& file) {
     if (folders[i].find("ActionMode") == std::string::npos) continue;
     demo.task = folders[i - 1];
     if (folders[i].find("_delta") != std::string::npos || folders[i].ends_with("_end_effector")) {
-      fail("is of action mode " + folders[i] + "; only absolute joint positions are read");
+      fail("has action mode " + folders[i] + "; only absolute joint positions are read");
     }
   }
   demo.metadata = content.metadata;
@@ -61,7 +61,7 @@ Demonstration ReadDemonstration(const fs::path& file) {
       return json.is_object() && json.contains(key) && json[key] == value;
     };
     if (is("action_mode_absolute", false) || is("end_effector_mode", true)) {
-      fail("metadata: its actions are " +
+      fail("metadata: the actions are " +
            std::string(is("end_effector_mode", true) ? "poses of the hands" : "changes of joint positions") +
            "; only absolute joint positions are read");
     }
@@ -86,10 +86,11 @@ Demonstration ReadDemonstration(const fs::path& file) {
   for (size_t i = 0; i < numbers.size(); ++i) {
     const size_t step = i / kDemoWidth, column = i % kDemoWidth;
     if (!std::isfinite(numbers[i]))
-      fail(fmt::format("{}: step {}, column {} is no number", kActions, step, column));
+      fail(fmt::format("{}: step {}, column {} is not a number", kActions, step, column));
     if (column < kDemoJoints && std::abs(numbers[i]) > kMaxTurn) {
-      fail(fmt::format("{}: step {}, column {} is {:g}: no joint turns so many radians; are these degrees?",
-                       kActions, step, column, numbers[i]));
+      fail(fmt::format(
+          "{}: step {}, column {} is {:g}: outside the range of any joint in radians; are these degrees?",
+          kActions, step, column, numbers[i]));
     }
     demo.steps[step][column] = numbers[i];
   }
@@ -112,7 +113,7 @@ Demonstration AtRate(const Demonstration& demonstration, double hz) {
   const double ratio = demonstration.hz / hz;
   const auto window = static_cast<size_t>(std::llround(ratio));
   if (!(hz > 0) || window < 1 || std::abs(ratio - static_cast<double>(window)) > 1e-9 * ratio) {
-    throw InputError(fmt::format("{}: {:g} Hz is no whole part of its {:g} Hz", demonstration.file.string(),
+    throw InputError(fmt::format("{}: its {:g} Hz is not a multiple of {:g} Hz", demonstration.file.string(),
                                  hz, demonstration.hz));
   }
   Demonstration result = demonstration;

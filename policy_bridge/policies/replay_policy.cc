@@ -41,7 +41,7 @@ RecordedEpisode ReadEpisode(const std::filesystem::path& log, int episode) {
   // Gaps cannot be tolerated: the previous action would silently be held in them.
   if (reader.damaged_places() > 0) {
     throw InputError("policy \"replay\": " + log.string() +
-                     " is damaged: " + std::to_string(reader.damaged_bytes()) + " bytes are no events");
+                     " is damaged: " + std::to_string(reader.damaged_bytes()) + " bytes are damaged");
   }
   return recorded;
 }
@@ -75,7 +75,7 @@ Recording OpenRecording(const std::string& path) {
   }
   if (std::filesystem::is_directory(path)) {
     if (!std::filesystem::is_directory(std::filesystem::path(path) / kEpisodesFolder)) {
-      throw InputError("policy \"replay\": " + path + " is no run folder: it has no folder episodes/");
+      throw InputError("policy \"replay\": " + path + " is not a run folder: it has no folder episodes/");
     }
     return [path](int episode) {
       const std::filesystem::path log = EpisodeLog(path, episode);
@@ -107,8 +107,8 @@ void ReplayPolicy::Begin(const episode_begin_t& begin) {
   if (const std::string differences = Differences(recorded, info_, begin.seed);
       !anyway_ && !differences.empty()) {
     throw InputError(
-        fmt::format("policy \"replay\": {} was recorded with {}; the same actions would do something else "
-                    "(\"replay_anyway:...\" plays them all the same)",
+        fmt::format("policy \"replay\": {} was recorded with {}; the same actions would have another effect "
+                    "(\"replay_anyway:...\" replays them regardless)",
                     recorded.log, differences));
   }
   const size_t num_joints = CountJoints(info_), num_grippers = info_.gripper.size();

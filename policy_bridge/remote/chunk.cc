@@ -22,7 +22,7 @@ Block FindBlock(const std::string& key, const Value& reply, bool is_alone) {
   const Value* value = reply.Find(key);
   if (!value) Fail(fmt::format("the answer has no '{}': {}", key, Describe(reply)));
   const Array* array = value->As<Array>();
-  if (!array) Fail(fmt::format("'{}' of the answer is no array: {}", key, Describe(*value)));
+  if (!array) Fail(fmt::format("'{}' of the answer is not an array: {}", key, Describe(*value)));
   const auto& shape = array->shape;
   if (shape.empty() || shape.size() > 2) {
     Fail(fmt::format("'{}' of the answer: expected steps x values, got {}", key, Describe(*value)));

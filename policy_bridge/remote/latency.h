@@ -26,7 +26,7 @@ inline Latency ParseLatency(const std::string& text) {
   double ms = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ms);
   if (error != std::errc() || end != text.data() + text.size() || !(ms >= 0 && ms <= kLongest)) {
-    throw InputError("--latency: expected none, measured or milliseconds, not '" + text + "'");
+    throw InputError("--latency: expected none, measured or milliseconds, got '" + text + "'");
   }
   return {Latency::Kind::kFixed, ms / 1e3};
 }

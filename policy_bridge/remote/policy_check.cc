@@ -77,9 +77,9 @@ class Check {
     Good(fmt::format("reachable: {}, {}", contract_.url, client_->Name()));
     const Map* map = said.As<Map>();
     if (map && !map->empty()) {
-      Add(Level::kNote, "it says of itself: " + Describe(said));
+      Add(Level::kNote, "its metadata: " + Describe(said));
     } else {
-      Add(Level::kNote, "it says nothing of itself, so only its answers can be checked");
+      Add(Level::kNote, "it has no metadata, so only its answers can be checked");
     }
     for (const std::string& line : FindContradictions(contract_, said)) Bad(Verdict::kContract, line);
     client_->BeginEpisode(contract_.PromptFor(info_.task, info_.instruction), 0);
@@ -127,10 +127,10 @@ class Check {
       if (report_.least[i] < lower - kBeyondGripper * span ||
           report_.most[i] > upper + kBeyondGripper * span) {
         Doubt(fmt::format(
-            "gripper {}: says {:.3g} to {:.3g}, the contract expects {:g} (open) to {:g} (closed)", arm.arm,
+            "gripper {}: values {:.3g} to {:.3g}, the contract expects {:g} (open) to {:g} (closed)", arm.arm,
             report_.least[i], report_.most[i], form.open, form.closed));
       } else {
-        Good(fmt::format("gripper {}: says {:.3g} to {:.3g}; {:g} is open, {:g} closed", arm.arm,
+        Good(fmt::format("gripper {}: values {:.3g} to {:.3g}; {:g} is open, {:g} closed", arm.arm,
                          report_.least[i], report_.most[i], form.open, form.closed));
       }
     }
@@ -182,7 +182,7 @@ class Check {
             if (beyond.empty() && (target < arm.joint_lower_rad[j] - kBeyondLimit ||
                                    target > arm.joint_upper_rad[j] + kBeyondLimit)) {
               beyond =
-                  fmt::format("step {} wants joint {} at {:.4g} rad, its limits are {:.2f} and {:.2f}", k,
+                  fmt::format("step {} commands joint {} to {:.4g} rad, its limits are {:.2f} and {:.2f}", k,
                               arm.joint_name[j], target, arm.joint_lower_rad[j], arm.joint_upper_rad[j]);
             }
           }

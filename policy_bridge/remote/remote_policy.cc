@@ -97,8 +97,9 @@ bool RemotePolicy::IsReady() {
     if (phase_ == Phase::kConnecting && !std::exchange(has_compared_, true)) {
       const auto contradictions = FindContradictions(contract_, answer->reply.value);
       if (!contradictions.empty()) {
-        throw InContract(contract_, fmt::format("not what the server at {} says; {}", contract_.url,
-                                                contradictions.front()));
+        throw InContract(contract_,
+                         fmt::format("the contract contradicts the metadata of the server at {}; {}",
+                                     contract_.url, contradictions.front()));
       }
     }
   } catch (const ServerError& error) {
@@ -106,7 +107,7 @@ bool RemotePolicy::IsReady() {
     phase_ = Phase::kConnecting;
     if (!gone_since_) {
       gone_since_ = now;
-      Note(fmt::format("waits for its server: {}", error.what()));
+      Note(fmt::format("waiting for its server: {}", error.what()));
     }
     const bool may_come_back =
         error.kind() == ServerError::Kind::kUnreachable || error.kind() == ServerError::Kind::kTimeout;
@@ -116,7 +117,7 @@ bool RemotePolicy::IsReady() {
     retry_at_ = now + kRetry;
     return false;
   }
-  if (gone_since_) Note("its server is back");
+  if (gone_since_) Note("its server answers again");
   gone_since_.reset();
   retry_at_.reset();
   is_connected_ = true;
@@ -221,8 +222,8 @@ Chunk RemotePolicy::ChunkOf(const Reply& reply) {
     // If not even the first answer can be read, the contract is wrong, and every episode would fail the same
     // way.
     if (has_understood_) throw;
-    throw InContract(contract_,
-                     fmt::format("not what the server at {} answers: {}", contract_.url, error.what()));
+    throw InContract(contract_, fmt::format("the contract contradicts the answer of the server at {}: {}",
+                                            contract_.url, error.what()));
   }
 }
 
@@ -272,7 +273,7 @@ void RemotePolicy::CheckFirstStep(const state_t& state, const action_t& action) 
       throw InContract(
           contract_,
           fmt::format(
-              "the policy's first action wants joint {} of arm {} {:.3g} rad from where it is, {:g} at most "
+              "the policy's first action moves joint {} of arm {} by {:.3g} rad, the limit is {:g} "
               "(action.first_step_rad): are its numbers absolute, in this order and unit? If they are, raise "
               "first_step_rad",
               info_.arm[i].joint_name[j], info_.arm[i].name, step, *contract_.first_step_rad));

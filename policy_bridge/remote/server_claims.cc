@@ -38,7 +38,7 @@ Lines OfRoboArena(const Contract& contract, const Value& said) {
                                : space == "cartesian_velocity" ? "eef_delta"
                                                                : "";
   if (!space.empty() && expected != NameOf(contract.actions.kind)) {
-    lines.push_back(fmt::format("action space: the server says {}, the contract {}", space,
+    lines.push_back(fmt::format("action space: the server states {}, the contract {}", space,
                                 NameOf(contract.actions.kind)));
   }
   const Value* resolution = said.Find("image_resolution");
@@ -55,7 +55,7 @@ Lines OfRoboArena(const Contract& contract, const Value& said) {
     // The order of the server's resolution is undocumented, and RoboArena's own images are square, so either
     // order is accepted.
     if (std::minmax<int64_t>(width, height) == std::minmax(*first, *second)) continue;
-    lines.push_back(fmt::format("{}: the server wants {} x {} pixels, the contract sends {} x {}",
+    lines.push_back(fmt::format("{}: the server expects {} x {} pixels, the contract sends {} x {}",
                                 entry.KeyText(), *first, *second, width, height));
   }
   return lines;
@@ -78,7 +78,7 @@ Lines OfVlaEval(const Contract& contract, const Value& said) {
         fmt::format("{}{} {} ({})", words.empty() ? "" : ", ", name, *count, TextOf(part.Find("format")));
   }
   if (values != contract.actions.num_values) {
-    lines.push_back(fmt::format("action: the server says {} values ({}), the contract {}", values, words,
+    lines.push_back(fmt::format("action: the server states {} values ({}), the contract {}", values, words,
                                 contract.actions.num_values));
   }
   return lines;
@@ -110,7 +110,7 @@ Lines OfGroot(const Contract& contract, const Value& said) {
     if (!list) continue;
     for (const ObservationEntry& entry : contract.observation) {
       if (!entry.KeyText().starts_with(prefix) || entry.history_ticks.size() == list->size()) continue;
-      lines.push_back(fmt::format("{}: the server wants {} ticks, the contract's history_ticks {}",
+      lines.push_back(fmt::format("{}: the server expects {} ticks, the contract's history_ticks {}",
                                   entry.KeyText(), list->size(), entry.history_ticks.size()));
     }
   }
@@ -119,7 +119,7 @@ Lines OfGroot(const Contract& contract, const Value& said) {
     for (const std::string& key : contract.action_keys) {
       if (!server.contains(key)) {
         lines.push_back(
-            fmt::format("action: the contract takes '{}', the server has {}", key, Listed(server)));
+            fmt::format("action: the contract uses '{}', the server has {}", key, Listed(server)));
       }
     }
   }

@@ -11,7 +11,7 @@ namespace evalbus::policy {
 Array CheckedArray(Array array) {
   const size_t item_size = ItemSize(array.dtype);
   if (item_size == 0) {
-    throw ServerError(ServerError::Kind::kProtocol, Describe(array) + ": numbers of this type are not read");
+    throw ServerError(ServerError::Kind::kProtocol, Describe(array) + ": this number type is not supported");
   }
   const std::optional<size_t> count = ItemCount(array.shape);
   if (!count || array.data.size() % item_size != 0 || array.data.size() / item_size != *count) {

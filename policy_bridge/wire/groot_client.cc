@@ -62,21 +62,21 @@ Value Checked(const std::string& key, const Value& value) {
   const Array* array = value.As<Array>();
   if (key.starts_with(kVideo)) {
     if (!array || array->dtype != "|u1" || array->shape.size() != 4 || array->shape[3] != 3) {
-      throw InputError(fmt::format("observation {}: {}, but GR00T takes |u1 [frames, height, width, 3]", key,
-                                   Describe(value)));
+      throw InputError(fmt::format("observation {}: {}, but GR00T expects |u1 [frames, height, width, 3]",
+                                   key, Describe(value)));
     }
     return value;
   }
   if (key.starts_with(kState)) {
     if (!array || array->shape.size() != 2 || ItemSize(array->dtype) == 0) {
       throw InputError(
-          fmt::format("observation {}: {}, but GR00T takes <f4 [times, length]", key, Describe(value)));
+          fmt::format("observation {}: {}, but GR00T expects <f4 [times, length]", key, Describe(value)));
     }
     return array->dtype == "<f4" ? *array : FloatArray(Numbers(*array), array->shape);
   }
   if (!value.Is<std::string>()) {
     throw InputError(
-        fmt::format("observation {}: {}, but GR00T takes \"video.NAME\", \"state.NAME\" and texts", key,
+        fmt::format("observation {}: {}, but GR00T expects \"video.NAME\", \"state.NAME\" and texts", key,
                     Describe(value)));
   }
   return value;
@@ -209,8 +209,8 @@ class GrootClient : public PolicyClient {
 
   static void CheckMap(const std::string& endpoint, const Value& answer) {
     if (answer.Is<Map>()) return;
-    throw ServerError(Kind::kServer,
-                      fmt::format("the server answers {} with {}, no map", endpoint, Describe(answer)));
+    throw ServerError(Kind::kServer, fmt::format("the server answers {} with {}, expected a map", endpoint,
+                                                 Describe(answer)));
   }
 
   // Removes the prefixes, which identify the dialect.

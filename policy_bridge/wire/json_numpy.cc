@@ -33,7 +33,7 @@ Bytes DecodeBase64(std::string_view text) {
   const size_t padding = text.size() - digits;
   if (text.size() % 4 != 0 || padding > 2 ||
       text.substr(digits) != std::string_view("==").substr(0, padding) || text.size() > kMaxBase64) {
-    RefuseJson("an array's bytes are no base64");
+    RefuseJson("an array's bytes are not base64");
   }
   Bytes bytes(text.size() / 4 * 3);
   EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(text.data()),
@@ -79,7 +79,7 @@ Value JsonMeaning(Map map) {
   }
   Array array{*dtype->As<std::string>(), {}, {}};
   for (const Value& length : *shape->As<List>()) {
-    if (!length.Is<int64_t>()) RefuseJson("an array's shape is no list of integers");
+    if (!length.Is<int64_t>()) RefuseJson("an array's shape is not a list of integers");
     array.shape.push_back(*length.As<int64_t>());
   }
   array.data = DecodeBase64(*data->As<std::string>());
@@ -140,7 +140,7 @@ std::string EncodeJsonNumpy(const Value& value) {
   try {
     return json.dump();
   } catch (const Json::type_error&) {
-    throw InputError("text that is no UTF-8 cannot be sent as JSON");
+    throw InputError("text that is not UTF-8 cannot be sent as JSON");
   }
 }
 

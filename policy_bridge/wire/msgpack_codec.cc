@@ -117,7 +117,7 @@ Value ToArray(Map map) {
   if (!data.Is<Bytes>()) RefuseMsgpack("an array's data are " + Describe(data));
   array.data = std::move(*data.As<Bytes>());
 
-  if (array.dtype.size() >= 2 && array.dtype[1] == 'U') return Describe(array) + " of texts, not read";
+  if (array.dtype.size() >= 2 && array.dtype[1] == 'U') return Describe(array) + " of texts is not supported";
   return CheckedArray(std::move(array));
 }
 
@@ -149,7 +149,9 @@ class Builder : public msgpack::null_visitor {
     if (is_key_) return SetKey(bytes, size);
     return Add(Bytes(bytes, bytes + size));
   }
-  bool visit_ext(const char*, uint32_t) { RefuseMsgpack("an extension type, which this wire does not have"); }
+  bool visit_ext(const char*, uint32_t) {
+    RefuseMsgpack("an extension type, which this wire does not support");
+  }
 
   // Memory is allocated for elements that have arrived, not for the announced number of elements.
   bool start_array(uint32_t) { return Open(List()); }
@@ -167,8 +169,8 @@ class Builder : public msgpack::null_visitor {
     tree_.CloseMap(MsgpackMeaning);
     return true;
   }
-  void insufficient_bytes(size_t, size_t) { RefuseMsgpack("it ends in the middle"); }
-  void parse_error(size_t, size_t at) { RefuseMsgpack(fmt::format("byte {} begins nothing", at)); }
+  void insufficient_bytes(size_t, size_t) { RefuseMsgpack("it is truncated"); }
+  void parse_error(size_t, size_t at) { RefuseMsgpack(fmt::format("byte {} starts no valid value", at)); }
 
   Value Take() { return tree_.Take(); }
 
@@ -191,7 +193,7 @@ class Builder : public msgpack::null_visitor {
   }
 
   void CheckKey(const Value& value) const {
-    if (is_key_) RefuseMsgpack("a key is " + Describe(value) + " and no text");
+    if (is_key_) RefuseMsgpack("a key is " + Describe(value) + ", expected text");
   }
 
   TreeBuilder tree_{"MessagePack"};
@@ -210,7 +212,7 @@ Value DecodeMsgpack(std::span<const uint8_t> bytes) {
   } catch (const msgpack::unpack_error& error) {
     RefuseMsgpack(error.what());
   }
-  if (parsed != bytes.size()) RefuseMsgpack(fmt::format("{} bytes behind its end", bytes.size() - parsed));
+  if (parsed != bytes.size()) RefuseMsgpack(fmt::format("{} bytes after its end", bytes.size() - parsed));
   return builder.Take();
 }
 

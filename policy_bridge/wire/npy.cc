@@ -33,11 +33,11 @@ class HeaderReader {
       const std::string_view key = Text();
       Expect(':');
       if (key == "descr") {
-        if (Next() == '[') RefuseNpy("numbers in records are not read");
+        if (Next() == '[') RefuseNpy("record types are not supported");
         array.dtype = Text();
         has_descr = true;
       } else if (key == "fortran_order") {
-        if (Truth()) RefuseNpy("numbers in Fortran's order are not read");
+        if (Truth()) RefuseNpy("Fortran order is not supported");
         has_order = true;
       } else if (key == "shape") {
         array.shape = Shape();
@@ -129,10 +129,10 @@ Bytes EncodeNpy(const Array& array) {
 Array DecodeNpy(std::span<const uint8_t> bytes) {
   if (bytes.size() < 10 || !std::equal(kMagic.begin(), kMagic.end(), bytes.begin(),
                                        [](char a, uint8_t b) { return static_cast<uint8_t>(a) == b; })) {
-    RefuseNpy("does not begin as one");
+    RefuseNpy("does not begin like one");
   }
   const int version = bytes[6];
-  if (version != 1 && version != 2) RefuseNpy(fmt::format("version {} is not read", version));
+  if (version != 1 && version != 2) RefuseNpy(fmt::format("version {} is not supported", version));
   const size_t begin = version == 1 ? 10 : 12;
   if (bytes.size() < begin) RefuseNpy("cut short");
   size_t length = 0;

@@ -34,10 +34,10 @@ class OpenpiClient : public WebsocketClient {
     is_used_ = false;
     const Deadline deadline(options_.connect_s);
     Open(deadline);
-    Value metadata = ReceiveFirst("metadata, with which an openpi server begins,", deadline);
+    Value metadata = ReceiveFirst("metadata, which an openpi server sends first,", deadline);
     if (!metadata.Is<Map>()) {
       throw Ended(Kind::kProtocol,
-                  fmt::format("begins with {}; an openpi server begins with a map of its metadata",
+                  fmt::format("sends {} first; an openpi server sends a map of its metadata first",
                               Describe(metadata)));
     }
     is_robo_arena_ = options_.wire == Wire::kRoboArena || metadata.Find("action_space");
@@ -91,7 +91,7 @@ class OpenpiClient : public WebsocketClient {
     }
     if (const auto unasked = ReceiveNow()) {
       const Value value = Decoded(*unasked);
-      throw Ended(Kind::kProtocol, "sent what nobody asked for: " + Describe(value));
+      throw Ended(Kind::kProtocol, "sent an unexpected message: " + Describe(value));
     }
     const Deadline deadline = ForReply();
     Send(request, deadline);

@@ -40,7 +40,7 @@ std::vector<std::string> Resolve(const Url& url, double limit_s, const Lookup& l
   const std::chrono::duration<double> limit(std::clamp(limit_s, 0.0, 1e8));
   if (addresses.wait_for(limit) != std::future_status::ready) {
     throw ServerError(ServerError::Kind::kUnreachable,
-                      fmt::format("{}: nobody said within {} s what host this is", url.text, limit_s));
+                      fmt::format("{}: no name server answered within {} s", url.text, limit_s));
   }
   try {
     return addresses.get();

@@ -118,7 +118,7 @@ class RestClient : public PolicyClient {
     beast::flat_buffer buffer;
     error_code error = unsent;
     for (int interim = 0; error != beast::error::timeout; ++interim) {
-      if (interim > kMaxInterim) Fail(Kind::kProtocol, "nothing but interim HTTP answers (status 1xx)");
+      if (interim > kMaxInterim) Fail(Kind::kProtocol, "only interim HTTP answers (status 1xx)");
       response.emplace();
       response->body_limit(options_.max_reply_bytes);
       // The header is read separately: if part of the body arrives with it, Beast 1.74 loses the error that
@@ -137,7 +137,7 @@ class RestClient : public PolicyClient {
     if (error == http::error::end_of_stream || error == asio::error::connection_reset) {
       Fail(Kind::kUnreachable, "the connection ended without an answer");
     }
-    if (error) Fail(Kind::kProtocol, fmt::format("no whole HTTP answer: {}", error.message()));
+    if (error) Fail(Kind::kProtocol, fmt::format("incomplete HTTP answer: {}", error.message()));
 
     std::string answer = beast::buffers_to_string(response->get().body().data());
     if (response->get().result() != http::status::ok) {

@@ -10,7 +10,8 @@ ServerError ServerSays(const std::string& words) {
   last.erase(0, last.find_last_of("\r\n") + 1);
   last.erase(0, last.find_first_not_of(kSpaces));
   return {ServerError::Kind::kServer,
-          last.empty() ? "the server fails without a word" : "the server says: " + Printable(Cut(last, 400)),
+          last.empty() ? "the server fails without a message"
+                       : "the server reports: " + Printable(Cut(last, 400)),
           words};
 }
 

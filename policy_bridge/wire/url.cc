@@ -16,7 +16,7 @@ Url ParseUrl(const std::string& text, std::string_view scheme) {
   };
   const std::string before = fmt::format("{}://", scheme);
   if (text.starts_with("wss://") || text.starts_with("https://")) {
-    refuse("no TLS here; let a proxy terminate it, or a tunnel (ssh -L) encrypt");
+    refuse("TLS is not supported; use a proxy that terminates it, or a tunnel (ssh -L)");
   }
   if (!text.starts_with(before)) refuse("another scheme");
   // Characters that would end a line of HTTP or start another element of it.
@@ -26,18 +26,18 @@ Url ParseUrl(const std::string& text, std::string_view scheme) {
   const size_t end = std::min(text.find_first_of("/?", before.size()), text.size());
   const std::string authority = text.substr(before.size(), end - before.size());
   Url url{.text = text, .host = {}, .port = {}, .target = text.substr(end)};
-  if (authority.find('@') != std::string::npos) refuse("a user's name or password, which is not sent");
+  if (authority.find('@') != std::string::npos) refuse("a user name or password, which would not be sent");
   const size_t colon = authority.rfind(':');
   const bool is_ipv6 = authority.starts_with('[');
   if (colon == std::string::npos || (is_ipv6 && authority[colon - 1] != ']')) refuse("no port");
   url.port = authority.substr(colon + 1);
   url.host = is_ipv6 ? authority.substr(1, colon - 2) : authority.substr(0, colon);
   if (url.host.empty()) refuse("no host");
-  if (!is_ipv6 && url.host.find(':') != std::string::npos) refuse("an IPv6 address stands in []");
+  if (!is_ipv6 && url.host.find(':') != std::string::npos) refuse("an IPv6 address must be in []");
   int port = 0;
   const char* last = url.port.data() + url.port.size();
   if (std::from_chars(url.port.data(), last, port).ptr != last || port < 1 || port > 65535)
-    refuse("no such port");
+    refuse("not a valid port");
   return url;
 }
 

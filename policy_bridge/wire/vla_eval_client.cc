@@ -39,12 +39,13 @@ class VlaEvalClient : public WebsocketClient {
     Open(deadline);
     SendMessage("hello", Map{{"harness_version", "evalbus"}, {"protocol_version", kProtocolVersion}},
                 deadline);
-    Envelope hello = Opened(ReceiveFirst("hello, with which a vla-eval server answers ours,", deadline));
+    Envelope hello =
+        Opened(ReceiveFirst("a hello, a vla-eval server's answer to a client's hello,", deadline));
     if (hello.type == "error") throw Ended(Kind::kServer, ServerSays(ErrorText(hello)).what());
-    if (hello.type != "hello") throw Ended(Kind::kProtocol, "answers our hello with its " + hello.type);
+    if (hello.type != "hello") throw Ended(Kind::kProtocol, "answers the hello with its " + hello.type);
     const Value* version = hello.payload.Find("protocol_version");
     if (!version || *version != Value(kProtocolVersion)) {
-      throw Ended(Kind::kProtocol, fmt::format("speaks version {} of vla-eval's protocol, we speak {}",
+      throw Ended(Kind::kProtocol, fmt::format("uses version {} of vla-eval's protocol, evalbus uses {}",
                                                version ? Describe(*version) : "?", kProtocolVersion));
     }
     return std::move(hello.payload);
@@ -71,7 +72,7 @@ class VlaEvalClient : public WebsocketClient {
       if (answer.seq < seq_) continue;  // answers an observation that was abandoned after such an error
       if (answer.type != "action" || answer.seq != seq_) {
         throw Ended(Kind::kProtocol,
-                    fmt::format("answers our observation {} with its {} {}", seq_, answer.type, answer.seq));
+                    fmt::format("answers observation {} with its {} {}", seq_, answer.type, answer.seq));
       }
       Answered();
       return {std::move(answer.payload), {}};

@@ -75,7 +75,7 @@ struct Websocket::Connection {
   void Handshake() {
     {
       const std::lock_guard lock(mutex);
-      stage = "no answer to the websocket's handshake";
+      stage = "no answer to the websocket handshake";
     }
     error_code ignored;
     stream.next_layer().set_option(asio::ip::tcp::no_delay(true), ignored);
@@ -132,8 +132,7 @@ struct Websocket::Connection {
       }
       changed.notify_all();
       buffer.consume(buffer.size());
-      if (too_many)
-        return Fail(Kind::kProtocol, "the server sends message after message that nobody asked for");
+      if (too_many) return Fail(Kind::kProtocol, "the server keeps sending unexpected messages");
       Read();
     });
   }
@@ -150,7 +149,7 @@ struct Websocket::Connection {
       return Fail(Kind::kProtocol, fmt::format("an answer of more than {} bytes, which is the limit", limit));
     }
     if (error == websocket::condition::protocol_violation) {
-      return Fail(Kind::kProtocol, fmt::format("no websocket's message ({})", error.message()));
+      return Fail(Kind::kProtocol, fmt::format("not a websocket message ({})", error.message()));
     }
     if (!stream.is_message_done())
       return Fail(Kind::kProtocol, "the connection ended in the middle of a message");
@@ -279,7 +278,7 @@ void Websocket::Send(Bytes message, const Deadline& deadline) {
   const bool in_time = to.Wait(&lock, deadline, [&] { return to.sent || to.failure; });
   if (in_time && (to.sent || !to.waiting.empty())) return;
   lock.unlock();
-  if (!in_time) to.Stop(fmt::format("takes no request within {} s", deadline.seconds), Kind::kTimeout);
+  if (!in_time) to.Stop(fmt::format("did not read a request within {} s", deadline.seconds), Kind::kTimeout);
   throw ServerError(*to.failure);
 }
 

@@ -12,7 +12,8 @@ using Kind = ServerError::Kind;
 
 WebsocketClient::WebsocketClient(const ClientOptions& options, ArrayKeys array_keys)
     : options_(options), url_(ParseUrl(options.url, "ws")), array_keys_(array_keys) {
-  if (Printable(options.api_key) != options.api_key) throw InputError("an API key has no control characters");
+  if (Printable(options.api_key) != options.api_key)
+    throw InputError("an API key cannot contain control characters");
 }
 
 void WebsocketClient::Open(const Deadline& deadline) {
@@ -35,8 +36,8 @@ Websocket::Message WebsocketClient::Receive(const Deadline& deadline) {
 Value WebsocketClient::ReceiveFirst(const std::string& expected, const Deadline& deadline) {
   const std::optional<Websocket::Message> message = socket_->Receive(deadline);
   if (!message) {
-    throw Ended(Kind::kProtocol,
-                fmt::format("no {} within {} s: does it speak another wire?", expected, deadline.seconds));
+    throw Ended(Kind::kProtocol, fmt::format("no {} within {} s: does it use another wire protocol?",
+                                             expected, deadline.seconds));
   }
   return Decoded(*message);
 }

@@ -89,7 +89,7 @@ RequestSocket::RequestSocket(std::string url, double connect_s, uint64_t max_rep
     case ZMQ_EVENT_CLOSED:
       throw ServerError(Kind::kUnreachable, url_ + ": no server there");
     default:
-      throw ServerError(Kind::kProtocol, url_ + ": something else than a ZeroMQ server answers there");
+      throw ServerError(Kind::kProtocol, url_ + ": the server that answers there is not a ZeroMQ server");
   }
 }
 
@@ -109,7 +109,7 @@ Bytes RequestSocket::Ask(const Bytes& request, double limit_s) {
     // Checked before the events: an answer that the server sent before disconnecting counts.
     if (sockets_->requests.recv(reply, zmq::recv_flags::dontwait)) break;
     if (sockets_->NextEvent() != 0) {
-      lost(fmt::format("without an answer, or one of more than {} bytes was coming", max_reply_bytes_));
+      lost(fmt::format("without an answer, or with one of more than {} bytes", max_reply_bytes_));
     }
   }
   if (reply.more()) throw ServerError(Kind::kProtocol, url_ + ": an answer of several frames");

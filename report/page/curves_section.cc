@@ -83,7 +83,7 @@ void WriteCurves(const RunSection& section) {
   html->Element("section", {}, [&] {
     html->Element(section.heading, {{"id", section.id + "curves"}}, "Episodes over time");
     html->Element("p", {{"class", "note"}},
-                  "Scores so far, tick by tick, computed from the logs. What does not change is left out.");
+                  "Scores up to each tick, computed from the logs. Constant values are not shown.");
     for (const ReportCurves& curves : run.curves) {
       const auto found = std::ranges::find(run.episode, curves.episode, &ReportEpisode::episode);
       const ReportEpisode* episode = found == run.episode.end() ? nullptr : &*found;

@@ -226,7 +226,7 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
   html->Open("svg", {{"class", "figure"},
                      {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
                      {"role", "img"},
-                     {"aria-label", figure.name + " over the time of the episode"}});
+                     {"aria-label", figure.name + " over episode time"}});
   for (const double value : values.at) {
     Line("grid", kLeft, y(value), kRight, y(value), html);
     Label(kLeft - 5, y(value) + 4, "end", TickLabel(value, values.step), html);

@@ -34,7 +34,7 @@ void WriteViewer(const viz::PackedViewer& viewer, Markup* html) {
     html->Element("h2", {{"id", "in-3d"}}, "Episode player");
     html->Element("p", {{"class", "note"}}, viewer.note);
     html->Element("div", {{"id", "viewer"}, {"data-from", "page"}},
-                  [&] { html->Element("noscript", {}, "Without scripts nothing is drawn in 3D here."); });
+                  [&] { html->Element("noscript", {}, "The 3D view requires JavaScript."); });
   });
 }
 

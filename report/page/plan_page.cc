@@ -46,10 +46,9 @@ void PolicyTitles(const PlanReport& report, Markup* html) {
 
 void Rates(const PlanReport& report, Markup* html) {
   html->Element("h2", {{"id", "success"}}, "Success");
-  html->Element(
-      "p", {{"class", "note"}},
-      "Share of the complete episodes that succeeded, with its 95 % interval (Wilson). A rate leads to its "
-      "run, an episode to its motion in 3D: the first failure, where there is one.");
+  html->Element("p", {{"class", "note"}},
+                "Share of the complete episodes that succeeded, with its 95 % interval (Wilson). A rate "
+                "links to its run, an episode to its motion in 3D: the first failure, if there is one.");
   html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
     html->Element("table", {{"class", "sortable"}, {"id", "rates"}}, [&] {
       html->Element("thead", {}, [&] {
@@ -132,7 +131,7 @@ void Failures(const PlanReport& report, Markup* html) {
     html->Element("table", {{"class", "sortable"}}, [&] {
       html->Element("thead", {}, [&] {
         html->Element("tr", {}, [&] {
-          html->Element("th", {}, "episodes that failed for");
+          html->Element("th", {}, "episodes that failed with");
           PolicyTitles(report, html);
         });
       });

@@ -57,12 +57,13 @@ void Counts(const ReportCounts& counts, Markup* html) {
 }
 
 void FailureReasons(const RunSection& section) {
-  Heading(section, "Failure reasons", "failures", "Of the complete episodes without success.");
+  Heading(section, "Failure reasons", "failures", "Complete episodes without success, by reason.");
   Counts(section.run.failure_reasons, section.html);
 }
 
 void Collisions(const RunSection& section) {
-  Heading(section, "Collisions", "collisions", "New ones by what was touched, in all complete episodes.");
+  Heading(section, "Collisions", "collisions",
+          "New collisions in all complete episodes, by the touched geom.");
   Counts(section.run.collisions, section.html);
 }
 

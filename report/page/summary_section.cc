@@ -17,8 +17,7 @@ std::string RateSentence(const ReportRun& run) {
   if (run.complete == 0) return "No episode is complete, so there is no success rate.";
   const int judged = run.complete - run.not_judged;
   if (judged == 0) {
-    return "Success was not judged: what success or failure asks for is not known, poses of objects are "
-           "missing.";
+    return "Success could not be determined: poses of objects are missing.";
   }
   std::string text = fmt::format("{} of {} succeeded: {}", run.successes,
                                  Plural(judged, run.not_judged > 0            ? "judged episode"
@@ -51,7 +50,7 @@ std::string IncompleteSentence(const ReportRun& run) {
     numbers += fmt::format("{}{}", count++ == 0 ? "" : ", ", episode.episode);
   }
   if (count == 0) return "";
-  return fmt::format("{} not complete, and left out of every rate and statistic: {}.",
+  return fmt::format("{} not complete and excluded from every rate and statistic: {}.",
                      count == 1 ? "1 episode is" : fmt::format("{} episodes are", count), numbers);
 }
 

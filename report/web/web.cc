@@ -280,7 +280,7 @@ class WebPage {
     const bool is_known =
         fs::exists(folder / kRunJson) || fs::exists(folder / kSuiteJson) || !LiveRunsOf(live, folder).empty();
     if (!is_known && !options_.is_child) {
-      throw InputError(folder.string() + (fs::is_regular_file(folder) ? ": nobody plays this log"
+      throw InputError(folder.string() + (fs::is_regular_file(folder) ? ": no replay of this log is active"
                                           : fs::exists(folder)        ? ": not a run folder or a suite"
                                                                       : ": there is no such run"));
     }

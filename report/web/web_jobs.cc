@@ -87,7 +87,7 @@ void WebJobs::AskEpisode(int run, int episode, viz::WebServer::Reply reply) {
       },
       [this, key, stuck] { Reply(key, stuck, true); });
   if (!is_added)
-    Reply(key, viz::WebAnswer::Text(503, "too many episodes are being read; again, please"), false);
+    Reply(key, viz::WebAnswer::Text(503, "too many episodes are being read; retry later"), false);
 }
 
 void WebJobs::Reply(const Key& key, const viz::WebAnswer& answer, bool is_stuck) {
@@ -115,7 +115,7 @@ viz::WebAnswer WebJobs::MakeEpisode(const Key& key) {
   const fs::path log = folder.empty() ? fs::path() : EpisodeLog(folder, key.episode);
   std::error_code error;
   const auto time = fs::last_write_time(log, error);
-  if (error) return viz::WebAnswer::Text(404, "no log of such an episode");
+  if (error) return viz::WebAnswer::Text(404, "no log of this episode");
   viz::WebAnswer answer;
   answer.type = "application/octet-stream";
   {

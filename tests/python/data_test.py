@@ -69,7 +69,7 @@ with tempfile.TemporaryDirectory() as name:
             time.sleep(0.005)
         stopped.send_signal(signal.SIGINT)
         said = stopped.communicate(timeout=DEADLINE_S)[1]
-    assert stopped.returncode == 2 and "and the same command goes on with them" in said, (stopped.returncode, said)
+    assert stopped.returncode == 2 and "run the same command again to continue" in said, (stopped.returncode, said)
     assert not (here / "stopped.hdf5").exists()
     begun = {f: f.stat().st_mtime_ns for f in kept.iterdir()}
     assert 1 <= len(begun) < 4 and all(len(f.name) == 32 for f in begun), begun
@@ -217,12 +217,12 @@ with tempfile.TemporaryDirectory() as name:
         (good, changed("quat.csv", set_to(3, 19, 3)), "quat.csv:5: the quaternion of 'pot' has norm"),
         (good, changed("less.csv", lambda t: t[:, :-1], columns[:-1]), "no column 'qz'"),
         (here / "time.yaml", changed("t.csv", lambda t: numpy.hstack([t, time[:, None]]), columns + ["t"]),
-         "t.csv:11: column 't': the time goes from 0.16 to 0.01; it must go up"),
+         "t.csv:11: column 't': the time changes from 0.16 to 0.01; it must go up"),
         (good, here / "packed.npz", "is compressed"),
         (good, here / "objects.npz", "objects.npz"),
         (good, here / "uneven.npz", "uneven.npz: 'q"),
         (good, here / "cut.npz", "cut.npz: "),
-        (good, here / "cut.h5", "cut.h5: no HDF5 file, or it is cut off"),
+        (good, here / "cut.h5", "cut.h5: not an HDF5 file, or truncated"),
         (here / "wide.yaml", here / "wide.h5", "a column is 'q[0]' to 'q[12]'"),
         (good, bad_text("cut.csv", csv[: csv.rfind(",")]), "expected 23 values, one for each column, got 22"),
         (good, bad_text("text.csv", csv.replace("\n", "\nfast", 1)), "text.csv:2: column 'q0': expected a number, got 'fast"),
@@ -231,10 +231,10 @@ with tempfile.TemporaryDirectory() as name:
         (good, here / "none.csv", "none.csv: cannot be read: No such file"),
         (good, here / "nothing", "nothing: no *.csv"),
         (good, here / "mixed", "1.csv:2: expected 23 values"),
-        (bad_map("joint.yaml", "left/joint1:", "left/joint9:"), table, "joint.yaml:5: key 'left/joint9': no joint is called 'left/joint9'; did you mean"),
+        (bad_map("joint.yaml", "left/joint1:", "left/joint9:"), table, "joint.yaml:5: key 'left/joint9': there is no joint 'left/joint9'; did you mean"),
         (bad_map("fewer.yaml", ", right/joint7: q13", ""), table, "joint 'right/joint7' is missing; all joints"),
         (bad_map("key.yaml", "grippers:", "gripper:"), table, "did you mean"),
-        (bad_map("object.yaml", "  pot:", "  pan:"), table, "no object is called 'pan'"),
+        (bad_map("object.yaml", "  pot:", "  pan:"), table, "there is no object 'pan'"),
         (bad_map("task.yaml", "lift_pot/base", "lift_pan/base"), table, "lift_pan"),
         (here / "none.yaml", table, "none.yaml"),
     ]
@@ -245,10 +245,10 @@ with tempfile.TemporaryDirectory() as name:
     huge.write_bytes(struct.pack("<Q", 10**10) + b"{}")
     relative = json.dumps({"action_mode_absolute": False})
     demos = [
-        (huge, "huge.safetensors: no safetensors file: its header would be 10000000000 bytes long"),
+        (huge, "huge.safetensors: not a safetensors file: its header would be 10000000000 bytes long"),
         (tensors("short.safetensors", ok, cut=2000), "short.safetensors: "),
         (tensors("nan.safetensors", nan), "nan.safetensors: info_demo_action: step 5, column 3 is no number"),
-        (tensors("deg.safetensors", far), "step 6, column 1 is 45: no joint turns so many radians; are these degrees?"),
+        (tensors("deg.safetensors", far), "step 6, column 1 is 45: outside the range of any joint in radians; are these degrees?"),
         (tensors("one_arm.safetensors", ok[:, :8].copy()), "expected [steps, 16], 7 + 7 joints and 2 grippers, got [60, 8]"),
         (tensors("other.safetensors", ok, key="action"), 'other.safetensors: no tensor "info_demo_action"'),
         (tensors("delta.safetensors", ok, {"environment_data": relative}), "changes of joint positions"),
@@ -270,7 +270,7 @@ with tempfile.TemporaryDirectory() as name:
         (run, ["--hdf5", here / "no/such/set.hdf5"], "no/such"),
         (damaged, ["--hdf5", out], "events.lcmlog: "),
         (damaged, ["--safetensors", out], "events.lcmlog: "),
-        (here / "scored", ["--hdf5", out], "no action of tick 0: what was not commanded cannot be learnt"),
+        (here / "scored", ["--hdf5", out], "no action of tick 0: a training set needs an action for every tick"),
         (here / "blind", ["--hdf5", out, "--successes"], "no episode to learn from"),
         (here / "nothing", ["--hdf5", out], "nothing"),
     ]

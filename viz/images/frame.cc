@@ -13,7 +13,7 @@ FrameSize ParseFrameSize(const std::string& text) {
   int used = 0;
   if (std::sscanf(text.c_str(), "%dx%d%n", &size.width, &size.height, &used) != 2 ||
       used != static_cast<int>(text.size())) {
-    throw InputError("--size " + text + ": expected WIDTHxHEIGHT, such as 1280x720");
+    throw InputError("--size " + text + ": expected WIDTHxHEIGHT, for example 1280x720");
   }
   return size;
 }

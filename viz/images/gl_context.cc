@@ -104,7 +104,7 @@ struct Egl {
         return;
       }
     }
-    throw EnvironmentError("EGL finds no device on this machine that draws OpenGL");
+    throw EnvironmentError("EGL finds no device on this machine that supports OpenGL");
   }
 
   decltype(eglGetProcAddress)* function;
@@ -154,7 +154,7 @@ bool HasGraphicsProcessor() {
       !std::filesystem::exists("/dev/nvidiactl", none))
     return false;
   const pid_t child = fork();
-  if (child < 0) throw EnvironmentError("cannot look for a graphics processor: no process can be started");
+  if (child < 0) throw EnvironmentError("cannot check for a GPU: no process can be started");
   if (child == 0) {
     int code = 1;
     try {
@@ -186,7 +186,7 @@ void UseGl(const std::string& name) {
   const GlKind kind = ResolveGl(name) == kEglName ? GlKind::kEgl : GlKind::kOsMesa;
   GlKind before = GlKind::kUndecided;
   if (!g_kind.compare_exchange_strong(before, kind) && before != kind) {
-    throw EnvironmentError(fmt::format("--gl {}: this process draws with {} already", name,
+    throw EnvironmentError(fmt::format("--gl {}: this process already renders with {}", name,
                                        before == GlKind::kEgl ? kEglName : kOsMesaName));
   }
   if (kind == GlKind::kEgl) {
@@ -207,8 +207,7 @@ std::string UseGlAndTell(const std::string& name) {
   UseGl(name);
   if (name == kOsMesaName) return "";
   const bool fell_back = name == kAutoName && !IsEgl();
-  return fmt::format("draws with {}{}\n", GlInUse(),
-                     fell_back ? ": there is no graphics processor that EGL works with" : "");
+  return fmt::format("renders with {}{}\n", GlInUse(), fell_back ? ": there is no GPU that EGL can use" : "");
 }
 
 GlContext::GlContext() {

@@ -24,9 +24,8 @@ bool IsGlInMemory();
 std::string GlInUse();
 // Help text of the --gl option of drawing commands.
 inline constexpr char kGlHelp[] =
-    "what draws: osmesa, in software, with equal bytes everywhere; egl, where there is a GPU on it; auto: "
-    "egl if\n"
-    "there is a GPU that it works with, else osmesa";
+    "renderer: osmesa (software, equal bytes on every machine); egl (on the GPU if there is one);\n"
+    "auto (egl if it can use a GPU, otherwise osmesa)";
 // Calls UseGl. If the result is not the default library, returns a line for the user with the library and the
 // reason. Throws as UseGl.
 std::string UseGlAndTell(const std::string& name);

@@ -136,9 +136,8 @@ void MakeFullVideo(const VideoEpisode& episode, const std::vector<std::string>& 
   const FrameSize size = frame_renderer->largest();
   CheckPanelSize(size);
   if (cameras.size() > kMaxInsets + 1) {
-    throw InputError(
-        fmt::format("the full layout shows {} cameras at most, the first one large; these are {}",
-                    kMaxInsets + 1, cameras.size()));
+    throw InputError(fmt::format("the full layout shows at most {} cameras, the first one large; got {}",
+                                 kMaxInsets + 1, cameras.size()));
   }
   const VideoFacts& facts = episode.facts;
   const FullLayout layout =

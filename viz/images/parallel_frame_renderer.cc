@@ -39,7 +39,7 @@ class Drawer {
   Drawer(size_t first, size_t step, size_t num_frames, const ParallelFrameRenderer::DrawFrames& draw,
          const std::vector<Frame>& like)
       : bytes_(BytesOf(like)), memory_(sizeof(Shared) + kAhead * bytes_), shared_(Init(memory_.get())) {
-    work_.emplace("a process that draws", [&] { Work(first, step, num_frames, draw); });
+    work_.emplace("a rendering process", [&] { Work(first, step, num_frames, draw); });
   }
 
   // Waits for the next frames and copies them to `frames`.
@@ -85,7 +85,7 @@ void Drawer::Work(size_t first, size_t step, size_t num_frames,
     while (sem_wait(&shared_->room) != 0) {
     }
     const std::vector<Frame> frames = draw(n);
-    if (BytesOf(frames) != bytes_) throw std::logic_error("the frames of a video are not equally large");
+    if (BytesOf(frames) != bytes_) throw std::logic_error("the frames of a video differ in size");
     uint8_t* place = Place(drawn++);
     for (const Frame& frame : frames) place = std::copy(frame.bgrx.begin(), frame.bgrx.end(), place);
     sem_post(&shared_->drawn);
@@ -109,7 +109,7 @@ void Drawer::Take(std::vector<Frame>* frames) {
     if (!work_->HasEnded()) continue;
     if (sem_trywait(&shared_->drawn) == 0) break;
     work_->CheckEnd();
-    throw std::logic_error("a process that draws has left frames out");
+    throw std::logic_error("a rendering process skipped frames");
   }
   const uint8_t* place = Place(taken_++);
   for (Frame& frame : *frames) {

@@ -95,7 +95,7 @@ void MakePlainVideo(const RecordedEpisode& episode, const VideoOptions& options,
 VideoLayout ParseVideoLayout(const std::string& name) {
   if (name == "plain") return VideoLayout::kPlain;
   if (name == kFullLayout) return VideoLayout::kFull;
-  throw InputError("--layout " + name + ": there are plain and full");
+  throw InputError("--layout " + name + ": expected plain or full");
 }
 
 std::string VideoName(std::string camera, const std::string& ending) {
@@ -108,7 +108,7 @@ void CheckCameras(const mjModel& model, const std::vector<std::string>& cameras)
   for (const std::string& camera : cameras) {
     FindCamera(model, camera);
     if (!videos.insert(VideoName(camera)).second) {
-      throw InputError("camera '" + camera + "' is there twice, or another makes the same " +
+      throw InputError("camera '" + camera + "' is given twice, or another one has the same " +
                        VideoName(camera));
     }
   }
@@ -139,7 +139,8 @@ std::vector<std::filesystem::path> MakeLogVideos(const std::filesystem::path& lo
     const auto videos = std::ranges::count_if(numbers, is_wanted) *
                         (options.layout == VideoLayout::kFull ? 1 : static_cast<ptrdiff_t>(cameras.size()));
     if (videos != 1) {
-      throw InputError(fmt::format("{} videos do not go into one file: {}", videos, options.file.string()));
+      throw InputError(
+          fmt::format("{} videos cannot be written to one file: {}", videos, options.file.string()));
     }
   }
   const auto wanted = static_cast<double>(std::ranges::count_if(numbers, is_wanted));

@@ -108,8 +108,8 @@ GridShape ParseGridShape(const std::string& text) {
   if (std::sscanf(text.c_str(), "%2dx%2d%n", &shape.columns, &shape.rows, &used) != 2 ||
       used != static_cast<int>(text.size()) || shape.columns < 1 || shape.rows < 1 ||
       shape.columns * shape.rows > kMaxCells) {
-    throw InputError(
-        fmt::format("--grid {}: expected COLUMNSxROWS, such as 4x3, of {} cells at most", text, kMaxCells));
+    throw InputError(fmt::format("--grid {}: expected COLUMNSxROWS, for example 4x3, with at most {} cells",
+                                 text, kMaxCells));
   }
   return shape;
 }

@@ -99,7 +99,7 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
 
 void CheckVideoEnding(const std::string& ending) {
   if (ending == ".mp4" || ending == ".gif" || ending == ".webp") return;
-  throw InputError("videos end in .mp4, .gif or .webp, not in '" + ending + "'");
+  throw InputError("a video's name must end in .mp4, .gif or .webp, not in '" + ending + "'");
 }
 
 VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
@@ -120,7 +120,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   if (video_ < 0 || complaints_ < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) {
     const int error = errno;
     CloseFiles();
-    throw EnvironmentError(std::string("cannot talk to ffmpeg: ") + std::strerror(error));
+    throw EnvironmentError(std::string("cannot communicate with ffmpeg: ") + std::strerror(error));
   }
   frames_ = sockets[0];
   posix_spawn_file_actions_t actions;
@@ -203,7 +203,7 @@ void VideoWriter::Close() {
 void VideoWriter::CheckTimeout(Wait* waiting) const {
   if (stop_requested()) throw EnvironmentError("stopped; no video is half-written");
   if (waiting->Look(std::chrono::steady_clock::now()) < timeout_) return;
-  Fail(fmt::format("it hangs: no progress for {:g} s", std::chrono::duration<double>(timeout_).count()));
+  Fail(fmt::format("it hung: no progress for {:g} s", std::chrono::duration<double>(timeout_).count()));
 }
 
 int VideoWriter::End(std::string* message) {
@@ -226,7 +226,7 @@ int VideoWriter::End(std::string* message) {
 
 void VideoWriter::Fail(const std::string& message) const {
   throw EnvironmentError("ffmpeg could not make " + file_.string() + ": " +
-                         (message.empty() ? "it stopped without a word" : message));
+                         (message.empty() ? "it ended without an error message" : message));
 }
 
 }  // namespace evalbus::viz

@@ -7,7 +7,7 @@
 #include "viz/terminal/monitor.h"
 
 int main(int argc, char** argv) {
-  CLI::App app{"Shows a run or a replay while it goes on, from its messages. Only listens."};
+  CLI::App app{"Shows an active run or replay from its messages. Publishes nothing."};
   evalbus::Address address;
   evalbus::AddAddressOptions(&app, &address);
   if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;

@@ -83,11 +83,11 @@ int Monitor(const Address& address) {
       if (!good) break;
       if (!watch.is_over()) over_since = now;
       if (now - over_since > kOver) {
-        PrintLine("the run is over");
+        PrintLine("the run has ended");
         break;
       }
       if (watch.heard_at() && watch.SilentFor(now) > kOver.count()) {
-        PrintLine("no message for 5 s: the run is over");
+        PrintLine("no message for 5 s: the run has ended");
         break;
       }
     }

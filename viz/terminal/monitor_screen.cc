@@ -54,7 +54,7 @@ Line Title(const RunWatch& watch, const std::string& url, int width, SteadyTime 
   if (watch.is_over()) {
     line.push_back({"   over", Style::kQuiet});
   } else if (silent > Seconds(RunWatch::kSilent)) {
-    line.push_back({fmt::format("   nothing heard for {:.0f} s", silent), Style::kBad});
+    line.push_back({fmt::format("   no message for {:.0f} s", silent), Style::kBad});
   }
   const std::string keys = "   q ends";
   const int room = width - LineWidth(line) - Width(keys) - 2;
@@ -306,8 +306,8 @@ std::vector<RankedLine> Screen(const RunWatch& watch, const std::string& url, in
     screen.push_back({0, {{"No message yet from " + url}}});
     if (watch.started() && now - *watch.started() > RunWatch::kSilent) {
       for (const char* text :
-           {"Is the run over? Is this its URL? A run in a private network namespace cannot be",
-            "heard from outside: 'evalbus monitor' without --url finds it and listens inside."}) {
+           {"Has the run ended? Is this its URL? A run in a private network namespace cannot be",
+            "received from outside: 'evalbus monitor' without --url finds it and joins its namespace."}) {
         screen.push_back({1, {{text, Style::kQuiet}}});
       }
     }

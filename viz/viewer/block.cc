@@ -69,7 +69,7 @@ BlockReader::BlockReader(const std::string& bytes) {
   if (bytes.size() < sizeof length) throw InputError("a block without a head");
   std::memcpy(&length, bytes.data(), sizeof length);
   const size_t end = sizeof length + length;
-  if (end > bytes.size()) throw InputError("a block whose head is cut");
+  if (end > bytes.size()) throw InputError("a block with a truncated head");
   head_ = ParseJson<nlohmann::ordered_json>(bytes.substr(sizeof length, length), "block");
   data_ = bytes.substr(std::min(bytes.size(), (end + kAlignment - 1) / kAlignment * kAlignment));
 }
@@ -92,7 +92,7 @@ std::string BlockReader::Raw(const std::string& array) const {
   const size_t bytes = count * kSize.at(Find(array).at("type").get<std::string>());
   const size_t offset = Find(array).at("offset").get<size_t>();
   if (offset > data_.size() || bytes > data_.size() - offset) {
-    throw InputError("a block whose array '" + array + "' is cut");
+    throw InputError("a block whose array '" + array + "' is truncated");
   }
   return data_.substr(offset, bytes);
 }

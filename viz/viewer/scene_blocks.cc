@@ -63,7 +63,7 @@ const char* ShapeName(int type) {
     case mjGEOM_MESH:
       return "mesh";
     default:
-      throw InputError(fmt::format("a geom of MuJoCo's type {} is not drawn", type));
+      throw InputError(fmt::format("geoms of MuJoCo's type {} are not supported", type));
   }
 }
 
@@ -167,7 +167,7 @@ std::string Png(const mjtByte* rgb, int width, int height) {
   const std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> surface(
       cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height), cairo_surface_destroy);
   uint8_t* pixels = cairo_image_surface_get_data(surface.get());
-  if (!pixels) throw InputError("a texture of an absurd size");
+  if (!pixels) throw InputError("a texture of invalid size");
   const size_t stride = static_cast<size_t>(cairo_image_surface_get_stride(surface.get()));
   for (size_t row = 0; row < static_cast<size_t>(height); ++row) {
     for (size_t column = 0; column < static_cast<size_t>(width); ++column, rgb += 3) {
@@ -311,7 +311,7 @@ SceneBlocks::SceneBlocks(const model_info_t& info, ModelPtr visual, const mjMode
     : info_(info), visual_(std::move(visual)) {
   if (visual_->nbody != info_.num_bodies || physics.nbody != info_.num_bodies ||
       physics.ngeom != info_.num_geoms) {
-    throw InputError("MODEL describes other bodies or geoms than the model files");
+    throw InputError("the bodies or geoms in MODEL differ from those in the model files");
   }
   MakeScene(physics);
 }

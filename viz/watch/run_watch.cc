@@ -245,7 +245,7 @@ void RunWatch::Update(SteadyTime now) {
       continue;
     }
     health.silent = true;
-    events_.push_back(fmt::format("{} is silent since {:.1f} s", name, Seconds(now - health.heard)));
+    events_.push_back(fmt::format("no message from {} for {:.1f} s", name, Seconds(now - health.heard)));
   }
 }
 

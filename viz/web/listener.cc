@@ -28,7 +28,7 @@ void Listener::Listen(const tcp::endpoint& endpoint, const std::string& host) {
   if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
   if (error == asio::error::address_in_use) {
     throw InputError(
-        fmt::format("port {} is taken; choose another with --port (0: any that is free)", endpoint.port()));
+        fmt::format("port {} is in use; choose another with --port (0: any free port)", endpoint.port()));
   }
   if (error) {
     throw InputError(fmt::format("cannot listen on {} port {}: {}", host, endpoint.port(), error.message()));

@@ -30,7 +30,7 @@ WebAnswer AnswerFile(const std::string& name) {
   } catch (const EnvironmentError& error) {
     return WebAnswer::Text(500, error.what());
   }
-  return WebAnswer::Text(404, "the page has no such file");
+  return WebAnswer::Text(404, "no such file");
 }
 
 }  // namespace evalbus::viz

@@ -211,13 +211,13 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
         return self->Refuse(431, "the request is too long");
       }
       if (error == http::error::unexpected_body || error == http::error::body_limit) {
-        return self->Refuse(413, "a request has no body here");
+        return self->Refuse(413, "requests must not have a body");
       }
       const bool is_of_http = error.category() == make_error_code(http::error::bad_method).category();
       if (!is_of_http || error == http::error::end_of_stream || error == http::error::partial_message) {
         return self->Close();
       }
-      self->Refuse(400, "this is no HTTP request");
+      self->Refuse(400, "not an HTTP request");
     });
   }
 
@@ -244,13 +244,13 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
     keep_alive_ = request.keep_alive();
     is_head_ = request.method() == http::verb::head;
     const std::string_view host = View(request[http::field::host]);
-    if (request.count(http::field::host) != 1) return Refuse(400, "one Host header is needed");
-    if (!core_->MayAsk(host)) return Refuse(403, "this server is known by another name");
-    if (!is_head_ && request.method() != http::verb::get) return Refuse(405, "GET and HEAD only");
+    if (request.count(http::field::host) != 1) return Refuse(400, "exactly one Host header is required");
+    if (!core_->MayAsk(host)) return Refuse(403, "unknown Host name");
+    if (!is_head_ && request.method() != http::verb::get)
+      return Refuse(405, "only GET and HEAD are supported");
     if (!allowance_.Take()) return Refuse(429, "too many requests");
     const WebTarget target = ParseTarget(View(request.target()), core_->token);
-    if (target.kind == WebTarget::Kind::kNone)
-      return Send(WebAnswer::Text(404, "there is nothing of this name"));
+    if (target.kind == WebTarget::Kind::kNone) return Send(WebAnswer::Text(404, "not found"));
     if (target.kind == WebTarget::Kind::kLive) return BecomeViewer();
     host_ = std::string(host);
     stream_.expires_never();  // generating the response may take longer
@@ -262,12 +262,12 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
 
   void BecomeViewer() {
     const auto& request = parser_->get();
-    if (!websocket::is_upgrade(request)) return Refuse(426, "a WebSocket is here");
+    if (!websocket::is_upgrade(request)) return Refuse(426, "this path is for WebSocket connections");
     // A request without Origin does not come from a browser. It can only come from a program on this machine
     // or from a client that has the token.
     if (request.count(http::field::origin) > 1 ||
         !IsOwnOrigin(View(request[http::field::origin]), View(request[http::field::host]))) {
-      return Refuse(403, "not from a page of others");
+      return Refuse(403, "requests from other origins are refused");
     }
     if (core_->viewers.size() >= static_cast<size_t>(core_->limits.viewers)) {
       return Refuse(503, "too many viewers");

@@ -155,8 +155,8 @@ TEST(Forged, MessagesOfOtherSessionsAreIgnored) {
   EXPECT_NE(launcher.out().find("warning: another run, or a log being played"), std::string::npos)
       << launcher.out();
   // viz runs at the lowest priority and receives the rest later.
-  EXPECT_TRUE(WaitFor(
-      [&] { return !viz.running() || viz.err().find("passes over a MODEL: ") != std::string::npos; }));
+  EXPECT_TRUE(
+      WaitFor([&] { return !viz.running() || viz.err().find("ignoring a MODEL: ") != std::string::npos; }));
   EXPECT_TRUE(viz.running()) << viz.err();
 }
 

@@ -77,7 +77,7 @@ TEST_P(Second, ComponentIsNamed) {
     return;
   }
   EXPECT_EQ(code, 2);
-  EXPECT_NE(launcher.err().find(std::string("two processes on this bus say that they are the ") + GetParam()),
+  EXPECT_NE(launcher.err().find(std::string("two processes on this bus claim to be the ") + GetParam()),
             std::string::npos)
       << launcher.err();
   if (fs::exists(run_ / "episodes.jsonl")) ExpectNoOtherScores(run_, reference_);

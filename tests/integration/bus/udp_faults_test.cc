@@ -114,7 +114,7 @@ TEST_F(UdpFaults, RepeatedMessagesChangeNothing) {
   ExpectSameScores(run_, reference_);
   for (const char* name : {"sim", "collision", "metrics", "policy"})
     EXPECT_GT(foreign_messages_[name], 10) << name;
-  ExpectLogged(run_, "metrics", "info", "that were repeated or of another episode");
+  ExpectLogged(run_, "metrics", "info", "that were repeated or belong to another episode");
 }
 
 TEST_F(UdpFaults, WorkersSayWhatTheyDropped) {
@@ -149,7 +149,7 @@ TEST_F(UdpFaults, TicksThatTheRecorderLosesAreSaid) {
   ExpectSameScores(run_, reference_);
   EXPECT_NE(result.out.find("      0  retrying: the log lacks "), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("recorder  e0 try 3"), std::string::npos) << result.out;
-  ExpectLogged(run_, "recorder", "warning", "lost on the way to it");
+  ExpectLogged(run_, "recorder", "warning", "lost on the way to the recorder");
 }
 
 TEST_F(UdpFaults, WhatIsLostInRealtimeIsCountedAndMakesAnEpisodeIncomplete) {
@@ -259,7 +259,8 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   EXPECT_GT(garbage.said(), 100);
   EXPECT_GT(decode_errors_["metrics"], 0);
   EXPECT_NE(result.out.find("\nmessages dropped by collision, metrics"), std::string::npos) << result.out;
-  ExpectLogged(run_, "metrics", "warning", "that did not decode: of another program or version, or damaged");
+  ExpectLogged(run_, "metrics", "warning",
+               "that could not be decoded: from another program or version, or damaged");
   if (!kIsSanitized) {
     EXPECT_LT(peak_memory_bytes, 300'000'000);
   }

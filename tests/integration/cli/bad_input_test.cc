@@ -92,7 +92,7 @@ TEST_F(BadInput, Url) {
   Expect(1, {"evalbus", "run", "lift_pot", "--url", "memq://"}, {"memq://", "udpm://"});
   Expect(1, {"evalbus", "run", "lift_pot", "--url", "udpm://239.255.76.67:7667", "--in-process"}, {"--url"});
   Expect(1, {"evalbus", "run", "lift_pot/base", "lift_pot/position", "--url", "udpm://239.255.76.67:7667"},
-         {"--url: expected one task; each run of a suite has a bus of its own"});
+         {"--url: expected one task; each run of a suite has its own bus"});
   Expect(2, {"evalbus", "run", "lift_pot", "--url", "udpm://10.0.0.1:99"}, {"udpm://10.0.0.1:99"});
   for (const char* program : {"evalbus-metrics", "evalbus-collision", "evalbus-policy"}) {
     Expect(1, {program, "--url", "garbage"}, {"garbage", "udpm://"});
@@ -153,7 +153,7 @@ TEST_F(BadInput, TaskCheckLooksAtStartsAndLimits) {
          "variation 'base': after a reset with seed 0, pot is ");
   expect("center_m: [0.735, 0], half_extents_m: [0.21, 0.4]",
          "center_m: [0.1, 0.3], half_extents_m: [0.01, 0.01]", "  position:\n",
-         "variation 'position': no draw in 1000 leaves every part clear of the others; in the last pot is ");
+         "variation 'position': no draw in 1000 keeps all parts apart; in the last one, pot is ");
   // The robot stands inside the left cabinet.
   expect(base, "base: {position_m: [0.8, 0, 0]}", "  base:\n    alias",
          "variation 'base': after a reset with seed 0, ");

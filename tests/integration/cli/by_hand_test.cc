@@ -137,7 +137,7 @@ TEST(Environment, NamesTheBus) {
     return nlohmann::json::parse(ReadText(folder.path() / name / "run.json"));
   };
   EXPECT_EQ(run("named", {})["url"], url);
-  // These options take precedence: each worker has a bus of its own, or no bus is needed.
+  // These options take precedence: each worker has its own bus, or no bus is needed.
   EXPECT_EQ(run("workers", {"--workers", "2"})["url"], "");
   EXPECT_EQ(run("in_process", {"--in-process"})["url"], "");
   for (const char* name : {"workers", "in_process"})

@@ -170,7 +170,7 @@ TEST_F(Limit, OfOpenFilesIsNamed) {
   EVALBUS_NEEDS_BUS();
   ExpectOneLine(Run(RLIMIT_NOFILE, 8), " files");
   // This limit is enough for a run's folder but not for a bus.
-  ExpectOneLine(Run(RLIMIT_NOFILE, 13), ": no more files may be open at once; 'ulimit -n 256' is enough");
+  ExpectOneLine(Run(RLIMIT_NOFILE, 13), ": too many open files; 'ulimit -n 256' is enough");
 }
 
 TEST_F(Limit, OfFileSizesIsNamed) {

@@ -157,7 +157,7 @@ TEST_F(Merge, RefusesAPartWhoseLogsAreNotWhole) {
   WriteText(log, ReadText(evalbus::LogFile(Part("hold", "0002-0003"), 2)));
   ExpectRefused(log.string() + ": no EPISODE_SUMMARY of episode 3");
   WriteText(log, ReadText(evalbus::LogFile(Part("rnd", "0002-0003"), 3)));
-  ExpectRefused(log.string() + ": not the log of line 2 of episodes.jsonl: ");
+  ExpectRefused(log.string() + ": does not match line 2 of episodes.jsonl: ");
   WriteText(log, text);
   ASSERT_EQ(MergePlan().code, 0);
   ExpectMerged();
@@ -176,7 +176,7 @@ TEST_F(Merge, RefusesPartsOfOtherEpisodes) {
   const fs::path part = Part("hold", "0002-0003");
   fs::remove_all(part);
   fs::copy(Part("hold", "0000-0001"), part, fs::copy_options::recursive);
-  ExpectRefused("episode 0 is not of this shard, which has 2 to 3");
+  ExpectRefused("episode 0 does not belong to this shard, which has 2 to 3");
 }
 
 TEST_F(Merge, RefusesPartsOfAnotherPlan) {

@@ -114,7 +114,7 @@ TEST_F(PackedLogs, WhatIsCutOffIsOneLine) {
   }
   const Result other = RunProgram(Command(folder_.path() / "other", {"--log", "gzip"}));
   EXPECT_EQ(other.code, 1);
-  EXPECT_EQ(other.err, "error: --log: expected plain or zstd, not 'gzip'\n");
+  EXPECT_EQ(other.err, "error: --log: expected plain or zstd, got 'gzip'\n");
 }
 
 }  // namespace evalbus::packed_logs_test

@@ -106,7 +106,8 @@ TEST_F(Recorded, ReplayRefusesAPageOfTheRunThatIsNone) {
   WriteText(run_ / "run.json", R"({"policy": 3, "seed": 1})");
   const Result result = Replay(run_);
   EXPECT_EQ(result.code, 1) << result.out;
-  EXPECT_EQ(result.err, "error: " + (run_ / "run.json").string() + ": no \"task\"; is this of evalbus?\n");
+  EXPECT_EQ(result.err,
+            "error: " + (run_ / "run.json").string() + ": no \"task\"; was this made by evalbus?\n");
 }
 
 TEST_F(Recorded, SuitesAreReplayedRescoredAndRendered) {

@@ -190,8 +190,8 @@ TEST_F(ResumeRefuses, LinesThatNoReaderTakes) {
     line[key] = value;
     return line.dump() + "\n" + lines.substr(end);
   };
-  expect(lines + lines.substr(0, end), "episodes.jsonl:3: episode 0 again, first in line 1");
-  expect(with("seed", 1), "episodes.jsonl:1: seed 1 is not that of episode 0");
+  expect(lines + lines.substr(0, end), "episodes.jsonl:3: episode 0 is repeated, first in line 1");
+  expect(with("seed", 1), "episodes.jsonl:1: seed 1 is not the seed of episode 0");
   expect(with("task", "stack_two_blocks"), "episodes.jsonl:1: an episode of stack_two_blocks/base");
   expect(with("end_detail", 1), "episodes.jsonl:1: \"end_detail\" is 1, expected a text");
   expect(with("explanation", nullptr), "episodes.jsonl:1: \"explanation\" is null, expected an object");
@@ -372,7 +372,7 @@ TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
   const auto twice =
       RunProgram({"evalbus", "run", "lift_pot", "lift_pot/base", "--out", folder.path() / "twice"});
   EXPECT_EQ(twice.code, 1);
-  EXPECT_EQ(twice.err, "error: task 'lift_pot/base' is there twice\n");
+  EXPECT_EQ(twice.err, "error: task 'lift_pot/base' is given twice\n");
   EXPECT_FALSE(fs::exists(folder.path() / "twice"));
 }
 
@@ -392,7 +392,7 @@ TEST(Suite, ResumeRefusesToForgetRuns) {
   EXPECT_EQ(others.code, 1);
   EXPECT_EQ(others.err,
             "error: --resume: " + (suite / "suite.json").string() +
-                ": the suite has the run lift_pot-position; name its task, too, or begin another suite\n");
+                ": the suite has the run lift_pot-position; also pass its task, or start another suite\n");
   const Result seed = run({"lift_pot/base", "lift_pot/position"}, {"--resume", "--seed", "4"});
   EXPECT_EQ(seed.code, 1);
   EXPECT_NE(seed.err.find("the run was made with seed 0, not 4"), std::string::npos) << seed.err;

@@ -293,8 +293,9 @@ TEST(SeedStream, ARunThatIsOlderThanItKeepsItsSeeds) {
   WriteText(again / "run.json", info.dump());
   const Result newer = RunProgram({"evalbus", "rescore", again});
   EXPECT_EQ(newer.code, 1);
-  EXPECT_EQ(newer.err, "error: " + (again / "run.json").string() +
-                           ": \"seed_stream\" is \"run/99\", which this version of evalbus does not know\n");
+  EXPECT_EQ(newer.err,
+            "error: " + (again / "run.json").string() +
+                ": \"seed_stream\" is \"run/99\", which this version of evalbus does not support\n");
 }
 
 TEST(PolicyName, IsWhatResultsCallThePolicy) {

@@ -210,7 +210,7 @@ INSTANTIATE_TEST_SUITE_P(EachFlaw, FailuresTest, testing::ValuesIn(kFailures),
 TEST(FailuresTestOfThePolicy, ItsOwnErrorsAreTold) {
   const TemporaryFolder folder;
   for (const auto& [flaw, detail] : {std::pair{"error", "the flawed expert gives up"},
-                                     std::pair{"nan", "action contains NaN or infinity"}}) {
+                                     std::pair{"nan", "the action contains NaN or infinity"}}) {
     const auto out = folder.path() / flaw;
     Evaluate(
         {"rotate_valve", "--policy", std::string("flawed_expert:") + flaw, "--episodes", "1", "--in-process"},

@@ -199,8 +199,8 @@ TEST_F(MisbehavingPolicy, EndsItsEpisodeAndTheNextOneBegins) {
   const std::string size = "action has 13 joint and 2 gripper values, expected 14 and 2";
   const std::vector<std::pair<std::string, std::string>> expected = {
       {"time_limit", ""},
-      {"policy_error", "action contains NaN or infinity"},
-      {"policy_error", "action contains NaN or infinity"},
+      {"policy_error", "the action contains NaN or infinity"},
+      {"policy_error", "the action contains NaN or infinity"},
       {"policy_error", size},
       {"policy_error", "action mode 99 is not known"},
       {"time_limit", ""},
@@ -248,8 +248,8 @@ TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
   EXPECT_EQ(count("13  retrying: the policy's server failed: connection closed\n"), 1) << out;
   EXPECT_EQ(count("14  retrying: the policy's server failed: connection closed\n"), 2) << out;
   EXPECT_EQ(count("14  invalid after 3 attempts: the policy's server failed: connection closed\n"), 1) << out;
-  EXPECT_EQ(count("1 of 3 episodes invalid: left out of all this\n"), 1) << out;
-  EXPECT_EQ(count("1 episode is invalid, since the policy's server failed; the same command with --out "), 1)
+  EXPECT_EQ(count("1 of 3 episodes invalid: excluded from all numbers here\n"), 1) << out;
+  EXPECT_EQ(count("1 episode is invalid because the policy's server failed; the same command with --out "), 1)
       << out;
   auto episodes = Episodes(run_);
   ASSERT_EQ(episodes.size(), 3u);

@@ -46,7 +46,7 @@ TEST_F(PluginPolicy, OneExceptionEndsOneEpisodeHoweverTheRunIsCut) {
 }
 
 TEST_F(PluginPolicy, AnExceptionOfAnyTypeEndsItsEpisode) {
-  const std::string end = "policy_error: the policy threw something that is not a std::exception";
+  const std::string end = "policy_error: the policy threw an exception that is not a std::exception";
   EXPECT_EQ(EndOfEpisode1("throws_a_number", true), end);
   EVALBUS_NEEDS_BUS();
   EXPECT_EQ(EndOfEpisode1("throws_a_number", false), end);

@@ -208,7 +208,7 @@ TEST_F(RemoteRun, TellsHowItWasMade) {
   ASSERT_EQ(result.code, 0) << result.err;
   for (const char* words :
        {"policy mine ", "20 Hz", "contract mine (openpi): joint_position, 3 steps",
-        "simulated time stood still while the policy thought", "Its server was called 7 times"}) {
+        "simulated time was paused during the policy's computation", "Its server was called 7 times"}) {
     EXPECT_NE(result.out.find(words), std::string::npos) << words << "\n" << result.out;
   }
   const auto info = nlohmann::json::parse(ReadText(run / "run.json"));
@@ -298,7 +298,7 @@ TEST_F(RemoteRun, WhatIsMisunderstoodStopsTheRunBeforeItsFirstEpisode) {
   });
   result = Run(Contract(), 1, run);
   EXPECT_EQ(result.code, 1);
-  EXPECT_NE(result.err.find("the policy's first action wants joint"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("the policy's first action moves joint"), std::string::npos) << result.err;
   result = RunProgram({"evalbus", "run", task_, "--policy", Contract(), "--control-hz", "50", "--out", run});
   EXPECT_EQ(result.code, 1);
   EXPECT_NE(result.err.find("rate_hz: the policy acts 20 times a second, the run 50"), std::string::npos)

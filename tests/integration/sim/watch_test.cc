@@ -248,7 +248,7 @@ TEST_F(Watch, WhatDoesNotFitIsOneLine) {
   }));
   EXPECT_EQ(watch->Wait(), 1);
   EXPECT_EQ(watch->err(),
-            "error: SOURCE_ANNOUNCEMENT of 'mine': no joint is called 'left/joint_1'; did you mean "
+            "error: SOURCE_ANNOUNCEMENT of 'mine': there is no joint 'left/joint_1'; did you mean "
             "'left/joint1'?\n");
   EXPECT_FALSE(fs::exists(out()));
 }

@@ -35,8 +35,7 @@ TEST(VideoRecording, RunEndsWithTheVideosOfItsEpisodes) {
     EXPECT_EQ(other.code, 0) << other.err;
     const bool falls_back = other.err.starts_with("draws with osmesa (");
     EXPECT_TRUE(other.err.starts_with("draws with egl (") || (gl == "auto" && falls_back)) << other.err;
-    EXPECT_EQ(other.err.ends_with("): there is no graphics processor that EGL works with\n"), falls_back)
-        << other.err;
+    EXPECT_EQ(other.err.ends_with("): there is no GPU that EGL can use\n"), falls_back) << other.err;
   }
 }
 
@@ -129,7 +128,7 @@ void ExpectRefusedBeforeTheRun(const std::string& cameras, const std::string& er
 
 TEST(VideoRecording, ACameraThatIsThereTwiceIsRefused) {
   ExpectRefusedBeforeTheRun("front,front",
-                            "camera 'front' is there twice, or another makes the same front.mp4");
+                            "camera 'front' is given twice, or another makes the same front.mp4");
 }
 
 TEST(VideoRecording, UnknownCameraIsRefusedBeforeTheRun) {

@@ -38,7 +38,7 @@ TEST(Safetensors, WhatIsWrongIsOneLine) {
       {"abc", "shorter than the 8 bytes"},
       {std::string("\x00\xe4\x0b\x54\x02\x00\x00\x00{}", 10), "header would be 10000000000 bytes long"},
       {std::string("\xff\xff\xff\xff\xff\xff\xff\xff", 8), "18446744073709551615 bytes long"},
-      {File(one, "xy").substr(0, 20), "cut off: the header is 53 bytes long, the file has 12"},
+      {File(one, "xy").substr(0, 20), "truncated: the header is 53 bytes long, the file has 12"},
       {File(one, "x"), "lies at bytes 0 to 2 of 1: the file is cut off"},
       {File(one, "xyz"), "1 bytes at the end belong to no tensor"},
       {File("[1]", ""), "expected a JSON object"},

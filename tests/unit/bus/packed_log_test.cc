@@ -78,7 +78,7 @@ TEST_F(PackedLog, CutOffOrDamagedIsOneClearLine) {
   }
   Bytes damaged = packed;
   damaged[damaged.size() / 2] ^= 1;
-  EXPECT_THAT(WhyNot(damaged), testing::StartsWith("cannot read log a.zst: what zstd packed is damaged: "));
+  EXPECT_THAT(WhyNot(damaged), testing::StartsWith("cannot read log a.zst: its zstd data are damaged: "));
   Bytes more = packed;
   more.insert(more.end(), {'m', 'o', 'r', 'e'});
   EXPECT_THAT(WhyNot(more), testing::HasSubstr("damaged"));
@@ -88,7 +88,7 @@ TEST_F(PackedLog, CutOffOrDamagedIsOneClearLine) {
 // byte, four bytes for 128 kB.
 TEST_F(PackedLog, WhatSaysOrIsTooMuchIsNotUnpacked) {
   const std::string too_much =
-      "cannot read log a.zst: it unpacks to more than 1 MB; unpack it with 'zstd -d' and take that file";
+      "cannot read log a.zst: it unpacks to more than 1 MB; unpack it with 'zstd -d' and use that file";
   const Bytes magic = {0x28, 0xB5, 0x2F, 0xFD};
   Bytes says = magic;
   says.insert(says.end(), {0xE0, 0, 0, 0, 0, 0, 1, 0, 0});  // single segment, 2^40 bytes

@@ -77,7 +77,7 @@ TEST(RobotDescription, MistakesNameTheLine) {
   EXPECT_EQ(RobotError("body: flange", "body: flang"),
             "11: key 'attach_body': newer_arm.xml has no body 'flang'; did you mean 'flange'?");
   EXPECT_EQ(RobotError("      attach_body: flange\n", ""),
-            "9: key 'gripper': a gripper with a model of its own needs 'attach_body'");
+            "9: key 'gripper': a gripper with its own model needs 'attach_body'");
   EXPECT_EQ(RobotError("slide2]", "joint1]"),
             "12: key 'joints[1]': newer_hand.xml has no joint 'joint1'; expected one of slide1, slide2");
   EXPECT_EQ(RobotError("      joint_open_m: 0.04\n", ""),
@@ -257,11 +257,11 @@ TEST(TaskDescription, MistakesNameTheLine) {
   EXPECT_EQ(TaskError("position_m: [1, 0, 0]", "position_m: [1, 0]"),
             "11: key 'position_m': expected a list of 3 numbers, got 2");
   EXPECT_EQ(TaskError("objects: [block]", "objects: [blok]"),
-            "12: key 'objects[0]': no part of the scene is called 'blok'; did you mean 'block'?");
+            "12: key 'objects[0]': the scene has no part 'blok'; did you mean 'block'?");
   EXPECT_EQ(TaskError("- name: block", "- name: world"),
-            "9: key 'name': 'world' is the world itself; choose another name");
+            "9: key 'name': 'world' is reserved; choose another name");
   EXPECT_EQ(TaskError("spawn_yaw: {object: block", "spawn_yaw: {object: rock"),
-            "25: key 'object': no part of the scene is called 'rock'; expected one of block");
+            "25: key 'object': the scene has no part 'rock'; expected one of block");
   EXPECT_EQ(TaskError("bound_deg: 90", "bound_deg: 190"),
             "25: key 'bound_deg': expected a number in [0, 180], got '190'");
   EXPECT_EQ(TaskError(", bound_deg: 90", ""), "25: key 'spawn_yaw': expected 'bound_deg' or 'bound_rad'");

@@ -115,7 +115,7 @@ TEST(MjcfServos, WhatCannotBeMappedIsNamed) {
   EXPECT_EQ(error({{"critical", 1}, {"velocity", 1}}),
             "part.xml:20: actuator 'velocity' is a velocity, which has no position gain");
   EXPECT_EQ(error({{"critical", 1}, {"geared", 1}}),
-            "part.xml:21: <motor>: attribute 'gear': a motor with a gear is not made a position servo");
+            "part.xml:21: <motor>: attribute 'gear': a motor with a gear cannot become a position servo");
 }
 
 }  // namespace evalbus::mjcf_servos_test

@@ -47,11 +47,11 @@ TEST(ModelConsistency, IndicesStayWithinWhatTheMessageCounts) {
 
 TEST(ModelConsistency, ATickTakesTime) {
   EXPECT_EQ(ErrorAfter([](model_info_t* m) { m->substeps = -10; }),
-            "MODEL: a tick is -10 steps of 2000 us, expected more than none and less than an hour");
+            "MODEL: a tick is -10 steps of 2000 us, expected more than 0 and less than an hour");
   for (const int64_t step : {int64_t{0}, int64_t{-2000}, std::numeric_limits<int64_t>::max()}) {
     EXPECT_EQ(ErrorAfter([&](model_info_t* m) { m->timestep_us = step; }),
               "MODEL: a tick is 10 steps of " + std::to_string(step) +
-                  " us, expected more than none and less than an hour");
+                  " us, expected more than 0 and less than an hour");
   }
 }
 

@@ -138,7 +138,7 @@ TEST(RobotParts, MistakesNameTheLine) {
   EXPECT_EQ(camera_error("left/link", "left/lnk"),
             "23: key 'body': robot.yaml has no body 'left/lnk'; did you mean 'left/link'?");
   EXPECT_EQ(camera_error("maker/wrist", "maker/head"),
-            "23: key 'name': another camera is called 'maker/head'");
+            "23: key 'name': another camera has the name 'maker/head'");
   EXPECT_EQ(camera_error("maker/head", "my head"),
             "22: key 'name': expected a name of letters, digits, underscores and slashes, got 'my head'");
   EXPECT_EQ(error("      position_gain_N_per_m: 500\n",

@@ -230,11 +230,11 @@ TEST(SceneComposer, NewerModelsLoadWithWarnings) {
   EXPECT_EQ(
       composer.warnings(),
       (std::vector<std::string>{
-          arm + ":5: <option> integrator=\"implicitfast\" does not count; the scene's is \"Euler\"",
-          arm + ":5: <option> impratio=\"10\" does not count; the scene's is MuJoCo's default",
+          arm + ":5: <option> integrator=\"implicitfast\" is ignored; the scene's is \"Euler\"",
+          arm + ":5: <option> impratio=\"10\" is ignored; the scene's is MuJoCo's default",
           arm + ":29: <body>: attribute 'gravcomp' is not known to MuJoCo " + version + "; dropped (2 times)",
-          arm + ":25: <light> dropped: the scene's lights count",
-          hand + ":4: <option> integrator=\"implicitfast\" does not count; the scene's is \"Euler\""}));
+          arm + ":25: <light> dropped: only the scene's lights are used",
+          hand + ":4: <option> integrator=\"implicitfast\" is ignored; the scene's is \"Euler\""}));
 
   composer.SetJointAttribute("arm/joint1", "damping", 6);
   const ModelPtr model = Compile(composer);

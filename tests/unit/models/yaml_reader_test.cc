@@ -146,8 +146,8 @@ TEST(YamlReader, TextThatNoMessageCanCarryIsRefusedWithItsLine) {
   EXPECT_EQ(ErrorOf([] { Parse("a\0:\0 \0001\0"s); }), "f.yaml:1: a NUL byte; expected text in UTF-8");
   EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: 2  # a comment\0\n"s); }),
             "f.yaml:2: a NUL byte; expected text in UTF-8");
-  EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: [2, \"x\\0y\"]\n"); }), "f.yaml:2: a text with a NUL in it");
-  EXPECT_EQ(ErrorOf([] { Parse("a: 1\n\"x\\0y\": 2\n"); }), "f.yaml:2: a text with a NUL in it");
+  EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: [2, \"x\\0y\"]\n"); }), "f.yaml:2: text that contains a NUL byte");
+  EXPECT_EQ(ErrorOf([] { Parse("a: 1\n\"x\\0y\": 2\n"); }), "f.yaml:2: text that contains a NUL byte");
 }
 
 TEST(YamlReader, Angles) {

@@ -117,16 +117,17 @@ TEST_F(PlanTest, WhatIsWrongIsSaidWhereItStands) {
   EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr(":1: "));
   EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr("expert"));
   EXPECT_THAT(ErrorOf("policies: [expert, expert]\ntasks: lift_pot\n"),
-              HasSubstr("two policies are called 'expert'; give them a 'name'"));
+              HasSubstr("two policies have the name 'expert'; give each a 'name'"));
   EXPECT_THAT(ErrorOf("policies: ['ws://127.0.0.1:1']\ntasks: lift_pot\n"), HasSubstr(":1: "));
   EXPECT_THAT(ErrorOf("policies: [{name: ../a, policy: hold}]\ntasks: lift_pot\n"),
-              HasSubstr("expected a name that a folder can have, got '../a'"));
+              HasSubstr("expected a name that is valid for a folder, got '../a'"));
   EXPECT_THAT(ErrorOf("policies: [lcm]\ntasks: lift_pot\n"), HasSubstr("a process of yours"));
   const std::string small = kSmall;
   EXPECT_THAT(ErrorOf(small + "episodes: 0\n"), HasSubstr(":3: key 'episodes': "));
-  EXPECT_THAT(ErrorOf(small + "options: {control_hertz: 20}\n"),
-              HasSubstr(":3: key 'control_hertz': no option of a run in a plan; did you mean 'control_hz'?"));
-  EXPECT_THAT(ErrorOf(small + "options: {workers: 2}\n"), HasSubstr("no option of a run in a plan"));
+  EXPECT_THAT(
+      ErrorOf(small + "options: {control_hertz: 20}\n"),
+      HasSubstr(":3: key 'control_hertz': not an option of runs in a plan; did you mean 'control_hz'?"));
+  EXPECT_THAT(ErrorOf(small + "options: {workers: 2}\n"), HasSubstr("not an option of runs in a plan"));
   EXPECT_THAT(ErrorOf(small + "options: {control_hz: 5000}\n"), HasSubstr(":3: key 'control_hz': "));
   EXPECT_THAT(ErrorOf(small + "options: {realtime: maybe}\n"), HasSubstr(":3: key 'realtime': "));
   EXPECT_THAT(ErrorOf(small + "video: some\n"),

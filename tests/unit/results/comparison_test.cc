@@ -124,12 +124,11 @@ TEST_F(CompareTest, SaysWhenNothingCanBeSaid) {
   EXPECT_EQ(
       Conclusion(CompareRuns(Run("b", Info(10), First(10, 10), 5), a)),
       "No difference shown between b and a: 10 of 10 against 7 of 10 on the same seeds, difference 30 points "
-      "(95 % interval -4 to 60), exact McNemar p = 0.25. 10 pairs like these find a true difference of 68 "
-      "points "
-      "four times in five; to find one of 30 points takes about 25 pairs.");
+      "(95 % interval -4 to 60), exact McNemar p = 0.25. 10 pairs like these detect a true difference of 68 "
+      "points with 80 % power; to find one of 30 points takes about 25 pairs.");
   const std::string few =
       Conclusion(CompareRuns(Run("c", Info(4), First(4, 4), 5), Run("d", Info(4), First(0, 4), 5)));
-  EXPECT_TRUE(few.ends_with("4 pairs are too few to find any difference.")) << few;
+  EXPECT_TRUE(few.ends_with("4 pairs are too few to detect any difference.")) << few;
 }
 
 TEST_F(CompareTest, UnpairedSaysSo) {
@@ -160,12 +159,12 @@ TEST_F(CompareTest, LeavesOutWhatHasNoPartner) {
   EXPECT_EQ(result.tasks[0].unmatched, 1);
   EXPECT_EQ(result.tasks[0].baseline_unmatched, 2);
   EXPECT_EQ(result.remarks[0],
-            "lift_pot/position: without a partner, and left out: 1 episode of b and 2 of a");
+            "lift_pot/position: excluded because the other run lacks them: 1 episode of b and 2 of a");
   a.runs[0].episodes[2].end_reason = "server_error";
-  EXPECT_THAT(
-      CompareRuns(Run("b", Info(10), First(9, 10), 5), a).remarks,
-      testing::Contains("a: invalid and left out of all rates, since the policy's server failed: episode 2; "
-                        "--resume runs it again"));
+  EXPECT_THAT(CompareRuns(Run("b", Info(10), First(9, 10), 5), a).remarks,
+              testing::Contains(
+                  "a: invalid and excluded from all rates because the policy's server failed: episode 2; "
+                  "--resume runs it again"));
 }
 
 TEST_F(CompareTest, SaysThatEpisodesWentOnAfterSuccess) {
@@ -174,8 +173,8 @@ TEST_F(CompareTest, SaysThatEpisodesWentOnAfterSuccess) {
   other["after_success_s"] = 0.0;
   EXPECT_THAT(
       CompareRuns(Run("b", info, First(2, 2), 5), Run("a", other, First(2, 2), 5)).remarks,
-      testing::Contains("b and a were made with after_success_s 1.0 against 0.0: that alone may make them "
-                        "differ"));
+      testing::Contains(
+          "b and a were made with after_success_s 1.0 against 0.0, which alone may cause differences"));
 }
 
 TEST_F(CompareTest, RefusesWhatCannotBeCompared) {
@@ -233,10 +232,9 @@ TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
   EXPECT_EQ(result.success.p, 1);
   EXPECT_EQ(result.success.difference_95.lower,
             metrics::NewcombePairedInterval({.both = 0, .only_a = 1, .only_b = 0, .neither = 0}).lower);
-  EXPECT_THAT(result.remarks,
-              testing::Contains("lift_pot/position: all 20 pairs began alike and are equal in every number: "
-                                "interval and test count them as one"));
-  EXPECT_TRUE(Conclusion(result).ends_with(" 1 pair is too few to find any difference."))
+  EXPECT_THAT(result.remarks, testing::Contains("lift_pot/position: all 20 pairs have equal starts and equal "
+                                                "numbers: interval and test count them as one"));
+  EXPECT_TRUE(Conclusion(result).ends_with(" 1 pair is too few to detect any difference."))
       << Conclusion(result);
   // If a single one differs, all count.
   std::vector<Each> some(20, {false, 20});
@@ -347,7 +345,7 @@ TEST_F(CompareTest, SaysWhatElseWasDifferent) {
   EXPECT_THAT(
       result.remarks,
       testing::ElementsAre("b and a were made with realtime true against false, mujoco_version \"3.1.0\" "
-                           "against \"2.2.2\": that alone may make them differ"));
+                           "against \"2.2.2\", which alone may cause differences"));
   EXPECT_THAT(CompareRuns(Run("c", lockstep, First(5, 6), 5), a).remarks, testing::IsEmpty());
   // Nor does the log's format, since the scores are the same.
   ordered_json packed = lockstep;
@@ -417,7 +415,7 @@ TEST_F(MeritTest, WhoGetsLessFarIsNotBetterInWhatMayGoWrong) {
   const Comparison less = CompareRuns(With("careful", careful), baseline);
   EXPECT_EQ(Of(less, "slip_count"), Judgment::kDiffers);
   EXPECT_THAT(less.remarks, testing::ElementsAre(
-                                "lift_pot/position: careful got less far, which leaves less to go wrong: not "
+                                "lift_pot/position: careful got less far, so fewer errors were possible: not "
                                 "called better in slips"));
   // As many successes, and fewer stages.
   careful[0].success = true;
@@ -468,12 +466,11 @@ TEST_F(MeritTest, ARecordingIsNeitherBetterNorWorseThanASimulationInJerk) {
     EXPECT_EQ(Of(result, "completion_time"), Judgment::kWorse);
     EXPECT_THAT(
         result.remarks,
-        testing::Contains("lift_pot/position: evalbus did not draw the starts of robot: episodes of equal "
-                          "number count as pairs, whether they began alike or not"));
-    EXPECT_THAT(
-        result.remarks,
-        testing::Contains("lift_pot/position: sim is compared with a recording whose noise this metric "
-                          "amplifies: not called better in joint jerk, rms"));
+        testing::Contains("lift_pot/position: evalbus did not randomize the starts of robot: episodes with "
+                          "equal numbers count as pairs, whether or not their starts are equal"));
+    EXPECT_THAT(result.remarks,
+                testing::Contains("lift_pot/position: sim is compared with a recording, whose noise this "
+                                  "metric amplifies: not called better in joint jerk, rms"));
   }
   EXPECT_EQ(Of(CompareRuns(With("robot", rough, watched), With("other", smooth, watched)),
                "overall_rms_joint_jerk"),
@@ -517,9 +514,8 @@ TEST_F(CompareTest, SaysThatAPlanStoppedByItsResults) {
   info["until"] = "decided(alpha 0.05, max 200)";
   EXPECT_THAT(
       CompareRuns(Run("b", info, First(4, 4), 5), Run("a", Info(4), First(4, 4), 6)).remarks,
-      testing::Contains("b: its plan stopped by its results (until: decided(alpha 0.05, max 200)): p values "
-                        "here are for a number of episodes that was fixed beforehand, those of the plan's "
-                        "report hold"));
+      testing::Contains("b: its plan stopped depending on its results (until: decided(alpha 0.05, max 200)): "
+                        "p values here assume a fixed number of episodes; use those of the plan's report"));
 }
 
 TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {

@@ -67,19 +67,17 @@ TEST_F(PolicyNotesTest, SaysWhatThinkingCost) {
   EXPECT_THAT(
       PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}})),
       ElementsAre("Policy behind a server, contract mine (openpi): joint_delta, 10 steps of each answer "
-                  "executed at 20 Hz; simulated time stood still while the policy thought."));
-  EXPECT_THAT(
-      PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}})),
-      ElementsAre(EndsWith("each call was charged with 120 ms of simulated time: 6 ticks = 120 ms.")));
-  EXPECT_THAT(
-      PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}, {"control_hz", 20.0}})),
-      ElementsAre(EndsWith("each call was charged with 120 ms of simulated time: 3 ticks = 150 ms.")));
+                  "executed at 20 Hz; simulated time was paused during the policy's computation."));
+  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}})),
+              ElementsAre(EndsWith("each call took 120 ms of simulated time: 6 ticks = 120 ms.")));
+  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}, {"control_hz", 20.0}})),
+              ElementsAre(EndsWith("each call took 120 ms of simulated time: 3 ticks = 150 ms.")));
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "1"}, {"control_hz", 20.0}})),
-              ElementsAre(EndsWith("each call was charged with 1 ms of simulated time: 1 tick = 50 ms.")));
+              ElementsAre(EndsWith("each call took 1 ms of simulated time: 1 tick = 50 ms.")));
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "measured"}})),
               ElementsAre(EndsWith("as long as it took, rounded up to whole ticks.")));
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}, {"realtime", true}})),
-              ElementsAre(EndsWith("simulated time ran on while the policy thought (real time).")));
+              ElementsAre(EndsWith("simulated time continued during the policy's computation (real time).")));
 }
 
 TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
@@ -99,11 +97,10 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
   write(1, second, 13);
   const auto notes = PolicyNotes(run);
   ASSERT_EQ(notes.size(), 3u);
-  EXPECT_EQ(notes[1], "The policy was shown poses of objects, which no robot knows.");
-  EXPECT_EQ(
-      notes[2],
-      "Its server was called 3 times: 20 ms median, 1.5 s 99th percentile, 1.5 s longest; 2 ms median as the "
-      "server says itself; the robot held its last command for 3 ticks.");
+  EXPECT_EQ(notes[1], "The policy received poses of objects, which a real robot cannot measure.");
+  EXPECT_EQ(notes[2],
+            "Its server was called 3 times: 20 ms median, 1.5 s 99th percentile, 1.5 s longest; 2 ms median "
+            "as reported by the server; the robot held its last command for 3 ticks.");
 }
 
 // Called at most once a second on a realtime clock: the answer for tick 0 is executed at tick 8.
@@ -119,10 +116,9 @@ TEST_F(PolicyNotesTest, WarnsOfAPolicyThatWasHardlyCalled) {
   const auto file = EpisodeFolder(run.folder, 0) / kPolicyCallsJson;
   std::filesystem::create_directories(file.parent_path());
   std::ofstream(file) << episode;
-  EXPECT_EQ(
-      PolicyNotes(run).at(0),
-      "warning: the policy was called 2 times in 400 ticks, where 400 calls are due: the robot held its last "
-      "command for 398 of them, and the scores say little about the policy.");
+  EXPECT_EQ(PolicyNotes(run).at(0),
+            "warning: the policy was called 2 times in 400 ticks, where 400 calls : the robot held its last "
+            "command for 398 of them, so the scores hardly depend on the policy.");
   // No call at all.
   EXPECT_NE(RareCallsWarning({PolicyCalls().Json({.execute_steps = 3}, 5)}), "");
 }

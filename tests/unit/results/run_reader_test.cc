@@ -84,10 +84,10 @@ TEST_F(RunReaderTest, ParametersAreNumbers) {
 TEST_F(RunReaderTest, ACollectionIsNoSampleOfThePolicy) {
   WriteRun(run_, RunInfo(2), {EpisodeLine(0), EpisodeLine(1, true, {{"slip_count", 1}})});
   WriteFile(run_ / "collect.json", "{}");
-  EXPECT_EQ(ReadRun(run_).Remarks(),
-            (std::vector<std::string>{
-                "collected demonstrations: only successes were kept, so its rates say nothing of "
-                "the policy"}));
+  EXPECT_EQ(
+      ReadRun(run_).Remarks(),
+      (std::vector<std::string>{
+          "collected demonstrations: only successes were kept, so its rates do not describe the policy"}));
 }
 
 TEST_F(RunReaderTest, InterruptedRunSaysSo) {
@@ -102,8 +102,8 @@ TEST_F(RunReaderTest, InterruptedRunSaysSo) {
   EXPECT_EQ(run.unfinished, std::vector<int>{3});
   EXPECT_EQ(run.Remarks(),
             (std::vector<std::string>{
-                "3 of 20 episodes have finished", "begun and not finished: episode 3",
-                "left out of all rates, since ticks are missing or samples were refused: episode 1"}));
+                "3 of 20 episodes have finished", "started but not finished: episode 3",
+                "excluded from all rates because ticks are missing or samples were refused: episode 1"}));
 }
 
 TEST_F(RunReaderTest, InvalidEpisodesAreCountedForThemselves) {
@@ -114,12 +114,12 @@ TEST_F(RunReaderTest, InvalidEpisodesAreCountedForThemselves) {
   const RecordedRun run = ReadRun(run_);
   EXPECT_EQ(run.invalid(), std::vector<int>{1});
   EXPECT_EQ(run.incomplete(), std::vector<int>{2});
-  EXPECT_EQ(
-      run.Remarks(),
-      (std::vector<std::string>{
-          "invalid and left out of all rates, since the policy's server failed: episode 1; --resume runs it "
-          "again",
-          "left out of all rates, since ticks are missing or samples were refused: episode 2"}));
+  EXPECT_EQ(run.Remarks(),
+            (std::vector<std::string>{
+                "invalid and excluded from all rates because the policy's server failed: episode 1; --resume "
+                "runs it "
+                "again",
+                "excluded from all rates because ticks are missing or samples were refused: episode 2"}));
   const metrics::RunSummary summary = run.Statistics().Summary(false);
   EXPECT_EQ(summary.episodes, 3);
   EXPECT_EQ(summary.complete, 1);
@@ -127,7 +127,8 @@ TEST_F(RunReaderTest, InvalidEpisodesAreCountedForThemselves) {
   EXPECT_EQ(summary.successes, 1);
   invalid["complete"] = true;
   EXPECT_EQ(ErrorOfLines(EpisodeLine(0).dump() + "\n" + invalid.dump() + "\n"),
-            "run/episodes.jsonl:2: \"complete\" with \"end_reason\" server_error: no such episode is");
+            "run/episodes.jsonl:2: \"complete\" with \"end_reason\" server_error: such an episode cannot be "
+            "complete");
 }
 
 TEST_F(RunReaderTest, RefusesWhatIsNoRunFolder) {
@@ -141,7 +142,7 @@ TEST_F(RunReaderTest, RefusesWhatIsNoRunFolder) {
   WriteFile(run_ / "run.json", "[1]\n");
   EXPECT_EQ(Error(run_), "run/run.json: not a JSON object");
   WriteFile(run_ / "run.json", "{\"task\": \"x\"}\n");
-  EXPECT_EQ(Error(run_), "run/run.json: no \"variation\"; is this of evalbus?");
+  EXPECT_EQ(Error(run_), "run/run.json: no \"variation\"; was this made by evalbus?");
   WriteFile(run_ / "run.json", "{\"task\": 1}\n");
   EXPECT_EQ(Error(run_), "run/run.json: \"task\" is 1, expected a name");
   WriteRun(run_, RunInfo(3), {});
@@ -161,7 +162,7 @@ TEST_F(RunReaderTest, RefusesLinesThatDoNotBelong) {
             "run/episodes.jsonl:1: expected JSON nested 64 deep at most");
   EXPECT_EQ(ErrorOfLines("3\n"), "run/episodes.jsonl:1: not a JSON object");
   EXPECT_EQ(ErrorOfLines(Line(0) + Line(1) + Line(0)),
-            "run/episodes.jsonl:3: episode 0 again, first in line 1");
+            "run/episodes.jsonl:3: episode 0 is repeated, first in line 1");
   EXPECT_EQ(
       ErrorOfLines(Line(0) + Line(1, "task", "stack_two_blocks")),
       "run/episodes.jsonl:2: an episode of stack_two_blocks/position in a run of lift_pot/position: runs "
@@ -170,10 +171,10 @@ TEST_F(RunReaderTest, RefusesLinesThatDoNotBelong) {
       ErrorOfLines(Line(0, "variation", "base")),
       "run/episodes.jsonl:1: an episode of lift_pot/base in a run of lift_pot/position: runs must not be "
       "mixed in one file");
-  EXPECT_EQ(
-      ErrorOfLines(Line(0, "seed", 12)),
-      "run/episodes.jsonl:1: seed 12 is not that of episode 0 in a run with seed 7: a line of another run");
-  EXPECT_EQ(ErrorOfLines("{\"name\": 1}\n"), "run/episodes.jsonl:1: no \"task\"; is this of evalbus?");
+  EXPECT_EQ(ErrorOfLines(Line(0, "seed", 12)),
+            "run/episodes.jsonl:1: seed 12 is not the seed of episode 0 in a run with seed 7: the line "
+            "belongs to another run");
+  EXPECT_EQ(ErrorOfLines("{\"name\": 1}\n"), "run/episodes.jsonl:1: no \"task\"; was this made by evalbus?");
   EXPECT_EQ(ErrorOfLines(Line(0, "complete", 1)),
             "run/episodes.jsonl:1: \"complete\" is 1, expected true or false");
   EXPECT_EQ(ErrorOfLines(Line(0, "episode", -1)),
@@ -192,11 +193,11 @@ TEST_F(RunReaderTest, RefusesLinesThatLackSomething) {
   };
   for (const std::string key : {"task", "variation", "episode", "seed", "end_reason", "end_detail",
                                 "failure_reason", "complete", "metrics", "extended", "explanation"}) {
-    EXPECT_EQ(without("/" + key), "run/episodes.jsonl:1: no \"" + key + "\"; is this of evalbus?");
+    EXPECT_EQ(without("/" + key), "run/episodes.jsonl:1: no \"" + key + "\"; was this made by evalbus?");
   }
   EXPECT_EQ(without("/metrics/completion_time"),
-            "run/episodes.jsonl:1: no \"completion_time\"; is this of evalbus?");
-  EXPECT_EQ(without("/explanation/text"), "run/episodes.jsonl:1: no \"text\"; is this of evalbus?");
+            "run/episodes.jsonl:1: no \"completion_time\"; was this made by evalbus?");
+  EXPECT_EQ(without("/explanation/text"), "run/episodes.jsonl:1: no \"text\"; was this made by evalbus?");
   EXPECT_EQ(ErrorOfLines(Line(0, "end_detail", nullptr)),
             "run/episodes.jsonl:1: \"end_detail\" is null, expected a text");
   EXPECT_EQ(ErrorOfLines(Line(0, "explanation", "fell")),
@@ -207,7 +208,7 @@ TEST_F(RunReaderTest, RefusesLinesThatLackSomething) {
   ordered_json line = EpisodeLine(0);
   line["metrics"]["task_stage_reached"] = {{"1", "yes"}};
   EXPECT_EQ(ErrorOfLines(line.dump() + "\n"),
-            "run/episodes.jsonl:1: stages, slips or collisions are no numbers");
+            "run/episodes.jsonl:1: stages, slips or collisions are not numbers");
 }
 
 // A run that was killed, or whose disk was full, while the line was written.
@@ -219,7 +220,7 @@ TEST_F(RunReaderTest, LeavesOutALastLineThatWasCutOffAndSaysSo) {
     const RecordedRun run = ReadRun(run_);
     ASSERT_EQ(run.episodes.size(), 1u);
     EXPECT_EQ(run.Remarks().at(1),
-              "line 2 of episodes.jsonl is cut off and left out: the run was stopped while it was written");
+              "line 2 of episodes.jsonl is truncated and ignored: the run was stopped while it was written");
   }
   // The whole line except its newline.
   WriteFile(run_ / "episodes.jsonl", whole.substr(0, whole.size() - 1));
@@ -247,7 +248,7 @@ TEST_F(RunReaderTest, Suite) {
               "run/suite.json: \"" + name + "\" in \"runs\", expected the name of a folder in this one");
   }
   WriteFile(run_ / "suite.json", R"({"runs": ["a", "b", "a"]})");
-  EXPECT_EQ(Error(run_), "run/suite.json: \"a\" is in \"runs\" twice");
+  EXPECT_EQ(Error(run_), "run/suite.json: \"a\" is listed in \"runs\" twice");
   WriteFile(run_ / "suite.json", R"({"run": []})");
   EXPECT_EQ(Error(run_), "run/suite.json: no \"runs\", expected a list of folders in this one");
   WriteFile(run_ / "suite.json", R"({"runs": ["a", "b"]})");

@@ -92,7 +92,7 @@ TEST(SummaryTable, SaysThatCompletionTimeIsOfSuccesses) {
   summary.metrics.insert(summary.metrics.begin(), {"completion_time", 2, 5, 1, 5, 4, 6, 4, 6, {-4, 14}});
   const std::string table = SummaryTable(summary, 80);
   EXPECT_TRUE(Has(table, "\ncompletion time *             5.00")) << table;
-  EXPECT_TRUE(Has(table, "\n* of the 2 episodes that succeeded; all else of all 5\n")) << table;
+  EXPECT_TRUE(Has(table, "\n* of the 2 episodes that succeeded; everything else over all 5\n")) << table;
 }
 
 // A metric of a plugin is listed, too.
@@ -131,20 +131,20 @@ TEST(SummaryTable, SaysWhatIsLeftOut) {
   const std::string none = SummaryTable(Summary(0, 0), 80);
   EXPECT_EQ(none, "");
   summary.complete = summary.samples = 0;
-  EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes incomplete: left out of all this\n");
+  EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes incomplete: excluded from all numbers here\n");
   summary.invalid = 2;
-  EXPECT_EQ(
-      SummaryTable(summary, 80),
-      "2 of 5 episodes invalid: left out of all this\n3 of 5 episodes incomplete: left out of all this\n");
+  EXPECT_EQ(SummaryTable(summary, 80),
+            "2 of 5 episodes invalid: excluded from all numbers here\n3 of 5 episodes incomplete: excluded "
+            "from all numbers here\n");
   summary.invalid = 5;
-  EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes invalid: left out of all this\n");
+  EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes invalid: excluded from all numbers here\n");
 }
 
 TEST(InvalidText, SaysHowToRunThemAgain) {
   EXPECT_EQ(InvalidText(0, "runs/a"), "");
   EXPECT_EQ(
       InvalidText(1, "runs/a"),
-      "1 episode is invalid, since the policy's server failed; the same command with --out runs/a --resume "
+      "1 episode is invalid because the policy's server failed; the same command with --out runs/a --resume "
       "runs it again\n");
   EXPECT_TRUE(InvalidText(2, "runs/a").starts_with("2 episodes are invalid")) << InvalidText(2, "runs/a");
 }

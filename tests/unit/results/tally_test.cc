@@ -68,7 +68,7 @@ TEST_F(TallyTest, TheMeanOfTasksCountsEachTaskAlike) {
   EXPECT_DOUBLE_EQ(tally.Json({})["all"]["success_rate"], 0.8);
   EXPECT_DOUBLE_EQ(tally.Json({})["all"]["mean_success_rate_of_tasks"], 0.5);
   EXPECT_EQ(tally.MeanLine(4),
-            "mean of tasks       50 %  each task counts alike; in \"all\" each complete episode does\n");
+            "mean of tasks       50 %  all tasks have equal weight; in \"all\", all complete episodes do\n");
 }
 
 TEST_F(TallyTest, WithoutEpisodesNothingIsClaimed) {

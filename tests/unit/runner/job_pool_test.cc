@@ -72,7 +72,7 @@ TEST_F(JobPoolTest, OneThatHangsIsNamedAndStartedAgain) {
                    Shell("b", "until test -e b; do sleep 0.1; done")},
                   2, std::chrono::seconds(2)),
               testing::UnorderedElementsAre("a", "b"));
-  EXPECT_THAT(restarts_, ElementsAre("a hangs: it did nothing for 2 s"));
+  EXPECT_THAT(restarts_, ElementsAre("a hung: no progress for 2 s"));
 }
 
 TEST_F(JobPoolTest, WhatOneSaysBeforeItFailsIsNotTheReason) {

@@ -330,7 +330,7 @@ TEST_F(RunControllerTest, AnotherSimOnTheBusSpoilsTheEpisode) {
   SayEnd();
   SaySummary();
   EXPECT_THAT(listener_.remarks,
-              ElementsAre("      0  retrying: a sim or a log of another run is on this bus: "
+              ElementsAre("      0  retrying: a sim or a log of another run publishes on this bus: "
                           "/elsewhere/model/physics.mjb"));
 }
 
@@ -465,7 +465,7 @@ TEST_F(RunControllerTest, AnEpisodeWhoseLogLacksTicksIsBegunAgain) {
   };
   finish(0, 195);
   EXPECT_THAT(listener_.remarks,
-              ElementsAre("      0  retrying: the log lacks 195 ticks: lost on the way to it"));
+              ElementsAre("      0  retrying: the log lacks 195 ticks: lost on the way to the recorder"));
   EXPECT_THAT(listener_.done, IsEmpty());
   finish(1, 0);
   EXPECT_EQ(listener_.done.size(), 1u);

@@ -61,8 +61,8 @@ TEST(ExpandTasks, WhatIsThereTwiceOrUnknownIsRefused) {
     }
     return "none";
   };
-  EXPECT_EQ(error_of({"lift_pot/position", "LiftPotPosition"}), "task 'lift_pot/position' is there twice");
-  EXPECT_THAT(error_of({"all", "lift_pot/base"}), HasSubstr("'lift_pot/base' is there twice"));
+  EXPECT_EQ(error_of({"lift_pot/position", "LiftPotPosition"}), "task 'lift_pot/position' is given twice");
+  EXPECT_THAT(error_of({"all", "lift_pot/base"}), HasSubstr("'lift_pot/base' is given twice"));
   EXPECT_THAT(error_of({"lift_pan"}), HasSubstr("lift_pan"));
   EXPECT_THAT(error_of({"lift_pan/all"}), HasSubstr("lift_pan"));
 }

@@ -238,7 +238,7 @@ TEST_F(SimComponentTest, WrongActionsEndTheEpisodeWithPolicyError) {
   Score(0);
   ASSERT_EQ(ends_.size(), 2u);
   EXPECT_EQ(ends_[0].end_reason, "policy_error");
-  EXPECT_EQ(ends_[0].detail, "action contains NaN or infinity");
+  EXPECT_EQ(ends_[0].detail, "the action contains NaN or infinity");
   EXPECT_EQ(ends_[1].end_reason, "policy_error");
   EXPECT_EQ(ends_[1].detail, "out of memory");
 }
@@ -357,7 +357,7 @@ TEST_F(SimComponentTest, WhatASimOfAnotherRunSaysIsCountedAndNotObeyed) {
   sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(1));
   EXPECT_EQ(sim_->status().foreign_messages, 4);
   sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(2));
-  EXPECT_THAT(Logged(), testing::HasSubstr("4 of them: of another run, or of a log being played"));
+  EXPECT_THAT(Logged(), testing::HasSubstr("4 of them belong to another run, or to a log being played"));
   // A message of this run's session is treated differently.
   bus_->Publish(channels::kEpisodeBegin, begin);
   HandleAll();
@@ -784,7 +784,7 @@ TEST_F(SimComponentTest, TwoProcessesOfOneNameEndTheEpisode) {
   HandleAll();
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, "aborted");
-  EXPECT_EQ(ends_[0].detail, "two processes on this bus say that they are the policy");
+  EXPECT_EQ(ends_[0].detail, "two processes on this bus claim to be the policy");
 }
 
 TEST_F(SimComponentTest, AnEndThatIsSaidBeforeItBeganEndsTheEpisodeButNotItsOwn) {

@@ -430,7 +430,7 @@ TEST_F(SourceComponentTest, ARefusedSampleMakesTheEpisodeIncomplete) {
             [](source_state_t* s) { s->joint_position_mixed[3] = std::nan(""); }, "left/joint4 is nan"},
         {[](source_state_t* s) { s->joint_position_mixed[3] = 4; },
          "4 rad is beyond the range of left/joint4"},
-        {[](source_state_t* s) { s->stamp_us -= 20'000; }, "the time goes from"},
+        {[](source_state_t* s) { s->stamp_us -= 20'000; }, "the time changes from"},
         {[](source_state_t* s) { s->object[0].quat_wxyz[0] = 2; }, "has norm 2, expected 1"},
         {[](source_state_t* s) { s->object[0].position_m[2] = std::numeric_limits<double>::infinity(); },
          "the position of pot is"},
@@ -508,7 +508,7 @@ TEST_F(SourceComponentTest, ASilentSourceHasBrokenItsEpisodeOff) {
   ASSERT_GE(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, end_reason::kEndOfData);
   EXPECT_EQ(ends_[0].header.tick, 1);  // the end was never announced: the episode is incomplete
-  EXPECT_EQ(ends_[0].detail, "the source has said nothing for 5 s");
+  EXPECT_EQ(ends_[0].detail, "no message from the source for 5 s");
 }
 
 TEST_F(SourceComponentTest, AClockThatLeapsBreaksTheEpisodeOff) {
@@ -520,7 +520,7 @@ TEST_F(SourceComponentTest, AClockThatLeapsBreaksTheEpisodeOff) {
   Send(sample);
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].header.tick, 1);
-  EXPECT_THAT(ends_[0].detail, HasSubstr("its clock leaps by 3.6e+03 s"));
+  EXPECT_THAT(ends_[0].detail, HasSubstr("its clock jumps by 3.6e+03 s"));
 }
 
 // Differences of these timestamps do not fit into 64 bits.
@@ -535,7 +535,7 @@ TEST_F(SourceComponentTest, AClockThatLeapsThroughAllItsRangeIsNoExceptionToThat
   Send(sample);
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].header.tick, 1) << "which was never published: the episode is incomplete";
-  EXPECT_THAT(ends_[0].detail, HasSubstr("its clock leaps by 9.22e+12 s"));
+  EXPECT_THAT(ends_[0].detail, HasSubstr("its clock jumps by 9.22e+12 s"));
 }
 
 TEST_F(SourceComponentTest, ASourceThatStartsAgainBeginsANewEpisode) {
@@ -546,7 +546,7 @@ TEST_F(SourceComponentTest, ASourceThatStartsAgainBeginsANewEpisode) {
   Send(Sample(0));
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].header.tick, 2);
-  EXPECT_THAT(ends_[0].detail, HasSubstr("the source began the episode again"));
+  EXPECT_THAT(ends_[0].detail, HasSubstr("the source restarted the episode"));
   Command(1);
   EXPECT_EQ(states_.size(), 3u);
 }
@@ -562,17 +562,17 @@ TEST_F(SourceComponentTest, WhatIsWrongFromTheBeginningIsOneLine) {
   };
   EXPECT_EQ(
       with([&] { announcement_.joint_name[0] = "left/joint_1"; }),
-      "SOURCE_ANNOUNCEMENT of 'two Frankas': no joint is called 'left/joint_1'; did you mean 'left/joint1'?");
+      "SOURCE_ANNOUNCEMENT of 'two Frankas': there is no joint 'left/joint_1'; did you mean 'left/joint1'?");
   EXPECT_EQ(with([&] { announcement_.joint_name.erase(announcement_.joint_name.begin()); }),
             "SOURCE_ANNOUNCEMENT of 'two Frankas': joint 'left/joint1' is missing; all joints of the arms "
             "are needed");
   EXPECT_THAT(with([&] { announcement_.joint_name[1] = announcement_.joint_name[0]; }),
-              HasSubstr("is there twice"));
+              HasSubstr("is given twice"));
   EXPECT_THAT(with([&] { announcement_.object_name = {"kettle"}; }),
-              HasSubstr("no object is called 'kettle'"));
+              HasSubstr("there is no object 'kettle'"));
   EXPECT_EQ(with([&] { announcement_.joint_name.pop_back(); }),
-            "SOURCE_ANNOUNCEMENT of 'two Frankas': no joint of the fingers of gripper 'right'; say how it is "
-            "all the time with "
+            "SOURCE_ANNOUNCEMENT of 'two Frankas': no joint of the fingers of gripper 'right'; state its "
+            "constant position with "
             "--gripper right=open or right=closed");
   EXPECT_THAT(with([&] { announcement_.period_us = 0; }), HasSubstr("period_us is 0, expected 1 to 1000000"));
   EXPECT_THAT(with([&] { announcement_.source = "sim"; }), HasSubstr("evalbus' own"));

@@ -89,9 +89,9 @@ TEST_F(VariationTest, ReplacesWhatItStates) {
 
 TEST_F(VariationTest, MistakesNameTheLine) {
   EXPECT_EQ(Error("      box: {position", "      bax: {position"),
-            "t.yaml:19: key 'bax': no part of the scene is called 'bax'; did you mean 'box'?");
+            "t.yaml:19: key 'bax': the scene has no part 'bax'; did you mean 'box'?");
   EXPECT_EQ(Error("- name: second", "- name: first"),
-            "t.yaml:23: key 'name': another stage is called 'first'");
+            "t.yaml:23: key 'name': another stage has the name 'first'");
 }
 
 TEST_F(VariationTest, PlacedPartsAreMovedAtResetAndTheirJointsWork) {
@@ -211,8 +211,7 @@ TEST_F(VariationTest, OnlyPartsOfAnObjectMayBeTouched) {
                  robot);
     });
   };
-  const std::string before = "t.yaml:9: object 'box' has no body or geom '",
-                    behind = "' that can be touched; ";
+  const std::string before = "t.yaml:9: object 'box' has no body or geom '", behind = "' with collision; ";
   EXPECT_EQ(error("box/lit"), before + "box/lit" + behind + "did you mean 'box/lid'?");
   EXPECT_EQ(error("lid"), before + "lid" + behind + "did you mean 'box/lid'?");
   EXPECT_EQ(error("hinge"), before + "hinge" + behind +
@@ -367,10 +366,10 @@ TEST_F(RandomizedTest, DistractorsAreThereOrFarAway) {
 }
 
 TEST_F(RandomizedTest, MistakesNameTheLine) {
-  EXPECT_EQ(
-      ErrorOfList("      - size: {of: [red], min_factor: 1, max_factor: 2}\n"),
-      "t.yaml:20: key 'size': sizes cannot be drawn, for shapes and inertias are compiled into the model: "
-      "give variations parts of different sizes");
+  EXPECT_EQ(ErrorOfList("      - size: {of: [red], min_factor: 1, max_factor: 2}\n"),
+            "t.yaml:20: key 'size': sizes cannot be randomized, because shapes and inertias are compiled "
+            "into the model: "
+            "give variations parts of different sizes");
   EXPECT_EQ(ErrorOfList("      - mass: {of: [red], min_factor: 0, max_factor: 2}\n"),
             "t.yaml:20: key 'min_factor': expected a number in [0.001, 1000], got '0'");
   EXPECT_EQ(ErrorOfList("      - friction: {of: [red], min_factor: 2, max_factor: 1}\n"),
@@ -444,7 +443,7 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   variation.location = {"t.yaml", 7};
   const std::string message = ErrorOf([&] { world.Reset(0, variation); });
   EXPECT_TRUE(message.starts_with(
-      "t.yaml:7: variation 'inside': no draw in 1000 leaves every part clear of the others; in the last "
+      "t.yaml:7: variation 'inside': no draw in 1000 keeps all parts apart; in the last one, "
       "block is "))
       << message;
   EXPECT_TRUE(message.ends_with(" mm deep in box")) << message;

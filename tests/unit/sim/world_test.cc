@@ -248,10 +248,10 @@ TEST_F(WorldTest, RefusesActionsThatAreNone) {
   action_t nan = Home();
   nan.joint_position_rad[2] = std::numeric_limits<double>::quiet_NaN();
   nan.joint_position_rad[0] = 1;
-  EXPECT_EQ(world.Apply(nan), "action contains NaN or infinity");
+  EXPECT_EQ(world.Apply(nan), "the action contains NaN or infinity");
   action_t infinite = Home();
   infinite.gripper_closing[0] = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(world.Apply(infinite), "action contains NaN or infinity");
+  EXPECT_EQ(world.Apply(infinite), "the action contains NaN or infinity");
   action_t small = Home();
   small.joint_position_rad.pop_back();
   EXPECT_EQ(world.Apply(small), "action has 13 joint and 2 gripper values, expected 14 and 2");

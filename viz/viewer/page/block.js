@@ -6,7 +6,7 @@ Evalbus.Block = class {
   constructor(buffer) {
     if (buffer.byteLength < 4) throw new Error("a block of less than four bytes");
     const length = new DataView(buffer).getUint32(0, true);
-    if (4 + length > buffer.byteLength) throw new Error("a block is cut off in its head");
+    if (4 + length > buffer.byteLength) throw new Error("the head of a block is truncated");
     this.head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
     this.kind = this.head.block;
     this.buffer = buffer;
@@ -27,7 +27,7 @@ Evalbus.Block = class {
     const Type = Evalbus.Block.TYPES[type];
     const count = shape.reduce((product, size) => product * size, 1);
     if (!Type || this.begin + offset + count * Type.BYTES_PER_ELEMENT > this.buffer.byteLength) {
-      throw new Error(`array ${name} of a block is cut off`);
+      throw new Error(`array ${name} of a block is truncated`);
     }
     const values = new Type(this.buffer, this.begin + offset, count);
     if (!delta) return values;

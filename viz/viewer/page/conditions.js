@@ -31,11 +31,11 @@ Evalbus.Conditions = class {
     this.verdict.dataset.outcome = outcome;
     let reason = Evalbus.reasonOf(track.head);
     if (!reason && outcome === "running") {
-      reason = track.head.time_limit_s ? `goes on until ${track.head.time_limit_s} s at the most` : "";
+      reason = track.head.time_limit_s ? `time limit ${track.head.time_limit_s} s` : "";
     }
-    if (outcome === "left") reason = "nothing more is heard of it; with --resume its run begins it anew";
-    if (track.missing.size) reason += ` ${track.missing.size} ticks never came.`;
-    if (track.head.is_cut) reason += " It is cut: there were more ticks than are kept.";
+    if (outcome === "left") reason = "no more messages of this episode arrive; --resume runs it again";
+    if (track.missing.size) reason += ` ${track.missing.size} ticks are missing.`;
+    if (track.head.is_cut) reason += " Truncated: the episode has more ticks than are stored.";
     Evalbus.setText(this.reason, reason);
     if (other) {
       const end = words[other.outcome()].toLowerCase(), text = Evalbus.reasonOf(other.head);

@@ -7,9 +7,9 @@ Evalbus.ICONS = {
 };
 
 Evalbus.KEYS = [
-  ["space", "play, pause"], ["← →", "one tick back, forth; with shift ten"], ["[ ]", "event before, after"],
+  ["space", "play, pause"], ["← →", "one tick back, forward; with shift ten"], ["[ ]", "event before, after"],
   ["Home End", "first, last tick"], ["< >", "slower, faster"], ["l", "follow live"], ["p n", "episode before, after"],
-  ["c", "next camera"], ["v", "ghost or side by side, where two are compared"], ["x", "end the comparison"],
+  ["c", "next camera"], ["v", "ghost or side by side, when two episodes are compared"], ["x", "end the comparison"],
   ["?", "these keys"],
 ];
 
@@ -28,7 +28,7 @@ Evalbus.makeLayout = (place) => {
 
   parts.labels = e("div", { class: "ev-labels" });
   parts.camera = e("select", { class: "ev-camera", "aria-label": "camera", title: "camera" });
-  parts.layers = e("details", { class: "ev-layers" }, e("summary", { title: "what is drawn" }, "Show"));
+  parts.layers = e("details", { class: "ev-layers" }, e("summary", { title: "layers" }, "Show"));
   parts.layerList = e("div", { class: "ev-layer-list" });
   parts.layers.append(parts.layerList);
   parts.note = e("p", { class: "ev-scene-note", hidden: "" });
@@ -40,14 +40,14 @@ Evalbus.makeLayout = (place) => {
   parts.before = button("back", "one tick back (←)");
   parts.play = e("button", { type: "button", class: "ev-icon ev-play", title: "play (space)", "aria-label": "play" },
     icon(Evalbus.ICONS.play, true));
-  parts.after = button("forth", "one tick forth (→)");
+  parts.after = button("forth", "one tick forward (→)");
   parts.end = button("last", "last tick (End)");
   parts.clockTime = e("b", {});
   parts.clockTick = e("span", {});
   parts.clock = e("span", { class: "ev-clock" }, parts.clockTime, parts.clockTick);
   parts.rateChoice = e("select", { class: "ev-speed", "aria-label": "speed", title: "speed (< >)" },
     Evalbus.Player.RATES.map((rate) => e("option", { value: String(rate) }, `${rate} ×`)));
-  parts.follow = e("button", { type: "button", class: "ev-follow", title: "follow what comes (l)" }, "Live");
+  parts.follow = e("button", { type: "button", class: "ev-follow", title: "follow the live episode (l)" }, "Live");
   parts.mode = e("button", { type: "button", class: "ev-mode", hidden: "", title: "ghost or side by side (v)" });
   parts.uncompare = e("button", { type: "button", class: "ev-mode", hidden: "", title: "end the comparison (x)" }, "End comparison");
   parts.sameSeed = e("button", { type: "button", class: "ev-mode", hidden: "" });

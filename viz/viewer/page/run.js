@@ -77,7 +77,7 @@ Evalbus.EpisodeList = class {
     const e = Evalbus.element;
     const slot = { sign: e("i", { class: "ev-sign", "aria-hidden": "true" }), number: e("span", { class: "ev-number" }),
       text: e("span", { class: "ev-name" }), time: e("span", { class: "ev-time-of" }) };
-    slot.versus = e("button", { type: "button", class: "ev-versus", title: "compare with what is shown",
+    slot.versus = e("button", { type: "button", class: "ev-versus", title: "compare with the displayed episode",
       onclick: (event) => {
         event.stopPropagation();
         this.actions.compare(slot.row);
@@ -183,7 +183,7 @@ Evalbus.RunPanel = class {
     this.remarks.replaceChildren(...(info.remarks || []).map((remark) =>
       Evalbus.element("p", { class: "ev-remark" }, Evalbus.words(remark))));
     if (info.undecodable > 0) {
-      this.remarks.append(Evalbus.element("p", { class: "ev-remark" }, `${info.undecodable} messages did not decode`));
+      this.remarks.append(Evalbus.element("p", { class: "ev-remark" }, `${info.undecodable} messages could not be decoded`));
     }
     this.showReasons(info);
     this.showPacing(info);

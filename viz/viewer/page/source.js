@@ -127,7 +127,7 @@ Evalbus.PackedSource = class {
 
   async unpack(id) {
     const place = this.places.get(id);
-    if (!place) throw new Error("this page has not packed that");
+    if (!place) throw new Error("this page does not contain this episode");
     const text = atob(place.textContent.trim());
     const bytes = new Uint8Array(text.length);
     for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);

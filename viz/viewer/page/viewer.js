@@ -73,7 +73,7 @@ Evalbus.Viewer = class {
     p.camera.addEventListener("change", () => {
       if (this.scene) this.scene.setCamera(p.camera.value === "" ? null : p.camera.value);
     });
-    const layers = [["contacts", "contacts"], ["trails", "ways of the wrists"], ["highlight", "object of the stage"],
+    const layers = [["contacts", "contacts"], ["trails", "paths of the wrists"], ["highlight", "object of the stage"],
       ["shadows", "shadows"], ["collision", "collision shapes"], ["clearance", "clearance"]];
     this.layers = { contacts: true, trails: true, highlight: true, shadows: true, collision: false, clearance: false };
     p.layerList.append(...layers.map(([name, text]) => {
@@ -363,7 +363,7 @@ Evalbus.Viewer = class {
     if (!this.isSeen || !this.tracks.length || this.sceneProblem) return;
     const tracks = this.tracks.filter((track) => track.head.scene);
     if (!tracks.length) {
-      this.noteScene("no image: the model files of this run are not there");
+      this.noteScene("no image: the model files of this run are missing");
       return;
     }
     try {
@@ -379,7 +379,7 @@ Evalbus.Viewer = class {
         };
       }
     } catch (error) {
-      this.sceneProblem = `no image: ${error.message}; numbers and time line are all here`;
+      this.sceneProblem = `no image: ${error.message}; numbers and time line are complete`;
       this.noteScene(this.sceneProblem);
       return;
     }
@@ -431,9 +431,9 @@ Evalbus.Viewer = class {
     Evalbus.setText(p.rate, info.complete ? `${info.successes} of ${info.complete} · ${Evalbus.percent(info.rate)}` : "");
     const states = {
       connecting: ["wait", "connecting"], unsupported: ["gone", "cannot be unpacked"], packed: ["still", "recorded"],
-      lost: ["gone", this.runs.size ? "server gone; trying again" : "no server yet; trying again"],
+      lost: ["gone", this.runs.size ? "connection lost; reconnecting" : "no connection yet; retrying"],
       open: info.is_over ? ["still", info.is_live === false ? "recorded" : "run ended"]
-        : info.is_live === false ? ["still", "unfinished; nobody is heard"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
+        : info.is_live === false ? ["still", "unfinished; no component is active"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
     };
     const [kind, text] = states[this.connectionState];
     p.state.dataset.kind = kind;
@@ -455,7 +455,7 @@ Evalbus.Viewer = class {
 
   showEmpty() {
     const text = this.problem || (this.tracks.length ? "" : this.isOpening !== null
-      ? `Episode ${this.isOpening} is being read.` : this.connectionState === "lost" ? "The server does not answer. This page tries again by itself." : "No episode has begun yet.");
+      ? `Loading episode ${this.isOpening}.` : this.connectionState === "lost" ? "The server does not answer. This page retries automatically." : "No episode has begun yet.");
     Evalbus.setText(this.parts.empty, text);
     this.parts.empty.hidden = text === "";
     this.parts.episodeBody.hidden = this.tracks.length === 0;

@@ -288,7 +288,7 @@ const Mistake kMistakes[] = {
     {"distance_entry", [](json* e) { (*e)["finalize"]["target_distance"]["lift"] = true; },
      "finalize.target_distance.lift: expected a finite number, got true"},
     {"overflow", [](json* e) { (*e)["steps"][1]["left"]["joint_position"][0] = 1e200; },
-     "steps: expected values of physical size, joint_path_length overflows"},
+     "steps: expected values in a physical range, joint_path_length overflows"},
 };
 INSTANTIATE_TEST_SUITE_P(All, ScoreFileMistake, testing::ValuesIn(kMistakes),
                          [](const auto& test) { return std::string(test.param.name); });

@@ -80,7 +80,7 @@ TEST(RunStatistics, EqualEpisodesAreOneSample) {
   EXPECT_TRUE(std::isnan(summary.metrics[0].std));
   EXPECT_TRUE(std::isnan(summary.metrics[0].mean_95.lower));
   EXPECT_EQ(summary.SamplesText(),
-            "all 3 episodes began alike and are equal in every number: the interval counts them as one");
+            "all 3 episodes have equal starts and equal numbers: the interval counts them as one");
   EXPECT_EQ(SummaryJson("a", "b", summary)["samples"], 1);
 }
 
@@ -113,10 +113,9 @@ TEST(RunStatistics, OfASuiteCountSamplesByTask) {
   EXPECT_EQ(summary.samples, 11);
   EXPECT_EQ(summary.success_rate, 0.7);
   EXPECT_EQ(summary.wilson.lower, WilsonInterval(14 * 11 / 20.0, 11).lower);
-  EXPECT_EQ(
-      summary.SamplesText(),
-      "the interval counts 11 episodes instead of 20: where all of a task began alike and are equal in every "
-      "number, it counts one");
+  EXPECT_EQ(summary.SamplesText(),
+            "the interval counts 11 episodes instead of 20: a task whose episodes all have equal starts and "
+            "equal numbers counts as one");
 }
 
 // The time at which a failed episode ended is not a completion time.

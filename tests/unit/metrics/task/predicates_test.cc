@@ -95,7 +95,7 @@ TEST_F(PredicatesTest, JointFractionIsOfTheRangeFromItsLowerEnd) {
 
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/lid_hinge}}"), "'joint_fraction' needs 'min', 'max' or both");
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/hinge, min: 0}}"),
-            "no joint is called 'pot/hinge'; expected pot/lid_hinge, pot/wheel");
+            "there is no joint 'pot/hinge'; expected pot/lid_hinge, pot/wheel");
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/wheel, min: 0}}"),
             "joint 'pot/wheel' has no range to be a fraction of");
 }
@@ -221,7 +221,7 @@ TEST_F(PredicatesTest, ARobotAtRestHasNoFastJoint) {
   EXPECT_TRUE(Evaluate(left.get()));
   EXPECT_FALSE(Evaluate(all.get()));
   EXPECT_EQ(Error("{joint_speed: {arm: lift, max_radps: 0.05}}"),
-            "key 'arm': no arm is called 'lift'; did you mean 'left'?");
+            "key 'arm': there is no arm 'lift'; did you mean 'left'?");
 }
 
 TEST_F(PredicatesTest, OnIsCarriedFromBelow) {

@@ -205,12 +205,12 @@ TEST_F(ExpressionTest, DistanceIsFromAGrippersWristOrABodysOrigin) {
 
 TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
   EXPECT_EQ(PredicateError(Call("holds", {})),
-            "t.yaml:3: no predicate is called 'holds'; expected one of all, any, distance, height_above, "
+            "t.yaml:3: there is no predicate 'holds'; expected one of all, any, distance, height_above, "
             "holding, inside, joint_fraction, joint_speed, lasts, latched, lift, not, on, position, reached, "
             "speed, tilt, tilt_below, touching");
   EXPECT_EQ(
       QuantityError(Call("dist", {})),
-      "t.yaml:3: no quantity is called 'dist'; expected one of distance, joint_fraction, joint_speed, lift, "
+      "t.yaml:3: there is no quantity 'dist'; expected one of distance, joint_fraction, joint_speed, lift, "
       "position, speed, tilt");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}})),
             "t.yaml:3: key 'object': required here, but missing in 'holding'");
@@ -219,7 +219,7 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
   EXPECT_EQ(PredicateError(Call("holding", {{"griper", "left"}, {"object", "pot"}})),
             "t.yaml:4: key 'griper': not a key here; did you mean 'gripper'?");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "third"}, {"object", "pot"}})),
-            "t.yaml:4: no gripper is called 'third'; expected left, right or any");
+            "t.yaml:4: there is no gripper 'third'; expected left, right or any");
   EXPECT_EQ(PredicateError(Call("touching", {{"a", "kettle"}, {"b", "counter"}})),
             "t.yaml:4: nothing is called 'kettle'; expected an entity (counter, left, pot, right, world), a "
             "gripper (left_gripper, right_gripper), a body (counter/counter, left/base, left/hand, pot/lid, "

@@ -545,8 +545,8 @@ TEST(ActionSpaceErrors, AreNamed) {
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[0].arm = "third"; }),
             "action: the robot has no arm 'third'; expected one of left, right");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[1].arm = "left"; }),
-            "action: arm 'left' is there twice");
-  EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms.clear(); }), "action: no arm takes any of its values");
+            "action: arm 'left' is given twice");
+  EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms.clear(); }), "action: no arm uses any of its values");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[1].indices[2] = 16; }),
             "action: arm 'right': index 16; a row has the values 0 to 15");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[1].indices[2] = -1; }),
@@ -556,7 +556,7 @@ TEST(ActionSpaceErrors, AreNamed) {
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[0].gripper.index = 16; }),
             "action: arm 'left': index 16; a row has the values 0 to 15");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[0].gripper.index = 3; }),
-            "action: arm 'left': the gripper's value 3 is an arm's, too");
+            "action: arm 'left': the gripper's value 3 is also used by an arm");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[0].gripper.index = 15; }), "none");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[0].gripper.open = 1; }),
             "gripper: open (1) and closed (1) must be two numbers");
@@ -570,7 +570,7 @@ TEST(ActionSpaceErrors, AreNamed) {
                    s->kind = ActionKind::kEefPose;
                    s->frame = ActionFrame::kWrist;
                  }),
-      "action: an eef_pose is in the frame of the world or the base; in the wrist's own only eef_delta");
+      "action: an eef_pose must be in the world or base frame; only an eef_delta can be in the wrist frame");
   EXPECT_EQ(SpaceError(eef,
                        [](Space* s) {
                          s->scale = {1, 2};
@@ -620,10 +620,9 @@ TEST(ActionRowErrors, AreNamed) {
   EXPECT_EQ(RowError(joints, row), "the policy's action has 15 values, expected 16");
 
   const ActionSpace eef = EefSpace(ActionKind::kEefPose);
-  EXPECT_EQ(
-      RowError(eef, {0.5, 0, 1, 0, 0, 0, 0}),
-      "values 3 to 6 of the policy's action, for arm 'left': (0, 0, 0, 0) is no rotation: the quaternion "
-      "has no length");
+  EXPECT_EQ(RowError(eef, {0.5, 0, 1, 0, 0, 0, 0}),
+            "values 3 to 6 of the policy's action, for arm 'left': (0, 0, 0, 0) is no rotation: the "
+            "quaternion has norm 0");
   EXPECT_EQ(RowError(eef, {0.5, inf, 1, 1, 0, 0, 0}),
             "value 1 of the policy's action, for arm 'left', is inf");
 

@@ -150,7 +150,7 @@ TEST(RotateValve, TheBoardIsOnlyInItsVariation) {
     ParseTask(twice, file, true);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("another part is called 'table'"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("another part has the name 'table'"), std::string::npos)
         << error.what();
   }
 }

@@ -47,15 +47,14 @@ TEST(NoPlan, SaysWhatIsOutOfReach) {
   // The hand moves to 9 cm above the left handle's bar: at (0, 0.225, 0.035) m in the pot's frame, and the
   // pot is at (0.7, 0, 0.996).
   EXPECT_EQ(ErrorOfExpert(task.file),
-            "no plan: arm 'left' does not reach (0.700, 0.225, 1.121) m, on the way that led farthest");
+            "no plan: arm 'left' does not reach (0.700, 0.225, 1.121) m, on the path that got farthest");
 }
 
 TEST(NoPlan, SaysWhatTouchesTheRobotWhereItStands) {
   // The counter begins at x = 0.5 m, and the first links, of radius 63 mm, end 1 mm before it.
   const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [0.436, 0, 0]}");
   const std::string error = ErrorOfExpert(task.file);
-  EXPECT_EQ(error,
-            "no plan: left/link1 is 1 mm from left_cabinet/counter, 3 mm wanted, where the robot stands");
+  EXPECT_EQ(error, "no plan: left/link1 is 1 mm from left_cabinet/counter, 3 mm wanted, where the robot is");
 }
 
 // Menagerie's Panda has its base 1 mm from its first link, and no exclude for the two.

@@ -103,7 +103,7 @@ TEST(ReplayPolicy, RefusesAnotherWorldUnlessToldTo) {
     EXPECT_EQ(
         refusal(recorded, seed, false),
         "policy \"replay\": a.lcmlog was recorded with " + differences +
-            "; the same actions would do something else (\"replay_anyway:...\" plays them all the same)");
+            "; the same actions would have another effect (\"replay_anyway:...\" replays them regardless)");
     EXPECT_EQ(refusal(recorded, seed, true), "plays");
   };
   expect("seed of the episode 11, not 12", Info(), 12);

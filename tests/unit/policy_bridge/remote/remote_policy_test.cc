@@ -300,7 +300,7 @@ TEST_F(RemotePolicyTest, FirstStepOfAnAbsoluteActionIsWhereTheRobotIs) {
     Act(0);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()).find("mine.yaml: the policy's first action wants joint"), 0u)
+    EXPECT_EQ(std::string(error.what()).find("mine.yaml: the policy's first action moves joint"), 0u)
         << error.what();
   }
 }

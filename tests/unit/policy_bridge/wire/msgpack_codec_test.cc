@@ -125,7 +125,7 @@ TEST(MsgpackCodec, ReadsNumPyScalars) {
 
 TEST(MsgpackCodec, SaysThatArraysOfTextsAreNotRead) {
   EXPECT_EQ(RoundTrip(Map{{"names", ArrayMap(Bytes(32), "<U4", List{2})}, {"b", 1}}),
-            Value(Map{{"names", "array <U4 [2] of texts, not read"}, {"b", 1}}));
+            Value(Map{{"names", "array <U4 [2] of texts is not supported"}, {"b", 1}}));
 }
 
 std::string Refusal(const Bytes& bytes) {
@@ -146,7 +146,7 @@ TEST(MsgpackCodec, RefusesArraysThatDoNotFit) {
   EXPECT_THAT(Refusal(ArrayMap(Bytes(4), "<f4", List{4294967296 + 1, int64_t{4294967296} - 1})),
               HasSubstr("4 bytes"));
   EXPECT_THAT(Refusal(ArrayMap(Bytes(), "<f4", List{(int64_t{1} << 31) + 1, 0})), HasSubstr("0 bytes"));
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "|O", List{1})), "array |O [1]: numbers of this type are not read");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "|O", List{1})), "array |O [1]: this number type is not supported");
   EXPECT_EQ(Refusal(ArrayMap("text", "|u1", List{4})), "MessagePack: an array's data are text \"text\"");
   EXPECT_EQ(Refusal(ArrayMap(Bytes(8), 4, List{1})), "MessagePack: an array's dtype is 4");
   EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "<f8", 1)), "MessagePack: an array's shape is 1");
@@ -156,9 +156,9 @@ TEST(MsgpackCodec, RefusesArraysThatDoNotFit) {
 }
 
 TEST(MsgpackCodec, RefusesWhatIsNoMessage) {
-  EXPECT_EQ(Refusal(Bytes{}), "MessagePack: it ends in the middle");
-  EXPECT_EQ(Refusal(FromHex("92c0")), "MessagePack: it ends in the middle");
-  EXPECT_EQ(Refusal(FromHex("c0c0")), "MessagePack: 1 bytes behind its end");
+  EXPECT_EQ(Refusal(Bytes{}), "MessagePack: it is truncated");
+  EXPECT_EQ(Refusal(FromHex("92c0")), "MessagePack: it is truncated");
+  EXPECT_EQ(Refusal(FromHex("c0c0")), "MessagePack: 1 bytes after its end");
   EXPECT_THAT(Refusal(FromHex("c1")), HasSubstr("begins nothing"));
   EXPECT_EQ(Refusal(FromHex("810102")), "MessagePack: a key is 1 and no text");
   EXPECT_EQ(Refusal(FromHex("819000")), "MessagePack: a key is list of 0 and no text");
@@ -171,7 +171,7 @@ TEST(MsgpackCodec, EndsEveryPrefixOfAMessage) {
     const Bytes whole = FromHex(vector.hex);
     for (size_t size = 0; size < whole.size(); ++size) {
       EXPECT_EQ(Refusal(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))),
-                "MessagePack: it ends in the middle");
+                "MessagePack: it is truncated");
     }
   }
 }

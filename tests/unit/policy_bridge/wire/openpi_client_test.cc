@@ -195,7 +195,7 @@ TEST(OpenpiClient, PrintsNothingThatATerminalWouldObey) {
   Double empty(Answering(Double::Text{""}));
   const auto third = MakePolicyClient(To(empty.url()));
   third->Connect();
-  EXPECT_EQ(FailureOf([&] { third->Infer(kObservation); }).what, "the server fails without a word");
+  EXPECT_EQ(FailureOf([&] { third->Infer(kObservation); }).what, "the server fails without a message");
 }
 
 struct Ending {
@@ -251,7 +251,7 @@ INSTANTIATE_TEST_SUITE_P(
         Ending{"Masked", Double::Raw{{0x82, 0x81, 0, 0, 0, 0, 0x80}, false}, Kind::kProtocol,
                "no websocket's message \\(.*\\)"},
         Ending{"NoMsgpack", Double::Message{{0xc1}}, Kind::kProtocol, "MessagePack: .*"},
-        Ending{"Empty", Double::Message{}, Kind::kProtocol, "MessagePack: it ends in the middle"},
+        Ending{"Empty", Double::Message{}, Kind::kProtocol, "MessagePack: it is truncated"},
         Ending{"HugeArray", Double::Message{FromHex("ddffffffff00")}, Kind::kProtocol, "MessagePack: .*"},
         Ending{"NoMap", Value(List{1, 2}), Kind::kReply, "answers with list of 2, not with a map"}),
     [](const auto& ending) { return ending.param.name; });
@@ -298,7 +298,7 @@ TEST(OpenpiClient, RefusesWhatNobodyAskedFor) {
     const Failure failure = FailureOf([&] { client->Infer(kObservation); });
     EXPECT_EQ(failure.kind, is_text ? Kind::kServer : Kind::kProtocol);
     EXPECT_EQ(failure.what, is_text ? "the server says: RuntimeError: out of memory"
-                                    : "sent what nobody asked for: map of 0");
+                                    : "sent an unexpected message: map of 0");
     EXPECT_EQ(server.Requests().size(), 0u);
   }
 }
@@ -352,11 +352,12 @@ TEST(OpenpiClient, ExpectsMetadataFirst) {
   };
   Failure failure = failure_with(Double::Nothing{});
   EXPECT_EQ(failure.kind, Kind::kProtocol);
-  EXPECT_EQ(failure.what,
-            "no metadata, with which an openpi server begins, within 1 s: does it speak another wire?");
+  EXPECT_EQ(
+      failure.what,
+      "no metadata, which an openpi server sends first, within 1 s: does it use another wire protocol?");
   failure = failure_with(Value(List{}));
   EXPECT_EQ(failure.kind, Kind::kProtocol);
-  EXPECT_EQ(failure.what, "begins with list of 0; an openpi server begins with a map of its metadata");
+  EXPECT_EQ(failure.what, "begins with list of 0first; an openpi server sends a map of its metadata first");
   failure = failure_with(Double::Error{"no model"});
   EXPECT_EQ(failure.kind, Kind::kServer);
   EXPECT_EQ(failure.what, "the server says: no model");
@@ -370,7 +371,7 @@ TEST(OpenpiClient, TellsWhatAnswersInPlaceOfAWebsocket) {
            {401, Kind::kServer, "HTTP 401 Unauthorized: is the API key right?"},
            {503, Kind::kUnreachable, "HTTP 503 Service Unavailable: the server behind it is down"},
            {0, Kind::kProtocol, "no websocket answers there (bad version)"},
-           {-1, Kind::kTimeout, "no answer to the websocket's handshake within 1 s"}}) {
+           {-1, Kind::kTimeout, "no answer to the websocket handshake within 1 s"}}) {
     Double::Options options = Answering(kChunk);
     options.http_status = status;
     Double server(options);
@@ -506,10 +507,10 @@ TEST(WebsocketUrl, IsRefusedWithTheReason) {
   };
   EXPECT_EQ(refusal("localhost:8000"), "localhost:8000: another scheme; expected ws://HOST:PORT");
   EXPECT_THAT(refusal("http://localhost:8000"), HasSubstr("another scheme"));
-  EXPECT_EQ(
-      refusal("wss://localhost:8000"),
-      "wss://localhost:8000: no TLS here; let a proxy terminate it, or a tunnel (ssh -L) encrypt; expected "
-      "ws://HOST:PORT");
+  EXPECT_EQ(refusal("wss://localhost:8000"),
+            "wss://localhost:8000: TLS is not supported; use a proxy that terminates it, or a tunnel (ssh "
+            "-L); expected "
+            "ws://HOST:PORT");
   EXPECT_THAT(refusal("ws://localhost"), HasSubstr("no port"));
   EXPECT_THAT(refusal("ws://[::1]"), HasSubstr("no port"));
   EXPECT_THAT(refusal("ws://[::1"), HasSubstr("no port"));

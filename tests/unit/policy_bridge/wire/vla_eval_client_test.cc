@@ -146,8 +146,8 @@ TEST(VlaEvalClient, TakesNoOtherAnswer) {
     EXPECT_FALSE(client->connected());
     EXPECT_TRUE(server.WaitForConnections(0));
   };
-  check(message("action", 2), Kind::kProtocol, "answers our observation 1 with its action 2");
-  check(message("hello", 1), Kind::kProtocol, "answers our observation 1 with its hello 1");
+  check(message("action", 2), Kind::kProtocol, "answers observation 1 with its action 2");
+  check(message("hello", 1), Kind::kProtocol, "answers observation 1 with its hello 1");
   check(message("action", 0), Kind::kTimeout, "no answer within 0.1 s");
   check(Double::Nothing{}, Kind::kTimeout, "no answer within 0.1 s");
   check(Double::Message{FromHex("80")}, Kind::kProtocol,
@@ -169,7 +169,7 @@ TEST(VlaEvalClient, ExpectsAnAnnouncement) {
   check(Double::Nothing{}, Kind::kProtocol, "does it speak another wire?");
   check(Double::Error{"not ready"}, Kind::kServer, "the server says: not ready");
   check(Value(Map{{"protocol_version", 2}}), Kind::kProtocol,
-        "speaks version 2 of vla-eval's protocol, we speak 1");
+        "speaks version 2 of vla-eval's protocol, evalbus uses 1");
   check(Double::Close{1011, "no"}, Kind::kUnreachable, "no)");
   // An openpi server, which sends first.
   check(Double::Message{FromHex("80")}, Kind::kProtocol,

@@ -147,7 +147,7 @@ TEST(ParallelFrameRendererTest, ProcessThatDiesEndsTheVideo) {
   };
   size_t taken = 0;
   EXPECT_EQ(EndOf<EnvironmentError>(&frame_renderer, die, &taken),
-            "a process that draws was ended by a signal: Killed");
+            "a rendering process was ended by a signal: Killed");
   EXPECT_EQ(taken, 6u);
 }
 

@@ -196,8 +196,8 @@ TEST_F(VideoTest, FullLayoutIsOneVideoWithTwoSecondsOfEndCard) {
               MakeVideo(log, {"head", "front", "overview", "left/hand/wrist", "right/hand/wrist"}, {640, 360},
                         log.parent_path(), options);
             }),
-            "the full layout shows 4 cameras at most, the first one large; these are 5");
-  EXPECT_EQ(MessageOf<InputError>([] { ParseVideoLayout("big"); }), "--layout big: there are plain and full");
+            "the full layout shows at most 4 cameras, the first one large; got 5");
+  EXPECT_EQ(MessageOf<InputError>([] { ParseVideoLayout("big"); }), "--layout big: expected plain or full");
 }
 
 // Longer episodes continue while finished ones hold their last image.
@@ -243,12 +243,12 @@ TEST_F(VideoTest, GifAndWebpAreOfTheSameLength) {
   EXPECT_EQ(webp.substr(anim + 12, 2), std::string(2, '\0'));
   options.file = folder_.path() / "video.avi";
   EXPECT_EQ(MessageOf<InputError>([&] { MakeVideo(log, {"front"}, kVideoSize, log.parent_path(), options); }),
-            "videos end in .mp4, .gif or .webp, not in '.avi'");
+            "a video's name must end in .mp4, .gif or .webp, not in '.avi'");
   options.file = folder_.path() / "video.gif";
   EXPECT_EQ(MessageOf<InputError>([&] {
               MakeVideo(log, {"front", "head"}, kVideoSize, log.parent_path(), options);
             }),
-            "2 videos do not go into one file: " + options.file.string());
+            "2 videos cannot be written to one file: " + options.file.string());
 }
 
 TEST_F(VideoTest, CutVideoPlaysUpToThere) {
@@ -369,7 +369,7 @@ TEST_F(VideoTest, ACameraIsRecordedOnce) {
   EXPECT_EQ(MessageOf<InputError>([&] {
               MakeVideo(log, {"front", "front"}, kVideoSize, log.parent_path());
             }),
-            "camera 'front' is there twice, or another makes the same front.mp4");
+            "camera 'front' is given twice, or another makes the same front.mp4");
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);
 }
 
@@ -404,7 +404,7 @@ TEST_F(FakeFfmpeg, ThatFailsIsOneLine) {
 }
 
 TEST_F(FakeFfmpeg, ThatHangsIsEnded) {
-  const std::string hangs = "ffmpeg could not make " + video_.string() + ": it hangs: no progress for 0.5 s";
+  const std::string hangs = "ffmpeg could not make " + video_.string() + ": it hung: no progress for 0.5 s";
   Say("kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
   // Also if it has accepted all frames.
