@@ -115,7 +115,7 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
         if (exit->code == 1) exit->Throw();
         start_again(exit->description);
       } else if (const std::string silent = controller.Silent(now); !silent.empty()) {
-        start_again(silent + " hangs: it has stopped publishing STATUS");
+        start_again(silent);
       }
     }
     bus.Handle(poll_at);

@@ -317,7 +317,9 @@ void RunController::ExpectStart(const std::map<std::string, int64_t>& instances)
 std::string RunController::Silent(SteadyTime now) {
   std::string silent;
   for (auto& [name, silence] : silence_) {
-    if (silence.wait.Look(now) >= silence.allowed && silent.empty()) silent = name;
+    if (silence.wait.Look(now) < silence.allowed || !silent.empty()) continue;
+    silent = fmt::format("{} hangs: no STATUS for {:g} s", name,
+                         std::chrono::duration<double>(silence.allowed).count());
   }
   return silent;
 }

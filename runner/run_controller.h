@@ -76,7 +76,7 @@ class RunController : public Component {
   void Poll(SteadyTime now) override;
   bool done() const override { return next_ >= plan_.episodes.size(); }
 
-  // Returns a required component that has not published STATUS for too long: 10 s, or 60 s after a start.
+  // Describes a required component that has not published STATUS for too long: 10 s, or 60 s after a start.
   // Empty if there is none.
   std::string Silent(SteadyTime now);
   // Must be called when the components were started. Timeouts are measured from here, and episodes start only

@@ -34,7 +34,7 @@ with tempfile.TemporaryDirectory() as folder:
     task = here / "mine.yaml"
     text = task.read_text().replace("\ntarget_distance:\n", "\ntarget_distance:\n  wrists_over_pot: {wrists_above: {object: pot}}\n")
     task.write_text(text.replace("time_limit_s: 20", "time_limit_s: 1"))
-    assert "no quantity is called 'wrists_above'" in call(evalbus, "tasks", "check", task, code=1)
+    assert "there is no quantity 'wrists_above'" in call(evalbus, "tasks", "check", task, code=1)
     plugins = {
         **os.environ,
         "EVALBUS_PREDICATES": str(here / "build" / "libwrists_above.so"),

@@ -99,7 +99,7 @@ with tempfile.TemporaryDirectory() as name:
     played, recorded = lines(here / "played")[0], lines(run)[0]
     assert played["metrics"]["completion_time"] == recorded["metrics"]["completion_time"], played
     assert played["extended"]["success_once"] == played["extended"]["success_end"] == 1, played["extended"]
-    assert "whole part" in evalbus("demo", "convert", demo, "--hz", "7", "--out", here / "x", code=1)
+    assert "multiple of 7 Hz" in evalbus("demo", "convert", demo, "--hz", "7", "--out", here / "x", code=1)
 
     # The run's own trajectory as a table: all available values agree.
     names = [f"{arm}/joint{k}" for arm in ("left", "right") for k in range(1, 8)]
@@ -217,7 +217,7 @@ with tempfile.TemporaryDirectory() as name:
         (good, changed("quat.csv", set_to(3, 19, 3)), "quat.csv:5: the quaternion of 'pot' has norm"),
         (good, changed("less.csv", lambda t: t[:, :-1], columns[:-1]), "no column 'qz'"),
         (here / "time.yaml", changed("t.csv", lambda t: numpy.hstack([t, time[:, None]]), columns + ["t"]),
-         "t.csv:11: column 't': the time changes from 0.16 to 0.01; it must go up"),
+         "t.csv:11: column 't': the time changes from 0.16 to 0.01; it must increase"),
         (good, here / "packed.npz", "is compressed"),
         (good, here / "objects.npz", "objects.npz"),
         (good, here / "uneven.npz", "uneven.npz: 'q"),
@@ -247,7 +247,7 @@ with tempfile.TemporaryDirectory() as name:
     demos = [
         (huge, "huge.safetensors: not a safetensors file: its header would be 10000000000 bytes long"),
         (tensors("short.safetensors", ok, cut=2000), "short.safetensors: "),
-        (tensors("nan.safetensors", nan), "nan.safetensors: info_demo_action: step 5, column 3 is no number"),
+        (tensors("nan.safetensors", nan), "nan.safetensors: info_demo_action: step 5, column 3 is not a number"),
         (tensors("deg.safetensors", far), "step 6, column 1 is 45: outside the range of any joint in radians; are these degrees?"),
         (tensors("one_arm.safetensors", ok[:, :8].copy()), "expected [steps, 16], 7 + 7 joints and 2 grippers, got [60, 8]"),
         (tensors("other.safetensors", ok, key="action"), 'other.safetensors: no tensor "info_demo_action"'),

@@ -37,7 +37,7 @@ class Collect : public testing::Test {
 };
 
 constexpr int kNumTried = 4;
-constexpr char kYield[] = "kept 3 of 3 wanted, of 4 tried: yield 75.0 %";
+constexpr char kYield[] = "kept 3 of 3 requested, 4 attempted: yield 75.0 %";
 
 int CountOf(const std::string& part, const std::string& text) {
   int count = 0;

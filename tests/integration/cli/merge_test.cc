@@ -125,7 +125,7 @@ TEST_F(Merge, RefusesAPartThatLacksEpisodes) {
   ExpectRefused(lines.string() + ": 1 of 2 episodes, the first missing one is episode 0; remove ");
   WriteText(lines, text.substr(0, text.size() - 50));
   ExpectRefused(lines.string() +
-                ": 1 of 2 episodes, the first missing one is episode 1 (line 2 was cut off)");
+                ": 1 of 2 episodes, the first missing one is episode 1 (line 2 is truncated)");
   fs::remove(lines);
   ExpectRefused(lines.string() + ": 0 of 2 episodes");
   WriteText(lines, text);

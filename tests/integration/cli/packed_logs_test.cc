@@ -110,7 +110,7 @@ TEST_F(PackedLogs, WhatIsCutOffIsOneLine) {
   for (const char* command : {"rescore", "render"}) {
     const Result result = RunProgram({"evalbus", command, log});
     EXPECT_EQ(result.code, 1) << command;
-    EXPECT_EQ(result.err, "error: cannot read log " + log.string() + ": it is cut off\n") << command;
+    EXPECT_EQ(result.err, "error: cannot read log " + log.string() + ": it is truncated\n") << command;
   }
   const Result other = RunProgram(Command(folder_.path() / "other", {"--log", "gzip"}));
   EXPECT_EQ(other.code, 1);

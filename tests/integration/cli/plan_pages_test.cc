@@ -63,7 +63,7 @@ until: decided(alpha 0.05, max 20)
   const Result compared =
       RunProgram({"evalbus", "compare", run_folder, results_ / "flawed_expert-miss/lift_pot-position"});
   EXPECT_THAT(compared.out,
-              HasSubstr("its plan stopped by its results (until: decided(alpha 0.05, max 20))"));
+              HasSubstr("its plan stopped depending on its results (until: decided(alpha 0.05, max 20))"));
   Evaluate({"--like", run_folder, "--episodes", "1"}, folder_.path() / "again");
   EXPECT_EQ(nlohmann::json::parse(ReadText(folder_.path() / "again/run.json"))["until"], "");
 }

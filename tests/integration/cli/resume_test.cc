@@ -160,7 +160,7 @@ TEST_F(ResumeRefuses, OtherFiles) {
     WriteText(file, text);
   };
   expect(pot, "mass=\"0.8", "mass=\"9.8",
-         "the run was made with another physics model (physics_sha256); put back");
+         "the run was made with another physics model (physics_sha256); restore the changed file");
   expect(pot, "handles.obj\"", "handles.obj\" scale=\"1.1 1.1 1.1\"",
          "the run was made with another ");  // includes models that are only visual
   expect(robot, "home_rad: [0, ", "home_rad: [0.1, ", "the run was made with another robot description");
@@ -244,7 +244,7 @@ TEST_F(Resume, ALineThatIsCutOffIsLeftOutAndMadeAgain) {
   const fs::path table = folder_.path() / "table.csv";
   const Result exported = RunProgram({"evalbus", "export", run_, "--csv", table});
   EXPECT_EQ(exported.code, 0) << exported.err;
-  EXPECT_NE(exported.out.find("line 5 of episodes.jsonl is cut off and left out"), std::string::npos)
+  EXPECT_NE(exported.out.find("line 5 of episodes.jsonl is truncated and ignored"), std::string::npos)
       << exported.out;
   const std::string rows = ReadText(table);
   EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 5);  // with the header
@@ -274,7 +274,7 @@ TEST_F(Resume, RefusesAFolderInWhichARunIsAtWork) {
   launcher.Signal(SIGSTOP);
   const auto second = RunProgram(RunCommand(run_, {"--in-process", "--resume"}));
   EXPECT_EQ(second.code, 1);
-  EXPECT_NE(second.err.find("another 'evalbus run' is at work in it"), std::string::npos) << second.err;
+  EXPECT_NE(second.err.find("another 'evalbus run' is using it"), std::string::npos) << second.err;
   launcher.Signal(SIGCONT);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
   ExpectAsReference(run_);

@@ -334,7 +334,7 @@ TEST_F(MisbehavingPolicy, NeedsABusThatItKnows) {
     EXPECT_EQ(
         result.err,
         "error: --policy lcm: expected one task, and with --url or EVALBUS_URL the bus on which the policy "
-        "is, as udpm://239.255.76.67:7667?ttl=0\n");
+        "is, for example udpm://239.255.76.67:7667?ttl=0\n");
   }
 }
 

@@ -33,7 +33,7 @@ int Count(const std::string& text, const std::string& words) {
 // A monitor that listens until the end of the run reports no missing component: one that was delayed on a
 // loaded machine is back.
 void ExpectNoComponentIsMissed(const std::string& out) {
-  EXPECT_EQ(Count(out, " is silent since "), Count(out, " is back\n")) << out;
+  EXPECT_EQ(Count(out, "no message from "), Count(out, " is back\n")) << out;
 }
 
 // A run that waited for the monitor would never end.
@@ -61,7 +61,7 @@ TEST(MonitorRun, AHangingMonitorNeitherStopsNorChangesTheRun) {
   // Both monitors report the end of the run and exit.
   for (Program* monitor : {&hanging, &listening}) {
     EXPECT_EQ(monitor->Wait(), 0) << monitor->err();
-    EXPECT_NE(monitor->out().find("the run is over"), std::string::npos) << monitor->out();
+    EXPECT_NE(monitor->out().find("the run has ended"), std::string::npos) << monitor->out();
   }
   // The reason is that of the run's table.
   const std::string reason = Episodes(folder.path() / "watched").at(3)["failure_reason"];
@@ -150,7 +150,7 @@ TEST(MonitorRun, FindsAReplayAndSaysWhenARunIsOver) {
       << monitor.out() << monitor.err();
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
   EXPECT_EQ(monitor.Wait(), 0);
-  EXPECT_TRUE(monitor.out().ends_with("\nthe run is over\n")) << monitor.out();
+  EXPECT_TRUE(monitor.out().ends_with("\nthe run has ended\n")) << monitor.out();
   ExpectNoComponentIsMissed(monitor.out());
 }
 

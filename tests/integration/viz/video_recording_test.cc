@@ -16,7 +16,7 @@ TEST(VideoRecording, RunEndsWithTheVideosOfItsEpisodes) {
   const Result result = RunProgram({"evalbus", "run", task, "--policy", "hold", "--episodes", "2",
                                     "--in-process", "--video", "front,left/hand/wrist", "--out", run});
   ASSERT_EQ(result.code, 0) << result.err;
-  EXPECT_NE(result.out.find("run/episodes/*/front.mp4  (done after "), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("run/episodes/*/front.mp4  (complete after "), std::string::npos) << result.out;
   for (const char* video : {"0000/front.mp4", "0000/left_hand_wrist.mp4", "0001/front.mp4"}) {
     EXPECT_GT(fs::file_size(run / "episodes" / video), 1000u) << video;
   }
@@ -33,8 +33,8 @@ TEST(VideoRecording, RunEndsWithTheVideosOfItsEpisodes) {
     const Result other = RunProgram(
         {"evalbus", "render", run, "--episode", "1", "--camera", "front", "--size", "64x48", "--gl", gl});
     EXPECT_EQ(other.code, 0) << other.err;
-    const bool falls_back = other.err.starts_with("draws with osmesa (");
-    EXPECT_TRUE(other.err.starts_with("draws with egl (") || (gl == "auto" && falls_back)) << other.err;
+    const bool falls_back = other.err.starts_with("renders with osmesa (");
+    EXPECT_TRUE(other.err.starts_with("renders with egl (") || (gl == "auto" && falls_back)) << other.err;
     EXPECT_EQ(other.err.ends_with("): there is no GPU that EGL can use\n"), falls_back) << other.err;
   }
 }

@@ -70,7 +70,7 @@ TEST(Options, OutOfRangeIsSaidInWordsOfTheCommandLine) {
   EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "600"}); }), "--rate-hz: expected 20 to 500, not 600");
   EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "inf"}); }), "--rate-hz: expected 20 to 500, not inf");
   EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "nan"}); }), "--rate-hz: expected 20 to 500, not nan");
-  EXPECT_EQ(ErrorOf([] { Parse({"--count", "0"}); }), "--count: expected 1 or more, not 0");
+  EXPECT_EQ(ErrorOf([] { Parse({"--count", "0"}); }), "--count: expected 1 or more, got 0");
   EXPECT_EQ(ErrorOf([] { Parse({"--only", "3,10"}); }), "--only: expected 0 to 9, not 10");
 }
 
@@ -117,7 +117,7 @@ TEST(Options, WrongJsonIsNamedWithFileAndKey) {
   EXPECT_EQ(read("fast", 1), "run.json: fast: expected true or false, got 1");
   EXPECT_EQ(read("name", 1), "run.json: name: expected a text, got 1");
   EXPECT_EQ(read("words", "x"), "run.json: words: expected a list, got \"x\"");
-  EXPECT_EQ(read("rate_hz", 1e300), "--rate-hz: expected 20 to 500, not 1e+300");
+  EXPECT_EQ(read("rate_hz", 1e300), "--rate-hz: expected 20 to 500, got 1e+300");
 }
 
 TEST(Options, FixedKeysAreThoseOfTheTable) {

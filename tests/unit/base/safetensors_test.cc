@@ -39,7 +39,7 @@ TEST(Safetensors, WhatIsWrongIsOneLine) {
       {std::string("\x00\xe4\x0b\x54\x02\x00\x00\x00{}", 10), "header would be 10000000000 bytes long"},
       {std::string("\xff\xff\xff\xff\xff\xff\xff\xff", 8), "18446744073709551615 bytes long"},
       {File(one, "xy").substr(0, 20), "truncated: the header is 53 bytes long, the file has 12"},
-      {File(one, "x"), "lies at bytes 0 to 2 of 1: the file is cut off"},
+      {File(one, "x"), "lies at bytes 0 to 2 of 1: the file is truncated"},
       {File(one, "xyz"), "1 bytes at the end belong to no tensor"},
       {File("[1]", ""), "expected a JSON object"},
       {File("{", ""), "a.safetensors"},
@@ -54,7 +54,7 @@ TEST(Safetensors, WhatIsWrongIsOneLine) {
            "xyz"),
        "overlaps"},
       {File(R"({"a":{"dtype":"U8","shape":[2],"data_offsets":[1,3]}})", "xyz"), "belong to no tensor"},
-      {File(R"({"__metadata__":{"a":1}})", ""), "is no text"},
+      {File(R"({"__metadata__":{"a":1}})", ""), "is not text"},
   };
   for (const auto& [bytes, message] : kCases) {
     try {

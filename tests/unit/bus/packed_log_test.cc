@@ -73,7 +73,7 @@ TEST_F(PackedLog, CutOffOrDamagedIsOneClearLine) {
   const Bytes packed = Pack(SomeLog(300'000));
   for (const size_t size : {size_t{4}, size_t{7}, size_t{100}, packed.size() / 2, packed.size() - 1}) {
     EXPECT_EQ(WhyNot({packed.begin(), packed.begin() + static_cast<ptrdiff_t>(size)}),
-              "cannot read log a.zst: it is cut off")
+              "cannot read log a.zst: it is truncated")
         << size;
   }
   Bytes damaged = packed;

@@ -389,7 +389,7 @@ TEST_F(MetricsComponentTest, ABadTaskIsAnInputErrorWithTheLine) {
     Begin(0);
     FAIL() << "accepted";
   } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()).rfind("small.yaml:20: nothing is called 'pan'", 0), 0)
+    EXPECT_EQ(std::string(error.what()).rfind("small.yaml:20: nothing has the name 'pan'", 0), 0)
         << error.what();
   }
 }

@@ -73,7 +73,7 @@ TEST(RobotDescription, MistakesNameTheLine) {
   EXPECT_EQ(RobotError("wrist_site: wrist", "wrist_site: elbow"),
             "7: key 'wrist_site': newer_arm.xml has no site 'elbow'; expected one of wrist");
   EXPECT_EQ(RobotError("[0, 0.5]", "[0]"), "8: key 'home_rad': expected a list of 2 numbers, got 1");
-  EXPECT_EQ(RobotError("home_rad", "home"), "8: key 'home': not a key here; did you mean 'home_rad'?");
+  EXPECT_EQ(RobotError("home_rad", "home"), "8: key 'home': unknown key here; did you mean 'home_rad'?");
   EXPECT_EQ(RobotError("body: flange", "body: flang"),
             "11: key 'attach_body': newer_arm.xml has no body 'flang'; did you mean 'flange'?");
   EXPECT_EQ(RobotError("      attach_body: flange\n", ""),
@@ -248,7 +248,7 @@ TEST(TaskDescription, NamedAndSingleQuantities) {
 
 TEST(TaskDescription, MistakesNameTheLine) {
   EXPECT_EQ(TaskError("time_limit_s: 10", "time_limit: 10"),
-            "5: key 'time_limit': not a key here; did you mean 'time_limit_s'?");
+            "5: key 'time_limit': unknown key here; did you mean 'time_limit_s'?");
   for (const std::string seconds : {"0", "1e-320", "9223372036854775808", "1e308"}) {
     EXPECT_EQ(TaskError("limit_s: 10", "limit_s: " + seconds),
               "5: key 'time_limit_s': expected a number in [0.001, 1e+06], got '" + seconds + "'");
@@ -266,7 +266,7 @@ TEST(TaskDescription, MistakesNameTheLine) {
             "25: key 'bound_deg': expected a number in [0, 180], got '190'");
   EXPECT_EQ(TaskError(", bound_deg: 90", ""), "25: key 'spawn_yaw': expected 'bound_deg' or 'bound_rad'");
   EXPECT_EQ(TaskError("spawn_box", "spawn_bocks"),
-            "18: key 'spawn_bocks': not a key here; did you mean 'spawn_box'?");
+            "18: key 'spawn_bocks': unknown key here; did you mean 'spawn_box'?");
   EXPECT_EQ(TaskError("spacing_m: 0.5", "spacing_m: 0"),
             "23: key 'spacing_m': expected a number > 0, got '0'");
   EXPECT_EQ(TaskError("spacing_m: 0.5", "spacing_m: 1e-5"),
@@ -281,7 +281,7 @@ TEST(TaskDescription, MistakesNameTheLine) {
             "28: key 'gripper': given twice, first in line 28");
   EXPECT_EQ(TaskError("base: {}", "base: {}\n  base: {}"), "15: key 'base': given twice, first in line 14");
   EXPECT_EQ(ErrorOf([] { Parse(std::string(kTask) + "metrics: {track_jerk: true}\n"); }).substr(0, 46),
-            "t.yaml:33: key 'track_jerk': not a key here; e");
+            "t.yaml:33: key 'track_jerk': unknown key here; e");
   EXPECT_EQ(ErrorOf([] { Parse(std::string(kTask) + "metrics: {slip_sample_window_ticks: 0}\n"); }),
             "t.yaml:33: key 'slip_sample_window_ticks': expected a whole number >= 1, got '0'");
 }

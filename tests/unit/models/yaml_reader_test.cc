@@ -41,9 +41,9 @@ TEST(YamlReader, AssignmentLeavesTheDocumentAlone) {
 TEST(YamlReader, UnknownKeyNamesTheNearest) {
   const auto read = [](const char* text) { return [=] { YamlMap(Parse(text), {"time_limit_s", "name"}); }; };
   EXPECT_EQ(ErrorOf(read("name: a\ntime_limt_s: 3\n")),
-            "f.yaml:2: key 'time_limt_s': not a key here; did you mean 'time_limit_s'?");
+            "f.yaml:2: key 'time_limt_s': unknown key here; did you mean 'time_limit_s'?");
   EXPECT_EQ(ErrorOf(read("name: a\ncolor: 3\n")),
-            "f.yaml:2: key 'color': not a key here; expected one of name, time_limit_s");
+            "f.yaml:2: key 'color': unknown key here; expected one of name, time_limit_s");
 }
 
 TEST(YamlReader, ListsOfNamesAreSortedAndNameEachOnce) {
@@ -170,7 +170,7 @@ TEST(YamlReader, Poses) {
             "f.yaml:1: key 'quaternion_wxyz': expected a unit quaternion, got norm 1.41421; of norm 1 "
             "it is [0.707107, 0.707107, 0, 0]");
   EXPECT_EQ(ErrorOf([] { ReadPose(Parse("{position: [0, 0, 0]}")); }),
-            "f.yaml:1: key 'position': not a key here; did you mean 'position_m'?");
+            "f.yaml:1: key 'position': unknown key here; did you mean 'position_m'?");
 }
 
 }  // namespace evalbus::yaml_reader_test

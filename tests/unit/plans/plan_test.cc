@@ -112,7 +112,7 @@ TEST_F(PlanTest, IsToldFromATaskByItsPolicies) {
 
 TEST_F(PlanTest, WhatIsWrongIsSaidWhereItStands) {
   EXPECT_THAT(ErrorOf("policies: [expert]\ntask: lift_pot\n"),
-              HasSubstr(":2: key 'task': not a key here; did you mean 'tasks'?"));
+              HasSubstr(":2: key 'task': unknown key here; did you mean 'tasks'?"));
   EXPECT_THAT(ErrorOf("policies: [expert]\ntasks: [lift_pots]\n"), HasSubstr(":2: key 'tasks': "));
   EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr(":1: "));
   EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr("expert"));

@@ -125,7 +125,7 @@ TEST_F(CompareTest, SaysWhenNothingCanBeSaid) {
       Conclusion(CompareRuns(Run("b", Info(10), First(10, 10), 5), a)),
       "No difference shown between b and a: 10 of 10 against 7 of 10 on the same seeds, difference 30 points "
       "(95 % interval -4 to 60), exact McNemar p = 0.25. 10 pairs like these detect a true difference of 68 "
-      "points with 80 % power; to find one of 30 points takes about 25 pairs.");
+      "points with 80 % power; detecting one of 30 points requires about 25 pairs.");
   const std::string few =
       Conclusion(CompareRuns(Run("c", Info(4), First(4, 4), 5), Run("d", Info(4), First(0, 4), 5)));
   EXPECT_TRUE(few.ends_with("4 pairs are too few to detect any difference.")) << few;
@@ -574,7 +574,7 @@ TEST_F(CompareTest, SuitesByTask) {
   EXPECT_DOUBLE_EQ(result.tasks[0].success.p_adjusted, 4.0 / 32);
   EXPECT_NE(ComparisonText(result, false).find("lift_pot/base"), std::string::npos);
   b.runs.pop_back();
-  EXPECT_EQ(CompareRuns(b, suite("a", 3)).remarks[0], "lift_pot/base is not in b: left out");
+  EXPECT_EQ(CompareRuns(b, suite("a", 3)).remarks[0], "lift_pot/base is not in b: excluded");
 }
 
 TEST_F(CompareTest, EpisodeTable) {

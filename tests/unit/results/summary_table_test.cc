@@ -92,7 +92,7 @@ TEST(SummaryTable, SaysThatCompletionTimeIsOfSuccesses) {
   summary.metrics.insert(summary.metrics.begin(), {"completion_time", 2, 5, 1, 5, 4, 6, 4, 6, {-4, 14}});
   const std::string table = SummaryTable(summary, 80);
   EXPECT_TRUE(Has(table, "\ncompletion time *             5.00")) << table;
-  EXPECT_TRUE(Has(table, "\n* of the 2 episodes that succeeded; everything else over all 5\n")) << table;
+  EXPECT_TRUE(Has(table, "\n* over the 2 episodes that succeeded; everything else over all 5\n")) << table;
 }
 
 // A metric of a plugin is listed, too.
@@ -119,8 +119,7 @@ TEST(SummaryTable, SaysThatEqualEpisodesAreOneSample) {
   metrics::RunSummary summary = Summary(3, 3);
   EXPECT_FALSE(Has(SummaryTable(summary, 80), "Note: "));
   summary.samples = 1;
-  EXPECT_TRUE(
-      Has(SummaryTable(summary, 80), "Note: all 3 episodes began alike and are equal in every number"))
+  EXPECT_TRUE(Has(SummaryTable(summary, 80), "Note: all 3 episodes have equal starts and equal numbers"))
       << SummaryTable(summary, 80);
 }
 

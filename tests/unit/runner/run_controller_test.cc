@@ -435,7 +435,7 @@ TEST_F(RunControllerTest, WhoIsSilentIsNamed) {
   for (; silent.empty() && waited < seconds(100); waited += milliseconds(100)) {
     silent = Dut().Silent(start + waited);
   }
-  EXPECT_EQ(silent, "metrics");
+  EXPECT_EQ(silent, "metrics hangs: no STATUS for 10 s");
   EXPECT_NEAR(static_cast<double>(waited.count()) * 1e-3, 10.5, 1);
 }
 

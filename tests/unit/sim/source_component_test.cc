@@ -594,7 +594,7 @@ TEST_F(SourceComponentTest, CountsMustBeThoseOfTheAnnouncement) {
   sample.joint_position_mixed.pop_back();
   --sample.num_joints;
   EXPECT_EQ(Error([&] { Send(sample); }),
-            "source 'two Frankas', sample 0: 15 joint positions, SOURCE_ANNOUNCEMENT says 16");
+            "source 'two Frankas', sample 0: 15 joint positions, SOURCE_ANNOUNCEMENT states 16");
 }
 
 TEST_F(SourceComponentTest, ASecondSourceIsNoticed) {

@@ -379,7 +379,7 @@ TEST_F(RandomizedTest, MistakesNameTheLine) {
   EXPECT_EQ(ErrorOfList("      - distractors: {objects: [box], center_m: [0, 0], half_extents_m: [1, 1]}\n"),
             "t.yaml:8: part 'box' is a distractor of a variation, and must be 'free: true'");
   EXPECT_EQ(ErrorOfList("      - spawn_bx: {}\n"),
-            "t.yaml:20: key 'spawn_bx': not a key here; did you mean 'spawn_box'?");
+            "t.yaml:20: key 'spawn_bx': unknown key here; did you mean 'spawn_box'?");
   const TaskDescription task =
       TaskWith("      - color: {of: [rad], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n");
   const Scene scene = BuildScene(task, LoadRobot(task.robot_file));

@@ -214,7 +214,7 @@ TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
   EXPECT_EQ(gone[0].header.tick, 0);
   EXPECT_EQ(process.component.status().skipped_ticks, 1);
   EXPECT_EQ(process.component.num_drawn(), 0);
-  EXPECT_EQ(process.log, "a REQUEST_IMAGE for tick 0 came at tick 64, too late for its images\n");
+  EXPECT_EQ(process.log, "a REQUEST_IMAGE for tick 0 arrived at tick 64, too late for its images\n");
   EXPECT_FALSE(process.RequestImages(1, {views_[0]}).at(0).data.empty());
   // A header with the time of another tick identifies no STATE.
   image_request_t request{};
@@ -361,7 +361,7 @@ TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
               std::string::npos);
   }
   EXPECT_EQ(complaint(std::vector<view_t>(33, views_[0])),
-            "REQUEST_IMAGE of tick 0: 33 views: expected 32 at most");
+            "REQUEST_IMAGE of tick 0: 33 views: expected at most 32");
   EXPECT_EQ(complaint(std::vector<view_t>(32, views_[0])), "");
 }
 

@@ -170,7 +170,7 @@ TEST_F(PredicatesTest, AFrameMovesWithItsPart) {
   EXPECT_FALSE(in_lid("[0.01, 0.01, 0.09]"));
   EXPECT_EQ(
       Error("{inside: {object: pot, center_m: [0, 0, 0], half_extents_m: [1, 1, 1], frame: lid}}"),
-      "no entity or body is called 'lid'; expected an entity (counter, left, pot, right, world) or a body "
+      "no entity or body has the name 'lid'; expected an entity (counter, left, pot, right, world) or a body "
       "(counter/counter, left/base, left/hand, pot/lid, pot/pot, right/base, right/hand, world)");
 }
 

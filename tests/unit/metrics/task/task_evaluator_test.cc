@@ -215,16 +215,17 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}})),
             "t.yaml:3: key 'object': required here, but missing in 'holding'");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}, {"object", "pot"}, {"arm", "left"}})),
-            "t.yaml:4: key 'arm': not a key here; expected one of gripper, object");
+            "t.yaml:4: key 'arm': unknown key here; expected one of gripper, object");
   EXPECT_EQ(PredicateError(Call("holding", {{"griper", "left"}, {"object", "pot"}})),
-            "t.yaml:4: key 'griper': not a key here; did you mean 'gripper'?");
+            "t.yaml:4: key 'griper': unknown key here; did you mean 'gripper'?");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "third"}, {"object", "pot"}})),
             "t.yaml:4: there is no gripper 'third'; expected left, right or any");
-  EXPECT_EQ(PredicateError(Call("touching", {{"a", "kettle"}, {"b", "counter"}})),
-            "t.yaml:4: nothing is called 'kettle'; expected an entity (counter, left, pot, right, world), a "
-            "gripper (left_gripper, right_gripper), a body (counter/counter, left/base, left/hand, pot/lid, "
-            "pot/pot, right/base, right/hand, world) or a geom (counter/top, floor, left/link, left/pad, "
-            "pot/wall, right/link, right/pad)");
+  EXPECT_EQ(
+      PredicateError(Call("touching", {{"a", "kettle"}, {"b", "counter"}})),
+      "t.yaml:4: nothing has the name 'kettle'; expected an entity (counter, left, pot, right, world), a "
+      "gripper (left_gripper, right_gripper), a body (counter/counter, left/base, left/hand, pot/lid, "
+      "pot/pot, right/base, right/hand, world) or a geom (counter/top, floor, left/link, left/pad, "
+      "pot/wall, right/link, right/pad)");
   EXPECT_EQ(PredicateError(Call("touching", {{"a", "pott"}, {"b", "counter"}})),
             "t.yaml:4: nothing is called 'pott'; did you mean 'pot'?");
   EXPECT_EQ(QuantityError(Call("lift", {{"object", "countr"}})),

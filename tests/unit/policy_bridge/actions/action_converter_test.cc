@@ -552,7 +552,7 @@ TEST(ActionSpaceErrors, AreNamed) {
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[1].indices[2] = -1; }),
             "action: arm 'right': index -1; a row has the values 0 to 15");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[1].indices[2] = 3; }),
-            "action: arm 'right': value 3 is taken twice");
+            "action: arm 'right': value 3 is used twice");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[0].gripper.index = 16; }),
             "action: arm 'left': index 16; a row has the values 0 to 15");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[0].gripper.index = 3; }),
@@ -621,7 +621,7 @@ TEST(ActionRowErrors, AreNamed) {
 
   const ActionSpace eef = EefSpace(ActionKind::kEefPose);
   EXPECT_EQ(RowError(eef, {0.5, 0, 1, 0, 0, 0, 0}),
-            "values 3 to 6 of the policy's action, for arm 'left': (0, 0, 0, 0) is no rotation: the "
+            "values 3 to 6 of the policy's action, for arm 'left': (0, 0, 0, 0) is not a rotation: the "
             "quaternion has norm 0");
   EXPECT_EQ(RowError(eef, {0.5, inf, 1, 1, 0, 0, 0}),
             "value 1 of the policy's action, for arm 'left', is inf");

@@ -54,7 +54,8 @@ TEST(NoPlan, SaysWhatTouchesTheRobotWhereItStands) {
   // The counter begins at x = 0.5 m, and the first links, of radius 63 mm, end 1 mm before it.
   const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [0.436, 0, 0]}");
   const std::string error = ErrorOfExpert(task.file);
-  EXPECT_EQ(error, "no plan: left/link1 is 1 mm from left_cabinet/counter, 3 mm wanted, where the robot is");
+  EXPECT_EQ(error,
+            "no plan: left/link1 is 1 mm from left_cabinet/counter, expected 3 mm, where the robot is");
 }
 
 // Menagerie's Panda has its base 1 mm from its first link, and no exclude for the two.
@@ -78,9 +79,10 @@ TEST(NoPlan, TouchesAreInMillimeters) {
   const auto geom = [&](const char* name) { return mj_name2id(scene.physics.get(), mjOBJ_GEOM, name); };
   const int base = geom("left/link0"), hand = geom("right/hand/hand");
   ASSERT_GE(std::min(base, hand), 0);
-  EXPECT_EQ(probe.InWords({base, hand, 0.00099}), "left/link0 is 0.99 mm from right/hand/hand, 3 mm wanted");
+  EXPECT_EQ(probe.InWords({base, hand, 0.00099}),
+            "left/link0 is 0.99 mm from right/hand/hand, expected 3 mm");
   EXPECT_EQ(probe.InWords({base, hand, -0.0125}),
-            "left/link0 is 12.5 mm inside right/hand/hand, 3 mm wanted");
+            "left/link0 is 12.5 mm inside right/hand/hand, expected 3 mm");
 }
 
 }  // namespace evalbus::policy::no_plan_test

@@ -255,10 +255,10 @@ class GrootFaults : public testing::Test {
 
 TEST_F(GrootFaults, AServerThatSaysThatItFailsMayBeAskedAgain) {
   server_->SayNext("get_action", {'E', 'R', 'R', 'O', 'R'});
-  EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "the server says: ERROR"));
+  EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "the server reports: ERROR"));
   Say(Map{{"error", "Traceback (most recent call last):\n  File \"x.py\"\nCUDA out of memory\n"}});
   const ServerError error = Failure();
-  EXPECT_THAT(error, FailsAs(Kind::kServer, "the server says: CUDA out of memory"));
+  EXPECT_THAT(error, FailsAs(Kind::kServer, "the server reports: CUDA out of memory"));
   EXPECT_THAT(error.details(), HasSubstr("File \"x.py\""));
   Say(Map{{"error", List{1}}});
   EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "list of 1"));

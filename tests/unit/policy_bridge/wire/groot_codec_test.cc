@@ -59,7 +59,7 @@ TEST(GrootCodec, RefusesWhatItCannotRead) {
   EXPECT_THAT(failure("82" + modality + Text("as_json") + "01"), FailsAs(Kind::kProtocol, "modality"));
   EXPECT_THAT(failure("82" + modality + Text("as_json") + Text("{")), FailsAs(Kind::kProtocol, "JSON"));
   EXPECT_THAT(failure(""), FailsAs(Kind::kProtocol, ""));
-  EXPECT_THAT(failure("80c0"), FailsAs(Kind::kProtocol, "behind"));
+  EXPECT_THAT(failure("80c0"), FailsAs(Kind::kProtocol, "after its end"));
   // The header announces 4 G values.
   EXPECT_EQ(failure("ddffffffff01").kind(), Kind::kProtocol);
   EXPECT_EQ(failure("dfffffffff").kind(), Kind::kProtocol);

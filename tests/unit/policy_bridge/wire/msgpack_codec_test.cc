@@ -159,9 +159,9 @@ TEST(MsgpackCodec, RefusesWhatIsNoMessage) {
   EXPECT_EQ(Refusal(Bytes{}), "MessagePack: it is truncated");
   EXPECT_EQ(Refusal(FromHex("92c0")), "MessagePack: it is truncated");
   EXPECT_EQ(Refusal(FromHex("c0c0")), "MessagePack: 1 bytes after its end");
-  EXPECT_THAT(Refusal(FromHex("c1")), HasSubstr("begins nothing"));
-  EXPECT_EQ(Refusal(FromHex("810102")), "MessagePack: a key is 1 and no text");
-  EXPECT_EQ(Refusal(FromHex("819000")), "MessagePack: a key is list of 0 and no text");
+  EXPECT_THAT(Refusal(FromHex("c1")), HasSubstr("starts no valid value"));
+  EXPECT_EQ(Refusal(FromHex("810102")), "MessagePack: a key is 1, expected text");
+  EXPECT_EQ(Refusal(FromHex("819000")), "MessagePack: a key is list of 0, expected text");
   EXPECT_THAT(Refusal(FromHex("d40100")), HasSubstr("extension"));
   EXPECT_THAT(Refusal(FromHex("c9ffffffff01")), testing::StartsWith("MessagePack: "));
 }

@@ -172,7 +172,7 @@ TEST(OpenpiClient, PassesOnWhatTheServerSays) {
     client->Connect();
     const Failure failure = FailureOf([&] { client->Infer(kObservation); });
     EXPECT_EQ(failure.kind, Kind::kServer);
-    EXPECT_EQ(failure.what, "the server says: ValueError: Prompt is required");
+    EXPECT_EQ(failure.what, "the server reports: ValueError: Prompt is required");
     EXPECT_EQ(failure.details, traceback);
     EXPECT_FALSE(client->connected());
     EXPECT_EQ(FailureOf([&] { client->Infer(kObservation); }).what, "not connected");
@@ -191,7 +191,7 @@ TEST(OpenpiClient, PrintsNothingThatATerminalWouldObey) {
   Double other(Answering(Double::Text{"\x1b[31mno\x07 \n\n"}));
   const auto second = MakePolicyClient(To(other.url()));
   second->Connect();
-  EXPECT_EQ(FailureOf([&] { second->Infer(kObservation); }).what, "the server says: ?[31mno?");
+  EXPECT_EQ(FailureOf([&] { second->Infer(kObservation); }).what, "the server reports: ?[31mno?");
   Double empty(Answering(Double::Text{""}));
   const auto third = MakePolicyClient(To(empty.url()));
   third->Connect();
@@ -247,9 +247,9 @@ INSTANTIATE_TEST_SUITE_P(
                "an answer of more than 1000 bytes, which is the limit"},
         Ending{"TooLong", Double::Message{Bytes(1001)}, Kind::kProtocol,
                "an answer of more than 1000 bytes, which is the limit"},
-        Ending{"NoFrame", Double::Raw{{0x83, 0}, false}, Kind::kProtocol, "no websocket's message \\(.*\\)"},
+        Ending{"NoFrame", Double::Raw{{0x83, 0}, false}, Kind::kProtocol, "not a websocket message \\(.*\\)"},
         Ending{"Masked", Double::Raw{{0x82, 0x81, 0, 0, 0, 0, 0x80}, false}, Kind::kProtocol,
-               "no websocket's message \\(.*\\)"},
+               "not a websocket message \\(.*\\)"},
         Ending{"NoMsgpack", Double::Message{{0xc1}}, Kind::kProtocol, "MessagePack: .*"},
         Ending{"Empty", Double::Message{}, Kind::kProtocol, "MessagePack: it is truncated"},
         Ending{"HugeArray", Double::Message{FromHex("ddffffffff00")}, Kind::kProtocol, "MessagePack: .*"},
@@ -297,7 +297,7 @@ TEST(OpenpiClient, RefusesWhatNobodyAskedFor) {
     ASSERT_TRUE(server.Ping());  // after this, it has been read
     const Failure failure = FailureOf([&] { client->Infer(kObservation); });
     EXPECT_EQ(failure.kind, is_text ? Kind::kServer : Kind::kProtocol);
-    EXPECT_EQ(failure.what, is_text ? "the server says: RuntimeError: out of memory"
+    EXPECT_EQ(failure.what, is_text ? "the server reports: RuntimeError: out of memory"
                                     : "sent an unexpected message: map of 0");
     EXPECT_EQ(server.Requests().size(), 0u);
   }
@@ -360,7 +360,7 @@ TEST(OpenpiClient, ExpectsMetadataFirst) {
   EXPECT_EQ(failure.what, "begins with list of 0first; an openpi server sends a map of its metadata first");
   failure = failure_with(Double::Error{"no model"});
   EXPECT_EQ(failure.kind, Kind::kServer);
-  EXPECT_EQ(failure.what, "the server says: no model");
+  EXPECT_EQ(failure.what, "the server reports: no model");
   EXPECT_EQ(failure_with(Double::Message{{0xc1}}).kind, Kind::kProtocol);
   EXPECT_EQ(failure_with(Double::Gone()).kind, Kind::kUnreachable);
 }
@@ -467,7 +467,7 @@ TEST(RoboArena, HasOneAnswerToAReset) {
   };
   Failure failure = failure_with(Double::Error{"Traceback\nKeyError: 'x'"});
   EXPECT_EQ(failure.kind, Kind::kServer);
-  EXPECT_EQ(failure.what, "the server says: KeyError: 'x'");
+  EXPECT_EQ(failure.what, "the server reports: KeyError: 'x'");
   EXPECT_EQ(failure_with(Double::Text{"reset successful "}).kind, Kind::kServer);
   failure = failure_with(Value(Map{}));
   EXPECT_EQ(failure.kind, Kind::kProtocol);
@@ -515,13 +515,13 @@ TEST(WebsocketUrl, IsRefusedWithTheReason) {
   EXPECT_THAT(refusal("ws://[::1]"), HasSubstr("no port"));
   EXPECT_THAT(refusal("ws://[::1"), HasSubstr("no port"));
   EXPECT_THAT(refusal("ws://[::1]8000"), HasSubstr("no port"));
-  EXPECT_THAT(refusal("ws://::1:8000"), HasSubstr("stands in []"));
+  EXPECT_THAT(refusal("ws://::1:8000"), HasSubstr("must be in []"));
   EXPECT_THAT(refusal("ws://"), HasSubstr("no port"));
   EXPECT_THAT(refusal("ws://:8000"), HasSubstr("no host"));
   EXPECT_THAT(refusal("ws://[]:8000"), HasSubstr("no host"));
   EXPECT_THAT(refusal("ws://[:8000"), HasSubstr("no port"));
   for (const char* port : {"", "0", "65536", "123456", "80a", "-1"}) {
-    EXPECT_THAT(refusal("ws://localhost:" + std::string(port)), HasSubstr("no such port"));
+    EXPECT_THAT(refusal("ws://localhost:" + std::string(port)), HasSubstr("not a valid port"));
   }
   EXPECT_THAT(refusal("ws://me:secret@localhost:8000"), HasSubstr("password"));
   EXPECT_THAT(refusal("ws://localhost:8000/a b"), HasSubstr("a space"));

@@ -118,13 +118,13 @@ TEST_F(RestClient, SendsAKeyWhereThereIsOne) {
 // Faults.
 
 TEST_F(RestClient, AServerThatSaysThatItFailsMayBeAskedAgain) {
-  EXPECT_THAT(FailureWith("\"error\""), FailsAs(Kind::kServer, "the server says: error"));
-  EXPECT_THAT(FailureWith(R"("\"error\"")"), FailsAs(Kind::kServer, "the server says: error"));
+  EXPECT_THAT(FailureWith("\"error\""), FailsAs(Kind::kServer, "the server reports: error"));
+  EXPECT_THAT(FailureWith(R"("\"error\"")"), FailsAs(Kind::kServer, "the server reports: error"));
   EXPECT_THAT(FailureWith(R"({"error": "no unnorm_key"})"),
-              FailsAs(Kind::kServer, "the server says: no unnorm_key"));
+              FailsAs(Kind::kServer, "the server reports: no unnorm_key"));
   server_->SayNext(HttpAnswer("500 Internal Server Error", "Traceback\n  File x\nKeyError: 'full_image'\n"));
   const ServerError error = Failure();
-  EXPECT_THAT(error, FailsAs(Kind::kServer, "HTTP status 500: the server says: KeyError: 'full_image'"));
+  EXPECT_THAT(error, FailsAs(Kind::kServer, "HTTP status 500: the server reports: KeyError: 'full_image'"));
   EXPECT_THAT(error.details(), HasSubstr("Traceback"));
   server_->SayNext(HttpAnswer("404 Not Found", ""));
   EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "HTTP status 404"));
@@ -157,7 +157,7 @@ TEST_F(RestClient, BytesOfNoAnswerCloseIt) {
                             "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n{\"_"}) {
     client_->Connect();
     server_->SayNext(bytes);
-    EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "no whole HTTP answer")) << bytes;
+    EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "incomplete HTTP answer")) << bytes;
     EXPECT_FALSE(client_->connected());
     EXPECT_THAT(Failure(), FailsAs(Kind::kUnreachable, "not connected"));
   }

@@ -108,7 +108,7 @@ TEST(VlaEvalClient, SurvivesTheServersErrors) {
   client->Connect();
   client->BeginEpisode("lift", 0);
   EXPECT_EQ(FailureOf([&] { client->Infer(kObservation); },
-                      "the server says: observation_failed: KeyError: 'wrist'"),
+                      "the server reports: observation_failed: KeyError: 'wrist'"),
             Kind::kServer);
   EXPECT_TRUE(client->connected());
   fails = false;
@@ -127,9 +127,9 @@ TEST(VlaEvalClient, TellsAnEpisodesErrorFromAnActions) {
   const auto client = ClientOf(server);
   client->Connect();
   client->BeginEpisode("lift", 0);
-  EXPECT_EQ(
-      FailureOf([&] { client->Infer(kObservation); }, "the server says: episode_start_failed: no such task"),
-      Kind::kServer);
+  EXPECT_EQ(FailureOf([&] { client->Infer(kObservation); },
+                      "the server reports: episode_start_failed: no such task"),
+            Kind::kServer);
   EXPECT_EQ(client->Infer(kObservation).value, Value(Map{{"actions", 2}}));
 }
 
@@ -152,8 +152,8 @@ TEST(VlaEvalClient, TakesNoOtherAnswer) {
   check(Double::Nothing{}, Kind::kTimeout, "no answer within 0.1 s");
   check(Double::Message{FromHex("80")}, Kind::kProtocol,
         "sends map of 0; vla-eval's messages have type, payload and seq");
-  check(Double::Message{FromHex("c1")}, Kind::kProtocol, "MessagePack: byte 0 begins nothing");
-  check(Double::Text{"Traceback\nboom"}, Kind::kServer, "the server says: boom");
+  check(Double::Message{FromHex("c1")}, Kind::kProtocol, "MessagePack: byte 0 starts no valid value");
+  check(Double::Text{"Traceback\nboom"}, Kind::kServer, "the server reports: boom");
   check(Double::HalfFrame(), Kind::kProtocol, "the connection ended in the middle of a message");
 }
 
@@ -167,9 +167,9 @@ TEST(VlaEvalClient, ExpectsAnAnnouncement) {
     EXPECT_FALSE(client->connected());
   };
   check(Double::Nothing{}, Kind::kProtocol, "does it speak another wire?");
-  check(Double::Error{"not ready"}, Kind::kServer, "the server says: not ready");
+  check(Double::Error{"not ready"}, Kind::kServer, "the server reports: not ready");
   check(Value(Map{{"protocol_version", 2}}), Kind::kProtocol,
-        "speaks version 2 of vla-eval's protocol, evalbus uses 1");
+        "uses version 2 of vla-eval's protocol, evalbus uses 1");
   check(Double::Close{1011, "no"}, Kind::kUnreachable, "no)");
   // An openpi server, which sends first.
   check(Double::Message{FromHex("80")}, Kind::kProtocol,

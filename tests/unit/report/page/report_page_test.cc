@@ -118,7 +118,7 @@ TEST(ReportPage, SaysTheRateAndWhatIsLeftOut) {
   EXPECT_THAT(text,
               HasSubstr("2 of 3 complete episodes succeeded: 67 % (95 % interval 20 to 90 %, Wilson)."));
   EXPECT_THAT(text, HasSubstr("timeout (1)"));
-  EXPECT_THAT(text, HasSubstr("left out of every rate and statistic: 3."));
+  EXPECT_THAT(text, HasSubstr("excluded from every rate and statistic: 3."));
 }
 
 TEST(ReportPage, NumbersHaveAllTheirDigits) {

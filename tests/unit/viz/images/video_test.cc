@@ -196,7 +196,7 @@ TEST_F(VideoTest, FullLayoutIsOneVideoWithTwoSecondsOfEndCard) {
               MakeVideo(log, {"head", "front", "overview", "left/hand/wrist", "right/hand/wrist"}, {640, 360},
                         log.parent_path(), options);
             }),
-            "the full layout shows at most 4 cameras, the first one large; got 5");
+            "the full layout shows at most at most 4 cameras, the first one large; got 5");
   EXPECT_EQ(MessageOf<InputError>([] { ParseVideoLayout("big"); }), "--layout big: expected plain or full");
 }
 
