@@ -170,7 +170,7 @@ class Bus {
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   // Key: channel, type.
   std::map<std::pair<std::string, int64_t>, std::shared_ptr<void>> topics_;
-  // True within a process, and if the environment says so.
+  // True within a process, or if EVALBUS_LCM_RECEIVER selects it.
   bool liblcm_receives_;
   // Exists from the first subscription on, unless liblcm receives.
   std::unique_ptr<MulticastReceiver> receiver_;

@@ -19,6 +19,7 @@
 #include "runner/components.h"
 #include "runner/version.h"
 #include "runner/workers.h"
+#include "viz/images/painter/painter.h"
 #include "viz/images/video.h"
 
 namespace evalbus::runner {
@@ -44,6 +45,7 @@ constexpr std::array kFixedFacts = {
     Fact{"physics_sha256", "another physics model"},
     Fact{"visual_sha256", "another visual model"},
     Fact{"policy_contract", "another policy contract"},
+    Fact{"painter"},
 };
 
 // Makes all paths absolute, so that every process of the run uses the same files.
@@ -75,6 +77,7 @@ nlohmann::ordered_json FactsOf(const sim::PreparedScene& prepared, const RunOpti
   nlohmann::ordered_json facts = SceneFacts(prepared);
   const auto contract = policy::FindContractOf(options.policy);
   facts["policy_contract"] = contract ? policy::ContractJson(*contract) : nlohmann::ordered_json();
+  facts["painter"] = viz::MujocoPaints() ? "mujoco" : "evalbus";
   return facts;
 }
 

@@ -11,7 +11,7 @@
 #include "bus/message.h"
 #include "lcmtypes/message_equality.h"
 #include "models/physics_model.h"
-#include "viz/images/gl_context.h"
+#include "viz/images/painter/gl_context.h"
 #include "viz/images/view_image.h"
 #include "viz/viz_component.h"
 

@@ -11,7 +11,7 @@
 #include "bus/attach.h"
 #include "bus/host.h"
 #include "viz/camera_component.h"
-#include "viz/images/gl_context.h"
+#include "viz/images/painter/gl_context.h"
 #include "viz/viz_component.h"
 
 int main(int argc, char** argv) {

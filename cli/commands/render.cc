@@ -18,7 +18,7 @@
 #include "results/episode_logs.h"
 #include "runner/progress_line.h"
 #include "runner/video_recording.h"
-#include "viz/images/gl_context.h"
+#include "viz/images/painter/gl_context.h"
 #include "viz/images/panel_video.h"
 #include "viz/images/parallel_frame_renderer.h"
 #include "viz/images/renderer.h"

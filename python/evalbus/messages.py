@@ -122,7 +122,7 @@ class _Reader:
             raise MessageError(f"{self.name}: a text of length {size}")
         text = bytes(self.take(size))
         if text.find(b"\0") != size - 1:
-            raise MessageError(f"{self.name}: a text that does not end where it says")
+            raise MessageError(f"{self.name}: a text whose terminating NUL is not at its stated length")
         return text[:-1].decode("utf-8", "surrogateescape")
 
 

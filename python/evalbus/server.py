@@ -117,7 +117,7 @@ async def _taken(turn):
 async def _refuse(connection, text):
     print(text, file=sys.stderr, flush=True)
     await connection.send(text)
-    await connection.close(1011, "the policy failed; the frame before says how")
+    await connection.close(1011, "the policy failed; the previous frame has the reason")
 
 
 async def _converse(connection, act, hello, worker):

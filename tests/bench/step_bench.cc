@@ -27,7 +27,7 @@
 #include "runner/prepared_run.h"
 #include "tests/bench/rounds.h"
 #include "tests/doubles/policy_server.h"
-#include "viz/images/gl_context.h"
+#include "viz/images/painter/gl_context.h"
 #include "viz/images/view_image.h"
 
 namespace evalbus {

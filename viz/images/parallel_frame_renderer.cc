@@ -13,7 +13,7 @@
 #include "base/forked_work.h"
 #include "bus/host.h"
 #include "models/task_description.h"
-#include "viz/images/gl_context.h"
+#include "viz/images/painter/gl_context.h"
 #include "viz/images/recorded_episode.h"
 
 namespace evalbus::viz {

@@ -13,9 +13,9 @@
 #include "models/mujoco_errors.h"
 #include "models/randomized_model.h"
 #include "models/task_description.h"
-#include "viz/images/gl_context.h"
-#include "viz/images/gl_functions.h"
-#include "viz/images/scene_painter.h"
+#include "viz/images/painter/gl_context.h"
+#include "viz/images/painter/mujoco_painter.h"
+#include "viz/images/painter/scene_painter.h"
 
 namespace evalbus::viz {
 namespace {
@@ -102,15 +102,17 @@ int FindCamera(const mjModel& model, const std::string& name) {
 
 // The cached image of a shot: the drawn pixels and the downscaled result.
 struct Kept {
-  Kept(const GlFunctions& gl, const Shot& of, size_t bytes, FrameSize drawn_size)
-      : shot(of),
+  Kept(Painter* by, const Shot& of, size_t bytes, FrameSize drawn_size)
+      : painter(by),
+        shot(of),
         pixel_bytes(bytes),
-        drawn(gl, drawn_size.width, drawn_size.height),
+        drawn(by->NewImage(drawn_size.width, drawn_size.height)),
         pixels(static_cast<size_t>(of.size.width) * static_cast<size_t>(of.size.height) * bytes) {}
 
+  Painter* painter;
   Shot shot;
   size_t pixel_bytes;
-  KeptImage drawn;
+  std::unique_ptr<PaintedImage> drawn;
   std::vector<uint8_t> pixels;
 };
 
@@ -121,7 +123,6 @@ struct Renderer::Gl {
     mjv_defaultOption(&option);
     mjv_defaultCamera(&camera);
     camera.type = mjCAMERA_FIXED;
-    read_pixels = FindGl<decltype(glReadPixels)>("glReadPixels");
     try {
       mjv_makeScene(&model, &scene, kMaxGeoms);
       {
@@ -134,7 +135,8 @@ struct Renderer::Gl {
       if (context.currentBuffer != mjFB_OFFSCREEN) {
         throw EnvironmentError("OpenGL offers no offscreen buffer of this size");
       }
-      painter = std::make_unique<ScenePainter>(context, model);
+      mujoco_painter = std::make_unique<MujocoPainter>(context);
+      if (!MujocoPaints()) scene_painter = std::make_unique<ScenePainter>(context, model);
     } catch (...) {
       Free();
       throw;
@@ -148,17 +150,18 @@ struct Renderer::Gl {
   Gl& operator=(const Gl&) = delete;
 
   // Returns the cache entry of this shot, creating it if necessary.
-  Kept& KeptOf(const Shot& shot, size_t pixel_bytes, FrameSize drawn_size) {
-    const auto found = std::ranges::find_if(
-        kept, [&](const Kept& k) { return k.shot == shot && k.pixel_bytes == pixel_bytes; });
+  Kept& KeptOf(Painter* painter, const Shot& shot, size_t pixel_bytes, FrameSize drawn_size) {
+    const auto found = std::ranges::find_if(kept, [&](const Kept& k) {
+      return k.painter == painter && k.shot == shot && k.pixel_bytes == pixel_bytes;
+    });
     if (found != kept.end()) {
       kept.splice(kept.begin(), kept, found);
       return kept.front();
     }
-    kept.emplace_front(painter->gl(), shot, pixel_bytes, drawn_size);
+    kept.emplace_front(painter, shot, pixel_bytes, drawn_size);
     size_t pixels_kept = 0;
     for (auto k = kept.begin(); k != kept.end();) {
-      pixels_kept += k->drawn.rgba.size() / 4;
+      pixels_kept += k->drawn->rgba.size() / 4;
       const bool is_wanted = k == kept.begin() || pixels_kept <= kMaxPixelsKept;
       k = is_wanted ? std::next(k) : kept.erase(k);
     }
@@ -166,7 +169,8 @@ struct Renderer::Gl {
   }
   void Free() {
     kept.clear();
-    painter.reset();
+    scene_painter.reset();
+    mujoco_painter.reset();
     mjr_freeContext(&context);
     mjv_freeScene(&scene);
   }
@@ -176,13 +180,12 @@ struct Renderer::Gl {
   mjrContext context;
   mjvOption option;
   mjvCamera camera;
-  std::unique_ptr<ScenePainter> painter;
-  decltype(glReadPixels)* read_pixels;
+  // Null if MuJoCo draws everything.
+  std::unique_ptr<ScenePainter> scene_painter;
+  std::unique_ptr<MujocoPainter> mujoco_painter;
   FrameSize buffer;
   // Most recently used first.
   std::list<Kept> kept;
-  // Buffers for scenes that ScenePainter does not support: drawn and downscaled pixels.
-  std::vector<uint8_t> rgba, pixels;
 };
 
 Renderer::Renderer(ModelPtr model, FrameSize size) : model_(std::move(model)), size_(size) {
@@ -260,11 +263,15 @@ void Renderer::UpdateScene(const Shot& shot, bool is_depth) {
   fovy = own_fovy;
 }
 
-void Renderer::DrawByMujoco(const Shot& shot, FrameSize size, bool is_depth) {
+Painter* Renderer::PrepareToDraw(const Shot& shot, FrameSize size) {
+  Prepare({});
+  UpdateScene(shot, false);
+  if (gl_->scene_painter && gl_->scene_painter->Supports(gl_->scene)) return gl_->scene_painter.get();
   Prepare(size);
-  UpdateScene(shot, is_depth);
-  mjr_render({0, 0, size.width, size.height}, &gl_->scene, &gl_->context);
-  if (gl_->scene.flags[mjRND_SHADOW]) gl_->painter->ForgetShadows();
+  UpdateScene(shot, false);
+  // MuJoCo draws into the shadow map that ScenePainter uses.
+  if (gl_->scene_painter) gl_->scene_painter->ForgetShadows();
+  return gl_->mujoco_painter.get();
 }
 
 template <size_t kPixelBytes, size_t kRed>
@@ -281,20 +288,10 @@ const std::vector<uint8_t>& Renderer::Draw(const Shot& shot) {
       HalveRows<kPixelBytes, kRed>(rgba, shot.size, bottom, top, pixels);
     }
   };
-  Prepare({});
-  UpdateScene(shot, false);
-  if (!ScenePainter::Knows(gl_->scene, gl_->context)) {
-    DrawByMujoco(shot, drawn_size, false);
-    gl_->rgba.resize(static_cast<size_t>(drawn_size.width) * static_cast<size_t>(drawn_size.height) * 4);
-    gl_->read_pixels(0, 0, drawn_size.width, drawn_size.height, GL_RGBA, GL_UNSIGNED_BYTE, gl_->rgba.data());
-    gl_->pixels.resize(static_cast<size_t>(shot.size.width) * static_cast<size_t>(shot.size.height) *
-                       kPixelBytes);
-    shrink(gl_->rgba, {0, 0, drawn_size.width, drawn_size.height}, &gl_->pixels);
-    return gl_->pixels;
-  }
-  Kept& kept = gl_->KeptOf(shot, kPixelBytes, drawn_size);
-  const Part part = gl_->painter->Paint(gl_->scene, &kept.drawn);
-  if (!part.is_empty()) shrink(kept.drawn.rgba, part, &kept.pixels);
+  Painter* const painter = PrepareToDraw(shot, drawn_size);
+  Kept& kept = gl_->KeptOf(painter, shot, kPixelBytes, drawn_size);
+  const Part part = painter->Paint(gl_->scene, kept.drawn.get());
+  if (!part.is_empty()) shrink(kept.drawn->rgba, part, &kept.pixels);
   return kept.pixels;
 }
 
@@ -305,7 +302,9 @@ void Renderer::RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb) { *rgb = D
 void Renderer::RenderDepth(const Shot& shot, std::vector<float>* depth_m) {
   const size_t width = static_cast<size_t>(shot.size.width), height = static_cast<size_t>(shot.size.height);
   depth_m->resize(width * height);
-  DrawByMujoco(shot, shot.size, true);
+  Prepare(shot.size);
+  UpdateScene(shot, true);
+  mjr_render({0, 0, shot.size.width, shot.size.height}, &gl_->scene, &gl_->context);
   mjr_readPixels(nullptr, depth_m->data(), {0, 0, shot.size.width, shot.size.height}, &gl_->context);
   const double near = gl_->scene.camera[0].frustum_near, far = gl_->scene.camera[0].frustum_far;
   for (float& depth : *depth_m) depth = static_cast<float>(near / (1 - depth * (1 - near / far)));

@@ -1,4 +1,5 @@
-// Renders a model's cameras off screen, in software (OSMesa) or with EGL (gl_context.h). Needs no display.
+// Renders a model's cameras off screen, in software (OSMesa) or with EGL (painter/gl_context.h). Needs no
+// display.
 //
 // A renderer may be used by one thread at a time; several renderers may draw concurrently in different
 // threads. The image depends only on the model, the state and the shot.
@@ -16,6 +17,8 @@
 #include "viz/images/projection.h"
 
 namespace evalbus::viz {
+
+class Painter;
 
 // Default camera of images and videos. Every scene has it.
 inline constexpr char kDefaultCamera[] = "overview";
@@ -71,8 +74,9 @@ class Renderer {
   // Creates the OpenGL context if necessary and enlarges MuJoCo's buffer to at least this size.
   void Prepare(FrameSize buffer);
   void UpdateScene(const Shot& shot, bool is_depth);
-  // Draws into the lower left corner of MuJoCo's buffer at this size.
-  void DrawByMujoco(const Shot& shot, FrameSize size, bool is_depth);
+  // Updates the scene and returns the painter that draws it; MuJoCo's buffer is large enough for an image of
+  // this size.
+  Painter* PrepareToDraw(const Shot& shot, FrameSize size);
   // Returns rows from the top with kPixelBytes bytes per pixel; kRed: index of red. Valid until the next
   // image.
   template <size_t kPixelBytes, size_t kRed>

@@ -14,7 +14,7 @@ namespace evalbus::layers_test {
 namespace fs = std::filesystem;
 
 // Each folder includes only those before it.
-constexpr std::array<std::string_view, 40> kOrder = {"base",
+constexpr std::array<std::string_view, 41> kOrder = {"base",
                                                      "lcmtypes",
                                                      "bus/udpm",
                                                      "bus",
@@ -39,6 +39,7 @@ constexpr std::array<std::string_view, 40> kOrder = {"base",
                                                      "policy_bridge/policies",
                                                      "policy_bridge",
                                                      "viz/watch",
+                                                     "viz/images/painter",
                                                      "viz/images",
                                                      "viz/terminal",
                                                      "viz/viewer",

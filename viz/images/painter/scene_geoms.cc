@@ -1,4 +1,4 @@
-#include "viz/images/scene_geoms.h"
+#include "viz/images/painter/scene_geoms.h"
 
 namespace evalbus::viz {
 namespace {
@@ -9,7 +9,7 @@ enum Shape { kSphere, kSphereTop, kSphereBottom, kCylinder, kOpenCylinder, kHaze
 
 }  // namespace
 
-bool SceneGeoms::Knows(const mjrContext& context) { return context.rangeBuiltin == kNumShapes; }
+bool SceneGeoms::Supports(const mjrContext& context) { return context.rangeBuiltin == kNumShapes; }
 
 void SceneGeoms::Draw(const mjvGeom& geom) const {
   const float* r = geom.mat;

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "viz/images/gl_math.h"
+#include "viz/images/painter/gl_math.h"
 
 namespace evalbus::viz {
 

@@ -1,4 +1,4 @@
-#include "viz/images/scene_shaders.h"
+#include "viz/images/painter/scene_shaders.h"
 
 #include <fmt/format.h>
 

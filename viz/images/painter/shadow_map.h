@@ -3,10 +3,10 @@
 
 #include <mujoco/mujoco.h>
 
-#include "viz/images/gl_functions.h"
-#include "viz/images/gl_math.h"
-#include "viz/images/scene_changes.h"
-#include "viz/images/scene_geoms.h"
+#include "viz/images/painter/gl_functions.h"
+#include "viz/images/painter/gl_math.h"
+#include "viz/images/painter/scene_changes.h"
+#include "viz/images/painter/scene_geoms.h"
 
 namespace evalbus::viz {
 

@@ -10,30 +10,26 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
-#include "viz/images/gl_functions.h"
-#include "viz/images/gl_math.h"
-#include "viz/images/scene_changes.h"
-#include "viz/images/scene_geoms.h"
-#include "viz/images/scene_shaders.h"
+#include "viz/images/painter/gl_functions.h"
+#include "viz/images/painter/gl_math.h"
+#include "viz/images/painter/painter.h"
+#include "viz/images/painter/scene_changes.h"
+#include "viz/images/painter/scene_geoms.h"
+#include "viz/images/painter/scene_shaders.h"
 
 namespace evalbus::viz {
 
 // An image that is kept in its framebuffer, so that for the next image of the same camera only the changed
-// part must be drawn. Must be constructed, used and destroyed while the painter's OpenGL context is current.
-class KeptImage {
+// part must be drawn.
+class KeptImage : public PaintedImage {
  public:
   // gl: the painter's functions. Throws EnvironmentError if OpenGL does not support such a buffer.
   KeptImage(const GlFunctions& gl, int width, int height);
-  ~KeptImage();
-  KeptImage(const KeptImage&) = delete;
-  KeptImage& operator=(const KeptImage&) = delete;
-
-  const int width, height;
-  // Rows from the bottom, four bytes per pixel.
-  std::vector<uint8_t> rgba;
+  ~KeptImage() override;
 
  private:
   friend class ScenePainter;
@@ -45,18 +41,17 @@ class KeptImage {
   std::optional<DrawnScene> shows_;
 };
 
-class ScenePainter {
+class ScenePainter : public Painter {
  public:
   // context: created by mjr_makeContext. The OpenGL context must be current here and in every call. Throws
   // EnvironmentError if its OpenGL version is too old.
   ScenePainter(const mjrContext& context, const mjModel& model);
 
   const GlFunctions& gl() const { return gl_; }
-  // Returns whether Paint supports everything in this scene. A scene with mirrors, fog, spot lights, skins or
-  // two lights with shadows must be drawn by mjr_render.
-  static bool Knows(const mjvScene& scene, const mjrContext& context);
-  // Updates the image; returns the part that was redrawn.
-  Part Paint(const mjvScene& scene, KeptImage* image);
+  // False for scenes with mirrors, fog, spot lights, skins or two lights with shadows.
+  bool Supports(const mjvScene& scene) const override;
+  std::unique_ptr<PaintedImage> NewImage(int width, int height) const override;
+  Part Paint(const mjvScene& scene, PaintedImage* image) override;
   // Must be called after other code has drawn into MuJoCo's shadow map.
   void ForgetShadows() { map_shows_.reset(); }
 

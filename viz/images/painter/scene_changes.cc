@@ -1,4 +1,4 @@
-#include "viz/images/scene_changes.h"
+#include "viz/images/painter/scene_changes.h"
 
 #include <algorithm>
 #include <cmath>

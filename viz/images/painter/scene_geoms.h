@@ -3,8 +3,8 @@
 
 #include <mujoco/mujoco.h>
 
-#include "viz/images/gl_functions.h"
-#include "viz/images/gl_math.h"
+#include "viz/images/painter/gl_functions.h"
+#include "viz/images/painter/gl_math.h"
 
 namespace evalbus::viz {
 
@@ -13,7 +13,7 @@ class SceneGeoms {
   SceneGeoms(const GlFunctions& gl, const mjrContext& context) : gl_(gl), context_(context) {}
 
   // Returns whether this MuJoCo version has the expected display lists.
-  static bool Knows(const mjrContext& context);
+  static bool Supports(const mjrContext& context);
   // Draws the geom at its pose. The current modelview matrix must be the one of the world frame.
   void Draw(const mjvGeom& geom) const;
   // Draws a cylinder around a place.

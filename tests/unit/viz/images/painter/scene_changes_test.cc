@@ -1,7 +1,7 @@
 // The part of an image that can have changed, compared with positions worked out by hand: a camera 2 m above
 // a floor with a field of view of 90 degrees, in 400 x 400 pixels, so a point at height z is at 200 + 200 x /
 // (2 - z).
-#include "viz/images/scene_changes.h"
+#include "viz/images/painter/scene_changes.h"
 
 #include <gtest/gtest.h>
 

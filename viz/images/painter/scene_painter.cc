@@ -1,4 +1,4 @@
-#include "viz/images/scene_painter.h"
+#include "viz/images/painter/scene_painter.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "viz/images/shadow_map.h"
+#include "viz/images/painter/shadow_map.h"
 
 namespace evalbus::viz {
 namespace {
@@ -27,10 +27,7 @@ int ShadowLight(const mjvScene& scene, const mjrContext& context) {
 }  // namespace
 
 KeptImage::KeptImage(const GlFunctions& gl, int width_pixels, int height_pixels)
-    : width(width_pixels),
-      height(height_pixels),
-      rgba(static_cast<size_t>(width) * static_cast<size_t>(height) * 4),
-      gl_(gl) {
+    : PaintedImage(width_pixels, height_pixels), gl_(gl) {
   gl_.GenFramebuffers(1, &framebuffer_);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   gl_.GenRenderbuffers(2, renderbuffers_);
@@ -61,8 +58,12 @@ ScenePainter::ScenePainter(const mjrContext& context, const mjModel& model)
   }
 }
 
-bool ScenePainter::Knows(const mjvScene& scene, const mjrContext& context) {
-  if (!SceneGeoms::Knows(context) || scene.nlight == 0 || scene.nskin > 0 || scene.enabletransform ||
+std::unique_ptr<PaintedImage> ScenePainter::NewImage(int width, int height) const {
+  return std::make_unique<KeptImage>(gl_, width, height);
+}
+
+bool ScenePainter::Supports(const mjvScene& scene) const {
+  if (!SceneGeoms::Supports(context_) || scene.nlight == 0 || scene.nskin > 0 || scene.enabletransform ||
       scene.stereo != mjSTEREO_NONE || scene.framewidth > 0 || scene.flags[mjRND_FOG] ||
       scene.flags[mjRND_WIREFRAME] || scene.flags[mjRND_ADDITIVE] || scene.flags[mjRND_SEGMENT] ||
       !scene.flags[mjRND_CULL_FACE]) {
@@ -80,7 +81,7 @@ bool ScenePainter::Knows(const mjvScene& scene, const mjrContext& context) {
     const bool is_mirror = (geom.type == mjGEOM_PLANE || geom.type == mjGEOM_BOX) && geom.reflectance > 0 &&
                            geom.rgba[3] >= 0.995f;
     if (geom.type > mjGEOM_MESH || is_endless || is_mirror || geom.label[0]) return false;
-    if (geom.texid >= 0 && geom.texcoord && context.textureType[geom.texid] != mjTEXTURE_2D) return false;
+    if (geom.texid >= 0 && geom.texcoord && context_.textureType[geom.texid] != mjTEXTURE_2D) return false;
   }
   return true;
 }
@@ -213,7 +214,8 @@ void ScenePainter::PaintShadows(const mjvScene& scene, const LightView& light) {
   shadow_from_world_ = shadow_from_world;
 }
 
-Part ScenePainter::Paint(const mjvScene& scene, KeptImage* image) {
+Part ScenePainter::Paint(const mjvScene& scene, PaintedImage* painted) {
+  auto* const image = static_cast<KeptImage*>(painted);
   const int width = image->width, height = image->height;
   const mjvGLCamera camera = mjv_averageCamera(scene.camera, scene.camera + 1);
   const Vec forward = Of(camera.forward);

@@ -1,5 +1,5 @@
-// The OpenGL 2.1 functions that evalbus calls directly, looked up in the library in use (gl_context.h).
-// GL_GLEXT_PROTOTYPES is defined for the whole library.
+// The OpenGL 2.1 functions that evalbus calls directly, looked up in the library in use
+// (painter/gl_context.h). GL_GLEXT_PROTOTYPES is defined for the whole library.
 #pragma once
 
 #include <GL/gl.h>
@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/errors.h"
-#include "viz/images/gl_context.h"
+#include "viz/images/painter/gl_context.h"
 
 namespace evalbus::viz {
 

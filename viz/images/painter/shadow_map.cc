@@ -1,4 +1,4 @@
-#include "viz/images/shadow_map.h"
+#include "viz/images/painter/shadow_map.h"
 
 #include <cmath>
 

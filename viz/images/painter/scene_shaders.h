@@ -6,8 +6,8 @@
 #include <tuple>
 #include <vector>
 
-#include "viz/images/gl_functions.h"
-#include "viz/images/gl_math.h"
+#include "viz/images/painter/gl_functions.h"
+#include "viz/images/painter/gl_math.h"
 
 namespace evalbus::viz {
 

@@ -1,4 +1,4 @@
-#include "viz/images/gl_context.h"
+#include "viz/images/painter/gl_context.h"
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>

@@ -1,5 +1,5 @@
 // Compares our own painter with MuJoCo's renderer: the same scene in the same buffer, pixel by pixel.
-#include "viz/images/scene_painter.h"
+#include "viz/images/painter/scene_painter.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 #include "models/scene.h"
 #include "sim/world.h"
 #include "tests/unit/temporary_folder.h"
-#include "viz/images/gl_context.h"
+#include "viz/images/painter/gl_context.h"
 
 namespace evalbus::viz::scene_painter_test {
 
@@ -83,7 +83,7 @@ class Stage {
 
   bool IsKnown(int camera) {
     Update(camera);
-    return ScenePainter::Knows(scene_, context_);
+    return painter_->Supports(scene_);
   }
   Image Mujocos(int camera) {
     Update(camera);

@@ -1,0 +1,32 @@
+#include "viz/images/painter/mujoco_painter.h"
+
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "base/errors.h"
+
+namespace evalbus::viz {
+
+bool MujocoPaints() {
+  const char* const painter = std::getenv("EVALBUS_PAINTER");
+  if (!painter || painter == std::string_view("evalbus")) return false;
+  if (painter == std::string_view("mujoco")) return true;
+  throw InputError(std::string("EVALBUS_PAINTER: expected evalbus or mujoco, got ") + painter);
+}
+
+MujocoPainter::MujocoPainter(const mjrContext& context)
+    : context_(context), read_pixels_(FindGl<decltype(glReadPixels)>("glReadPixels")) {}
+
+std::unique_ptr<PaintedImage> MujocoPainter::NewImage(int width, int height) const {
+  return std::make_unique<PaintedImage>(width, height);
+}
+
+Part MujocoPainter::Paint(const mjvScene& scene, PaintedImage* image) {
+  // MuJoCo 2.2 declares the scene non-const, because it stores the order of transparent geoms there.
+  mjr_render({0, 0, image->width, image->height}, const_cast<mjvScene*>(&scene), &context_);
+  read_pixels_(0, 0, image->width, image->height, GL_RGBA, GL_UNSIGNED_BYTE, image->rgba.data());
+  return {0, 0, image->width, image->height};
+}
+
+}  // namespace evalbus::viz

@@ -1,0 +1,49 @@
+// Draws scenes into images: ScenePainter (our own) or MujocoPainter (MuJoCo's mjr_render). The environment variable
+// EVALBUS_PAINTER selects one (docs/design/0002-own-painter.md). The OpenGL context must be current in every call,
+// including destruction.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "viz/images/painter/scene_changes.h"
+
+namespace evalbus::viz {
+
+// An image that its painter updates. Must be destroyed before its painter.
+class PaintedImage {
+ public:
+  PaintedImage(int width_pixels, int height_pixels)
+      : width(width_pixels),
+        height(height_pixels),
+        rgba(static_cast<size_t>(width) * static_cast<size_t>(height) * 4) {}
+  virtual ~PaintedImage() = default;
+  PaintedImage(const PaintedImage&) = delete;
+  PaintedImage& operator=(const PaintedImage&) = delete;
+
+  const int width, height;
+  // Rows from the bottom, four bytes per pixel.
+  std::vector<uint8_t> rgba;
+};
+
+class Painter {
+ public:
+  virtual ~Painter() = default;
+
+  // Returns whether Paint supports everything in this scene.
+  virtual bool Supports(const mjvScene& scene) const = 0;
+  // Throws EnvironmentError if OpenGL does not support an image of this size.
+  virtual std::unique_ptr<PaintedImage> NewImage(int width, int height) const = 0;
+  // Updates an image that NewImage of this painter has made; returns the part that has changed.
+  virtual Part Paint(const mjvScene& scene, PaintedImage* image) = 0;
+};
+
+// Returns true if EVALBUS_PAINTER is "mujoco", and false if it is "evalbus" or unset. Throws InputError for other
+// values.
+bool MujocoPaints();
+
+}  // namespace evalbus::viz
