@@ -210,7 +210,8 @@ void RunController::OnStatus(const component_status_t& status) {
     // The scores are not affected, so that on the last attempt a log with missing ticks is accepted.
     if (status.last_finished_missing_ticks > 0 && !plan_.realtime && !plan_.is_watched && has_another_try()) {
       const int64_t missing = status.last_finished_missing_ticks;
-      return BeginAgain(fmt::format("the log lacks {}: lost on the way to it", Plural(missing, "tick")));
+      return BeginAgain(
+          fmt::format("the log lacks {}: lost on the way to the recorder", Plural(missing, "tick")));
     }
     attempt_.recorded = true;
   }

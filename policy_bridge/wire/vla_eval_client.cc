@@ -39,8 +39,7 @@ class VlaEvalClient : public WebsocketClient {
     Open(deadline);
     SendMessage("hello", Map{{"harness_version", "evalbus"}, {"protocol_version", kProtocolVersion}},
                 deadline);
-    Envelope hello =
-        Opened(ReceiveFirst("a hello, a vla-eval server's answer to a client's hello,", deadline));
+    Envelope hello = Opened(ReceiveFirst("hello, the first message of a vla-eval server,", deadline));
     if (hello.type == "error") throw Ended(Kind::kServer, ErrorFromServer(ErrorText(hello)).what());
     if (hello.type != "hello") throw Ended(Kind::kProtocol, "answers the hello with its " + hello.type);
     const Value* version = hello.payload.Find("protocol_version");

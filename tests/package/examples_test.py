@@ -59,7 +59,7 @@ with tempfile.TemporaryDirectory() as folder:
     for named, words in (
         ("/nowhere.so", "cannot open shared object file"),
         ("waving.so", "expected an absolute path"),
-        ("/lib/x86_64-linux-gnu/libz.so.1", "is no plugin of evalbus"),
+        ("/lib/x86_64-linux-gnu/libz.so.1", "is not a plugin of evalbus"),
         (plugins["EVALBUS_POLICIES"] + ":" + plugins["EVALBUS_POLICIES"], "policy name 'waving': is taken"),
     ):
         said = call(evalbus, "tasks", "list", code=1, env={**os.environ, "EVALBUS_POLICIES": named})

@@ -257,7 +257,7 @@ class LogTest(unittest.TestCase):
         # Texts end with the one NUL that their length includes.
         text = messages.encode("log_t", {"text": "abc"})
         for changed in (b"a\0c\0", b"abcd"):
-            with self.assertRaisesRegex(messages.MessageError, "does not end"):
+            with self.assertRaisesRegex(messages.MessageError, "terminating NUL"):
                 messages.decode(text.replace(b"abc\0", changed))
 
     def damaged(self, change):

@@ -108,7 +108,11 @@ TEST_F(Closed, ARunHasItsBusOpenAndSendsWithinThisMachine) {
   const std::string url = ReservedBus::Draw().url();  // freed again so that the launcher can reserve it
   Program launcher(Command({"--url", url})), monitor({"evalbus-monitor", "--url", url}),
       viz({"evalbus-viz", "--url", url});
-  ASSERT_TRUE(WaitFor([&] { return IsAtWork() && monitor.running() && viz.running(); })) << launcher.err();
+  // Both observers report when their buses are open.
+  ASSERT_TRUE(WaitFor([&] {
+    return IsAtWork() && monitor.out().find("listening to ") != std::string::npos &&
+           viz.out().find("viz ready") != std::string::npos;
+  })) << launcher.err();
   std::vector<pid_t> processes = ChildrenOf(launcher.pid());
   EXPECT_EQ(processes.size(), 5u);
   for (const Program* program : {&launcher, &monitor, &viz}) processes.push_back(program->pid());

@@ -69,7 +69,7 @@ TEST_F(BadInput, CommandLine) {
   ExpectRun(1, {"lift_pot", "--color", "red"}, {"--color"});
   ExpectRun(1, {"lift_pot", "--control-hz", "4"}, {"--control-hz", "5", "500"});
   ExpectRun(1, {"lift_pot", "--control-hz", "nan"}, {"--control-hz"});
-  ExpectRun(1, {"lift_pot", "--episodes", "0"}, {"--episodes: expected 1 to 10000000, not 0"});
+  ExpectRun(1, {"lift_pot", "--episodes", "0"}, {"--episodes: expected 1 to 10000000, got 0"});
   ExpectRun(1, {"lift_pot", "--episodes", "many"}, {"--episodes", "many"});
   ExpectRun(1, {"lift_pot", "--episodes", "2147483647"}, {"--episodes: expected 1 to 10000000"});
   ExpectRun(1, {"lift_pot", "--workers", "1000000000"}, {"--workers: expected 1 to 1024"});
@@ -80,8 +80,8 @@ TEST_F(BadInput, CommandLine) {
     Expect(1, {"evalbus-sim", "lift_pot", "--seed", large}, {"--seed: expected a whole number"});
   }
   ExpectRun(1, {"lift_pot", "--only", ""}, {"--only"});
-  Expect(1, {"evalbus", "run", "lift_pot", "--in-process", "--resume"}, {"--resume: expected --out, too"});
-  Expect(1, {"evalbus", "run", "lift_pot/all", "--resume"}, {"--resume: expected --out, too"});
+  Expect(1, {"evalbus", "run", "lift_pot", "--in-process", "--resume"}, {"--resume requires --out"});
+  Expect(1, {"evalbus", "run", "lift_pot/all", "--resume"}, {"--resume requires --out"});
   ExpectRun(1, {"lift_pot", "--realtime", "--rtf", "0"}, {"--rtf"});
   ExpectRun(1, {"lift_pot", "--rtf", "2"}, {"--rtf", "--realtime"});
   ExpectRun(1, {"lift_pot", "--policy-timeout-s", "0"}, {"--policy-timeout-s"});
@@ -160,7 +160,7 @@ TEST_F(BadInput, TaskCheckLooksAtStartsAndLimits) {
   expect("max_deg: 20", "max_deg: 120", "max_deg: 120",
          "key 'max_deg': expected a number in [0, 90], got '120'");
   expect("{gripper: left, object: pot}", "{gripper: left, object: pott}", "object: pott",
-         "nothing is called 'pott'; did you mean 'pot'?");
+         "nothing has the name 'pott'; did you mean 'pot'?");
 }
 
 TEST_F(BadInput, ModelFiles) {

@@ -61,7 +61,7 @@ TEST_F(PluginPolicy, SizesThatDisagreeEndTheEpisode) {
 
 TEST_F(PluginPolicy, ExitFailsTheRun) {
   const std::string line =
-      "error: exit(0) was called before the program was done; a plugin must return or throw instead\n";
+      "error: exit(0) was called before the end of the program; a plugin must return or throw instead\n";
   const Result alone = RunProgram(Command("exits", folder_.path() / "alone", true));
   EXPECT_EQ(alone.code, 2);
   EXPECT_EQ(alone.err, line);

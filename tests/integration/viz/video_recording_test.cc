@@ -128,7 +128,7 @@ void ExpectRefusedBeforeTheRun(const std::string& cameras, const std::string& er
 
 TEST(VideoRecording, ACameraThatIsThereTwiceIsRefused) {
   ExpectRefusedBeforeTheRun("front,front",
-                            "camera 'front' is given twice, or another makes the same front.mp4");
+                            "camera 'front' is given twice, or another one has the same front.mp4");
 }
 
 TEST(VideoRecording, UnknownCameraIsRefusedBeforeTheRun) {

@@ -67,11 +67,11 @@ TEST(Options, ComeFromTheCommandLine) {
 }
 
 TEST(Options, OutOfRangeIsSaidInWordsOfTheCommandLine) {
-  EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "600"}); }), "--rate-hz: expected 20 to 500, not 600");
-  EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "inf"}); }), "--rate-hz: expected 20 to 500, not inf");
-  EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "nan"}); }), "--rate-hz: expected 20 to 500, not nan");
+  EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "600"}); }), "--rate-hz: expected 20 to 500, got 600");
+  EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "inf"}); }), "--rate-hz: expected 20 to 500, got inf");
+  EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "nan"}); }), "--rate-hz: expected 20 to 500, got nan");
   EXPECT_EQ(ErrorOf([] { Parse({"--count", "0"}); }), "--count: expected 1 or more, got 0");
-  EXPECT_EQ(ErrorOf([] { Parse({"--only", "3,10"}); }), "--only: expected 0 to 9, not 10");
+  EXPECT_EQ(ErrorOf([] { Parse({"--only", "3,10"}); }), "--only: expected 0 to 9, got 10");
 }
 
 TEST(Options, SurviveJson) {

@@ -178,7 +178,7 @@ TEST_F(EventLog, OneThatBecomesShorterIsAnError) {
   } catch (const InputError& error) {
     const std::string what = error.what();
     EXPECT_TRUE(
-        what.starts_with(file_.string() + ": cannot read the log: it has become shorter while it was read"))
+        what.starts_with(file_.string() + ": cannot read the log: it became shorter while it was read"))
         << what;
   }
 }

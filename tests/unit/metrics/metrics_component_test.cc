@@ -465,7 +465,7 @@ TEST_F(MetricsComponentTest, AnEndThatIsNotTheVerdictsIsAborted) {
     EXPECT_FALSE(summary.complete) << end_reason;
     EXPECT_EQ(summary.end_reason, "aborted");
     EXPECT_EQ(summary.end_detail, std::string("the sim ended the episode with ") + end_reason +
-                                      " , but the verdict was " + (lifted ? "success" : "undecided") +
+                                      ", but the verdict was " + (lifted ? "success" : "undecided") +
                                       ": is a second metrics on this bus?");
   }
   // In real time, a verdict counts whenever it arrives.

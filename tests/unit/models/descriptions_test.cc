@@ -281,7 +281,7 @@ TEST(TaskDescription, MistakesNameTheLine) {
             "28: key 'gripper': given twice, first in line 28");
   EXPECT_EQ(TaskError("base: {}", "base: {}\n  base: {}"), "15: key 'base': given twice, first in line 14");
   EXPECT_EQ(ErrorOf([] { Parse(std::string(kTask) + "metrics: {track_jerk: true}\n"); }).substr(0, 46),
-            "t.yaml:33: key 'track_jerk': unknown key here; e");
+            "t.yaml:33: key 'track_jerk': unknown key here;");
   EXPECT_EQ(ErrorOf([] { Parse(std::string(kTask) + "metrics: {slip_sample_window_ticks: 0}\n"); }),
             "t.yaml:33: key 'slip_sample_window_ticks': expected a whole number >= 1, got '0'");
 }

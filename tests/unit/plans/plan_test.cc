@@ -121,7 +121,7 @@ TEST_F(PlanTest, WhatIsWrongIsSaidWhereItStands) {
   EXPECT_THAT(ErrorOf("policies: ['ws://127.0.0.1:1']\ntasks: lift_pot\n"), HasSubstr(":1: "));
   EXPECT_THAT(ErrorOf("policies: [{name: ../a, policy: hold}]\ntasks: lift_pot\n"),
               HasSubstr("expected a name that is valid for a folder, got '../a'"));
-  EXPECT_THAT(ErrorOf("policies: [lcm]\ntasks: lift_pot\n"), HasSubstr("a process of yours"));
+  EXPECT_THAT(ErrorOf("policies: [lcm]\ntasks: lift_pot\n"), HasSubstr("your own policy process"));
   const std::string small = kSmall;
   EXPECT_THAT(ErrorOf(small + "episodes: 0\n"), HasSubstr(":3: key 'episodes': "));
   EXPECT_THAT(

@@ -75,7 +75,7 @@ TEST_F(PolicyNotesTest, SaysWhatThinkingCost) {
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "1"}, {"control_hz", 20.0}})),
               ElementsAre(EndsWith("each call took 1 ms of simulated time: 1 tick = 50 ms.")));
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "measured"}})),
-              ElementsAre(EndsWith("as long as it took, rounded up to whole ticks.")));
+              ElementsAre(EndsWith("as measured, rounded up to whole ticks.")));
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}, {"realtime", true}})),
               ElementsAre(EndsWith("simulated time continued during the policy's computation (real time).")));
 }
@@ -116,9 +116,10 @@ TEST_F(PolicyNotesTest, WarnsOfAPolicyThatWasHardlyCalled) {
   const auto file = EpisodeFolder(run.folder, 0) / kPolicyCallsJson;
   std::filesystem::create_directories(file.parent_path());
   std::ofstream(file) << episode;
-  EXPECT_EQ(PolicyNotes(run).at(0),
-            "warning: the policy was called 2 times in 400 ticks, where 400 calls : the robot held its last "
-            "command for 398 of them, so the scores hardly depend on the policy.");
+  EXPECT_EQ(
+      PolicyNotes(run).at(0),
+      "warning: the policy was called 2 times in 400 ticks instead of 400 calls: the robot held its last "
+      "command for 398 of them, so the scores hardly depend on the policy.");
   // No call at all.
   EXPECT_NE(RareCallsWarning({PolicyCalls().Json({.execute_steps = 3}, 5)}), "");
 }

@@ -69,7 +69,7 @@ TEST_F(RunReaderTest, EqualEpisodesAreRemarked) {
   WriteRun(run_, RunInfo(2), {EpisodeLine(0), EpisodeLine(1)});
   const std::vector<std::string> remarks = ReadRun(run_).Remarks();
   ASSERT_EQ(remarks.size(), 1u);
-  EXPECT_TRUE(remarks[0].starts_with("all 2 episodes began alike and are equal in every number"));
+  EXPECT_TRUE(remarks[0].starts_with("all 2 episodes have equal starts and equal numbers"));
 }
 
 TEST_F(RunReaderTest, ParametersAreNumbers) {

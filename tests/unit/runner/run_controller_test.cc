@@ -311,7 +311,7 @@ TEST_F(RunControllerTest, AnOldLogsScoreIsNotTakenForThatOfOurEpisode) {
   PublishFinished("recorder");
   EXPECT_TRUE(listener_.done.empty());
   ASSERT_EQ(listener_.remarks.size(), 1u);
-  EXPECT_THAT(listener_.remarks[0], HasSubstr("an EPISODE_SUMMARY of another end came"));
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("received an EPISODE_SUMMARY of another end"));
 }
 
 TEST_F(RunControllerTest, AScoreThatIsSaidAgainIsHeardOnce) {

@@ -318,7 +318,7 @@ TEST_F(CameraImages, OfAnotherEpisodeAndBytesOfNoImageAreCounted) {
 TEST_F(CameraImages, OfMoreThanEightCamerasAreRefused) {
   Begin();
   for (int k = 0; k < 9; ++k) Publish(Image(0, "camera" + std::to_string(k)));
-  EXPECT_EQ(EndDetail(), "1 image refused, the first: camera 'camera8': there are 8 others already");
+  EXPECT_EQ(EndDetail(), "1 image refused, the first: camera 'camera8': the maximum of 8 cameras is reached");
 }
 
 TEST_F(SourceComponentTest, AnObjectThatNobodyTracksIsSaidNotToBe) {
@@ -575,7 +575,7 @@ TEST_F(SourceComponentTest, WhatIsWrongFromTheBeginningIsOneLine) {
             "constant position with "
             "--gripper right=open or right=closed");
   EXPECT_THAT(with([&] { announcement_.period_us = 0; }), HasSubstr("period_us is 0, expected 1 to 1000000"));
-  EXPECT_THAT(with([&] { announcement_.source = "sim"; }), HasSubstr("evalbus' own"));
+  EXPECT_THAT(with([&] { announcement_.source = "sim"; }), HasSubstr("evalbus itself uses"));
 }
 
 TEST_F(SourceComponentTest, TheFirstSampleMustBeRight) {

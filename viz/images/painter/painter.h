@@ -1,6 +1,6 @@
-// Draws scenes into images: ScenePainter (our own) or MujocoPainter (MuJoCo's mjr_render). The environment variable
-// EVALBUS_PAINTER selects one (docs/design/0002-own-painter.md). The OpenGL context must be current in every call,
-// including destruction.
+// Draws scenes into images: ScenePainter (our own) or MujocoPainter (MuJoCo's mjr_render). The environment
+// variable EVALBUS_PAINTER selects one (docs/design/0002-own-painter.md). The OpenGL context must be current
+// in every call, including destruction.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -42,8 +42,8 @@ class Painter {
   virtual Part Paint(const mjvScene& scene, PaintedImage* image) = 0;
 };
 
-// Returns true if EVALBUS_PAINTER is "mujoco", and false if it is "evalbus" or unset. Throws InputError for other
-// values.
+// Returns true if EVALBUS_PAINTER is "mujoco", and false if it is "evalbus" or unset. Throws InputError for
+// other values.
 bool MujocoPaints();
 
 }  // namespace evalbus::viz

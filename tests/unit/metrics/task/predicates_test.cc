@@ -95,7 +95,7 @@ TEST_F(PredicatesTest, JointFractionIsOfTheRangeFromItsLowerEnd) {
 
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/lid_hinge}}"), "'joint_fraction' needs 'min', 'max' or both");
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/hinge, min: 0}}"),
-            "there is no joint 'pot/hinge'; expected pot/lid_hinge, pot/wheel");
+            "no joint has the name 'pot/hinge'; expected pot/lid_hinge, pot/wheel");
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/wheel, min: 0}}"),
             "joint 'pot/wheel' has no range to be a fraction of");
 }

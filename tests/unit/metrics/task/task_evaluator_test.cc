@@ -219,7 +219,7 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
   EXPECT_EQ(PredicateError(Call("holding", {{"griper", "left"}, {"object", "pot"}})),
             "t.yaml:4: key 'griper': unknown key here; did you mean 'gripper'?");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "third"}, {"object", "pot"}})),
-            "t.yaml:4: there is no gripper 'third'; expected left, right or any");
+            "t.yaml:4: no gripper has the name 'third'; expected left, right or any");
   EXPECT_EQ(
       PredicateError(Call("touching", {{"a", "kettle"}, {"b", "counter"}})),
       "t.yaml:4: nothing has the name 'kettle'; expected an entity (counter, left, pot, right, world), a "
@@ -227,9 +227,9 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
       "pot/pot, right/base, right/hand, world) or a geom (counter/top, floor, left/link, left/pad, "
       "pot/wall, right/link, right/pad)");
   EXPECT_EQ(PredicateError(Call("touching", {{"a", "pott"}, {"b", "counter"}})),
-            "t.yaml:4: nothing is called 'pott'; did you mean 'pot'?");
+            "t.yaml:4: nothing has the name 'pott'; did you mean 'pot'?");
   EXPECT_EQ(QuantityError(Call("lift", {{"object", "countr"}})),
-            "t.yaml:4: no entity or body is called 'countr'; did you mean 'counter'?");
+            "t.yaml:4: no entity or body has the name 'countr'; did you mean 'counter'?");
   EXPECT_EQ(PredicateError(Call("height_above", {{"object", "pot"}, {"min_m", "high"}})),
             "t.yaml:4: key 'min_m': expected a number, got 'high'");
   EXPECT_EQ(PredicateError(Call("height_above", {{"object", "pot"}, {"min_m", "nan"}})),
@@ -246,7 +246,7 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
   EXPECT_EQ(PredicateError(Of("not", {yes, yes})), "t.yaml:3: 'not' needs exactly one predicate");
   EXPECT_EQ(
       QuantityError(Call("distance", {{"a", "floor"}, {"b", "pot"}})),
-      "t.yaml:4: no entity or body is called 'floor'; expected an entity (counter, left, pot, right, "
+      "t.yaml:4: no entity or body has the name 'floor'; expected an entity (counter, left, pot, right, "
       "world) or a body (counter/counter, left/base, left/hand, pot/lid, pot/pot, right/base, right/hand, "
       "world)");
   EXPECT_EQ(QuantityError(Call("lift", {{"object", "left"}})),

@@ -263,7 +263,7 @@ TEST_F(GrootFaults, AServerThatSaysThatItFailsMayBeAskedAgain) {
   Publish(Map{{"error", List{1}}});
   EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "list of 1"));
   Publish(Map{{"error", ""}});
-  EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "without a word"));
+  EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "without a message"));
   EXPECT_TRUE(client_->connected());
   ExpectActions(client_->Infer(Observation()).value);
 }

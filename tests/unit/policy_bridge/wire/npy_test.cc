@@ -75,7 +75,7 @@ TEST(Npy, RefusesWhatItCannotRead) {
   EXPECT_THAT(failure(1, "{'descr': '<c8', 'fortran_order': False, 'shape': (1,), }", 8),
               FailsAs(Kind::kProtocol, "array <c8 [1]"));
   EXPECT_THAT(failure(1, "{'descr': [('x', '<f4')], 'fortran_order': False, 'shape': (1,), }", 4),
-              FailsAs(Kind::kProtocol, "records"));
+              FailsAs(Kind::kProtocol, "record types"));
   EXPECT_THAT(failure(3, "{'descr': '<f4', 'fortran_order': False, 'shape': (1,), }", 4),
               FailsAs(Kind::kProtocol, "version 3"));
   // Data and shape.

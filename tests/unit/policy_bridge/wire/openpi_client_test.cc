@@ -357,7 +357,7 @@ TEST(OpenpiClient, ExpectsMetadataFirst) {
       "no metadata, which an openpi server sends first, within 1 s: does it use another wire protocol?");
   failure = failure_with(Value(List{}));
   EXPECT_EQ(failure.kind, Kind::kProtocol);
-  EXPECT_EQ(failure.what, "begins with list of 0first; an openpi server sends a map of its metadata first");
+  EXPECT_EQ(failure.what, "sends list of 0 first; an openpi server sends a map of its metadata first");
   failure = failure_with(Double::Error{"no model"});
   EXPECT_EQ(failure.kind, Kind::kServer);
   EXPECT_EQ(failure.what, "the server reports: no model");

@@ -48,7 +48,7 @@ TEST(Resolve, KeepsItsDeadline) {
     return std::vector<std::string>{"127.0.0.1"};
   };
   EXPECT_THAT(FailureOf([&] { Resolve(kUrl, 0.05, late); }),
-              FailsAs(Kind::kUnreachable, "nobody said within 0.05 s"));
+              FailsAs(Kind::kUnreachable, "no name server answered within 0.05 s"));
   std::unique_lock lock(gate->mutex);
   EXPECT_FALSE(gate->passed);
   gate->open = true;

@@ -166,7 +166,7 @@ TEST(VlaEvalClient, ExpectsAnAnnouncement) {
     EXPECT_EQ(FailureOf([&] { client->Connect(); }, what), kind);
     EXPECT_FALSE(client->connected());
   };
-  check(Double::Nothing{}, Kind::kProtocol, "does it speak another wire?");
+  check(Double::Nothing{}, Kind::kProtocol, "does it use another wire protocol?");
   check(Double::Error{"not ready"}, Kind::kServer, "the server reports: not ready");
   check(Value(Map{{"protocol_version", 2}}), Kind::kProtocol,
         "uses version 2 of vla-eval's protocol, evalbus uses 1");

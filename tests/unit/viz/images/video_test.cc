@@ -196,7 +196,7 @@ TEST_F(VideoTest, FullLayoutIsOneVideoWithTwoSecondsOfEndCard) {
               MakeVideo(log, {"head", "front", "overview", "left/hand/wrist", "right/hand/wrist"}, {640, 360},
                         log.parent_path(), options);
             }),
-            "the full layout shows at most at most 4 cameras, the first one large; got 5");
+            "the full layout shows at most 4 cameras, the first one large; got 5");
   EXPECT_EQ(MessageOf<InputError>([] { ParseVideoLayout("big"); }), "--layout big: expected plain or full");
 }
 
@@ -369,7 +369,7 @@ TEST_F(VideoTest, ACameraIsRecordedOnce) {
   EXPECT_EQ(MessageOf<InputError>([&] {
               MakeVideo(log, {"front", "front"}, kVideoSize, log.parent_path());
             }),
-            "camera 'front' is given twice, or another makes the same front.mp4");
+            "camera 'front' is given twice, or another one has the same front.mp4");
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);
 }
 

@@ -315,7 +315,7 @@ TEST_F(MonitorScreenTest, ASilentComponentIsDeadAndComesBack) {
   EXPECT_EQ(screen.find("✕"), std::string::npos) << screen;
   const auto events = watch_.TakeEvents();
   EXPECT_EQ(std::count_if(events.begin(), events.end(),
-                          [](const std::string& e) { return e.find("policy is silent") == 0; }),
+                          [](const std::string& e) { return e.find("no message from policy for ") == 0; }),
             1);
   EXPECT_EQ(events.back(), "policy is back");
 }
