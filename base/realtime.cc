@@ -27,7 +27,7 @@ std::string Realtime::Words() const {
          (is_locked ? "" : "not ") + "locked";
 }
 
-Realtime AskForRealtime(int priority) {
+Realtime RequestRealtime(int priority) {
   Realtime got;
   const sched_param parameter{priority};
   got.is_scheduled = sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameter) == 0;
@@ -38,7 +38,7 @@ Realtime AskForRealtime(int priority) {
 Realtime RealtimeAllowed() {
   const pid_t child = fork();
   if (child == 0) {
-    const Realtime got = AskForRealtime(1);
+    const Realtime got = RequestRealtime(1);
     _exit(got.is_scheduled | got.is_locked << 1);
   }
   int status = 0;

@@ -16,7 +16,7 @@ struct Realtime {
 };
 
 // Requests both for this process, not for its child processes. priority: priority in SCHED_FIFO, 1 to 99.
-Realtime AskForRealtime(int priority);
+Realtime RequestRealtime(int priority);
 
 // What AskForRealtime would obtain, tried in a child process.
 Realtime RealtimeAllowed();

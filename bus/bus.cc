@@ -84,14 +84,15 @@ Bus::~Bus() = default;
 
 void Bus::SelfCheck() {
   static constexpr char kChannel[] = "EVALBUS_SELF_CHECK";
-  const auto heard = std::make_shared<bool>(false);
-  SubscribeRaw(kChannel, [heard](std::string_view, std::span<const uint8_t>, int64_t) { *heard = true; });
+  const auto received = std::make_shared<bool>(false);
+  SubscribeRaw(kChannel,
+               [received](std::string_view, std::span<const uint8_t>, int64_t) { *received = true; });
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1);
   const uint8_t byte = 0;
   PublishRaw(kChannel, {&byte, 1});
-  while (!*heard && Handle(deadline)) {
+  while (!*received && Handle(deadline)) {
   }
-  if (!*heard) throw EnvironmentError("bus " + url_ + " does not deliver: " + kMulticastFix);
+  if (!*received) throw EnvironmentError("bus " + url_ + " does not deliver: " + kMulticastFix);
 }
 
 void Bus::PublishRaw(const char* channel, std::span<const uint8_t> data) {

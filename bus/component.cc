@@ -45,7 +45,7 @@ void Component::PublishStatus() {
 }
 
 void Component::LogDroppedMessages() {
-  const auto grown = [](int64_t now, int64_t* told) { return now - std::exchange(*told, now); };
+  const auto grown = [](int64_t now, int64_t* reported) { return now - std::exchange(*reported, now); };
   if (const int64_t n = grown(status_.decode_errors, &decode_errors_told_); n > 0) {
     log_.Warn("dropped {} that could not be decoded: from another program or version, or damaged",
               Messages(n));
@@ -103,7 +103,7 @@ bool Component::EnterEpisode(const episode_begin_t& begin) {
   return true;
 }
 
-void Component::SayReady() {
+void Component::PublishReady() {
   status_.state = component_status_t::READY;
   PublishStatus();
 }

@@ -46,7 +46,7 @@ class Component {
   // Enters the episode. EPISODE_BEGIN is repeated until all components are ready; returns true for the first
   // one, after which the component must prepare and then call SayReady. Returns false for a repetition.
   bool EnterEpisode(const episode_begin_t& begin);
-  void SayReady();
+  void PublishReady();
   // True if a message with this header belongs to the current episode. Otherwise counts it as foreign.
   bool IsOurs(const header_t& header);
   // Reports that a tick was handled. Publishes STATUS often enough for flow control.

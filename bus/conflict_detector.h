@@ -18,14 +18,14 @@ class ConflictDetector {
 
   // Begins an episode and forgets the previous one.
   void Start() {
-    heard_.clear();
+    received_.clear();
     conflict_.clear();
   }
 
   // tick: not negative. Memory grows with the highest tick.
-  Answer Hear(std::string_view channel, int64_t tick, std::span<const uint8_t> data) {
-    auto found = heard_.find(channel);
-    if (found == heard_.end()) found = heard_.emplace(channel, std::vector<size_t>()).first;
+  Answer Check(std::string_view channel, int64_t tick, std::span<const uint8_t> data) {
+    auto found = received_.find(channel);
+    if (found == received_.end()) found = received_.emplace(channel, std::vector<size_t>()).first;
     std::vector<size_t>& hashes = found->second;
     const auto index = static_cast<size_t>(tick);
     if (index >= hashes.size()) hashes.resize(index + 1, kNone);
@@ -50,7 +50,7 @@ class ConflictDetector {
   static constexpr size_t kNone = 0;
 
   // Hashes by channel, then tick.
-  std::map<std::string, std::vector<size_t>, std::less<>> heard_;
+  std::map<std::string, std::vector<size_t>, std::less<>> received_;
   std::string conflict_;
 };
 

@@ -90,7 +90,7 @@ int HostMain(int argc, char** argv, const std::string& description,
   app.add_option("--realtime-priority", realtime_priority)->group("");
   AddLogLevel(&app);
   if (const auto code = ParseArguments(&app, argc, argv)) return *code;
-  if (realtime_priority > 0) AskForRealtime(realtime_priority);
+  if (realtime_priority > 0) RequestRealtime(realtime_priority);
   return Host(url, make, session, instance);
 }
 

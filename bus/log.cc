@@ -81,7 +81,7 @@ class BusSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
   // Publishes the number of suppressed lines once the window has ended.
   void Poll(steady_clock::time_point now) {
     if (held_back_ == 0 || now - window_began_ < kWindow) return;
-    Say(held_back_level_, fmt::format("and {} more", held_back_));
+    PublishLine(held_back_level_, fmt::format("and {} more", held_back_));
     held_back_ = 0;
   }
 
@@ -91,18 +91,18 @@ class BusSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
     Poll(now);
     if (now - window_began_ >= kWindow) {
       window_began_ = now;
-      said_ = 0;
+      num_published_ = 0;
     }
-    if (++said_ > kLinesPerWindow) {
+    if (++num_published_ > kLinesPerWindow) {
       ++held_back_;
       held_back_level_ = WireLevel(line.level);
       return;
     }
-    Say(WireLevel(line.level), std::string(line.payload.data(), line.payload.size()));
+    PublishLine(WireLevel(line.level), std::string(line.payload.data(), line.payload.size()));
   }
   void flush_() override {}
 
-  void Say(int8_t level, std::string text) {
+  void PublishLine(int8_t level, std::string text) {
     message_.header = *place_;
     message_.level = level;
     message_.text = std::move(text);
@@ -118,7 +118,7 @@ class BusSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
   const header_t* place_;
   log_t message_{};
   steady_clock::time_point window_began_{};
-  int said_ = 0;
+  int num_published_ = 0;
   int held_back_ = 0;
   int8_t held_back_level_ = log_t::INFO_LEVEL;
 };

@@ -11,7 +11,7 @@ class Repeater {
   explicit Repeater(Clock::duration period) : period_(period) {}
 
   // Records that the message was published now.
-  void Said(Clock::time_point now) { last_ = now; }
+  void MarkSent(Clock::time_point now) { last_ = now; }
   bool Due(Clock::time_point now) const { return now - last_ >= period_; }
 
  private:

@@ -43,7 +43,7 @@ void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   }
   loaded_ = *model_info_;
   clearance_.emplace(checker_.get(), ControlPeriodUs(loaded_));
-  SayReady();
+  PublishReady();
 }
 
 void CollisionComponent::OnState(const state_t& state) {

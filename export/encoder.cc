@@ -103,13 +103,13 @@ Encoder::Encoder(Emit emit, SceneOf scene) : emit_(std::move(emit)), scene_(std:
              {"/episode", "evalbus.Episode", EpisodeSchema()}};
 }
 
-void Encoder::Hear(std::string_view channel, std::span<const uint8_t> data) {
+void Encoder::Receive(std::string_view channel, std::span<const uint8_t> data) {
   if (channels::kModel == channel && !UpdateIfChanged(data, &model_bytes_)) return;
   const auto hear = [&]<class T>(const Channel<T>& known) {
     if (!(known == channel)) return false;
     T message{};
     if (Decode(data, &message)) {
-      Hear(message);
+      Receive(message);
     } else {
       ++undecodable_;
     }
@@ -120,13 +120,13 @@ void Encoder::Hear(std::string_view channel, std::span<const uint8_t> data) {
       hear(channels::kEpisodeEnd) || hear(channels::kEpisodeSummary) || hear(channels::kLog);
 }
 
-void Encoder::Hear(const model_info_t& model) {
+void Encoder::Receive(const model_info_t& model) {
   model_ = std::make_shared<const model_info_t>(model);
   track_.reset();
   metrics_topic_.reset();
 }
 
-void Encoder::Hear(const episode_begin_t& begin) {
+void Encoder::Receive(const episode_begin_t& begin) {
   if (!IsPlausible(begin.header) || !model_) return;
   if (begin_ && IsOurs(begin.header) && begin_->seed == begin.seed) return;  // a repeated message
   begin_ = begin;
@@ -143,11 +143,11 @@ void Encoder::Enter(const header_t& header) {
     model_.reset();
     return;
   }
-  said_events_.clear();
+  emitted_events_.clear();
   time_ns_ = -1;
   const bool has_begin = begin_ && IsOurs(begin_->header);
-  if (has_begin) track_->Hear(*begin_);
-  SayEpisode(nullptr);
+  if (has_begin) track_->Receive(*begin_);
+  EmitEpisode(nullptr);
   const auto entities =
       scene_ ? scene_(*model_, has_begin ? std::optional(begin_->seed) : std::nullopt) : nullptr;
   if (!entities) return;
@@ -163,7 +163,7 @@ std::string Encoder::FrameName(size_t body) const {
   return name.empty() ? fmt::format("body {}", body) : name;
 }
 
-void Encoder::Hear(const state_t& state) {
+void Encoder::Receive(const state_t& state) {
   if (!IsPlausible(state.header)) return;
   Enter(state.header);
   if (!track_ || state.body.size() != model_->body_name.size() || state.arm.size() != model_->arm.size() ||
@@ -174,7 +174,7 @@ void Encoder::Hear(const state_t& state) {
   if (time <= time_ns_) return;  // a repeated message
   time_ns_ = time;
   const Json stamp = TimeJson(time);
-  track_->Hear(state);
+  track_->Receive(state);
 
   Json transforms = Json::array();
   for (size_t body = 1; body < state.body.size(); ++body) {
@@ -186,7 +186,7 @@ void Encoder::Hear(const state_t& state) {
                           {"translation", VectorJson(pose.position_m)},
                           {"rotation", QuaternionJson(pose.quat_wxyz)}});
   }
-  Say(kTransforms, time, {{"transforms", std::move(transforms)}});
+  EmitJson(kTransforms, time, {{"transforms", std::move(transforms)}});
 
   Json joints = Json::array(), wrists = Json::object(), openings = Json::object();
   for (size_t k = 0; k < state.arm.size(); ++k) {
@@ -213,17 +213,17 @@ void Encoder::Hear(const state_t& state) {
       openings[model_->gripper[k].name] = state.gripper[k].opening;
     }
   }
-  Say(kJoints, time, {{"timestamp", stamp}, {"joints", std::move(joints)}});
-  Say(kRobot, time,
-      {{"timestamp", stamp},
-       {"tick", state.header.tick},
-       {"wrist", std::move(wrists)},
-       {"gripper_opening", std::move(openings)},
-       {"action_clips", state.action_clips},
-       {"deadline_misses", state.deadline_misses}});
+  EmitJson(kJoints, time, {{"timestamp", stamp}, {"joints", std::move(joints)}});
+  EmitJson(kRobot, time,
+           {{"timestamp", stamp},
+            {"tick", state.header.tick},
+            {"wrist", std::move(wrists)},
+            {"gripper_opening", std::move(openings)},
+            {"action_clips", state.action_clips},
+            {"deadline_misses", state.deadline_misses}});
 }
 
-void Encoder::Hear(const action_t& action) {
+void Encoder::Receive(const action_t& action) {
   if (!IsOurs(action.header) || action.mode != action_t::JOINT_POSITION) return;
   const int64_t time = action.header.sim_time_us * kNsPerUs;
   Json joints = Json::array();
@@ -235,14 +235,14 @@ void Encoder::Hear(const action_t& action) {
       if (std::isfinite(position)) joints.push_back({{"name", name}, {"position", position}});
     }
   }
-  Say(kJointCommands, time, {{"timestamp", TimeJson(time)}, {"joints", std::move(joints)}});
+  EmitJson(kJointCommands, time, {{"timestamp", TimeJson(time)}, {"joints", std::move(joints)}});
 }
 
-void Encoder::Hear(const contacts_t& contacts) {
+void Encoder::Receive(const contacts_t& contacts) {
   if (!IsOurs(contacts.header)) return;
   const int64_t time = contacts.header.sim_time_us * kNsPerUs;
   const Json stamp = TimeJson(time);
-  track_->Hear(contacts);
+  track_->Receive(contacts);
   const ModelNames names(*model_);
   const auto name = [&](int geom) {
     return geom >= 0 && geom < model_->num_geoms ? names.GeomName(geom) : fmt::format("geom {}", geom);
@@ -278,28 +278,28 @@ void Encoder::Hear(const contacts_t& contacts) {
     json["clearance_m"] = contacts.clearance_m;
   }
   json["contacts"] = std::move(list);
-  Say(kContacts, time, json);
-  Say(kContactMarks, time,
-      {{"deletions", Json::array()},
-       {"entities", Json::array({{{"timestamp", stamp},
-                                  {"frame_id", kWorld},
-                                  {"id", "contacts"},
-                                  {"lifetime", TimeJson(0)},
-                                  {"frame_locked", true},
-                                  {"metadata", Json::array()},
-                                  {"arrows", std::move(arrows)},
-                                  {"cubes", Json::array()},
-                                  {"spheres", std::move(balls)},
-                                  {"cylinders", Json::array()},
-                                  {"lines", Json::array()},
-                                  {"triangles", Json::array()},
-                                  {"texts", Json::array()},
-                                  {"models", Json::array()}}})}});
+  EmitJson(kContacts, time, json);
+  EmitJson(kContactMarks, time,
+           {{"deletions", Json::array()},
+            {"entities", Json::array({{{"timestamp", stamp},
+                                       {"frame_id", kWorld},
+                                       {"id", "contacts"},
+                                       {"lifetime", TimeJson(0)},
+                                       {"frame_locked", true},
+                                       {"metadata", Json::array()},
+                                       {"arrows", std::move(arrows)},
+                                       {"cubes", Json::array()},
+                                       {"spheres", std::move(balls)},
+                                       {"cylinders", Json::array()},
+                                       {"lines", Json::array()},
+                                       {"triangles", Json::array()},
+                                       {"texts", Json::array()},
+                                       {"models", Json::array()}}})}});
 }
 
-void Encoder::Hear(const partial_metrics_t& partial) {
+void Encoder::Receive(const partial_metrics_t& partial) {
   if (!IsOurs(partial.header) || !IsPlausible(partial.header)) return;
-  track_->Hear(partial);
+  track_->Receive(partial);
   const auto values = Values(partial);
   if (!metrics_topic_) {
     std::vector<std::pair<std::string, std::string>> paths;
@@ -318,22 +318,22 @@ void Encoder::Hear(const partial_metrics_t& partial) {
                {"tick", partial.header.tick},
                {"verdict", partial.verdict}};
   for (const auto& [name, value] : values) Put(NameWithUnit(std::string(name)), value, &json);
-  Say(*metrics_topic_, time, json);
-  SayEvents();
+  EmitJson(*metrics_topic_, time, json);
+  EmitEvents();
 }
 
-void Encoder::Hear(const episode_end_t& end) {
-  if (IsOurs(end.header)) track_->Hear(end);
+void Encoder::Receive(const episode_end_t& end) {
+  if (IsOurs(end.header)) track_->Receive(end);
 }
 
-void Encoder::Hear(const episode_summary_t& summary) {
+void Encoder::Receive(const episode_summary_t& summary) {
   if (!IsOurs(summary.header) || track_->summary()) return;
-  track_->Hear(summary);
-  SayEvents();
-  SayEpisode(&summary);
+  track_->Receive(summary);
+  EmitEvents();
+  EmitEpisode(&summary);
 }
 
-void Encoder::SayEpisode(const episode_summary_t* summary) {
+void Encoder::EmitEpisode(const episode_summary_t* summary) {
   const header_t& header = track_->episode();
   const int64_t time = summary ? summary->header.sim_time_us * kNsPerUs : 0;
   Json json = {{"timestamp", TimeJson(time)}, {"run_id", model_->run_id},
@@ -356,48 +356,48 @@ void Encoder::SayEpisode(const episode_summary_t* summary) {
     json["success"] = summary->verdict == partial_metrics_t::SUCCESS;
     json["complete"] = summary->complete != 0;
   }
-  Say(kEpisode, time, json);
+  EmitJson(kEpisode, time, json);
 }
 
-void Encoder::SayEvents() {
+void Encoder::EmitEvents() {
   // The summary knows some events more precisely, but published events cannot be changed.
   const bool only_end = track_->summary() != nullptr;
   for (const viz::TrackEvent& event : track_->Events()) {
     if ((event.kind == Kind::kEnd) != only_end) continue;
     const auto kind = static_cast<int>(event.kind);
-    if (!said_events_.emplace(kind, event.tick, event.text).second) continue;
+    if (!emitted_events_.emplace(kind, event.tick, event.text).second) continue;
     const int64_t time = std::max<int64_t>(0, std::llround(event.time * 1e6) * kNsPerUs);
-    Say(kEvents, time,
-        {{"timestamp", TimeJson(time)},
-         {"tick", event.tick},
-         {"kind", kKinds[kind]},
-         {"text", event.text},
-         {"gripper", event.gripper},
-         {"object", event.object},
-         {"duration_s", event.duration}});
-    SayLog(time, kLevels[log_t::INFO_LEVEL], "metrics", event.text);
+    EmitJson(kEvents, time,
+             {{"timestamp", TimeJson(time)},
+              {"tick", event.tick},
+              {"kind", kKinds[kind]},
+              {"text", event.text},
+              {"gripper", event.gripper},
+              {"object", event.object},
+              {"duration_s", event.duration}});
+    EmitLog(time, kLevels[log_t::INFO_LEVEL], "metrics", event.text);
   }
 }
 
-void Encoder::Hear(const log_t& line) {
+void Encoder::Receive(const log_t& line) {
   const int level = std::clamp<int>(line.level, 0, std::size(kLevels) - 1);
   // If a component lags behind, or is between two episodes, the current time is the best estimate.
   const int64_t time =
       IsOurs(line.header) && line.header.tick >= 0 ? line.header.sim_time_us * kNsPerUs : time_ns_;
-  SayLog(std::max<int64_t>(time, 0), kLevels[level], line.component, line.text);
+  EmitLog(std::max<int64_t>(time, 0), kLevels[level], line.component, line.text);
 }
 
-void Encoder::SayLog(int64_t time_ns, int level, const std::string& name, const std::string& text) {
-  Say(kLog, time_ns,
-      {{"timestamp", TimeJson(time_ns)},
-       {"level", level},
-       {"message", text},
-       {"name", name},
-       {"file", ""},
-       {"line", 0}});
+void Encoder::EmitLog(int64_t time_ns, int level, const std::string& name, const std::string& text) {
+  EmitJson(kLog, time_ns,
+           {{"timestamp", TimeJson(time_ns)},
+            {"level", level},
+            {"message", text},
+            {"name", name},
+            {"file", ""},
+            {"line", 0}});
 }
 
-void Encoder::Say(size_t topic, int64_t time_ns, const Json& json) {
+void Encoder::EmitJson(size_t topic, int64_t time_ns, const Json& json) {
   emit_({topic, time_ns, std::make_shared<const std::string>(ToText(json))});
 }
 

@@ -74,7 +74,7 @@ class Encoder {
 
   // Processes any encoded message of a run. Messages that do not belong to MODEL or to the current episode
   // are ignored; undecodable messages are counted.
-  void Hear(std::string_view channel, std::span<const uint8_t> data);
+  void Receive(std::string_view channel, std::span<const uint8_t> data);
 
   // Only grows. A topic replaces earlier topics with the same name.
   const std::vector<Topic>& topics() const { return topics_; }
@@ -83,22 +83,22 @@ class Encoder {
   int64_t time_ns() const { return time_ns_; }
 
  private:
-  void Hear(const model_info_t& model);
-  void Hear(const episode_begin_t& begin);
-  void Hear(const state_t& state);
-  void Hear(const contacts_t& contacts);
-  void Hear(const partial_metrics_t& partial);
-  void Hear(const action_t& action);
-  void Hear(const episode_end_t& end);
-  void Hear(const episode_summary_t& summary);
-  void Hear(const log_t& line);
+  void Receive(const model_info_t& model);
+  void Receive(const episode_begin_t& begin);
+  void Receive(const state_t& state);
+  void Receive(const contacts_t& contacts);
+  void Receive(const partial_metrics_t& partial);
+  void Receive(const action_t& action);
+  void Receive(const episode_end_t& end);
+  void Receive(const episode_summary_t& summary);
+  void Receive(const log_t& line);
 
   bool IsOurs(const header_t& header) const { return track_ && track_->IsOurs(header); }
   void Enter(const header_t& header);
-  void SayEpisode(const episode_summary_t* summary);
-  void SayEvents();
-  void SayLog(int64_t time_ns, int level, const std::string& name, const std::string& text);
-  void Say(size_t topic, int64_t time_ns, const nlohmann::ordered_json& json);
+  void EmitEpisode(const episode_summary_t* summary);
+  void EmitEvents();
+  void EmitLog(int64_t time_ns, int level, const std::string& name, const std::string& text);
+  void EmitJson(size_t topic, int64_t time_ns, const nlohmann::ordered_json& json);
   std::string FrameName(size_t body) const;
 
   Emit emit_;
@@ -110,7 +110,7 @@ class Encoder {
   std::optional<episode_begin_t> begin_;
   // The current episode; null if there is none.
   std::unique_ptr<viz::EpisodeTrack> track_;
-  std::set<std::tuple<int, int64_t, std::string>> said_events_;
+  std::set<std::tuple<int, int64_t, std::string>> emitted_events_;
   int64_t time_ns_ = -1;
   int64_t undecodable_ = 0;
 };

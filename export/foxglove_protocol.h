@@ -19,7 +19,7 @@ namespace evalbus::exports {
 // header Sec-WebSocket-Protocol.
 std::string ChooseSubprotocol(std::string_view offered);
 // The older subprotocol has no playback, and its clients disconnect if they receive a playback message.
-inline bool KnowsPlayback(std::string_view subprotocol) { return subprotocol == "foxglove.sdk.v1"; }
+inline bool SupportsPlayback(std::string_view subprotocol) { return subprotocol == "foxglove.sdk.v1"; }
 
 // A client's text message. Unsupported requests (client channels, parameters) give an empty struct.
 struct ClientText {

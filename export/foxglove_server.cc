@@ -74,7 +74,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
 
   void Start(const http::request<http::empty_body>& request) {
     const std::string subprotocol = ChooseSubprotocol(View(request[http::field::sec_websocket_protocol]));
-    has_playback_ = core_->options.playback_end_ns && KnowsPlayback(subprotocol);
+    has_playback_ = core_->options.playback_end_ns && SupportsPlayback(subprotocol);
     beast::get_lowest_layer(stream_).expires_never();
     stream_.set_option(websocket::stream_base::timeout{kTimeout, 2 * kTimeout, /*keep_alive_pings=*/true});
     stream_.set_option(websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
@@ -89,17 +89,17 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     });
   }
 
-  void Tell(std::string text) {
+  void SendText(std::string text) {
     control_.push_back({false, std::move(text)});
     Write();
   }
-  void TellPlayback(const PlaybackState& state) {
+  void SendPlayback(const PlaybackState& state) {
     if (!has_playback_) return;
     control_.push_back({true, PlaybackStateBytes(state)});
     Write();
   }
   // Only the latest time is sent.
-  void TellTime(int64_t time_ns) {
+  void SendTime(int64_t time_ns) {
     time_ = time_ns;
     Write();
   }
@@ -126,10 +126,11 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     core_->viewers.insert(this);
     core_->num_viewers = static_cast<int>(core_->viewers.size());
     const Options& server = core_->options;
-    Tell(ServerInfoText(server.name, server.session, has_playback_ ? server.playback_end_ns : std::nullopt));
-    if (!core_->topics.empty()) Tell(AdvertiseText(core_->topics, 0));
-    if (!core_->gone.empty()) Tell(UnadvertiseText({core_->gone.begin(), core_->gone.end()}));
-    if (core_->playback) TellPlayback(*core_->playback);
+    SendText(
+        ServerInfoText(server.name, server.session, has_playback_ ? server.playback_end_ns : std::nullopt));
+    if (!core_->topics.empty()) SendText(AdvertiseText(core_->topics, 0));
+    if (!core_->gone.empty()) SendText(UnadvertiseText({core_->gone.begin(), core_->gone.end()}));
+    if (core_->playback) SendPlayback(*core_->playback);
   }
 
   void Enqueue(uint32_t id, const Message& message) {
@@ -142,7 +143,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
       ++dropped_;
     }
     if (before == 0 && dropped_ > 0) {
-      Tell(WarningText("dropped", "this viewer reads too slowly: the oldest messages are dropped"));
+      SendText(WarningText("dropped", "this viewer reads too slowly: the oldest messages are dropped"));
     }
     Write();
   }
@@ -175,14 +176,14 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
       if (error) return self->Drop();
       const auto data = self->buffer_.data();
       const std::string_view bytes(static_cast<const char*>(data.data()), data.size());
-      const bool good = self->stream_.got_text() ? self->HearText(bytes) : self->HearBinary(bytes);
+      const bool good = self->stream_.got_text() ? self->ReceiveText(bytes) : self->ReceiveBinary(bytes);
       self->buffer_.consume(self->buffer_.size());
       if (!good) return self->Close();
       self->Read();
     });
   }
 
-  bool HearText(std::string_view text) {
+  bool ReceiveText(std::string_view text) {
     const auto client = ParseClientText(text);
     if (!client) return false;
     for (const uint32_t id : client->unsubscribe) subscriptions_.erase(id);
@@ -196,7 +197,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     return true;
   }
 
-  bool HearBinary(std::string_view bytes) {
+  bool ReceiveBinary(std::string_view bytes) {
     // Other message types belong to capabilities that this server does not offer.
     if (bytes.empty()) return false;
     if (bytes[0] != '\x03') return true;
@@ -328,8 +329,8 @@ void FoxgloveServer::SetTopics(const std::vector<Topic>& topics) {
     for (const size_t id : gone) core->kept.erase(id);
     for (Core::Viewer* viewer : core->viewers) {
       viewer->Forget(gone);
-      if (!gone.empty()) viewer->Tell(UnadvertiseText(gone));
-      viewer->Tell(AdvertiseText(topics, from));
+      if (!gone.empty()) viewer->SendText(UnadvertiseText(gone));
+      viewer->SendText(AdvertiseText(topics, from));
     }
   });
 }
@@ -347,7 +348,7 @@ void FoxgloveServer::Forget() {
 
 void FoxgloveServer::SendTime(int64_t time_ns) {
   asio::post(core_->listener.context(), [core = core_.get(), time_ns] {
-    for (Core::Viewer* viewer : core->viewers) viewer->TellTime(time_ns);
+    for (Core::Viewer* viewer : core->viewers) viewer->SendTime(time_ns);
   });
 }
 
@@ -356,7 +357,7 @@ void FoxgloveServer::SendPlayback(const PlaybackState& state) {
     core->playback = state;
     core->playback->did_seek = false;
     core->playback->request_id.clear();
-    for (Core::Viewer* viewer : core->viewers) viewer->TellPlayback(state);
+    for (Core::Viewer* viewer : core->viewers) viewer->SendPlayback(state);
   });
 }
 

@@ -62,7 +62,7 @@ EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
         return entities;
       });
   EventLogReader reader(log);
-  for (LogEvent event; reader.Next(&event);) encoder.Hear(event.channel, event.data);
+  for (LogEvent event; reader.Next(&event);) encoder.Receive(event.channel, event.data);
   if (episode.messages.empty()) throw InputError(log.string() + ": no episode in this log");
   std::ranges::stable_sort(episode.messages, {}, &Message::time_ns);
   episode.topics = encoder.topics();
@@ -94,8 +94,8 @@ void AddImages(const fs::path& log, const std::vector<std::string>& cameras, con
   EventLogReader reader(log);
   for (LogEvent event; reader.Next(&event);) {
     if (channels::kModel == event.channel) {
-      model_info_t heard{};
-      if (Decode(event.data, &heard)) model = heard;
+      model_info_t received{};
+      if (Decode(event.data, &received)) model = received;
     } else if (channels::kEpisodeBegin == event.channel && model) {
       episode_begin_t begin{};
       if (!Decode(event.data, &begin)) continue;

@@ -73,7 +73,7 @@ void MetricsComponent::Prepare() {
   missing_before_ += missing_here_;
   missing_here_ = 0;
   running_ = true;
-  SayReady();
+  PublishReady();
 }
 
 template <class Message>
@@ -81,7 +81,7 @@ void MetricsComponent::OnTickMessage(const Channel<Message>& channel, const Mess
   if (!IsOurs(message.header)) return;
   const int64_t tick = message.header.tick;
   if (running_ && merger_.IsNear(tick)) {
-    const ConflictDetector::Answer answer = conflicts_.Hear(channel, tick, bus().handled());
+    const ConflictDetector::Answer answer = conflicts_.Check(channel, tick, bus().handled());
     if (answer == ConflictDetector::Answer::kNew && merger_.Add(message)) return ScoreTicks();
     // The sim repeats a STATE until it has received the PARTIAL for it.
     if (answer == ConflictDetector::Answer::kConflicting) log().Warn("{}", conflicts_.conflict());
@@ -116,7 +116,7 @@ void MetricsComponent::PublishCriteria() {
 void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
   if (!IsOurs(end.header)) return;
   if (running_) {
-    const auto answer = conflicts_.Hear(channels::kEpisodeEnd, 0, bus().handled());
+    const auto answer = conflicts_.Check(channels::kEpisodeEnd, 0, bus().handled());
     if (answer == ConflictDetector::Answer::kConflicting) {
       log().Warn("{}", conflicts_.conflict());
       return FinishEpisode();
@@ -140,7 +140,7 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
 void MetricsComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (run_summary_.num_episodes > 0 && now - summary_published_ >= kRepeatSummary) PublishRunSummary();
-  if (!last_ticks_ || last_ticks_->Look(now) < kMaxWait) return;
+  if (!last_ticks_ || last_ticks_->Elapsed(now) < kMaxWait) return;
   log().Warn("some ticks did not arrive in time: the episode is scored without them");
   merger_.GiveUp();
   ScoreTicks();
@@ -149,7 +149,7 @@ void MetricsComponent::Poll(SteadyTime now) {
 void MetricsComponent::FinishEpisode() {
   running_ = false;
   last_ticks_.reset();
-  if (partial_.header.tick >= 0 && !criteria_pace_.IsSaid(partial_.header)) PublishCriteria();
+  if (partial_.header.tick >= 0 && !criteria_pace_.IsPublished(partial_.header)) PublishCriteria();
   scorer_->EndAt(end_.header.tick);
   missing_here_ = scorer_->missing_ticks();
   status_.missing_ticks = missing_before_ + missing_here_;

@@ -45,7 +45,7 @@ runner::Job JobOf(const Shard& shard, const fs::path& options, const fs::path& s
 
 // Clears the error state of standard output: on a full disk a job waits until its results fit, and must not
 // fail because lines of its log were lost.
-void Say(const std::string& text) {
+void PrintLine(const std::string& text) {
   fmt::print("{}\n", Printable(text));
   std::fflush(stdout);
   std::clearerr(stdout);
@@ -54,12 +54,12 @@ void Say(const std::string& text) {
 // Copies the shard into the plan's folder; while the disk is full, retries every kTryAgain until kGiveUp.
 void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::path& finished) {
   const auto give_up = std::chrono::steady_clock::now() + kGiveUp;
-  for (bool is_said = false;; is_said = true) {
+  for (bool is_printed = false;; is_printed = true) {
     try {
       return folder.Put(shard, finished);
     } catch (const EnvironmentError& error) {
       if (stop_requested() || std::chrono::steady_clock::now() > give_up) throw;
-      if (!is_said) Say(fmt::format("{}: {}: tries again", shard.name(), error.what()));
+      if (!is_printed) PrintLine(fmt::format("{}: {}: tries again", shard.name(), error.what()));
       std::this_thread::sleep_for(kTryAgain);
     }
   }
@@ -98,11 +98,12 @@ class Shards {
   void Begin() {
     const Shard shard = waiting_.back();
     waiting_.pop_back();
-    if (folder_.has(shard)) return Say(shard.name() + ": there before");
+    if (folder_.has(shard)) return PrintLine(shard.name() + ": there before");
     std::vector<runner::Job> jobs = {JobOf(shard, options_.at(shard.policy), scratch_.path())};
     running_.push_back({shard, std::make_unique<AtWork>(folder_, shard),
-                        std::make_unique<runner::JobPool>(
-                            std::move(jobs), 1, [](const std::string& why) { Say("retrying: " + why); })});
+                        std::make_unique<runner::JobPool>(std::move(jobs), 1, [](const std::string& why) {
+                          PrintLine("retrying: " + why);
+                        })});
   }
 
   // Returns true when the shard has finished or failed.
@@ -110,17 +111,17 @@ class Shards {
     const Shard& shard = running->shard;
     const fs::path made = MadeIn(shard, scratch_.path());
     try {
-      running->at_work->Tell();
+      running->at_work->Refresh();
       running->pool->Poll();
       if (!running->pool->done()) return false;
       PutWhenThereIsRoom(folder_, shard, made);
-      SayFailed(folder_, shard, "");
-      Say(fmt::format("{}: {}", shard.name(), Plural(shard.size(), "episode")));
+      WriteFailure(folder_, shard, "");
+      PrintLine(fmt::format("{}: {}", shard.name(), Plural(shard.size(), "episode")));
     } catch (const std::exception& error) {
       failures_.push_back(fmt::format("{}: {}", shard.name(), error.what()));
-      Say("error: " + failures_.back());
+      PrintLine("error: " + failures_.back());
       try {
-        SayFailed(folder_, shard, error.what());
+        WriteFailure(folder_, shard, error.what());
       } catch (const std::exception&) {
         // The disk to which the failure would be written is what failed.
       }
@@ -145,7 +146,7 @@ class Shards {
 void RunPart(const PlanFolder& folder, int part, int parts, int workers) {
   InstallStopSignals();
   const std::vector<Shard> mine = ShardsOfPart(ShardsOf(folder.plan()), part, parts);
-  Say(fmt::format("part {} of {}: {}", part, parts, Plural(mine.size(), "shard")));
+  PrintLine(fmt::format("part {} of {}: {}", part, parts, Plural(mine.size(), "shard")));
   Shards shards(folder, mine, workers);
   while (shards.Poll() && !stop_requested()) std::this_thread::sleep_for(runner::kJobPoll);
   if (stop_requested()) throw EnvironmentError("stopped; run the same command again to resume");

@@ -144,7 +144,7 @@ void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
 }
 
 AtWork::AtWork(const PlanFolder& folder, const Shard& shard)
-    : file_(Hidden(folder, shard, ThisProcess())), told_(std::chrono::steady_clock::now()) {
+    : file_(Hidden(folder, shard, ThisProcess())), refreshed_(std::chrono::steady_clock::now()) {
   WriteWhole(file_, "");
 }
 
@@ -153,10 +153,10 @@ AtWork::~AtWork() {
   fs::remove(file_, ignored);
 }
 
-void AtWork::Tell() {
+void AtWork::Refresh() {
   const auto now = std::chrono::steady_clock::now();
-  if (now - told_ < kTold) return;
-  told_ = now;
+  if (now - refreshed_ < kRefreshPeriod) return;
+  refreshed_ = now;
   // The current time by the clock of the file's own machine.
   utimensat(AT_FDCWD, file_.c_str(), nullptr, 0);
 }
@@ -168,7 +168,7 @@ std::pair<std::string, std::string> ParseHidden(const std::string& name) {
   return {name.substr(1, dot - 1), dot < name.size() ? name.substr(dot + 1) : ""};
 }
 
-void SayFailed(const PlanFolder& folder, const Shard& shard, const std::string& why) {
+void WriteFailure(const PlanFolder& folder, const Shard& shard, const std::string& why) {
   const fs::path file = Hidden(folder, shard, "failed");
   std::error_code ignored;
   if (why.empty()) {

@@ -74,7 +74,7 @@ class PlanFolder {
 // machines consider the process alive until the marker is older than kGone.
 class AtWork {
  public:
-  static constexpr std::chrono::seconds kTold{10};
+  static constexpr std::chrono::seconds kRefreshPeriod{10};
   static constexpr std::chrono::seconds kGone{60};
 
   AtWork(const PlanFolder& folder, const Shard& shard);
@@ -82,11 +82,11 @@ class AtWork {
   AtWork(const AtWork&) = delete;
   AtWork& operator=(const AtWork&) = delete;
   // Updates the marker's time stamp, at most once per kTold. Must be called more often than that.
-  void Tell();
+  void Refresh();
 
  private:
   std::filesystem::path file_;
-  std::chrono::steady_clock::time_point told_;
+  std::chrono::steady_clock::time_point refreshed_;
 };
 
 // Splits the name of a hidden file in parts/ into the shard's name and the suffix: "HOST-PID" (running),
@@ -94,6 +94,6 @@ class AtWork {
 std::pair<std::string, std::string> ParseHidden(const std::string& name);
 
 // Records why a shard failed; an empty `why` removes the record.
-void SayFailed(const PlanFolder& folder, const Shard& shard, const std::string& why);
+void WriteFailure(const PlanFolder& folder, const Shard& shard, const std::string& why);
 
 }  // namespace evalbus::plans

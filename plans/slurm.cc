@@ -32,18 +32,18 @@ std::string Evalbus() { return (runner::Processes::BinaryFolder() / "evalbus").s
 std::string OutputOf(const std::vector<std::string>& command) {
   FILE* const pipe = popen((ShellWords(command) + " 2>&1").c_str(), "r");
   if (!pipe) throw EnvironmentError("no process can be started");
-  std::string said;
+  std::string output;
   char part[512];
-  for (size_t n = 0; (n = fread(part, 1, sizeof part, pipe)) > 0;) said.append(part, n);
+  for (size_t n = 0; (n = fread(part, 1, sizeof part, pipe)) > 0;) output.append(part, n);
   const int status = pclose(pipe);
-  while (said.ends_with('\n')) said.pop_back();
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return said;
+  while (output.ends_with('\n')) output.pop_back();
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return output;
   if (WIFEXITED(status) && WEXITSTATUS(status) == 127) {
     throw EnvironmentError(
         "sbatch is missing: --slurm requires a machine of a Slurm cluster; --slurm-dry-run shows the "
         "scripts");
   }
-  throw EnvironmentError(command[0] + ": " + Printable(said));
+  throw EnvironmentError(command[0] + ": " + Printable(output));
 }
 
 int NumParts(const Plan& plan, const SlurmOptions& options) {

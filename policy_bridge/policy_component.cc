@@ -76,7 +76,7 @@ void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
 void PolicyComponent::StartIfReady() {
   if (!is_starting_ || !policy_->IsReady()) return;
   is_starting_ = false;
-  SayReady();
+  PublishReady();
 }
 
 void PolicyComponent::OnState(const state_t& state) {
@@ -105,12 +105,12 @@ bool PolicyComponent::Act(const state_t& state) {
     // A new request is published at once. The repetition period is for requests that may have been lost.
     if (request && (!SameTick(request->header, observed_) || image_request_.Due(now))) {
       observed_ = request->header;
-      if (!std::exchange(hears_images_, true)) {
+      if (!std::exchange(receives_images_, true)) {
         bus().SubscribeRaw(
             channels::kImage.name + std::string(".*"),
             [this](std::string_view, std::span<const uint8_t> data, int64_t) { OnImage(data); });
       }
-      image_request_.Said(now);
+      image_request_.MarkSent(now);
       bus().Publish(channels::kRequestImage, *request);
     }
     if (!is_done) return false;

@@ -54,7 +54,7 @@ class PolicyComponent : public Component {
   // Header of the last REQUEST_IMAGE published, and when to repeat it.
   header_t observed_{};
   Repeater image_request_{std::chrono::milliseconds(200)};
-  bool hears_images_ = false;
+  bool receives_images_ = false;
   image_t image_{};
   action_t action_{};
 };

@@ -47,11 +47,11 @@ Scenes::Block Scenes::FindBlock(const std::string& id) const {
 namespace {
 
 // Adds the images of a source's cameras.
-void HearImages(const std::filesystem::path& log, viz::EpisodeTrack* track) {
+void ReceiveImages(const std::filesystem::path& log, viz::EpisodeTrack* track) {
   EventLogReader reader(log);
   for (LogEvent event; reader.Next(&event);) {
     if (!channels::Carries(channels::kCameraImage, event.channel)) continue;
-    if (image_t image{}; Decode(event.data, &image)) track->Hear(image);
+    if (image_t image{}; Decode(event.data, &image)) track->Receive(image);
   }
 }
 
@@ -73,24 +73,24 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
       appearance = scene.Appearance(begin.seed);
     }
     track = std::make_unique<viz::EpisodeTrack>(model, begin.header, about);
-    track->Hear(begin, std::move(appearance));
+    track->Receive(begin, std::move(appearance));
     criteria = {};
     criteria_pace.Start();
   });
   rescorer.OnTick(
       [&](const metrics::EpisodeScorer& scorer, const state_t& state, const contacts_t& contacts) {
-        track->Hear(state);
-        track->Hear(contacts);
+        track->Receive(state);
+        track->Receive(contacts);
         scorer.Partial(&partial);
-        track->Hear(partial);
+        track->Receive(partial);
         scorer.Criteria(&criteria);
-        if (criteria_pace.IsDue(partial.header, partial.verdict)) track->Hear(criteria);
+        if (criteria_pace.IsDue(partial.header, partial.verdict)) track->Receive(criteria);
       });
   const results::RescoredLog scores = rescorer.Rescore(log);
   if (scores.episodes.empty()) throw InputError(log.string() + ": no episode in this log");
-  if (track->model().source != source_name::kSim) HearImages(log, track.get());
-  track->Hear(criteria);
-  track->Hear(scores.episodes.back().summary);
+  if (track->model().source != source_name::kSim) ReceiveImages(log, track.get());
+  track->Receive(criteria);
+  track->Receive(scores.episodes.back().summary);
   return track;
 }
 

@@ -50,7 +50,7 @@ bool RunFollower::ReadLines() {
   return true;
 }
 
-RunFollower::News RunFollower::Look() {
+RunFollower::News RunFollower::Update() {
   News news;
   try {
     std::error_code none;

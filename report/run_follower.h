@@ -28,7 +28,7 @@ class RunFollower {
   };
   // Reads at most kLinesAtOnce new lines; the next call continues.
   static constexpr size_t kLinesAtOnce = 200;
-  News Look();
+  News Update();
 
   const std::filesystem::path& folder() const { return folder_; }
   // Null until run.json exists.

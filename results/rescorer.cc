@@ -70,7 +70,7 @@ void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
   } else if (event.channel == channels::kEpisodeEnd) {
     episode_end_t end{};
     if (!decode(&end) || !running_ || !IsOurs(end.header)) return;
-    conflicts_.Hear(event.channel, 0, event.data);
+    conflicts_.Check(event.channel, 0, event.data);
     if (end_) return;
     end_ = end;
     merger_.EndAt(end.header.tick);
@@ -116,7 +116,7 @@ void Rescorer::OnTickMessage(const LogEvent& event, Message* message, RescoredLo
   }
   const header_t& header = message->header;
   if (!IsOurs(header) || !merger_.IsNear(header.tick)) return;
-  const auto answer = conflicts_.Hear(event.channel, header.tick, event.data);
+  const auto answer = conflicts_.Check(event.channel, header.tick, event.data);
   if (answer != ConflictDetector::Answer::kNew || !merger_.Add(*message)) return;
   if (message->header.tick > last_.tick) last_ = message->header;
   ScoreTicks();

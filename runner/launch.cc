@@ -38,7 +38,7 @@ std::vector<std::string> CommandOf(const ComponentType& type, const RunOptions& 
   return command;
 }
 
-void SayDropped(const RunController& controller, RunListener* listener) {
+void ReportDropped(const RunController& controller, RunListener* listener) {
   if (const std::string dropped = controller.DroppedMessages(); !dropped.empty()) listener->OnRemark(dropped);
 }
 
@@ -50,7 +50,7 @@ void EvaluateInProcess(const RunOptions& options, const results::RunFolder& fold
   Bus bus("memq://");
   std::vector<std::unique_ptr<Component>> components;
   for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, options));
-  if (options.sim.realtime) AskForRealtime(kSimRealtimePriority);
+  if (options.sim.realtime) RequestRealtime(kSimRealtimePriority);
   RunController controller(&bus, plan, folder, listener);
   SteadyTime idle_poll_at{}, poll_at{};
   while (!controller.done() && !stop_requested()) {
@@ -66,7 +66,7 @@ void EvaluateInProcess(const RunOptions& options, const results::RunFolder& fold
     // No message: it is time to poll, or a policy's answer has arrived.
     if (!bus.Handle(poll_at)) poll_at = {};
   }
-  SayDropped(controller, listener);
+  ReportDropped(controller, listener);
 }
 
 void EvaluateProcesses(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
@@ -125,7 +125,7 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
       listener->OnRemark("warning: " + exit.description);
     const auto deadline = steady_clock::now() + kLastWords;
     while (steady_clock::now() < deadline) bus.Handle(deadline);
-    SayDropped(controller, listener);
+    ReportDropped(controller, listener);
   }
   // Stopped last, so that observers do not report a missing process.
   controller.Stop();

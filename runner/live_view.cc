@@ -78,12 +78,12 @@ LiveView::LiveView(FILE* out, const LiveHeader& header, Clock clock)
 }
 
 void LiveView::OnEpisodeBegin(const episode_begin_t& begin) {
-  watch_.Hear(begin, clock_());
+  watch_.Receive(begin, clock_());
   watch_.TakeEvents();  // the line of a finished episode contains the events' outcome
   is_running_ = true;
 }
 
-void LiveView::OnPartial(const partial_metrics_t& partial) { watch_.Hear(partial, clock_()); }
+void LiveView::OnPartial(const partial_metrics_t& partial) { watch_.Receive(partial, clock_()); }
 
 void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   statistics_.Add(num_episodes_++, metrics::ResultOf(episode));

@@ -137,7 +137,7 @@ bool Processes::Hangs(Child* child, SteadyTime now) const {
     if (life.empty() || life != child->life) child->idle = Wait(now);
     child->life = std::move(life);
   }
-  return child->idle.Look(now) > timeout_;
+  return child->idle.Elapsed(now) > timeout_;
 }
 
 std::optional<Processes::Exit> Processes::Poll() {

@@ -78,7 +78,7 @@ void RunController::Command() {
     command.required_instance.push_back(found == instances_.end() ? 0 : found->second);
   }
   bus().Publish(channels::kCommand, command);
-  command_.Said(std::chrono::steady_clock::now());
+  command_.MarkSent(std::chrono::steady_clock::now());
 }
 
 void RunController::OnModel(const model_info_t& model) {
@@ -87,7 +87,7 @@ void RunController::OnModel(const model_info_t& model) {
     return;
   }
   CheckUnchanged(model);
-  attempt_.own_model_heard = true;
+  attempt_.own_model_received = true;
   if (attempt_.early_begin) OnBegin(*std::exchange(attempt_.early_begin, std::nullopt));
 }
 
@@ -110,7 +110,7 @@ void RunController::OnBegin(const episode_begin_t& begin) {
     return;
   }
   // Before this run's sim has published MODEL, this may come from an old log with the same seed.
-  if (!attempt_.own_model_heard) {
+  if (!attempt_.own_model_received) {
     attempt_.early_begin = begin;
     return;
   }
@@ -118,7 +118,7 @@ void RunController::OnBegin(const episode_begin_t& begin) {
   conflicts_.Start();
   attempt_.begin = begin;
   batch_delay_.Begin(std::chrono::steady_clock::now());
-  SayReady();
+  PublishReady();
   listener_->OnEpisodeBegin(begin);
 }
 
@@ -131,7 +131,7 @@ void RunController::OnPartial(const partial_metrics_t& partial) {
 
 void RunController::OnEnd(const episode_end_t& end) {
   if (done() || !attempt_.begun() || !IsOurs(end.header)) return;
-  if (conflicts_.Hear(channels::kEpisodeEnd, 0, bus().handled()) == ConflictDetector::Answer::kConflicting) {
+  if (conflicts_.Check(channels::kEpisodeEnd, 0, bus().handled()) == ConflictDetector::Answer::kConflicting) {
     return BeginAgain(conflicts_.conflict());
   }
   bus().SetMaxBatchDelay({});
@@ -160,7 +160,7 @@ void RunController::OnSummary(const episode_summary_t& summary) {
     return BeginAgain("a sim or a log of another run publishes on this bus: " + attempt_.foreign_model);
   }
   // The first summary may come from an old log; this run's summary then differs from it.
-  if (conflicts_.Hear(channels::kEpisodeSummary, 0, bus().handled()) ==
+  if (conflicts_.Check(channels::kEpisodeSummary, 0, bus().handled()) ==
       ConflictDetector::Answer::kConflicting) {
     return BeginAgain(conflicts_.conflict());
   }
@@ -269,7 +269,7 @@ void RunController::Poll(SteadyTime now) {
   }
   if (done()) return;
   if (!attempt_.waiting) attempt_.waiting.emplace(now);
-  const auto waited = attempt_.waiting->Look(now);
+  const auto waited = attempt_.waiting->Elapsed(now);
   CheckPolicyComes(waited);
   if (!attempt_.begun() && command_.Due(now)) Command();
   // All components are alive, but the sim or a component it waits for is in an episode that another process
@@ -286,13 +286,13 @@ void RunController::Poll(SteadyTime now) {
   }
   // EPISODE_END or EPISODE_SUMMARY was lost, or metrics is in an episode that another process started.
   if (!attempt_.ended) return;
-  if (!attempt_.summary && attempt_.ended->Look(now) > kSummaryTimeout) {
+  if (!attempt_.summary && attempt_.ended->Elapsed(now) > kSummaryTimeout) {
     BeginAgain("no EPISODE_SUMMARY from metrics within 10 s after the episode's end");
     return;
   }
   if (!attempt_.summary) return;
   if (!attempt_.unrecorded) attempt_.unrecorded.emplace(now);
-  if (attempt_.unrecorded->Look(now) > kRecorderTimeout) {
+  if (attempt_.unrecorded->Elapsed(now) > kRecorderTimeout) {
     BeginAgain("the recorder did not finish the episode's log within 10 s");
   }
 }
@@ -317,7 +317,7 @@ void RunController::ExpectStart(const std::map<std::string, int64_t>& instances)
 std::string RunController::Silent(SteadyTime now) {
   std::string silent;
   for (auto& [name, silence] : silence_) {
-    if (silence.wait.Look(now) < silence.allowed || !silent.empty()) continue;
+    if (silence.wait.Elapsed(now) < silence.allowed || !silent.empty()) continue;
     silent = fmt::format("{} hangs: no STATUS for {:g} s", name,
                          std::chrono::duration<double>(silence.allowed).count());
   }

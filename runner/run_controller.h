@@ -96,7 +96,7 @@ class RunController : public Component {
     int number = 0;
     // Set when the MODEL of this run's sim is received; an EPISODE_BEGIN received earlier is kept in
     // early_begin.
-    bool own_model_heard = false;
+    bool own_model_received = false;
     std::optional<episode_begin_t> early_begin, begin;
     bool begun() const { return begin.has_value(); }
     // The first score was received.

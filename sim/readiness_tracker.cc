@@ -25,7 +25,7 @@ bool ReadinessTracker::IsRequired(const std::string& component) const {
   return std::ranges::find(required_, component) != required_.end();
 }
 
-bool ReadinessTracker::Hear(const component_status_t& status) {
+bool ReadinessTracker::Update(const component_status_t& status) {
   const bool is_sim = status.component == "sim", is_required = IsRequired(status.component);
   const bool is_ready =
       status.state == component_status_t::READY && status.episode == episode_ && status.attempt == attempt_;

@@ -20,7 +20,7 @@ class ReadinessTracker {
 
   // Handles a STATUS. Returns false if it was ignored, because another process is known under this name or
   // there are too many names.
-  bool Hear(const component_status_t& status);
+  bool Update(const component_status_t& status);
 
   // Names of the required components that are not ready for this episode, separated by commas. Empty if all
   // are ready.

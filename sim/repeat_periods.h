@@ -14,6 +14,6 @@ inline constexpr auto kAnnouncePeriod = std::chrono::milliseconds(200);
 inline constexpr auto kRepeatModel = std::chrono::seconds(1);
 inline constexpr int64_t kRepeatModelSimUs = 2'000'000;
 // A message whose answer does not arrive is repeated, in case either was lost.
-inline constexpr auto kRepeatUnheard = std::chrono::seconds(2);
+inline constexpr auto kRepeatUnanswered = std::chrono::seconds(2);
 
 }  // namespace evalbus::sim

@@ -27,8 +27,8 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
       world_(scene_.scene.physics.get(), scene_.info, scene_.robot, scene_.task, scene_.info.substeps),
       announcement_(kAnnouncePeriod),
       model_(kRepeatModel),
-      unheard_state_(kRepeatUnheard),
-      unheard_end_(kRepeatUnheard) {
+      unanswered_state_(kRepeatUnanswered),
+      unanswered_end_(kRepeatUnanswered) {
   scene_.info.session = bus->session();
   model_bytes_ = Encode(scene_.info);
   for (const std::string& warning : scene_.scene.warnings) log().Warn("{}", warning);
@@ -153,17 +153,17 @@ void SimComponent::BeginNext() {
 void SimComponent::AnnounceEpisode() {
   PublishModel();
   bus().Publish(channels::kEpisodeBegin, begin_);
-  announcement_.Said(steady_clock::now());
+  announcement_.MarkSent(steady_clock::now());
 }
 
 void SimComponent::PublishModel() {
   bus().Publish(channels::kModel, scene_.info);
-  model_.Said(steady_clock::now());
+  model_.MarkSent(steady_clock::now());
   model_published_sim_us_ = phase_ == Phase::kRunning ? state_.header.sim_time_us : 0;
 }
 
 void SimComponent::OnStatus(const component_status_t& status) {
-  const bool is_taken = readiness_.Hear(status);
+  const bool is_taken = readiness_.Update(status);
   if (!is_taken) ++status_.foreign_messages;
   if (phase_ == Phase::kIdle) return;
   if (!readiness_.twice().empty()) {
@@ -182,7 +182,7 @@ void SimComponent::OnStatus(const component_status_t& status) {
 void SimComponent::StartIfReady() {
   if (!readiness_.Missing().empty()) return;
   phase_ = Phase::kRunning;
-  SayReady();
+  PublishReady();
   log().Info("begins, seed {}", begin_.seed);
   state_.header = begin_.header;
   deadline_misses_ = 0;
@@ -202,7 +202,7 @@ void SimComponent::PublishState() {
   tick_.published = now;
   tick_.wait = Wait(now);
   if (options_.realtime) published_.push_back(now);
-  unheard_state_.Said(now);
+  unanswered_state_.MarkSent(now);
   Progress(state_.header);
   bus().Publish(channels::kState, state_);
 }
@@ -214,7 +214,7 @@ void SimComponent::OnAction(const action_t& action) {
     ++status_.foreign_messages;
     return;
   }
-  const auto answer = detector_.Hear(channels::kAction, action.header.tick, bus().handled());
+  const auto answer = detector_.Check(channels::kAction, action.header.tick, bus().handled());
   if (answer == ConflictDetector::Answer::kConflicting) {
     return OnConflict("two different actions for tick " + std::to_string(action.header.tick) +
                       ": is a second policy on this bus?");
@@ -243,7 +243,7 @@ void SimComponent::OnPartial(const partial_metrics_t& partial) {
     ++status_.foreign_messages;
     return;
   }
-  const auto answer = detector_.Hear(channels::kPartial, tick, bus().handled());
+  const auto answer = detector_.Check(channels::kPartial, tick, bus().handled());
   if (answer == ConflictDetector::Answer::kConflicting) return OnConflict(detector_.conflict());
   if (!options_.realtime && (answer == ConflictDetector::Answer::kRepeated || tick != state_.header.tick)) {
     ++status_.foreign_messages;
@@ -328,7 +328,7 @@ void SimComponent::End(std::string reason, std::string detail) {
   if (deadline_misses_ + end_.late_ticks > 0) {
     log().Warn("{} ticks without an ACTION in time, {} a whole tick late", deadline_misses_, end_.late_ticks);
   }
-  unheard_end_.Said(steady_clock::now());
+  unanswered_end_.MarkSent(steady_clock::now());
   bus().Publish(channels::kEpisodeEnd, end_);
   status_.state = component_status_t::IDLE;
   status_.last_finished_episode = status_.episode;
@@ -340,9 +340,9 @@ void SimComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (phase_ == Phase::kWaiting && announcement_.Due(now)) AnnounceEpisode();
   // Repeated, because the recorder, the launcher or metrics may have missed it.
-  if (phase_ == Phase::kIdle && status_.last_finished_episode >= 0 && unheard_end_.Due(now)) {
+  if (phase_ == Phase::kIdle && status_.last_finished_episode >= 0 && unanswered_end_.Due(now)) {
     log().Info("resending EPISODE_END until the next episode begins");
-    unheard_end_.Said(now);
+    unanswered_end_.MarkSent(now);
     bus().Publish(channels::kEpisodeEnd, end_);
   }
   if (phase_ != Phase::kRunning) return;
@@ -359,18 +359,18 @@ void SimComponent::Poll(SteadyTime now) {
 
 void SimComponent::CheckAnswerTimeouts(SteadyTime now) {
   const int64_t tick = state_.header.tick;
-  const auto waited = tick_.wait.Look(now);
+  const auto waited = tick_.wait.Elapsed(now);
   // PARTIAL requires CONTACTS. STATUS shows which of the two is missing.
   const auto& [lacking, from] = readiness_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
                                                                         : std::pair("PARTIAL", "metrics");
-  if (!(tick_.has_action && tick_.verdict) && unheard_state_.Due(now)) {
+  if (!(tick_.has_action && tick_.verdict) && unanswered_state_.Due(now)) {
     const double waited_s = std::chrono::duration<double>(waited).count();
     if (tick_.verdict) {
       log().Info("no ACTION from policy for {:.0f} s: resending STATE", waited_s);  // a slow policy
     } else {
       log().Warn("no {} from {} for {:.0f} s: resending STATE", lacking, from, waited_s);
     }
-    unheard_state_.Said(now);
+    unanswered_state_.MarkSent(now);
     bus().Publish(channels::kState, state_);
   }
   if (!tick_.verdict && waited > Duration(options_.metrics_timeout_s)) {

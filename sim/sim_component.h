@@ -120,7 +120,7 @@ class SimComponent : public Component {
   std::vector<SteadyTime> published_;
   Durations action_latency_, partial_latency_;
 
-  Repeater announcement_, model_, unheard_state_, unheard_end_;
+  Repeater announcement_, model_, unanswered_state_, unanswered_end_;
   int64_t model_published_sim_us_ = 0;
 };
 

@@ -93,8 +93,8 @@ SourceComponent::SourceComponent(Bus* bus, SimOptions options)
       opening_(FixedOpenings(options_.gripper, prepared_.info)),
       announcement_(kAnnouncePeriod),
       model_(kRepeatModel),
-      unheard_state_(kRepeatUnheard),
-      unheard_end_(kRepeatUnheard) {
+      unanswered_state_(kRepeatUnanswered),
+      unanswered_end_(kRepeatUnanswered) {
   prepared_.info.session = bus->session();
   for (const std::string& warning : prepared_.scene.warnings) log().Warn("{}", warning);
   bus->Subscribe(channels::kSourceAnnouncement,
@@ -197,12 +197,12 @@ void SourceComponent::BeginIfMet() {
 void SourceComponent::AnnounceEpisode() {
   PublishModel();
   bus().Publish(channels::kEpisodeBegin, begin_);
-  announcement_.Said(steady_clock::now());
+  announcement_.MarkSent(steady_clock::now());
 }
 
 void SourceComponent::PublishModel() {
   bus().Publish(channels::kModel, prepared_.info);
-  model_.Said(steady_clock::now());
+  model_.MarkSent(steady_clock::now());
   model_published_sim_us_ = running_ && running_->state ? running_->state->header.sim_time_us : 0;
 }
 
@@ -218,14 +218,14 @@ void SourceComponent::OnOwnBegin(const episode_begin_t& begin) {
 }
 
 void SourceComponent::OnStatus(const component_status_t& status) {
-  if (!readiness_.Hear(status)) ++status_.foreign_messages;
+  if (!readiness_.Update(status)) ++status_.foreign_messages;
   if (phase_ == Phase::kIdle) return;
   if (!readiness_.twice().empty()) {
     return End(end_reason::kAborted, "two processes on this bus claim to be the " + readiness_.twice());
   }
   if (phase_ == Phase::kWaiting && readiness_.Missing().empty()) {
     phase_ = Phase::kRunning;
-    SayReady();
+    PublishReady();
     log().Info("waiting for the source's next episode");
   }
   Advance();
@@ -382,7 +382,7 @@ void SourceComponent::OnImage(std::string_view channel, std::span<const uint8_t>
   Advance();
 }
 
-void SourceComponent::TakeImage(const Arrived& arrived) {
+void SourceComponent::ProcessImage(const Arrived& arrived) {
   Running& r = *running_;
   image_t& image = *arrived.image;
   if (!arrived.fault.empty()) {
@@ -412,7 +412,7 @@ void SourceComponent::Arrive(Arrived arrived) {
   arrived_.push_back(std::move(arrived));
 }
 
-void SourceComponent::TakeArrived() {
+void SourceComponent::ProcessArrived() {
   const auto pop = [this] {
     if (const auto& image = arrived_.front().image) waiting_image_bytes_ -= image->data.size();
     arrived_.pop_front();
@@ -429,7 +429,7 @@ void SourceComponent::TakeArrived() {
     }
     if (running_->is_over) continue;
     if (arrived.image) {
-      TakeImage(arrived);
+      ProcessImage(arrived);
       continue;
     }
     running_->lost += arrived.lost;
@@ -466,7 +466,7 @@ bool SourceComponent::MayPublish() const {
 
 void SourceComponent::Advance() {
   while (phase_ == Phase::kRunning) {
-    TakeArrived();
+    ProcessArrived();
     if (!running_) return;
     Running& r = *running_;
     if (r.state && TimeIsUp() && (r.is_scored() || r.is_in_gap())) return EndInTime();
@@ -494,7 +494,7 @@ void SourceComponent::PublishState(const SampleTicks::Tick& tick) {
   r.state = scene_->At(*tick.before, *tick.behind, tick.share, r.state ? &*r.state : nullptr, header);
   const auto now = steady_clock::now();
   unscored_ = Wait(now);
-  unheard_state_.Said(now);
+  unanswered_state_.MarkSent(now);
   Progress(header);
   bus().Publish(channels::kState, *r.state);
 }
@@ -543,7 +543,7 @@ void SourceComponent::End(std::string reason, std::string detail, bool lacks_tic
   } else {
     log().Warn("ends, {}", text);
   }
-  unheard_end_.Said(steady_clock::now());
+  unanswered_end_.MarkSent(steady_clock::now());
   bus().Publish(channels::kEpisodeEnd, end_);
   status_.state = component_status_t::IDLE;
   status_.last_finished_episode = status_.episode;
@@ -553,8 +553,8 @@ void SourceComponent::End(std::string reason, std::string detail, bool lacks_tic
 void SourceComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (phase_ == Phase::kWaiting && announcement_.Due(now)) AnnounceEpisode();
-  if (phase_ == Phase::kIdle && status_.last_finished_episode >= 0 && unheard_end_.Due(now)) {
-    unheard_end_.Said(now);
+  if (phase_ == Phase::kIdle && status_.last_finished_episode >= 0 && unanswered_end_.Due(now)) {
+    unanswered_end_.MarkSent(now);
     bus().Publish(channels::kEpisodeEnd, end_);
   }
   if (phase_ != Phase::kRunning) return;
@@ -564,8 +564,8 @@ void SourceComponent::Poll(SteadyTime now) {
 }
 
 void SourceComponent::CheckAnswerTimeouts(SteadyTime now) {
-  const bool is_silent = silence_.Look(now) > std::chrono::duration<double>(options_.source_timeout_s);
-  const auto unscored = unscored_.Look(now);
+  const bool is_silent = silence_.Elapsed(now) > std::chrono::duration<double>(options_.source_timeout_s);
+  const auto unscored = unscored_.Elapsed(now);
   if (!running_) return;
   Running& r = *running_;
   const bool has_all = !r.state || r.is_scored() || r.is_in_gap();
@@ -585,9 +585,9 @@ void SourceComponent::CheckAnswerTimeouts(SteadyTime now) {
   if (has_all && laggard.empty()) return;
   const auto& [lacking, from] = readiness_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
                                                                         : std::pair("PARTIAL", "metrics");
-  if (!has_all && unheard_state_.Due(now)) {
+  if (!has_all && unanswered_state_.Due(now)) {
     log().Warn("no {} from {} for tick {}: resending STATE", lacking, from, tick);
-    unheard_state_.Said(now);
+    unanswered_state_.MarkSent(now);
     bus().Publish(channels::kState, *r.state);
   }
   if (unscored <= std::chrono::duration<double>(options_.metrics_timeout_s)) return;

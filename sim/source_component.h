@@ -108,8 +108,8 @@ class SourceComponent : public Component {
   void Arrive(Arrived arrived);
   // Handles queued samples, publishes states that are ready, and ends the episode if it is complete.
   void Advance();
-  void TakeArrived();
-  void TakeImage(const Arrived& arrived);
+  void ProcessArrived();
+  void ProcessImage(const Arrived& arrived);
   bool MayPublish() const;
   void PublishState(const SampleTicks::Tick& tick);
   bool TimeIsUp() const;
@@ -153,7 +153,7 @@ class SourceComponent : public Component {
   std::optional<Running> running_;
   bool unknown_told_ = false;
 
-  Repeater announcement_, model_, unheard_state_, unheard_end_;
+  Repeater announcement_, model_, unanswered_state_, unanswered_end_;
   int64_t model_published_sim_us_ = 0;
 };
 

@@ -28,10 +28,10 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
   for (const ArmDescription& description : robot.arms) {
     const std::string prefix = description.prefix();
     Arm arm;
-    const arm_info_t& told = info.arm[arms_.size()];
-    arm.home = told.joint_home_rad;
-    arm.lower = told.joint_lower_rad;
-    arm.upper = told.joint_upper_rad;
+    const arm_info_t& arm_info = info.arm[arms_.size()];
+    arm.home = arm_info.joint_home_rad;
+    arm.lower = arm_info.joint_lower_rad;
+    arm.upper = arm_info.joint_upper_rad;
     for (const std::string& joint : description.joints) {
       const int id = Id(model, mjOBJ_JOINT, prefix + joint, "joint");
       arm.qpos.push_back(model->jnt_qposadr[id]);

@@ -49,7 +49,7 @@ void CameraComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   shown_.tick = -1;
   waiting_.reset();
   drawn_.clear();
-  SayReady();
+  PublishReady();
 }
 
 void CameraComponent::OnState(const state_t& state) {

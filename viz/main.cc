@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
   try {
     options.size = evalbus::viz::ParseFrameSize(size);
     evalbus::viz::CheckFrameSize(options.size);
-    std::cerr << evalbus::viz::UseGlAndTell(gl);
+    std::cerr << evalbus::viz::UseGlAndDescribe(gl);
     // Drawing uses all available CPU time, so the run takes priority. This must be set before any thread
     // starts, so that all threads inherit it.
     setpriority(PRIO_PROCESS, 0, 19);

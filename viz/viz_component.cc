@@ -82,7 +82,7 @@ void VizComponent::Enter(const episode_begin_t& begin, std::optional<int64_t> se
   text_.subtitle = EpisodeSubtitle(begin.header.episode);
   seed_ = seed;
   if (renderer_) renderer_->SetAppearance(*model_, seed);
-  SayReady();
+  PublishReady();
 }
 
 void VizComponent::OnState(const state_t& state) {

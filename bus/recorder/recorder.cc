@@ -56,7 +56,7 @@ Recorder::Recorder(Bus* bus, std::filesystem::path run, LogForm form)
 
 void Recorder::Poll(SteadyTime now) {
   Component::Poll(now);
-  if (closing_ && closing_->Look(now) >= kRunSummaryWait) CloseEpisode();
+  if (closing_ && closing_->Elapsed(now) >= kRunSummaryWait) CloseEpisode();
 }
 
 bool Recorder::OnModel(std::span<const uint8_t> data, int64_t receive_time_us) {
@@ -119,10 +119,10 @@ void Recorder::Open(const episode_begin_t& begin) {
   time_us_ = 0;
   end_.reset();
   has_summary_ = false;
-  heard_.clear();
+  received_.clear();
   batch_delay_.Begin(std::chrono::steady_clock::now());
   events_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
-  SayReady();
+  PublishReady();
 }
 
 void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us) {
@@ -139,13 +139,13 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
   if (channel == channels::kModel && !OnModel(data, receive_time_us)) return;
   if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
   if (!events_) return;
-  Heard* heard = nullptr;
+  Received* received = nullptr;
   if (recorded == Recorded::kOncePerTick) {
-    auto found = heard_.find(channel);
-    if (found == heard_.end()) found = heard_.emplace(channel, Heard{}).first;
-    heard = &found->second;
+    auto found = received_.find(channel);
+    if (found == received_.end()) found = received_.emplace(channel, Received{}).first;
+    received = &found->second;
     // A repeated message (slow machine or lossy network) is already in the log.
-    if (!UpdateIfChanged(data, &heard->last)) return;
+    if (!UpdateIfChanged(data, &received->last)) return;
   }
   header_t header{};
   const bool is_next_state = channel == channels::kState && DecodeHeader<state_t>(data, &header) &&
@@ -154,7 +154,7 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
   events_->Write(channel, data, simulated_time_ ? time_us_ : receive_time_us);
   if (const auto tick = channels::TickOf(channel, data);
       tick && tick->episode == status_.episode && tick->attempt == status_.attempt) {
-    heard->ticks.Add(tick->tick);
+    received->ticks.Add(tick->tick);
   }
   if (is_next_state) {
     status_.missing_ticks += header.tick - status_.last_tick - 1;
@@ -177,8 +177,8 @@ int64_t Recorder::MissingTicks() const {
   if (end_->end_reason == end_reason::kAborted) return 0;
   const int64_t last = end_->header.tick;
   const auto missing = [&](const char* channel, int64_t end) {
-    const auto found = heard_.find(std::string_view(channel));
-    return found == heard_.end() ? end : found->second.ticks.MissingBefore(end);
+    const auto found = received_.find(std::string_view(channel));
+    return found == received_.end() ? end : found->second.ticks.MissingBefore(end);
   };
   const int64_t states = missing(channels::kState.name, last + 1);
   // In realtime the sim does not wait for answers, so it is unknown which ones were sent.

@@ -56,11 +56,11 @@ class Recorder : public Component {
   int64_t time_us_ = 0;
   std::optional<EventLogWriter> events_;
   // Messages of one channel that carries one message per tick, in this episode.
-  struct Heard {
+  struct Received {
     std::vector<uint8_t> last;
     TickSet ticks;
   };
-  std::map<std::string, Heard, std::less<>> heard_;
+  std::map<std::string, Received, std::less<>> received_;
   channels::Messages decoded_;
   // Copy of the message with session 0, for the log.
   std::vector<uint8_t> without_session_;

@@ -19,7 +19,7 @@ std::optional<LcmMessage> Reassembler::Add(uint64_t sender, const LcmFragment& f
     Begin(fragment, &by_sender_[sender]);
   }
   Assembly& assembly = by_sender_[sender];
-  assembly.heard_at = ++clock_;
+  assembly.received_at = ++clock_;
   const Part part{fragment.offset, static_cast<uint32_t>(fragment.data.size())};
   const auto [place, is_new] = assembly.parts.try_emplace(fragment.number, part);
   if (!is_new) {
@@ -59,7 +59,8 @@ void Reassembler::MakeRoom(uint64_t for_sender, size_t bytes) {
       if (sender->first == for_sender) continue;
       ++num_others;
       needed += sender->second.capacity;
-      if (oldest == by_sender_.end() || sender->second.heard_at < oldest->second.heard_at) oldest = sender;
+      if (oldest == by_sender_.end() || sender->second.received_at < oldest->second.received_at)
+        oldest = sender;
     }
     if (num_others < kMaxSenders && needed <= kMaxBytes) return;
     if (oldest->second.begun) ++lost_;

@@ -43,7 +43,7 @@ class Reassembler {
     size_t capacity = 0;
     // Key: fragment number.
     std::map<uint16_t, Part> parts;
-    uint64_t heard_at = 0;
+    uint64_t received_at = 0;
   };
 
   void Begin(const LcmFragment& fragment, Assembly* assembly);

@@ -50,8 +50,8 @@ void AddOptions(CLI::App* app, FoxgloveOptions* options) {
                   "are always accepted");
 }
 
-void SayWhere(const exports::FoxgloveServer& server, const FoxgloveOptions& options,
-              const std::string& what) {
+void PrintAddress(const exports::FoxgloveServer& server, const FoxgloveOptions& options,
+                  const std::string& what) {
   fmt::print("{}\nin Foxglove: Open connection, Foxglove WebSocket, ws://{}:{}\n", what,
              options.server.host == "127.0.0.1" ? "localhost" : options.server.host, server.port());
   std::fflush(stdout);
@@ -86,10 +86,10 @@ int ShowLive(const FoxgloveOptions& options, exports::FoxgloveServer* server) {
   server->SetTopics(encoder.topics());
   topics = encoder.topics().size();
   bus.SubscribeRaw("EVALBUS_.*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-    encoder.Hear(channel, data);
+    encoder.Receive(channel, data);
   });
   bus.SetMaxBatchDelay(kFrame);
-  SayWhere(*server, options, "listening to " + attached.url);
+  PrintAddress(*server, options, "listening to " + attached.url);
   while (!stop_requested()) {
     bus.Handle(steady_clock::now() + std::chrono::milliseconds(100));
     if (scenes.remark().empty() || scenes.remark() == remark) continue;
@@ -131,7 +131,7 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
   exports::FoxgloveServer server(server_options);
   server.Start();
   server.SetTopics(episode.topics);
-  SayWhere(server, options, "playing " + log.string());
+  PrintAddress(server, options, "playing " + log.string());
 
   exports::Playback playback(end);
   size_t next = 0;
@@ -185,9 +185,9 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
 // Returns the exit code. Throws InputError, EnvironmentError.
 int Foxglove(FoxgloveOptions options) {
   options.server.session = std::to_string(DrawId());
-  auto told = std::make_shared<std::set<std::string>>();
-  options.server.on_refused = [told](const std::string& text) {
-    if (told->size() < 20 && told->insert(text).second) fmt::print(stderr, "{}\n", Printable(text));
+  auto reported = std::make_shared<std::set<std::string>>();
+  options.server.on_refused = [reported](const std::string& text) {
+    if (reported->size() < 20 && reported->insert(text).second) fmt::print(stderr, "{}\n", Printable(text));
   };
   const std::filesystem::path& run = options.address.run;
   const bool is_live = run.empty() || (options.episode.empty() && !LiveRunsOf(FindLiveRuns(), run).empty());

@@ -126,7 +126,7 @@ int Show(const PolicyCommandOptions& options) {
     for (const policy::Signal& signal : entry.signals) seen.push_back("    " + signal.name);
   }
   PrintSection("Observation", seen);
-  Lines said = {
+  Lines lines = {
       fmt::format("{}, {} values", policy::NameOf(contract.actions.kind), contract.actions.num_values)};
   for (const policy::ArmForm& arm : contract.actions.arms) {
     std::string words =
@@ -135,9 +135,9 @@ int Show(const PolicyCommandOptions& options) {
       words += fmt::format(", gripper value {} ({:g} open, {:g} closed)", *arm.gripper.index,
                            arm.gripper.open, arm.gripper.closed);
     }
-    said.push_back(words);
+    lines.push_back(words);
   }
-  PrintSection("Action", said);
+  PrintSection("Action", lines);
   if (contract.is_privileged())
     PrintSection("Privileged", {"the observation contains poses that a real robot cannot measure"});
   return 0;

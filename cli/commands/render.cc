@@ -87,13 +87,13 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
 // Shows the progress: to users as a progress line, or as lines for the process that reads this one's log.
 class Progress {
  public:
-  Progress(size_t logs, bool say) : line_(logs, "recording video of"), say_(say) {}
+  Progress(size_t logs, bool print) : line_(logs, "recording video of"), print_(print) {}
 
   void Show(double done) {
-    if (!say_) return line_.Show(done);
+    if (!print_) return line_.Show(done);
     const auto now = steady_clock::now();
-    if (now - said_ < runner::ProgressLine::kInPlace) return;
-    said_ = now;
+    if (now - printed_ < runner::ProgressLine::kInPlace) return;
+    printed_ = now;
     fmt::print("{}{}\n", runner::kVideoShare, done);
     std::fflush(stdout);
   }
@@ -101,8 +101,8 @@ class Progress {
 
  private:
   runner::ProgressLine line_;
-  bool say_;
-  steady_clock::time_point said_{};
+  bool print_;
+  steady_clock::time_point printed_{};
 };
 
 // For example "lift_pot/position 7" if there are several tasks.
@@ -180,7 +180,7 @@ int Render(const RenderOptions& options) {
   const std::string usual = !has_panels ? "640x480" : video.ending == ".mp4" ? "1280x720" : "640x360";
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? usual : options.size);
   const std::vector<fs::path> logs = results::EpisodeLogs(options.recording, options.episodes);
-  fmt::print(stderr, "{}", viz::UseGlAndTell(options.gl));
+  fmt::print(stderr, "{}", viz::UseGlAndDescribe(options.gl));
   // On a stop signal, a partially written video is removed.
   InstallStopSignals();
   if (options.has_grid) {

@@ -143,7 +143,7 @@ class Player : public Component {
     });
     bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
       if (!EnterEpisode(begin)) return;
-      SayReady();
+      PublishReady();
       view_->OnEpisodeBegin(begin);
     });
     bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& partial) {
@@ -227,7 +227,7 @@ class Player : public Component {
     Wait wait(poll_at);
     while (!condition()) {
       const auto now = steady_clock::now();
-      const auto waited = wait.Look(now);
+      const auto waited = wait.Elapsed(now);
       if (stop_requested() || (time && waited > *time)) return false;
       if (now >= poll_at) {
         Poll(now);

@@ -86,7 +86,7 @@ int Tap(const TapOptions& options) {
       },
       {});
   bus.SubscribeRaw("EVALBUS_.*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-    encoder.Hear(channel, data);
+    encoder.Receive(channel, data);
   });
   bus.SetMaxBatchDelay(std::chrono::milliseconds(20));
   fmt::print("forwarding {} to {}\n", attached.url, options.plotjuggler);

@@ -195,14 +195,14 @@ int Show(const TasksOptions& options) {
   PrintSection("Scene", parts);
 
   Lines randomized;
-  const auto say = [&](const auto& draws) {
+  const auto print_draws = [&](const auto& draws) {
     for (const auto& draw : draws)
       randomized.push_back(std::visit([](const auto& kind) { return InWords(kind); }, draw));
   };
-  say(variation.randomizations);
+  print_draws(variation.randomizations);
   for (const Distractors& distractors : variation.distractors) randomized.push_back(InWords(distractors));
-  say(variation.physics);
-  say(variation.appearance);
+  print_draws(variation.physics);
+  print_draws(variation.appearance);
   PrintSection("At each reset", randomized.empty() ? Lines{"nothing is randomized"} : randomized);
 
   const ModelNames names(composed.scene.info);

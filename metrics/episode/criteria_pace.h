@@ -12,23 +12,23 @@ namespace evalbus::metrics {
 class CriteriaPace {
  public:
   void Start() {
-    said_.reset();
+    published_.reset();
     verdict_ = 0;
   }
   // Must be called in tick order; verdict as in partial_metrics_t.
   bool IsDue(const header_t& header, int8_t verdict) {
     const bool is_due =
-        !said_ || verdict != verdict_ || header.sim_time_us >= said_->sim_time_us + kPeriod_us;
-    if (is_due) said_ = header;
+        !published_ || verdict != verdict_ || header.sim_time_us >= published_->sim_time_us + kPeriod_us;
+    if (is_due) published_ = header;
     verdict_ = verdict;
     return is_due;
   }
   // Whether CRITERIA was published for this tick.
-  bool IsSaid(const header_t& header) const { return said_ && said_->tick == header.tick; }
+  bool IsPublished(const header_t& header) const { return published_ && published_->tick == header.tick; }
 
  private:
   static constexpr int64_t kPeriod_us = 50'000;
-  std::optional<header_t> said_;
+  std::optional<header_t> published_;
   int8_t verdict_ = 0;
 };
 

@@ -47,10 +47,10 @@ std::string Text(const explanation_t& e, const std::string& reason, double time,
     text += " (success cannot be determined: poses of objects are missing)";
   }
   // Several operands of an `any` may wait for the same condition.
-  std::set<std::string> said;
+  std::set<std::string> listed;
   for (const condition_t& condition : e.condition) {
-    if (!said.insert(condition.text).second) continue;
-    text += (said.size() == 1 ? ": " : ", ") + condition.text;
+    if (!listed.insert(condition.text).second) continue;
+    text += (listed.size() == 1 ? ": " : ", ") + condition.text;
   }
   if (e.last_stage_index > 0) {
     text += fmt::format("; last stage {} ({}) at {:.2f} s", e.last_stage_index, e.last_stage_name,

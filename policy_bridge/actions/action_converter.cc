@@ -209,8 +209,8 @@ ActionConverter::ArmPart ActionConverter::MakeArm(const ArmForm& form, const mjM
     throw InputError("action: the robot has no arm '" + form.arm + "'" + Suggestion(form.arm, names));
   }
   const auto index = static_cast<int>(found - names.begin());
-  const arm_info_t& told = info.arm[index];
-  const int expected = is_joint_kind() ? told.num_joints : kPositionValues + NumValues(space_.rotation);
+  const arm_info_t& arm_info = info.arm[index];
+  const int expected = is_joint_kind() ? arm_info.num_joints : kPositionValues + NumValues(space_.rotation);
   if (form.indices.size() != static_cast<size_t>(expected)) {
     const std::string parts = is_joint_kind() ? "one for each joint"
                                               : fmt::format("{} of position and {} of rotation",
@@ -218,22 +218,23 @@ ActionConverter::ArmPart ActionConverter::MakeArm(const ArmForm& form, const mjM
     throw InputError(fmt::format("action: arm '{}': {} indices; {} takes {}, {}", form.arm,
                                  form.indices.size(), NameOf(space_.kind), expected, parts));
   }
-  if (told.num_joints > kMaxArmJoints) {
+  if (arm_info.num_joints > kMaxArmJoints) {
     throw InputError(fmt::format("action: arm '{}': {} joints; at most {} can be commanded", form.arm,
-                                 told.num_joints, kMaxArmJoints));
+                                 arm_info.num_joints, kMaxArmJoints));
   }
-  ArmPart arm{.form = form,
-              .index = index,
-              .first_joint = 0,
-              .num_joints = told.num_joints,
-              .gripper_command = GripperCommand(form.gripper),
-              .lower = Eigen::Map<const Eigen::VectorXd>(told.joint_lower_rad.data(), told.num_joints),
-              .upper = Eigen::Map<const Eigen::VectorXd>(told.joint_upper_rad.data(), told.num_joints),
-              .chain = {},
-              .base = Isometry3d::Identity(),
-              .point = Isometry3d::Identity(),
-              .target = {},
-              .first_rotation = Matrix3d::Identity()};
+  ArmPart arm{
+      .form = form,
+      .index = index,
+      .first_joint = 0,
+      .num_joints = arm_info.num_joints,
+      .gripper_command = GripperCommand(form.gripper),
+      .lower = Eigen::Map<const Eigen::VectorXd>(arm_info.joint_lower_rad.data(), arm_info.num_joints),
+      .upper = Eigen::Map<const Eigen::VectorXd>(arm_info.joint_upper_rad.data(), arm_info.num_joints),
+      .chain = {},
+      .base = Isometry3d::Identity(),
+      .point = Isometry3d::Identity(),
+      .target = {},
+      .first_rotation = Matrix3d::Identity()};
   for (int i = 0; i < index; ++i) arm.first_joint += info.arm[i].num_joints;
   for (size_t i = 0; i < info.gripper.size(); ++i) {
     if (info.gripper[i].arm == index) arm.gripper = static_cast<int>(i);
@@ -242,9 +243,9 @@ ActionConverter::ArmPart ActionConverter::MakeArm(const ArmForm& form, const mjM
     throw InputError("action: arm '" + form.arm + "' has no gripper that could be commanded");
   }
   if (!is_joint_kind()) {
-    arm.chain.emplace(model, told);
-    arm.base = BasePose(model, told);
-    arm.reach = Reach(model, told);
+    arm.chain.emplace(model, arm_info);
+    arm.base = BasePose(model, arm_info);
+    arm.reach = Reach(model, arm_info);
   }
   return arm;
 }

@@ -79,7 +79,7 @@ void FlawedPolicy::Begin(const episode_begin_t& begin) {
   for (const Arm& arm : arms_) shifted_.push_back(arm.chain.home());
 }
 
-void FlawedPolicy::Look(const state_t& state, const action_t& action) {
+void FlawedPolicy::CheckTrigger(const state_t& state, const action_t& action) {
   if (start_.empty()) {
     const auto& closing = action.gripper_closing;
     if (std::any_of(closing.begin(), closing.end(), [](double x) { return x > 0; })) {
@@ -123,7 +123,7 @@ void FlawedPolicy::Act(const state_t& state, action_t* action) {
     return;
   }
   policy_->Act(state, action);
-  if (!wrong_) Look(state, *action);
+  if (!wrong_) CheckTrigger(state, *action);
   const double time = static_cast<double>(state.header.sim_time_us) * 1e-6;
   switch (flaw_) {
     case Flaw::kMiss:

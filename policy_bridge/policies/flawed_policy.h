@@ -39,7 +39,7 @@ class FlawedPolicy : public Policy {
 
  private:
   // Checks whether the flaw becomes active.
-  void Look(const state_t& state, const action_t& action);
+  void CheckTrigger(const state_t& state, const action_t& action);
   // Moves the grips of all arms from their targets in `action`: by `back` (m) against their own direction,
   // and by `down` (m) in the world frame, with a small outward component. An arm whose shifted target is out
   // of reach stays where it is.

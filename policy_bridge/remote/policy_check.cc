@@ -50,7 +50,7 @@ class Check {
       Call(observation);
       if (report_.verdict == Verdict::kGood) {
         Repeat(observation);
-        AskTogether(observation);
+        CallTogether(observation);
       }
     } catch (const ServerError& error) {
       Bad(VerdictOf(error.kind()), error.what());
@@ -73,20 +73,20 @@ class Check {
   }
 
   void Connect() {
-    const Value said = client_->Connect();
+    const Value metadata = client_->Connect();
     Good(fmt::format("reachable: {}, {}", contract_.url, client_->Name()));
-    const Map* map = said.As<Map>();
+    const Map* map = metadata.As<Map>();
     if (map && !map->empty()) {
-      Add(Level::kNote, "its metadata: " + Describe(said));
+      Add(Level::kNote, "its metadata: " + Describe(metadata));
     } else {
       Add(Level::kNote, "it has no metadata, so only its answers can be checked");
     }
-    for (const std::string& line : FindContradictions(contract_, said)) Bad(Verdict::kContract, line);
+    for (const std::string& line : FindContradictions(contract_, metadata)) Bad(Verdict::kContract, line);
     client_->BeginEpisode(contract_.PromptFor(info_.task, info_.instruction), 0);
   }
 
   // Requests an action chunk; *took_s: duration of the call.
-  Chunk Ask(const Value& observation, double* took_s) {
+  Chunk Call(const Value& observation, double* took_s) {
     const auto begin = std::chrono::steady_clock::now();
     const Reply reply = client_->Infer(observation);
     *took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -94,7 +94,7 @@ class Check {
   }
 
   void Call(const Value& observation) {
-    first_ = Ask(observation, &report_.first_call_s);
+    first_ = Call(observation, &report_.first_call_s);
     report_.num_steps = static_cast<int>(first_.rows.size());
     Good(fmt::format("answers: {} steps of {} values; {} are executed, at {:g} Hz", report_.num_steps,
                      contract_.actions.num_values, contract_.execute_steps, contract_.rate_hz));
@@ -221,7 +221,7 @@ class Check {
     report_.repeat_difference = 0;
     for (int call = 0; call < kRepeats; ++call) {
       double seconds = 0;
-      const Chunk again = Ask(observation, &seconds);
+      const Chunk again = Call(observation, &seconds);
       took.push_back(seconds);
       report_.repeat_difference = std::max(report_.repeat_difference, Difference(again));
     }
@@ -240,7 +240,7 @@ class Check {
     }
   }
 
-  void AskTogether(const Value& observation) {
+  void CallTogether(const Value& observation) {
     if (contract_.batch_size == 1) return;
     const std::vector<Value> two(2, observation);
     double difference = 0;

@@ -169,22 +169,22 @@ void RemotePolicy::OnImage(const image_t& image) {
   }
   // On a realtime clock, Think() is not called before the next tick, so the observation is sent from here.
   try {
-    Look();
+    PollAnswer();
   } catch (...) {
     failure_ = std::current_exception();
   }
 }
 
-void RemotePolicy::Look() {
+void RemotePolicy::PollAnswer() {
   if (!image_request_ || !has_all_images()) return;
   std::vector<image_t> images;
   for (auto& image : images_) images.push_back(std::move(*image));
   observations_.Add(observed_, images);
   image_request_.reset();
-  if (rows_.empty() && observed_.header.tick >= contract_.settle_steps) Ask();
+  if (rows_.empty() && observed_.header.tick >= contract_.settle_steps) StartCall();
 }
 
-void RemotePolicy::Ask() {
+void RemotePolicy::StartCall() {
   observation_t record;
   Value observation = observations_.Build(&record);
   if (callbacks_.on_observation) callbacks_.on_observation(record);
@@ -195,7 +195,7 @@ void RemotePolicy::Ask() {
 bool RemotePolicy::Think(const state_t& state) {
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   if (state.header.tick != tick_) OnTick(state);
-  Look();
+  PollAnswer();
   if (conversation_.is_busy()) {
     try {
       if (const auto answer = conversation_.Take()) OnAnswer(*answer);
@@ -234,17 +234,17 @@ void RemotePolicy::OnAnswer(const Conversation::Answer& answer) {
                                                                      : 0;
   const auto held = is_realtime_ ? tick_ - observed_.header.tick : HeldTicks(charged_s, step_s_);
   held_until_tick_ = observed_.header.tick + held;
-  policy_action_t said{};
-  said.header = observed_.header;
-  said.kind = NameOf(contract_.actions.kind);
-  said.num_steps = static_cast<int32_t>(chunk.rows.size());
-  said.num_values = contract_.actions.num_values;
-  said.value_mixed = chunk.rows;
-  said.execute_steps = contract_.execute_steps;
-  said.answered_s = answer.took_s;
-  said.server_s = answer.reply.server_s.value_or(-1);
-  said.held_ticks = static_cast<int32_t>(held);
-  if (callbacks_.on_policy_action) callbacks_.on_policy_action(said);
+  policy_action_t policy_action{};
+  policy_action.header = observed_.header;
+  policy_action.kind = NameOf(contract_.actions.kind);
+  policy_action.num_steps = static_cast<int32_t>(chunk.rows.size());
+  policy_action.num_values = contract_.actions.num_values;
+  policy_action.value_mixed = chunk.rows;
+  policy_action.execute_steps = contract_.execute_steps;
+  policy_action.answered_s = answer.took_s;
+  policy_action.server_s = answer.reply.server_s.value_or(-1);
+  policy_action.held_ticks = static_cast<int32_t>(held);
+  if (callbacks_.on_policy_action) callbacks_.on_policy_action(policy_action);
   rows_.assign(chunk.rows.begin(), chunk.rows.begin() + contract_.execute_steps);
 }
 

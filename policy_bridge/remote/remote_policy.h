@@ -42,8 +42,8 @@ class RemotePolicy : public Policy {
   bool has_all_images() const;
   // Adds the requested tick to the observations once its images have arrived, and queries the server if
   // necessary.
-  void Look();
-  void Ask();
+  void PollAnswer();
+  void StartCall();
   Chunk ChunkOf(const Reply& reply);
   void OnAnswer(const Conversation::Answer& answer);
   // Throws if the episode's first action, of a kind that sets an absolute position, is too far from the

@@ -29,9 +29,9 @@ void CompareNames(const std::string& what, const std::set<std::string>& server,
 }
 
 // Checks RoboArena's configuration map.
-Lines OfRoboArena(const Contract& contract, const Value& said) {
+Lines OfRoboArena(const Contract& contract, const Value& metadata) {
   Lines lines;
-  const std::string space = TextOf(said.Find("action_space"));
+  const std::string space = TextOf(metadata.Find("action_space"));
   const std::string expected = space == "joint_position"       ? "joint_position"
                                : space == "joint_velocity"     ? "joint_velocity"
                                : space == "cartesian_position" ? "eef_pose"
@@ -41,7 +41,7 @@ Lines OfRoboArena(const Contract& contract, const Value& said) {
     lines.push_back(fmt::format("action space: the server states {}, the contract {}", space,
                                 NameOf(contract.actions.kind)));
   }
-  const Value* resolution = said.Find("image_resolution");
+  const Value* resolution = metadata.Find("image_resolution");
   const List* size = resolution ? resolution->As<List>() : nullptr;
   if (!size || size->size() != 2) return lines;
   const int64_t* first = (*size)[0].As<int64_t>();
@@ -62,9 +62,9 @@ Lines OfRoboArena(const Contract& contract, const Value& said) {
 }
 
 // Checks the payload of vla-eval's hello message.
-Lines OfVlaEval(const Contract& contract, const Value& said) {
+Lines OfVlaEval(const Contract& contract, const Value& metadata) {
   Lines lines;
-  const Value* spec = said.Find("action_spec");
+  const Value* spec = metadata.Find("action_spec");
   const Map* parts = spec ? spec->As<Map>() : nullptr;
   if (!parts || parts->empty()) return lines;
   int64_t values = 0;
@@ -84,9 +84,9 @@ Lines OfVlaEval(const Contract& contract, const Value& said) {
   return lines;
 }
 
-std::set<std::string> ModalityKeys(const Value& said, const char* modality) {
+std::set<std::string> ModalityKeys(const Value& metadata, const char* modality) {
   std::set<std::string> names;
-  const Value* config = said.Find(modality);
+  const Value* config = metadata.Find(modality);
   const Value* keys = config ? config->Find("modality_keys") : nullptr;
   if (const List* list = keys ? keys->As<List>() : nullptr) {
     for (const Value& key : *list) names.insert(TextOf(&key));
@@ -95,7 +95,7 @@ std::set<std::string> ModalityKeys(const Value& said, const char* modality) {
 }
 
 // Checks GR00T's modality configuration.
-Lines OfGroot(const Contract& contract, const Value& said) {
+Lines OfGroot(const Contract& contract, const Value& metadata) {
   Lines lines;
   for (const char* modality : {"video", "state"}) {
     const std::string prefix = std::string(modality) + ".";
@@ -103,8 +103,8 @@ Lines OfGroot(const Contract& contract, const Value& said) {
     for (const ObservationEntry& entry : contract.observation) {
       if (entry.KeyText().starts_with(prefix)) ours.insert(entry.KeyText().substr(prefix.size()));
     }
-    if (said.Find(modality)) CompareNames(modality, ModalityKeys(said, modality), ours, &lines);
-    const Value* config = said.Find(modality);
+    if (metadata.Find(modality)) CompareNames(modality, ModalityKeys(metadata, modality), ours, &lines);
+    const Value* config = metadata.Find(modality);
     const Value* indices = config ? config->Find("delta_indices") : nullptr;
     const List* list = indices ? indices->As<List>() : nullptr;
     if (!list) continue;
@@ -114,8 +114,8 @@ Lines OfGroot(const Contract& contract, const Value& said) {
                                   entry.KeyText(), list->size(), entry.history_ticks.size()));
     }
   }
-  if (said.Find("action")) {
-    const std::set<std::string> server = ModalityKeys(said, "action");
+  if (metadata.Find("action")) {
+    const std::set<std::string> server = ModalityKeys(metadata, "action");
     for (const std::string& key : contract.action_keys) {
       if (!server.contains(key)) {
         lines.push_back(
@@ -128,17 +128,17 @@ Lines OfGroot(const Contract& contract, const Value& said) {
 
 }  // namespace
 
-std::vector<std::string> FindContradictions(const Contract& contract, const Value& said) {
+std::vector<std::string> FindContradictions(const Contract& contract, const Value& metadata) {
   switch (contract.wire) {
     case Wire::kOpenpi:
       // RoboArena's dialect of the same wire is recognized by its metadata.
-      return said.Find("action_space") ? OfRoboArena(contract, said) : Lines{};
+      return metadata.Find("action_space") ? OfRoboArena(contract, metadata) : Lines{};
     case Wire::kRoboArena:
-      return OfRoboArena(contract, said);
+      return OfRoboArena(contract, metadata);
     case Wire::kVlaEval:
-      return OfVlaEval(contract, said);
+      return OfVlaEval(contract, metadata);
     case Wire::kGroot:
-      return OfGroot(contract, said);
+      return OfGroot(contract, metadata);
     case Wire::kRest:
       return {};
   }

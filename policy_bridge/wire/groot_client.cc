@@ -97,8 +97,8 @@ class GrootClient : public PolicyClient {
       answered_ = false;
       horizon_.reset();
       dialect_ = options_.groot_dialect;
-      CheckMap("ping", Ask("ping", {}, options_.reply_s));
-      Value configuration = Ask("get_modality_config", {}, options_.reply_s);
+      CheckMap("ping", Call("ping", {}, options_.reply_s));
+      Value configuration = Call("get_modality_config", {}, options_.reply_s);
       CheckMap("get_modality_config", configuration);
       ReadConfiguration(*configuration.As<Map>());
       return configuration;
@@ -112,7 +112,7 @@ class GrootClient : public PolicyClient {
 
   void BeginEpisode(const std::string&, int64_t) override {
     if (dialect_ == Dialect::kN15) return;  // keeps no state
-    ClosedByFailure([&] { return Ask("reset", Map{{"options", nullptr}}, options_.reply_s); });
+    ClosedByFailure([&] { return Call("reset", Map{{"options", nullptr}}, options_.reply_s); });
   }
 
   Reply Infer(const Value& observation) override { return InferBatch({&observation, 1}).front(); }
@@ -181,7 +181,7 @@ class GrootClient : public PolicyClient {
     try {
       answer = GetAction(batch);
     } catch (const ServerError& error) {
-      if (dialect_ != Dialect::kDetect || !AsksForFlat(error, batch.front())) throw;
+      if (dialect_ != Dialect::kDetect || !RequestsFlat(error, batch.front())) throw;
       dialect_ = Dialect::kN16Flat;
       answer = GetAction(batch);
     }
@@ -190,19 +190,19 @@ class GrootClient : public PolicyClient {
     return Actions(std::move(answer), batch.size());
   }
 
-  Value Ask(const std::string& endpoint, std::optional<Value> data, double limit_s) {
+  Value Call(const std::string& endpoint, std::optional<Value> data, double limit_s) {
     if (!connection_) throw ServerError(Kind::kUnreachable, options_.url + ": not connected");
     Map request = {{"endpoint", endpoint}};
     if (data) request.emplace_back("data", std::move(*data));
     if (!options_.api_key.empty()) request.emplace_back("api_token", options_.api_key);
-    const Bytes reply = connection_->Ask(EncodeGroot(request), limit_s);
+    const Bytes reply = connection_->Call(EncodeGroot(request), limit_s);
     // The oldest servers answer every failure with this word.
     constexpr std::string_view kError = "ERROR";
-    if (std::equal(reply.begin(), reply.end(), kError.begin(), kError.end())) throw ServerSays("ERROR");
+    if (std::equal(reply.begin(), reply.end(), kError.begin(), kError.end())) throw ErrorFromServer("ERROR");
     Value answer = DecodeGroot(reply);
     if (const Value* error = answer.Find("error")) {
       const auto* words = error->As<std::string>();
-      throw ServerSays(words ? *words : Describe(*error));
+      throw ErrorFromServer(words ? *words : Describe(*error));
     }
     return answer;
   }
@@ -265,12 +265,12 @@ class GrootClient : public PolicyClient {
       }
       sent = Map{{"observation", std::move(flat)}, {"options", nullptr}};
     }
-    return Ask("get_action", std::move(sent), answered_ ? options_.reply_s : options_.first_reply_s);
+    return Call("get_action", std::move(sent), answered_ ? options_.reply_s : options_.first_reply_s);
   }
 
   // Servers that take flat observations name a missing key with its prefix, as here; servers that take nested
   // ones name it without the prefix.
-  static bool AsksForFlat(const ServerError& error, const Map& entries) {
+  static bool RequestsFlat(const ServerError& error, const Map& entries) {
     if (error.kind() != Kind::kServer) return false;
     for (const auto& [key, value] : entries) {
       if (value.Is<Array>() && error.details().find(key) != std::string::npos) return true;

@@ -52,14 +52,14 @@ class OpenpiClient : public WebsocketClient {
       return;
     }
     if (!session_id_.empty()) session_id_ = NewSessionId(episode);
-    const Websocket::Message reply = Ask(Map{}, "reset");
+    const Websocket::Message reply = Call(Map{}, "reset");
     if (reply.is_text && reply.Text() == "reset successful") return;
     const Value value = Decoded(reply);  // throws if the reply is a text, which is an error message
     throw Ended(Kind::kProtocol, "answers a reset with " + Describe(value));
   }
 
   Reply Infer(const Value& observation) override {
-    Reply reply{Decoded(Ask(*observation.As<Map>(), "infer")), {}};
+    Reply reply{Decoded(Call(*observation.As<Map>(), "infer")), {}};
     // The first versions of RoboArena's server answered with a bare array.
     if (is_robo_arena_ && reply.value.Is<Array>()) reply.value = Map{{"actions", std::move(reply.value)}};
     if (!reply.value.Is<Map>()) {
@@ -84,7 +84,7 @@ class OpenpiClient : public WebsocketClient {
     Answered();
   }
 
-  Websocket::Message Ask(Map request, const char* endpoint) {
+  Websocket::Message Call(Map request, const char* endpoint) {
     if (is_robo_arena_) {
       if (!session_id_.empty()) request.emplace_back("session_id", session_id_);
       request.emplace_back("endpoint", endpoint);

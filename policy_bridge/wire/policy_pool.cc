@@ -88,15 +88,15 @@ class PoolClient : public PolicyClient {
     is_connected_ = false;
     socket_.reset();
     socket_.emplace(options_.pool_url, options_.connect_s, options_.max_reply_bytes);
-    Value said = Ask(Map{}).value;
+    Value metadata = Call(Map{}).value;
     is_connected_ = true;
-    return said;
+    return metadata;
   }
   bool connected() const override { return is_connected_; }
   void BeginEpisode(const std::string&, int64_t) override {}
   Reply Infer(const Value& observation) override {
     try {
-      return Ask(Map{{kObservation, observation}});
+      return Call(Map{{kObservation, observation}});
     } catch (const ServerError& error) {
       is_connected_ = error.kind() == Kind::kServer;
       throw;
@@ -105,9 +105,10 @@ class PoolClient : public PolicyClient {
   std::string Name() const override { return "pool of " + options_.url; }
 
  private:
-  Reply Ask(const Value& request) {
+  Reply Call(const Value& request) {
     if (!socket_) throw ServerError(Kind::kUnreachable, options_.url + ": not connected");
-    return ReadAnswer(DecodeMsgpack(socket_->Ask(EncodeMsgpack(request, ArrayKeys::kTexts), kAnswerTimeout)));
+    return ReadAnswer(
+        DecodeMsgpack(socket_->Call(EncodeMsgpack(request, ArrayKeys::kTexts), kAnswerTimeout)));
   }
 
   const ClientOptions options_;
@@ -130,7 +131,7 @@ struct PolicyPool::State {
     try {
       while (true) {
         Listen();
-        if (IsTime()) AskServer();
+        if (IsTime()) CallServer();
       }
     } catch (const zmq::error_t&) {
     }
@@ -163,7 +164,7 @@ struct PolicyPool::State {
       }
       Connect();
       last_request[from] = num_requests;
-      Send(from, Map{{kValue, said}});
+      Send(from, Map{{kValue, metadata}});
     } catch (const zmq::error_t&) {
       throw;
     } catch (...) {
@@ -172,7 +173,7 @@ struct PolicyPool::State {
   }
 
   void Connect() {
-    if (!client->connected()) said = client->Connect();
+    if (!client->connected()) metadata = client->Connect();
   }
 
   Clock::time_point WaitsUntil() const {
@@ -190,7 +191,7 @@ struct PolicyPool::State {
            Clock::now() >= WaitsUntil();
   }
 
-  void AskServer() {
+  void CallServer() {
     std::vector<Question> batch;
     std::vector<Value> observations;
     for (; !waiting.empty() && batch.size() < batch_size; waiting.pop_front()) {
@@ -206,7 +207,7 @@ struct PolicyPool::State {
       answers.clear();
       for (const Value& observation : observations) {
         const bool again = error.kind() == Kind::kServer && batch.size() > 1;
-        answers.push_back(again ? AskAlone(observation) : Failure());
+        answers.push_back(again ? CallAlone(observation) : Failure());
       }
     } catch (...) {
       answers.assign(batch.size(), Failure());
@@ -221,7 +222,7 @@ struct PolicyPool::State {
     std::erase_if(last_request, [this](const auto& known) { return known.second < num_requests - 1; });
   }
 
-  Value AskAlone(const Value& observation) {
+  Value CallAlone(const Value& observation) {
     try {
       return Answer(client->Infer(observation));
     } catch (...) {
@@ -239,7 +240,7 @@ struct PolicyPool::State {
   std::chrono::milliseconds gather{};
   std::unique_ptr<PolicyClient> client;
   // The server's description of itself.
-  Value said;
+  Value metadata;
   std::deque<Question> waiting;
   // Clients that are expected to send a request soon: number of the last request in which each was answered,
   // or at which it connected.

@@ -141,9 +141,10 @@ class RestClient : public PolicyClient {
 
     std::string answer = beast::buffers_to_string(response->get().body().data());
     if (response->get().result() != http::status::ok) {
-      const ServerError said = ServerSays(answer);
+      const ServerError error = ErrorFromServer(answer);
       throw ServerError(Kind::kServer,
-                        fmt::format("HTTP status {}: {}", response->get().result_int(), said.what()), answer);
+                        fmt::format("HTTP status {}: {}", response->get().result_int(), error.what()),
+                        answer);
     }
     return answer;
   }
@@ -157,13 +158,13 @@ class RestClient : public PolicyClient {
       try {
         answer = DecodeJsonNumpy(words);
       } catch (const ServerError&) {
-        throw ServerSays(words);
+        throw ErrorFromServer(words);
       }
-      if (answer.Is<std::string>()) throw ServerSays(*answer.As<std::string>());
+      if (answer.Is<std::string>()) throw ErrorFromServer(*answer.As<std::string>());
     }
     if (const Value* error = answer.Find("error")) {
       const auto* words = error->As<std::string>();
-      throw ServerSays(words ? *words : Describe(*error));
+      throw ErrorFromServer(words ? *words : Describe(*error));
     }
     return answer;
   }

@@ -4,7 +4,7 @@
 
 namespace evalbus::policy {
 
-ServerError ServerSays(const std::string& words) {
+ServerError ErrorFromServer(const std::string& words) {
   constexpr const char* kSpaces = " \t\r\n";
   std::string last = words.substr(0, words.find_last_not_of(kSpaces) + 1);
   last.erase(0, last.find_last_of("\r\n") + 1);

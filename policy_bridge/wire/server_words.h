@@ -8,6 +8,6 @@
 namespace evalbus::policy {
 
 // kServer; what() contains the last line of the message, details() all lines.
-ServerError ServerSays(const std::string& words);
+ServerError ErrorFromServer(const std::string& words);
 
 }  // namespace evalbus::policy

@@ -41,7 +41,7 @@ class VlaEvalClient : public WebsocketClient {
                 deadline);
     Envelope hello =
         Opened(ReceiveFirst("a hello, a vla-eval server's answer to a client's hello,", deadline));
-    if (hello.type == "error") throw Ended(Kind::kServer, ServerSays(ErrorText(hello)).what());
+    if (hello.type == "error") throw Ended(Kind::kServer, ErrorFromServer(ErrorText(hello)).what());
     if (hello.type != "hello") throw Ended(Kind::kProtocol, "answers the hello with its " + hello.type);
     const Value* version = hello.payload.Find("protocol_version");
     if (!version || *version != Value(kProtocolVersion)) {
@@ -68,7 +68,7 @@ class VlaEvalClient : public WebsocketClient {
     for (;;) {
       Envelope answer = Opened(Decoded(Receive(deadline)));
       // This may be an error of the episode_start message, which is otherwise not answered.
-      if (answer.type == "error") throw Said(ErrorText(answer));
+      if (answer.type == "error") throw ErrorFrom(ErrorText(answer));
       if (answer.seq < seq_) continue;  // answers an observation that was abandoned after such an error
       if (answer.type != "action" || answer.seq != seq_) {
         throw Ended(Kind::kProtocol,

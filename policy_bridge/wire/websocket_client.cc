@@ -44,9 +44,9 @@ Value WebsocketClient::ReceiveFirst(const std::string& expected, const Deadline&
 
 Value WebsocketClient::Decoded(const Websocket::Message& message) {
   if (message.is_text) {
-    const ServerError said = Said(message.Text());
+    const ServerError error = ErrorFrom(message.Text());
     socket_.reset();
-    throw said;
+    throw error;
   }
   try {
     return DecodeMsgpack(message.bytes);
@@ -61,9 +61,9 @@ ServerError WebsocketClient::Ended(Kind kind, const std::string& what) {
   return {kind, url_.text + ": " + what};
 }
 
-ServerError WebsocketClient::Said(const std::string& words) const {
-  const ServerError said = ServerSays(words);
-  return {said.kind(), url_.text + ": " + said.what(), said.details()};
+ServerError WebsocketClient::ErrorFrom(const std::string& words) const {
+  const ServerError error = ErrorFromServer(words);
+  return {error.kind(), url_.text + ": " + error.what(), error.details()};
 }
 
 }  // namespace evalbus::policy

@@ -39,7 +39,7 @@ class WebsocketClient : public PolicyClient {
   // Return an error to throw. Ended() closes the connection. `Said()` contains the server's error message and
   // keeps the connection open.
   ServerError Ended(ServerError::Kind kind, const std::string& what);
-  ServerError Said(const std::string& words) const;
+  ServerError ErrorFrom(const std::string& words) const;
 
   const ClientOptions options_;
 

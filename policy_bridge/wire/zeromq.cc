@@ -95,7 +95,7 @@ RequestSocket::RequestSocket(std::string url, double connect_s, uint64_t max_rep
 
 RequestSocket::~RequestSocket() = default;
 
-Bytes RequestSocket::Ask(const Bytes& request, double limit_s) {
+Bytes RequestSocket::Call(const Bytes& request, double limit_s) {
   const auto lost = [this](const std::string& how) {
     throw ServerError(Kind::kUnreachable, fmt::format("{}: the connection ended {}", url_, how));
   };

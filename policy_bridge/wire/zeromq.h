@@ -19,7 +19,7 @@ class RequestSocket {
   ~RequestSocket();
 
   // Sends one frame and receives one frame. After a ServerError the connection must not be used again.
-  Bytes Ask(const Bytes& request, double limit_s);
+  Bytes Call(const Bytes& request, double limit_s);
 
  private:
   struct Sockets;

@@ -12,7 +12,7 @@ using std::chrono::steady_clock;
 
 ReaderThreads::~ReaderThreads() { Stop(std::chrono::hours(24 * 365)); }
 
-bool ReaderThreads::Add(std::function<Tell()> work, GiveUp give_up) {
+bool ReaderThreads::Add(std::function<Report()> work, GiveUp give_up) {
   const std::lock_guard lock(mutex_);
   if (stops_ || waiting_.size() >= limits_.waiting) return false;
   waiting_.push_back({std::move(work), std::move(give_up)});
@@ -38,14 +38,14 @@ void ReaderThreads::Start() {
 }
 
 void ReaderThreads::Run(std::list<Job>::iterator job) {
-  const Tell tell = job->work();
+  const Report report_late = job->work();
   bool is_late = false;
   {
     const std::lock_guard lock(mutex_);
-    is_late = std::exchange(job->is_told, true);
+    is_late = std::exchange(job->is_reported, true);
   }
   // Called while the job still counts as running, because Stop() waits until all results are delivered.
-  tell(is_late);
+  report_late(is_late);
   const std::lock_guard lock(mutex_);
   num_stuck_ -= job->is_stuck;
   running_.erase(job);
@@ -58,8 +58,8 @@ void ReaderThreads::Poll(SteadyTime now) {
   {
     const std::lock_guard lock(mutex_);
     for (Job& job : running_) {
-      if (job.is_told || now - job.started <= limits_.timeout) continue;
-      job.is_told = job.is_stuck = true;
+      if (job.is_reported || now - job.started <= limits_.timeout) continue;
+      job.is_reported = job.is_stuck = true;
       ++num_stuck_;
       given_up.push_back(job.give_up);
     }

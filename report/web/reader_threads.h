@@ -26,7 +26,7 @@ class ReaderThreads {
     size_t stuck = 16;
   };
   // Delivers a job's result. is_late: GiveUp has been called or is being called. Neither function may throw.
-  using Tell = std::function<void(bool is_late)>;
+  using Report = std::function<void(bool is_late)>;
   using GiveUp = std::function<void()>;
 
   explicit ReaderThreads(const Limits& limits) : limits_(limits) {}
@@ -37,7 +37,7 @@ class ReaderThreads {
 
   // work: runs on a thread, must not throw, and returns a function that is then called on that thread.
   // give_up: called in Poll(). Returns false, without adding the job, if too many jobs are waiting.
-  bool Add(std::function<Tell()> work, GiveUp give_up);
+  bool Add(std::function<Report()> work, GiveUp give_up);
   // Abandons jobs that take too long, and starts waiting jobs. Must be called regularly.
   void Poll(SteadyTime now);
   // Sleeps in a job that waits for a file; returns false after Stop() was called.
@@ -48,10 +48,10 @@ class ReaderThreads {
 
  private:
   struct Job {
-    std::function<Tell()> work;
+    std::function<Report()> work;
     GiveUp give_up;
     SteadyTime started{};
-    bool is_told = false, is_stuck = false;
+    bool is_reported = false, is_stuck = false;
   };
 
   // Starts waiting jobs, within the limits and the system's resources. Requires the lock.

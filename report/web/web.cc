@@ -59,7 +59,7 @@ class ShownRun {
         broadcaster_(broadcaster),
         jobs_(jobs) {
     if (!folder_.empty() && !fs::is_regular_file(folder_)) follower_.emplace(folder_);
-    Tell();
+    Publish();
   }
 
   const fs::path& folder() const { return folder_; }
@@ -76,7 +76,7 @@ class ShownRun {
     for (const std::string_view channel : viz::LiveFeed::kChannels) {
       bus_->SubscribeRaw(std::string(channel),
                          [this](std::string_view name, std::span<const uint8_t> data, int64_t) {
-                           feed_->Hear(name, data, steady_clock::now(), TimeOfDay());
+                           feed_->Receive(name, data, steady_clock::now(), TimeOfDay());
                          });
     }
     bus_->SetMaxBatchDelay(kMaxBatchDelay);
@@ -90,10 +90,10 @@ class ShownRun {
     for (int i = 0; i < kMaxQueued && bus_->Handle(); ++i) {
     }
     bus_.reset();
-    Tell();
+    Publish();
   }
   void SetRemark(const std::string& remark) {
-    if (remark_ != remark) Tell();
+    if (remark_ != remark) Publish();
     remark_ = remark;
   }
 
@@ -106,10 +106,10 @@ class ShownRun {
   void WaitForMessage(SteadyTime until) { bus_->Handle(until); }
 
   // Reads new data from the folder. Returns false if more may be available.
-  bool Look() {
+  bool Update() {
     if (!follower_) return true;
-    report::RunFollower::News news = follower_->Look();
-    if (news.is_changed) Tell();
+    report::RunFollower::News news = follower_->Update();
+    if (news.is_changed) Publish();
     const bool is_all = news.rows.size() < report::RunFollower::kLinesAtOnce;
     // If a run has several workers, only the first worker's entry has the list.
     if (suffix_.empty() && news.is_changed)
@@ -122,7 +122,7 @@ class ShownRun {
       if (std::exchange(has_news_, false)) broadcaster_->SetRun(number_, viz::RunBlock(Numbers(), Label()));
       return;
     }
-    AskForWhatIsMissing();
+    RequestMissing();
     std::vector<viz::EpisodeRow> done = feed_->TakeDone();
     if (!follower_) {
       for (viz::EpisodeRow& row : done) {
@@ -135,7 +135,7 @@ class ShownRun {
   }
 
  private:
-  void Tell() {
+  void Publish() {
     has_news_ = true;
     const results::RecordedRun* info = follower_ ? follower_->info() : nullptr;
     jobs_->SetRun(number_, follower_ ? folder_ : fs::path(), info ? info->policy : "");
@@ -160,14 +160,14 @@ class ShownRun {
     return label;
   }
 
-  void AskForWhatIsMissing() {
+  void RequestMissing() {
     if (const auto& model = feed_->model_without_scene(); model && asked_model_ != model) {
       asked_model_ = model;
-      jobs_->AskScene(model, follower_ ? folder_ : fs::path(),
-                      [this, model](viz::LiveFeed::Scene scene, const std::string& error) {
-                        if (!error.empty()) SetRemark("without an image: " + error);
-                        if (feed_) feed_->SetScene(model, std::move(scene));
-                      });
+      jobs_->RequestScene(model, follower_ ? folder_ : fs::path(),
+                          [this, model](viz::LiveFeed::Scene scene, const std::string& error) {
+                            if (!error.empty()) SetRemark("without an image: " + error);
+                            if (feed_) feed_->SetScene(model, std::move(scene));
+                          });
     }
     const auto episode = feed_->episode_without_begin();
     if (!episode || (asked_history_ && asked_history_->episode == episode->episode &&
@@ -177,10 +177,10 @@ class ShownRun {
     asked_history_ = episode;
     // A replay may differ from the log in the run's folder.
     if (!follower_ || is_replay_) return feed_->SetHistory(*episode, {});
-    jobs_->AskHistory(folder_, episode->episode, episode->tick - 1,
-                      [this, episode](std::vector<viz::LiveFeed::Message> messages) {
-                        if (feed_) feed_->SetHistory(*episode, messages);
-                      });
+    jobs_->RequestHistory(folder_, episode->episode, episode->tick - 1,
+                          [this, episode](std::vector<viz::LiveFeed::Message> messages) {
+                            if (feed_) feed_->SetHistory(*episode, messages);
+                          });
   }
 
   const int number_;
@@ -244,11 +244,11 @@ class WebPage {
       }
       if (now >= look_at) {
         bool is_all = true;
-        for (const auto& run : runs_) is_all = run->Look() && is_all;
+        for (const auto& run : runs_) is_all = run->Update() && is_all;
         // A long list is read without delay, but messages are handled in between.
         look_at = is_all ? now + kLook : now;
       }
-      jobs_->TakeAnswers();
+      jobs_->DeliverAnswers();
       if (now >= publish_at) {
         for (const auto& run : runs_) run->Publish(now);
         server->Wake();
@@ -290,7 +290,7 @@ class WebPage {
   ShownRun* Add(const fs::path& folder, const std::string& suffix) {
     runs_.push_back(
         std::make_unique<ShownRun>(static_cast<int>(runs_.size()), folder, suffix, broadcaster_, jobs_));
-    runs_.back()->Look();
+    runs_.back()->Update();
     return runs_.back().get();
   }
 
@@ -360,7 +360,8 @@ class WebPage {
 
 void Serve(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply reply) {
   using Kind = viz::WebTarget::Kind;
-  if (target.kind == Kind::kEpisode) return jobs->AskEpisode(target.run, target.episode, std::move(reply));
+  if (target.kind == Kind::kEpisode)
+    return jobs->RequestEpisode(target.run, target.episode, std::move(reply));
   if (target.kind == Kind::kBlock) {
     viz::WebAnswer answer;
     answer.type = "application/octet-stream";

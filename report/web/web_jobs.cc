@@ -46,7 +46,7 @@ void WebJobs::AnswerLater(Answer answer) {
 void WebJobs::Add(std::function<Answer()> work, Answer given_up) {
   const auto give_up = [this, given_up = std::move(given_up)] { AnswerLater(given_up); };
   const bool is_added = threads_.Add(
-      [this, work = std::move(work)]() -> ReaderThreads::Tell {
+      [this, work = std::move(work)]() -> ReaderThreads::Report {
         return [this, answer = work()](bool is_late) {
           if (!is_late) AnswerLater(answer);
         };
@@ -55,7 +55,7 @@ void WebJobs::Add(std::function<Answer()> work, Answer given_up) {
   if (!is_added) give_up();
 }
 
-void WebJobs::TakeAnswers() {
+void WebJobs::DeliverAnswers() {
   threads_.Poll(std::chrono::steady_clock::now());
   std::vector<Answer> answers;
   {
@@ -71,7 +71,7 @@ void WebJobs::SetRun(int run, const fs::path& folder, const std::string& policy)
   runs_[static_cast<size_t>(run)] = {folder, policy};
 }
 
-void WebJobs::AskEpisode(int run, int episode, viz::WebServer::Reply reply) {
+void WebJobs::RequestEpisode(int run, int episode, viz::WebServer::Reply reply) {
   const Key key{run, episode};
   const viz::WebAnswer stuck = viz::WebAnswer::Text(504, "the disk of this episode's log does not answer");
   {
@@ -82,7 +82,7 @@ void WebJobs::AskEpisode(int run, int episode, viz::WebServer::Reply reply) {
     if (!is_new) return;
   }
   const bool is_added = threads_.Add(
-      [this, key]() -> ReaderThreads::Tell {
+      [this, key]() -> ReaderThreads::Report {
         return [this, key, answer = MakeEpisode(key)](bool) { Reply(key, answer, false); };
       },
       [this, key, stuck] { Reply(key, stuck, true); });
@@ -161,8 +161,8 @@ void WebJobs::Keep(Kept kept) {
   }
 }
 
-void WebJobs::AskScene(std::shared_ptr<const model_info_t> model, const fs::path& folder,
-                       std::function<void(viz::LiveFeed::Scene, const std::string&)> answer) {
+void WebJobs::RequestScene(std::shared_ptr<const model_info_t> model, const fs::path& folder,
+                           std::function<void(viz::LiveFeed::Scene, const std::string&)> answer) {
   Add(
       [this, model = std::move(model), folder, answer]() -> Answer {
         try {
@@ -177,8 +177,8 @@ void WebJobs::AskScene(std::shared_ptr<const model_info_t> model, const fs::path
       [answer] { answer({}, "the disk of the run's models does not answer"); });
 }
 
-void WebJobs::AskHistory(const fs::path& folder, int episode, int64_t tick,
-                         std::function<void(std::vector<viz::LiveFeed::Message>)> answer) {
+void WebJobs::RequestHistory(const fs::path& folder, int episode, int64_t tick,
+                             std::function<void(std::vector<viz::LiveFeed::Message>)> answer) {
   Add(
       [this, folder, episode, tick, answer]() -> Answer {
         std::vector<viz::LiveFeed::Message> messages;

@@ -30,19 +30,19 @@ class WebJobs {
   // Sets the folder of a run of the page. A run without a folder has no recorded episodes.
   void SetRun(int run, const std::filesystem::path& folder, const std::string& policy);
   // Reads the block of a finished episode from its log. Concurrent requests for an episode share one read.
-  void AskEpisode(int run, int episode, viz::WebServer::Reply reply);
+  void RequestEpisode(int run, int episode, viz::WebServer::Reply reply);
   // Returns a block of a scene; null if the id is unknown.
   viz::SharedBytes Block(const std::string& id) const { return scenes_.FindBlock(id); }
 
   // The answers below are delivered on the thread that calls TakeAnswers(). AskScene() builds the scene of a
   // MODEL; `error` is empty if that succeeded.
-  void AskScene(std::shared_ptr<const model_info_t> model, const std::filesystem::path& folder,
-                std::function<void(viz::LiveFeed::Scene, const std::string& error)> answer);
+  void RequestScene(std::shared_ptr<const model_info_t> model, const std::filesystem::path& folder,
+                    std::function<void(viz::LiveFeed::Scene, const std::string& error)> answer);
   // Reads the log of a current or just finished episode. Retries for a limited time until the log contains
   // the STATE of `tick`.
-  void AskHistory(const std::filesystem::path& folder, int episode, int64_t tick,
-                  std::function<void(std::vector<viz::LiveFeed::Message>)> answer);
-  void TakeAnswers();
+  void RequestHistory(const std::filesystem::path& folder, int episode, int64_t tick,
+                      std::function<void(std::vector<viz::LiveFeed::Message>)> answer);
+  void DeliverAnswers();
 
  private:
   struct Key {

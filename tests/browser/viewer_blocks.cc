@@ -43,9 +43,9 @@ void WriteLive(const fs::path& log, const viz::EpisodeTrack& whole, const viz::S
     Message message{};
     if (!(channel == event.channel) || !Decode(event.data, &message)) return;
     if constexpr (std::is_same_v<Message, episode_begin_t>) {
-      track.Hear(message, scene.Appearance(message.seed));
+      track.Receive(message, scene.Appearance(message.seed));
     } else {
-      track.Hear(message);
+      track.Receive(message);
     }
     if (track.ticks() > 0) flush(false);
   };

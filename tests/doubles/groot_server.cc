@@ -81,7 +81,7 @@ std::vector<int> GrootServer::batches() const {
   return batches_;
 }
 
-void GrootServer::SayNext(const std::string& endpoint, const Bytes& frame) {
+void GrootServer::AnswerNextWith(const std::string& endpoint, const Bytes& frame) {
   const std::lock_guard lock(mutex_);
   fates_[endpoint].push({Fate::kSay, frame});
 }

@@ -48,7 +48,7 @@ class GrootServer {
 
   // Sends exactly these bytes in answer to the next request to this endpoint, or sends no answer, or closes
   // the connection, after which the server no longer listens.
-  void SayNext(const std::string& endpoint, const policy::Bytes& frame);
+  void AnswerNextWith(const std::string& endpoint, const policy::Bytes& frame);
   void BeSilentNext(const std::string& endpoint);
   void BeGoneNext(const std::string& endpoint);
 

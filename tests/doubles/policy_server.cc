@@ -171,7 +171,7 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
   // next read is pending.
   void WhenReading(std::function<void()> act) { is_reading ? act() : waiting.push_back(std::move(act)); }
 
-  void SayUnasked(const std::string& message, bool is_text) {
+  void SendUnrequested(const std::string& message, bool is_text) {
     const auto held = std::make_shared<std::string>(message);
     stream.text(is_text);
     stream.async_write(asio::buffer(*held), [self = shared_from_this(), held](error_code, size_t) {});
@@ -302,9 +302,9 @@ bool PolicyServerDouble::Ping(std::chrono::seconds limit) {
   return answered;
 }
 
-void PolicyServerDouble::SayUnasked(const std::string& message, bool is_text) {
+void PolicyServerDouble::SendUnrequested(const std::string& message, bool is_text) {
   server_->ForEach([=](const std::shared_ptr<Session>& session) {
-    session->WhenReading([=, its = session.get()] { its->SayUnasked(message, is_text); });
+    session->WhenReading([=, its = session.get()] { its->SendUnrequested(message, is_text); });
   });
 }
 

@@ -91,7 +91,7 @@ class PolicyServerDouble {
   // connections, as websockets' keep-alive does, and returns false.
   bool Ping(std::chrono::seconds limit = kDeadline);
   // Sends a message to all connections that wait for a request.
-  void SayUnasked(const std::string& message, bool is_text);
+  void SendUnrequested(const std::string& message, bool is_text);
   // Waits until `count` connections are open.
   bool WaitForConnections(size_t count, std::chrono::seconds limit = kDeadline);
 

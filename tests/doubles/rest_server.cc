@@ -49,7 +49,7 @@ std::vector<RestServer::Request> RestServer::requests() const {
   return requests_;
 }
 
-void RestServer::SayNext(const std::string& bytes) {
+void RestServer::AnswerNextWith(const std::string& bytes) {
   const std::lock_guard lock(mutex_);
   fates_.push({false, bytes});
 }

@@ -34,7 +34,7 @@ class RestServer {
 
   // Sends exactly these bytes, HTTP or not, in answer to the next request and closes the connection; or sends
   // no answer.
-  void SayNext(const std::string& bytes);
+  void AnswerNextWith(const std::string& bytes);
   void BeSilentNext();
 
  private:

@@ -31,7 +31,7 @@ class Monitor : public Component {
  public:
   explicit Monitor(Bus* bus) : Component(bus, "monitor") {
     bus->SubscribeRaw(".*", [this](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-      watch_.Hear(channel, data, steady_clock::now());
+      watch_.Receive(channel, data, steady_clock::now());
     });
   }
   void Poll(SteadyTime now) override {

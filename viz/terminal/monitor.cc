@@ -45,7 +45,7 @@ int Monitor(const Address& address) {
   Bus bus(url);
   RunWatch watch(attached.planned_episodes);
   bus.SubscribeRaw("EVALBUS_.*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-    watch.Hear(channel, data, steady_clock::now());
+    watch.Receive(channel, data, steady_clock::now());
   });
   bus.SetMaxBatchDelay(std::chrono::milliseconds(20));
 
@@ -86,7 +86,7 @@ int Monitor(const Address& address) {
         PrintLine("the run has ended");
         break;
       }
-      if (watch.heard_at() && watch.SilentFor(now) > kOver.count()) {
+      if (watch.received_at() && watch.SilentFor(now) > kOver.count()) {
         PrintLine("no message for 5 s: the run has ended");
         break;
       }

@@ -47,10 +47,10 @@ Line Title(const RunWatch& watch, const std::string& url, int width, SteadyTime 
     where = Printable(watch.model()->run_id);
   } else if (!watch.other_version().empty()) {
     line = {{watch.other_version(), Style::kBad}};
-  } else if (watch.heard_at()) {
+  } else if (watch.received_at()) {
     line.push_back({"   waiting for the names (MODEL)", Style::kQuiet});
   }
-  const double silent = watch.heard_at() ? Seconds(now - *watch.heard_at()) : 0;
+  const double silent = watch.received_at() ? Seconds(now - *watch.received_at()) : 0;
   if (watch.is_over()) {
     line.push_back({"   over", Style::kQuiet});
   } else if (silent > Seconds(RunWatch::kSilent)) {
@@ -223,7 +223,7 @@ void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine
           {fmt::format("{:>7}{:>13}", status.missing_ticks, status.decode_errors),
            lost ? Style::kBad : Style::kPlain},
           {fmt::format("{:>9}", status.foreign_messages)},
-          {fmt::format("{:>7.1f} s", Seconds(now - health.heard)),
+          {fmt::format("{:>7.1f} s", Seconds(now - health.received)),
            health.silent ? Style::kBad : Style::kPlain},
           {status.error.empty() ? "" : "  " + Printable(status.error), Style::kBad}}});
   }
@@ -248,7 +248,7 @@ void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<Ran
     line.push_back({name + (counts.empty() ? "" : " (" + counts + ")") + " "});
     if (!health.is_bad()) continue;
     Line own = {{Fit("", 12)}, {"✕ " + name, Style::kBad}};
-    own.push_back({health.silent ? fmt::format(" silent for {:.0f} s", Seconds(now - health.heard))
+    own.push_back({health.silent ? fmt::format(" silent for {:.0f} s", Seconds(now - health.received))
                                  : " failed: " + Printable(status.error),
                    Style::kBad});
     own.push_back({fmt::format("   last tick {}", status.last_tick), Style::kQuiet});
@@ -301,7 +301,7 @@ std::vector<RankedLine> Screen(const RunWatch& watch, const std::string& url, in
                                SteadyTime now) {
   constexpr int kBlank = 8;
   std::vector<RankedLine> screen = {{0, Title(watch, url, width, now)}};
-  if (!watch.heard_at()) {
+  if (!watch.received_at()) {
     screen.push_back({0, {}});
     screen.push_back({0, {{"No message yet from " + url}}});
     if (watch.started() && now - *watch.started() > RunWatch::kSilent) {

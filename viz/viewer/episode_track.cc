@@ -71,14 +71,14 @@ void EpisodeTrack::Fill(Tick* tick, const partial_metrics_t* partial) {
   }
 }
 
-void EpisodeTrack::Hear(const episode_begin_t& begin, Json appearance) {
+void EpisodeTrack::Receive(const episode_begin_t& begin, Json appearance) {
   if (!IsOurs(begin.header) || begin_) return;
   begin_ = begin;
   appearance_ = std::move(appearance);
   ++layout_;
 }
 
-void EpisodeTrack::Hear(const state_t& state) {
+void EpisodeTrack::Receive(const state_t& state) {
   if (state.num_bodies != model_->num_bodies || state.num_grippers != model_->num_grippers) return;
   const bool is_finite = std::ranges::all_of(about_.bodies, [&](int body) {
     const body_pose_t& pose = state.body[static_cast<size_t>(body)];
@@ -107,7 +107,7 @@ void EpisodeTrack::Hear(const state_t& state) {
   Fill(tick, nullptr);
 }
 
-void EpisodeTrack::Hear(const contacts_t& contacts) {
+void EpisodeTrack::Receive(const contacts_t& contacts) {
   const bool is_right = std::ranges::all_of(contacts.contact, [&](const contact_t& contact) {
     return std::min(contact.geom_a, contact.geom_b) >= 0 &&
            std::max(contact.geom_a, contact.geom_b) < model_->num_geoms && IsFinite(contact.position_m) &&
@@ -158,7 +158,7 @@ void EpisodeTrack::WatchTouches(const contacts_t& contacts) {
   }
 }
 
-void EpisodeTrack::Hear(const partial_metrics_t& partial) {
+void EpisodeTrack::Receive(const partial_metrics_t& partial) {
   Tick* tick = At(partial.header);
   if (!tick) return;
   if (curves_.curves().empty()) {
@@ -196,7 +196,7 @@ void EpisodeTrack::WatchScores(const partial_metrics_t& before, const partial_me
   }
 }
 
-void EpisodeTrack::Hear(const criteria_t& criteria) {
+void EpisodeTrack::Receive(const criteria_t& criteria) {
   if (!IsOurs(criteria.header) || !IsPlausible(criteria.header)) return;
   if (!criteria_) {
     criteria_ = criteria;
@@ -217,18 +217,18 @@ void EpisodeTrack::Hear(const criteria_t& criteria) {
   criteria_at_.insert(place, std::move(at));
 }
 
-void EpisodeTrack::Hear(const episode_end_t& end) {
+void EpisodeTrack::Receive(const episode_end_t& end) {
   if (!IsOurs(end.header) || end_ || !IsPlausible(end.header)) return;
   end_ = end;
 }
 
-void EpisodeTrack::Hear(const episode_summary_t& summary) {
+void EpisodeTrack::Receive(const episode_summary_t& summary) {
   if (!IsOurs(summary.header) || summary_ || !IsPlausible(summary.header)) return;
   summary_ = summary;
   ++layout_;
 }
 
-void EpisodeTrack::Hear(const image_t& image) {
+void EpisodeTrack::Receive(const image_t& image) {
   if (!IsOurs(image.header) || !IsPlausible(image.header) || image.header.tick >= kMaxTicks ||
       image.view.encoding != "jpeg" || image.data.empty()) {
     return;

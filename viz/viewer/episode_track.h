@@ -63,15 +63,15 @@ class EpisodeTrack {
 
   // Processes a message. Ignored are: messages of another episode or attempt, repeated ticks, messages that
   // do not match MODEL or contain non-finite numbers. appearance: SceneBlocks::Appearance() for this seed.
-  void Hear(const episode_begin_t& begin, nlohmann::ordered_json appearance = nullptr);
-  void Hear(const state_t& state);
-  void Hear(const contacts_t& contacts);
-  void Hear(const partial_metrics_t& partial);
-  void Hear(const criteria_t& criteria);
-  void Hear(const episode_end_t& end);
-  void Hear(const episode_summary_t& summary);
+  void Receive(const episode_begin_t& begin, nlohmann::ordered_json appearance = nullptr);
+  void Receive(const state_t& state);
+  void Receive(const contacts_t& contacts);
+  void Receive(const partial_metrics_t& partial);
+  void Receive(const criteria_t& criteria);
+  void Receive(const episode_end_t& end);
+  void Receive(const episode_summary_t& summary);
   // An image of a source's camera, forwarded by the sim.
-  void Hear(const image_t& image);
+  void Receive(const image_t& image);
 
   const model_info_t& model() const { return *model_; }
   const header_t& episode() const { return episode_; }

@@ -106,12 +106,13 @@ std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime no
     head["failure_reasons"] = Reasons(run->failure_reason, run->failure_episodes);
   }
   for (const auto& [name, health] : watch.health()) {
-    head["components"].push_back({{"name", name},
-                                  {"state", StateWord(health.status)},
-                                  {"text", health.status.error},
-                                  {"lag_ticks", health.lag < 0 ? Json() : Json(health.lag)},
-                                  {"silent_s", health.silent ? Json(SecondsOf(now - health.heard)) : Json()},
-                                  {"is_bad", health.is_bad()}});
+    head["components"].push_back(
+        {{"name", name},
+         {"state", StateWord(health.status)},
+         {"text", health.status.error},
+         {"lag_ticks", health.lag < 0 ? Json() : Json(health.lag)},
+         {"silent_s", health.silent ? Json(SecondsOf(now - health.received)) : Json()},
+         {"is_bad", health.is_bad()}});
   }
   if (const episode_end_t* pacing = watch.pacing()) {
     head["pacing"] = {

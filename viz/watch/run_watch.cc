@@ -39,9 +39,9 @@ const char* StateWord(const component_status_t& status) {
   }
 }
 
-void RunWatch::Hear(std::string_view channel, std::span<const uint8_t> data, SteadyTime now) {
+void RunWatch::Receive(std::string_view channel, std::span<const uint8_t> data, SteadyTime now) {
   RollWindow(now);
-  heard_at_ = now;
+  received_at_ = now;
   auto traffic = channels_.find(channel);
   if (traffic == channels_.end() && channels_.size() < kMaxNames) {
     traffic = channels_.emplace(channel, Traffic{}).first;
@@ -56,7 +56,7 @@ void RunWatch::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
     OnState(data);
   } else if (channel == channels::kPartial) {
     partial_metrics_t partial{};
-    if (decode(&partial)) Hear(partial, now);
+    if (decode(&partial)) Receive(partial, now);
   } else if (channel == channels::kContacts) {
     contacts_t contacts{};
     if (!decode(&contacts) || contacts.header.episode != episode_) return;
@@ -69,7 +69,7 @@ void RunWatch::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
     OnModel(data);
   } else if (channel == channels::kEpisodeBegin) {
     episode_begin_t begin{};
-    if (decode(&begin)) Hear(begin, now);
+    if (decode(&begin)) Receive(begin, now);
   } else if (channel == channels::kEpisodeEnd) {
     episode_end_t end{};
     // EPISODE_END is repeated until the next episode begins; a score, if there is one, is more specific.
@@ -89,9 +89,9 @@ void RunWatch::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
   }
 }
 
-void RunWatch::Hear(const episode_begin_t& begin, SteadyTime now) {
+void RunWatch::Receive(const episode_begin_t& begin, SteadyTime now) {
   RollWindow(now);
-  heard_at_ = now;
+  received_at_ = now;
   // EPISODE_BEGIN is repeated before the first STATE. After it, the same episode starts again (a replay).
   if (begin.header.episode == episode_ && begin.header.attempt == attempt_ && !simulated_us_) return;
   EnterEpisode(begin.header.episode, begin.header.attempt);
@@ -99,9 +99,9 @@ void RunWatch::Hear(const episode_begin_t& begin, SteadyTime now) {
                                 attempt_ > 0 ? fmt::format(", try {}", int64_t{attempt_} + 1) : ""));
 }
 
-void RunWatch::Hear(const partial_metrics_t& partial, SteadyTime now) {
+void RunWatch::Receive(const partial_metrics_t& partial, SteadyTime now) {
   RollWindow(now);
-  heard_at_ = now;
+  received_at_ = now;
   if (partial.header.episode != episode_) return;
   if (IsPlausible(partial.header)) Simulated(partial.header);
   partial_ = partial;
@@ -178,7 +178,7 @@ void RunWatch::OnStatus(const component_status_t& status, SteadyTime now) {
   if (health.silent) events_.push_back(fmt::format("{} is back", component));
   health.silent = false;
   health.status = status;
-  health.heard = now;
+  health.received = now;
   // Computed on arrival: both the status and the last STATE are current at this time.
   health.lag = state_ && end_reason_.empty() && status.episode == episode_ && status.last_tick >= 0
                    ? std::max<int64_t>(0, state_->tick - status.last_tick)
@@ -240,12 +240,12 @@ void RunWatch::Update(SteadyTime now) {
   RollWindow(now);
   if (is_over()) return;
   for (auto& [name, health] : health_) {
-    if (health.is_bad() || now - health.heard <= kSilent ||
+    if (health.is_bad() || now - health.received <= kSilent ||
         health.status.state == component_status_t::STOPPED) {
       continue;
     }
     health.silent = true;
-    events_.push_back(fmt::format("no message from {} for {:.1f} s", name, Seconds(now - health.heard)));
+    events_.push_back(fmt::format("no message from {} for {:.1f} s", name, Seconds(now - health.received)));
   }
 }
 
@@ -263,7 +263,7 @@ bool RunWatch::is_over() const {
 }
 
 double RunWatch::SilentFor(SteadyTime now) const {
-  return Seconds(now - heard_at_.value_or(started_.value_or(now)));
+  return Seconds(now - received_at_.value_or(started_.value_or(now)));
 }
 
 std::string RunWatch::GeomName(int32_t geom) const {

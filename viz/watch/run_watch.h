@@ -39,7 +39,7 @@ class RunWatch {
   };
   struct Health {
     component_status_t status{};
-    SteadyTime heard{};
+    SteadyTime received{};
     // Ticks behind the sim when this status was published; -1 if unknown.
     int64_t lag = -1;
     bool silent = false;
@@ -53,10 +53,10 @@ class RunWatch {
 
   // Processes a received message of the run. Must be called in order of arrival. Undecodable messages are
   // counted.
-  void Hear(std::string_view channel, std::span<const uint8_t> data, SteadyTime now);
+  void Receive(std::string_view channel, std::span<const uint8_t> data, SteadyTime now);
   // The same for messages that are already decoded; they are not counted in the message rates.
-  void Hear(const episode_begin_t& begin, SteadyTime now);
-  void Hear(const partial_metrics_t& partial, SteadyTime now);
+  void Receive(const episode_begin_t& begin, SteadyTime now);
+  void Receive(const partial_metrics_t& partial, SteadyTime now);
 
   // Updates rates, speed and silence to `now`; must be called before they are read.
   void Update(SteadyTime now);
@@ -68,7 +68,7 @@ class RunWatch {
   // started: time of the first call of Hear or Update. heard_at: time of the last message. Both are empty
   // before.
   const std::optional<SteadyTime>& started() const { return started_; }
-  const std::optional<SteadyTime>& heard_at() const { return heard_at_; }
+  const std::optional<SteadyTime>& received_at() const { return received_at_; }
   // Returns whether the leading component has reported the end of the run or replay. Components that are
   // silent after that are not a fault.
   bool is_over() const;
@@ -126,7 +126,7 @@ class RunWatch {
   void RollWindow(SteadyTime now);
 
   int planned_episodes_;
-  std::optional<SteadyTime> started_, heard_at_;
+  std::optional<SteadyTime> started_, received_at_;
 
   std::vector<uint8_t> model_bytes_;
   std::optional<model_info_t> model_;

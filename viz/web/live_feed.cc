@@ -19,9 +19,9 @@ bool DecodeFor(const Channel<Message>& channel, std::string_view name, std::span
 
 }  // namespace
 
-void LiveFeed::Hear(std::string_view channel, std::span<const uint8_t> data, SteadyTime now,
-                    const std::string& time) {
-  watch_.Hear(channel, data, now);
+void LiveFeed::Receive(std::string_view channel, std::span<const uint8_t> data, SteadyTime now,
+                       const std::string& time) {
+  watch_.Receive(channel, data, now);
   if (channel == channels::kModel) {
     if (!UpdateIfChanged(data, &model_bytes_) || watch_.model() == nullptr) return;
     model_ = wanted_ = std::make_shared<const model_info_t>(*watch_.model());
@@ -38,10 +38,10 @@ void LiveFeed::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
     episode_ = header;
     begin_was_heard_ = channel == channels::kEpisodeBegin;
     history_is_known_ = begin_was_heard_;
-    const bool is_told = !is_given_ || !track_ ||
+    const bool is_sent = !is_given_ || !track_ ||
                          (given_layout_ == track_->layout() && given_ticks_ == track_->ticks() &&
                           given_over_ == track_->is_over());
-    if (!is_told) finished_ = std::move(track_);
+    if (!is_sent) finished_ = std::move(track_);
     track_.reset();
     is_given_ = false;
     waiting_.clear();
@@ -114,21 +114,21 @@ void LiveFeed::BeginTrack() {
 void LiveFeed::Give(std::string_view channel, std::span<const uint8_t> data) {
   if (episode_begin_t begin{}; DecodeFor(channels::kEpisodeBegin, channel, data, &begin)) {
     const bool is_ours = track_->IsOurs(begin.header);
-    track_->Hear(begin, is_ours && scene_.appearance ? scene_.appearance(begin.seed) : nullptr);
+    track_->Receive(begin, is_ours && scene_.appearance ? scene_.appearance(begin.seed) : nullptr);
   } else if (channel == channels::kState) {
-    if (state_t state{}; Decode(data, &state)) track_->Hear(state);
+    if (state_t state{}; Decode(data, &state)) track_->Receive(state);
   } else if (channel == channels::kContacts) {
-    if (contacts_t contacts{}; Decode(data, &contacts)) track_->Hear(contacts);
+    if (contacts_t contacts{}; Decode(data, &contacts)) track_->Receive(contacts);
   } else if (channel == channels::kPartial) {
-    if (partial_metrics_t partial{}; Decode(data, &partial)) track_->Hear(partial);
+    if (partial_metrics_t partial{}; Decode(data, &partial)) track_->Receive(partial);
   } else if (channel == channels::kCriteria) {
-    if (criteria_t criteria{}; Decode(data, &criteria)) track_->Hear(criteria);
+    if (criteria_t criteria{}; Decode(data, &criteria)) track_->Receive(criteria);
   } else if (channel == channels::kEpisodeEnd) {
-    if (episode_end_t end{}; Decode(data, &end)) track_->Hear(end);
+    if (episode_end_t end{}; Decode(data, &end)) track_->Receive(end);
   } else if (channel == channels::kEpisodeSummary) {
-    if (episode_summary_t summary{}; Decode(data, &summary)) track_->Hear(summary);
+    if (episode_summary_t summary{}; Decode(data, &summary)) track_->Receive(summary);
   } else if (channels::Carries(channels::kCameraImage, channel)) {
-    if (image_t image{}; Decode(data, &image)) track_->Hear(image);
+    if (image_t image{}; Decode(data, &image)) track_->Receive(image);
   }
 }
 

@@ -60,7 +60,8 @@ class LiveFeed {
       : run_(run), policy_(std::move(policy)), watch_(planned_episodes) {}
 
   // time: time of day, for log lines.
-  void Hear(std::string_view channel, std::span<const uint8_t> data, SteadyTime now, const std::string& time);
+  void Receive(std::string_view channel, std::span<const uint8_t> data, SteadyTime now,
+               const std::string& time);
 
   // A MODEL whose scene has not been set yet; null if there is none. It is returned until SetScene is called.
   const std::shared_ptr<const model_info_t>& model_without_scene() const { return wanted_; }

@@ -90,7 +90,7 @@ struct WebServer::Core {
   void Listen();
   void Take(tcp::socket socket);
   void WakeViewers();
-  bool MayAsk(std::string_view asked) const { return !token.empty() || IsLoopbackHost(asked); }
+  bool IsAllowedHost(std::string_view asked) const { return !token.empty() || IsLoopbackHost(asked); }
   std::string host() const { return address.host.empty() ? "127.0.0.1" : address.host; }
 
   const Address address;
@@ -245,7 +245,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
     is_head_ = request.method() == http::verb::head;
     const std::string_view host = View(request[http::field::host]);
     if (request.count(http::field::host) != 1) return Refuse(400, "exactly one Host header is required");
-    if (!core_->MayAsk(host)) return Refuse(403, "unknown Host name");
+    if (!core_->IsAllowedHost(host)) return Refuse(403, "unknown Host name");
     if (!is_head_ && request.method() != http::verb::get)
       return Refuse(405, "only GET and HEAD are supported");
     if (!allowance_.Take()) return Refuse(429, "too many requests");

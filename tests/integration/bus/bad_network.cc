@@ -31,7 +31,7 @@ struct Network {
   }
   std::string kind;
   long every = 1;
-  long heard = 0;
+  long received = 0;
   // A datagram to be delivered again or later, on this socket.
   int fd = -1;
   bool due = false;
@@ -75,13 +75,13 @@ extern "C" int recvmmsg(int fd, mmsghdr* batch, unsigned, int flags, timespec* t
     network.held.clear();
     return 1;
   }
-  const int heard = next(fd, batch, 1, flags, timeout);
-  if (heard <= 0) return heard;
+  const int received = next(fd, batch, 1, flags, timeout);
+  if (received <= 0) return received;
   if (!network.held.empty()) {
     network.due = true;
-    return heard;
+    return received;
   }
-  if (network.kind.empty() || ++network.heard % network.every != 0) return heard;
+  if (network.kind.empty() || ++network.received % network.every != 0) return received;
   if (network.kind != "lose") {
     const char* bytes = static_cast<const char*>(buffer.iov_base);
     network.held.assign(bytes, bytes + batch->msg_len);
@@ -89,5 +89,5 @@ extern "C" int recvmmsg(int fd, mmsghdr* batch, unsigned, int flags, timespec* t
     network.due = network.kind == "repeat";
   }
   if (!network.due) batch->msg_len = kNothing;
-  return heard;
+  return received;
 }

@@ -177,27 +177,27 @@ TEST_F(Closed, OtherMachinesAreHeardOnlyIfTheUrlReachesThem) {
     GTEST_SKIP() << error.what();
   }
   const std::string url = UniqueUrl(), other = UniqueUrl();
-  int heard_here = 0, heard_beyond = 0, heard_own = 0;
-  const auto count = [](int* heard) {
-    return [heard](std::string_view, std::span<const uint8_t>, int64_t) { ++*heard; };
+  int received_here = 0, received_beyond = 0, received_own = 0;
+  const auto count = [](int* received) {
+    return [received](std::string_view, std::span<const uint8_t>, int64_t) { ++*received; };
   };
   Bus here(url), beyond(other.substr(0, other.find('?')) + "?ttl=1");
-  here.SubscribeRaw("EVALBUS_NEIGHBOR", count(&heard_here));
-  here.SubscribeRaw("EVALBUS_OWN", count(&heard_own));
-  beyond.SubscribeRaw("EVALBUS_NEIGHBOR", count(&heard_beyond));
+  here.SubscribeRaw("EVALBUS_NEIGHBOR", count(&received_here));
+  here.SubscribeRaw("EVALBUS_OWN", count(&received_own));
+  beyond.SubscribeRaw("EVALBUS_NEIGHBOR", count(&received_beyond));
   const Neighbor neighbor({AddressOf(url), AddressOf(other)});
   if (!neighbor.Connect()) GTEST_SKIP() << "no cable between network namespaces on this machine";
   EXPECT_TRUE(WaitFor([&] {
     beyond.Handle();
-    return heard_beyond > 20;
+    return received_beyond > 20;
   }));
   const uint8_t byte = 0;
   here.PublishRaw("EVALBUS_OWN", {&byte, 1});
   EXPECT_TRUE(WaitFor([&] {
     here.Handle();
-    return heard_own > 0;
+    return received_own > 0;
   }));
-  EXPECT_EQ(heard_here, 0);
+  EXPECT_EQ(received_here, 0);
 }
 
 TEST_F(Closed, OneProcessHasNothingOpen) {

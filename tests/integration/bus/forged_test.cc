@@ -39,19 +39,19 @@ class Forger {
       state_t other = state;
       other.header = header;
       ++other.header.tick;
-      Say(channels::kState, other);
+      Publish(channels::kState, other);
       contacts_t contacts{};
       contacts.header = header;
-      Say(channels::kContacts, contacts);
+      Publish(channels::kContacts, contacts);
       action_t action{};
       action.header = header;
       action.mode = action_t::JOINT_POSITION;
       action.error = "forged";
-      Say(channels::kAction, action);
+      Publish(channels::kAction, action);
       partial_metrics_t partial{};
       partial.header = header;
       partial.verdict = partial_metrics_t::FAILURE;
-      Say(channels::kPartial, partial);
+      Publish(channels::kPartial, partial);
       component_status_t status{};
       status.session = session;
       status.instance = 1;
@@ -59,23 +59,23 @@ class Forger {
       status.episode = header.episode;
       for (const char* name : {"sim", "policy", "metrics", "collision", "recorder"}) {
         status.component = name;
-        Say(channels::kStatus, status);
+        Publish(channels::kStatus, status);
       }
       episode_end_t end{};
       end.header = header;
       end.end_reason = "failure";
-      Say(channels::kEpisodeEnd, end);
+      Publish(channels::kEpisodeEnd, end);
       episode_summary_t summary{};
       summary.header = header;
-      Say(channels::kEpisodeSummary, summary);
+      Publish(channels::kEpisodeSummary, summary);
       command_t command{};
       command.session = session;
       command.kind = command_t::STOP;
-      Say(channels::kCommand, command);
+      Publish(channels::kCommand, command);
     }
   }
   template <class Message>
-  void Say(const Channel<Message>& channel, const Message& message) {
+  void Publish(const Channel<Message>& channel, const Message& message) {
     own_.insert(Encode(message));
     bus_.Publish(channel, message);
     ++said_;
@@ -86,25 +86,25 @@ class Forger {
       model_info_t model = model_;
       model.session = session;
       model.message_version = 7;
-      Say(channels::kModel, model);
+      Publish(channels::kModel, model);
       model = model_;
       model.session = session;
       model.task_yaml.replace(model.task_yaml.find("title"), 5, "ti4le");
-      Say(channels::kModel, model);
+      Publish(channels::kModel, model);
       model = model_;
       model.session = session;
       model.physics_file = "/nowhere/physics.mjb";
       model.visual_file = "/nowhere/visual.mjb";
       model.visual_sha256 = model.physics_sha256 = "none";
-      Say(channels::kModel, model);
+      Publish(channels::kModel, model);
       episode_begin_t other = begin;
       other.header.session = session;
-      Say(channels::kEpisodeBegin, other);
+      Publish(channels::kEpisodeBegin, other);
       other.seed += 1;
-      Say(channels::kEpisodeBegin, other);
+      Publish(channels::kEpisodeBegin, other);
       other.header.episode = 77;
       other.header.attempt = 1;
-      Say(channels::kEpisodeBegin, other);
+      Publish(channels::kEpisodeBegin, other);
     }
   }
 

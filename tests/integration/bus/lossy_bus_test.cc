@@ -99,7 +99,7 @@ class Network {
     Node& node = nodes_.emplace_back();
     node.bus.SubscribeRaw(".*",
                           [this, &node](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-                            Hear(&node, {std::string(channel), {data.begin(), data.end()}});
+                            Receive(&node, {std::string(channel), {data.begin(), data.end()}});
                           });
     node.component = make(&node.bus);
   }
@@ -108,7 +108,7 @@ class Network {
 
   bool Chance(double probability) { return std::uniform_real_distribution<>()(random_) < probability; }
 
-  void Hear(Node* from, const Message& message) {
+  void Receive(Node* from, const Message& message) {
     const auto ours = from->delivered.find({message.channel, message.data});
     if (ours != from->delivered.end()) {
       from->delivered.erase(ours);

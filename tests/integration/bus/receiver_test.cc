@@ -14,7 +14,7 @@
 
 namespace evalbus::receiver_test {
 
-using Heard = std::vector<std::string>;
+using Received = std::vector<std::string>;
 
 // The channel on which liblcm tests whether it receives its own messages.
 constexpr std::string_view kSelfTest = "LCM_SELF_TEST";
@@ -62,14 +62,14 @@ class Receiver : public testing::Test {
                           time_us_ = time_us;
                         });
     theirs_.emplace(url_ + "&recv_buf_size=4194304");
-    theirs_->subscribe(".*", &Receiver::HearTheirs, this)->setQueueCapacity(0);
+    theirs_->subscribe(".*", &Receiver::ReceiveTheirs, this)->setQueueCapacity(0);
   }
-  void HearTheirs(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+  void ReceiveTheirs(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
     by_them_.push_back(Line(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size}));
   }
   // Receives until both receivers have received this line, which is sent last.
-  void HearUntil(const std::string& line) {
-    const auto has = [&](const Heard& heard) { return !heard.empty() && heard.back() == line; };
+  void ReceiveUntil(const std::string& line) {
+    const auto has = [&](const Received& received) { return !received.empty() && received.back() == line; };
     ASSERT_TRUE(WaitFor([&] {
       while (ours_->Handle()) {
       }
@@ -83,7 +83,7 @@ class Receiver : public testing::Test {
   const std::string url_ = UniqueUrl();
   std::optional<Bus> ours_;
   std::optional<lcm::LCM> theirs_;
-  Heard by_us_, by_them_;
+  Received by_us_, by_them_;
   int64_t time_us_ = 0;
 };
 
@@ -122,13 +122,13 @@ TEST_F(Receiver, MakesOfAnyTrafficWhatLiblcmMakes) {
     if (waiting_bytes > kMaxWaitingBytes) {
       const std::string number = std::to_string(datagrams);
       Sender(url_).Send(MessageDatagram(0, "PAUSE", number));
-      HearUntil(Line("PAUSE", AsBytes(number)));
+      ReceiveUntil(Line("PAUSE", AsBytes(number)));
       waiting_bytes = 0;
     }
   }
   Sender last(url_);
   last.Send(MessageDatagram(0, "LAST", "x"));
-  HearUntil(Line("LAST", AsBytes("x")));
+  ReceiveUntil(Line("LAST", AsBytes("x")));
   EXPECT_GT(by_us_.size(), 200u);
   EXPECT_EQ(by_us_, by_them_);
 }
@@ -141,7 +141,7 @@ TEST_F(Receiver, HearsMessagesOfEverySize) {
     std::vector<uint8_t> data(size);
     for (size_t i = 0; i < size; ++i) data[i] = static_cast<uint8_t>(i * 7 + i / 251);
     ours_->PublishRaw("SIZE", data);
-    HearUntil(Line("SIZE", data));
+    ReceiveUntil(Line("SIZE", data));
   }
   EXPECT_EQ(by_us_, by_them_);
   EXPECT_EQ(by_us_.size(), 6u);
@@ -164,7 +164,7 @@ TEST_F(Receiver, SaysWhenAMessageCame) {
   };
   const int64_t before = now_us();
   Sender(url_).Send(MessageDatagram(1, "A", "x"));
-  HearUntil(Line("A", AsBytes("x")));
+  ReceiveUntil(Line("A", AsBytes("x")));
   EXPECT_GE(time_us_, before);
   EXPECT_LE(time_us_, now_us());
 }
@@ -174,14 +174,14 @@ TEST(Receivers, OfOtherGroupsOnOnePortHearOnlyTheirOwn) {
   EVALBUS_NEEDS_BUS();
   const std::string url = UniqueUrl(), port = url.substr(url.rfind(":"));
   Bus a("udpm://239.255.1.1" + port), b("udpm://239.255.1.2" + port);
-  Heard heard_a, heard_b;
-  const auto note = [](Heard* heard) {
-    return [heard](std::string_view channel, std::span<const uint8_t>, int64_t) {
-      heard->emplace_back(channel);
+  Received received_a, received_b;
+  const auto note = [](Received* received) {
+    return [received](std::string_view channel, std::span<const uint8_t>, int64_t) {
+      received->emplace_back(channel);
     };
   };
-  a.SubscribeRaw("EVALBUS_GROUP.*", note(&heard_a));
-  b.SubscribeRaw("EVALBUS_GROUP.*", note(&heard_b));
+  a.SubscribeRaw("EVALBUS_GROUP.*", note(&received_a));
+  b.SubscribeRaw("EVALBUS_GROUP.*", note(&received_b));
   const uint8_t byte = 0;
   // Messages arrive in the order sent, so the last message of each bus proves that the others did not arrive.
   a.PublishRaw("EVALBUS_GROUP_OF_A", {&byte, 1});
@@ -191,11 +191,11 @@ TEST(Receivers, OfOtherGroupsOnOnePortHearOnlyTheirOwn) {
   EXPECT_TRUE(WaitFor([&] {
     a.Handle();
     b.Handle();
-    return std::ranges::count(heard_a, "EVALBUS_GROUP_END") > 0 &&
-           std::ranges::count(heard_b, "EVALBUS_GROUP_END") > 0;
+    return std::ranges::count(received_a, "EVALBUS_GROUP_END") > 0 &&
+           std::ranges::count(received_b, "EVALBUS_GROUP_END") > 0;
   }));
-  EXPECT_EQ(heard_a, (Heard{"EVALBUS_GROUP_OF_A", "EVALBUS_GROUP_END"}));
-  EXPECT_EQ(heard_b, (Heard{"EVALBUS_GROUP_OF_B", "EVALBUS_GROUP_END"}));
+  EXPECT_EQ(received_a, (Received{"EVALBUS_GROUP_OF_A", "EVALBUS_GROUP_END"}));
+  EXPECT_EQ(received_b, (Received{"EVALBUS_GROUP_OF_B", "EVALBUS_GROUP_END"}));
 }
 
 // Sets EVALBUS_LCM_RECEIVER during its lifetime.
@@ -210,10 +210,10 @@ class WithReceiver {
 TEST(ReceiverChoice, WithLiblcmTheBusDeliversTheSameMessages) {
   EVALBUS_NEEDS_BUS();
   const std::string url = UniqueUrl();
-  Heard by_ours, by_liblcm;
-  const auto note = [](Heard* heard) {
-    return [heard](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-      heard->push_back(Line(channel, data));
+  Received by_ours, by_liblcm;
+  const auto note = [](Received* received) {
+    return [received](std::string_view channel, std::span<const uint8_t> data, int64_t) {
+      received->push_back(Line(channel, data));
     };
   };
   Bus ours(url);

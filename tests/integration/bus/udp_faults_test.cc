@@ -184,7 +184,7 @@ class Garbage {
   Garbage(const Garbage&) = delete;
   Garbage& operator=(const Garbage&) = delete;
 
-  void Say() {
+  void Publish() {
     std::string noise(random_() % 300, '\0');
     for (char& byte : noise) byte = static_cast<char>(random_());
     Send(noise);
@@ -240,7 +240,7 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   beside_ = [&](pid_t launcher) {
     // The oversized messages are made from a STATE.
     if (state_.empty()) return;
-    garbage.Say();
+    garbage.Publish();
     if (++rounds % 4 == 0) {
       oversized = state_;
       oversized.resize(300'000, 1);

@@ -150,12 +150,12 @@ TEST(Environment, NamesTheBus) {
   EXPECT_NE(nlohmann::json::parse(ReadText(folder.path() / "suite/lift_pot-base/run.json"))["url"], url);
 
   Bus bus(url);
-  bool is_heard = false;
-  bus.Subscribe(channels::kEpisodeSummary, [&](const episode_summary_t&) { is_heard = true; });
+  bool is_received = false;
+  bus.Subscribe(channels::kEpisodeSummary, [&](const episode_summary_t&) { is_received = true; });
   Program replay({"evalbus", "replay", folder.path() / "named", "--speed", "10"}, environment);
   EXPECT_TRUE(WaitFor([&] {
     bus.Handle();
-    return is_heard;
+    return is_received;
   })) << replay.err();
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
   // A named folder takes precedence, too: the output does not mention a --url that was not given.

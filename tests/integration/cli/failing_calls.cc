@@ -43,7 +43,7 @@ Setting ReadSetting() {
 const Setting g_setting = ReadSetting();
 long g_calls = 0;
 
-__attribute__((destructor)) void SayCalls() {
+__attribute__((destructor)) void PublishCalls() {
   const char* const file = getenv("COUNTED_CALLS");
   if (file == nullptr || g_calls == 0) return;
   char line[64];

@@ -153,7 +153,7 @@ class Heckler {
  public:
   explicit Heckler(const std::string& url) : bus_(url) {
     bus_.SubscribeRaw("EVALBUS_.*", [this](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-      Hear(std::string(channel), data);
+      Receive(std::string(channel), data);
     });
   }
 
@@ -167,25 +167,25 @@ class Heckler {
   std::map<std::string, int64_t> decode_errors, foreign_messages;
 
  private:
-  void Say(const std::string& channel, std::span<const uint8_t> data) {
+  void Publish(const std::string& channel, std::span<const uint8_t> data) {
     own_.emplace(data.begin(), data.end());
     bus_.PublishRaw(channel.c_str(), data);
     ++said_;
   }
   template <class Message>
-  void SayMessage(const Channel<Message>& channel, const Message& message) {
-    Say(channel.name, Encode(message));
+  void PublishMessage(const Channel<Message>& channel, const Message& message) {
+    Publish(channel.name, Encode(message));
   }
   // Publishes the message as one of another episode.
   template <class Message>
-  void SayForeign(const std::string& channel, std::span<const uint8_t> data) {
+  void PublishForeign(const std::string& channel, std::span<const uint8_t> data) {
     Message message{};
     ASSERT_TRUE(Decode(data, &message));
     message.header.episode = 77;
-    Say(channel, Encode(message));
+    Publish(channel, Encode(message));
   }
 
-  void Hear(const std::string& channel, std::span<const uint8_t> data) {
+  void Receive(const std::string& channel, std::span<const uint8_t> data) {
     const std::vector<uint8_t> bytes(data.begin(), data.end());
     if (const auto own = own_.find(std::string(data.begin(), data.end())); own != own_.end()) {
       own_.erase(own);
@@ -201,20 +201,20 @@ class Heckler {
     const bool tick = channel == channels::kState || channel == channels::kContacts ||
                       channel == channels::kAction || channel == channels::kPartial;
     // Attacks some of the ticks and every rare message.
-    if (tick && ++heard_ % 16 >= 4) return;
+    if (tick && ++received_ % 16 >= 4) return;
     // Noise of a random length.
     std::vector<uint8_t> noise(random_() % 200);
     for (uint8_t& byte : noise) byte = static_cast<uint8_t>(random_());
-    Say(channel, noise);
+    Publish(channel, noise);
     // The right type, truncated and too long.
-    Say(channel, std::span(bytes).first(bytes.size() - 1));
+    Publish(channel, std::span(bytes).first(bytes.size() - 1));
     std::vector<uint8_t> longer = bytes;
     longer.push_back(0);
-    Say(channel, longer);
+    Publish(channel, longer);
     // The right type with absurd counts: all bytes behind the fingerprint and the header are 0xFF.
     std::vector<uint8_t> absurd = bytes;
     for (size_t i = 32; i < absurd.size(); ++i) absurd[i] = 0xFF;
-    Say(channel, absurd);
+    Publish(channel, absurd);
     // A wrong type with a header that would fit: of this episode, of a tick far ahead.
     header_t header{};
     if (tick && header._decodeNoHash(data.data(), 8, static_cast<int>(data.size()) - 8) > 0) {
@@ -223,34 +223,34 @@ class Heckler {
       std::vector<uint8_t> wrong(8 + static_cast<size_t>(header._getEncodedSizeNoHash()) + 50);
       header._encodeNoHash(wrong.data(), 8, static_cast<int>(wrong.size()) - 8);
       channels::ForEach([&]<class Message>(const Channel<Message>& other) {
-        if constexpr (requires(Message message) { message.header; }) Say(other.name, wrong);
+        if constexpr (requires(Message message) { message.header; }) Publish(other.name, wrong);
       });
     }
     // A message of another episode.
-    if (channel == channels::kState) SayForeign<state_t>(channel, data);
-    if (channel == channels::kContacts) SayForeign<contacts_t>(channel, data);
-    if (channel == channels::kAction) SayForeign<action_t>(channel, data);
-    if (channel == channels::kPartial) SayForeign<partial_metrics_t>(channel, data);
+    if (channel == channels::kState) PublishForeign<state_t>(channel, data);
+    if (channel == channels::kContacts) PublishForeign<contacts_t>(channel, data);
+    if (channel == channels::kAction) PublishForeign<action_t>(channel, data);
+    if (channel == channels::kPartial) PublishForeign<partial_metrics_t>(channel, data);
     if (channel == channels::kPartial) {
       episode_end_t end{};
       end.header.episode = 77;
       end.end_reason = "failure";
-      SayMessage(channels::kEpisodeEnd, end);
+      PublishMessage(channels::kEpisodeEnd, end);
       episode_summary_t summary{};
       summary.header.episode = 77;
-      SayMessage(channels::kEpisodeSummary, summary);
+      PublishMessage(channels::kEpisodeSummary, summary);
       command_t command{};
       command.kind = 9;
-      SayMessage(channels::kCommand, command);
+      PublishMessage(channels::kCommand, command);
     }
     // A repeated message.
-    if (tick || channel == channels::kCommand || channel == channels::kModel) Say(channel, bytes);
+    if (tick || channel == channels::kCommand || channel == channels::kModel) Publish(channel, bytes);
   }
 
   Bus bus_;
   std::multiset<std::string> own_;
   std::mt19937 random_{1};
-  int heard_ = 0;
+  int received_ = 0;
   int said_ = 0;
 };
 

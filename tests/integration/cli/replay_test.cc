@@ -161,9 +161,9 @@ TEST_F(Recorded, ReplaySoundsLikeTheRun) {
   Record(1);
   const std::string url = UniqueUrl();
   Bus bus(url);
-  RecordedLog heard;
+  RecordedLog received;
   bus.SubscribeRaw(".*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-    heard.events.push_back({std::string(channel), {data.begin(), data.end()}, 0});
+    received.events.push_back({std::string(channel), {data.begin(), data.end()}, 0});
   });
   Program replay({"evalbus", "replay", run_, "--speed", "5", "--url", url});
   EXPECT_TRUE(WaitFor([&] {
@@ -177,9 +177,9 @@ TEST_F(Recorded, ReplaySoundsLikeTheRun) {
        {channels::kModel.name, channels::kState.name, channels::kContacts.name, channels::kPartial.name,
         channels::kEpisodeEnd.name, channels::kEpisodeSummary.name}) {
     EXPECT_FALSE(recorded.Payloads(channel).empty()) << channel;
-    EXPECT_TRUE(heard.Payloads(channel) == recorded.Payloads(channel)) << channel;
+    EXPECT_TRUE(received.Payloads(channel) == recorded.Payloads(channel)) << channel;
   }
-  EXPECT_TRUE(heard.Payloads(channels::kCommand).empty());
+  EXPECT_TRUE(received.Payloads(channels::kCommand).empty());
 }
 
 TEST_F(Recorded, OtherScoreThanRecordedIsSaid) {

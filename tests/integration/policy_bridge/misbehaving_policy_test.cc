@@ -55,7 +55,7 @@ class Guest {
       status_.state = component_status_t::READY;
       status_.episode = begin.header.episode;
       status_.attempt = begin.header.attempt;
-      SayStatus();
+      PublishStatus();
     });
     bus_.Subscribe(channels::kState, [this](const state_t& state) {
       if (state.header.tick < thinks_about_) return Answer(state);
@@ -70,11 +70,11 @@ class Guest {
     if (thought_about_ && thought_about_->header.tick < tick) Answer(*std::exchange(thought_about_, {}));
     while (bus_.Handle()) {
     }
-    if (std::chrono::steady_clock::now() - said_ > std::chrono::milliseconds(300)) SayStatus();
+    if (std::chrono::steady_clock::now() - said_ > std::chrono::milliseconds(300)) PublishStatus();
   }
 
  private:
-  void SayStatus() {
+  void PublishStatus() {
     said_ = std::chrono::steady_clock::now();
     if (!dead_ && !status_.component.empty()) bus_.Publish(channels::kStatus, status_);
   }
@@ -118,7 +118,7 @@ class Guest {
         case kFailed:
           status_.state = component_status_t::FAILED;
           status_.error = "out of GPU memory";
-          SayStatus();
+          PublishStatus();
           return;
         case kSaysWhy:
           action.error = "no such grasp";

@@ -31,7 +31,7 @@ class CameraProcess : public testing::Test {
     image_request_.header.tick = state_.header.tick = 0;
   }
 
-  void Hear(Bus* bus, Images* images) {
+  void Receive(Bus* bus, Images* images) {
     for (const view_t& view : image_request_.view) {
       const std::string channel = channels::ImageChannel(view.camera);
       bus->Subscribe(Channel<image_t>{channel.c_str(), "cameras"},
@@ -39,7 +39,7 @@ class CameraProcess : public testing::Test {
     }
     bus->Subscribe(channels::kStatus, [this](const component_status_t& m) { status_ = m; });
   }
-  bool HearUntil(Bus* bus, const std::function<bool()>& condition) {
+  bool ReceiveUntil(Bus* bus, const std::function<bool()>& condition) {
     return WaitFor([&] {
       while (bus->Handle()) {
       }
@@ -65,11 +65,11 @@ TEST_F(CameraProcess, GivesTheBytesOfTheComponentInThisProcess) {
   const std::string url = UniqueUrl();
   Bus bus(url), bystander(url);
   Images far, near;
-  Hear(&bus, &far);
-  int states_heard = 0;
-  bystander.Subscribe(channels::kState, [&](const state_t&) { ++states_heard; });
+  Receive(&bus, &far);
+  int states_received = 0;
+  bystander.Subscribe(channels::kState, [&](const state_t&) { ++states_received; });
   Program process({"evalbus-viz", "--answer-image-requests", "--url", url});
-  ASSERT_TRUE(HearUntil(&bus, [&] {
+  ASSERT_TRUE(ReceiveUntil(&bus, [&] {
     if (status_.state != component_status_t::READY) Begin(&bus);
     return status_.state == component_status_t::READY;
   })) << process.err();
@@ -77,15 +77,15 @@ TEST_F(CameraProcess, GivesTheBytesOfTheComponentInThisProcess) {
   // A request before its STATE is held until the STATE arrives.
   bus.Publish(channels::kRequestImage, image_request_);
   bus.Publish(channels::kState, state_);
-  ASSERT_TRUE(HearUntil(&bus, [&] { return far.size() == 3; }));
+  ASSERT_TRUE(ReceiveUntil(&bus, [&] { return far.size() == 3; }));
 
   Bus own("memq://");
-  Hear(&own, &near);
+  Receive(&own, &near);
   viz::CameraComponent component(&own);
   Begin(&own);
   own.Publish(channels::kState, state_);
   own.Publish(channels::kRequestImage, image_request_);
-  ASSERT_TRUE(HearUntil(&own, [&] { return near.size() == 3; }));
+  ASSERT_TRUE(ReceiveUntil(&own, [&] { return near.size() == 3; }));
   for (const view_t& view : image_request_.view) {
     EXPECT_EQ(far[view.camera].view.width_px, view.width_px);
     EXPECT_TRUE(far[view.camera].data == near[view.camera].data) << view.camera;
@@ -94,7 +94,7 @@ TEST_F(CameraProcess, GivesTheBytesOfTheComponentInThisProcess) {
   EXPECT_EQ(far["front"].data.size(), 512u * 512 * 4);
   while (bystander.Handle()) {
   }
-  EXPECT_EQ(states_heard, 1);
+  EXPECT_EQ(states_received, 1);
   EXPECT_EQ(bystander.decode_errors(), 0);
   EXPECT_EQ(bus.decode_errors(), 0);
 }
@@ -104,16 +104,16 @@ TEST_F(CameraProcess, AnUnknownCameraIsOneLine) {
   const std::string url = UniqueUrl();
   Bus bus(url);
   Images images;
-  Hear(&bus, &images);
+  Receive(&bus, &images);
   Program process({"evalbus-viz", "--answer-image-requests", "--url", url});
-  ASSERT_TRUE(HearUntil(&bus, [&] {
+  ASSERT_TRUE(ReceiveUntil(&bus, [&] {
     if (status_.state != component_status_t::READY) Begin(&bus);
     return status_.state == component_status_t::READY;
   })) << process.err();
   image_request_.view[1].camera = "nowhere";
   bus.Publish(channels::kState, state_);
   bus.Publish(channels::kRequestImage, image_request_);
-  ASSERT_TRUE(HearUntil(&bus, [&] { return status_.state == component_status_t::FAILED; }));
+  ASSERT_TRUE(ReceiveUntil(&bus, [&] { return status_.state == component_status_t::FAILED; }));
   EXPECT_EQ(process.Wait(), 1);
   EXPECT_EQ(status_.error.find("REQUEST_IMAGE of tick 0: no camera 'nowhere'; this scene has head, "), 0u);
   EXPECT_NE(process.err().find("error: " + status_.error + "\n"), std::string::npos);

@@ -15,7 +15,7 @@ namespace evalbus::viz_run_test {
 namespace fs = std::filesystem;
 
 // What a subscriber receives on a bus until a program ends.
-struct Heard {
+struct Received {
   std::map<std::string, std::vector<image_t>> images;
   std::vector<int64_t> state_tick;
   component_status_t viz{};
@@ -26,16 +26,16 @@ class VizRun : public testing::Test {
   VizRun() {
     for (const char* channel : {"EVALBUS_IMAGE_overview", "EVALBUS_IMAGE_left_hand_wrist"}) {
       bus_.Subscribe(Channel<image_t>{channel, "viz"},
-                     [this, channel](const image_t& m) { heard_.images[channel].push_back(m); });
+                     [this, channel](const image_t& m) { received_.images[channel].push_back(m); });
     }
     bus_.Subscribe(channels::kState,
-                   [this](const state_t& m) { heard_.state_tick.push_back(m.header.tick); });
+                   [this](const state_t& m) { received_.state_tick.push_back(m.header.tick); });
     bus_.Subscribe(channels::kStatus, [this](const component_status_t& m) {
-      if (m.component == "viz") heard_.viz = m;
+      if (m.component == "viz") received_.viz = m;
     });
   }
 
-  bool HearUntil(const std::function<bool()>& condition) {
+  bool ReceiveUntil(const std::function<bool()>& condition) {
     return WaitFor([&] {
       while (bus_.Handle()) {
       }
@@ -43,8 +43,8 @@ class VizRun : public testing::Test {
     });
   }
   bool AllShow(int64_t tick) const {
-    return heard_.viz.last_tick == tick && heard_.images.size() == 2 &&
-           std::ranges::all_of(heard_.images,
+    return received_.viz.last_tick == tick && received_.images.size() == 2 &&
+           std::ranges::all_of(received_.images,
                                [&](const auto& camera) { return camera.second.back().header.tick == tick; });
   }
   using Images = std::vector<image_t>;
@@ -57,15 +57,15 @@ class VizRun : public testing::Test {
   // Expects decodable images from both cameras, in order, of ticks that were on the bus, with at most one
   // replay.
   void ExpectImages() {
-    EXPECT_EQ(heard_.images.size(), 2u);
-    for (const auto& [channel, images] : heard_.images) {
+    EXPECT_EQ(received_.images.size(), 2u);
+    for (const auto& [channel, images] : received_.images) {
       for (size_t i = 0; i < images.size(); ++i) {
         const image_t& image = images[i];
         if (i > 0 && i != BeginAgain(images)) {
           EXPECT_GE(image.header.tick, images[i - 1].header.tick);
         }
-        EXPECT_NE(std::find(heard_.state_tick.begin(), heard_.state_tick.end(), image.header.tick),
-                  heard_.state_tick.end());
+        EXPECT_NE(std::find(received_.state_tick.begin(), received_.state_tick.end(), image.header.tick),
+                  received_.state_tick.end());
         EXPECT_EQ(image.header.sim_time_us, image.header.tick * 20000);
         EXPECT_EQ(image.view.width_px, 160);
         EXPECT_EQ(image.view.height_px, 120);
@@ -79,7 +79,7 @@ class VizRun : public testing::Test {
   TemporaryFolder folder_;
   std::string url_ = UniqueUrl();
   Bus bus_{url_};
-  Heard heard_;
+  Received received_;
   const std::vector<std::string> viz_ = {
       "evalbus-viz", "--url",   url_,    "--camera", "overview,left/hand/wrist",
       "--size",      "160x120", "--fps", "20"};
@@ -91,25 +91,25 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
   Program viz(viz_);
   Program evaluation({"evalbus", "run", ShortTask(folder_.path(), 3), "--policy", "hold", "--episodes", "1",
                       "--realtime", "--url", url_, "--out", run});
-  ASSERT_TRUE(HearUntil([&] { return !evaluation.running(); }));
+  ASSERT_TRUE(ReceiveUntil([&] { return !evaluation.running(); }));
   EXPECT_EQ(evaluation.Wait(), 0) << evaluation.err();
   // The last image shows the episode's end.
-  const int64_t last = heard_.state_tick.back();
-  EXPECT_TRUE(HearUntil([&] { return AllShow(last); }));
-  EXPECT_GT(heard_.viz.skipped_ticks, 0);
-  EXPECT_EQ(heard_.viz.missing_ticks, 0);
+  const int64_t last = received_.state_tick.back();
+  EXPECT_TRUE(ReceiveUntil([&] { return AllShow(last); }));
+  EXPECT_GT(received_.viz.skipped_ticks, 0);
+  EXPECT_EQ(received_.viz.missing_ticks, 0);
   EXPECT_TRUE(ReadLog(LogFile(run, 0)).Payloads("EVALBUS_IMAGE_overview").empty());
 
   // The same viz, still subscribed, renders the replay like the run: the last image is equal bit for bit.
   Program replay({"evalbus", "replay", run, "--url", url_});
-  ASSERT_TRUE(HearUntil([&] { return !replay.running(); }));
+  ASSERT_TRUE(ReceiveUntil([&] { return !replay.running(); }));
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
-  const Images& images = heard_.images["EVALBUS_IMAGE_overview"];
-  ASSERT_TRUE(HearUntil([&] { return BeginAgain(images) < images.size() && AllShow(last); }));
+  const Images& images = received_.images["EVALBUS_IMAGE_overview"];
+  ASSERT_TRUE(ReceiveUntil([&] { return BeginAgain(images) < images.size() && AllShow(last); }));
   const image_t end_of_run = images[BeginAgain(images) - 1];
   EXPECT_EQ(end_of_run.header.tick, last);
   // The result is drawn onto that tick's image once it is known.
-  EXPECT_TRUE(HearUntil([&] { return images.back().data == end_of_run.data; }));
+  EXPECT_TRUE(ReceiveUntil([&] { return images.back().data == end_of_run.data; }));
   ExpectImages();
   viz.Signal(SIGTERM);
   EXPECT_EQ(viz.Wait(), 0) << viz.err();
@@ -121,16 +121,16 @@ TEST_F(VizRun, MayComeInTheMiddleOfARunByItsFolder) {
   // The episode is longer than the start of a renderer on a loaded machine; the run ends with this test.
   Program evaluation({"evalbus", "run", ShortTask(folder_.path(), 3600), "--policy", "hold", "--episodes",
                       "1", "--realtime", "--url", url_, "--out", run});
-  ASSERT_TRUE(HearUntil([&] { return heard_.state_tick.size() > 20; })) << evaluation.err();
+  ASSERT_TRUE(ReceiveUntil([&] { return received_.state_tick.size() > 20; })) << evaluation.err();
   std::vector<std::string> command = viz_;
   command.erase(command.begin() + 1, command.begin() + 3);
   command.push_back(run);
   Program viz(command);
-  ASSERT_TRUE(HearUntil([&] { return heard_.images["EVALBUS_IMAGE_overview"].size() > 0; }))
+  ASSERT_TRUE(ReceiveUntil([&] { return received_.images["EVALBUS_IMAGE_overview"].size() > 0; }))
       << viz.err() << evaluation.out();
   EXPECT_TRUE(evaluation.running());
-  EXPECT_GT(heard_.images["EVALBUS_IMAGE_overview"][0].header.tick, 20);
-  EXPECT_EQ(heard_.viz.missing_ticks, 0);
+  EXPECT_GT(received_.images["EVALBUS_IMAGE_overview"][0].header.tick, 20);
+  EXPECT_EQ(received_.viz.missing_ticks, 0);
 }
 
 TEST_F(VizRun, UnknownCameraIsOneLineAndSaidOnStatus) {
@@ -139,14 +139,14 @@ TEST_F(VizRun, UnknownCameraIsOneLineAndSaidOnStatus) {
   ASSERT_TRUE(WaitFor([&] { return viz.out() == "viz ready\n"; })) << viz.err();
   Program evaluation({"evalbus", "run", ShortTask(folder_.path(), 1), "--policy", "hold", "--episodes", "1",
                       "--url", url_, "--out", folder_.path() / "run"});
-  ASSERT_TRUE(HearUntil([&] { return !viz.running() && !evaluation.running(); }));
+  ASSERT_TRUE(ReceiveUntil([&] { return !viz.running() && !evaluation.running(); }));
   EXPECT_EQ(viz.Wait(), 1);
   const std::string line =
       "no camera 'nowhere'; this scene has head, roboeval/external, front, overview, roboeval/head, "
       "roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, right/hand/wrist";
   EXPECT_EQ(viz.err(), "error: " + line + "\n");
-  EXPECT_EQ(heard_.viz.state, component_status_t::FAILED);
-  EXPECT_EQ(heard_.viz.error, line);
+  EXPECT_EQ(received_.viz.state, component_status_t::FAILED);
+  EXPECT_EQ(received_.viz.error, line);
   EXPECT_EQ(evaluation.Wait(), 0) << evaluation.err();
 }
 

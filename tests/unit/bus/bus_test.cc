@@ -156,25 +156,25 @@ class Probe : public Component {
   using Component::EnterEpisode;
   using Component::IsOurs;
   using Component::Progress;
-  using Component::SayReady;
+  using Component::PublishReady;
 };
 
 TEST(Component, AnswersARepeatedEpisodeBeginWithoutPreparingAgain) {
   Bus bus("memq://");
   Probe probe(&bus);
-  std::vector<component_status_t> heard;
-  bus.Subscribe(channels::kStatus, [&](const component_status_t& s) { heard.push_back(s); });
+  std::vector<component_status_t> received;
+  bus.Subscribe(channels::kStatus, [&](const component_status_t& s) { received.push_back(s); });
   episode_begin_t begin{};
   begin.header.episode = 7;
   begin.header.attempt = 2;
   EXPECT_TRUE(probe.EnterEpisode(begin));
-  probe.SayReady();
+  probe.PublishReady();
   EXPECT_FALSE(probe.EnterEpisode(begin));
   begin.header.attempt = 3;
   EXPECT_TRUE(probe.EnterEpisode(begin));
   HandleAll(&bus);
-  ASSERT_EQ(heard.size(), 2u);
-  for (const auto& status : heard) {
+  ASSERT_EQ(received.size(), 2u);
+  for (const auto& status : received) {
     EXPECT_EQ(status.component, "probe");
     EXPECT_EQ(status.state, component_status_t::READY);
     EXPECT_EQ(status.episode, 7);
@@ -196,11 +196,11 @@ TEST(Component, CountsMessagesOfOtherEpisodes) {
 TEST(Component, ReportsProgressTwicePerLagWindow) {
   Bus bus("memq://");
   Probe probe(&bus, 100);
-  std::vector<int64_t> heard;
-  bus.Subscribe(channels::kStatus, [&](const component_status_t& s) { heard.push_back(s.last_tick); });
+  std::vector<int64_t> received;
+  bus.Subscribe(channels::kStatus, [&](const component_status_t& s) { received.push_back(s.last_tick); });
   for (int tick = 0; tick < 200; ++tick) probe.Progress(Header(0, tick));
   HandleAll(&bus);
-  EXPECT_EQ(heard, (std::vector<int64_t>{49, 99, 149, 199}));
+  EXPECT_EQ(received, (std::vector<int64_t>{49, 99, 149, 199}));
 }
 
 }  // namespace evalbus::bus_test

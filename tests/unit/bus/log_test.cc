@@ -23,7 +23,7 @@ class LogTest : public testing::Test {
   LogTest() {
     Log::SetFiles([this](const std::string& component) { return folder_.path() / (component + ".log"); });
     Log::SetLevel(LogLevel::kInfo);
-    bus_.Subscribe(channels::kLog, [this](const log_t& line) { heard_.push_back(line); });
+    bus_.Subscribe(channels::kLog, [this](const log_t& line) { received_.push_back(line); });
   }
   ~LogTest() override {
     Log::SetFiles({});
@@ -36,11 +36,11 @@ class LogTest : public testing::Test {
     for (std::string line; std::getline(stream, line);) lines.push_back(line);
     return lines;
   }
-  std::vector<std::string> Heard() {
+  std::vector<std::string> Received() {
     while (bus_.Handle()) {
     }
     std::vector<std::string> texts;
-    for (const log_t& line : heard_) texts.push_back(line.text);
+    for (const log_t& line : received_) texts.push_back(line.text);
     return texts;
   }
   // Repeats the case if it took longer than the second for which at most ten lines are published.
@@ -49,8 +49,8 @@ class LogTest : public testing::Test {
     while (true) {
       const auto start = std::chrono::steady_clock::now();
       std::filesystem::remove(folder_.path() / "sim.log");
-      Heard();
-      heard_.clear();
+      Received();
+      received_.clear();
       write();
       if (std::chrono::steady_clock::now() - start < std::chrono::seconds(1)) return;
     }
@@ -58,7 +58,7 @@ class LogTest : public testing::Test {
 
   TemporaryFolder folder_;
   Bus bus_{"memq://"};
-  std::vector<log_t> heard_;
+  std::vector<log_t> received_;
 };
 
 TEST_F(LogTest, LinesHaveTimeLevelComponentAndPlace) {
@@ -72,11 +72,11 @@ TEST_F(LogTest, LinesHaveTimeLevelComponentAndPlace) {
   EXPECT_THAT(Lines("sim"), ElementsAre(MatchesRegex(time + "\\[info\\] sim  starts"),
                                         MatchesRegex(time + "\\[warning\\] sim  e3  1 of 2"),
                                         MatchesRegex(time + "\\[error\\] sim  e3 try 2 t127  falls")));
-  EXPECT_THAT(Heard(), ElementsAre("starts", "1 of 2", "falls"));
-  EXPECT_EQ(heard_[2].component, "sim");
-  EXPECT_EQ(heard_[2].level, log_t::ERROR_LEVEL);
-  EXPECT_EQ(heard_[2].header.tick, 127);
-  EXPECT_EQ(heard_[2].header.attempt, 1);
+  EXPECT_THAT(Received(), ElementsAre("starts", "1 of 2", "falls"));
+  EXPECT_EQ(received_[2].component, "sim");
+  EXPECT_EQ(received_[2].level, log_t::ERROR_LEVEL);
+  EXPECT_EQ(received_[2].header.tick, 127);
+  EXPECT_EQ(received_[2].header.attempt, 1);
 }
 
 TEST_F(LogTest, OneFileForEachComponent) {
@@ -92,7 +92,7 @@ TEST_F(LogTest, DebugIsForTheFileAlone) {
   Log log("sim", &bus_);
   log.Debug("detail");
   EXPECT_EQ(Lines("sim").size(), 1u);
-  EXPECT_THAT(Heard(), ElementsAre());
+  EXPECT_THAT(Received(), ElementsAre());
 }
 
 TEST_F(LogTest, ALevelThatIsOffCostsNothing) {
@@ -112,16 +112,16 @@ TEST_F(LogTest, TheBusHearsTenLinesASecondAndHowManyMoreThereWere) {
     log->Poll(std::chrono::steady_clock::now());
   });
   EXPECT_EQ(Lines("sim").size(), 47u);
-  EXPECT_EQ(Heard().size(), 10u);
+  EXPECT_EQ(Received().size(), 10u);
   log->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(2));
-  ASSERT_EQ(Heard().size(), 11u);
-  EXPECT_EQ(Heard().back(), "and 37 more");
+  ASSERT_EQ(Received().size(), 11u);
+  EXPECT_EQ(Received().back(), "and 37 more");
 }
 
 TEST_F(LogTest, ControlCharactersAreMadeHarmless) {
   Log log("sim", &bus_);
   log.Info("{}", "two\nlines \x1b[2J");
-  EXPECT_THAT(Heard(), ElementsAre("two?lines ?[2J"));
+  EXPECT_THAT(Received(), ElementsAre("two?lines ?[2J"));
   EXPECT_EQ(Lines("sim").size(), 1u);
 }
 
@@ -133,13 +133,13 @@ TEST_F(LogTest, LinesAboutLinesAreBounded) {
   });
   WithinASecond([&] {
     log.reset();
-    Heard();
-    heard_.clear();
+    Received();
+    received_.clear();
     log.emplace("sim", &bus_);
     log->Info("first");
-    Heard();
+    Received();
   });
-  EXPECT_EQ(heard_.size(), 10u);
+  EXPECT_EQ(received_.size(), 10u);
 }
 
 TEST_F(LogTest, AFileThatCannotBeWrittenIsSaid) {

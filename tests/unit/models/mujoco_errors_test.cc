@@ -28,17 +28,17 @@ class MujocoErrors : public testing::Test {
  protected:
   MujocoErrors() {
     InstallMujocoHandlers();
-    SetMujocoWarningSink([this](const std::string& warning) { heard_.push_back(warning); });
+    SetMujocoWarningSink([this](const std::string& warning) { received_.push_back(warning); });
   }
   ~MujocoErrors() override { SetMujocoWarningSink({}); }
 
-  std::vector<std::string> heard_;
+  std::vector<std::string> received_;
 };
 
 TEST_F(MujocoErrors, ErrorsOfARunAreOfTheEnvironmentAndWarningsGoToTheSink) {
   EXPECT_EQ(Thrown<EnvironmentError>("stack overflow"), "MuJoCo: stack overflow");
   mju_warning("unstable");
-  EXPECT_EQ(heard_, std::vector<std::string>{"unstable"});
+  EXPECT_EQ(received_, std::vector<std::string>{"unstable"});
 }
 
 TEST_F(MujocoErrors, WithoutASinkWarningsAreLinesOnStderr) {
@@ -46,7 +46,7 @@ TEST_F(MujocoErrors, WithoutASinkWarningsAreLinesOnStderr) {
   testing::internal::CaptureStderr();
   mju_warning("unstable");
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "MuJoCo warning: unstable\n");
-  EXPECT_TRUE(heard_.empty());
+  EXPECT_TRUE(received_.empty());
 }
 
 // MuJoCo itself writes MUJOCO_LOG.TXT into the user's current folder.
@@ -62,11 +62,11 @@ TEST_F(MujocoErrors, NoFileIsLeft) {
 
 TEST_F(MujocoErrors, ASinkMaySetAnother) {
   SetMujocoWarningSink([this](const std::string&) {
-    SetMujocoWarningSink([this](const std::string& warning) { heard_.push_back("later " + warning); });
+    SetMujocoWarningSink([this](const std::string& warning) { received_.push_back("later " + warning); });
   });
   mju_warning("one");
   mju_warning("two");
-  EXPECT_EQ(heard_, std::vector<std::string>{"later two"});
+  EXPECT_EQ(received_, std::vector<std::string>{"later two"});
 }
 
 TEST_F(MujocoErrors, WhatACompilerSaysIsTheInputs) {
@@ -82,7 +82,7 @@ TEST_F(MujocoErrors, WhatACompilerSaysIsTheInputs) {
     }).join();
   }
   EXPECT_EQ(warnings, std::vector<std::string>{"MuJoCo: two hulls"});
-  EXPECT_EQ(heard_, std::vector<std::string>{"unstable"});
+  EXPECT_EQ(received_, std::vector<std::string>{"unstable"});
   EXPECT_EQ(Thrown<EnvironmentError>("stack overflow"), "MuJoCo: stack overflow");
 }
 
@@ -104,7 +104,7 @@ TEST_F(MujocoErrors, OneCompilerAtATime) {
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(most, 1);
-  EXPECT_TRUE(heard_.empty());
+  EXPECT_TRUE(received_.empty());
 }
 
 }  // namespace evalbus::mujoco_errors_test

@@ -42,24 +42,24 @@ class Followed : public testing::Test {
 };
 
 TEST_F(Followed, TellsWhatIsAdded) {
-  RunFollower::News news = follower_.Look();
+  RunFollower::News news = follower_.Update();
   EXPECT_TRUE(news.is_changed);
   EXPECT_EQ(follower_.numbers().planned, 5);
   EXPECT_EQ(follower_.numbers().done, 0);
   Append(Line(0, true) + Line(1, false));
-  news = follower_.Look();
+  news = follower_.Update();
   EXPECT_EQ(news.from, 0u);
   EXPECT_THAT(Numbers(news), ElementsAre(0, 1));
   EXPECT_EQ(news.rows[1].failure_reason, "timeout");
   EXPECT_DOUBLE_EQ(news.rows[1].time, 4);
   EXPECT_FALSE(news.rows[1].has_track);
-  EXPECT_FALSE(follower_.Look().is_changed);
+  EXPECT_FALSE(follower_.Update().is_changed);
   // A line that is still being written is not read yet.
   const std::string line = Line(2, true);
   Append(line.substr(0, 20));
-  EXPECT_FALSE(follower_.Look().is_changed);
+  EXPECT_FALSE(follower_.Update().is_changed);
   Append(line.substr(20));
-  news = follower_.Look();
+  news = follower_.Update();
   EXPECT_EQ(news.from, 2u);
   EXPECT_THAT(Numbers(news), ElementsAre(2));
   EXPECT_EQ(follower_.numbers().done, 3);
@@ -70,37 +70,37 @@ TEST_F(Followed, TellsWhatIsAdded) {
 
 TEST_F(Followed, IntervalsAreThoseOfTheRunsState) {
   Append(Line(0, true) + Line(1, false));
-  follower_.Look();
+  follower_.Update();
   EXPECT_FALSE(follower_.is_over());
   EXPECT_DOUBLE_EQ(follower_.numbers().lower, metrics::ConfidenceSequence(1, 2).lower);
   std::ofstream(run_ / kSummaryJson) << "{}";
-  EXPECT_TRUE(follower_.Look().is_changed);
+  EXPECT_TRUE(follower_.Update().is_changed);
   EXPECT_TRUE(follower_.is_over());
   EXPECT_DOUBLE_EQ(follower_.numbers().upper, metrics::WilsonInterval(1, 2).upper);
 }
 
 TEST_F(Followed, TheSameLinesWrittenAnewAreNoNews) {
   Append(Line(0, true) + Line(1, false));
-  follower_.Look();
+  follower_.Update();
   WriteAnew(Line(0, true) + Line(1, false) + Line(2, true));
-  const RunFollower::News news = follower_.Look();
+  const RunFollower::News news = follower_.Update();
   EXPECT_EQ(news.from, 2u);
   EXPECT_THAT(Numbers(news), ElementsAre(2));
-  EXPECT_FALSE(follower_.Look().is_changed);
+  EXPECT_FALSE(follower_.Update().is_changed);
 }
 
 TEST_F(Followed, OtherLinesAreReadFromTheBegin) {
   // Two workers; at the end the lines are sorted.
   Append(Line(1, false) + Line(0, true));
-  follower_.Look();
+  follower_.Update();
   WriteAnew(Line(0, true) + Line(1, false));
-  RunFollower::News news = follower_.Look();
+  RunFollower::News news = follower_.Update();
   EXPECT_EQ(news.from, 0u);
   EXPECT_THAT(Numbers(news), ElementsAre(0, 1));
   EXPECT_EQ(follower_.numbers().done, 2);
   // The run is resumed; the line of the episode that is run again is gone.
   WriteAnew(Line(0, true));
-  news = follower_.Look();
+  news = follower_.Update();
   EXPECT_EQ(news.from, 0u);
   EXPECT_THAT(Numbers(news), ElementsAre(0));
   EXPECT_EQ(follower_.numbers().done, 1);
@@ -111,9 +111,9 @@ TEST_F(Followed, ALongListComesInPieces) {
   constexpr int kMany = 2 * static_cast<int>(RunFollower::kLinesAtOnce) + 7;
   for (int i = 0; i < kMany; ++i) lines += Line(i, true);
   Append(lines);
-  EXPECT_EQ(follower_.Look().rows.size(), RunFollower::kLinesAtOnce);
-  EXPECT_EQ(follower_.Look().rows.size(), RunFollower::kLinesAtOnce);
-  const RunFollower::News last = follower_.Look();
+  EXPECT_EQ(follower_.Update().rows.size(), RunFollower::kLinesAtOnce);
+  EXPECT_EQ(follower_.Update().rows.size(), RunFollower::kLinesAtOnce);
+  const RunFollower::News last = follower_.Update();
   EXPECT_EQ(last.from, 2 * RunFollower::kLinesAtOnce);
   EXPECT_EQ(last.rows.size(), 7u);
   EXPECT_EQ(follower_.numbers().done, kMany);
@@ -121,17 +121,17 @@ TEST_F(Followed, ALongListComesInPieces) {
 
 TEST_F(Followed, WhatDoesNotBelongIsSaidWithItsLine) {
   Append(Line(0, true) + "nonsense\n");
-  const RunFollower::News news = follower_.Look();
+  const RunFollower::News news = follower_.Update();
   EXPECT_THAT(Numbers(news), ElementsAre(0));
   EXPECT_THAT(follower_.error(), HasSubstr("episodes.jsonl:2"));
-  EXPECT_FALSE(follower_.Look().is_changed);
+  EXPECT_FALSE(follower_.Update().is_changed);
   EXPECT_EQ(follower_.numbers().done, 1);
 }
 
 TEST(RunFollower, AFolderMayComeLater) {
   TemporaryFolder folder;
   RunFollower follower(folder.path() / "later");
-  EXPECT_FALSE(follower.Look().is_changed);
+  EXPECT_FALSE(follower.Update().is_changed);
   EXPECT_EQ(follower.info(), nullptr);
   EXPECT_TRUE(follower.error().empty());
 }

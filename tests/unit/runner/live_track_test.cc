@@ -48,23 +48,23 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
         model, m.header,
         viz::EpisodeTrack::About{
             .run = 0, .policy = "expert", .scene = scene.id(), .bodies = scene.moving_bodies()});
-    track->Hear(m, scene.Appearance(m.seed));
+    track->Receive(m, scene.Appearance(m.seed));
   });
   bus.Subscribe(channels::kState, [&](const state_t& m) {
-    track->Hear(m);
+    track->Receive(m);
     if (m.header.tick == static_cast<int64_t>(states.size())) states.push_back(m);
   });
-  bus.Subscribe(channels::kContacts, [&](const contacts_t& m) { track->Hear(m); });
+  bus.Subscribe(channels::kContacts, [&](const contacts_t& m) { track->Receive(m); });
   bus.Subscribe(channels::kPartial, [&](const partial_metrics_t& m) {
-    track->Hear(m);
+    track->Receive(m);
     ++said;
   });
   bus.Subscribe(channels::kCriteria, [&](const criteria_t& m) {
-    track->Hear(m);
+    track->Receive(m);
     ++of_criteria;
   });
-  bus.Subscribe(channels::kEpisodeEnd, [&](const episode_end_t& m) { track->Hear(m); });
-  bus.Subscribe(channels::kEpisodeSummary, [&](const episode_summary_t& m) { track->Hear(m); });
+  bus.Subscribe(channels::kEpisodeEnd, [&](const episode_end_t& m) { track->Receive(m); });
+  bus.Subscribe(channels::kEpisodeSummary, [&](const episode_summary_t& m) { track->Receive(m); });
 
   command_t command{};
   command.kind = command_t::START_EPISODE;

@@ -47,7 +47,7 @@ class RunControllerTest : public testing::Test {
     }
   }
   template <class Message>
-  void Say(const Channel<Message>& channel, const Message& message) {
+  void Publish(const Channel<Message>& channel, const Message& message) {
     Dut();
     bus_.Publish(channel, message);
     HandleAll();
@@ -61,30 +61,30 @@ class RunControllerTest : public testing::Test {
     model.task_file = "pot.yaml";
     return model;
   }
-  void SayModel(const std::string& file = "") {
+  void PublishModel(const std::string& file = "") {
     model_info_t model = Model();
     if (!file.empty()) model.physics_file = file;
-    Say(channels::kModel, model);
+    Publish(channels::kModel, model);
   }
-  void SayBegin(int attempt = 0) {
+  void PublishBegin(int attempt = 0) {
     episode_begin_t begin{};
     begin.header = {0, episode_, attempt, 0, 0};
     begin.seed = Seed();
-    Say(channels::kEpisodeBegin, begin);
+    Publish(channels::kEpisodeBegin, begin);
   }
   void Begin(int attempt = 0) {
-    SayModel();
-    SayBegin(attempt);
+    PublishModel();
+    PublishBegin(attempt);
   }
-  void SayEnd(int attempt = 0, const std::string& reason = "success", const std::string& detail = "") {
+  void PublishEnd(int attempt = 0, const std::string& reason = "success", const std::string& detail = "") {
     episode_end_t end{};
     end.header = Header(attempt);
     end.end_reason = reason;
     end.detail = detail;
-    Say(channels::kEpisodeEnd, end);
+    Publish(channels::kEpisodeEnd, end);
   }
-  void SaySummary(int attempt = 0, int64_t slips = 0, const std::string& reason = "success",
-                  const std::string& detail = "") {
+  void PublishSummary(int attempt = 0, int64_t slips = 0, const std::string& reason = "success",
+                      const std::string& detail = "") {
     episode_summary_t summary{};
     summary.header = Header(attempt);
     summary.seed = Seed();
@@ -92,14 +92,14 @@ class RunControllerTest : public testing::Test {
     summary.end_detail = detail;
     summary.complete = reason == "success";
     summary.metrics.slip_count = slips;
-    Say(channels::kEpisodeSummary, summary);
+    Publish(channels::kEpisodeSummary, summary);
   }
-  void SayFinished(const std::string& component, int attempt = 0) {
+  void PublishFinished(const std::string& component, int attempt = 0) {
     component_status_t status{};
     status.component = component;
     status.episode = status.last_finished_episode = episode_;
     status.attempt = attempt;
-    Say(channels::kStatus, status);
+    Publish(channels::kStatus, status);
   }
   SteadyTime In(seconds time) { return std::chrono::steady_clock::now() + time; }
 
@@ -120,24 +120,25 @@ TEST_F(RunControllerTest, ASimThatHasJustComeIsToldWhatBegins) {
   status.component = "sim";
   status.episode = status.last_finished_episode = -1;
   status.instance = 3;
-  Say(channels::kStatus, status);
+  Publish(channels::kStatus, status);
   ASSERT_EQ(commands_.size(), 1u);
   EXPECT_EQ(commands_[0].kind, command_t::START_EPISODE);
   EXPECT_EQ(commands_[0].episode, 0);
-  Say(channels::kStatus, status);
+  Publish(channels::kStatus, status);
   EXPECT_EQ(commands_.size(), 1u);
   status.instance = 4;
-  Say(channels::kStatus, status);
+  Publish(channels::kStatus, status);
   EXPECT_EQ(commands_.size(), 2u);
   Begin();
   status.instance = 5;
-  Say(channels::kStatus, status);
+  Publish(channels::kStatus, status);
   EXPECT_EQ(commands_.size(), 2u);
 }
 
 TEST_F(RunControllerTest, AnEpisodeIsDoneInWhateverOrderItsEndIsHeard) {
-  const std::function<void()> parts[] = {[this] { SayEnd(); }, [this] { SaySummary(); },
-                                         [this] { SayFinished("sim"); }, [this] { SayFinished("recorder"); }};
+  const std::function<void()> parts[] = {[this] { PublishEnd(); }, [this] { PublishSummary(); },
+                                         [this] { PublishFinished("sim"); },
+                                         [this] { PublishFinished("recorder"); }};
   // The recorder closes its log after it has received the end, so the end is sent first.
   for (std::vector<int> order : {std::vector{0, 1, 2, 3},
                                  {0, 1, 3, 2},
@@ -162,9 +163,9 @@ TEST_F(RunControllerTest, GoesThroughItsPlan) {
   for (episode_ = 0; episode_ < 2; ++episode_) {
     EXPECT_FALSE(Dut().done());
     Begin();
-    SayEnd();
-    SaySummary();
-    SayFinished("recorder");
+    PublishEnd();
+    PublishSummary();
+    PublishFinished("recorder");
   }
   EXPECT_TRUE(Dut().done());
   ASSERT_EQ(commands_.size(), 1u);  // the first one is sent when the launcher polls
@@ -187,29 +188,29 @@ TEST_F(RunControllerTest, CommandsUntilItIsHeard) {
 
 TEST_F(RunControllerTest, AnAbortedEpisodeIsBegunAgain) {
   Begin();
-  SayEnd(0, "aborted", "two different actions for tick 3");
+  PublishEnd(0, "aborted", "two different actions for tick 3");
   EXPECT_THAT(listener_.remarks, ElementsAre("      0  retrying: two different actions for tick 3"));
   Dut().Poll(In(seconds(1)));
   HandleAll();
   EXPECT_EQ(commands_.back().attempt, 1);
   Begin(1);
-  SayEnd(1);
-  SaySummary(1);
-  SayFinished("recorder", 1);
+  PublishEnd(1);
+  PublishSummary(1);
+  PublishFinished("recorder", 1);
   EXPECT_EQ(listener_.done.size(), 1u);
 }
 
 TEST_F(RunControllerTest, WhatAnEarlierAttemptSaysLateIsNotHeard) {
   Begin();
-  SayEnd(0, "aborted", "lost");
+  PublishEnd(0, "aborted", "lost");
   Begin(1);
-  SayEnd(0, "success");
-  SaySummary(0, 99);
-  SayFinished("recorder", 0);
+  PublishEnd(0, "success");
+  PublishSummary(0, 99);
+  PublishFinished("recorder", 0);
   EXPECT_THAT(listener_.done, IsEmpty());
-  SayEnd(1);
-  SaySummary(1, 2);
-  SayFinished("recorder", 1);
+  PublishEnd(1);
+  PublishSummary(1, 2);
+  PublishFinished("recorder", 1);
   ASSERT_EQ(listener_.done.size(), 1u);
   EXPECT_EQ(listener_.done[0]["metrics"]["slip_count"], 2);
 }
@@ -217,26 +218,26 @@ TEST_F(RunControllerTest, WhatAnEarlierAttemptSaysLateIsNotHeard) {
 TEST_F(RunControllerTest, NothingOfAnAttemptIsLeftInTheNext) {
   // All of a summary, an end and a log, except the abort, which comes last.
   Begin();
-  SaySummary();
-  SayEnd(0, "aborted", "lost");
-  SayModel();
-  SayBegin(1);
-  SayFinished("sim", 1);
+  PublishSummary();
+  PublishEnd(0, "aborted", "lost");
+  PublishModel();
+  PublishBegin(1);
+  PublishFinished("sim", 1);
   EXPECT_THAT(listener_.done, IsEmpty());
-  SayFinished("recorder", 1);
+  PublishFinished("recorder", 1);
   EXPECT_THAT(listener_.done, IsEmpty()) << "scored with the summary of the attempt before";
-  SaySummary(1);
+  PublishSummary(1);
   EXPECT_EQ(listener_.done.size(), 1u);
 }
 
 TEST_F(RunControllerTest, GivesUpAfterThreeAttempts) {
   for (int attempt = 0; attempt < 2; ++attempt) {
     Begin(attempt);
-    SayEnd(attempt, "aborted", "lost");
+    PublishEnd(attempt, "aborted", "lost");
   }
   Begin(2);
   try {
-    SayEnd(2, "aborted", "lost again");
+    PublishEnd(2, "aborted", "lost again");
     FAIL();
   } catch (const EnvironmentError& error) {
     EXPECT_STREQ(error.what(), "episode 0 failed 3 times, the last time: lost again");
@@ -245,7 +246,7 @@ TEST_F(RunControllerTest, GivesUpAfterThreeAttempts) {
 
 TEST_F(RunControllerTest, AServersFaultBeginsTheEpisodeAgainFromItsSeed) {
   Begin();
-  SayEnd(0, "server_error", "connection closed");
+  PublishEnd(0, "server_error", "connection closed");
   EXPECT_THAT(listener_.remarks,
               ElementsAre("      0  retrying: the policy's server failed: connection closed"));
   Dut().Poll(In(seconds(1)));
@@ -255,12 +256,12 @@ TEST_F(RunControllerTest, AServersFaultBeginsTheEpisodeAgainFromItsSeed) {
   EXPECT_EQ(commands_.back().seed, Seed());
   // Its EPISODE_END may be lost.
   Begin(1);
-  SaySummary(1, 0, "server_error", "HTTP 503");
+  PublishSummary(1, 0, "server_error", "HTTP 503");
   EXPECT_EQ(listener_.remarks.back(), "      0  retrying: the policy's server failed: HTTP 503");
   Begin(2);
-  SayEnd(2);
-  SaySummary(2);
-  SayFinished("recorder", 2);
+  PublishEnd(2);
+  PublishSummary(2);
+  PublishFinished("recorder", 2);
   ASSERT_EQ(listener_.done.size(), 1u);
   EXPECT_EQ(listener_.done[0]["complete"], true);
   EXPECT_EQ(listener_.remarks.size(), 2u);
@@ -269,14 +270,14 @@ TEST_F(RunControllerTest, AServersFaultBeginsTheEpisodeAgainFromItsSeed) {
 TEST_F(RunControllerTest, AServerThatStaysAwayMakesTheEpisodeInvalidAndTheRunGoesOn) {
   // Other errors count as attempts, too.
   Begin();
-  SayEnd(0, "aborted", "lost");
+  PublishEnd(0, "aborted", "lost");
   Begin(1);
-  SayEnd(1, "server_error", "gone");
+  PublishEnd(1, "server_error", "gone");
   Begin(2);
-  SayEnd(2, "server_error", "still gone");
-  SaySummary(2, 0, "server_error", "still gone");
+  PublishEnd(2, "server_error", "still gone");
+  PublishSummary(2, 0, "server_error", "still gone");
   EXPECT_THAT(listener_.done, IsEmpty());
-  SayFinished("recorder", 2);
+  PublishFinished("recorder", 2);
   ASSERT_EQ(listener_.done.size(), 1u);
   EXPECT_EQ(listener_.done[0]["end_reason"], "server_error");
   EXPECT_EQ(listener_.done[0]["end_detail"], "still gone");
@@ -288,16 +289,16 @@ TEST_F(RunControllerTest, AServerThatStaysAwayMakesTheEpisodeInvalidAndTheRunGoe
   EXPECT_EQ(commands_.back().attempt, 0);
   episode_ = 1;
   Begin();
-  SayEnd();
-  SaySummary();
-  SayFinished("recorder");
+  PublishEnd();
+  PublishSummary();
+  PublishFinished("recorder");
   EXPECT_TRUE(Dut().done());
 }
 
 TEST_F(RunControllerTest, TwoDifferentScoresAreNotChosenFrom) {
   Begin();
-  SaySummary(0, 1);
-  SaySummary(0, 2);
+  PublishSummary(0, 1);
+  PublishSummary(0, 2);
   ASSERT_EQ(listener_.remarks.size(), 1u);
   EXPECT_THAT(listener_.remarks[0], HasSubstr("two different messages on EVALBUS_EPISODE_SUMMARY"));
 }
@@ -305,9 +306,9 @@ TEST_F(RunControllerTest, TwoDifferentScoresAreNotChosenFrom) {
 // Before the run's own has arrived, while everything else is present.
 TEST_F(RunControllerTest, AnOldLogsScoreIsNotTakenForThatOfOurEpisode) {
   Begin();
-  SaySummary(0, 0, "failure");
-  SayEnd(0, "success");
-  SayFinished("recorder");
+  PublishSummary(0, 0, "failure");
+  PublishEnd(0, "success");
+  PublishFinished("recorder");
   EXPECT_TRUE(listener_.done.empty());
   ASSERT_EQ(listener_.remarks.size(), 1u);
   EXPECT_THAT(listener_.remarks[0], HasSubstr("an EPISODE_SUMMARY of another end came"));
@@ -315,47 +316,47 @@ TEST_F(RunControllerTest, AnOldLogsScoreIsNotTakenForThatOfOurEpisode) {
 
 TEST_F(RunControllerTest, AScoreThatIsSaidAgainIsHeardOnce) {
   Begin();
-  SaySummary();
-  SaySummary();
-  SayEnd();
-  SayEnd();
-  SayFinished("recorder");
+  PublishSummary();
+  PublishSummary();
+  PublishEnd();
+  PublishEnd();
+  PublishFinished("recorder");
   EXPECT_EQ(listener_.done.size(), 1u);
   EXPECT_THAT(listener_.remarks, IsEmpty());
 }
 
 TEST_F(RunControllerTest, AnotherSimOnTheBusSpoilsTheEpisode) {
   Begin();
-  SayModel("/elsewhere/model/physics.mjb");
-  SayEnd();
-  SaySummary();
+  PublishModel("/elsewhere/model/physics.mjb");
+  PublishEnd();
+  PublishSummary();
   EXPECT_THAT(listener_.remarks,
               ElementsAre("      0  retrying: a sim or a log of another run publishes on this bus: "
                           "/elsewhere/model/physics.mjb"));
 }
 
 TEST_F(RunControllerTest, WhatBeginsBeforeOurSimSpokeWaitsForIt) {
-  SayBegin();
-  SayEnd();
-  SaySummary();
+  PublishBegin();
+  PublishEnd();
+  PublishSummary();
   EXPECT_THAT(listener_.done, IsEmpty());
-  SayModel();
-  SayEnd();
-  SaySummary();
-  SayFinished("recorder");
+  PublishModel();
+  PublishEnd();
+  PublishSummary();
+  PublishFinished("recorder");
   EXPECT_EQ(listener_.done.size(), 1u);
 }
 
 TEST_F(RunControllerTest, ALogThatIsClosedWhileTheSimGoesOnIsNoneOfOurs) {
   Begin();
-  SayFinished("recorder");
+  PublishFinished("recorder");
   EXPECT_THAT(listener_.remarks, IsEmpty());
   component_status_t status{};
   status.component = "sim";
   status.state = component_status_t::READY;
   status.episode = episode_;
   status.last_finished_episode = -1;
-  Say(channels::kStatus, status);
+  Publish(channels::kStatus, status);
   ASSERT_EQ(listener_.remarks.size(), 1u);
   EXPECT_THAT(listener_.remarks[0], HasSubstr("its log was closed before its end"));
 }
@@ -364,13 +365,13 @@ TEST_F(RunControllerTest, AnEndThatIsLostUntilTheLogIsClosedCostsNothing) {
   for (const bool is_end_repeated : {false, true}) {
     SCOPED_TRACE(is_end_repeated);
     Begin();
-    SayFinished("recorder");
-    SaySummary();
+    PublishFinished("recorder");
+    PublishSummary();
     EXPECT_EQ(listener_.done.size(), is_end_repeated ? 1u : 0u);
     if (is_end_repeated) {
-      SayEnd();
+      PublishEnd();
     } else {
-      SayFinished("sim");
+      PublishFinished("sim");
       ++episode_;
     }
   }
@@ -380,7 +381,7 @@ TEST_F(RunControllerTest, AnEndThatIsLostUntilTheLogIsClosedCostsNothing) {
 
 TEST_F(RunControllerTest, WaitsTenSecondsForTheScoreAndForTheLog) {
   Begin();
-  SayEnd();
+  PublishEnd();
   auto now = PollFor(&Dut(), In(seconds(0)), seconds(9));
   EXPECT_THAT(listener_.remarks, IsEmpty());
   now = PollFor(&Dut(), now, seconds(2));
@@ -388,8 +389,8 @@ TEST_F(RunControllerTest, WaitsTenSecondsForTheScoreAndForTheLog) {
   EXPECT_THAT(listener_.remarks[0], HasSubstr("no EPISODE_SUMMARY from metrics within 10 s"));
 
   Begin(1);
-  SayEnd(1);
-  SaySummary(1);
+  PublishEnd(1);
+  PublishSummary(1);
   PollFor(&Dut(), now, seconds(11));
   ASSERT_EQ(listener_.remarks.size(), 2u);
   EXPECT_THAT(listener_.remarks[1], HasSubstr("the recorder did not finish the episode's log"));
@@ -413,7 +414,7 @@ TEST_F(RunControllerTest, APolicyThatDoesNotComeIsNamedWithItsTimeout) {
   status.component = "policy";
   status.state = component_status_t::FAILED;
   status.error = "no GPU";
-  Say(channels::kStatus, status);
+  Publish(channels::kStatus, status);
   try {
     PollFor(&Dut(), In(seconds(0)), seconds(2));
     FAIL();
@@ -427,8 +428,8 @@ TEST_F(RunControllerTest, APolicyThatDoesNotComeIsNamedWithItsTimeout) {
 TEST_F(RunControllerTest, WhoIsSilentIsNamed) {
   Dut().ExpectStart();
   EXPECT_EQ(Dut().Silent(In(seconds(0))), "");
-  SayFinished("metrics");
-  SayFinished("recorder");
+  PublishFinished("metrics");
+  PublishFinished("recorder");
   const auto start = In(seconds(0));
   std::string silent;
   auto waited = milliseconds(0);
@@ -444,9 +445,9 @@ TEST_F(RunControllerTest, TimeInWhichWeDidNotRunIsNobodysSilence) {
   EXPECT_EQ(Dut().Silent(In(seconds(0))), "");
   EXPECT_EQ(Dut().Silent(In(seconds(3600))), "");
   Begin();
-  SayEnd();
+  PublishEnd();
   Dut().Poll(In(seconds(3600)));
-  SaySummary();
+  PublishSummary();
   Dut().Poll(In(seconds(7200)));
   EXPECT_THAT(listener_.remarks, IsEmpty());
 }
@@ -454,14 +455,14 @@ TEST_F(RunControllerTest, TimeInWhichWeDidNotRunIsNobodysSilence) {
 TEST_F(RunControllerTest, AnEpisodeWhoseLogLacksTicksIsBegunAgain) {
   const auto finish = [this](int attempt, int64_t missing) {
     Begin(attempt);
-    SayEnd(attempt);
-    SaySummary(attempt);
+    PublishEnd(attempt);
+    PublishSummary(attempt);
     component_status_t status{};
     status.component = "recorder";
     status.episode = status.last_finished_episode = episode_;
     status.attempt = attempt;
     status.last_finished_missing_ticks = missing;
-    Say(channels::kStatus, status);
+    Publish(channels::kStatus, status);
   };
   finish(0, 195);
   EXPECT_THAT(listener_.remarks,
@@ -488,9 +489,9 @@ TEST_F(RunControllerTest, WhatASimOfAnotherRunSaysIsNotHeard) {
   begin.seed = Seed();
   begin.header.session = kSession + 1;
   bus_.PublishRaw(channels::kEpisodeBegin.name, Encode(begin));
-  SayEnd();
-  SaySummary();
-  SayFinished("recorder");
+  PublishEnd();
+  PublishSummary();
+  PublishFinished("recorder");
   EXPECT_EQ(listener_.done.size(), 1u);
   EXPECT_THAT(listener_.remarks, IsEmpty());
   EXPECT_EQ(bus_.foreign_messages(), 2);
@@ -521,19 +522,19 @@ TEST_F(RunControllerTest, WarningsOfOthersAreRemarksWithTheirPlace) {
   line.component = "sim";
   line.level = log_t::INFO_LEVEL;
   line.text = "ends, success";
-  Say(channels::kLog, line);
+  Publish(channels::kLog, line);
   line.level = log_t::WARN_LEVEL;
   line.text = "no \x1b[2J CONTACTS";
-  Say(channels::kLog, line);
+  Publish(channels::kLog, line);
   line.component = "run";
-  Say(channels::kLog, line);
+  Publish(channels::kLog, line);
   EXPECT_THAT(listener_.remarks, ElementsAre("      sim  e4 t12: no ?[2J CONTACTS"));
 }
 
 // The episode was started again, and its files have changed.
 TEST_F(RunControllerTest, ASimThatHasReadOtherFilesEndsTheRunWhoeverSaysSo) {
   Begin();
-  SayModel();  // repeated
+  PublishModel();  // repeated
   const std::pair<const char*, void (*)(model_info_t*)> changes[] = {
       {"pot.yaml changed", [](model_info_t* model) { model->task_yaml = "min_m: 9.096"; }},
       {"a file of the physics model changed", [](model_info_t* model) { model->physics_sha256 = "12"; }},
@@ -549,7 +550,7 @@ TEST_F(RunControllerTest, ASimThatHasReadOtherFilesEndsTheRunWhoeverSaysSo) {
     model_info_t model = Model();
     change(&model);
     try {
-      Say(channels::kModel, model);
+      Publish(channels::kModel, model);
       ADD_FAILURE() << words;
     } catch (const InputError& error) {
       EXPECT_EQ(error.what(),
@@ -557,28 +558,28 @@ TEST_F(RunControllerTest, ASimThatHasReadOtherFilesEndsTheRunWhoeverSaysSo) {
     }
     // A sim of another run is not this run's, whatever it has read.
     model.physics_file = "/elsewhere.mjb";
-    Say(channels::kModel, model);
+    Publish(channels::kModel, model);
   }
   EXPECT_THAT(listener_.done, IsEmpty());
 }
 
 TEST_F(RunControllerTest, TheFirstModelToo) {
   plan_.model_hashes.physics_sha256 = "of run.json";
-  EXPECT_THROW(SayModel(), InputError);
+  EXPECT_THROW(PublishModel(), InputError);
 }
 
 TEST_F(RunControllerTest, MissedDeadlinesAreInTheEpisodesLine) {
   plan_.episodes = {0};
   plan_.realtime = true;
   Begin();
-  SayEnd();
+  PublishEnd();
   episode_summary_t summary{};
   summary.header = Header(0);
   summary.seed = Seed();
   summary.end_reason = "success";
   summary.extended.deadline_misses = 3;
-  Say(channels::kEpisodeSummary, summary);
-  SayFinished("recorder");
+  Publish(channels::kEpisodeSummary, summary);
+  PublishFinished("recorder");
   ASSERT_TRUE(Dut().done());
   EXPECT_EQ(listener_.done.at(0)["pacing"]["deadline_misses"], 3);
 }
@@ -590,7 +591,7 @@ TEST_F(RunControllerTest, ByHandNobodyIsHurried) {
     Dut().Poll(In(after));
   EXPECT_THAT(listener_.remarks, IsEmpty());
   Begin();
-  SayFinished("policy");
+  PublishFinished("policy");
   EXPECT_EQ(Dut().Silent(In(seconds(20000))), "");
   EXPECT_EQ(commands_.back().attempt, 0);
 }

@@ -18,8 +18,8 @@ class ReadinessTrackerTest : public testing::Test {
     return start;
   }
 
-  bool Hear(const std::string& component, int8_t state = component_status_t::READY, int64_t instance = 1,
-            int64_t last_tick = -1, int64_t window = 0) {
+  bool Update(const std::string& component, int8_t state = component_status_t::READY, int64_t instance = 1,
+              int64_t last_tick = -1, int64_t window = 0) {
     component_status_t status{};
     status.component = component;
     status.instance = instance;
@@ -28,7 +28,7 @@ class ReadinessTrackerTest : public testing::Test {
     status.attempt = attempt_;
     status.last_tick = last_tick;
     status.lag_window_ticks = window;
-    return dut_.Hear(status);
+    return dut_.Update(status);
   }
 
   ReadinessTracker dut_;
@@ -37,30 +37,30 @@ class ReadinessTrackerTest : public testing::Test {
 
 TEST_F(ReadinessTrackerTest, NamesWhoIsNotReady) {
   EXPECT_EQ(dut_.Missing(), "metrics, policy");
-  Hear("policy");
+  Update("policy");
   EXPECT_EQ(dut_.Missing(), "metrics");
-  Hear("metrics", component_status_t::IDLE);
+  Update("metrics", component_status_t::IDLE);
   EXPECT_EQ(dut_.Missing(), "metrics");
-  Hear("metrics");
+  Update("metrics");
   EXPECT_EQ(dut_.Missing(), "");
 }
 
 TEST_F(ReadinessTrackerTest, ReadyForAnotherAttemptIsNotReady) {
   attempt_ = 0;
-  Hear("metrics");
-  Hear("policy");
+  Update("metrics");
+  Update("policy");
   EXPECT_EQ(dut_.Missing(), "metrics, policy");
 }
 
 TEST_F(ReadinessTrackerTest, NamesWhoLags) {
-  Hear("recorder", component_status_t::READY, 1, 10, 256);
-  Hear("metrics", component_status_t::READY, 1, 0, 0);
+  Update("recorder", component_status_t::READY, 1, 10, 256);
+  Update("metrics", component_status_t::READY, 1, 0, 0);
   EXPECT_EQ(dut_.Lagging(265), "");
   EXPECT_EQ(dut_.Lagging(266), "recorder");
 }
 
 TEST_F(ReadinessTrackerTest, LastTicksAreThoseOfThisEpisode) {
-  Hear("collision", component_status_t::READY, 1, 12);
+  Update("collision", component_status_t::READY, 1, 12);
   EXPECT_EQ(dut_.LastTick("collision"), 12);
   EXPECT_EQ(dut_.LastTick("metrics"), -1);
   dut_.Begin(Start(4, 0, {}), 7);
@@ -68,10 +68,10 @@ TEST_F(ReadinessTrackerTest, LastTicksAreThoseOfThisEpisode) {
 }
 
 TEST_F(ReadinessTrackerTest, TwoProcessesOfOneNameAreFound) {
-  Hear("policy", component_status_t::READY, 1);
-  Hear("policy", component_status_t::READY, 1);
+  Update("policy", component_status_t::READY, 1);
+  Update("policy", component_status_t::READY, 1);
   EXPECT_EQ(dut_.twice(), "");
-  Hear("policy", component_status_t::READY, 2);
+  Update("policy", component_status_t::READY, 2);
   EXPECT_EQ(dut_.twice(), "policy");
   // Readiness in a finished episode does not count for the next one.
   dut_.Begin(Start(4, 0, {"policy"}), 7);
@@ -81,37 +81,37 @@ TEST_F(ReadinessTrackerTest, TwoProcessesOfOneNameAreFound) {
 // The other process may be ready before the one that the launcher started.
 TEST_F(ReadinessTrackerTest, AnotherProcessThanTheRequiredOneIsFound) {
   dut_.Begin(Start(3, 1, {"metrics", "policy"}, {0, 5}), 7);
-  Hear("metrics", component_status_t::READY, 1);
-  EXPECT_FALSE(Hear("policy", component_status_t::IDLE, 6));
+  Update("metrics", component_status_t::READY, 1);
+  EXPECT_FALSE(Update("policy", component_status_t::IDLE, 6));
   EXPECT_EQ(dut_.twice(), "");
-  EXPECT_FALSE(Hear("policy", component_status_t::READY, 6));
+  EXPECT_FALSE(Update("policy", component_status_t::READY, 6));
   EXPECT_EQ(dut_.twice(), "policy");
   EXPECT_EQ(dut_.Missing(), "policy");
-  EXPECT_TRUE(Hear("policy", component_status_t::READY, 5));
+  EXPECT_TRUE(Update("policy", component_status_t::READY, 5));
   EXPECT_EQ(dut_.Missing(), "");
 }
 
 TEST_F(ReadinessTrackerTest, OfThoseNobodyAskedForTwoMayBeThere) {
-  Hear("viz", component_status_t::READY, 1);
-  Hear("viz", component_status_t::READY, 2);
+  Update("viz", component_status_t::READY, 1);
+  Update("viz", component_status_t::READY, 2);
   EXPECT_EQ(dut_.twice(), "");
-  Hear("policy", component_status_t::IDLE, 1);
-  Hear("policy", component_status_t::READY, 2);
+  Update("policy", component_status_t::IDLE, 1);
+  Update("policy", component_status_t::READY, 2);
   EXPECT_EQ(dut_.twice(), "");
 }
 
 TEST_F(ReadinessTrackerTest, ASecondSimIsFound) {
-  Hear("sim", component_status_t::READY, 7);
+  Update("sim", component_status_t::READY, 7);
   EXPECT_EQ(dut_.twice(), "");
-  Hear("sim", component_status_t::READY, 8);
+  Update("sim", component_status_t::READY, 8);
   EXPECT_EQ(dut_.twice(), "sim");
 }
 
 TEST_F(ReadinessTrackerTest, InventedNamesAreNotKept) {
   int taken = 0;
-  for (int i = 0; i < 1000; ++i) taken += Hear("component_" + std::to_string(i));
+  for (int i = 0; i < 1000; ++i) taken += Update("component_" + std::to_string(i));
   EXPECT_EQ(taken, 100);
-  EXPECT_TRUE(Hear("metrics"));
+  EXPECT_TRUE(Update("metrics"));
 }
 
 }  // namespace evalbus::sim::readiness_tracker_test

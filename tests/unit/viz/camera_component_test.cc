@@ -47,20 +47,20 @@ class CameraComponentTest : public testing::Test {
     }
 
     template <class Message>
-    void Say(const Channel<Message>& channel, const Message& message) {
+    void Publish(const Channel<Message>& channel, const Message& message) {
       bus.Publish(channel, message);
       while (bus.Handle()) {
       }
     }
-    void SayModel(const model_info_t& info) { Say(channels::kModel, info); }
-    void SayBegin(int episode, int attempt = 0, int64_t seed = 7) {
+    void PublishModel(const model_info_t& info) { Publish(channels::kModel, info); }
+    void PublishBegin(int episode, int attempt = 0, int64_t seed = 7) {
       episode_begin_t begin{};
       begin.header = Header(0, episode, attempt);
       begin.seed = seed;
-      Say(channels::kEpisodeBegin, begin);
+      Publish(channels::kEpisodeBegin, begin);
     }
-    void SayState(int64_t tick, int episode = 0, int attempt = 0) {
-      Say(channels::kState, StateAt(tick, episode, attempt));
+    void PublishState(int64_t tick, int episode = 0, int attempt = 0) {
+      Publish(channels::kState, StateAt(tick, episode, attempt));
     }
     // The images that were published.
     std::vector<image_t> RequestImages(int64_t tick, const std::vector<view_t>& views, int episode = 0,
@@ -70,7 +70,7 @@ class CameraComponentTest : public testing::Test {
       request.num_views = static_cast<int32_t>(views.size());
       request.view = views;
       images.clear();
-      Say(channels::kRequestImage, request);
+      Publish(channels::kRequestImage, request);
       return images;
     }
 
@@ -110,8 +110,8 @@ class CameraComponentTest : public testing::Test {
   }
   model_info_t Info() { return VisualInfo(folder_.path(), *scene_->visual); }
   void Begin(Process* process) {
-    process->SayModel(Info());
-    process->SayBegin(0);
+    process->PublishModel(Info());
+    process->PublishBegin(0);
     ASSERT_EQ(process->component.status().state, component_status_t::READY);
   }
 
@@ -123,7 +123,7 @@ class CameraComponentTest : public testing::Test {
 TEST_F(CameraComponentTest, DrawsNothingThatNobodyAskedFor) {
   Process process;
   Begin(&process);
-  for (int64_t tick = 0; tick < 20; ++tick) process.SayState(tick);
+  for (int64_t tick = 0; tick < 20; ++tick) process.PublishState(tick);
   EXPECT_EQ(process.component.num_drawn(), 0);
   EXPECT_TRUE(process.images.empty());
   EXPECT_EQ(process.component.status().last_tick, 19);
@@ -135,7 +135,7 @@ TEST_F(CameraComponentTest, ShowsExactlyTheTickThatIsAskedFor) {
   Process process;
   Begin(&process);
   for (int64_t tick = 0; tick < 4; ++tick) {
-    process.SayState(tick);
+    process.PublishState(tick);
     if (tick == 2) continue;
     const std::vector<image_t> images = process.RequestImages(tick, views_);
     ASSERT_EQ(images.size(), 2u);
@@ -158,30 +158,30 @@ TEST_F(CameraComponentTest, ShowsExactlyTheTickThatIsAskedFor) {
 TEST_F(CameraComponentTest, WaitsForTheState) {
   Process process;
   Begin(&process);
-  process.SayState(0);
+  process.PublishState(0);
   EXPECT_TRUE(process.RequestImages(2, {views_[0]}).empty());
-  process.SayState(1);
+  process.PublishState(1);
   EXPECT_TRUE(process.images.empty());
-  process.SayState(2);
+  process.PublishState(2);
   ASSERT_EQ(process.images.size(), 1u);
   EXPECT_EQ(process.images[0].header.tick, 2);
   EXPECT_TRUE(process.images[0].data == Drawn(2, views_[0]));
   // Published once.
-  process.SayState(3);
+  process.PublishState(3);
   EXPECT_EQ(process.images.size(), 1u);
 }
 
 TEST_F(CameraComponentTest, SaysAgainWhatItHasDrawn) {
   Process process;
   Begin(&process);
-  process.SayState(0);
+  process.PublishState(0);
   const std::vector<image_t> first = process.RequestImages(0, views_);
   ASSERT_EQ(first.size(), 2u);
   const std::vector<image_t> again = process.RequestImages(0, views_);
   ASSERT_EQ(again.size(), 2u);
   for (size_t i = 0; i < 2; ++i) EXPECT_TRUE(again[i].data == first[i].data);
   // One of them, and also after the next STATE has arrived.
-  process.SayState(1);
+  process.PublishState(1);
   const std::vector<image_t> late = process.RequestImages(0, {views_[1]});
   ASSERT_EQ(late.size(), 1u);
   EXPECT_EQ(late[0].header.tick, 0);
@@ -193,7 +193,7 @@ TEST_F(CameraComponentTest, SaysAgainWhatItHasDrawn) {
 TEST_F(CameraComponentTest, DrawsATickThatNewerOnesHaveFollowed) {
   Process process;
   Begin(&process);
-  for (int64_t tick = 0; tick < 5; ++tick) process.SayState(tick);
+  for (int64_t tick = 0; tick < 5; ++tick) process.PublishState(tick);
   for (const int64_t tick : {1, 4, 0}) {
     const std::vector<image_t> images = process.RequestImages(tick, views_);
     ASSERT_EQ(images.size(), 2u);
@@ -207,7 +207,7 @@ TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
   Process process;
   Begin(&process);
   const auto num_states = static_cast<int64_t>(CameraComponent::kKeptStates);
-  for (int64_t tick = 0; tick <= num_states; ++tick) process.SayState(tick);
+  for (int64_t tick = 0; tick <= num_states; ++tick) process.PublishState(tick);
   const std::vector<image_t> gone = process.RequestImages(0, views_);
   ASSERT_EQ(gone.size(), 1u);
   EXPECT_TRUE(gone[0].data.empty());
@@ -223,12 +223,12 @@ TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
   request.num_views = 1;
   request.view = {views_[0]};
   process.images.clear();
-  process.Say(channels::kRequestImage, request);
+  process.Publish(channels::kRequestImage, request);
   EXPECT_TRUE(process.images.at(0).data.empty());
   EXPECT_EQ(process.component.status().skipped_ticks, 2);
   // A request held for a STATE that was lost.
   EXPECT_TRUE(process.RequestImages(num_states + 1, views_).empty());
-  process.SayState(num_states + 2);
+  process.PublishState(num_states + 2);
   EXPECT_TRUE(process.images.at(0).data.empty());
   EXPECT_EQ(process.component.status().skipped_ticks, 3);
   EXPECT_EQ(process.component.status().missing_ticks, 1);
@@ -239,28 +239,28 @@ TEST_F(CameraComponentTest, HearsItsOwnEpisodeAlone) {
   // Before an episode.
   EXPECT_TRUE(process.RequestImages(0, views_).empty());
   Begin(&process);
-  process.SayState(0);
+  process.PublishState(0);
   EXPECT_TRUE(process.RequestImages(0, views_, 1).empty());
   EXPECT_TRUE(process.RequestImages(0, views_, 0, 1).empty());
   EXPECT_EQ(process.component.status().foreign_messages, 3);
   // A new attempt begins without a STATE, and requests held in the old one are discarded.
   EXPECT_TRUE(process.RequestImages(1, views_).empty());
-  process.SayBegin(0, 1);
+  process.PublishBegin(0, 1);
   EXPECT_TRUE(process.RequestImages(0, views_, 0, 1).empty());
-  process.SayState(0, 0, 1);
+  process.PublishState(0, 0, 1);
   ASSERT_EQ(process.images.size(), 2u);
   EXPECT_EQ(process.images[0].header.attempt, 1);
-  process.SayState(1, 0, 1);
+  process.PublishState(1, 0, 1);
   EXPECT_EQ(process.images.size(), 2u);
 }
 
 TEST_F(CameraComponentTest, BeginsOnceItsModelIsThere) {
   Process process;
-  process.SayBegin(0);
+  process.PublishBegin(0);
   EXPECT_EQ(process.component.status().state, component_status_t::IDLE);
-  process.SayModel(Info());
+  process.PublishModel(Info());
   EXPECT_EQ(process.component.status().state, component_status_t::IDLE);
-  process.SayBegin(0);
+  process.PublishBegin(0);
   EXPECT_EQ(process.component.status().state, component_status_t::READY);
   EXPECT_EQ(process.component.status().component, "cameras");
 }
@@ -274,15 +274,15 @@ TEST_F(CameraComponentTest, EqualStatesGiveEqualBytes) {
   Process one, other;
   Begin(&one);
   Begin(&other);
-  for (int64_t tick = 0; tick < 3; ++tick) one.SayState(tick);
+  for (int64_t tick = 0; tick < 3; ++tick) one.PublishState(tick);
   const std::vector<image_t> images = one.RequestImages(2, views);
   ASSERT_EQ(images.size(), 4u);
-  other.SayState(0);
+  other.PublishState(0);
   other.RequestImages(0, {View("front", 700, 501)});
   std::reverse(views.begin(), views.end());
   other.RequestImages(2, views);
-  other.SayState(1);
-  other.SayState(2);
+  other.PublishState(1);
+  other.PublishState(2);
   ASSERT_EQ(other.images.size(), 4u);
   for (size_t i = 0; i < 4; ++i) EXPECT_TRUE(other.images[3 - i].data == images[i].data) << i;
 }
@@ -290,7 +290,7 @@ TEST_F(CameraComponentTest, EqualStatesGiveEqualBytes) {
 TEST_F(CameraComponentTest, DepthIsFloatsInMeters) {
   Process process;
   Begin(&process);
-  process.SayState(0);
+  process.PublishState(0);
   const view_t view = View("front", 32, 24, "depth32");
   const std::vector<image_t> images = process.RequestImages(0, {view});
   ASSERT_EQ(images.size(), 1u);
@@ -317,12 +317,12 @@ TEST_F(CameraComponentTest, AnEpisodesColorsAreThoseOfItsSeed) {
                         "  green:\n    randomize:\n"
                         "      - color: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
   Process process;
-  process.SayModel(info);
+  process.PublishModel(info);
   std::vector<std::vector<uint8_t>> drawn;
   for (const int64_t seed : {1, 2, 1}) {
     const int episode = static_cast<int>(drawn.size());
-    process.SayBegin(episode, 0, seed);
-    process.SayState(0, episode);
+    process.PublishBegin(episode, 0, seed);
+    process.PublishState(0, episode);
     const std::vector<image_t> images = process.RequestImages(0, {views_[0]}, episode);
     ASSERT_EQ(images.size(), 1u);
     drawn.push_back(images[0].data);
@@ -335,7 +335,7 @@ TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
   const auto complaint = [this](const std::vector<view_t>& views) -> std::string {
     Process process;
     Begin(&process);
-    process.SayState(0);
+    process.PublishState(0);
     try {
       process.RequestImages(0, views);
     } catch (const InputError& error) {

@@ -20,41 +20,41 @@ using namespace small_world;
 class ScriptedRun {
  public:
   template <class Message>
-  void Say(const Channel<Message>& channel, const Message& message) {
-    watch_.Hear(channel.name, Encode(message), now_);
+  void Publish(const Channel<Message>& channel, const Message& message) {
+    watch_.Receive(channel.name, Encode(message), now_);
   }
-  void SayLog(int8_t level, const std::string& text) {
+  void PublishLog(int8_t level, const std::string& text) {
     log_t line{};
     line.header = Header(127, 2);
     line.component = "sim";
     line.level = level;
     line.text = text;
-    Say(channels::kLog, line);
+    Publish(channels::kLog, line);
   }
-  void SayModel() {
+  void PublishModel() {
     model_info_t model = small_world::Model();
     model.variation = "position";
     model.robot = "two_arms";
     model.clock = "realtime";
     model.run_id = "a_run";
     model.time_limit_us = 5'000'000;
-    Say(channels::kModel, model);
+    Publish(channels::kModel, model);
   }
-  void SayBegin(int episode, int attempt = 0) {
+  void PublishBegin(int episode, int attempt = 0) {
     episode_begin_t begin{};
     begin.header = Header(0, episode);
     begin.header.attempt = attempt;
     begin.seed = 77;
-    Say(channels::kEpisodeBegin, begin);
+    Publish(channels::kEpisodeBegin, begin);
   }
-  void SayStatus(const std::string& name, int episode, int64_t tick,
-                 int8_t state = component_status_t::READY) {
+  void PublishStatus(const std::string& name, int episode, int64_t tick,
+                     int8_t state = component_status_t::READY) {
     component_status_t status{};
     status.component = name;
     status.state = state;
     status.episode = episode;
     status.last_tick = tick;
-    Say(channels::kStatus, status);
+    Publish(channels::kStatus, status);
   }
   static metric_values_t Metrics() {
     metric_values_t m{};
@@ -118,8 +118,8 @@ class ScriptedRun {
     return e;
   }
   // All messages of one tick.
-  void SayTick(int episode, int64_t tick, bool with_clearance = false) {
-    Say(channels::kState, State(tick, episode));
+  void PublishTick(int episode, int64_t tick, bool with_clearance = false) {
+    Publish(channels::kState, State(tick, episode));
     contacts_t contacts = Contacts(tick, {{kLeftPad, kLidGeom}, {kTop, kWall}}, episode);
     contacts.contact[0].distance_m = -0.0003;
     contacts.contact[1].distance_m = -0.0002;
@@ -127,18 +127,18 @@ class ScriptedRun {
     contacts.clearance_m = with_clearance ? 0.041 : 0;
     contacts.clearance_robot_geom = with_clearance ? int{kRightLink} : -1;
     contacts.clearance_scene_geom = with_clearance ? int{kTop} : -1;
-    Say(channels::kContacts, contacts);
+    Publish(channels::kContacts, contacts);
     partial_metrics_t partial{};
     partial.header = Header(tick, episode);
     partial.metrics = Metrics();
     partial.extended = Extended();
-    Say(channels::kPartial, partial);
+    Publish(channels::kPartial, partial);
   }
-  void SaySummary(int episode, const std::string& reason) {
+  void PublishSummary(int episode, const std::string& reason) {
     episode_end_t end{};
     end.header = Header(75, episode);
     end.end_reason = reason;
-    Say(channels::kEpisodeEnd, end);
+    Publish(channels::kEpisodeEnd, end);
     episode_summary_t summary{};
     summary.header = end.header;
     summary.end_reason = reason;
@@ -146,36 +146,36 @@ class ScriptedRun {
     summary.complete = 1;
     summary.metrics = Metrics();
     summary.extended = Extended();
-    Say(channels::kEpisodeSummary, summary);
+    Publish(channels::kEpisodeSummary, summary);
     run_summary_t run{};
     run.num_episodes = run.num_complete = episode + 1;
     run.num_success = 1;
     run.success_rate = 1.0 / (episode + 1);
     run.success_rate_anytime_lower = 0.0945;
     run.success_rate_anytime_upper = 0.9055;
-    Say(channels::kRunSummary, run);
+    Publish(channels::kRunSummary, run);
   }
   // 2.5 simulated seconds of episode 2 at 50 Hz and real time, after two others.
   void Play() {
-    SayModel();
+    PublishModel();
     for (const int episode : {0, 1}) {
-      SayBegin(episode);
-      SayTick(episode, 0);
-      SaySummary(episode, episode == 0 ? "success" : "time_limit");
+      PublishBegin(episode);
+      PublishTick(episode, 0);
+      PublishSummary(episode, episode == 0 ? "success" : "time_limit");
     }
     now_ += std::chrono::milliseconds(1000);
-    SayBegin(2);
+    PublishBegin(2);
     for (int64_t tick = 0; tick <= 125; ++tick) {
-      SayTick(2, tick, tick % 5 == 0);
+      PublishTick(2, tick, tick % 5 == 0);
       if (tick % 20 == 0) {
         for (const char* name : {"collision", "metrics", "policy", "recorder", "run"})
-          SayStatus(name, 2, tick);
-        SayStatus("recorder", 2, std::max<int64_t>(0, tick - 12));
-        SayStatus("sim", 2, tick);
+          PublishStatus(name, 2, tick);
+        PublishStatus("recorder", 2, std::max<int64_t>(0, tick - 12));
+        PublishStatus("sim", 2, tick);
       }
       now_ += std::chrono::milliseconds(20);
     }
-    SayTick(2, 126);  // not every tick has a clearance
+    PublishTick(2, 126);  // not every tick has a clearance
   }
 
   SteadyTime now_{std::chrono::hours(1)};

@@ -54,11 +54,11 @@ class VizComponentTest : public testing::Test {
     while (bus_.Handle()) {
     }
   }
-  void SayModel() {
+  void PublishModel() {
     bus_.Publish(channels::kModel, VisualInfo(folder_.path(), *scene_->visual));
     Handle();
   }
-  void SayBegin(int episode, int attempt = 0) {
+  void PublishBegin(int episode, int attempt = 0) {
     episode_begin_t begin{};
     begin.header.episode = episode;
     begin.header.attempt = attempt;
@@ -73,7 +73,7 @@ class VizComponentTest : public testing::Test {
     header.sim_time_us = tick * 20000;
     return header;
   }
-  void SayState(int episode, int64_t tick) {
+  void PublishState(int episode, int64_t tick) {
     state_t state = StateOf(HomeQpos(*scene_->visual));
     state.header = Header(episode, tick);
     bus_.Publish(channels::kState, state);
@@ -95,11 +95,11 @@ class VizComponentTest : public testing::Test {
 };
 
 TEST_F(VizComponentTest, ShowsTheNewestStateAndCountsWhatItPassesOver) {
-  SayModel();
-  SayBegin(3);
+  PublishModel();
+  PublishBegin(3);
   EXPECT_EQ(viz_.status().state, component_status_t::READY);
   EXPECT_TRUE(Poll().empty());
-  for (int64_t tick = 0; tick < 10; ++tick) SayState(3, tick);
+  for (int64_t tick = 0; tick < 10; ++tick) PublishState(3, tick);
   // It handles the first message and then, before it renders, all others.
   bus_.Handle();
   const std::vector<image_t> first = Poll();
@@ -122,7 +122,7 @@ TEST_F(VizComponentTest, ShowsTheNewestStateAndCountsWhatItPassesOver) {
   EXPECT_EQ(viz_.status().missing_ticks, 0);
   EXPECT_TRUE(Poll().empty());
   // A tick that is rendered is not skipped; a tick that never arrived is not counted as skipped either.
-  SayState(3, 12);
+  PublishState(3, 12);
   Handle();
   EXPECT_EQ(Poll().size(), 2u);
   EXPECT_EQ(viz_.status().skipped_ticks, 9);
@@ -130,11 +130,11 @@ TEST_F(VizComponentTest, ShowsTheNewestStateAndCountsWhatItPassesOver) {
 }
 
 TEST_F(VizComponentTest, DrawsNoMoreFramesThanAskedFor) {
-  SayModel();
-  SayBegin(0);
+  PublishModel();
+  PublishBegin(0);
   int frames = 0;
   for (int64_t tick = 0; tick < 100; ++tick) {
-    SayState(0, tick);
+    PublishState(0, tick);
     Handle();
     frames += static_cast<int>(Poll(milliseconds(20)).size());
   }
@@ -145,9 +145,9 @@ TEST_F(VizComponentTest, DrawsNoMoreFramesThanAskedFor) {
 }
 
 TEST_F(VizComponentTest, ShowsTheSameAsAVideo) {
-  SayModel();
-  SayBegin(0);
-  SayState(0, 5);
+  PublishModel();
+  PublishBegin(0);
+  PublishState(0, 5);
   partial_metrics_t partial{};
   partial.header = Header(0, 5);
   partial.metrics.num_stages = 1;
@@ -201,11 +201,11 @@ TEST_F(VizComponentTest, ShowsTheSameAsAVideo) {
 }
 
 TEST_F(VizComponentTest, MayComeInTheMiddleOfAnEpisode) {
-  SayState(4, 70);
+  PublishState(4, 70);
   Handle();
   EXPECT_TRUE(Poll().empty());
-  SayModel();
-  SayState(4, 71);
+  PublishModel();
+  PublishState(4, 71);
   Handle();
   const auto images = Poll();
   ASSERT_EQ(images.size(), 2u);
@@ -216,14 +216,14 @@ TEST_F(VizComponentTest, MayComeInTheMiddleOfAnEpisode) {
 }
 
 TEST_F(VizComponentTest, ANewAttemptBeginsAtItsFirstTick) {
-  SayModel();
-  SayBegin(0);
-  SayState(0, 0);
-  SayState(0, 1);
+  PublishModel();
+  PublishBegin(0);
+  PublishState(0, 0);
+  PublishState(0, 1);
   Handle();
   Poll();
-  SayBegin(0, 1);
-  SayState(0, 0);
+  PublishBegin(0, 1);
+  PublishState(0, 0);
   Handle();
   const auto images = Poll();
   ASSERT_EQ(images.size(), 2u);
@@ -234,12 +234,12 @@ TEST_F(VizComponentTest, ANewAttemptBeginsAtItsFirstTick) {
 }
 
 TEST_F(VizComponentTest, TheSameEpisodeMayBeginAgain) {
-  SayModel();
+  PublishModel();
   for (int replay = 0; replay < 2; ++replay) {
-    SayBegin(0);
-    SayBegin(0);
-    SayState(0, 0);
-    SayState(0, 1);
+    PublishBegin(0);
+    PublishBegin(0);
+    PublishState(0, 0);
+    PublishState(0, 1);
     Handle();
     const auto images = Poll();
     ASSERT_EQ(images.size(), 2u);
@@ -250,8 +250,8 @@ TEST_F(VizComponentTest, TheSameEpisodeMayBeginAgain) {
 }
 
 TEST_F(VizComponentTest, AModelThatCannotBeShownDoesNotEndWhatIs) {
-  SayModel();
-  SayBegin(0);
+  PublishModel();
+  PublishBegin(0);
   model_info_t other = VisualInfo(folder_.path(), *scene_->visual);
   other.message_version = 99;
   bus_.Publish(channels::kModel, other);
@@ -261,7 +261,7 @@ TEST_F(VizComponentTest, AModelThatCannotBeShownDoesNotEndWhatIs) {
   bus_.Publish(channels::kModel, other);
   Handle();
   EXPECT_EQ(viz_.status().foreign_messages, 2);
-  SayState(0, 0);
+  PublishState(0, 0);
   Handle();
   EXPECT_EQ(Poll().size(), 2u);
 }

@@ -203,7 +203,7 @@ std::string GlInUse() {
   return fmt::format("{} ({})", IsEgl() ? kEglName : kOsMesaName, RendererName());
 }
 
-std::string UseGlAndTell(const std::string& name) {
+std::string UseGlAndDescribe(const std::string& name) {
   UseGl(name);
   if (name == kOsMesaName) return "";
   const bool fell_back = name == kAutoName && !IsEgl();

@@ -28,7 +28,7 @@ inline constexpr char kGlHelp[] =
     "auto (egl if it can use a GPU, otherwise osmesa)";
 // Calls UseGl. If the result is not the default library, returns a line for the user with the library and the
 // reason. Throws as UseGl.
-std::string UseGlAndTell(const std::string& name);
+std::string UseGlAndDescribe(const std::string& name);
 
 // An OpenGL context. It is current in the thread that constructed it or last called MakeCurrent. All members
 // throw EnvironmentError.

@@ -92,9 +92,9 @@ GLuint Link(const GlFunctions& gl, const std::string& vertex_shader, const std::
   GLint is_linked = 0;
   gl.GetProgramiv(program, GL_LINK_STATUS, &is_linked);
   if (!is_linked) {
-    char said[300] = "";
-    gl.GetProgramInfoLog(program, sizeof said, nullptr, said);
-    throw EnvironmentError(std::string("this OpenGL refuses our shaders: ") + said);
+    char log[300] = "";
+    gl.GetProgramInfoLog(program, sizeof log, nullptr, log);
+    throw EnvironmentError(std::string("this OpenGL refuses our shaders: ") + log);
   }
   return program;
 }

@@ -20,12 +20,12 @@ Evalbus.Conditions = class {
   }
 
   // tracks: the episode and, if compared, a second one. isHeard: the run of the first is active.
-  show(tracks, isHeard) {
+  show(tracks, isReceived) {
     this.tracks = tracks;
     const [track, other] = tracks;
     const words = { success: "Success", failure: "Failure", incomplete: "Not scored", running: "Running", left: "Unfinished",
       unjudged: "Not judged" };
-    const outcome = track.outcome() !== "running" || isHeard ? track.outcome() : track.head.is_over ? "unjudged" : "left";
+    const outcome = track.outcome() !== "running" || isReceived ? track.outcome() : track.head.is_over ? "unjudged" : "left";
     const why = outcome === "failure" ? Evalbus.spaced(track.head.failure_reason || track.head.end_reason) : "";
     Evalbus.setText(this.verdict, why ? `${words[outcome]}: ${why}` : words[outcome]);
     this.verdict.dataset.outcome = outcome;

@@ -106,9 +106,9 @@ Evalbus.Viewer = class {
     const run = this.runOf(head.run);
     // A restarted server uses the number for a different run.
     if (run.info.name !== undefined && run.info.name !== head.name) Object.assign(run, { episodes: [], lines: [], track: null });
-    const isOtherwiseHeard = run.info.is_live !== head.is_live;
+    const isLiveChanged = run.info.is_live !== head.is_live;
     run.info = head;
-    if (isOtherwiseHeard) this.showConditions();
+    if (isLiveChanged) this.showConditions();
     if (this.shownRun === null) this.shownRun = head.run;
     this.showRun();
     this.showHead();

@@ -161,7 +161,7 @@ TEST(GrootClient, TriesFlatObservationsOnceAndOnlyWhereTheServerAsksForThem) {
   const auto client = MakeGrootClient(To(server));
   client->Connect();
   const auto error = [&](const std::string& words) {
-    server.SayNext("get_action", EncodeGroot(Map{{"error", words}}));
+    server.AnswerNextWith("get_action", EncodeGroot(Map{{"error", words}}));
   };
   error("Video key 'front' must be in observation");
   EXPECT_THAT(FailureOf([&] { client->Infer(Observation()); }), FailsAs(Kind::kServer, "Video key 'front'"));
@@ -247,22 +247,22 @@ class GrootFaults : public testing::Test {
   ServerError Failure() {
     return FailureOf([&] { client_->Infer(Observation()); });
   }
-  void Say(const Value& value) { server_->SayNext("get_action", EncodeGroot(value)); }
+  void Publish(const Value& value) { server_->AnswerNextWith("get_action", EncodeGroot(value)); }
 
   std::unique_ptr<GrootServer> server_;
   std::unique_ptr<PolicyClient> client_;
 };
 
 TEST_F(GrootFaults, AServerThatSaysThatItFailsMayBeAskedAgain) {
-  server_->SayNext("get_action", {'E', 'R', 'R', 'O', 'R'});
+  server_->AnswerNextWith("get_action", {'E', 'R', 'R', 'O', 'R'});
   EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "the server reports: ERROR"));
-  Say(Map{{"error", "Traceback (most recent call last):\n  File \"x.py\"\nCUDA out of memory\n"}});
+  Publish(Map{{"error", "Traceback (most recent call last):\n  File \"x.py\"\nCUDA out of memory\n"}});
   const ServerError error = Failure();
   EXPECT_THAT(error, FailsAs(Kind::kServer, "the server reports: CUDA out of memory"));
   EXPECT_THAT(error.details(), HasSubstr("File \"x.py\""));
-  Say(Map{{"error", List{1}}});
+  Publish(Map{{"error", List{1}}});
   EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "list of 1"));
-  Say(Map{{"error", ""}});
+  Publish(Map{{"error", ""}});
   EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "without a word"));
   EXPECT_TRUE(client_->connected());
   ExpectActions(client_->Infer(Observation()).value);
@@ -271,7 +271,7 @@ TEST_F(GrootFaults, AServerThatSaysThatItFailsMayBeAskedAgain) {
 TEST_F(GrootFaults, AnswersOfAnotherFormCloseIt) {
   const auto refused = [&](const Value& answer) {
     client_->Connect();
-    Say(answer);
+    Publish(answer);
     const ServerError error = Failure();
     EXPECT_FALSE(client_->connected());
     return error;
@@ -287,19 +287,19 @@ TEST_F(GrootFaults, AnswersOfAnotherFormCloseIt) {
 }
 
 TEST_F(GrootFaults, BytesOfNoMessageCloseIt) {
-  server_->SayNext("get_action", {0xc1, 0xff});
+  server_->AnswerNextWith("get_action", {0xc1, 0xff});
   EXPECT_EQ(Failure().kind(), Kind::kProtocol);
   EXPECT_FALSE(client_->connected());
   EXPECT_THAT(Failure(), FailsAs(Kind::kUnreachable, "not connected"));
   client_->Connect();
   Bytes half = EncodeGroot(List{Value(Map{{"arm", FloatArray({1, 2}, {1, 1, 2})}}), Value(Map{})});
   half.resize(half.size() / 2);
-  server_->SayNext("get_action", half);
+  server_->AnswerNextWith("get_action", half);
   EXPECT_EQ(Failure().kind(), Kind::kProtocol);
 }
 
 TEST_F(GrootFaults, AnAnswerThatIsTooLongIsNotRead) {
-  Say(List{Value(Map{{"arm", FloatArray(std::vector<double>(10'000), {1, 5000, 2})}}), Value(Map{})});
+  Publish(List{Value(Map{{"arm", FloatArray(std::vector<double>(10'000), {1, 5000, 2})}}), Value(Map{})});
   EXPECT_THAT(Failure(), FailsAs(Kind::kUnreachable, "more than 20000 bytes"));
   EXPECT_FALSE(client_->connected());
 }
@@ -315,7 +315,7 @@ TEST_F(GrootFaults, ASilentServerEndsInTime) {
   GrootServer::Options options;
   options.port = port;
   server_ = std::make_unique<GrootServer>(options);
-  ExpectActions(AskUntilInTime(client_.get(), Observation()));
+  ExpectActions(CallUntilInTime(client_.get(), Observation()));
 }
 
 // Fails at once, although the deadline is far; when the server is back, requests succeed again.
@@ -340,13 +340,13 @@ TEST_F(GrootFaults, AServerThatIsGoneIsSeenAndFoundAgain) {
 }
 
 TEST_F(GrootFaults, ConnectingEndsInOneLineWhateverAnswers) {
-  server_->SayNext("ping", EncodeGroot("pong"));
+  server_->AnswerNextWith("ping", EncodeGroot("pong"));
   EXPECT_THAT(FailureOf([&] { client_->Connect(); }), FailsAs(Kind::kServer, "ping with text \"pong\""));
   EXPECT_FALSE(client_->connected());
-  server_->SayNext("get_modality_config", EncodeGroot(List{}));
+  server_->AnswerNextWith("get_modality_config", EncodeGroot(List{}));
   EXPECT_THAT(FailureOf([&] { client_->Connect(); }),
               FailsAs(Kind::kServer, "get_modality_config with list of 0"));
-  server_->SayNext("get_modality_config", EncodeGroot(Map{{"video", "front"}}));
+  server_->AnswerNextWith("get_modality_config", EncodeGroot(Map{{"video", "front"}}));
   EXPECT_THAT(FailureOf([&] { client_->Connect(); }), FailsAs(Kind::kReply, "video is text \"front\""));
 
   // A web server that answers the handshake with a page, and a host that does not exist.

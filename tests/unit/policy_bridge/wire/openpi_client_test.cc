@@ -293,7 +293,7 @@ TEST(OpenpiClient, RefusesWhatNobodyAskedFor) {
     const auto client = MakePolicyClient(To(server.url()));
     client->Connect();
     ASSERT_TRUE(server.WaitForConnections(1));
-    server.SayUnasked(is_text ? "RuntimeError: out of memory" : "\x80", is_text);
+    server.SendUnrequested(is_text ? "RuntimeError: out of memory" : "\x80", is_text);
     ASSERT_TRUE(server.Ping());  // after this, it has been read
     const Failure failure = FailureOf([&] { client->Infer(kObservation); });
     EXPECT_EQ(failure.kind, is_text ? Kind::kServer : Kind::kProtocol);

@@ -49,7 +49,7 @@ class Pool : public testing::Test {
     }
   }
   // All at the same time.
-  std::vector<std::future<Reply>> Ask(const std::vector<Value>& observations) {
+  std::vector<std::future<Reply>> Call(const std::vector<Value>& observations) {
     std::vector<std::future<Reply>> replies;
     for (size_t i = 0; i < observations.size(); ++i) {
       replies.push_back(
@@ -72,7 +72,7 @@ TEST_P(PoolOfDialect, AsksTogetherWhatWaitsTogether) {
   server.dialect = GetParam();
   Serve(server);
   Open(8, 3);
-  auto replies = Ask({Observation(1), Observation(2, "turn"), Observation(3)});
+  auto replies = Call({Observation(1), Observation(2, "turn"), Observation(3)});
   for (int i = 0; i < 3; ++i) EXPECT_EQ(replies[static_cast<size_t>(i)].get().value, Actions(i + 1)) << i;
   EXPECT_EQ(server_->batches(), std::vector{3});
   // The pool is one client of the server, whichever worker calls it.
@@ -90,7 +90,7 @@ INSTANTIATE_TEST_SUITE_P(All, PoolOfDialect,
 TEST_F(Pool, AsksNoMoreAtOnceThanTheContractSays) {
   Serve();
   Open(2, 3, PolicyPool::kGather);
-  auto replies = Ask({Observation(1), Observation(2), Observation(3)});
+  auto replies = Call({Observation(1), Observation(2), Observation(3)});
   for (int i = 0; i < 3; ++i) EXPECT_EQ(replies[static_cast<size_t>(i)].get().value, Actions(i + 1)) << i;
   for (const int size : server_->batches()) EXPECT_LE(size, 2);
 }
@@ -104,7 +104,7 @@ TEST_F(Pool, DoesNotWaitForThoseWhoDoNotAsk) {
 TEST_F(Pool, AsksApartWhatIsOfOtherShapes) {
   Serve();
   Open(8, 2);
-  auto replies = Ask({Observation(1), Observation(2, "lift", 7)});
+  auto replies = Call({Observation(1), Observation(2, "lift", 7)});
   EXPECT_EQ(replies[0].get().value, Actions(1));
   EXPECT_EQ(replies[1].get().value, Actions(2, 7));
   EXPECT_EQ(server_->batches(), (std::vector{1, 1}));
@@ -114,7 +114,8 @@ TEST_F(Pool, AsksApartWhatIsOfOtherShapes) {
 TEST_F(Pool, GivesTheServersErrorToWhoAskedForIt) {
   Serve();
   Open(8, 3);
-  auto replies = Ask({Observation(1), Observation(std::numeric_limits<double>::quiet_NaN()), Observation(3)});
+  auto replies =
+      Call({Observation(1), Observation(std::numeric_limits<double>::quiet_NaN()), Observation(3)});
   EXPECT_EQ(replies[0].get().value, Actions(1));
   EXPECT_THAT(FailureOf([&] { replies[1].get(); }), FailsAs(Kind::kServer, "Observation is not finite"));
   EXPECT_EQ(replies[2].get().value, Actions(3));
@@ -125,7 +126,7 @@ TEST_F(Pool, ASilentServerConcernsTheBatchAlone) {
   options_.first_reply_s = 0.3;
   Open(2, 3, PolicyPool::kGather);
   server_->BeSilentNext("get_action");
-  auto replies = Ask({Observation(1)});
+  auto replies = Call({Observation(1)});
   EXPECT_THAT(FailureOf([&] { replies[0].get(); }), FailsAs(Kind::kTimeout, "no answer in 0.3 s"));
   EXPECT_FALSE(clients_[0]->connected());
   // While the server is unreachable, and after it has returned.
@@ -135,9 +136,9 @@ TEST_F(Pool, ASilentServerConcernsTheBatchAlone) {
   GrootServer::Options again;
   again.port = port;
   Serve(again);
-  EXPECT_EQ(AskUntilInTime(clients_[1].get(), Observation(2)), Actions(2));
+  EXPECT_EQ(CallUntilInTime(clients_[1].get(), Observation(2)), Actions(2));
   EXPECT_TRUE(clients_[1]->connected());
-  EXPECT_EQ(AskUntilInTime(clients_[0].get(), Observation(1)), Actions(1));
+  EXPECT_EQ(CallUntilInTime(clients_[0].get(), Observation(1)), Actions(1));
 }
 
 TEST_F(Pool, PassesOnThatAnObservationIsWrong) {
@@ -151,7 +152,7 @@ TEST_F(Pool, SurvivesBytesOfNoRequest) {
   Serve();
   Open(2, 1);
   RequestSocket socket(pool_->url(), 10, 1 << 20);
-  const Value answer = DecodeMsgpack(socket.Ask({0xc1, 0xff}, 10));
+  const Value answer = DecodeMsgpack(socket.Call({0xc1, 0xff}, 10));
   EXPECT_TRUE(answer.Find("error")) << Describe(answer);
   EXPECT_EQ(clients_[0]->Infer(Observation(1)).value, Actions(1));
 }

@@ -122,11 +122,12 @@ TEST_F(RestClient, AServerThatSaysThatItFailsMayBeAskedAgain) {
   EXPECT_THAT(FailureWith(R"("\"error\"")"), FailsAs(Kind::kServer, "the server reports: error"));
   EXPECT_THAT(FailureWith(R"({"error": "no unnorm_key"})"),
               FailsAs(Kind::kServer, "the server reports: no unnorm_key"));
-  server_->SayNext(HttpAnswer("500 Internal Server Error", "Traceback\n  File x\nKeyError: 'full_image'\n"));
+  server_->AnswerNextWith(
+      HttpAnswer("500 Internal Server Error", "Traceback\n  File x\nKeyError: 'full_image'\n"));
   const ServerError error = Failure();
   EXPECT_THAT(error, FailsAs(Kind::kServer, "HTTP status 500: the server reports: KeyError: 'full_image'"));
   EXPECT_THAT(error.details(), HasSubstr("Traceback"));
-  server_->SayNext(HttpAnswer("404 Not Found", ""));
+  server_->AnswerNextWith(HttpAnswer("404 Not Found", ""));
   EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "HTTP status 404"));
   EXPECT_TRUE(client_->connected());
   answer_ = kRow;
@@ -156,7 +157,7 @@ TEST_F(RestClient, BytesOfNoAnswerCloseIt) {
                             "HTTP/1.1 200 OK\r\nContent-Length: 100\r\n\r\n{\"__num",
                             "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n{\"_"}) {
     client_->Connect();
-    server_->SayNext(bytes);
+    server_->AnswerNextWith(bytes);
     EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "incomplete HTTP answer")) << bytes;
     EXPECT_FALSE(client_->connected());
     EXPECT_THAT(Failure(), FailsAs(Kind::kUnreachable, "not connected"));
@@ -165,13 +166,13 @@ TEST_F(RestClient, BytesOfNoAnswerCloseIt) {
 
 TEST_F(RestClient, AnAnswerThatIsTooLongIsNotRead) {
   // 2 GB are announced, but not sent.
-  server_->SayNext("HTTP/1.1 200 OK\r\nContent-Length: 2147483648\r\n\r\n");
+  server_->AnswerNextWith("HTTP/1.1 200 OK\r\nContent-Length: 2147483648\r\n\r\n");
   EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "more than 10000 bytes"));
   EXPECT_THAT(FailureWith('"' + std::string(10'000, ' ') + '"'),
               FailsAs(Kind::kProtocol, "more than 10000 bytes"));
   client_->Connect();
-  server_->SayNext("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n7fffffff\r\n" +
-                   std::string(20'000, ' '));
+  server_->AnswerNextWith("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n7fffffff\r\n" +
+                          std::string(20'000, ' '));
   EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "more than 10000 bytes"));
 }
 
@@ -188,7 +189,7 @@ TEST_F(RestClient, AServerThatIsGoneIsSeenAndFoundAgain) {
   options_.connect_s = options_.reply_s = options_.first_reply_s = 1e6;
   client_ = MakeRestClient(options_);
   client_->Connect();
-  server_->SayNext("");
+  server_->AnswerNextWith("");
   EXPECT_THAT(Failure(), FailsAs(Kind::kUnreachable, "the connection ended without an answer"));
   EXPECT_FALSE(client_->connected());
   const int port = server_->port();
@@ -216,11 +217,11 @@ TEST_F(RestClient, ALargeRequestAndALargeAnswerAreWhole) {
 TEST_F(RestClient, ReadsTheAnswerBehindInterimOnes) {
   const std::string interim = "HTTP/1.1 100 Continue\r\n\r\n",
                     early = "HTTP/1.1 103 Early Hints\r\nLink: x\r\n\r\n";
-  server_->SayNext(interim + early + interim + HttpAnswer("200 OK", kRow));
+  server_->AnswerNextWith(interim + early + interim + HttpAnswer("200 OK", kRow));
   EXPECT_EQ(*client_->Infer(Observation()).value.Find("actions"), Value(Array{"<f8", {1, 2}, kRowBytes}));
   std::string endless;
   for (int i = 0; i < 100; ++i) endless += interim;
-  server_->SayNext(endless + HttpAnswer("200 OK", kRow));
+  server_->AnswerNextWith(endless + HttpAnswer("200 OK", kRow));
   EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "interim"));
 }
 

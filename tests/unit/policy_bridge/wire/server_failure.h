@@ -31,7 +31,7 @@ MATCHER_P2(FailsAs, kind, words, "") {
 }
 
 // The answer of a client with a time limit so short that a loaded machine may need several attempts.
-inline Value AskUntilInTime(PolicyClient* client, const Value& observation) {
+inline Value CallUntilInTime(PolicyClient* client, const Value& observation) {
   while (true) {
     try {
       if (!client->connected()) client->Connect();

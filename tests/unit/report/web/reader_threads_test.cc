@@ -17,7 +17,7 @@ class Work {
  public:
   bool AddTo(ReaderThreads* threads) {
     return threads->Add(
-        [state = state_]() -> ReaderThreads::Tell {
+        [state = state_]() -> ReaderThreads::Report {
           state->started.set_value();
           state->go.get_future().wait();
           return [state](bool is_late) { state->told.set_value(is_late ? "late" : "done"); };
@@ -26,7 +26,7 @@ class Work {
   }
   void WaitUntilStarted() const { state_->started.get_future().wait(); }
   void LetGo() const { state_->go.set_value(); }
-  std::string WaitUntilTold() const { return state_->told.get_future().get(); }
+  std::string WaitUntilReported() const { return state_->told.get_future().get(); }
   bool is_given_up() const { return state_->given_up; }
 
  private:
@@ -47,11 +47,11 @@ TEST(ReaderThreads, WorkThatHangsHoldsUpNoOther) {
     Work other;
     ASSERT_TRUE(other.AddTo(&threads));
     other.LetGo();
-    EXPECT_EQ(other.WaitUntilTold(), "done");
+    EXPECT_EQ(other.WaitUntilReported(), "done");
   }
   EXPECT_FALSE(threads.Stop(0ms));
   hanging.LetGo();
-  EXPECT_EQ(hanging.WaitUntilTold(), "done");
+  EXPECT_EQ(hanging.WaitUntilReported(), "done");
 }
 
 TEST(ReaderThreads, WorkThatTakesTooLongMakesRoom) {
@@ -67,10 +67,10 @@ TEST(ReaderThreads, WorkThatTakesTooLongMakesRoom) {
   EXPECT_TRUE(hanging.is_given_up());
   next.WaitUntilStarted();
   next.LetGo();
-  EXPECT_EQ(next.WaitUntilTold(), "done");
+  EXPECT_EQ(next.WaitUntilReported(), "done");
   EXPECT_FALSE(next.is_given_up());
   hanging.LetGo();
-  EXPECT_EQ(hanging.WaitUntilTold(), "late");
+  EXPECT_EQ(hanging.WaitUntilReported(), "late");
 }
 
 TEST(ReaderThreads, NothingIsStartedWhileTooManyAreStuck) {
@@ -86,18 +86,18 @@ TEST(ReaderThreads, NothingIsStartedWhileTooManyAreStuck) {
   threads.Poll(later);
   EXPECT_TRUE(waiting.is_given_up());
   hanging.LetGo();
-  EXPECT_EQ(hanging.WaitUntilTold(), "late");
+  EXPECT_EQ(hanging.WaitUntilReported(), "late");
   Work next;
   ASSERT_TRUE(next.AddTo(&threads));
   next.LetGo();
-  EXPECT_EQ(next.WaitUntilTold(), "done");
+  EXPECT_EQ(next.WaitUntilReported(), "done");
 }
 
 TEST(ReaderThreads, StopsWhatPausesAndDropsWhatWaits) {
   ReaderThreads threads({.at_once = 1});
   std::promise<void> started;
   threads.Add(
-      [&]() -> ReaderThreads::Tell {
+      [&]() -> ReaderThreads::Report {
         started.set_value();
         while (threads.Pause(24h)) {
         }

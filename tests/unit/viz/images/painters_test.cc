@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "models/find_task.h"
 #include "models/scene.h"
 #include "sim/world.h"
 #include "viz/images/renderer.h"

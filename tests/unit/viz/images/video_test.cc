@@ -278,9 +278,9 @@ TEST_F(VideoTest, EveryEpisodeOfALogHasAVideo) {
   EventLogWriter writer(log);
   for (const auto& [episode, states] : {std::pair(4, 51), std::pair(5, 26), std::pair(5, 11)}) {
     EventLogReader reader(one);
-    int heard = 0;
+    int received = 0;
     for (LogEvent event; reader.Next(&event);) {
-      if (event.channel == channels::kState && ++heard > states) continue;
+      if (event.channel == channels::kState && ++received > states) continue;
       std::vector<uint8_t> data(event.data.begin(), event.data.end());
       // The episode follows the fingerprint and the session.
       if (event.channel != channels::kModel) data[19] = static_cast<uint8_t>(episode);
@@ -376,7 +376,7 @@ TEST_F(VideoTest, ACameraIsRecordedOnce) {
 // A program named ffmpeg that executes these shell commands.
 class FakeFfmpeg : public testing::Test {
  protected:
-  void Say(const std::string& words) {
+  void Publish(const std::string& words) {
     const fs::path program = folder_.path() / "bin/ffmpeg";
     fs::create_directories(program.parent_path());
     std::ofstream(program) << "#!/bin/sh\n" << words << "\n";
@@ -399,16 +399,16 @@ class FakeFfmpeg : public testing::Test {
 };
 
 TEST_F(FakeFfmpeg, ThatFailsIsOneLine) {
-  Say("echo 'no encoder' >&2; echo 'and more' >&2; exit 1");
+  Publish("echo 'no encoder' >&2; echo 'and more' >&2; exit 1");
   EXPECT_EQ(MakeVideo<EnvironmentError>(), "ffmpeg could not make " + video_.string() + ": no encoder");
 }
 
 TEST_F(FakeFfmpeg, ThatHangsIsEnded) {
   const std::string hangs = "ffmpeg could not make " + video_.string() + ": it hung: no progress for 0.5 s";
-  Say("kill -STOP $$");
+  Publish("kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
   // Also if it has accepted all frames.
-  Say("cat >/dev/null; kill -STOP $$");
+  Publish("cat >/dev/null; kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
   EXPECT_FALSE(fs::exists(video_));
 }

@@ -70,7 +70,7 @@ TEST_F(MonitorScreenTest, SaysHowSoonTheSimWasAnsweredInRealTime) {
   end.pacing_error.count = 100;
   end.action_latency = {100, 0.00031, 0.00095, 0.0021, 0.0123};
   end.partial_latency = {100, 0.0004, 0.001, 0.002, 0.003};
-  watch_.Hear(channels::kEpisodeEnd, Encode(end), now_);
+  watch_.Receive(channels::kEpisodeEnd, Encode(end), now_);
   const std::string all = All(80, 40);
   for (const char* line : {"real time   STATE to ACTION  p50 0.31  p99 0.95  p99.9 2.10  max 12.30 ms\n",
                            "            STATE to score   p50 0.40  p99 1.00  p99.9 2.00  max 3.00 ms\n"}) {
@@ -161,29 +161,29 @@ TEST_F(MonitorScreenTest, EveryValueHasItsUnit) {
 }
 
 TEST_F(MonitorScreenTest, WhatWasCountedIsShownWhereThereIsNoRoomForAll) {
-  SayModel();
-  SayBegin(0);
+  PublishModel();
+  PublishBegin(0);
   partial_metrics_t partial{};
   partial.header = Header(1, 0);
   partial.metrics = Metrics();
   partial.extended = Extended();
   partial.extended.unreachable_poses = 12;
   partial.extended.singular_poses = 345;
-  Say(channels::kPartial, partial);
+  Publish(channels::kPartial, partial);
   EXPECT_NE(All(80, 24).find("4 late actions  12 unreachable poses  345 singular poses"), std::string::npos)
       << All(80, 24);
   EXPECT_NE(All(120, 40).find("0 missing ticks  0 refused samples"), std::string::npos) << All(120, 40);
 }
 
 TEST_F(MonitorScreenTest, UntrackedMetricsAreAbsent) {
-  SayModel();
-  SayBegin(0);
+  PublishModel();
+  PublishBegin(0);
   partial_metrics_t partial{};
   partial.header = Header(1, 0);
   partial.metrics = Metrics();
   partial.metrics.tracks_collisions = partial.metrics.tracks_joint_jerk = partial.metrics.tracks_slippage = 0;
   partial.extended = Extended();
-  Say(channels::kPartial, partial);
+  Publish(channels::kPartial, partial);
   const std::string screen = All(80, 60);
   EXPECT_EQ(screen.find("collisions"), std::string::npos) << screen;
   EXPECT_EQ(screen.find("joint jerk"), std::string::npos);
@@ -192,8 +192,8 @@ TEST_F(MonitorScreenTest, UntrackedMetricsAreAbsent) {
 }
 
 TEST_F(MonitorScreenTest, OneArmHasNoSum) {
-  SayModel();
-  SayBegin(0);
+  PublishModel();
+  PublishBegin(0);
   partial_metrics_t partial{};
   partial.header = Header(1, 0);
   partial.metrics.tracks_cartesian_path_length = 1;
@@ -203,7 +203,7 @@ TEST_F(MonitorScreenTest, OneArmHasNoSum) {
   partial.metrics.avg_cartesian_jerk_mps3 = partial.metrics.rms_cartesian_jerk_mps3 = {0};
   partial.metrics.avg_joint_jerk_radps3 = partial.metrics.rms_joint_jerk_radps3 = {0};
   partial.metrics.num_arms = 1;
-  Say(channels::kPartial, partial);
+  Publish(channels::kPartial, partial);
   const std::string screen = All(80, 60);
   EXPECT_NE(screen.find("wrist path               0.500 m"), std::string::npos) << screen;
   EXPECT_EQ(screen.find("both"), std::string::npos);
@@ -216,20 +216,20 @@ TEST_F(MonitorScreenTest, AnotherMessageVersionIsNamedAndNothingOfItsModelShown)
   model.task = "of_tomorrow";
   const std::string expected = "made by message version " + std::to_string(model.message_version) +
                                ", this evalbus reads " + std::to_string(model_info_t::VERSION);
-  for (int repeated = 0; repeated < 2; ++repeated) Say(channels::kModel, model);
+  for (int repeated = 0; repeated < 2; ++repeated) Publish(channels::kModel, model);
   EXPECT_TRUE(Screen(80, 24)[0].starts_with(expected + "  udpm://")) << Screen(80, 24)[0];
   EXPECT_TRUE(Screen(60, 1)[0].starts_with(expected)) << Screen(60, 1)[0];
   EXPECT_EQ(All(120, 40).find("of_tomorrow"), std::string::npos) << All(120, 40);
   EXPECT_EQ(All(120, 40).find("pot/lid"), std::string::npos) << "names that are not of this model";
   const auto events = watch_.TakeEvents();
   EXPECT_EQ(std::count(events.begin(), events.end(), "MODEL " + expected), 1);
-  SayModel();
+  PublishModel();
   EXPECT_TRUE(Screen(80, 24)[0].starts_with("small/position")) << Screen(80, 24)[0];
 }
 
 TEST_F(MonitorScreenTest, OpenedInMidEpisodeShowsWhatCameBefore) {
   // The messages of a tick come first; names arrive with the next MODEL.
-  SayTick(4, 75, true);
+  PublishTick(4, 75, true);
   std::string screen = All(80, 24);
   EXPECT_NE(screen.find("episode 4   running       1.50 s"), std::string::npos) << screen;
   EXPECT_NE(screen.find("wrist path       1.250 0.750 2.000 m"), std::string::npos);
@@ -240,8 +240,8 @@ TEST_F(MonitorScreenTest, OpenedInMidEpisodeShowsWhatCameBefore) {
   run.num_episodes = run.num_complete = 4;
   run.num_success = 3;
   run.success_rate = 0.75;
-  Say(channels::kRunSummary, run);
-  SayModel();
+  Publish(channels::kRunSummary, run);
+  PublishModel();
   screen = All(80, 24);
   EXPECT_NE(screen.find("4 of 10 done, success 75 %"), std::string::npos) << screen;
   EXPECT_NE(screen.find("left/pad – pot/lid 0.300 mm"), std::string::npos);
@@ -250,11 +250,11 @@ TEST_F(MonitorScreenTest, OpenedInMidEpisodeShowsWhatCameBefore) {
 
 // The player of the log reports this; of the run's components, only those that receive the replay are shown.
 TEST_F(MonitorScreenTest, AReplayIsCalledOne) {
-  SayModel();
+  PublishModel();
   EXPECT_NE(All(80, 24).find("two_arms   realtime"), std::string::npos) << All(80, 24);
-  SayBegin(2);
-  for (const char* name : {"metrics", "replay"}) SayStatus(name, 2, 74);
-  SayTick(2, 75);
+  PublishBegin(2);
+  for (const char* name : {"metrics", "replay"}) PublishStatus(name, 2, 74);
+  PublishTick(2, 75);
   const std::string screen = All(80, 24);
   EXPECT_NE(screen.find("two_arms   replay"), std::string::npos) << screen;
   EXPECT_NE(screen.find("episode 2   running       1.50 s"), std::string::npos) << screen;
@@ -263,19 +263,19 @@ TEST_F(MonitorScreenTest, AReplayIsCalledOne) {
 }
 
 TEST_F(MonitorScreenTest, OpenedWhileThePolicyThinksShowsWhereWeAre) {
-  SayStatus("sim", 3, 17);
+  PublishStatus("sim", 3, 17);
   EXPECT_NE(All(80, 24).find("episode 3   waiting for the next tick"), std::string::npos) << All(80, 24);
 }
 
 TEST_F(MonitorScreenTest, ANewEpisodeAndANewAttemptShowNoOldValues) {
   Play();
-  SayBegin(3);
+  PublishBegin(3);
   std::string screen = All(80, 24);
   EXPECT_NE(screen.find("episode 3   waiting for components"), std::string::npos) << screen;
   EXPECT_NE(screen.find("wrist path           -     -     - m"), std::string::npos) << screen;
   EXPECT_NE(screen.find("○ held"), std::string::npos);
-  SayTick(3, 0);
-  SayBegin(3, 1);
+  PublishTick(3, 0);
+  PublishBegin(3, 1);
   screen = All(80, 24);
   EXPECT_NE(screen.find("episode 3, try 2"), std::string::npos) << screen;
   EXPECT_NE(screen.find("wrist path           -     -     - m"), std::string::npos);
@@ -283,16 +283,16 @@ TEST_F(MonitorScreenTest, ANewEpisodeAndANewAttemptShowNoOldValues) {
 
 TEST_F(MonitorScreenTest, TheSameEpisodeMayBeginAgain) {
   Play();
-  SaySummary(2, "success");
-  SayBegin(2);
+  PublishSummary(2, "success");
+  PublishBegin(2);
   EXPECT_NE(All(80, 24).find("wrist path           -     -     - m"), std::string::npos) << All(80, 24);
-  SayTick(2, 75);
+  PublishTick(2, 75);
   EXPECT_NE(All(80, 24).find("episode 2   running       1.50 s"), std::string::npos) << All(80, 24);
 }
 
 TEST_F(MonitorScreenTest, TheEndIsShownUntilTheNextEpisode) {
   Play();
-  SaySummary(2, "failure");
+  PublishSummary(2, "failure");
   const std::string screen = All(80, 24);
   EXPECT_NE(screen.find("episode 2   dropped"), std::string::npos) << screen;
   EXPECT_NE(screen.find("wrist path       1.250 0.750 2.000 m"), std::string::npos);
@@ -303,14 +303,14 @@ TEST_F(MonitorScreenTest, ASilentComponentIsDeadAndComesBack) {
   Play();
   for (int i = 0; i < 5; ++i) {
     now_ += milliseconds(500);
-    for (const char* name : {"collision", "metrics", "recorder", "run", "sim"}) SayStatus(name, 2, 75);
+    for (const char* name : {"collision", "metrics", "recorder", "run", "sim"}) PublishStatus(name, 2, 75);
   }
   std::string screen = All(80, 24);
   EXPECT_NE(screen.find("✕ policy silent for 3 s   last tick 120"), std::string::npos) << screen;
   EXPECT_NE(screen.find("● metrics"), std::string::npos);
   const std::string large = All(120, 40);
   EXPECT_NE(large.find("policy      ✕ silent"), std::string::npos) << large;
-  SayStatus("policy", 2, 76);
+  PublishStatus("policy", 2, 76);
   screen = All(80, 24);
   EXPECT_EQ(screen.find("✕"), std::string::npos) << screen;
   const auto events = watch_.TakeEvents();
@@ -324,7 +324,7 @@ TEST_F(MonitorScreenTest, ScoresOfAnotherEpisodeAreNotShown) {
   Play();
   partial_metrics_t partial{};
   partial.header = Header(3, 9);
-  Say(channels::kPartial, partial);
+  Publish(channels::kPartial, partial);
   EXPECT_NE(All(80, 24).find("wrist path       1.250 0.750 2.000 m"), std::string::npos) << All(80, 24);
 }
 
@@ -334,16 +334,16 @@ TEST_F(MonitorScreenTest, FailureIsShownWithItsText) {
   status.component = "policy";
   status.state = component_status_t::FAILED;
   status.error = "no\x1bmodel";
-  Say(channels::kStatus, status);
+  Publish(channels::kStatus, status);
   EXPECT_NE(All(80, 24).find("✕ policy failed: no?model"), std::string::npos) << All(80, 24);
 }
 
 TEST_F(MonitorScreenTest, LagIsThatOfTheMomentItWasSaid) {
-  SayModel();
-  SayBegin(0);
-  for (int64_t tick = 0; tick < 50; ++tick) Say(channels::kState, State(tick, 0));
-  SayStatus("recorder", 0, 37);
-  for (int64_t tick = 50; tick < 900; ++tick) Say(channels::kState, State(tick, 0));
+  PublishModel();
+  PublishBegin(0);
+  for (int64_t tick = 0; tick < 50; ++tick) Publish(channels::kState, State(tick, 0));
+  PublishStatus("recorder", 0, 37);
+  for (int64_t tick = 50; tick < 900; ++tick) Publish(channels::kState, State(tick, 0));
   EXPECT_NE(All(80, 24).find("recorder    running      37    12"), std::string::npos) << All(80, 24);
 }
 
@@ -354,7 +354,7 @@ TEST_F(MonitorScreenTest, RatesAndSpeedAreOfTheLastSecond) {
   EXPECT_NE(screen.find("1.00 x real time"), std::string::npos) << screen;
   now_ += milliseconds(1000);
   All(80, 24);
-  SayTick(2, 126);
+  PublishTick(2, 126);
   now_ += milliseconds(5000);
   EXPECT_NE(All(80, 50).find("STATE 0.2  CONTACTS 0.2"), std::string::npos) << All(80, 50);
 }
@@ -366,8 +366,8 @@ TEST_F(MonitorScreenTest, SurvivesWhatDoesNotDecode) {
        {channels::kState.name, channels::kContacts.name, channels::kPartial.name, channels::kModel.name,
         channels::kStatus.name, channels::kEpisodeBegin.name, channels::kEpisodeEnd.name,
         channels::kEpisodeSummary.name, channels::kRunSummary.name}) {
-    watch_.Hear(channel, noise, now_);
-    watch_.Hear(channel, {}, now_);
+    watch_.Receive(channel, noise, now_);
+    watch_.Receive(channel, {}, now_);
   }
   const std::string screen = All(120, 60);
   EXPECT_NE(screen.find("18 undecodable"), std::string::npos) << screen;
@@ -375,27 +375,27 @@ TEST_F(MonitorScreenTest, SurvivesWhatDoesNotDecode) {
 }
 
 TEST_F(MonitorScreenTest, AScoreThatIsSaidAgainIsShownOnce) {
-  SayModel();
+  PublishModel();
   const auto scores = [&] {
     return std::ranges::count_if(watch_.TakeEvents(), [](const std::string& event) {
       return event.find("episode 0 success") != std::string::npos;
     });
   };
-  SayBegin(0);
-  SayTick(0, 0);
-  SaySummary(0, "success");
+  PublishBegin(0);
+  PublishTick(0, 0);
+  PublishSummary(0, "success");
   EXPECT_EQ(scores(), 1);
-  SaySummary(0, "success");
+  PublishSummary(0, "success");
   EXPECT_EQ(scores(), 0);
   // The same episode, played a second time, is displayed again.
-  SayBegin(0);
-  SaySummary(0, "success");
+  PublishBegin(0);
+  PublishSummary(0, "success");
   EXPECT_EQ(scores(), 1);
 }
 
 TEST_F(MonitorScreenTest, ShowsWhatComponentsLogAndOfManyLinesTheLast) {
   Play();
-  for (int i = 0; i < 30; ++i) SayLog(log_t::INFO_LEVEL, "line " + std::to_string(i));
+  for (int i = 0; i < 30; ++i) PublishLog(log_t::INFO_LEVEL, "line " + std::to_string(i));
   const std::string spacious = All(120, 80);
   EXPECT_NE(spacious.find("sim  e2 t127     line 29"), std::string::npos) << spacious;
   EXPECT_NE(spacious.find("line 25"), std::string::npos) << spacious;
@@ -404,8 +404,8 @@ TEST_F(MonitorScreenTest, ShowsWhatComponentsLogAndOfManyLinesTheLast) {
 
 TEST_F(MonitorScreenTest, KeepsTheLastWarningWhereThereIsLittleRoom) {
   Play();
-  SayLog(log_t::WARN_LEVEL, "no PARTIAL from \x1b[31mmetrics");
-  SayLog(log_t::INFO_LEVEL, "goes on");
+  PublishLog(log_t::WARN_LEVEL, "no PARTIAL from \x1b[31mmetrics");
+  PublishLog(log_t::INFO_LEVEL, "goes on");
   const std::string screen = All(100, 30);
   EXPECT_NE(screen.find("no PARTIAL from ?[31mmetrics"), std::string::npos) << screen;
   EXPECT_EQ(screen.find("goes on"), std::string::npos) << screen;
@@ -413,8 +413,8 @@ TEST_F(MonitorScreenTest, KeepsTheLastWarningWhereThereIsLittleRoom) {
 
 TEST_F(MonitorScreenTest, InventedNamesFillNeitherMemoryNorScreen) {
   for (int i = 0; i < 1000; ++i) {
-    SayStatus("component_" + std::to_string(i), 0, 0);
-    watch_.Hear("CHANNEL_" + std::to_string(i), Encode(episode_begin_t{}), now_);
+    PublishStatus("component_" + std::to_string(i), 0, 0);
+    watch_.Receive("CHANNEL_" + std::to_string(i), Encode(episode_begin_t{}), now_);
   }
   EXPECT_LT(Lines(100, 10000).size(), 250u);
 }
@@ -459,9 +459,9 @@ TEST_F(MonitorScreenTest, TellsEventsAndProgressInLines) {
       "41.00 mm");
   run_summary_t again{};
   again.num_episodes = 2;
-  Say(channels::kRunSummary, again);
+  Publish(channels::kRunSummary, again);
   EXPECT_TRUE(watch_.TakeEvents().empty());
-  SaySummary(2, "success");
+  PublishSummary(2, "success");
   EXPECT_EQ(ProgressLine(watch_), "");
 }
 

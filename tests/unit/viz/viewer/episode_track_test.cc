@@ -64,18 +64,18 @@ criteria_t Criteria(int64_t tick, double height) {
 }
 
 // All messages of a tick, in the order of their arrival.
-void Hear(int64_t tick, EpisodeTrack* track) {
+void Receive(int64_t tick, EpisodeTrack* track) {
   state_t state = State(tick);
   state.body[kPot].position_m[2] = 1 + 0.01 * static_cast<double>(tick);
-  track->Hear(state);
+  track->Receive(state);
   contacts_t contacts = Contacts(tick);
   contacts.has_clearance = tick % 2 == 0;
   contacts.clearance_m = 0.5;
   contacts.clearance_robot_geom = kLeftPad;
   contacts.clearance_scene_geom = kTop;
   contacts.clearance_robot_point_m[2] = 0.25;
-  track->Hear(contacts);
-  track->Hear(Partial(tick));
+  track->Receive(contacts);
+  track->Receive(Partial(tick));
 }
 
 const nlohmann::ordered_json& CurveOf(const BlockReader& block, const std::string& name) {
@@ -102,8 +102,8 @@ TEST(EpisodeTrack, ABlockHasWhatTheMessagesSaid) {
   begin.parameter_name = {"pot_x_m"};
   begin.parameter_value_mixed = {0.5};
   begin.num_parameters = 1;
-  track.Hear(begin);
-  for (int64_t tick = 0; tick < 6; ++tick) Hear(tick, &track);
+  track.Receive(begin);
+  for (int64_t tick = 0; tick < 6; ++tick) Receive(tick, &track);
   // Messages that arrive before the next PARTIAL may still belong to the last tick.
   EXPECT_EQ(track.ticks(), 5);
 
@@ -151,15 +151,15 @@ TEST(EpisodeTrack, ABlockHasWhatTheMessagesSaid) {
 TEST(EpisodeTrack, WhatTheSourceDoesNotKnowHasNoCurve) {
   EpisodeTrack track = MakeTrack();
   for (int64_t tick = 0; tick < 3; ++tick) {
-    track.Hear(State(tick));
-    track.Hear(Contacts(tick));
+    track.Receive(State(tick));
+    track.Receive(Contacts(tick));
     partial_metrics_t partial = Partial(tick);
     partial.metrics.tracks_collisions = true;
     partial.metrics.env_collision_count = kUnavailableCount;
     partial.metrics.self_collision_count = 4;
     partial.extended.action_clips = kUnavailableCount;
     partial.metrics.target_distance_m[0] = std::numeric_limits<double>::quiet_NaN();
-    track.Hear(partial);
+    track.Receive(partial);
   }
   const BlockReader block(track.EpisodeBlock());
   EXPECT_TRUE(std::isnan(RowOf(block, "env_collision_count")[1]));
@@ -171,9 +171,9 @@ TEST(EpisodeTrack, WhatTheSourceDoesNotKnowHasNoCurve) {
 TEST(EpisodeTrack, CriteriaHoldUntilTheNext) {
   EpisodeTrack track = MakeTrack();
   for (int64_t tick = 0; tick < 6; ++tick) {
-    Hear(tick, &track);
-    if (tick == 0) track.Hear(Criteria(0, std::numeric_limits<double>::quiet_NaN()));
-    if (tick == 3) track.Hear(Criteria(3, 1.25));
+    Receive(tick, &track);
+    if (tick == 0) track.Receive(Criteria(0, std::numeric_limits<double>::quiet_NaN()));
+    if (tick == 3) track.Receive(Criteria(3, 1.25));
   }
   const BlockReader block(track.EpisodeBlock());
   const auto& criteria = block.head()["criteria"];
@@ -205,7 +205,7 @@ TEST(EpisodeTrack, TicksJoinToTheWhole) {
   };
   int64_t sent = 0;
   for (int64_t tick = 0; tick < 20; ++tick) {
-    Hear(tick, &track);
+    Receive(tick, &track);
     if (track.ticks() < sent + 4) continue;
     const BlockReader block(track.TicksBlock(sent));
     EXPECT_EQ(block.head()["from"], sent);
@@ -234,19 +234,19 @@ image_t Image(int64_t tick, const std::string& camera, const std::string& bytes)
 
 TEST(EpisodeTrack, HasTheImagesOfASourcesCameras) {
   EpisodeTrack track = MakeTrack();
-  Hear(0, &track);
+  Receive(0, &track);
   EXPECT_FALSE(BlockReader(track.EpisodeBlock()).Has("image_jpeg"));
   const int layout = track.layout();
-  track.Hear(Image(0, "front", "JPEG0"));
-  track.Hear(Image(0, "left/wrist", "w"));
+  track.Receive(Image(0, "front", "JPEG0"));
+  track.Receive(Image(0, "left/wrist", "w"));
   EXPECT_NE(track.layout(), layout) << "the whole episode is given again: it has cameras now";
-  for (int64_t tick = 1; tick < 4; ++tick) Hear(tick, &track);
+  for (int64_t tick = 1; tick < 4; ++tick) Receive(tick, &track);
   const int64_t sent = track.ticks();
-  track.Hear(Image(3, "front", "JPEG3"));
-  for (int64_t tick = 4; tick < 7; ++tick) Hear(tick, &track);
+  track.Receive(Image(3, "front", "JPEG3"));
+  for (int64_t tick = 4; tick < 7; ++tick) Receive(tick, &track);
   image_t other = Image(5, "front", "of another episode");
   other.header.episode = 9;
-  track.Hear(other);
+  track.Receive(other);
 
   const BlockReader all(track.EpisodeBlock());
   EXPECT_EQ(all.head()["image_cameras"], nlohmann::ordered_json({"front", "left/wrist"}));
@@ -262,8 +262,8 @@ TEST(EpisodeTrack, HasTheImagesOfASourcesCameras) {
 TEST(EpisodeTrack, LeavesOutEverySecondImageOfTooManyBytes) {
   EpisodeTrack track(std::make_shared<model_info_t>(Model()), Header(0),
                      {.run = 3, .policy = "expert", .scene = "abc", .bodies = kMoving, .image_bytes = 10});
-  Hear(0, &track);
-  for (int64_t tick = 0; tick < 32; ++tick) track.Hear(Image(tick, "front", "xx"));
+  Receive(0, &track);
+  for (int64_t tick = 0; tick < 32; ++tick) track.Receive(Image(tick, "front", "xx"));
   const BlockReader block(track.EpisodeBlock());
   EXPECT_EQ(block.Values("image_tick"), (std::vector<double>{0, 8, 16, 24}));
 }
@@ -271,7 +271,7 @@ TEST(EpisodeTrack, LeavesOutEverySecondImageOfTooManyBytes) {
 TEST(EpisodeTrack, TicksThatNeverCame) {
   EpisodeTrack track = MakeTrack();
   // Like a receiver that starts in the middle, and misses a tick.
-  for (const int64_t tick : {3, 4, 6, 7, 8}) Hear(tick, &track);
+  for (const int64_t tick : {3, 4, 6, 7, 8}) Receive(tick, &track);
   const BlockReader block(track.EpisodeBlock());
   EXPECT_EQ(block.head()["ticks"], 8);
   EXPECT_EQ(block.Values("missing"), (std::vector<double>{0, 1, 2, 5}));
@@ -292,36 +292,36 @@ TEST(EpisodeTrack, NothingOfOthersAndNothingThatIsNone) {
   EpisodeTrack track = MakeTrack();
   const std::string empty = track.EpisodeBlock();
   state_t state = State(1, 7);
-  track.Hear(state);  // another episode
+  track.Receive(state);  // another episode
   state = State(1);
   state.header.attempt = 1;
-  track.Hear(state);
+  track.Receive(state);
   state = State(1);
   state.body[kPot].position_m[0] = std::numeric_limits<double>::quiet_NaN();
-  track.Hear(state);
+  track.Receive(state);
   state.body[kPot].position_m[0] = 1e300;
-  track.Hear(state);
+  track.Receive(state);
   state = State(1);
   state.body.pop_back();
   state.num_bodies = static_cast<int32_t>(state.body.size());
-  track.Hear(state);
+  track.Receive(state);
   contacts_t contacts = Contacts(1, {{kTop, 99}});
-  track.Hear(contacts);
+  track.Receive(contacts);
   partial_metrics_t partial = Partial(-5);
-  track.Hear(partial);
+  track.Receive(partial);
   EXPECT_EQ(track.EpisodeBlock(), empty);
   // If a tick arrives twice, the first one counts.
-  Hear(1, &track);
-  Hear(2, &track);
+  Receive(1, &track);
+  Receive(2, &track);
   const std::string before = track.EpisodeBlock();
   state = State(1);
   state.body[kPot].position_m[2] = 5;
-  track.Hear(state);
+  track.Receive(state);
   EXPECT_EQ(track.EpisodeBlock(), before);
   // A tick in the far future must not make the memory grow.
   state = State(1);
   state.header.tick = EpisodeTrack::kMaxTicks;
-  track.Hear(state);
+  track.Receive(state);
   const BlockReader block(track.EpisodeBlock());
   EXPECT_EQ(block.head()["is_cut"], true);
   EXPECT_EQ(block.head()["ticks"], 2);
@@ -329,12 +329,12 @@ TEST(EpisodeTrack, NothingOfOthersAndNothingThatIsNone) {
 
 TEST(EpisodeTrack, WhatHappened) {
   EpisodeTrack track = MakeTrack();
-  for (int64_t tick = 0; tick < 6; ++tick) Hear(tick, &track);
+  for (int64_t tick = 0; tick < 6; ++tick) Receive(tick, &track);
   // A contact that returns at once is the same one; 0.1 s later it is another one.
   for (const int64_t tick : {6, 7, 9, 14}) {
-    track.Hear(State(tick));
-    track.Hear(Contacts(tick, {{kLeftLink, kTop}}));
-    track.Hear(Partial(tick));
+    track.Receive(State(tick));
+    track.Receive(Contacts(tick, {{kLeftLink, kTop}}));
+    track.Receive(Partial(tick));
   }
   std::vector<std::string> texts;
   for (const TrackEvent& event : track.Events())
@@ -356,7 +356,7 @@ TEST(EpisodeTrack, WhatHappened) {
   summary.end_detail = "the arm gave up";
   summary.explanation.text = "not lifted";
   const int layout = track.layout();
-  track.Hear(summary);
+  track.Receive(summary);
   EXPECT_NE(track.layout(), layout);
   texts.clear();
   for (const TrackEvent& event : track.Events())
@@ -381,13 +381,13 @@ TEST(EpisodeTrack, RotationsKeepTheirSign) {
   const double half = std::sqrt(0.5);
   const double a[4] = {half, half, 0, 0}, b[4] = {-half, -half, 0, 0};
   std::copy(a, a + 4, state.body[kPot].quat_wxyz);
-  track.Hear(state);
+  track.Receive(state);
   state.header = Header(1);
   std::copy(b, b + 4, state.body[kPot].quat_wxyz);
-  track.Hear(state);
+  track.Receive(state);
   episode_end_t end{};
   end.header = Header(1);
-  track.Hear(end);
+  track.Receive(end);
   const std::vector<double> quat = BlockReader(track.EpisodeBlock()).Values("quat");
   EXPECT_NEAR(quat[(1 * 4 + 0) * 2 + 0], half, 2e-5);
   EXPECT_NEAR(quat[(1 * 4 + 0) * 2 + 1], half, 2e-5);

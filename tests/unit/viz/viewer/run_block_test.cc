@@ -17,7 +17,7 @@ SteadyTime At(double seconds) {
 TEST(RunBlock, SaysWhatTheWatchKnows) {
   RunWatch watch(10);
   const auto hear = [&](const auto& channel, const auto& message, double time) {
-    watch.Hear(channel, Encode(message), At(time));
+    watch.Receive(channel, Encode(message), At(time));
   };
   hear(channels::kModel, small_world::Model(), 0);
   episode_begin_t begin{};

@@ -16,7 +16,7 @@ using std::chrono::milliseconds;
 class RunWatchTest : public testing::Test, protected ScriptedRun {};
 
 TEST_F(RunWatchTest, KnowsNothingBeforeTheFirstMessage) {
-  EXPECT_FALSE(watch_.heard_at());
+  EXPECT_FALSE(watch_.received_at());
   EXPECT_EQ(watch_.episode(), -1);
   EXPECT_EQ(watch_.Phase(), "");
   EXPECT_EQ(watch_.scores(), nullptr);
@@ -27,13 +27,13 @@ TEST_F(RunWatchTest, KnowsNothingBeforeTheFirstMessage) {
 }
 
 TEST_F(RunWatchTest, FollowsAnEpisode) {
-  SayModel();
-  SayBegin(0);
+  PublishModel();
+  PublishBegin(0);
   EXPECT_EQ(watch_.Phase(), "waiting for components");
-  SayStatus("sim", 0, -1);
+  PublishStatus("sim", 0, -1);
   EXPECT_EQ(watch_.Phase(), "waiting for the next tick");
-  SayTick(0, 0, true);
-  SayTick(0, 1);
+  PublishTick(0, 0, true);
+  PublishTick(0, 1);
   EXPECT_EQ(watch_.Phase(), "running");
   EXPECT_EQ(watch_.state()->tick, 1);
   ASSERT_TRUE(watch_.has_scores());
@@ -43,28 +43,28 @@ TEST_F(RunWatchTest, FollowsAnEpisode) {
   EXPECT_EQ(watch_.GeomName(kLeftPad), "left/pad");
   EXPECT_EQ(watch_.GeomName(kLidGeom), "pot/lid") << "its body's name";
   EXPECT_EQ(watch_.GeomName(1000), "geom 1000");
-  SaySummary(0, "success");
+  PublishSummary(0, "success");
   EXPECT_EQ(watch_.Phase(), "success");
   ASSERT_EQ(watch_.done().size(), 1u);
   EXPECT_EQ(watch_.run()->num_episodes, 1);
 
-  SayBegin(1);
+  PublishBegin(1);
   EXPECT_EQ(watch_.end_reason(), "");
   EXPECT_EQ(watch_.state(), nullptr);
   EXPECT_FALSE(watch_.has_scores());
   EXPECT_NE(watch_.scores(), nullptr) << "they keep their place";
-  SayTick(1, 0);
+  PublishTick(1, 0);
   EXPECT_TRUE(watch_.has_scores());
-  SayBegin(1, 2);
+  PublishBegin(1, 2);
   EXPECT_EQ(watch_.attempt(), 2);
   EXPECT_FALSE(watch_.has_scores()) << "those of the try before";
 }
 
 TEST_F(RunWatchTest, WarningsOfComponentsAreEvents) {
-  SayLog(log_t::INFO_LEVEL, "all is well");
-  SayLog(log_t::WARN_LEVEL, "no PARTIAL\nfrom metrics");
+  PublishLog(log_t::INFO_LEVEL, "all is well");
+  PublishLog(log_t::WARN_LEVEL, "no PARTIAL\nfrom metrics");
   EXPECT_EQ(watch_.TakeEvents(), std::vector<std::string>{"sim  e2 t127: no PARTIAL?from metrics"});
-  for (int i = 0; i < 100; ++i) SayLog(log_t::INFO_LEVEL, "again");
+  for (int i = 0; i < 100; ++i) PublishLog(log_t::INFO_LEVEL, "again");
   EXPECT_EQ(watch_.log().size(), 20u);
 }
 
@@ -81,18 +81,18 @@ TEST_F(RunWatchTest, MeasuresOverTheLastSecond) {
 
 TEST_F(RunWatchTest, TimeIsTakenFromScoresWhereNoStateIsHeard) {
   episode_begin_t begin{};
-  watch_.Hear(begin, now_);
+  watch_.Receive(begin, now_);
   partial_metrics_t partial{};
   for (int64_t tick = 1; tick <= 101; ++tick) {
     partial.header = Header(tick);
-    watch_.Hear(partial, now_);
+    watch_.Receive(partial, now_);
     now_ += milliseconds(10);
   }
   watch_.Update(now_);
   EXPECT_NEAR(watch_.speed(), 2, 0.1);
   EXPECT_TRUE(watch_.has_scores());
   partial.header = Header(102, 7);
-  watch_.Hear(partial, now_);
+  watch_.Receive(partial, now_);
   EXPECT_EQ(watch_.scores()->header.tick, 101) << "of another episode";
 }
 
@@ -100,18 +100,18 @@ TEST_F(RunWatchTest, NoticesWhoFallsSilentAndComesBack) {
   Play();
   for (int i = 0; i < 5; ++i) {
     now_ += milliseconds(500);
-    for (const char* name : {"metrics", "sim"}) SayStatus(name, 2, 75);
+    for (const char* name : {"metrics", "sim"}) PublishStatus(name, 2, 75);
   }
   watch_.Update(now_);
   EXPECT_TRUE(watch_.health().at("policy").silent);
   EXPECT_FALSE(watch_.health().at("metrics").silent);
-  SayStatus("policy", 2, 75);
+  PublishStatus("policy", 2, 75);
   EXPECT_FALSE(watch_.health().at("policy").silent);
   const std::vector<std::string> events = watch_.TakeEvents();
   EXPECT_EQ(events.back(), "policy is back");
   EXPECT_TRUE(watch_.TakeEvents().empty());
   // A component that has announced its end is not reported as missing.
-  SayStatus("policy", 2, 75, component_status_t::STOPPED);
+  PublishStatus("policy", 2, 75, component_status_t::STOPPED);
   now_ += milliseconds(5000);
   watch_.Update(now_);
   EXPECT_FALSE(watch_.health().at("policy").silent);
@@ -120,9 +120,9 @@ TEST_F(RunWatchTest, NoticesWhoFallsSilentAndComesBack) {
 TEST_F(RunWatchTest, NobodyIsMissedOnceTheRunHasSaidThatItIsOver) {
   Play();
   EXPECT_FALSE(watch_.is_over());
-  SayStatus("sim", 2, 75, component_status_t::STOPPED);
+  PublishStatus("sim", 2, 75, component_status_t::STOPPED);
   EXPECT_FALSE(watch_.is_over()) << "it may be started again";
-  SayStatus("run", 2, 75, component_status_t::STOPPED);
+  PublishStatus("run", 2, 75, component_status_t::STOPPED);
   EXPECT_TRUE(watch_.is_over());
   watch_.TakeEvents();
   now_ += milliseconds(60000);
@@ -130,34 +130,34 @@ TEST_F(RunWatchTest, NobodyIsMissedOnceTheRunHasSaidThatItIsOver) {
   EXPECT_FALSE(watch_.health().at("policy").silent) << "a guest that stays";
   EXPECT_TRUE(watch_.TakeEvents().empty());
   // The next run on this bus.
-  SayStatus("run", 0, -1);
+  PublishStatus("run", 0, -1);
   EXPECT_FALSE(watch_.is_over());
 }
 
 TEST_F(RunWatchTest, AnEpisodeHasTheReasonThatTheRunsTableHas) {
-  SayModel();
-  SayBegin(0);
-  SayTick(0, 0);
+  PublishModel();
+  PublishBegin(0);
+  PublishTick(0, 0);
   watch_.TakeEvents();
-  SaySummary(0, "time_limit");
+  PublishSummary(0, "time_limit");
   EXPECT_EQ(watch_.Phase(), "grasp_slip");
   episode_end_t again{};
   again.header = Header(75, 0);
   again.end_reason = "time_limit";
-  Say(channels::kEpisodeEnd, again);
+  Publish(channels::kEpisodeEnd, again);
   EXPECT_EQ(watch_.Phase(), "grasp_slip") << "it is said again until the next one begins";
   EXPECT_TRUE(watch_.TakeEvents().at(0).starts_with("episode 0 grasp_slip after 2.50 s"));
 }
 
 TEST_F(RunWatchTest, LagIsInTicksBehindTheSim) {
-  SayModel();
-  SayBegin(0);
-  SayStatus("recorder", 0, 37);
+  PublishModel();
+  PublishBegin(0);
+  PublishStatus("recorder", 0, 37);
   EXPECT_EQ(watch_.health().at("recorder").lag, -1) << "no STATE yet";
-  Say(channels::kState, State(49, 0));
-  SayStatus("recorder", 0, 37);
+  Publish(channels::kState, State(49, 0));
+  PublishStatus("recorder", 0, 37);
   EXPECT_EQ(watch_.health().at("recorder").lag, 12);
-  SayStatus("recorder", 5, 37);
+  PublishStatus("recorder", 5, 37);
   EXPECT_EQ(watch_.health().at("recorder").lag, -1) << "of another episode";
 }
 
@@ -165,11 +165,11 @@ TEST_F(RunWatchTest, LagIsInTicksBehindTheSim) {
 TEST_F(RunWatchTest, AModelThatContradictsItselfIsNone) {
   model_info_t model = small_world::Model();
   model.geom_body[3] = 1000;
-  Say(channels::kModel, model);
+  Publish(channels::kModel, model);
   EXPECT_EQ(watch_.model(), nullptr);
   EXPECT_EQ(watch_.undecodable(), 1);
   EXPECT_EQ(watch_.GeomName(3), "geom 3");
-  SayModel();
+  PublishModel();
   EXPECT_NE(watch_.model(), nullptr);
 }
 

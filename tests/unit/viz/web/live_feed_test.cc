@@ -17,35 +17,35 @@ using testing::ElementsAre;
 class LiveFeedTest : public testing::Test {
  protected:
   void SetUp() override {
-    Hear(channels::kModel, Model());
+    Receive(channels::kModel, Model());
     feed_.SetScene(feed_.model_without_scene(), {});
   }
 
   template <class Message>
-  void Hear(const Channel<Message>& channel, const Message& message) {
-    feed_.Hear(channel.name, Encode(message), now_, "12:00:00");
+  void Receive(const Channel<Message>& channel, const Message& message) {
+    feed_.Receive(channel.name, Encode(message), now_, "12:00:00");
   }
   void Begin(int episode) {
     episode_begin_t begin{};
     begin.header = HeaderOf(episode, 0);
-    Hear(channels::kEpisodeBegin, begin);
+    Receive(channels::kEpisodeBegin, begin);
   }
   void Tick(int episode, int64_t tick) {
     state_t state = State(tick);
     state.header = HeaderOf(episode, tick);
-    Hear(channels::kState, state);
+    Receive(channels::kState, state);
     contacts_t contacts = Contacts(tick);
     contacts.header = state.header;
-    Hear(channels::kContacts, contacts);
+    Receive(channels::kContacts, contacts);
     partial_metrics_t partial{};
     partial.header = state.header;
-    Hear(channels::kPartial, partial);
+    Receive(channels::kPartial, partial);
   }
   void End(int episode, int64_t tick) {
     episode_summary_t summary{};
     summary.header = HeaderOf(episode, tick);
     summary.end_reason = "time_limit";
-    Hear(channels::kEpisodeSummary, summary);
+    Receive(channels::kEpisodeSummary, summary);
   }
   // A second later.
   void Publish() {
@@ -130,7 +130,7 @@ TEST_F(LiveFeedTest, ImagesOfASourceComeWithTheTicks) {
     message.view.encoding = "jpeg";
     message.data.assign(bytes.begin(), bytes.end());
     message.num_bytes = static_cast<int32_t>(bytes.size());
-    Hear(Channel<image_t>{"EVALBUS_CAMERA_front", "sim"}, message);
+    Receive(Channel<image_t>{"EVALBUS_CAMERA_front", "sim"}, message);
   };
   const auto images = [&] {
     std::string all;

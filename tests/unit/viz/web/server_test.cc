@@ -158,13 +158,13 @@ TEST_F(Server, APageThatSaysAnythingElseIsSentAway) {
        std::vector<std::string>{std::string("{}"), std::string("{\"watch\": \"0\"}"), std::string("\xff\xfe"),
                                 std::string(5000, 'x'), std::string(300, '[')}) {
     WebClient client(port_, Origin());
-    client.Say(text);
+    client.Publish(text);
     client.Read();
     EXPECT_TRUE(client.error()) << text.substr(0, 20);
   }
   // So is a client that repeats it.
   WebClient chatty(port_, Origin());
-  for (int i = 0; i < 1000 && !chatty.error(); ++i) chatty.Say("{\"watch\": 0}");
+  for (int i = 0; i < 1000 && !chatty.error(); ++i) chatty.Publish("{\"watch\": 0}");
   while (!chatty.error()) chatty.Read();
   EXPECT_TRUE(chatty.error());
 }
@@ -177,10 +177,10 @@ TEST_F(Server, TheRunThatIsWatchedIsTheOneThatComes) {
   WebClient client(port_, Origin());
   EXPECT_EQ(client.Read(), "run 1");
   EXPECT_EQ(client.Read(), "episode of 0");
-  client.Say("{\"watch\": 1}");
+  client.Publish("{\"watch\": 1}");
   EXPECT_EQ(client.Read(), "episode of 1");
   // For an unknown run nothing is sent, and the earlier one continues.
-  client.Say("{\"watch\": 7}");
+  client.Publish("{\"watch\": 7}");
   broadcaster_->AddTicks(1, "ticks of 1");
   server_->Wake();
   EXPECT_EQ(client.Read(), "ticks of 1");

@@ -122,7 +122,7 @@ class WebClient {
     });
     return error_ ? "" : boost::beast::buffers_to_string(buffer.data());
   }
-  void Say(const std::string& text) {
+  void Publish(const std::string& text) {
     stream_.text(true);
     Do([&](auto done) {
       stream_.async_write(boost::asio::buffer(text),
