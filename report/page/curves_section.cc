@@ -54,18 +54,17 @@ void CurveCard(const CurveFigure& figure, Markup* html) {
   });
 }
 
-// `episode` is null if the run has no such episode.
-void EpisodeCurves(const RunSection& section, const ReportCurves& curves, const ReportEpisode* episode) {
+void EpisodeCurves(const RunSection& section, const ReportCurves& curves,
+                   const results::RecordedEpisode& episode, const std::vector<ReportLink>& videos) {
   Markup* html = section.html;
   html->Element(section.subheading, {},
-                fmt::format("Episode {}: {}{}", curves.episode, episode ? episode->end_reason : "",
+                fmt::format("Episode {}: {}{}", curves.episode, episode.end_reason,
                             curves.why.empty() ? "" : " (" + curves.why + ")"));
-  if (episode && !episode->explanation.empty()) html->Element("p", {}, episode->explanation);
-  const bool video = episode && !episode->videos.empty();
+  if (!episode.explanation.empty()) html->Element("p", {}, episode.explanation);
+  const bool video = !videos.empty();
   html->Element("div", {{"class", video ? "beside" : ""}}, [&] {
     if (video) {
-      html->Element("video", {{"controls", ""}, {"preload", "metadata"}, {"src", episode->videos[0].url}},
-                    "");
+      html->Element("video", {{"controls", ""}, {"preload", "metadata"}, {"src", videos[0].url}}, "");
     }
     Events(curves.events, video, html);
   });
@@ -85,10 +84,12 @@ void WriteCurves(const RunSection& section) {
     html->Element("p", {{"class", "note"}},
                   "Scores up to each tick, computed from the logs. Constant values are not shown.");
     for (const ReportCurves& curves : run.curves) {
-      const auto found = std::ranges::find(run.episode, curves.episode, &ReportEpisode::episode);
-      const ReportEpisode* episode = found == run.episode.end() ? nullptr : &*found;
+      const auto& episodes = run.run.episodes;
+      const auto episode = std::ranges::find(episodes, curves.episode, &results::RecordedEpisode::episode);
+      if (episode == episodes.end()) continue;
+      const EpisodeFiles& files = run.files[static_cast<size_t>(episode - episodes.begin())];
       html->Element("article", {{"id", fmt::format("{}curves-{}", section.id, curves.episode)}},
-                    [&] { EpisodeCurves(section, curves, episode); });
+                    [&] { EpisodeCurves(section, curves, *episode, files.videos); });
     }
   });
 }

@@ -22,7 +22,7 @@ constexpr size_t kHistogramsShown = 8;
 bool HasFigure(const MetricNumber& number, const ReportRun& run) {
   if (!number.metric) return true;
   const std::string name(number.metric->name);
-  const auto stands_alone = [&](const char* prefix) { return !FindIn(run, prefix + name); };
+  const auto stands_alone = [&](const char* prefix) { return !run.summary.Find(prefix + name); };
   switch (number.metric->kind) {
     case MetricKind::kSuccess:
     case MetricKind::kByStage:
@@ -47,7 +47,7 @@ bool HasFigure(const MetricNumber& number, const ReportRun& run) {
 
 // A metric over the complete episodes that have it, in its display unit.
 struct Distribution {
-  const ReportMetric& metric;
+  const metrics::MetricSummary& metric;
   MetricNumber number;
   HistogramFigure figure;
   // Range of the values in SI units.
@@ -56,18 +56,18 @@ struct Distribution {
   bool empty() const { return figure.succeeded.empty() && figure.failed.empty(); }
 };
 
-Distribution DistributionOf(const ReportMetric& metric, const MetricNumber& number, const ReportRun& run) {
-  const auto shown = [&](const char* name) { return Statistic(&metric, name) * number.scale(); };
+Distribution DistributionOf(const metrics::MetricSummary& metric, const MetricNumber& number,
+                            const ReportRun& run) {
   Distribution result{.metric = metric,
                       .number = number,
                       .figure = {.name = number.label(),
                                  .unit = std::string(number.shown_unit()),
                                  .succeeded = {},
                                  .failed = {},
-                                 .p5 = shown("p5"),
-                                 .median = shown("median"),
-                                 .p95 = shown("p95")}};
-  for (const ReportEpisode& episode : run.episode) {
+                                 .p5 = metric.p5 * number.scale(),
+                                 .median = metric.median * number.scale(),
+                                 .p95 = metric.p95 * number.scale()}};
+  for (const results::RecordedEpisode& episode : run.run.episodes) {
     const double value = ValueOf(episode, metric.name);
     if (!episode.complete || !std::isfinite(value)) continue;
     if (IsOfSuccessesOnly(metric.name) && !episode.success) continue;
@@ -80,18 +80,16 @@ Distribution DistributionOf(const ReportMetric& metric, const MetricNumber& numb
 
 void HistogramCard(const Distribution& distribution, Markup* html) {
   const HistogramFigure& figure = distribution.figure;
-  const auto shown = [&](const char* name) {
-    return Number(Statistic(&distribution.metric, name) * distribution.number.scale(), 3);
-  };
+  const auto shown = [&](double value) { return Number(value * distribution.number.scale(), 3); };
   html->Element("figure", {{"class", "card"}}, [&] {
     html->Element("figcaption", {{"title", distribution.metric.name}}, [&] {
       html->Text(figure.name);
       if (!figure.unit.empty()) html->Element("span", {{"class", "unit"}}, ", " + figure.unit);
     });
     DrawHistogram(figure, html);
-    html->Element(
-        "div", {{"class", "note"}},
-        fmt::format("median {}, mean {}, max {}", Number(figure.median, 3), shown("mean"), shown("max")));
+    html->Element("div", {{"class", "note"}},
+                  fmt::format("median {}, mean {}, max {}", Number(figure.median, 3),
+                              shown(distribution.metric.mean), shown(distribution.metric.max)));
   });
 }
 
@@ -108,51 +106,66 @@ void Constants(const std::vector<Distribution>& constant, Markup* html) {
   });
 }
 
+// A statistic by its name in summary.json; two values are an interval.
+struct Statistic {
+  const char* name;
+  std::vector<double> (*values)(const metrics::MetricSummary& metric);
+};
+
+constexpr Statistic kStatistics[] = {
+    {"episodes", [](const auto& metric) { return std::vector{static_cast<double>(metric.episodes)}; }},
+    {"mean", [](const auto& metric) { return std::vector{metric.mean}; }},
+    {"mean_95",
+     [](const auto& metric) {
+       return std::vector{metric.mean_95.lower, metric.mean_95.upper};
+     }},
+    {"std", [](const auto& metric) { return std::vector{metric.std}; }},
+    {"median", [](const auto& metric) { return std::vector{metric.median}; }},
+    {"p5", [](const auto& metric) { return std::vector{metric.p5}; }},
+    {"p95", [](const auto& metric) { return std::vector{metric.p95}; }},
+    {"min", [](const auto& metric) { return std::vector{metric.min}; }},
+    {"max", [](const auto& metric) { return std::vector{metric.max}; }},
+};
+
 // Statistics from summary.json with their original names and units.
-void StatisticsRow(const ReportMetric& metric, const std::vector<std::string>& columns, Markup* html) {
+void StatisticsRow(const metrics::MetricSummary& metric, Markup* html) {
   const MetricInfo* info = FindMetric(metric.name).metric;
   const bool has_unit = info && info->unit != "count" && info->unit != "1";
-  const auto cell = [&](const std::string& column) {
-    const auto found = std::ranges::find(metric.statistics, column, &ReportStatistic::name);
-    if (found == metric.statistics.end()) return html->Text("-");
-    for (size_t i = 0; i < found->value.size(); ++i) {
+  const auto cell = [&](const Statistic& statistic) {
+    const std::vector<double> values = statistic.values(metric);
+    for (size_t i = 0; i < values.size(); ++i) {
       if (i > 0) html->Text(" to ");
-      Data(found->value[i], html);
+      Data(values[i], html);
     }
   };
   html->Element("tr", {{"data-metric", metric.name}}, [&] {
     html->Element("th", {{"scope", "row"}}, [&] { html->Element("code", {}, metric.name); });
     html->Element("td", {}, has_unit ? std::string(info->unit) : "");
-    for (const std::string& column : columns) {
-      html->Element("td", {{"class", "number"}, {"data-statistic", column}}, [&] { cell(column); });
+    for (const Statistic& statistic : kStatistics) {
+      html->Element("td", {{"class", "number"}, {"data-statistic", statistic.name}},
+                    [&] { cell(statistic); });
     }
   });
 }
 
 void StatisticsTable(const RunSection& section) {
-  // Columns that at least one metric has, in order.
-  std::vector<std::string> columns;
-  for (const ReportMetric& metric : section.run.metrics) {
-    for (const ReportStatistic& statistic : metric.statistics) {
-      if (std::ranges::find(columns, statistic.name) == columns.end()) columns.push_back(statistic.name);
-    }
-  }
+  const std::vector<metrics::MetricSummary>& metrics = section.run.summary.metrics;
   Markup* html = section.html;
   const auto titles = [&] {
     html->Element("th", {}, "metric");
     html->Element("th", {}, "unit");
-    for (const std::string& column : columns) {
-      html->Element("th", {{"class", "number"}}, Words(column));
+    for (const Statistic& statistic : kStatistics) {
+      html->Element("th", {{"class", "number"}}, Words(statistic.name));
     }
   };
   const auto table = [&] {
     html->Element("thead", {}, [&] { html->Element("tr", {}, titles); });
     html->Element("tbody", {}, [&] {
-      for (const ReportMetric& metric : section.run.metrics) StatisticsRow(metric, columns, html);
+      for (const metrics::MetricSummary& metric : metrics) StatisticsRow(metric, html);
     });
   };
   html->Element("details", {}, [&] {
-    html->Element("summary", {}, fmt::format("All {} metrics in numbers", section.run.metrics.size()));
+    html->Element("summary", {}, fmt::format("All {} metrics in numbers", metrics.size()));
     html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
       html->Element("table", {{"class", "sortable"}, {"id", section.id + "statistics"}}, table);
     });
@@ -165,7 +178,7 @@ void WriteDistributions(const RunSection& section) {
   const ReportRun& run = section.run;
   Markup* html = section.html;
   std::vector<Distribution> varying, constant;
-  for (const ReportMetric& metric : run.metrics) {
+  for (const metrics::MetricSummary& metric : run.summary.metrics) {
     const MetricNumber number = FindMetric(metric.name);
     if (!HasFigure(number, run)) continue;
     const Distribution distribution = DistributionOf(metric, number, run);
@@ -185,7 +198,7 @@ void WriteDistributions(const RunSection& section) {
       Folded(figures, kHistogramsShown, "more distributions", "cards", html);
     }
     if (!constant.empty()) Constants(constant, html);
-    if (!run.metrics.empty()) StatisticsTable(section);
+    if (!run.summary.metrics.empty()) StatisticsTable(section);
   });
 }
 

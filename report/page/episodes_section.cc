@@ -13,12 +13,12 @@
 namespace evalbus::report {
 namespace {
 
-const char* OutcomeSign(const ReportEpisode& episode) {
+const char* OutcomeSign(const results::RecordedEpisode& episode) {
   return !episode.complete ? "–" : episode.success ? "✓" : "✗";
 }
 
 // Successes need no reason; for them, the section with curves over time is more informative.
-bool NeedsReason(const ReportEpisode& episode) {
+bool NeedsReason(const results::RecordedEpisode& episode) {
   return !(episode.success && episode.complete) &&
          !(episode.failure_reason.empty() && episode.explanation.empty());
 }
@@ -34,7 +34,7 @@ void Titles(bool explained, Markup* html) {
   html->Element("th", {{"class", "number"}}, "seed");
 }
 
-void ReasonCell(const ReportEpisode& episode, Markup* html) {
+void ReasonCell(const results::RecordedEpisode& episode, Markup* html) {
   html->Element("td", {{"class", "why"}}, [&] {
     if (!NeedsReason(episode)) return;
     // The sentence may start with the reason, which is then not repeated.
@@ -46,18 +46,17 @@ void ReasonCell(const ReportEpisode& episode, Markup* html) {
   });
 }
 
-void StageCell(const ReportEpisode& episode, Markup* html) {
+void StageCell(const results::RecordedEpisode& episode, Markup* html) {
   int stages = 0, reached = 0;
-  for (const auto& [name, value] : episode.values) {
-    if (!name.starts_with("task_stage_reached.")) continue;
+  for (const auto& [index, is_reached] : episode.result.stages) {
     ++stages;
-    reached += value != 0;
+    reached += is_reached;
   }
   NumberCell(stages > 0 ? reached : std::numeric_limits<double>::quiet_NaN(),
              fmt::format("{}/{}", reached, stages), html);
 }
 
-void NumberCells(const ReportEpisode& episode, Markup* html) {
+void NumberCells(const results::RecordedEpisode& episode, Markup* html) {
   const double time = ValueOf(episode, "completion_time");
   NumberCell(time, fmt::format("{:.2f}", time), html);
   StageCell(episode, html);
@@ -71,14 +70,15 @@ void NumberCells(const ReportEpisode& episode, Markup* html) {
   NumberCell(path, fmt::format("{:.2f}", path), html);
 }
 
-void FilesCell(const ReportEpisode& episode, Markup* html) {
+void FilesCell(const EpisodeFiles& files, Markup* html) {
   html->Element("td", {{"class", "files"}}, [&] {
-    Links(episode.videos, html);
-    Links(episode.logs, html);
+    Links(files.videos, html);
+    Links(files.logs, html);
   });
 }
 
-void EpisodeRow(const RunSection& section, const ReportEpisode& episode, bool explained, bool drawn) {
+void EpisodeRow(const RunSection& section, size_t index, bool explained, bool drawn) {
+  const results::RecordedEpisode& episode = section.run.run.episodes[index];
   Markup* html = section.html;
   const std::string number = std::to_string(episode.episode);
   html->Element("tr", {{"id", EpisodeId(section, episode)}, {"class", Outcome(episode)}}, [&] {
@@ -92,14 +92,14 @@ void EpisodeRow(const RunSection& section, const ReportEpisode& episode, bool ex
     });
     if (explained) ReasonCell(episode, html);
     NumberCells(episode, html);
-    FilesCell(episode, html);
+    FilesCell(section.run.files[index], html);
     html->Element("td", {{"class", "number seed"}}, std::to_string(episode.seed));
   });
 }
 
 // Checkbox that hides successful episodes by means of report.css. It is omitted if it would change nothing.
 void OnlyFailures(const RunSection& section) {
-  const std::vector<ReportEpisode>& episodes = section.run.episode;
+  const std::vector<results::RecordedEpisode>& episodes = section.run.run.episodes;
   const auto failures =
       std::ranges::count_if(episodes, [](const auto& e) { return !(e.success && e.complete); });
   if (failures == 0 || failures == std::ssize(episodes)) return;
@@ -115,12 +115,12 @@ void WriteEpisodes(const RunSection& section) {
   Markup* html = section.html;
   std::set<int> drawn;
   for (const ReportCurves& curves : run.curves) drawn.insert(curves.episode);
-  const bool explained = std::ranges::any_of(run.episode, NeedsReason);
+  const bool explained = std::ranges::any_of(run.run.episodes, NeedsReason);
   const auto table = [&] {
     html->Element("thead", {}, [&] { html->Element("tr", {}, [&] { Titles(explained, html); }); });
     html->Element("tbody", {}, [&] {
-      for (const ReportEpisode& episode : run.episode) {
-        EpisodeRow(section, episode, explained, drawn.contains(episode.episode));
+      for (size_t i = 0; i < run.run.episodes.size(); ++i) {
+        EpisodeRow(section, i, explained, drawn.contains(run.run.episodes[i].episode));
       }
     });
   };
@@ -130,7 +130,11 @@ void WriteEpisodes(const RunSection& section) {
     html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
       html->Element("table", {{"class", "sortable episodes"}, {"id", section.id + "episode-table"}}, table);
     });
-    if (!run.video_hint.empty()) html->Element("p", {{"class", "note"}}, run.video_hint);
+    if (std::ranges::all_of(run.files, [](const auto& files) { return files.videos.empty(); })) {
+      html->Element("p", {{"class", "note"}},
+                    "There are no videos of this run: evalbus render " + run.run.name +
+                        " renders them; running evalbus report again then links them here.");
+    }
   });
 }
 

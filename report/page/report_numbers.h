@@ -1,4 +1,4 @@
-// Looks up numbers of a run's report by name; NaN or null if missing.
+// Looks up numbers of episodes by name, and derives what several sections of a run's report show.
 #pragma once
 
 #include <initializer_list>
@@ -8,19 +8,16 @@
 
 namespace evalbus::report {
 
-double ValueOf(const ReportEpisode& episode, const std::string& metric);
+// NaN if the episode does not have the metric.
+double ValueOf(const results::RecordedEpisode& episode, const std::string& metric);
 // Returns the first of these metrics that the episode has. Robots with one arm and with two arms have
 // different metric names.
-double FirstOf(const ReportEpisode& episode, std::initializer_list<const char*> metrics);
+double FirstOf(const results::RecordedEpisode& episode, std::initializer_list<const char*> metrics);
 
-const ReportMetric* FindIn(const ReportRun& run, const std::string& metric);
-double Statistic(const ReportMetric* metric, const std::string& name);
-
-double SuccessRate(const ReportRun& run);
-// The interval that figures show; 0 to 1 if the run has none.
-ReportInterval FirstInterval(const ReportRun& run);
+// NaN if no episode has the metric.
+double MeanOf(const ReportRun& run, const std::string& metric);
 
 // Returns the CSS class of an episode's outcome: "good", "bad" or "incomplete".
-const char* Outcome(const ReportEpisode& episode);
+const char* Outcome(const results::RecordedEpisode& episode);
 
 }  // namespace evalbus::report

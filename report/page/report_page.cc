@@ -16,8 +16,8 @@ namespace {
 void Subtitle(const ReportRun& run, Markup* html) {
   html->Element("p", {{"class", "subtitle"}}, [&] {
     html->Text("policy ");
-    html->Element("b", {}, run.policy);
-    html->Text(", " + Plural(run.episodes, "episode") + ", run " + run.name);
+    html->Element("b", {}, run.run.policy);
+    html->Text(", " + Plural(run.summary.episodes, "episode") + ", run " + run.run.name);
   });
 }
 
@@ -34,20 +34,21 @@ void SuiteTitles(Markup* html) {
 }
 
 void SuiteRow(const ReportRun& run, const std::string& id, Markup* html) {
-  const ReportInterval interval = FirstInterval(run);
-  const double rate = SuccessRate(run);
-  html->Element("th", {{"scope", "row"}}, [&] { html->Element("a", {{"href", "#" + id}}, run.task); });
-  html->Element("td", {}, run.variation);
-  html->Element("td", {}, run.policy);
-  NumberCell(run.complete,
-             run.complete == run.episodes ? Number(run.episodes)
-                                          : fmt::format("{} of {}", run.complete, run.episodes),
+  const metrics::RunSummary& summary = run.summary;
+  const double rate = summary.success_rate;
+  html->Element("th", {{"scope", "row"}}, [&] { html->Element("a", {{"href", "#" + id}}, run.run.task); });
+  html->Element("td", {}, run.run.variation);
+  html->Element("td", {}, run.run.policy);
+  NumberCell(summary.complete,
+             summary.complete == summary.episodes
+                 ? Number(summary.episodes)
+                 : fmt::format("{} of {}", summary.complete, summary.episodes),
              html);
   NumberCell(rate, Percent(rate), html);
   html->Element("td", {{"class", "bar"}}, [&] {
-    if (std::isfinite(rate)) DrawShare(rate, interval.lower, interval.upper, false, html);
+    if (std::isfinite(rate)) DrawShare(rate, summary.wilson.lower, summary.wilson.upper, false, html);
   });
-  const auto mean = [&](const char* name) { return Statistic(FindIn(run, name), "mean"); };
+  const auto mean = [&](const char* name) { return MeanOf(run, name); };
   const auto cell = [&](double value) {
     NumberCell(value, value == 0 ? "0" : fmt::format("{:.2f}", value), html);
   };
@@ -84,7 +85,7 @@ std::string ReportPage(const Report& report) {
     if (suite && report.viewer) WriteViewer(*report.viewer, html);
     for (size_t i = 0; i < report.runs.size(); ++i) {
       const ReportRun& run = report.runs[i];
-      if (suite) html->Element("h2", {{"id", Id(i)}}, run.task + "/" + run.variation);
+      if (suite) html->Element("h2", {{"id", Id(i)}}, run.run.task_name());
       Subtitle(run, html);
       const RunSection section{run, suite ? Id(i) : "", suite ? "h3" : "h2", suite ? "h4" : "h3", html};
       WriteSummary(section);

@@ -20,7 +20,7 @@ struct RunSection {
 };
 
 // Anchor of an episode's row in the table.
-inline std::string EpisodeId(const RunSection& section, const ReportEpisode& episode) {
+inline std::string EpisodeId(const RunSection& section, const results::RecordedEpisode& episode) {
   return section.id + "episode-" + std::to_string(episode.episode);
 }
 

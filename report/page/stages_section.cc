@@ -30,24 +30,31 @@ void StageTable(const RunSection& section) {
   Markup* html = section.html;
   Heading(section, "Stages", "stages",
           "Complete episodes that reached each stage, in any order, and the median time at which they did.");
-  const auto row = [&](const ReportStage& stage) {
-    const double share = section.run.complete > 0 ? static_cast<double>(stage.reached) / section.run.complete
-                                                  : std::numeric_limits<double>::quiet_NaN();
-    html->Element("th", {{"scope", "row"}},
-                  stage.name.empty() ? "stage " + stage.index : stage.index + " " + Words(stage.name));
+  const ReportRun& run = section.run;
+  const auto row = [&](const metrics::StageSummary& stage) {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    const double share =
+        run.summary.complete > 0 ? static_cast<double>(stage.reached) / run.summary.complete : kNaN;
+    const std::string index = std::to_string(stage.index);
+    const auto name = run.stage_name.find(stage.index);
+    const bool is_named = name != run.stage_name.end() && !name->second.empty();
+    html->Element("th", {{"scope", "row"}}, is_named ? index + " " + Words(name->second) : "stage " + index);
     html->Element("td", {{"class", "bar"}}, [&] {
       if (std::isfinite(share)) DrawBar(share, "good", html);
     });
     NumberCell(share, Percent(share), html);
-    NumberCell(stage.median_time, fmt::format("{:.2f} s", stage.median_time), html);
+    const metrics::MetricSummary* const time = run.summary.Find("extended.stage_time_s." + index);
+    const double median = time ? time->median : kNaN;
+    NumberCell(median, fmt::format("{:.2f} s", median), html);
   };
-  BarTable(section.run.stages, row, html);
+  BarTable(run.summary.stages, row, html);
 }
 
-void Counts(const ReportCounts& counts, Markup* html) {
+template <class Count>
+void Counts(const std::vector<std::pair<std::string, Count>>& counts, Markup* html) {
   double sum = 0;
   for (const auto& [name, count] : counts) sum += static_cast<double>(count);
-  const auto row = [&](const std::pair<std::string, int64_t>& entry) {
+  const auto row = [&](const std::pair<std::string, Count>& entry) {
     const auto count = static_cast<double>(entry.second);
     html->Element("th", {{"scope", "row"}}, entry.first);
     html->Element("td", {{"class", "bar"}}, [&] { DrawBar(count / sum, "bad", html); });
@@ -58,41 +65,53 @@ void Counts(const ReportCounts& counts, Markup* html) {
 
 void FailureReasons(const RunSection& section) {
   Heading(section, "Failure reasons", "failures", "Complete episodes without success, by reason.");
-  Counts(section.run.failure_reasons, section.html);
+  Counts(section.run.summary.failure_reasons, section.html);
 }
 
 void Collisions(const RunSection& section) {
   Heading(section, "Collisions", "collisions",
           "New collisions in all complete episodes, by the touched geom.");
-  Counts(section.run.collisions, section.html);
+  Counts(section.run.summary.collisions_per_geom, section.html);
 }
 
 }  // namespace
 
 void WriteStages(const RunSection& section) {
-  const ReportRun& run = section.run;
-  if (run.stages.empty() && run.failure_reasons.empty() && run.collisions.empty()) return;
+  const metrics::RunSummary& summary = section.run.summary;
+  if (summary.stages.empty() && summary.failure_reasons.empty() && summary.collisions_per_geom.empty())
+    return;
   Markup* html = section.html;
   html->Element("section", {{"class", "columns"}}, [&] {
-    if (!run.stages.empty()) html->Element("div", {}, [&] { StageTable(section); });
-    if (!run.failure_reasons.empty()) html->Element("div", {}, [&] { FailureReasons(section); });
-    if (!run.collisions.empty()) html->Element("div", {}, [&] { Collisions(section); });
+    if (!summary.stages.empty()) html->Element("div", {}, [&] { StageTable(section); });
+    if (!summary.failure_reasons.empty()) html->Element("div", {}, [&] { FailureReasons(section); });
+    if (!summary.collisions_per_geom.empty()) html->Element("div", {}, [&] { Collisions(section); });
   });
 }
 
 void WriteMade(const RunSection& section) {
   Markup* html = section.html;
-  const auto row = [&](const std::pair<std::string, std::string>& made) {
+  const auto row = [&](const std::string& key, const std::string& value) {
     html->Element("tr", {}, [&] {
-      html->Element("th", {{"scope", "row"}}, made.first);
-      html->Element("td", {}, made.second);
+      html->Element("th", {{"scope", "row"}}, key);
+      html->Element("td", {}, value);
     });
+  };
+  const auto json_row = [&](const std::string& key, const nlohmann::ordered_json& value) {
+    row(key, value.is_string() ? value.get<std::string>() : value.dump());
   };
   html->Element("section", {}, [&] {
     html->Element(section.heading, {{"id", section.id + "made"}}, "How it was made");
     html->Element("table", {{"class", "made"}}, [&] {
       html->Element("tbody", {}, [&] {
-        for (const auto& made : section.run.made) row(made);
+        for (const auto& [key, value] : section.run.run.info.items()) {
+          if (!value.is_object()) {
+            json_row(key, value);
+            continue;
+          }
+          for (const auto& [part, of_part] : value.items())
+            json_row(fmt::format("{}.{}", key, part), of_part);
+        }
+        for (const auto& [key, hash] : section.run.model_hashes) row(key, hash);
       });
     });
   });

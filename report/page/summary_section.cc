@@ -8,32 +8,25 @@
 #include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
+#include "results/pacing.h"
 
 namespace evalbus::report {
 namespace {
 
 // Returns e.g. "19 of 20 episodes succeeded: 95 % (95 % interval 76 to 99 %, Wilson)."
-std::string RateSentence(const ReportRun& run) {
-  if (run.complete == 0) return "No episode is complete, so there is no success rate.";
-  const int judged = run.complete - run.not_judged;
-  if (judged == 0) {
-    return "Success could not be determined: poses of objects are missing.";
-  }
-  std::string text = fmt::format("{} of {} succeeded: {}", run.successes,
-                                 Plural(judged, run.not_judged > 0            ? "judged episode"
-                                                : run.complete < run.episodes ? "complete episode"
-                                                                              : "episode"),
-                                 Percent(SuccessRate(run)));
-  if (!run.intervals.empty()) {
-    const ReportInterval& interval = run.intervals[0];
-    text += fmt::format(" (95 % interval {:.0f} to {:.0f} %, {})", interval.lower * 100, interval.upper * 100,
-                        interval.method);
-  }
-  return text + ".";
+std::string RateSentence(const metrics::RunSummary& summary) {
+  if (summary.complete == 0) return "No episode is complete, so there is no success rate.";
+  if (summary.judged == 0) return "Success could not be determined: poses of objects are missing.";
+  const char* const kind = summary.judged < summary.complete     ? "judged episode"
+                           : summary.complete < summary.episodes ? "complete episode"
+                                                                 : "episode";
+  return fmt::format("{} of {} succeeded: {} (95 % interval {:.0f} to {:.0f} %, Wilson).", summary.successes,
+                     Plural(summary.judged, kind), Percent(summary.success_rate), summary.wilson.lower * 100,
+                     summary.wilson.upper * 100);
 }
 
-std::string FailureSentence(const ReportRun& run) {
-  const ReportCounts& reasons = run.failure_reasons;
+std::string FailureSentence(const metrics::RunSummary& summary) {
+  const auto& reasons = summary.failure_reasons;
   if (reasons.empty()) return "";
   std::string text = "Failures: ";
   for (size_t i = 0; i < reasons.size(); ++i) {
@@ -45,7 +38,7 @@ std::string FailureSentence(const ReportRun& run) {
 std::string IncompleteSentence(const ReportRun& run) {
   std::string numbers;
   int count = 0;
-  for (const ReportEpisode& episode : run.episode) {
+  for (const results::RecordedEpisode& episode : run.run.episodes) {
     if (episode.complete) continue;
     numbers += fmt::format("{}{}", count++ == 0 ? "" : ", ", episode.episode);
   }
@@ -54,42 +47,43 @@ std::string IncompleteSentence(const ReportRun& run) {
                      count == 1 ? "1 episode is" : fmt::format("{} episodes are", count), numbers);
 }
 
-void IntervalNote(const ReportInterval& interval, Markup* html) {
+void IntervalNote(const char* method, const metrics::Interval& interval, Markup* html) {
   html->Element("div", {{"class", "note"}}, [&] {
     html->Text("95 % interval ");
     Data(interval.lower, fmt::format("{:.1f}", interval.lower * 100), html);
     html->Text(" to ");
     Data(interval.upper, fmt::format("{:.1f} %", interval.upper * 100), html);
-    html->Text(", " + interval.method);
+    html->Text(std::string(", ") + method);
   });
 }
 
 void RateTile(const RunSection& section) {
   Markup* html = section.html;
-  const double rate = SuccessRate(section.run);
-  const ReportInterval interval = FirstInterval(section.run);
+  const metrics::RunSummary& summary = section.run.summary;
+  const double rate = summary.success_rate;
   html->Element("div", {{"class", "tile wide"}}, [&] {
     html->Element("div", {{"class", "label"}}, "success rate");
     html->Element("div", {{"class", "value"}, {"id", section.id + "success-rate"}},
                   [&] { Data(rate, Percent(rate), html); });
-    if (std::isfinite(rate)) DrawShare(rate, interval.lower, interval.upper, true, html);
-    for (const ReportInterval& other : section.run.intervals) IntervalNote(other, html);
+    if (std::isfinite(rate)) DrawShare(rate, summary.wilson.lower, summary.wilson.upper, true, html);
+    IntervalNote("Wilson", summary.wilson, html);
+    IntervalNote("Clopper-Pearson", summary.clopper_pearson, html);
   });
 }
 
-void MetricTile(const ReportMetric& metric, Markup* html) {
+void MetricTile(const metrics::MetricSummary& metric, Markup* html) {
   const MetricNumber number = FindMetric(metric.name);
   const std::string unit(number.shown_unit());
-  const auto shown = [&](const char* statistic) { return Statistic(&metric, statistic) * number.scale(); };
   html->Element("div", {{"class", "tile"}}, [&] {
     html->Element("div", {{"class", "label"}},
                   "mean " + number.label() + (IsOfSuccessesOnly(metric.name) ? " of successes" : ""));
     html->Element("div", {{"class", "value"}}, [&] {
-      Data(Statistic(&metric, "mean"), Number(shown("mean")), html);
+      Data(metric.mean, Number(metric.mean * number.scale()), html);
       if (!unit.empty()) html->Element("span", {{"class", "unit"}}, " " + unit);
     });
     html->Element("div", {{"class", "note"}},
-                  "median " + Number(shown("median"), 3) + ", max " + Number(shown("max"), 3));
+                  "median " + Number(metric.median * number.scale(), 3) + ", max " +
+                      Number(metric.max * number.scale(), 3));
   });
 }
 
@@ -98,7 +92,7 @@ void Tiles(const RunSection& section) {
     RateTile(section);
     for (const char* name : {"completion_time", "subtask_progress", "slip_count", "env_collision_count",
                              "self_collision_count", "extended.min_clearance_m"}) {
-      if (const ReportMetric* metric = FindIn(section.run, name)) MetricTile(*metric, section.html);
+      if (const auto* metric = section.run.summary.Find(name)) MetricTile(*metric, section.html);
     }
   });
 }
@@ -109,7 +103,7 @@ void Strip(const RunSection& section) {
   const ReportRun& run = section.run;
   Markup* html = section.html;
   html->Element("div", {{"class", "strip"}, {"aria-hidden", "true"}}, [&] {
-    for (const ReportEpisode& episode : run.episode) {
+    for (const results::RecordedEpisode& episode : run.run.episodes) {
       const std::string& reason =
           episode.failure_reason.empty() ? episode.end_reason : episode.failure_reason;
       html->Element("a",
@@ -130,13 +124,13 @@ void Strip(const RunSection& section) {
   html->Element("p", {{"class", "legend"}}, [&] {
     key("good", "success");
     key("bad", "no success");
-    if (run.complete < run.episodes) key("incomplete", "not complete");
+    if (run.summary.complete < run.summary.episodes) key("incomplete", "not complete");
   });
 }
 
 void TimesTable(const RunSection& section) {
   Markup* html = section.html;
-  html->Element("p", {}, section.run.pacing);
+  html->Element("p", {}, results::PacingSentence(section.run.pacing) + " Times of the worst episode:");
   html->Element("table", {{"id", section.id + "times"}}, [&] {
     html->Element("tr", {}, [&] {
       html->Element("th", {}, "real time, ms");
@@ -144,10 +138,11 @@ void TimesTable(const RunSection& section) {
         html->Element("th", {{"class", "number"}}, heading);
       }
     });
-    for (const ReportTimes& times : section.run.times) {
+    for (const results::PacingTimes& times : results::kPacingTimes) {
       html->Element("tr", {}, [&] {
         html->Element("td", {}, times.name);
-        for (const double seconds : {times.p50, times.p99, times.p999, times.max}) {
+        for (const char* percentile : {"p50_s", "p99_s", "p999_s", "max_s"}) {
+          const double seconds = section.run.pacing[times.key][percentile];
           html->Element("td", {{"class", "number"}},
                         [&] { Data(seconds, fmt::format("{:.2f}", seconds * 1e3), html); });
         }
@@ -161,8 +156,8 @@ void TimesTable(const RunSection& section) {
 void WriteSummary(const RunSection& section) {
   const ReportRun& run = section.run;
   Markup* html = section.html;
-  html->Element("p", {{"class", "verdict"}}, RateSentence(run));
-  if (const std::string text = FailureSentence(run); !text.empty()) html->Element("p", {}, text);
+  html->Element("p", {{"class", "verdict"}}, RateSentence(run.summary));
+  if (const std::string text = FailureSentence(run.summary); !text.empty()) html->Element("p", {}, text);
   if (const std::string text = IncompleteSentence(run); !text.empty()) {
     html->Element("p", {{"class", "warning"}}, text);
   }
@@ -170,7 +165,7 @@ void WriteSummary(const RunSection& section) {
   for (const std::string& note : run.notes) html->Element("p", {}, note);
   Tiles(section);
   Strip(section);
-  if (!run.times.empty()) TimesTable(section);
+  if (!run.pacing.is_null()) TimesTable(section);
 }
 
 }  // namespace evalbus::report

@@ -57,27 +57,47 @@ std::string TextOf(const XMLElement* element) {
   return text;
 }
 
+metrics::MetricSummary Metric(const std::string& name, double mean) {
+  metrics::MetricSummary metric;
+  metric.name = name;
+  metric.mean = mean;
+  return metric;
+}
+
 // Four episodes: two successes, a failure, one that is not complete.
 ReportRun SomeRun() {
-  ReportRun run;
+  ReportRun report;
+  results::RecordedRun& run = report.run;
   run.name = "a";
   run.task = "lift_pot";
   run.variation = "position";
   run.policy = "expert";
-  run.episodes = 4;
-  run.complete = 3;
-  run.successes = 2;
-  run.intervals = {{"Wilson", 0.2, 0.9}};
-  run.stages = {{"1", "left_gripper_holds_pot", 1, 3.5}};
-  run.failure_reasons = {{"timeout", 1}};
-  run.metrics = {
-      {"completion_time",
-       {{"mean", {9.25}}, {"median", {5.5}}, {"p5", {4.5}}, {"p95", {17.5}}, {"max", {20}}}},
-      {"extended.min_clearance_m", {{"mean", {0.125}}, {"mean_bca_95", {0.11, 0.14}}}},
-      {"extended.contact_time_s", {{"mean", {5.25}}, {"median", {5.25}}, {"p5", {4.3}}, {"p95", {6.2}}}},
-      {"slip_count", {{"mean", {0.0}}}}};
+  run.info = {{"git_commit", "919abb6a9159"}};
+  metrics::RunSummary& summary = report.summary;
+  summary.episodes = 4;
+  summary.complete = summary.judged = 3;
+  summary.successes = 2;
+  summary.success_rate = 2.0 / 3;
+  summary.wilson = {0.2, 0.9};
+  summary.clopper_pearson = {0.1, 0.95};
+  summary.stages = {{1, 1}};
+  summary.failure_reasons = {{"timeout", 1}};
+  summary.metrics = {Metric("completion_time", 9.25), Metric("extended.min_clearance_m", 0.125),
+                     Metric("extended.contact_time_s", 5.25), Metric("slip_count", 0),
+                     Metric("extended.stage_time_s.1", 3.5)};
+  metrics::MetricSummary& time = summary.metrics[0];
+  time.median = 5.5;
+  time.p5 = 4.5;
+  time.p95 = 17.5;
+  time.max = 20;
+  summary.metrics[1].mean_95 = {0.11, 0.14};
+  metrics::MetricSummary& touching = summary.metrics[2];
+  touching.median = 5.25;
+  touching.p5 = 4.3;
+  touching.p95 = 6.2;
+  report.stage_name = {{1, "left_gripper_holds_pot"}};
   for (int i = 0; i < 4; ++i) {
-    ReportEpisode episode;
+    results::RecordedEpisode episode;
     episode.episode = i;
     episode.seed = 100 + i;
     episode.end_reason = i < 2 ? "success" : "time_limit";
@@ -85,14 +105,13 @@ ReportRun SomeRun() {
     episode.complete = i < 3;
     episode.failure_reason = i < 2 ? "" : "timeout";
     episode.explanation = i == 2 ? "tilt of pot 27.4 deg > 20 deg" : "";
-    episode.values = {{"completion_time", 4.25 + i},
-                      {"extended.contact_time_s", 4.25 + i},
-                      {"slip_count", 0},
-                      {"task_stage_reached.1", i == 0}};
-    episode.logs = {{"log", "episodes/000" + std::to_string(i) + "/events.lcmlog"}};
-    run.episode.push_back(episode);
+    episode.result.values = {
+        {"completion_time", 4.25 + i}, {"extended.contact_time_s", 4.25 + i}, {"slip_count", 0}};
+    episode.result.stages = {{1, i == 0}};
+    run.episodes.push_back(episode);
+    report.files.push_back({{}, {{"log", "episodes/000" + std::to_string(i) + "/events.lcmlog"}}});
   }
-  run.episode[2].videos = {{"front", "episodes/0002/front.mp4"}};
+  report.files[2].videos = {{"front", "episodes/0002/front.mp4"}};
   ReportCurves curves{.episode = 2, .why = "first failure", .figures = {}, .events = {}};
   curves.figures.push_back({.name = "gripper opening",
                             .unit = "",
@@ -102,9 +121,8 @@ ReportRun SomeRun() {
   curves.events = {{EpisodeEvent::Kind::kSlip, 1.5, "left loses pot"},
                    {EpisodeEvent::Kind::kEnd, 2, "time_limit"}};
   curves.figures[0].events = curves.events;
-  run.curves.push_back(curves);
-  run.made = {{"git_commit", "919abb6a9159"}};
-  return run;
+  report.curves.push_back(curves);
+  return report;
 }
 
 std::string PageOf(std::vector<ReportRun> runs) {
@@ -136,7 +154,9 @@ TEST(ReportPage, NumbersHaveAllTheirDigits) {
 // The page shows millimeters; the machine-readable value is in meters.
 TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
   ReportRun run = SomeRun();
-  for (int i = 0; i < 4; ++i) run.episode[i].values.emplace_back("extended.min_clearance_m", 0.1 + 0.01 * i);
+  for (int i = 0; i < 4; ++i) {
+    run.run.episodes[i].result.values.emplace_back("extended.min_clearance_m", 0.1 + 0.01 * i);
+  }
   const Page page(PageOf({run}));
   const auto tiles = page.All("div", [](const XMLElement& div) {
     return TextOf(&div).starts_with("mean smallest clearance") && div.Attribute("class", "tile");
@@ -158,14 +178,23 @@ TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
 TEST(ReportPage, ARunInRealTimeSaysItsTimes) {
   ReportRun run = SomeRun();
   EXPECT_EQ(Page(PageOf({run})).ById("times"), nullptr);
-  run.pacing = "Of 50 ticks 1 without an action in time.";
-  run.times = {{"STATE to ACTION", 0.00031, 0.00095, 0.0021, 0.0123}};
+  const auto times = [](double p50_s) {
+    return nlohmann::ordered_json{
+        {"count", 50}, {"p50_s", p50_s}, {"p99_s", 0.00095}, {"p999_s", 0.0021}, {"max_s", 0.0123}};
+  };
+  run.pacing = {{"ticks", 50},
+                {"deadline_misses", 1},
+                {"late_ticks", 0},
+                {"error", times(0.0001)},
+                {"action_latency", times(0.00031)},
+                {"partial_latency", times(0.0002)}};
   const std::string html = PageOf({run});
-  EXPECT_THAT(html, HasSubstr(run.pacing));
+  EXPECT_THAT(html, HasSubstr("Of 50 ticks, 1 had no action in time"));
   const Page page(html);
   const XMLElement* table = page.ById("times");
   ASSERT_NE(table, nullptr);
-  EXPECT_EQ(TextOf(table), "real time, msp50p99p99.9maxSTATE to ACTION0.310.952.1012.30");
+  EXPECT_THAT(TextOf(table), HasSubstr("real time, msp50p99p99.9max"));
+  EXPECT_THAT(TextOf(table), HasSubstr("STATE to ACTION0.310.952.1012.30"));
 }
 
 TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
@@ -213,7 +242,9 @@ TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
 // The figure's frame is 260 pixels wide; a character takes about 6.4.
 TEST(ReportPage, LabelsOfAScaleStayInTheFigure) {
   ReportRun run = SomeRun();
-  for (size_t i = 0; i < 3; ++i) run.episode[i].values[0].second = 0.1008 + 0.0004 * static_cast<double>(i);
+  for (size_t i = 0; i < 3; ++i) {
+    run.run.episodes[i].result.values[0].second = 0.1008 + 0.0004 * static_cast<double>(i);
+  }
   const Page page(PageOf({run}));
   const auto figures = page.All("svg", [](const XMLElement& svg) {
     const char* label = svg.Attribute("aria-label");
@@ -232,8 +263,8 @@ TEST(ReportPage, LabelsOfAScaleStayInTheFigure) {
 
 TEST(ReportPage, ValuesThatDifferByRoundingAreTheSameInEveryEpisode) {
   ReportRun run = SomeRun();
-  run.episode[1].values[0].second = std::nextafter(4.25, 5);
-  run.episode[2].values[0].second = 4.25;
+  run.run.episodes[1].result.values[0].second = std::nextafter(4.25, 5);
+  run.run.episodes[2].result.values[0].second = 4.25;
   const Page page(PageOf({run}));
   const auto notes = page.All("p", [](const XMLElement& p) {
     return TextOf(&p).starts_with("The same in every episode: completion time 4.25 s");
@@ -244,14 +275,16 @@ TEST(ReportPage, ValuesThatDifferByRoundingAreTheSameInEveryEpisode) {
 TEST(ReportPage, NothingFromARunBecomesMarkup) {
   const std::string evil = "</script><img src=x onerror=\"alert(1)\">&'";
   ReportRun run = SomeRun();
-  run.name = run.policy = run.task = run.variation = evil;
-  run.stages[0].name = evil;
-  run.metrics[0].name = evil;
+  run.run.name = run.run.policy = run.run.task = run.run.variation = evil;
+  run.stage_name[1] = evil;
+  run.summary.metrics[0].name = evil;
   run.remarks = {evil};
-  run.made = {{evil, evil}};
-  run.episode[2].failure_reason = run.episode[2].explanation = run.episode[2].end_reason = evil;
-  run.episode[2].videos = {{evil, Url(evil)}};
-  run.episode[0].values[0].first = run.episode[1].values[0].first = evil;
+  run.run.info = {{evil, evil}, {"object", {{evil, evil}}}};
+  run.model_hashes = {{evil, evil}};
+  results::RecordedEpisode& failure = run.run.episodes[2];
+  failure.failure_reason = failure.explanation = failure.end_reason = evil;
+  run.files[2].videos = {{evil, Url(evil)}};
+  for (size_t i = 0; i < 2; ++i) run.run.episodes[i].result.values[0].first = evil;
   run.curves[0].why = run.curves[0].events[0].text = run.curves[0].figures[0].name = evil;
   run.curves[0].figures[0].lines[0].name = run.curves[0].figures[0].unit = evil;
   const std::string html =
@@ -265,9 +298,9 @@ TEST(ReportPage, NothingFromARunBecomesMarkup) {
 TEST(ReportPage, CharactersThatXmlHasNoPlaceForAreReplaced) {
   const std::string odd = std::string("a\x1b[31mb\xff\xc2\x9b", 9) + std::string(1, '\0') + "z";
   ReportRun run = SomeRun();
-  run.name = run.policy = run.episode[2].explanation = odd;
-  run.made = {{odd, odd}};
-  run.episode[2].videos = {{odd, Url(odd)}};
+  run.run.name = run.run.policy = run.run.episodes[2].explanation = odd;
+  run.model_hashes = {{odd, odd}};
+  run.files[2].videos = {{odd, Url(odd)}};
   const std::string html = ReportPage({.title = odd, .runs = {run}, .remarks = {odd}, .made_by = odd});
   EXPECT_THAT(html, HasSubstr("a?[31mb???z"));
   for (const char c : html) EXPECT_TRUE(static_cast<unsigned char>(c) >= 0x20 || c == '\n') << int{c};
@@ -300,7 +333,7 @@ TEST(ReportPage, FailuresCanBeShownAlone) {
   EXPECT_STREQ(labels[0]->Attribute("for"), boxes(page)[0]->Attribute("id"));
   EXPECT_EQ(TextOf(labels[0]), "only the 2 without success");
   ReportRun good = SomeRun();
-  for (ReportEpisode& episode : good.episode) episode.success = episode.complete = true;
+  for (results::RecordedEpisode& episode : good.run.episodes) episode.success = episode.complete = true;
   EXPECT_TRUE(boxes(Page(PageOf({good}))).empty());
 }
 
@@ -313,7 +346,7 @@ TEST(ReportPage, HtmlElementsWithoutContentAreClosed) {
 
 TEST(ReportPage, SeveralRunsHaveATableAndAnchorsOfTheirOwn) {
   ReportRun other = SomeRun();
-  other.variation = "orientation";
+  other.run.variation = "orientation";
   const Page page(PageOf({SomeRun(), other}));
   const XMLElement* table = page.ById("suite");
   ASSERT_TRUE(table);
@@ -331,9 +364,10 @@ TEST(ReportPage, SeveralRunsHaveATableAndAnchorsOfTheirOwn) {
 
 TEST(ReportPage, RunWithoutACompleteEpisodeHasNoRate) {
   ReportRun run = SomeRun();
-  for (ReportEpisode& episode : run.episode) episode.complete = false;
-  run.complete = run.successes = 0;
-  run.metrics.clear();
+  for (results::RecordedEpisode& episode : run.run.episodes) episode.complete = false;
+  run.summary.complete = run.summary.judged = run.summary.successes = 0;
+  run.summary.success_rate = std::nan("");
+  run.summary.metrics.clear();
   const std::string html = PageOf({run});
   const Page page(html);
   EXPECT_THAT(html, HasSubstr("no success rate"));

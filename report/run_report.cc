@@ -1,0 +1,154 @@
+#include "report/run_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/plural.h"
+#include "report/episode_trace.h"
+#include "report/episode_tracks.h"
+#include "report/page/report_page.h"
+#include "report/page_links.h"
+#include "report/viewer_pack.h"
+#include "results/episode_logs.h"
+#include "results/pacing.h"
+#include "results/policy_calls.h"
+
+namespace evalbus::report {
+namespace {
+
+constexpr size_t kFailuresDrawn = 2;
+// The report of a suite shows one episode of each run, with its most informative figures only.
+constexpr size_t kFiguresInSuite = 6;
+
+struct Choice {
+  int episode;
+  std::string why;
+};
+
+// Returns the first failures and the success with the median time; for runs without a failure, also the
+// slowest success.
+std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failures) {
+  std::vector<Choice> chosen;
+  std::vector<std::pair<double, int>> successes;  // time, episode
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    if (!episode.complete) continue;
+    if (episode.success) {
+      successes.emplace_back(episode.completion_time, episode.episode);
+    } else if (chosen.size() < failures) {
+      chosen.push_back({episode.episode, chosen.empty() ? "first failure" : "next failure"});
+    }
+  }
+  if (successes.empty()) return chosen;
+  std::sort(successes.begin(), successes.end());
+  const int median = successes[(successes.size() - 1) / 2].second, slowest = successes.back().second;
+  const bool failed = !chosen.empty();
+  chosen.push_back({median, "success with the median time"});
+  if (!failed && slowest != median) chosen.push_back({slowest, "slowest success"});
+  return chosen;
+}
+
+void AddCurves(const std::vector<Choice>& choices, bool asked_for, ReportRun* report) {
+  for (const Choice& choice : choices) {
+    try {
+      const auto track = TrackEpisode(results::EpisodeLogs(report->run.folder, {choice.episode}).front(), {});
+      EpisodeTrace trace = Trace(*track);
+      // These values are stored only in the logs.
+      if (report->curves.empty()) {
+        const metric_values_t& metrics = track->summary()->metrics;
+        for (size_t k = 0; k < metrics.stage_index.size(); ++k) {
+          report->stage_name[metrics.stage_index[k]] = metrics.stage_name[k];
+        }
+        report->model_hashes = {{"physics_sha256", track->model().physics_sha256},
+                                {"visual_sha256", track->model().visual_sha256}};
+      }
+      report->curves.push_back({.episode = choice.episode,
+                                .why = choice.why,
+                                .figures = std::move(trace.figures),
+                                .events = std::move(trace.events)});
+    } catch (const InputError& error) {
+      if (asked_for) throw;
+      report->remarks.push_back(fmt::format("no curves of episode {}: {}", choice.episode, error.what()));
+    }
+  }
+}
+
+// Returns null unless the run is a realtime run of which every episode has its pacing.
+nlohmann::ordered_json Pacing(const results::RecordedRun& run) {
+  if (!run.info.value("realtime", false)) return nullptr;
+  std::vector<nlohmann::ordered_json> episodes;
+  for (const results::RecordedEpisode& episode : run.episodes) episodes.push_back(episode.Json());
+  return results::RunPacing(episodes);
+}
+
+ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, bool in_suite,
+                   const PageLinks& links) {
+  ReportRun report;
+  report.summary = run.Statistics().Summary(true);
+  report.remarks = run.Remarks();
+  report.notes = results::PolicyNotes(run);
+  report.pacing = Pacing(run);
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    report.files.push_back(
+        {links.Videos(run.folder, episode.episode), links.Log(run.folder, episode.episode)});
+  }
+  std::vector<Choice> choices;
+  for (const int episode : episodes) choices.push_back({episode, ""});
+  if (episodes.empty()) choices = ChooseEpisodes(run, in_suite ? 1 : kFailuresDrawn);
+  if (in_suite) choices.resize(std::min<size_t>(choices.size(), 1));
+  report.run = std::move(run);
+  AddCurves(choices, !episodes.empty(), &report);
+  if (in_suite) {
+    for (ReportCurves& curves : report.curves) {
+      curves.figures.resize(std::min(curves.figures.size(), kFiguresInSuite));
+    }
+  }
+  return report;
+}
+
+// Packs each run's episodes with curves first, then its failures, then the others; in a suite one episode of
+// each run, then the next one of each. Returns a sentence about the packed episodes.
+std::string AddViewer(const std::vector<int>& episodes, size_t most, const PageLinks& links, Report* report) {
+  ViewerPack pack(links);
+  std::vector<std::vector<int>> order;
+  size_t longest = 0;
+  for (const ReportRun& run : report->runs) {
+    pack.Add(run.run);
+    std::vector<int> first;
+    for (const ReportCurves& curves : run.curves) first.push_back(curves.episode);
+    order.push_back(episodes.empty() ? FailuresFirst(run.run, first) : episodes);
+    longest = std::max(longest, order.back().size());
+  }
+  std::vector<std::vector<ViewerPack::Wanted>> wanted;
+  for (size_t k = 0; k < longest; ++k) {
+    for (size_t run = 0; run < order.size(); ++run) {
+      if (k < order[run].size()) wanted.push_back({{static_cast<int>(run), order[run][k]}});
+    }
+  }
+  pack.Pack(wanted, ReportPage(*report).size(), most);
+  for (const std::string& remark : pack.remarks()) report->remarks.push_back(remark);
+  report->viewer = pack.Viewer();
+  return pack.Note();
+}
+
+}  // namespace
+
+BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& file,
+                    const std::vector<int>& episodes, const std::string& made_by, size_t most) {
+  const PageLinks links(file);
+  Report report;
+  report.made_by = made_by;
+  report.title = runs.is_suite ? fmt::format("{} in {}", Plural(runs.runs.size(), "run"), runs.name)
+                               : runs.runs[0].task_name();
+  for (results::RecordedRun& run : runs.runs) {
+    report.runs.push_back(Describe(std::move(run), episodes, runs.is_suite, links));
+  }
+  for (const std::string& missing : runs.missing) report.remarks.push_back("no finished episode: " + missing);
+  std::string note;
+  if (most > 0) note = AddViewer(episodes, most, links, &report);
+  return {ReportPage(report), note};
+}
+
+}  // namespace evalbus::report
