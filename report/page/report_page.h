@@ -37,7 +37,7 @@ struct ReportRun {
   std::vector<std::string> remarks;
   // How the policy was run, one sentence each.
   std::vector<std::string> notes;
-  // Pacing of a realtime run (results::RunPacing); null for others.
+  // Pacing of a realtime run (results::RunPacing); null if it is not one.
   nlohmann::ordered_json pacing;
   // In the order of run.episodes.
   std::vector<EpisodeFiles> files;

@@ -226,7 +226,7 @@ with tempfile.TemporaryDirectory() as name:
         (here / "wide.yaml", here / "wide.h5", "a column is 'q[0]' to 'q[12]'"),
         (good, bad_text("cut.csv", csv[: csv.rfind(",")]), "expected 23 values, one for each column, got 22"),
         (good, bad_text("text.csv", csv.replace("\n", "\nfast", 1)), "text.csv:2: column 'q0': expected a number, got 'fast"),
-        (good, bad_text("names.csv", csv.split("\n")[0] + "\n"), "no line of numbers"),
+        (good, bad_text("names.csv", csv.split("\n")[0] + "\n"), "expected a line of names, then lines of numbers"),
         (good, bad_text("data.parquet", "PAR1"), "expected a file that ends in .csv"),
         (good, here / "none.csv", "none.csv: cannot be read: No such file"),
         (good, here / "nothing", "nothing: no *.csv"),
@@ -266,12 +266,12 @@ with tempfile.TemporaryDirectory() as name:
         (run, ["--hdf5", here / "set.hdf5"], "set.hdf5: exists; choose another name"),
         (run, ["--hdf5", out, "--camera", "hed"], "no camera 'hed'"),
         (run, ["--hdf5", out, "--camera", "head", "--size", "0x24"], "0x24"),
-        (run, ["--safetensors", out, "--camera", "head"], "--camera: only with --hdf5"),
+        (run, ["--safetensors", out, "--camera", "head"], "--camera requires --hdf5"),
         (run, ["--hdf5", here / "no/such/set.hdf5"], "no/such"),
         (damaged, ["--hdf5", out], "events.lcmlog: "),
         (damaged, ["--safetensors", out], "events.lcmlog: "),
         (here / "scored", ["--hdf5", out], "no action of tick 0: a training set needs an action for every tick"),
-        (here / "blind", ["--hdf5", out, "--successes"], "no episode to learn from"),
+        (here / "blind", ["--hdf5", out, "--successes"], "no episode to export"),
         (here / "nothing", ["--hdf5", out], "nothing"),
     ]
     commands = [(["score", which, file, "--out", out], words) for which, file, words in score]
