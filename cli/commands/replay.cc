@@ -346,7 +346,7 @@ std::vector<Recordings> ReadRecordings(const ReplayOptions& options) {
 int Replay(const ReplayOptions& options) {
   if (!(options.speed >= kSpeeds.least && options.speed <= kSpeeds.most)) {
     throw InputError(
-        fmt::format("--speed: expected {} to {}, not {}", kSpeeds.least, kSpeeds.most, options.speed));
+        fmt::format("--speed: expected {} to {}, got {}", kSpeeds.least, kSpeeds.most, options.speed));
   }
   const std::vector<Recordings> runs = ReadRecordings(options);
   FindPlayer();
