@@ -407,7 +407,7 @@ TEST_F(Recorded, WrongInputGetsOneLine) {
        "--episode: " + log_.string() + " is not a run folder; a log is played as a whole"},
       {{"replay", run, "--speed", "0"}, "--speed: expected 0.001 to 1000000, got 0"},
       {{"replay", run, "--speed", "1e300"}, "--speed: expected 0.001 to 1000000, got 1e+300"},
-      {{"replay", run, "--speed", "nan"}, "--speed: expected 0.001 to 1000000, not nan"},
+      {{"replay", run, "--speed", "nan"}, "--speed: expected 0.001 to 1000000, got nan"},
       {{"replay", run, "--url", "memq://"}, "--url memq://: expected udpm://ADDRESS:PORT?ttl=0"},
       {{"rescore", run, "--task", none},
        none + ": cannot read the task description: No such file or directory"},
