@@ -4,12 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
 #include <random>
 #include <system_error>
 #include <utility>
 
+#include "base/environment_choice.h"
 #include "base/errors.h"
 #include "base/poll.h"
 #include "bus/udpm/multicast_receiver.h"
@@ -26,14 +26,6 @@ constexpr char kMulticastFix[] =
 constexpr std::string_view kAnyEnd = ".*";
 
 bool IsMulticast(const std::string& url) { return url.rfind("udpm://", 0) == 0; }
-
-// True if EVALBUS_LCM_RECEIVER selects liblcm.
-bool LiblcmIsSelected() {
-  const char* const receiver = std::getenv("EVALBUS_LCM_RECEIVER");
-  if (!receiver || receiver == std::string_view("evalbus")) return false;
-  if (receiver == std::string_view("liblcm")) return true;
-  throw InputError(std::string("EVALBUS_LCM_RECEIVER: expected evalbus or liblcm, got ") + receiver);
-}
 
 // The URL with the receive buffer size that the kernel shall be asked for.
 std::string WithReceiveBuffer(const std::string& url) {
@@ -74,7 +66,7 @@ Bus::Bus(const std::string& url, int64_t session, int64_t instance)
     CheckReceiveBuffer(url);
     CheckLimits(url);
   }
-  liblcm_receives_ = LiblcmIsSelected() || !IsMulticast(url);
+  liblcm_receives_ = EnvironmentSelects("EVALBUS_LCM_RECEIVER", "liblcm", "evalbus") || !IsMulticast(url);
   wake_event_ = std::make_shared<WakeEvent>();
   lcm_ = std::make_unique<lcm::LCM>(liblcm_receives_ ? WithReceiveBuffer(url) : url);
   if (!lcm_->good()) throw EnvironmentError("cannot open bus " + url + ": bad address, or " + kMulticastFix);

@@ -117,7 +117,8 @@ struct Kept {
 };
 
 struct Renderer::Gl {
-  explicit Gl(const mjModel& model) : buffer{model.vis.global.offwidth, model.vis.global.offheight} {
+  Gl(const mjModel& model, bool mujoco_paints)
+      : buffer{model.vis.global.offwidth, model.vis.global.offheight} {
     mjv_defaultScene(&scene);
     mjr_defaultContext(&context);
     mjv_defaultOption(&option);
@@ -136,7 +137,7 @@ struct Renderer::Gl {
         throw EnvironmentError("OpenGL offers no offscreen buffer of this size");
       }
       mujoco_painter = std::make_unique<MujocoPainter>(context);
-      if (!MujocoPaints()) scene_painter = std::make_unique<ScenePainter>(context, model);
+      if (!mujoco_paints) scene_painter = std::make_unique<ScenePainter>(context, model);
     } catch (...) {
       Free();
       throw;
@@ -188,7 +189,8 @@ struct Renderer::Gl {
   std::list<Kept> kept;
 };
 
-Renderer::Renderer(ModelPtr model, FrameSize size) : model_(std::move(model)), size_(size) {
+Renderer::Renderer(ModelPtr model, FrameSize size)
+    : model_(std::move(model)), size_(size), mujoco_paints_(MujocoPaints()) {
   CheckFrameSize(size);
   InstallMujocoHandlers();
   model_->vis.global.offwidth = size.width / kShown * kDrawn;
@@ -196,7 +198,7 @@ Renderer::Renderer(ModelPtr model, FrameSize size) : model_(std::move(model)), s
   model_->vis.quality.offsamples = 0;
   data_.reset(mj_makeData(model_.get()));
   mj_kinematics(model_.get(), data_.get());
-  gl_ = std::make_unique<Gl>(*model_);
+  gl_ = std::make_unique<Gl>(*model_, mujoco_paints_);
 }
 
 Renderer::~Renderer() = default;
@@ -246,7 +248,7 @@ void Renderer::Prepare(FrameSize buffer) {
     global.offwidth = gl_ ? std::max(buffer.width, gl_->buffer.width) : buffer.width;
     global.offheight = gl_ ? std::max(buffer.height, gl_->buffer.height) : buffer.height;
     gl_.reset();
-    gl_ = std::make_unique<Gl>(*model_);
+    gl_ = std::make_unique<Gl>(*model_, mujoco_paints_);
   }
   gl_->gl.MakeCurrent();
 }
@@ -264,13 +266,15 @@ void Renderer::UpdateScene(const Shot& shot, bool is_depth) {
 }
 
 Painter* Renderer::PrepareToDraw(const Shot& shot, FrameSize size) {
-  Prepare({});
-  UpdateScene(shot, false);
-  if (gl_->scene_painter && gl_->scene_painter->Supports(gl_->scene)) return gl_->scene_painter.get();
+  if (gl_->scene_painter) {
+    Prepare({0, 0});  // ScenePainter has buffers of its own
+    UpdateScene(shot, false);
+    if (gl_->scene_painter->Supports(gl_->scene)) return gl_->scene_painter.get();
+    // MuJoCo draws into the shadow map that ScenePainter uses.
+    if (gl_->scene.flags[mjRND_SHADOW]) gl_->scene_painter->ForgetShadows();
+  }
   Prepare(size);
   UpdateScene(shot, false);
-  // MuJoCo draws into the shadow map that ScenePainter uses.
-  if (gl_->scene_painter) gl_->scene_painter->ForgetShadows();
   return gl_->mujoco_painter.get();
 }
 

@@ -86,6 +86,8 @@ class Renderer {
   // The original model, if the appearance of an episode has been applied to model_.
   ModelPtr unchanged_;
   FrameSize size_;
+  // The painter is chosen once: later changes of the environment have no effect.
+  bool mujoco_paints_;
   DataPtr data_;
   std::unique_ptr<Gl> gl_;
 };

@@ -1,19 +1,10 @@
 #include "viz/images/painter/mujoco_painter.h"
 
-#include <cstdlib>
-#include <string>
-#include <string_view>
-
-#include "base/errors.h"
+#include "base/environment_choice.h"
 
 namespace evalbus::viz {
 
-bool MujocoPaints() {
-  const char* const painter = std::getenv("EVALBUS_PAINTER");
-  if (!painter || painter == std::string_view("evalbus")) return false;
-  if (painter == std::string_view("mujoco")) return true;
-  throw InputError(std::string("EVALBUS_PAINTER: expected evalbus or mujoco, got ") + painter);
-}
+bool MujocoPaints() { return EnvironmentSelects("EVALBUS_PAINTER", "mujoco", "evalbus"); }
 
 MujocoPainter::MujocoPainter(const mjrContext& context)
     : context_(context), read_pixels_(FindGl<decltype(glReadPixels)>("glReadPixels")) {}

@@ -47,7 +47,6 @@ class ScenePainter : public Painter {
   // EnvironmentError if its OpenGL version is too old.
   ScenePainter(const mjrContext& context, const mjModel& model);
 
-  const GlFunctions& gl() const { return gl_; }
   // False for scenes with mirrors, fog, spot lights, skins or two lights with shadows.
   bool Supports(const mjvScene& scene) const override;
   std::unique_ptr<PaintedImage> NewImage(int width, int height) const override;

@@ -60,7 +60,7 @@ TEST(Painters, ImagesDifferByLessThanOneLevelOnAverage) {
         const Difference difference = Compare(a, b);
         SCOPED_TRACE(fmt::format("{}, {}, {}x{}", task, mj_id2name(scene.visual.get(), mjOBJ_CAMERA, camera),
                                  size.width, size.height));
-        EXPECT_LE(difference.mean, 0.25);
+        EXPECT_LE(difference.mean, 0.5);
         EXPECT_LE(difference.p99, 2);
         largest.mean = std::max(largest.mean, difference.mean);
         largest.p99 = std::max(largest.p99, difference.p99);
@@ -69,6 +69,8 @@ TEST(Painters, ImagesDifferByLessThanOneLevelOnAverage) {
   }
   fmt::print("largest mean difference {:.3f}, largest 99th percentile {} of 256 levels\n", largest.mean,
              largest.p99);
+  // The painters are different programs: equal images would mean that only one of them was used.
+  EXPECT_GT(largest.mean, 0);
 }
 
 TEST(Painters, AnUnknownOneIsRefused) {

@@ -97,15 +97,15 @@ class Stage {
   Image Ours(int camera) {
     Update(camera);
     painter_->ForgetShadows();
-    KeptImage image(painter_->gl(), kWidth, kHeight);
-    EXPECT_EQ(painter_->Paint(scene_, &image), (Part{0, 0, kWidth, kHeight}));
-    return RgbOf(image);
+    const auto image = painter_->NewImage(kWidth, kHeight);
+    EXPECT_EQ(painter_->Paint(scene_, image.get()), (Part{0, 0, kWidth, kHeight}));
+    return RgbOf(*image);
   }
   // Drawn from this camera's last image and the existing shadow map.
   Image UpToDate(int camera) {
     Update(camera);
     auto& kept = kept_[camera];
-    if (!kept) kept = std::make_unique<KeptImage>(painter_->gl(), kWidth, kHeight);
+    if (!kept) kept = painter_->NewImage(kWidth, kHeight);
     last_part_ = painter_->Paint(scene_, kept.get());
     return RgbOf(*kept);
   }
@@ -122,7 +122,7 @@ class Stage {
     camera_.fixedcamid = camera;
     mjv_updateScene(model_.get(), data_.get(), &option_, nullptr, &camera_, mjCAT_ALL, &scene_);
   }
-  static Image RgbOf(const KeptImage& kept) {
+  static Image RgbOf(const PaintedImage& kept) {
     Image image;
     for (size_t i = 0; i < kept.rgba.size(); ++i) {
       if (i % 4 != 3) image.push_back(kept.rgba[i]);
@@ -138,7 +138,7 @@ class Stage {
   mjvOption option_;
   mjvCamera camera_;
   std::optional<ScenePainter> painter_;
-  std::map<int, std::unique_ptr<KeptImage>> kept_;
+  std::map<int, std::unique_ptr<PaintedImage>> kept_;
   Part last_part_;
 };
 
