@@ -19,7 +19,7 @@ double Rate(int successes, int trials) {
   return trials > 0 ? static_cast<double>(successes) / trials : std::numeric_limits<double>::quiet_NaN();
 }
 
-report::ReportDifference Success(const std::string& name, const results::SuccessComparison& success) {
+ReportDifference Success(const std::string& name, const results::SuccessComparison& success) {
   return {.name = name,
           .unit = "",
           .baseline = Rate(success.baseline_successes, success.baseline_trials),
@@ -32,7 +32,7 @@ report::ReportDifference Success(const std::string& name, const results::Success
           .judgment = results::Word(success.judgment())};
 }
 
-report::ReportDifference Metric(const results::MetricComparison& metric) {
+ReportDifference Metric(const results::MetricComparison& metric) {
   const double scale = metric.number.scale();
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   return {.name = metric.number.label() + (metric.number.metric->effort ? " *" : ""),
@@ -47,8 +47,8 @@ report::ReportDifference Metric(const results::MetricComparison& metric) {
           .judgment = results::Word(metric.judgment())};
 }
 
-report::ReportFlip Flip(const results::TaskComparison& task, const results::FlippedPair& pair,
-                        const PageLinks& links) {
+ReportFlip Flip(const results::TaskComparison& task, const results::FlippedPair& pair,
+                const PageLinks& links) {
   return {.seed = pair.seed,
           .baseline = pair.success ? pair.failure_reason : "",
           .run = pair.success ? "" : pair.failure_reason,
@@ -58,8 +58,8 @@ report::ReportFlip Flip(const results::TaskComparison& task, const results::Flip
           .run_videos = links.Videos(task.folder, pair.episode)};
 }
 
-report::ReportTaskComparison Task(const results::TaskComparison& task, const PageLinks& links) {
-  report::ReportTaskComparison report;
+ReportTaskComparison Task(const results::TaskComparison& task, const PageLinks& links) {
+  ReportTaskComparison report;
   report.task = task.name();
   report.success = Success(report.task, task.success);
   report.counts = results::WhatIsCounted(task);
@@ -116,9 +116,9 @@ struct PackedRuns {
 BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
                            const std::filesystem::path& file, const std::string& made_by, size_t most) {
   const PageLinks links(file);
-  std::vector<report::ReportComparison> reports;
+  std::vector<ReportComparison> reports;
   for (const results::Comparison& comparison : comparisons) {
-    report::ReportComparison report;
+    ReportComparison report;
     report.run = fmt::format("{} ({})", comparison.run.name, comparison.run.policy);
     report.baseline = fmt::format("{} ({})", comparison.baseline.name, comparison.baseline.policy);
     report.verdict = results::Conclusion(comparison);
@@ -132,7 +132,7 @@ BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
     reports.push_back(std::move(report));
   }
   const auto html = [&](const std::optional<viz::PackedViewer>& viewer) {
-    return report::ComparisonPage("Comparison with " + reports.front().baseline, reports, made_by, viewer);
+    return ComparisonPage("Comparison with " + reports.front().baseline, reports, made_by, viewer);
   };
   if (most == 0) return {html({}), ""};
   PackedRuns packed(links);

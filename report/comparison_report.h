@@ -5,15 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "report/built_page.h"
 #include "results/comparison.h"
 
 namespace evalbus::report {
-
-struct BuiltPage {
-  std::string html;
-  // Which episodes can be played in 3D, as a sentence; empty if none were requested.
-  std::string note;
-};
 
 // Returns the HTML page. `file`: where the page will be written; links to videos are relative to it.
 // `made_by`: version and commit. `most`: maximum size of the page in bytes, including pairs of episodes for

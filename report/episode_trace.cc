@@ -23,8 +23,8 @@ bool Changes(const viz::EpisodeTrack& track, size_t row) {
   return false;
 }
 
-report::CurveFigure Figure(const viz::EpisodeTrack& track, const viz::Curve& curve) {
-  report::CurveFigure figure{.name = curve.label, .unit = curve.unit, .time = {}, .lines = {}, .events = {}};
+CurveFigure Figure(const viz::EpisodeTrack& track, const viz::Curve& curve) {
+  CurveFigure figure{.name = curve.label, .unit = curve.unit, .time = {}, .lines = {}, .events = {}};
   for (const std::string& part : curve.parts) figure.lines.push_back({part, {}});
   // A single line connects its own samples; several lines share their times.
   const bool is_single = figure.lines.size() == 1;
@@ -39,10 +39,10 @@ report::CurveFigure Figure(const viz::EpisodeTrack& track, const viz::Curve& cur
   return figure;
 }
 
-std::vector<report::EpisodeEvent> Events(const viz::EpisodeTrack& track) {
+std::vector<EpisodeEvent> Events(const viz::EpisodeTrack& track) {
   using From = viz::TrackEvent::Kind;
-  using Kind = report::EpisodeEvent::Kind;
-  std::vector<report::EpisodeEvent> events;
+  using Kind = EpisodeEvent::Kind;
+  std::vector<EpisodeEvent> events;
   for (const viz::TrackEvent& event : track.Events()) {
     if (event.kind == From::kGrasp || event.kind == From::kRelease) continue;
     const Kind kind = event.kind == From::kStage  ? Kind::kStage

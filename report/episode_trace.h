@@ -11,9 +11,9 @@ namespace evalbus::report {
 struct EpisodeTrace {
   // One figure for each metric, with a line for each of its parts (arms, distances). Constant metrics are
   // omitted. The most informative figures come first.
-  std::vector<report::CurveFigure> figures;
+  std::vector<CurveFigure> figures;
   // Stages reached, slips, collisions with the scene, self-collisions, and the end, in order of time.
-  std::vector<report::EpisodeEvent> events;
+  std::vector<EpisodeEvent> events;
 };
 
 EpisodeTrace Trace(const viz::EpisodeTrack& track);

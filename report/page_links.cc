@@ -11,11 +11,11 @@ namespace fs = std::filesystem;
 PageLinks::PageLinks(const fs::path& page)
     : folder_(fs::weakly_canonical(fs::absolute(page).parent_path())) {}
 
-report::ReportLink PageLinks::To(const fs::path& file, const std::string& text) const {
-  return {text, report::Url(fs::weakly_canonical(file).lexically_relative(folder_))};
+ReportLink PageLinks::To(const fs::path& file, const std::string& text) const {
+  return {text, Url(fs::weakly_canonical(file).lexically_relative(folder_))};
 }
 
-std::vector<report::ReportLink> PageLinks::Videos(const fs::path& run, int episode) const {
+std::vector<ReportLink> PageLinks::Videos(const fs::path& run, int episode) const {
   const fs::path folder = EpisodeFolder(run, episode);
   if (!fs::is_directory(folder)) return {};
   std::vector<fs::path> videos;
@@ -23,12 +23,12 @@ std::vector<report::ReportLink> PageLinks::Videos(const fs::path& run, int episo
     if (entry.path().extension() == ".mp4") videos.push_back(entry.path());
   }
   std::sort(videos.begin(), videos.end());
-  std::vector<report::ReportLink> links;
+  std::vector<ReportLink> links;
   for (const fs::path& video : videos) links.push_back(To(video, video.stem().string()));
   return links;
 }
 
-std::vector<report::ReportLink> PageLinks::Log(const fs::path& run, int episode) const {
+std::vector<ReportLink> PageLinks::Log(const fs::path& run, int episode) const {
   const fs::path log = EpisodeLog(run, episode);
   if (!fs::exists(log)) return {};
   return {To(log, "log")};

@@ -15,11 +15,11 @@ class PageLinks {
   explicit PageLinks(const std::filesystem::path& page);
 
   // Links for an episode; empty if there are no such files.
-  std::vector<report::ReportLink> Videos(const std::filesystem::path& run, int episode) const;
-  std::vector<report::ReportLink> Log(const std::filesystem::path& run, int episode) const;
+  std::vector<ReportLink> Videos(const std::filesystem::path& run, int episode) const;
+  std::vector<ReportLink> Log(const std::filesystem::path& run, int episode) const;
 
  private:
-  report::ReportLink To(const std::filesystem::path& file, const std::string& text) const;
+  ReportLink To(const std::filesystem::path& file, const std::string& text) const;
 
   std::filesystem::path folder_;
 };

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "report/comparison_report.h"
+#include "report/built_page.h"
 #include "results/run_reader.h"
 
 namespace evalbus::report {

@@ -35,7 +35,7 @@ std::string ViewerPack::ListBlock(int number) const {
   std::vector<viz::EpisodeRow> rows = EpisodeRows(run);
   for (viz::EpisodeRow& row : rows) {
     row.has_track = packed_.contains({number, row.episode});
-    const std::vector<report::ReportLink> videos = links_.Videos(run.folder, row.episode);
+    const std::vector<ReportLink> videos = links_.Videos(run.folder, row.episode);
     if (!videos.empty()) row.video = videos.front().url;
   }
   return viz::EpisodesBlock(number, 0, rows);

@@ -108,9 +108,9 @@ class ShownRun {
   // Reads new data from the folder. Returns false if more may be available.
   bool Update() {
     if (!follower_) return true;
-    report::RunFollower::News news = follower_->Update();
+    RunFollower::News news = follower_->Update();
     if (news.is_changed) Publish();
-    const bool is_all = news.rows.size() < report::RunFollower::kLinesAtOnce;
+    const bool is_all = news.rows.size() < RunFollower::kLinesAtOnce;
     // If a run has several workers, only the first worker's entry has the list.
     if (suffix_.empty() && news.is_changed)
       broadcaster_->SetEpisodes(number_, news.from, std::move(news.rows));
@@ -188,7 +188,7 @@ class ShownRun {
   const std::string suffix_;
   viz::UpdateBroadcaster* const broadcaster_;
   WebJobs* const jobs_;
-  std::optional<report::RunFollower> follower_;
+  std::optional<RunFollower> follower_;
   std::string url_;
   bool is_replay_ = false, has_news_ = true;
   std::unique_ptr<Bus> bus_;

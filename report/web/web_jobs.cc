@@ -129,8 +129,8 @@ viz::WebAnswer WebJobs::MakeEpisode(const Key& key) {
   }
   try {
     // Scores can be read even if the models are missing.
-    const auto track = [&](report::Scenes* scenes) {
-      return report::TrackEpisode(log, {.run = key.run, .policy = policy, .scene = "", .bodies = {}}, scenes);
+    const auto track = [&](Scenes* scenes) {
+      return TrackEpisode(log, {.run = key.run, .policy = policy, .scene = "", .bodies = {}}, scenes);
     };
     std::unique_ptr<viz::EpisodeTrack> made;
     try {

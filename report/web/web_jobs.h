@@ -77,7 +77,7 @@ class WebJobs {
   // Cached episodes, the most recently used first.
   std::list<Kept> kept_;
   size_t kept_bytes_ = 0;
-  report::Scenes scenes_;
+  Scenes scenes_;
 
   // Declared last, because its jobs use all other members.
   ReaderThreads threads_{ReaderThreads::Limits{}};
