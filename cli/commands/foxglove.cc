@@ -52,8 +52,10 @@ void AddOptions(CLI::App* app, FoxgloveOptions* options) {
 
 void PrintAddress(const exports::FoxgloveServer& server, const FoxgloveOptions& options,
                   const std::string& what) {
-  fmt::print("{}\nin Foxglove: Open connection, Foxglove WebSocket, ws://{}:{}\n", what,
-             options.server.host == "127.0.0.1" ? "localhost" : options.server.host, server.port());
+  fmt::print(
+      "{}\n"
+      "in Foxglove: Open connection, Foxglove WebSocket, ws://{}:{}\n",
+      what, options.server.host == "127.0.0.1" ? "localhost" : options.server.host, server.port());
   std::fflush(stdout);
 }
 

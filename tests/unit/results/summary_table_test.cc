@@ -7,19 +7,9 @@
 #include <sstream>
 
 #include "base/text.h"
+#include "tests/unit/longest_line.h"
 
 namespace evalbus::results::summary_table_test {
-
-// Characters of the longest line; UTF-8 continuation bytes do not count.
-int LongestLine(const std::string& text) {
-  std::istringstream lines(text);
-  int longest = 0;
-  for (std::string line; std::getline(lines, line);) {
-    longest = std::max(longest, static_cast<int>(std::count_if(line.begin(), line.end(),
-                                                               [](char c) { return (c & 0xC0) != 0x80; })));
-  }
-  return longest;
-}
 
 bool Has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 

@@ -9,9 +9,8 @@
 #include "base/run_layout.h"
 #include "bus/channels.h"
 #include "report/episode_tracks.h"
-#include "runner/components.h"
-#include "runner/prepared_run.h"
 #include "tests/deadline.h"
+#include "tests/unit/runner/in_process_run.h"
 #include "tests/unit/temporary_folder.h"
 #include "viz/viewer/block.h"
 
@@ -25,15 +24,9 @@ double Angle(const double* a, const double* b) {
 
 TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   TemporaryFolder folder;
-  RunOptions options;
-  options.sim.task = "lift_pot/position";
-  options.in_process = true;
-  options.out = folder.path() / "run";
-  PreparedRun run = PrepareRun(options);
-  Announce(&run);
-  Bus bus("memq://");
-  std::vector<std::unique_ptr<Component>> components;
-  for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, run.options));
+  const std::filesystem::path out = folder.path() / "run";
+  InProcessRun run("lift_pot/position", out);
+  Bus& bus = run.bus();
 
   report::Scenes scenes;
   std::unique_ptr<viz::EpisodeTrack> track;
@@ -43,7 +36,7 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   bus.Subscribe(channels::kModel, [&](const model_info_t& m) { model = std::make_shared<model_info_t>(m); });
   bus.Subscribe(channels::kEpisodeBegin, [&](const episode_begin_t& m) {
     if (track) return;
-    const viz::SceneBlocks& scene = scenes.Of(*model, options.out);
+    const viz::SceneBlocks& scene = scenes.Of(*model, out);
     track = std::make_unique<viz::EpisodeTrack>(
         model, m.header,
         viz::EpisodeTrack::About{
@@ -66,19 +59,13 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   bus.Subscribe(channels::kEpisodeEnd, [&](const episode_end_t& m) { track->Receive(m); });
   bus.Subscribe(channels::kEpisodeSummary, [&](const episode_summary_t& m) { track->Receive(m); });
 
-  command_t command{};
-  command.kind = command_t::START_EPISODE;
-  command.seed = 1;
-  command.required_component = RequiredComponents(options);
-  command.num_required = static_cast<int32_t>(command.required_component.size());
-  command.required_instance.assign(command.required_component.size(), 0);
-  bus.Publish(channels::kCommand, command);
-  const std::filesystem::path log = EpisodeLog(options.out, 0);
+  run.Start();
+  const std::filesystem::path log = EpisodeLog(out, 0);
   const auto deadline = std::chrono::steady_clock::now() + kDeadline;
   while (!(track && track->summary() && std::filesystem::exists(log)) &&
          std::chrono::steady_clock::now() < deadline) {
     bus.Handle(std::chrono::steady_clock::now() + std::chrono::milliseconds(5));
-    for (const auto& component : components) component->Poll(std::chrono::steady_clock::now());
+    for (const auto& component : run.components()) component->Poll(std::chrono::steady_clock::now());
   }
   ASSERT_TRUE(track && track->summary());
   ASSERT_TRUE(std::filesystem::exists(log));

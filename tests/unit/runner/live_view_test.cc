@@ -7,21 +7,11 @@
 #include <sstream>
 
 #include "results/episode_json.h"
+#include "tests/unit/longest_line.h"
 
 namespace evalbus::runner::live_view_test {
 
 using std::chrono::seconds;
-
-// Characters of the longest line; UTF-8 continuation bytes do not count.
-int LongestLine(const std::string& text) {
-  std::istringstream lines(text);
-  int longest = 0;
-  for (std::string line; std::getline(lines, line);) {
-    longest = std::max(longest, static_cast<int>(std::count_if(line.begin(), line.end(),
-                                                               [](char c) { return (c & 0xC0) != 0x80; })));
-  }
-  return longest;
-}
 
 std::string Joined(const std::vector<std::string>& lines) {
   std::string text;

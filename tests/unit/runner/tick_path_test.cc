@@ -7,10 +7,9 @@
 #include "collision/clearance_watch.h"
 #include "collision/collision_component.h"
 #include "lcmtypes/clock.h"
-#include "runner/components.h"
-#include "runner/prepared_run.h"
 #include "tests/deadline.h"
 #include "tests/unit/allocation_count.h"
+#include "tests/unit/runner/in_process_run.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::runner::tick_path_test {
@@ -34,15 +33,8 @@ int64_t AllocationsOfChecking(const model_info_t& info, const std::vector<state_
 
 TEST(TickPath, NobodyAllocatesButFcl) {
   TemporaryFolder folder;
-  RunOptions options;
-  options.sim.task = "lift_pot";
-  options.in_process = true;
-  options.out = folder.path() / "run";
-  PreparedRun run = PrepareRun(options);
-  Announce(&run);
-  Bus bus("memq://");
-  std::vector<std::unique_ptr<Component>> components;
-  for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, run.options));
+  InProcessRun run("lift_pot", folder.path() / "run");
+  Bus& bus = run.bus();
 
   model_info_t model{};
   std::vector<state_t> states(kLast + 1);
@@ -57,13 +49,7 @@ TEST(TickPath, NobodyAllocatesButFcl) {
     if (tick <= kLast) keep(state);
     if (tick == kLast) after = AllocationCount();
   });
-  command_t command{};
-  command.kind = command_t::START_EPISODE;
-  command.seed = 1;
-  command.required_component = RequiredComponents(options);
-  command.num_required = static_cast<int32_t>(command.required_component.size());
-  command.required_instance.assign(command.required_component.size(), 0);
-  bus.Publish(channels::kCommand, command);
+  run.Start();
   const auto deadline = std::chrono::steady_clock::now() + kDeadline;
   while (tick < kLast && std::chrono::steady_clock::now() < deadline) bus.Handle(deadline);
   ASSERT_EQ(tick, kLast);
