@@ -8,7 +8,7 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
-#include "bus/channels.h"
+#include "bus/episode_reader.h"
 #include "export/mcap_writer.h"
 #include "export/scene.h"
 #include "export/schemas.h"
@@ -80,50 +80,34 @@ EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
 
 void AddImages(const fs::path& log, const std::vector<std::string>& cameras, const std::string& size,
                EncodedEpisode* episode) {
-  std::unique_ptr<viz::Renderer> renderer;
-  std::vector<int> ids;
-  std::vector<Message> images;
-  viz::JpegEncoder jpeg;
-  viz::Frame frame(viz::ParseFrameSize(size));
-  std::optional<model_info_t> model;
-  int64_t next_us = 0;
+  EpisodeReader reader(log, {channels::kState});
+  EpisodeMessages last;
+  for (EpisodeMessages read; reader.Next(&read);) last = std::move(read);
+  if (!last.model || !last.begin) return;
   const size_t first = episode->topics.size();
   for (const std::string& camera : cameras) {
     episode->topics.push_back({"/camera/" + camera, "foxglove.CompressedImage", CompressedImageSchema()});
   }
-  EventLogReader reader(log);
-  for (LogEvent event; reader.Next(&event);) {
-    if (channels::kModel == event.channel) {
-      model_info_t received{};
-      if (Decode(event.data, &received)) model = received;
-    } else if (channels::kEpisodeBegin == event.channel && model) {
-      episode_begin_t begin{};
-      if (!Decode(event.data, &begin)) continue;
-      if (!renderer) {
-        UseModelsIn(RunFolderOf(log), &*model);
-        renderer = std::make_unique<viz::Renderer>(LoadVisualModel(*model), frame.size);
-        viz::CheckCameras(renderer->model(), cameras);
-        for (const std::string& camera : cameras) {
-          ids.push_back(viz::FindCamera(renderer->model(), camera));
-        }
-      }
-      renderer->SetAppearance(*model, begin.seed);
-      images.clear();
-      next_us = 0;
-    } else if (channels::kState == event.channel && renderer) {
-      state_t state{};
-      if (!Decode(event.data, &state) || state.header.sim_time_us < next_us) continue;
-      next_us = state.header.sim_time_us + kImagePeriod_us;
-      renderer->SetState(state);
-      const int64_t time = state.header.sim_time_us * 1000;
-      for (size_t k = 0; k < ids.size(); ++k) {
-        renderer->Render(ids[k], &frame);
-        const nlohmann::ordered_json json = {{"timestamp", TimeJson(time)},
-                                             {"frame_id", cameras[k]},
-                                             {"data", Base64(jpeg.Encode(frame))},
-                                             {"format", "jpeg"}};
-        images.push_back({first + k, time, std::make_shared<const std::string>(ToText(json))});
-      }
+  viz::Frame frame(viz::ParseFrameSize(size));
+  UseModelsIn(RunFolderOf(log), &*last.model);
+  viz::Renderer renderer(LoadVisualModel(*last.model), frame.size);
+  viz::CheckCameras(renderer.model(), cameras);
+  renderer.SetAppearance(*last.model, last.begin->seed);
+  std::vector<Message> images;
+  viz::JpegEncoder jpeg;
+  int64_t next_us = 0;
+  for (const state_t& state : last.states) {
+    if (state.header.sim_time_us < next_us) continue;
+    next_us = state.header.sim_time_us + kImagePeriod_us;
+    renderer.SetState(state);
+    const int64_t time = state.header.sim_time_us * 1000;
+    for (size_t k = 0; k < cameras.size(); ++k) {
+      renderer.Render(viz::FindCamera(renderer.model(), cameras[k]), &frame);
+      const nlohmann::ordered_json json = {{"timestamp", TimeJson(time)},
+                                           {"frame_id", cameras[k]},
+                                           {"data", Base64(jpeg.Encode(frame))},
+                                           {"format", "jpeg"}};
+      images.push_back({first + k, time, std::make_shared<const std::string>(ToText(json))});
     }
   }
   episode->messages.insert(episode->messages.end(), images.begin(), images.end());

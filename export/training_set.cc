@@ -10,9 +10,7 @@
 #include "base/json_file.h"
 #include "base/safetensors.h"
 #include "base/write_whole.h"
-#include "bus/channels.h"
-#include "bus/event_log.h"
-#include "bus/message.h"
+#include "bus/episode_reader.h"
 #include "export/hdf5_file.h"
 #include "lcmtypes/clock.h"
 #include "models/task_description.h"
@@ -168,45 +166,22 @@ void WriteDemo(const EpisodeSteps& episode, const std::string& path, Hdf5File* f
 }  // namespace
 
 EpisodeSteps ReadSteps(const fs::path& log) {
-  EventLogReader reader(log);
+  const auto fail = [&](const std::string& what) { throw InputError(log.string() + ": " + what); };
+  EpisodeReader reader(log, {channels::kState, channels::kAction});
+  std::optional<EpisodeMessages> last;
+  for (EpisodeMessages read; reader.Next(&read); last = std::move(read)) {
+    if (last && last->number() != read.number()) fail("holds several episodes");
+  }
+  if (reader.log().damaged_places() > 0)
+    fail(fmt::format("damaged: {} bytes cannot be read", reader.log().damaged_bytes()));
+  if (!last || !last->model || !last->begin) fail("no episode in this log");
+  const std::vector<action_t>& actions = last->actions;
   EpisodeSteps episode;
   episode.log = log;
-  bool has_model = false, has_begin = false;
-  std::vector<action_t> actions;
-  LogEvent event;
-  const auto fail = [&](const std::string& what) { throw InputError(log.string() + ": " + what); };
-  while (reader.Next(&event)) {
-    if (event.channel == channels::kModel) {
-      has_model = Decode(event.data, &episode.model) || has_model;
-    } else if (event.channel == channels::kEpisodeBegin) {
-      episode_begin_t begin{};
-      if (!Decode(event.data, &begin)) continue;
-      if (has_begin && begin.header.episode != episode.begin.header.episode) fail("holds several episodes");
-      if (has_begin && begin.header.attempt != episode.begin.header.attempt) {
-        episode.states.clear();
-        actions.clear();
-      }
-      episode.begin = begin;
-      has_begin = true;
-    } else if (event.channel == channels::kState) {
-      state_t state{};
-      if (!Decode(event.data, &state)) continue;
-      // STATE is repeated until it is answered.
-      if (!episode.states.empty() && state.header.tick <= episode.states.back().header.tick) continue;
-      episode.states.push_back(std::move(state));
-    } else if (event.channel == channels::kAction) {
-      action_t action{};
-      if (!Decode(event.data, &action)) continue;
-      if (!actions.empty() && action.header.tick <= actions.back().header.tick) continue;
-      actions.push_back(std::move(action));
-    } else if (event.channel == channels::kEpisodeSummary) {
-      episode_summary_t summary{};
-      if (Decode(event.data, &summary)) episode.summary = std::move(summary);
-    }
-  }
-  if (reader.damaged_places() > 0)
-    fail(fmt::format("damaged: {} bytes cannot be read", reader.damaged_bytes()));
-  if (!has_model || !has_begin) fail("no episode in this log");
+  episode.model = *std::move(last->model);
+  episode.begin = *std::move(last->begin);
+  episode.states = std::move(last->states);
+  episode.summary = std::move(last->summary);
   size_t at = 0;
   for (size_t i = 0; i < episode.states.size(); ++i) {
     if (episode.states[i].header.tick != static_cast<int64_t>(i)) fail(fmt::format("tick {} is missing", i));

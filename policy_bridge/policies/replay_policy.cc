@@ -7,49 +7,32 @@
 
 #include "base/errors.h"
 #include "base/run_layout.h"
-#include "bus/channels.h"
-#include "bus/event_log.h"
-#include "bus/message.h"
 #include "lcmtypes/clock.h"
 #include "policy_bridge/planning/robot.h"
 
 namespace evalbus::policy {
 namespace {
 
-RecordedEpisode ReadEpisode(const std::filesystem::path& log, int episode) {
-  EventLogReader reader(log);
-  RecordedEpisode recorded;
-  recorded.log = log.string();
-  std::vector<action_t>& actions = recorded.actions;
-  std::vector<uint8_t> model;  // the last one before the episode
-  LogEvent event;
-  action_t action{};
-  episode_begin_t begin{};
-  while (reader.Next(&event)) {
-    if (event.channel == channels::kModel) model.assign(event.data.begin(), event.data.end());
-    if (event.channel == channels::kEpisodeBegin && Decode(event.data, &begin) &&
-        begin.header.episode == episode) {
-      recorded.begin = begin;
-      Decode(model, &recorded.model);
-    }
-    if (event.channel != channels::kAction || !Decode(event.data, &action)) continue;
-    if (action.header.episode != episode) continue;
-    // If an episode was restarted, its earlier actions are replaced.
-    while (!actions.empty() && actions.back().header.tick >= action.header.tick) actions.pop_back();
-    actions.push_back(action);
+// Reads the last attempt at the episode.
+RecordedActions ReadActions(const std::filesystem::path& log, int episode) {
+  EpisodeReader reader(log, {channels::kAction});
+  RecordedActions recorded{.log = log.string(), .episode = {}};
+  const auto is_wanted = [episode](int number) { return number == episode; };
+  for (EpisodeMessages read; reader.Next(&read, is_wanted);) {
+    if (is_wanted(read.number())) recorded.episode = std::move(read);
   }
   // Gaps cannot be tolerated: the previous action would silently be held in them.
-  if (reader.damaged_places() > 0) {
+  if (reader.log().damaged_places() > 0) {
     throw InputError("policy \"replay\": " + log.string() +
-                     " is damaged: " + std::to_string(reader.damaged_bytes()) + " bytes are damaged");
+                     " is damaged: " + std::to_string(reader.log().damaged_bytes()) + " bytes are damaged");
   }
   return recorded;
 }
 
 // Lists what differs between the recording and the run: "task lift_pot, not cube_handover; seed 3, not 4".
 // Empty if nothing differs.
-std::string Differences(const RecordedEpisode& recorded, const model_info_t& run, int64_t seed) {
-  const model_info_t& was = recorded.model;
+std::string Differences(const EpisodeMessages& recorded, const model_info_t& run, int64_t seed) {
+  const model_info_t was = recorded.model.value_or(model_info_t{});
   std::string text;
   const auto compare = [&](const std::string& what, const std::string& recorded_value,
                            const std::string& value) {
@@ -61,7 +44,8 @@ std::string Differences(const RecordedEpisode& recorded, const model_info_t& run
   compare("variation", was.variation, run.variation);
   compare("robot", was.robot, run.robot);
   compare("control rate", hz(was), hz(run));
-  compare("seed of the episode", std::to_string(recorded.begin.seed), std::to_string(seed));
+  compare("seed of the episode", std::to_string(recorded.begin ? recorded.begin->seed : 0),
+          std::to_string(seed));
   if (text.empty() && was.physics_sha256 != run.physics_sha256)
     return "another physics model of the same name";
   return text;
@@ -79,11 +63,11 @@ Recording OpenRecording(const std::string& path) {
     }
     return [path](int episode) {
       const std::filesystem::path log = EpisodeLog(path, episode);
-      return std::filesystem::exists(log) ? ReadEpisode(log, episode) : RecordedEpisode{};
+      return std::filesystem::exists(log) ? ReadActions(log, episode) : RecordedActions{};
     };
   }
   if (!std::filesystem::exists(path)) throw InputError("policy \"replay\": " + path + " does not exist");
-  return [path](int episode) { return ReadEpisode(path, episode); };
+  return [path](int episode) { return ReadActions(path, episode); };
 }
 
 std::string RecordingPath(const std::string& policy) {
@@ -97,14 +81,14 @@ ReplayPolicy::ReplayPolicy(Recording recording, const model_info_t& info, bool a
     : recording_(std::move(recording)), info_(info), anyway_(anyway) {}
 
 void ReplayPolicy::Begin(const episode_begin_t& begin) {
-  RecordedEpisode recorded = recording_(begin.header.episode);
+  RecordedActions recorded = recording_(begin.header.episode);
   next_ = 0;
-  actions_ = std::move(recorded.actions);
+  actions_ = std::move(recorded.episode.actions);
   if (actions_.empty()) {
     throw InputError("policy \"replay\": the recording has no actions of episode " +
                      std::to_string(begin.header.episode));
   }
-  if (const std::string differences = Differences(recorded, info_, begin.seed);
+  if (const std::string differences = Differences(recorded.episode, info_, begin.seed);
       !anyway_ && !differences.empty()) {
     throw InputError(
         fmt::format("policy \"replay\": {} was recorded with {}; the same actions would have another effect "

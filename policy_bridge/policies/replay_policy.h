@@ -5,21 +5,18 @@
 #include <string>
 #include <vector>
 
-#include "evalbus/model_info_t.hpp"
+#include "bus/episode_reader.h"
 #include "policy_bridge/interface/policy.h"
 
 namespace evalbus::policy {
 
-// The actions of an episode in tick order, and the messages that they were recorded with. No actions: the
-// episode is not in the recording.
-struct RecordedEpisode {
+// An episode with its actions, and the log that it was read from. Without actions, the episode is not in the
+// recording.
+struct RecordedActions {
   std::string log;
-  // Default-constructed if the log does not contain them.
-  model_info_t model{};
-  episode_begin_t begin{};
-  std::vector<action_t> actions;
+  EpisodeMessages episode;
 };
-using Recording = std::function<RecordedEpisode(int episode)>;
+using Recording = std::function<RecordedActions(int episode)>;
 
 // Actions in a run folder or an LCM event log, read when an episode is requested. Throws InputError if the
 // path is neither.

@@ -86,7 +86,7 @@ void WriteJoint(size_t longest, const JointVideoOptions& options, const std::fil
 
 }  // namespace
 
-VideoEpisode ToVideoEpisode(const RecordedEpisode& episode, const std::string& policy,
+VideoEpisode ToVideoEpisode(const EpisodeMessages& episode, const std::string& policy,
                             const std::filesystem::path& log) {
   std::vector<int64_t> sim_time_us;
   for (const state_t& state : episode.states) sim_time_us.push_back(state.header.sim_time_us);
@@ -108,8 +108,8 @@ std::vector<VideoEpisode> ReadVideoEpisodes(const std::filesystem::path& log,
     return episodes.empty() || std::ranges::find(episodes, number) != episodes.end();
   };
   std::vector<VideoEpisode> video_episodes;
-  EpisodeReader reader(log);
-  for (RecordedEpisode episode; reader.Next(&episode, is_wanted);) {
+  EpisodeReader reader(log, kVideoChannels);
+  for (EpisodeMessages episode; reader.Next(&episode, is_wanted);) {
     if (episode.states.empty()) continue;
     if (!episode.model) throw InputError(log.string() + ": no whole MODEL message before the first STATE");
     video_episodes.push_back(ToVideoEpisode(episode, policy, log));

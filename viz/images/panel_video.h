@@ -33,7 +33,7 @@ struct VideoEpisode {
 };
 
 // Throws InputError if MODEL is inconsistent.
-VideoEpisode ToVideoEpisode(const RecordedEpisode& episode, const std::string& policy,
+VideoEpisode ToVideoEpisode(const EpisodeMessages& episode, const std::string& policy,
                             const std::filesystem::path& log);
 // Returns the episodes of a log with these numbers; all if `episodes` is empty. Throws InputError as
 // MakeLogVideos does.

@@ -13,8 +13,8 @@
 #include "base/forked_work.h"
 #include "bus/host.h"
 #include "models/task_description.h"
+#include "viz/images/log_episodes.h"
 #include "viz/images/painter/gl_context.h"
-#include "viz/images/recorded_episode.h"
 
 namespace evalbus::viz {
 namespace {

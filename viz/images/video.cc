@@ -9,10 +9,10 @@
 #include <set>
 
 #include "base/errors.h"
+#include "viz/images/log_episodes.h"
 #include "viz/images/overlay.h"
 #include "viz/images/panel_video.h"
 #include "viz/images/parallel_frame_renderer.h"
-#include "viz/images/recorded_episode.h"
 #include "viz/images/video_writer.h"
 
 namespace evalbus::viz {
@@ -27,7 +27,7 @@ struct Shown {
 };
 
 // Returns one entry per frame. The last entry, with the end of the episode, is shown kVideoHold times.
-std::vector<Shown> WhatIsShown(const RecordedEpisode& episode, const std::string& policy) {
+std::vector<Shown> WhatIsShown(const EpisodeMessages& episode, const std::string& policy) {
   OverlayText text;
   text.title = episode.model->task + "/" + episode.model->variation;
   text.subtitle = EpisodeSubtitle(episode.number());
@@ -55,7 +55,7 @@ std::vector<Shown> WhatIsShown(const RecordedEpisode& episode, const std::string
 }
 
 // Writes one file per camera; progress: of this episode.
-void MakePlainVideo(const RecordedEpisode& episode, const VideoOptions& options,
+void MakePlainVideo(const EpisodeMessages& episode, const VideoOptions& options,
                     const std::filesystem::path& log, const std::vector<std::string>& cameras,
                     ParallelFrameRenderer* frame_renderer, const std::vector<std::filesystem::path>& files,
                     const VideoProgress& progress) {
@@ -147,10 +147,10 @@ std::vector<std::filesystem::path> MakeLogVideos(const std::filesystem::path& lo
   std::vector<std::filesystem::path> files;
   std::map<int, int> times;
   double done = 0;
-  EpisodeReader reader(log);
+  EpisodeReader reader(log, kVideoChannels);
   ModelPtr model;
   std::string model_sha256;
-  for (RecordedEpisode episode; reader.Next(&episode, is_wanted);) {
+  for (EpisodeMessages episode; reader.Next(&episode, is_wanted);) {
     if (episode.states.empty()) continue;
     const int number = episode.number();
     if (!episode.model) throw InputError(log.string() + ": no whole MODEL message before the first STATE");

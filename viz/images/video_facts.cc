@@ -30,7 +30,7 @@ std::string WithUnit(const MetricInfo& metric, double value) {
   return text;
 }
 
-void AddCurves(const RecordedEpisode& episode, VideoFacts* facts) {
+void AddCurves(const EpisodeMessages& episode, VideoFacts* facts) {
   for (const partial_metrics_t& partial : episode.partials) {
     facts->time_s.push_back(Seconds(partial.header.sim_time_us));
     const std::vector<ScoreRow> rows = ScoreRows(partial.metrics, partial.extended);
@@ -67,7 +67,7 @@ void AddCurves(const RecordedEpisode& episode, VideoFacts* facts) {
   }
 }
 
-void AddMarks(const RecordedEpisode& episode, VideoFacts* facts) {
+void AddMarks(const EpisodeMessages& episode, VideoFacts* facts) {
   using Kind = VideoMark::Kind;
   for (const StageRow& stage : facts->stages) {
     if (stage.reached && stage.time >= 0) facts->marks.push_back({Kind::kStage, stage.time, 0});
@@ -103,7 +103,7 @@ PlaceMark At(VideoMark::Kind kind, const double position_m[3]) {
 // Steps through the contacts of an episode in order of time.
 class Touches {
  public:
-  Touches(const RecordedEpisode& episode, bool counts_collisions)
+  Touches(const EpisodeMessages& episode, bool counts_collisions)
       : episode_(episode), names_(*episode.model), counts_collisions_(counts_collisions) {}
 
   // Returns the marks to show at this time. Must be called with ascending times.
@@ -169,7 +169,7 @@ class Touches {
     }
   }
 
-  const RecordedEpisode& episode_;
+  const EpisodeMessages& episode_;
   const ModelNames names_;
   const bool counts_collisions_;
   size_t next_ = 0;
@@ -180,7 +180,7 @@ class Touches {
 };
 
 // Explains the outcome: the deciding condition and the end reason in words.
-std::string Reason(const RecordedEpisode& episode) {
+std::string Reason(const EpisodeMessages& episode) {
   std::string text;
   const auto add = [&text](const std::string& part) {
     if (!part.empty()) text += (text.empty() ? "" : ", ") + part;
@@ -196,7 +196,7 @@ std::string Reason(const RecordedEpisode& episode) {
 
 }  // namespace
 
-VideoFacts FactsOf(const RecordedEpisode& episode, const std::vector<size_t>& schedule,
+VideoFacts FactsOf(const EpisodeMessages& episode, const std::vector<size_t>& schedule,
                    const std::string& policy) {
   VideoFacts facts;
   facts.task = Printable(episode.model->task + "/" + episode.model->variation);

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "viz/images/recorded_episode.h"
+#include "bus/episode_reader.h"
 #include "viz/watch/score_rows.h"
 
 namespace evalbus::viz {
@@ -65,7 +65,7 @@ struct VideoFacts {
 };
 
 // schedule: which STATE each frame shows (VideoSchedule). Throws InputError if MODEL is inconsistent.
-VideoFacts FactsOf(const RecordedEpisode& episode, const std::vector<size_t>& schedule,
+VideoFacts FactsOf(const EpisodeMessages& episode, const std::vector<size_t>& schedule,
                    const std::string& policy);
 
 }  // namespace evalbus::viz

@@ -110,14 +110,20 @@ TEST_F(PolicyComponentTest, ReplaysALogAndARunFolder) {
     action.joint_position_rad.assign(14, value);
     writer.Write(channels::kAction, Encode(action), 0);
   };
+  const auto begin_attempt = [&](int attempt) {
+    episode_begin_t begin{};
+    begin.header.episode = 1;
+    begin.header.attempt = action.header.attempt = attempt;
+    begin.seed = 1;
+    writer.Write(channels::kEpisodeBegin, Encode(begin), 0);
+  };
   writer.Write(channels::kModel, Encode(model_), 0);
-  episode_begin_t begin{};
-  begin.header.episode = 1;
-  begin.seed = 1;
-  writer.Write(channels::kEpisodeBegin, Encode(begin), 0);
-  // A first attempt of two ticks, then a second attempt of the episode.
-  for (const double value : {0.5, 0.6}) write(value == 0.6, value);
-  for (const double value : {0.1, 0.2}) write(value == 0.2, value);
+  // The second attempt at the episode is replayed.
+  begin_attempt(0);
+  for (const int tick : {0, 1, 2}) write(tick, 0.5);
+  begin_attempt(1);
+  write(0, 0.1);
+  write(1, 0.2);
   writer.Close();
 
   PolicyComponent component(&bus_, {"replay:" + log.string()});
@@ -129,9 +135,9 @@ TEST_F(PolicyComponentTest, ReplaysALogAndARunFolder) {
   EXPECT_EQ(actions_[0].joint_position_rad[0], 0.1);
   EXPECT_EQ(actions_[1].joint_position_rad[0], 0.2);
   EXPECT_THROW(Begin(2), InputError);
-  EXPECT_EQ(OpenRecording(folder_)(1).actions.size(), 2u);
-  EXPECT_EQ(OpenRecording(folder_)(1).model.variation, model_.variation);
-  EXPECT_TRUE(OpenRecording(folder_)(0).actions.empty());
+  EXPECT_EQ(OpenRecording(folder_)(1).episode.actions.size(), 2u);
+  EXPECT_EQ(OpenRecording(folder_)(1).episode.model->variation, model_.variation);
+  EXPECT_TRUE(OpenRecording(folder_)(0).episode.actions.empty());
 }
 
 TEST_F(PolicyComponentTest, BadPoliciesAreRefusedAtOnce) {

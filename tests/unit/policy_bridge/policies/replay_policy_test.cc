@@ -41,10 +41,12 @@ action_t Recorded(int64_t tick, double first_joint) {
 
 constexpr int64_t kSeed = 11;
 
-RecordedEpisode Episode(const std::vector<action_t>& actions) {
-  RecordedEpisode episode{.log = "a.lcmlog", .model = Info(), .begin = {}, .actions = actions};
-  episode.begin.seed = kSeed;
-  return episode;
+RecordedActions Episode(const std::vector<action_t>& actions) {
+  RecordedActions recorded{.log = "a.lcmlog", .episode = {}};
+  recorded.episode.model = Info();
+  recorded.episode.begin.emplace().seed = kSeed;
+  recorded.episode.actions = actions;
+  return recorded;
 }
 
 TEST(ReplayPolicy, PlaysByTimeAndHoldsTheLast) {
@@ -75,7 +77,7 @@ TEST(ReplayPolicy, RefusesWhatItCannotPlay) {
   episode_begin_t begin{};
   begin.header.episode = 5;
   begin.seed = kSeed;
-  ReplayPolicy empty([](int) { return RecordedEpisode{}; }, Info(), true);
+  ReplayPolicy empty([](int) { return RecordedActions{}; }, Info(), true);
   EXPECT_THROW(empty.Begin(begin), InputError);
   action_t wrong = Recorded(0, 0);
   wrong.joint_position_rad.pop_back();
@@ -85,8 +87,8 @@ TEST(ReplayPolicy, RefusesWhatItCannotPlay) {
 
 TEST(ReplayPolicy, RefusesAnotherWorldUnlessToldTo) {
   const auto refusal = [](const model_info_t& recorded, int64_t seed, bool anyway) -> std::string {
-    RecordedEpisode episode = Episode({Recorded(0, 0)});
-    episode.model = recorded;
+    RecordedActions episode = Episode({Recorded(0, 0)});
+    episode.episode.model = recorded;
     ReplayPolicy replay([&](int) { return episode; }, Info(), anyway);
     episode_begin_t begin{};
     begin.seed = seed;

@@ -325,8 +325,8 @@ TEST_F(VideoTest, DamagedTimesNeitherStretchTheVideoNorEndIt) {
   int64_t states = 0;
   for (LogEvent event; reader.Next(&event);) {
     std::vector<uint8_t> data(event.data.begin(), event.data.end());
-    // sim_time_us follows the fingerprint, episode and tick.
-    if (event.channel == channels::kState && states++ % 10 == 3) data[20] = states == 4 ? 0x01 : 0xC0;
+    // sim_time_us follows the fingerprint, session, episode, attempt and tick.
+    if (event.channel == channels::kState && states++ % 10 == 3) data[32] = states == 4 ? 0x01 : 0xC0;
     log.Write(event.channel, data, event.time_us);
   }
   log.Close();

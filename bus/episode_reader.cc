@@ -1,0 +1,107 @@
+#include "bus/episode_reader.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "lcmtypes/end_reason.h"
+
+namespace evalbus {
+namespace {
+
+constexpr int64_t kLongestStateGap_us = 60'000'000;
+
+bool IsOurs(const header_t& header, const EpisodeMessages& episode) {
+  return header.episode == episode.first_header.episode && header.attempt == episode.first_header.attempt;
+}
+
+bool IsAnother(const episode_begin_t& begin, const EpisodeMessages& episode, bool has_tick) {
+  if (episode.end) return true;
+  if (!episode.begin) return has_tick;
+  return !IsOurs(begin.header, episode) || begin.seed != episode.begin->seed;
+}
+
+template <class Message>
+int64_t TickOf(const Message& message) {
+  return message.header.tick;
+}
+
+template <class Message>
+void KeepFirstOfEachTick(std::vector<Message>* messages) {
+  if (!std::ranges::is_sorted(*messages, {}, TickOf<Message>)) {
+    std::ranges::stable_sort(*messages, {}, TickOf<Message>);
+  }
+  const auto repeated = std::ranges::unique(*messages, {}, TickOf<Message>);
+  messages->erase(repeated.begin(), repeated.end());
+}
+
+void RemoveDamagedTimes(std::vector<state_t>* states) {
+  int64_t last_us = -1;
+  std::erase_if(*states, [&](const state_t& state) {
+    const int64_t time_us = state.header.sim_time_us;
+    if (time_us <= last_us || time_us > last_us + kLongestStateGap_us) return true;
+    last_us = time_us;
+    return false;
+  });
+}
+
+}  // namespace
+
+std::string EpisodeMessages::outcome() const {
+  if (summary) return end_reason::Outcome(summary->failure_reason);
+  return end ? end->end_reason : "";
+}
+
+template <class Message>
+void EpisodeReader::Add(const Channel<Message>& channel, const std::function<bool(int)>& is_wanted,
+                        std::vector<Message>* messages, EpisodeMessages* episode) {
+  header_t header{};
+  if (channel != event_.channel || !DecodeHeader<Message>(event_.data, &header) || !IsPlausible(header)) {
+    return;
+  }
+  if (!episode->begin && !has_tick_) episode->first_header = header;
+  has_tick_ = true;
+  if (!IsOurs(header, *episode)) return;
+  if (!channels_.contains(event_.channel) || !is_wanted(header.episode)) return;
+  if (!Decode(event_.data, &messages->emplace_back())) messages->pop_back();
+}
+
+bool EpisodeReader::Next(EpisodeMessages* episode, const std::function<bool(int)>& is_wanted) {
+  *episode = {};
+  has_tick_ = false;
+  const auto begin_with = [&](episode_begin_t begin) {
+    episode->first_header = begin.header;
+    episode->begin = std::move(begin);
+  };
+  const auto has_begun = [&] { return episode->begin || has_tick_; };
+  if (next_begin_) begin_with(*std::exchange(next_begin_, std::nullopt));
+  episode->model = model_;
+  while (!next_begin_ && reader_.Next(&event_)) {
+    Add(channels::kState, is_wanted, &episode->states, episode);
+    Add(channels::kContacts, is_wanted, &episode->contacts, episode);
+    Add(channels::kAction, is_wanted, &episode->actions, episode);
+    Add(channels::kPartial, is_wanted, &episode->partials, episode);
+    if (episode_begin_t begin{}; event_.channel == channels::kEpisodeBegin && Decode(event_.data, &begin)) {
+      if (IsAnother(begin, *episode, has_tick_)) {
+        next_begin_ = std::move(begin);
+      } else {
+        begin_with(std::move(begin));
+      }
+    } else if (model_info_t model{}; event_.channel == channels::kModel && Decode(event_.data, &model)) {
+      model_ = std::move(model);
+      if (!episode->model || !has_tick_) episode->model = model_;
+    } else if (episode_end_t end{}; event_.channel == channels::kEpisodeEnd && Decode(event_.data, &end)) {
+      if (has_begun() && IsOurs(end.header, *episode)) episode->end = std::move(end);
+    } else if (episode_summary_t summary{};
+               event_.channel == channels::kEpisodeSummary && Decode(event_.data, &summary)) {
+      if (has_begun() && IsOurs(summary.header, *episode)) episode->summary = std::move(summary);
+    }
+  }
+  KeepFirstOfEachTick(&episode->states);
+  KeepFirstOfEachTick(&episode->contacts);
+  KeepFirstOfEachTick(&episode->actions);
+  KeepFirstOfEachTick(&episode->partials);
+  RemoveDamagedTimes(&episode->states);
+  return has_begun();
+}
+
+}  // namespace evalbus

@@ -1,0 +1,45 @@
+#include "viz/images/log_episodes.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <iostream>
+#include <set>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "models/physics_model.h"
+
+namespace evalbus::viz {
+
+std::vector<int> EpisodesOf(const std::filesystem::path& log) {
+  EpisodeReader reader(log, {channels::kState});
+  std::vector<int> numbers;
+  for (EpisodeMessages episode; reader.Next(&episode);) {
+    if (!episode.states.empty()) numbers.push_back(episode.number());
+  }
+  if (reader.log().damaged_places() > 0) {
+    std::cerr << "warning: " << log.string() << ": " << reader.log().damaged_bytes()
+              << " damaged bytes skipped; the video holds the image where ticks are missing" << std::endl;
+  }
+  if (!reader.has_model()) throw InputError(log.string() + ": no whole MODEL message in this log");
+  if (numbers.empty()) throw InputError(log.string() + ": no whole STATE message in this log");
+  return numbers;
+}
+
+void CheckEpisodes(const std::filesystem::path& log, const std::vector<int>& numbers,
+                   const std::vector<int>& wanted) {
+  for (const int number : wanted) {
+    if (std::ranges::find(numbers, number) != numbers.end()) continue;
+    throw InputError(fmt::format("{} has no episode {}; it has {}", log.string(), number,
+                                 fmt::join(std::set(numbers.begin(), numbers.end()), ", ")));
+  }
+}
+
+ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log) {
+  UseModelsIn(RunFolderOf(log), &info);
+  return LoadVisualModel(info);
+}
+
+}  // namespace evalbus::viz
