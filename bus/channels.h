@@ -111,6 +111,23 @@ bool Carries(const Channel<Message>& channel, std::string_view name) {
   return name == own || (own.ends_with('_') && name.starts_with(own));
 }
 
+// Decodes a message on one of these channels and passes it to `handler`. Returns false if it cannot be
+// decoded, true for messages on other channels.
+template <class Handler, class... Message>
+bool Dispatch(std::string_view name, std::span<const uint8_t> data, const Handler& handler,
+              const Channel<Message>&... channel) {
+  bool good = true;
+  const auto pass = [&]<class Known>(const Channel<Known>& known) {
+    if (!Carries(known, name)) return false;
+    Known message{};
+    good = Decode(data, &message);
+    if (good) handler(std::move(message));
+    return true;
+  };
+  (pass(channel) || ...);
+  return good;
+}
+
 // False for channels of a source and for channels that are not in the table.
 inline bool CarriesSession(std::string_view name) {
   bool carries = false;

@@ -105,19 +105,10 @@ Encoder::Encoder(Emit emit, SceneOf scene) : emit_(std::move(emit)), scene_(std:
 
 void Encoder::Receive(std::string_view channel, std::span<const uint8_t> data) {
   if (channels::kModel == channel && !UpdateIfChanged(data, &model_bytes_)) return;
-  const auto hear = [&]<class T>(const Channel<T>& known) {
-    if (!(known == channel)) return false;
-    T message{};
-    if (Decode(data, &message)) {
-      Receive(message);
-    } else {
-      ++undecodable_;
-    }
-    return true;
-  };
-  hear(channels::kState) || hear(channels::kContacts) || hear(channels::kPartial) ||
-      hear(channels::kAction) || hear(channels::kModel) || hear(channels::kEpisodeBegin) ||
-      hear(channels::kEpisodeEnd) || hear(channels::kEpisodeSummary) || hear(channels::kLog);
+  undecodable_ += !channels::Dispatch(
+      channel, data, [this](const auto& message) { Receive(message); }, channels::kState, channels::kContacts,
+      channels::kPartial, channels::kAction, channels::kModel, channels::kEpisodeBegin, channels::kEpisodeEnd,
+      channels::kEpisodeSummary, channels::kLog);
 }
 
 void Encoder::Receive(const model_info_t& model) {

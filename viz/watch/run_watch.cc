@@ -47,46 +47,18 @@ void RunWatch::Receive(std::string_view channel, std::span<const uint8_t> data, 
     traffic = channels_.emplace(channel, Traffic{}).first;
   }
   if (traffic != channels_.end()) ++traffic->second.count;
-  const auto decode = [&](auto* message) {
-    const bool good = Decode(data, message);
-    undecodable_ += !good;
-    return good;
+  if (channel == channels::kState) return OnState(data);
+  if (channel == channels::kModel) return OnModel(data);
+  const auto pass = [&]<class Message>(const Message& message) {
+    if constexpr (requires { Receive(message, now); }) {
+      Receive(message, now);
+    } else {
+      Receive(message);
+    }
   };
-  if (channel == channels::kState) {
-    OnState(data);
-  } else if (channel == channels::kPartial) {
-    partial_metrics_t partial{};
-    if (decode(&partial)) Receive(partial, now);
-  } else if (channel == channels::kContacts) {
-    contacts_t contacts{};
-    if (!decode(&contacts) || contacts.header.episode != episode_) return;
-    if (contacts.has_clearance) clearance_ = contacts;
-    contacts_ = std::move(contacts);
-  } else if (channel == channels::kStatus) {
-    component_status_t status{};
-    if (decode(&status)) OnStatus(status, now);
-  } else if (channel == channels::kModel) {
-    OnModel(data);
-  } else if (channel == channels::kEpisodeBegin) {
-    episode_begin_t begin{};
-    if (decode(&begin)) Receive(begin, now);
-  } else if (channel == channels::kEpisodeEnd) {
-    episode_end_t end{};
-    // EPISODE_END is repeated until the next episode begins; a score, if there is one, is more specific.
-    const bool is_scored = summed_up_ && summed_up_->first == episode_;
-    if (!decode(&end) || end.header.episode != episode_) return;
-    if (!is_scored) end_reason_ = Printable(end.end_reason);
-    if (end.pacing_error.count > 0) pacing_ = end;
-  } else if (channel == channels::kEpisodeSummary) {
-    episode_summary_t summary{};
-    if (decode(&summary)) OnEpisodeDone(summary);
-  } else if (channel == channels::kRunSummary) {
-    run_summary_t run{};
-    if (decode(&run)) OnRun(run);
-  } else if (channel == channels::kLog) {
-    log_t line{};
-    if (decode(&line)) OnLog(std::move(line));
-  }
+  undecodable_ += !channels::Dispatch(channel, data, pass, channels::kPartial, channels::kContacts,
+                                      channels::kStatus, channels::kEpisodeBegin, channels::kEpisodeEnd,
+                                      channels::kEpisodeSummary, channels::kRunSummary, channels::kLog);
 }
 
 void RunWatch::Receive(const episode_begin_t& begin, SteadyTime now) {
@@ -106,6 +78,20 @@ void RunWatch::Receive(const partial_metrics_t& partial, SteadyTime now) {
   if (IsPlausible(partial.header)) Simulated(partial.header);
   partial_ = partial;
   partial_is_old_ = false;
+}
+
+void RunWatch::Receive(const contacts_t& contacts) {
+  if (contacts.header.episode != episode_) return;
+  if (contacts.has_clearance) clearance_ = contacts;
+  contacts_ = contacts;
+}
+
+void RunWatch::Receive(const episode_end_t& end) {
+  if (end.header.episode != episode_) return;
+  // EPISODE_END is repeated until the next episode begins; a score, if there is one, is more specific.
+  const bool is_scored = summed_up_ && summed_up_->first == episode_;
+  if (!is_scored) end_reason_ = Printable(end.end_reason);
+  if (end.pacing_error.count > 0) pacing_ = end;
 }
 
 void RunWatch::EnterEpisode(int32_t episode, int32_t attempt) {
@@ -168,7 +154,7 @@ void RunWatch::OnModel(std::span<const uint8_t> data) {
   }
 }
 
-void RunWatch::OnStatus(const component_status_t& status, SteadyTime now) {
+void RunWatch::Receive(const component_status_t& status, SteadyTime now) {
   const std::string component = Printable(status.component);
   if (health_.size() >= kMaxNames && !health_.contains(component)) return;
   Health& health = health_[component];
@@ -190,7 +176,7 @@ void RunWatch::OnStatus(const component_status_t& status, SteadyTime now) {
   }
 }
 
-void RunWatch::OnEpisodeDone(const episode_summary_t& summary) {
+void RunWatch::Receive(const episode_summary_t& summary) {
   const std::pair<int32_t, int32_t> key(summary.header.episode, summary.header.attempt);
   if (summed_up_ == key) return;  // repetition
   summed_up_ = key;
@@ -205,14 +191,14 @@ void RunWatch::OnEpisodeDone(const episode_summary_t& summary) {
                                 summary.end_detail.empty() ? "" : ": " + Printable(summary.end_detail)));
 }
 
-void RunWatch::OnRun(const run_summary_t& run) {
+void RunWatch::Receive(const run_summary_t& run) {
   // RUN_SUMMARY is repeated once a second; only a changed count is an event.
   const bool news = run.num_episodes > 0 && (!run_ || run.num_episodes != run_->num_episodes);
   run_ = run;
   if (news) events_.push_back(DoneText(run, planned_episodes_));
 }
 
-void RunWatch::OnLog(log_t line) {
+void RunWatch::Receive(log_t line) {
   line.component = Printable(line.component);
   line.text = Printable(line.text);
   if (line.level >= log_t::WARN_LEVEL) {

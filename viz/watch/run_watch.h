@@ -65,8 +65,8 @@ class RunWatch {
   std::vector<std::string> TakeEvents() { return std::exchange(events_, {}); }
 
   int planned_episodes() const { return planned_episodes_; }
-  // started: time of the first call of Hear or Update. heard_at: time of the last message. Both are empty
-  // before.
+  // started: time of the first call of Receive or Update. received_at: time of the last message. Both are
+  // empty before.
   const std::optional<SteadyTime>& started() const { return started_; }
   const std::optional<SteadyTime>& received_at() const { return received_at_; }
   // Returns whether the leading component has reported the end of the run or replay. Components that are
@@ -118,10 +118,12 @@ class RunWatch {
   void EnterEpisode(int32_t episode, int32_t attempt);
   void OnState(std::span<const uint8_t> data);
   void OnModel(std::span<const uint8_t> data);
-  void OnStatus(const component_status_t& status, SteadyTime now);
-  void OnEpisodeDone(const episode_summary_t& summary);
-  void OnRun(const run_summary_t& run);
-  void OnLog(log_t line);
+  void Receive(const component_status_t& status, SteadyTime now);
+  void Receive(const contacts_t& contacts);
+  void Receive(const episode_end_t& end);
+  void Receive(const episode_summary_t& summary);
+  void Receive(const run_summary_t& run);
+  void Receive(log_t line);
   void Simulated(const header_t& header);
   void RollWindow(SteadyTime now);
 

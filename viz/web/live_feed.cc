@@ -10,13 +10,6 @@ namespace {
 
 bool IsSame(const header_t& a, const header_t& b) { return a.episode == b.episode && a.attempt == b.attempt; }
 
-// Decodes the message if it is on this channel.
-template <class Message>
-bool DecodeFor(const Channel<Message>& channel, std::string_view name, std::span<const uint8_t> data,
-               Message* message) {
-  return channel == name && Decode(data, message);
-}
-
 }  // namespace
 
 void LiveFeed::Receive(std::string_view channel, std::span<const uint8_t> data, SteadyTime now,
@@ -27,10 +20,13 @@ void LiveFeed::Receive(std::string_view channel, std::span<const uint8_t> data, 
     model_ = wanted_ = std::make_shared<const model_info_t>(*watch_.model());
     return;
   }
-  if (log_t line{}; DecodeFor(channels::kLog, channel, data, &line)) {
-    line.component = Printable(line.component);
-    line.text = Printable(line.text);
-    lines_.push_back({std::move(line), time});
+  if (channel == channels::kLog) {
+    const auto add = [&](log_t line) {
+      line.component = Printable(line.component);
+      line.text = Printable(line.text);
+      lines_.push_back({std::move(line), time});
+    };
+    channels::Dispatch(channel, data, add, channels::kLog);
     return;
   }
   header_t header{};
@@ -47,15 +43,15 @@ void LiveFeed::Receive(std::string_view channel, std::span<const uint8_t> data, 
     waiting_.clear();
     waiting_bytes_ = 0;
   }
-  if (episode_summary_t summary{}; DecodeFor(channels::kEpisodeSummary, channel, data, &summary)) {
+  const auto add_done = [&](const episode_summary_t& summary) {
     const std::pair<int32_t, int32_t> which(summary.header.episode, summary.header.attempt);
-    if (last_done_ != which) {
-      last_done_ = which;
-      const bool has_model = watch_.model() != nullptr;
-      done_.push_back(
-          RowOf(summary, has_model ? watch_.model()->task : "", has_model ? watch_.model()->variation : ""));
-    }
-  }
+    if (last_done_ == which) return;
+    last_done_ = which;
+    const bool has_model = watch_.model() != nullptr;
+    done_.push_back(
+        RowOf(summary, has_model ? watch_.model()->task : "", has_model ? watch_.model()->variation : ""));
+  };
+  channels::Dispatch(channel, data, add_done, channels::kEpisodeSummary);
   if (!episode_) return;
   if (track_) return Give(channel, data);
   if (waiting_bytes_ + data.size() <= kMaxWaiting) {
@@ -112,24 +108,17 @@ void LiveFeed::BeginTrack() {
 }
 
 void LiveFeed::Give(std::string_view channel, std::span<const uint8_t> data) {
-  if (episode_begin_t begin{}; DecodeFor(channels::kEpisodeBegin, channel, data, &begin)) {
-    const bool is_ours = track_->IsOurs(begin.header);
-    track_->Receive(begin, is_ours && scene_.appearance ? scene_.appearance(begin.seed) : nullptr);
-  } else if (channel == channels::kState) {
-    if (state_t state{}; Decode(data, &state)) track_->Receive(state);
-  } else if (channel == channels::kContacts) {
-    if (contacts_t contacts{}; Decode(data, &contacts)) track_->Receive(contacts);
-  } else if (channel == channels::kPartial) {
-    if (partial_metrics_t partial{}; Decode(data, &partial)) track_->Receive(partial);
-  } else if (channel == channels::kCriteria) {
-    if (criteria_t criteria{}; Decode(data, &criteria)) track_->Receive(criteria);
-  } else if (channel == channels::kEpisodeEnd) {
-    if (episode_end_t end{}; Decode(data, &end)) track_->Receive(end);
-  } else if (channel == channels::kEpisodeSummary) {
-    if (episode_summary_t summary{}; Decode(data, &summary)) track_->Receive(summary);
-  } else if (channels::Carries(channels::kCameraImage, channel)) {
-    if (image_t image{}; Decode(data, &image)) track_->Receive(image);
-  }
+  const auto give = [this]<class Message>(const Message& message) {
+    if constexpr (std::is_same_v<Message, episode_begin_t>) {
+      const bool is_ours = track_->IsOurs(message.header);
+      track_->Receive(message, is_ours && scene_.appearance ? scene_.appearance(message.seed) : nullptr);
+    } else {
+      track_->Receive(message);
+    }
+  };
+  channels::Dispatch(channel, data, give, channels::kEpisodeBegin, channels::kState, channels::kContacts,
+                     channels::kPartial, channels::kCriteria, channels::kEpisodeEnd,
+                     channels::kEpisodeSummary, channels::kCameraImage);
 }
 
 void LiveFeed::Publish(UpdateBroadcaster* broadcaster, const RunLabel& label, const RunNumbers* counted,
