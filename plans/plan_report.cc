@@ -25,10 +25,6 @@ namespace fs = std::filesystem;
 using results::RecordedRun;
 using results::RecordedRuns;
 
-report::PlanCell CellOf(const metrics::RunSummary& summary) {
-  return {summary.successes, summary.judged, summary.wilson.lower, summary.wilson.upper, "", {}};
-}
-
 // A policy's report page, which contains some of its episodes for playback.
 class ReportWithEpisodes {
  public:
@@ -122,9 +118,8 @@ void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
     auto& failed = report.failed_episodes.emplace_back();
     std::vector<std::pair<std::string, report::PlanCell>> cells;
     for (size_t i = 0; i < suite.runs.size(); ++i) {
-      report::PlanCell& cell =
-          cells.emplace_back(suite.runs[i].task_name(), CellOf(suite.runs[i].Statistics().Summary(false)))
-              .second;
+      report::PlanCell& cell = cells.emplace_back(suite.runs[i].task_name(), report::PlanCell{}).second;
+      cell.summary = suite.runs[i].Statistics().Summary(false);
       cell.url = page.url() + (suite.runs.size() > 1 ? fmt::format("#run-{}-", i) : "");
       AddEpisodes(suite.runs[i], i, page, &cell, &failed);
       for (const std::string& remark : suite.runs[i].Remarks()) {
@@ -142,9 +137,7 @@ void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
     }
     results::Tally tally;
     for (const RecordedRun& run : suite.runs) tally.Add(run);
-    const metrics::RunSummary all = tally.Summary();
-    report.all.cells.push_back(CellOf(all));
-    report.failure_reasons.push_back(all.failure_reasons);
+    report.all.cells.push_back({.summary = tally.Summary()});
     results::SuiteTally tasks;
     for (const RecordedRun& run : suite.runs) tasks.Add(run.task_name(), run);
     report.means.push_back(tasks.mean_over_tasks());
@@ -176,10 +169,7 @@ void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
                 "Tested after every {} episodes of each task, at most {}: p values are valid at any look, "
                 "adjusted by Bonferroni for the policies that are compared.",
                 plan.options.episodes, plan.until->max_episodes);
-  for (const results::RankedRun& run : results.ranking) {
-    report.ranking.push_back({run.name, run.successes, run.trials, run.letters});
-  }
-  report.ranking_note = results::kRankingNote;
+  report.ranking = results.ranking;
   WriteWhole(folder.path() / "report.html", report::PlanPage(report, made_by));
 }
 

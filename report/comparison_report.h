@@ -1,4 +1,4 @@
-// Comparisons as an HTML page: converts the structs of comparison.h to those of report/page.
+// Writes comparisons as an HTML page, with links to videos and pairs of episodes for 3D playback.
 #pragma once
 
 #include <filesystem>

@@ -14,8 +14,9 @@ namespace evalbus::report {
 namespace {
 
 void Cell(const PlanCell& cell, Markup* html) {
-  if (cell.complete == 0) return html->Element("td", {{"class", "number"}}, "-");
-  const double rate = static_cast<double>(cell.successes) / cell.complete;
+  const metrics::RunSummary& summary = cell.summary;
+  if (summary.judged == 0) return html->Element("td", {{"class", "number"}}, "-");
+  const double rate = summary.success_rate;
   html->Element("td", {{"class", "number share"}}, [&] {
     const std::string text = Percent(rate);
     if (cell.url.empty()) {
@@ -23,9 +24,10 @@ void Cell(const PlanCell& cell, Markup* html) {
     } else {
       html->Element("a", {{"href", cell.url}}, [&] { Data(rate, text, html); });
     }
-    html->Element("div", {}, [&] { DrawShare(rate, cell.lower, cell.upper, false, html); });
+    html->Element("div", {},
+                  [&] { DrawShare(rate, summary.wilson.lower, summary.wilson.upper, false, html); });
     html->Element("div", {{"class", "note"}}, [&] {
-      html->Text(fmt::format("{} of {}", cell.successes, cell.complete));
+      html->Text(fmt::format("{} of {}", summary.successes, summary.judged));
       if (cell.episodes.empty()) return;
       html->Text("; ");
       Links(cell.episodes, html);
@@ -100,17 +102,16 @@ void Verdicts(const PlanReport& report, Markup* html) {
 void Ranking(const PlanReport& report, Markup* html) {
   if (report.ranking.empty()) return;
   html->Element("h2", {{"id", "ranking"}}, "Ranking by success");
-  html->Element("p", {{"class", "note"}}, report.ranking_note);
+  html->Element("p", {{"class", "note"}}, results::kRankingNote);
   html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
     html->Element("table", {}, [&] {
       html->Element("tbody", {}, [&] {
-        for (const PlanRank& rank : report.ranking) {
-          const double rate = rank.episodes > 0 ? static_cast<double>(rank.successes) / rank.episodes
-                                                : std::numeric_limits<double>::quiet_NaN();
+        for (const results::RankedRun& rank : report.ranking) {
+          const double rate = rank.trials > 0 ? static_cast<double>(rank.successes) / rank.trials
+                                              : std::numeric_limits<double>::quiet_NaN();
           html->Element("tr", {}, [&] {
-            html->Element("th", {{"scope", "row"}}, rank.policy);
-            html->Element("td", {{"class", "number"}},
-                          fmt::format("{} of {}", rank.successes, rank.episodes));
+            html->Element("th", {{"scope", "row"}}, rank.name);
+            html->Element("td", {{"class", "number"}}, fmt::format("{} of {}", rank.successes, rank.trials));
             NumberCell(rate, Percent(rate), html);
             html->Element("td", {}, rank.letters);
           });
@@ -122,8 +123,8 @@ void Ranking(const PlanReport& report, Markup* html) {
 
 void Failures(const PlanReport& report, Markup* html) {
   std::set<std::string> reasons;
-  for (const auto& of_policy : report.failure_reasons) {
-    for (const auto& [reason, count] : of_policy) reasons.insert(reason);
+  for (const PlanCell& all : report.all.cells) {
+    for (const auto& [reason, count] : all.summary.failure_reasons) reasons.insert(reason);
   }
   if (reasons.empty()) return;
   html->Element("h2", {{"id", "failures"}}, "Failure reasons");
@@ -139,9 +140,9 @@ void Failures(const PlanReport& report, Markup* html) {
         for (const std::string& reason : reasons) {
           html->Element("tr", {}, [&] {
             html->Element("th", {{"scope", "row"}}, reason);
-            for (size_t policy = 0; policy < report.failure_reasons.size(); ++policy) {
+            for (size_t policy = 0; policy < report.all.cells.size(); ++policy) {
               double count = 0;
-              for (const auto& [name, number] : report.failure_reasons[policy])
+              for (const auto& [name, number] : report.all.cells[policy].summary.failure_reasons)
                 count += name == reason ? number : 0;
               const auto& episodes = report.failed_episodes[policy];
               const auto episode = episodes.find(reason);
@@ -172,7 +173,7 @@ std::string PlanPage(const PlanReport& report, const std::string& made_by) {
           Plural(report.tasks.size(), "task"),
           report.tasks.empty() || report.tasks[0].cells.empty()
               ? "no episodes"
-              : Plural(report.tasks[0].cells[0].complete, "episode")));
+              : Plural(report.tasks[0].cells[0].summary.judged, "episode")));
       Links(report.reports, html);
     });
     for (const std::string& remark : report.remarks) html->Element("p", {{"class", "note"}}, remark);

@@ -4,21 +4,19 @@
 
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "metrics/statistics/run_statistics.h"
 #include "report/page/page.h"
+#include "results/ranking.h"
 
 namespace evalbus::report {
 
 struct PlanCell {
-  // complete: number of episodes that were scored.
-  int successes = 0, complete = 0;
-  // Confidence interval of the success rate, as shares from 0 to 1.
-  double lower = 0, upper = 0;
-  std::string url;  // report of the run; may be empty
+  metrics::RunSummary summary{};
+  std::string url{};  // report of the run; may be empty
   // Links to episodes in the 3D viewer, preferably a failure; may be empty.
-  std::vector<ReportLink> episodes;
+  std::vector<ReportLink> episodes{};
 };
 
 struct PlanRow {
@@ -36,29 +34,19 @@ struct PlanVerdict {
   std::string url;  // comparison page
 };
 
-struct PlanRank {
-  std::string policy;
-  int successes = 0, episodes = 0;
-  // Policies that share a letter do not differ significantly.
-  std::string letters;
-};
-
 struct PlanReport {
   std::string title;
   std::vector<std::string> policies;
   std::string baseline;
   std::vector<PlanRow> tasks;
-  // Totals over all tasks; empty if there is only one task.
+  // Totals over all tasks.
   PlanRow all;
   // Mean over all tasks of the success rates, per policy.
   std::vector<double> means;
   std::vector<PlanVerdict> verdicts;
   std::string verdict_note;
   // Most successful first; empty if there is no ranking.
-  std::vector<PlanRank> ranking;
-  std::string ranking_note;
-  // Per policy: failure reasons with the number of episodes.
-  std::vector<std::vector<std::pair<std::string, int>>> failure_reasons;
+  std::vector<results::RankedRun> ranking;
   // Per policy: failure reason -> URL of an example episode in the 3D viewer. Some reasons have none.
   std::vector<std::map<std::string, std::string>> failed_episodes;
   std::vector<ReportLink> reports;  // one per policy

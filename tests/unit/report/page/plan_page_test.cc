@@ -9,12 +9,24 @@ namespace evalbus::report::plan_page_test {
 using testing::HasSubstr;
 using testing::Not;
 
+metrics::RunSummary Summary(int successes, int judged,
+                            std::vector<std::pair<std::string, int>> failure_reasons = {}) {
+  metrics::RunSummary summary;
+  summary.successes = successes;
+  summary.judged = judged;
+  summary.success_rate = static_cast<double>(successes) / judged;
+  summary.failure_reasons = std::move(failure_reasons);
+  return summary;
+}
+
 PlanReport Report() {
   PlanReport report;
   report.title = "checkpoints";
   report.policies = {"a", "b"};
-  report.tasks = {{"lift_pot/all", {{3, 4, 0.3, 0.95, "a/report.html", {}}, {0, 4, 0, 0.49, "", {}}}}};
-  report.failure_reasons = {{{"dropped", 1}}, {{"dropped", 3}, {"timeout", 1}}};
+  report.tasks = {
+      {"lift_pot/all", {{.summary = Summary(3, 4), .url = "a/report.html"}, {.summary = Summary(0, 4)}}}};
+  report.all.cells = {{.summary = Summary(3, 4, {{"dropped", 1}})},
+                      {.summary = Summary(0, 4, {{"dropped", 3}, {"timeout", 1}})}};
   report.failed_episodes.resize(2);
   return report;
 }
