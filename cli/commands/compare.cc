@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,13 +11,12 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
-#include "base/sha256.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "models/scene.h"
 #include "report/comparison_report.h"
 #include "report/viewer_pack.h"
+#include "results/compared_runs.h"
 #include "results/comparison.h"
 #include "results/comparison_json.h"
 #include "results/comparison_text.h"
@@ -49,52 +46,6 @@ struct CompareOptions {
   std::optional<int64_t> seed;
 };
 
-// Adds the hash of the physics model, which comparable runs share; the model is stored beside run.json.
-void AddModelHash(results::RecordedRuns* runs) {
-  for (results::RecordedRun& run : runs->runs) {
-    run.info["physics_sha256"] = Sha256File(run.folder / kModelFolder / kPhysicsModel);
-  }
-}
-
-results::RecordedRuns Read(const fs::path& folder) {
-  results::RecordedRuns runs = results::ReadRuns(folder);
-  AddModelHash(&runs);
-  return runs;
-}
-
-// Removes the baseline from the runs and returns it; reads it if it is not one of them.
-results::RecordedRuns RemoveBaseline(const std::string& name, std::vector<results::RecordedRuns>* runs) {
-  const auto matches = [&](const results::RecordedRuns& run) {
-    return name.empty() || run.name == name || run.runs[0].policy == name ||
-           (fs::exists(name) && fs::equivalent(run.folder, name));
-  };
-  const auto found = std::find_if(runs->begin(), runs->end(), matches);
-  if (found != runs->end()) {
-    if (!name.empty() && std::find_if(found + 1, runs->end(), matches) != runs->end()) {
-      throw InputError("--baseline " + name + ": matches more than one run; pass a folder");
-    }
-    results::RecordedRuns baseline = std::move(*found);
-    runs->erase(found);
-    return baseline;
-  }
-  if (fs::is_directory(name)) return Read(name);
-  std::string known;
-  for (const results::RecordedRuns& run : *runs)
-    known += fmt::format(", {} ({})", run.name, run.runs[0].policy);
-  throw InputError("--baseline " + name + ": neither one of the runs nor a folder; the runs are " +
-                   known.substr(2));
-}
-
-// Runs with equal names are distinguished by their folders.
-void NameApart(std::vector<results::RecordedRuns>* runs) {
-  std::vector<std::string> names;
-  for (const results::RecordedRuns& run : *runs) names.push_back(run.name);
-  for (results::RecordedRuns& run : *runs) {
-    if (std::count(names.begin(), names.end(), run.name) > 1)
-      run.name = run.folder.lexically_normal().string();
-  }
-}
-
 void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("runs", options->runs, "folders of runs or suites, two or more")->required();
   app->add_option("--baseline", options->baseline,
@@ -121,39 +72,10 @@ viz::VideoEpisode ReadVideoEpisode(const fs::path& run, const std::string& name,
   return std::move(video_episodes.back());
 }
 
-// Two episodes of one task with the same seed, one of each run.
-struct SeedPair {
-  const results::RecordedRun* run;
-  const results::RecordedRun* baseline;
-  int64_t seed;
-  int episode, baseline_episode;
-};
-
-// Searches all tasks that both have. Returns the pair with the given seed; without one, the first pair with
-// different outcomes, else the first pair.
-std::optional<SeedPair> FindPair(const results::RecordedRuns& runs, const results::RecordedRuns& baselines,
-                                 std::optional<int64_t> seed) {
-  std::optional<SeedPair> first;
-  for (const results::RecordedRun& run : runs.runs) {
-    for (const results::RecordedRun& baseline : baselines.runs) {
-      if (run.task_name() != baseline.task_name()) continue;
-      for (const results::RecordedEpisode& episode : run.episodes) {
-        const auto other =
-            std::ranges::find(baseline.episodes, episode.seed, &results::RecordedEpisode::seed);
-        if (other == baseline.episodes.end() || (seed && *seed != episode.seed)) continue;
-        const SeedPair pair{&run, &baseline, episode.seed, episode.episode, other->episode};
-        if (seed || episode.success != other->success) return pair;
-        if (!first) first = pair;
-      }
-    }
-  }
-  return first;
-}
-
 // The baseline is on the left.
 void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& baseline,
                const CompareOptions& options) {
-  const std::optional<SeedPair> pair = FindPair(run, baseline, options.seed);
+  const auto pair = results::FindSeedPair(run, baseline, options.seed);
   if (!pair) {
     throw InputError(options.seed ? fmt::format("--video: seed {} is not in both runs", *options.seed)
                                   : "--video: the two runs have no seed of a common task");
@@ -175,12 +97,12 @@ void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& ba
 // Returns the exit code: 0, whatever the result of the comparison. Throws InputError.
 int Compare(const CompareOptions& options) {
   std::vector<results::RecordedRuns> runs;
-  for (const fs::path& folder : options.runs) runs.push_back(Read(folder));
-  NameApart(&runs);
+  for (const fs::path& folder : options.runs) runs.push_back(results::ReadForComparison(folder));
+  results::NameApart(&runs);
   if (!options.video.empty() && runs.size() != 2) throw InputError("--video: expected two runs or suites");
   if (!options.video.empty()) viz::CheckVideoEnding(options.video.extension().string());
   if (options.seed && options.video.empty()) throw InputError("--seed requires --video");
-  const results::RecordedRuns baseline = RemoveBaseline(options.baseline, &runs);
+  const results::RecordedRuns baseline = results::RemoveBaseline(options.baseline, &runs);
   if (runs.empty()) throw InputError("expected two or more runs, got only " + baseline.folder.string());
   const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline);
   for (size_t i = 0; i < comparisons.size(); ++i) {

@@ -111,7 +111,7 @@ TEST_F(FormatsTest, Compare) {
   const Result unknown = RunProgram({"evalbus", "compare", A(), B(), "--baseline", "nobody"});
   EXPECT_EQ(unknown.code, 1);
   EXPECT_EQ(unknown.err,
-            "error: --baseline nobody: neither one of the runs nor a folder; the runs are a (noisy_expert), "
+            "error: baseline nobody: neither one of the runs nor a folder; the runs are a (noisy_expert), "
             "b (expert)\n");
 }
 

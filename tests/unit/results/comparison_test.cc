@@ -4,58 +4,14 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
-#include "export/episode_table.h"
-#include "report/comparison_report.h"
 #include "results/comparability.h"
 #include "results/comparison_json.h"
 #include "results/comparison_text.h"
-#include "tests/unit/results/run_folders.h"
-#include "tests/unit/temporary_folder.h"
+#include "tests/unit/results/compare_fixture.h"
 
 namespace evalbus::results::comparison_test {
 
 using nlohmann::ordered_json;
-
-// A run of n episodes, the first k of which succeed. The first takes `time`, each later one a little more.
-ordered_json Info(int episodes, int64_t seed = 7, double rate = 50) {
-  ordered_json info = RunInfo(episodes);
-  info["seed"] = seed;
-  info["control_hz"] = rate;
-  info["task_sha256"] = "task";
-  info["physics_sha256"] = "model";
-  return info;
-}
-
-class CompareTest : public testing::Test {
- protected:
-  RecordedRuns Run(const std::string& name, const ordered_json& info, const std::vector<bool>& success,
-                   double time) {
-    std::vector<ordered_json> lines;
-    for (size_t i = 0; i < success.size(); ++i) {
-      const int n = static_cast<int>(i);
-      lines.push_back(EpisodeLine(
-          n, success[i],
-          {{"completion_time", time + 0.01 * n * n}, {"slip_count", 0}, {"subtask_progress", 1}}));
-      lines.back()["seed"] = EpisodeSeed(info["seed"], n);
-    }
-    WriteRun(folder_.path() / name, info, lines);
-    return ReadRuns(folder_.path() / name);
-  }
-  static std::vector<bool> First(int successes, int episodes) {
-    std::vector<bool> result(static_cast<size_t>(episodes), false);
-    std::fill_n(result.begin(), successes, true);
-    return result;
-  }
-  std::string Refusal(const RecordedRuns& a, const RecordedRuns& b) {
-    try {
-      CompareRuns(a, b);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  }
-  TemporaryFolder folder_;
-};
 
 TEST_F(CompareTest, PairsBySeed) {
   // Of 50 seeds, 28 succeed in both runs, 15 only in b, 3 only in a.
@@ -504,9 +460,6 @@ TEST_F(CompareTest, TheTableSaysWhatIsAdjusted) {
                                  "both succeeded. p: Wilcoxon's signed-rank test.\n"
                                  "Holm: p of metrics adjusted for 1 metric. Intervals are not adjusted: each "
                                  "covers 95 % for its metric alone.\n"));
-  const std::string html = report::ComparisonReport({result}, folder_.path() / "page.html", "0.1.0", 0).html;
-  EXPECT_THAT(html, testing::HasSubstr("over the 7 pairs in which both succeeded"));
-  EXPECT_THAT(html, testing::HasSubstr("Intervals are not adjusted"));
 }
 
 TEST_F(CompareTest, SaysThatAPlanStoppedByItsResults) {
@@ -529,23 +482,6 @@ TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   result.success.SetSequential(0.03, 0.06, true);
   EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
   EXPECT_TRUE(Conclusion(result).starts_with("b succeeds more often than a")) << Conclusion(result);
-}
-
-TEST_F(CompareTest, ThePageLinksTheVideosOfSeedsThatFlipped) {
-  const RecordedRuns a = Run("a", Info(4), {true, true, false, false}, 5);
-  const RecordedRuns b = Run("b", Info(4), {true, false, false, true}, 5);
-  const Comparison comparison = CompareRuns(b, a);
-  const std::filesystem::path page = folder_.path() / "pages/comparison.html";
-  std::string html = report::ComparisonReport({comparison}, page, "0.1.0", 0).html;
-  EXPECT_THAT(html, testing::HasSubstr("2 seeds with success on one side only"));
-  EXPECT_THAT(html, testing::HasSubstr(std::to_string(EpisodeSeed(7, 1))));
-  EXPECT_THAT(html, testing::HasSubstr(std::to_string(EpisodeSeed(7, 3))));
-  EXPECT_THAT(html, testing::Not(testing::HasSubstr(std::to_string(EpisodeSeed(7, 2)))));
-  EXPECT_THAT(html, testing::HasSubstr("evalbus render"));
-  WriteFile(folder_.path() / "b/episodes/0001/front.mp4", "video");
-  html = report::ComparisonReport({comparison}, page, "0.1.0", 0).html;
-  EXPECT_THAT(html, testing::HasSubstr("href=\"../b/episodes/0001/front.mp4\""));
-  EXPECT_THAT(html, testing::Not(testing::HasSubstr("evalbus render")));
 }
 
 TEST_F(CompareTest, SeveralAreAdjusted) {
@@ -575,32 +511,6 @@ TEST_F(CompareTest, SuitesByTask) {
   EXPECT_NE(ComparisonText(result, false).find("lift_pot/base"), std::string::npos);
   b.runs.pop_back();
   EXPECT_EQ(CompareRuns(b, suite("a", 3)).remarks[0], "lift_pot/base is not in b: excluded");
-}
-
-TEST_F(CompareTest, EpisodeTable) {
-  ordered_json info = Info(2);
-  info["policy"] = "ws://127.0.0.1:8000";
-  info["policy_name"] = "ckpt-8000";
-  info["robot"] = "/models/robots/single_panda.yaml";
-  info["control_hz"] = 29.41176470588235;
-  info["evalbus_version"] = "0.1.0";
-  RecordedRuns run = Run("a,b", info, {true, false}, 0.1);
-  ordered_json changed = run.runs[0].episodes[1].Json();
-  changed["metrics"]["slip_count"] = 0.1 + 0.2;
-  run.runs[0].episodes[1].text = changed.dump();
-  changed = run.runs[0].episodes[0].Json();
-  changed["metrics"].erase("subtask_progress");
-  run.runs[0].episodes[0].text = changed.dump();
-  EXPECT_EQ(
-      exports::EpisodeTable(run.runs),
-      "run,policy,policy_name,task,variation,robot,control_hz,evalbus_version,episode,seed,end_reason,"
-      "failure_reason,complete,completion_time,slip_count,success,"
-      "extended.missing_ticks,subtask_progress\n"
-      "\"a,b\",ws://127.0.0.1:8000,ckpt-8000,lift_pot,position,single_panda,29.41176470588235,0.1.0,0," +
-          std::to_string(EpisodeSeed(7, 0)) +
-          ",success,,1,0.1,0,1,0,\n"
-          "\"a,b\",ws://127.0.0.1:8000,ckpt-8000,lift_pot,position,single_panda,29.41176470588235,0.1.0,1," +
-          std::to_string(EpisodeSeed(7, 1)) + ",time_limit,timeout,1,0.11,0.30000000000000004,0,0,1\n");
 }
 
 }  // namespace evalbus::results::comparison_test

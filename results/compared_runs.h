@@ -1,0 +1,39 @@
+// Selects what `evalbus compare` compares: reads the runs, finds the baseline among them, names them apart,
+// and finds pairs of episodes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "results/run_reader.h"
+
+namespace evalbus::results {
+
+// Reads a run or suite. The hash of its physics model, which comparable runs share, is that of the model file
+// beside run.json. Throws InputError.
+RecordedRuns ReadForComparison(const std::filesystem::path& folder);
+
+// Removes the baseline from the runs and returns it; reads it if it is a folder but not one of them. name:
+// name, policy or folder; empty: the first run. Throws InputError if it is unknown or ambiguous.
+RecordedRuns RemoveBaseline(const std::string& name, std::vector<RecordedRuns>* runs);
+
+// Runs with equal names are named by their folders.
+void NameApart(std::vector<RecordedRuns>* runs);
+
+// Two episodes of one task with the same seed, one of each run.
+struct SeedPair {
+  const RecordedRun* run;
+  const RecordedRun* baseline;
+  int64_t seed;
+  int episode, baseline_episode;
+};
+
+// Searches all tasks that both have. Returns the pair with the given seed; without a seed, the first pair of
+// which one succeeded and one failed, or, if there is none, the first pair.
+std::optional<SeedPair> FindSeedPair(const RecordedRuns& runs, const RecordedRuns& baselines,
+                                     std::optional<int64_t> seed);
+
+}  // namespace evalbus::results

@@ -1,0 +1,43 @@
+#include "report/comparison_report.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/unit/results/compare_fixture.h"
+
+namespace evalbus::report::comparison_report_test {
+
+using results::Comparison;
+using results::EpisodeSeed;
+using results::Info;
+using results::RecordedRuns;
+using testing::HasSubstr;
+using testing::Not;
+
+class ComparisonReportTest : public results::CompareTest {};
+
+TEST_F(ComparisonReportTest, LinksTheVideosOfSeedsThatFlipped) {
+  const RecordedRuns a = Run("a", Info(4), {true, true, false, false}, 5);
+  const RecordedRuns b = Run("b", Info(4), {true, false, false, true}, 5);
+  const Comparison comparison = CompareRuns(b, a);
+  const std::filesystem::path page = folder_.path() / "pages/comparison.html";
+  std::string html = ComparisonReport({comparison}, page, "0.1.0", 0).html;
+  EXPECT_THAT(html, HasSubstr("2 seeds with success on one side only"));
+  EXPECT_THAT(html, HasSubstr(std::to_string(EpisodeSeed(7, 1))));
+  EXPECT_THAT(html, HasSubstr(std::to_string(EpisodeSeed(7, 3))));
+  EXPECT_THAT(html, Not(HasSubstr(std::to_string(EpisodeSeed(7, 2)))));
+  EXPECT_THAT(html, HasSubstr("evalbus render"));
+  results::WriteFile(folder_.path() / "b/episodes/0001/front.mp4", "video");
+  html = ComparisonReport({comparison}, page, "0.1.0", 0).html;
+  EXPECT_THAT(html, HasSubstr("href=\"../b/episodes/0001/front.mp4\""));
+  EXPECT_THAT(html, Not(HasSubstr("evalbus render")));
+}
+
+TEST_F(ComparisonReportTest, StatesWhatMeansCoverAndWhichIntervalsAreAdjusted) {
+  const Comparison comparison =
+      CompareRuns(Run("b", Info(8), First(8, 8), 5), Run("a", Info(8), First(7, 8), 6));
+  const std::string html = ComparisonReport({comparison}, folder_.path() / "page.html", "0.1.0", 0).html;
+  EXPECT_THAT(html, HasSubstr("over the 7 pairs in which both succeeded"));
+  EXPECT_THAT(html, HasSubstr("Intervals are not adjusted"));
+}
+
+}  // namespace evalbus::report::comparison_report_test
