@@ -1,7 +1,6 @@
 #include "runner/prepared_run.h"
 
 #include <fmt/format.h>
-#include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <array>
@@ -10,16 +9,13 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/options_json.h"
-#include "base/plugins.h"
 #include "base/run_layout.h"
-#include "base/sha256.h"
 #include "bus/private_network.h"
 #include "models/scene.h"
 #include "results/run_reader.h"
 #include "runner/components.h"
-#include "runner/version.h"
+#include "runner/run_json.h"
 #include "runner/workers.h"
-#include "viz/images/painter/painter.h"
 #include "viz/images/video.h"
 
 namespace evalbus::runner {
@@ -60,25 +56,6 @@ TaskSelection Resolve(RunOptions* options) {
     if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
   }
   return selection;
-}
-
-// SHA-256 of each plugin by file name; null without plugins.
-nlohmann::ordered_json PluginsJson() {
-  nlohmann::ordered_json plugins;
-  for (const char* variable : {kPredicatePlugins, kPolicyPlugins}) {
-    for (const fs::path& plugin : PluginsOf(variable))
-      plugins[plugin.filename().string()] = Sha256File(plugin);
-  }
-  return plugins;
-}
-
-// Task, robot, models, software and contract, as their files are now.
-nlohmann::ordered_json FactsOf(const sim::PreparedScene& prepared, const RunOptions& options) {
-  nlohmann::ordered_json facts = SceneFacts(prepared);
-  const auto contract = policy::FindContractOf(options.policy);
-  facts["policy_contract"] = contract ? policy::ContractJson(*contract) : nlohmann::ordered_json();
-  facts["painter"] = viz::MujocoPaints() ? "mujoco" : "evalbus";
-  return facts;
 }
 
 [[noreturn]] void FailDiffers(const fs::path& file, const std::string& key,
@@ -162,21 +139,6 @@ void CheckFixedOptions(const fs::path& file, const nlohmann::ordered_json& befor
   }
 }
 
-nlohmann::ordered_json SceneFacts(const sim::PreparedScene& prepared) {
-  const ModelHashes model_hashes = ModelHashes::Of(prepared.info);
-  return {{"task", prepared.task.name},
-          {"variation", prepared.variation},
-          {"task_sha256", model_hashes.task_sha256},
-          {"robot_sha256", Sha256File(prepared.robot.file)},
-          {"physics_sha256", model_hashes.physics_sha256},
-          {"visual_sha256", model_hashes.visual_sha256},
-          {"evalbus_version", kVersion},
-          {"git_commit", kGitCommit},
-          {"git_dirty", kGitDirty},
-          {"plugins", PluginsJson()},
-          {"mujoco_version", mj_versionString()}};
-}
-
 std::string ShortPolicyName(const RunOptions& options) {
   std::string name = PolicyName(options);
   if (options.policy_name.empty()) name = name.substr(0, name.find(':'));
@@ -194,7 +156,7 @@ PreparedRun PrepareRun(RunOptions options) {
   if (!rate.empty()) fmt::print("{}\n", rate);
   options.sim.scene_warnings = prepared.scene.warnings;
   std::erase(options.sim.scene_warnings, rate);
-  nlohmann::ordered_json facts = FactsOf(prepared, options);
+  nlohmann::ordered_json facts = RunFacts(prepared, options);
   results::RunFolder folder = results::RunFolder::OfRun(
       options.out,
       fmt::format("{}-{}-{}", selection.task.name, selection.variation, ShortPolicyName(options)),
@@ -242,13 +204,7 @@ void Announce(PreparedRun* run) {
   if (!run->plan.episodes.empty()) fs::remove(run->folder.path() / kSummaryJson);
   if (run->scene) sim::WriteModels(*run->scene, run->folder.path());
   run->scene.reset();
-  run->folder.WriteJson(kRunJson, run->Json());
-}
-
-nlohmann::ordered_json PreparedRun::Json() const {
-  nlohmann::ordered_json json = facts;
-  json.update(OptionsJson(options));
-  return json;
+  run->folder.WriteJson(kRunJson, RunJson(run->facts, run->options));
 }
 
 }  // namespace evalbus::runner

@@ -19,7 +19,7 @@ struct PreparedRun {
   RunOptions options;
   // The composed scene, which all processes of the run use; nullopt in a worker.
   std::optional<sim::PreparedScene> scene;
-  // Task, robot, models, software and policy contract, as keys of run.json.
+  // RunFacts().
   nlohmann::ordered_json facts;
   results::RunFolder folder;
   RunPlan plan;
@@ -30,8 +30,6 @@ struct PreparedRun {
 
   // Total number of episodes, including finished ones.
   int num_wanted() const { return static_cast<int>(finished.size() + plan.episodes.size()); }
-  // Contents of run.json.
-  nlohmann::ordered_json Json() const;
 };
 
 // Throws InputError for unknown names, missing cameras, or a folder that is in use, is invalid, or contains a
@@ -44,9 +42,6 @@ PreparedRun PrepareWorker(RunOptions options);
 // Chooses the run's bus and prints it, and writes the models and run.json. Removes summary.json if episodes
 // are missing.
 void Announce(PreparedRun* run);
-
-// Keys of run.json that identify the task, robot, models and software of a run.
-nlohmann::ordered_json SceneFacts(const sim::PreparedScene& prepared);
 
 // Throws InputError that names the option if a fixed option differs from its value in `file`, whose contents
 // are `before`.

@@ -27,7 +27,7 @@
 #include "results/run_folder.h"
 #include "results/run_reader.h"
 #include "results/summary_table.h"
-#include "runner/prepared_run.h"
+#include "runner/run_json.h"
 #include "runner/trajectory_table.h"
 #include "sim/measured_scene.h"
 #include "sim/prepared_scene.h"
@@ -327,19 +327,7 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
     std::vector<std::vector<sim::Sample>> all;
     for (const fs::path& file : files) all.push_back(kinematics.Read(file));
     const sim::PreparedScene& prepared = kinematics.prepared();
-    nlohmann::ordered_json names = nlohmann::ordered_json::array();
-    for (const fs::path& file : files) names.push_back(fs::absolute(file).lexically_normal().string());
-    nlohmann::ordered_json info = SceneFacts(prepared);
-    info.update({{"robot", prepared.robot.file.string()},
-                 {"policy", data.filename().string()},
-                 {"seed", 0},
-                 {"episodes", files.size()},
-                 {"control_hz", 1 / ControlPeriod(prepared.info)},
-                 {"realtime", false},
-                 {"source", "file"},
-                 {"map", fs::absolute(map_file).lexically_normal().string()},
-                 {"files", names}});
-    folder.WriteJson(kRunJson, info);
+    folder.WriteJson(kRunJson, ScoredRunJson(prepared, map_file, data, files));
     fmt::print("{}\n", results::EpisodeHeader(viz::TerminalWidth(stdout)));
     for (size_t i = 0; i < files.size(); ++i) {
       const int episode = static_cast<int>(i);

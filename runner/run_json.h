@@ -1,0 +1,26 @@
+// The contents of run.json (docs/run_folder.md): how a run was made.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "runner/run_options.h"
+#include "sim/prepared_scene.h"
+
+namespace evalbus::runner {
+
+// Task, robot, models, software and policy contract, as their files are now.
+nlohmann::ordered_json RunFacts(const sim::PreparedScene& prepared, const RunOptions& options);
+
+// run.json of a simulated run.
+nlohmann::ordered_json RunJson(const nlohmann::ordered_json& facts, const RunOptions& options);
+
+// run.json of scored trajectories. map: file that assigns columns to joints. data: file or folder that the
+// user named. files: the trajectories, one per episode.
+nlohmann::ordered_json ScoredRunJson(const sim::PreparedScene& prepared, const std::filesystem::path& map,
+                                     const std::filesystem::path& data,
+                                     const std::vector<std::filesystem::path>& files);
+
+}  // namespace evalbus::runner
