@@ -20,6 +20,7 @@
 #include "base/errors.h"
 #include "viz/web/listener.h"
 #include "viz/web/request.h"
+#include "viz/web/websocket_session.h"
 
 namespace evalbus::exports {
 namespace {
@@ -64,38 +65,28 @@ struct FoxgloveServer::Core {
   viz::Listener listener;
 };
 
-class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer> {
+class FoxgloveServer::Core::Viewer : public viz::WebSocketSession {
  public:
-  Viewer(Core* core, beast::tcp_stream stream) : core_(core), stream_(std::move(stream)) {}
-  ~Viewer() {
+  Viewer(Core* core, beast::tcp_stream stream)
+      : WebSocketSession(std::move(stream), {kTimeout, 2 * kTimeout, kMaxMessage}), core_(core) {}
+  ~Viewer() override {
     core_->viewers.erase(this);
     core_->num_viewers = static_cast<int>(core_->viewers.size());
   }
 
-  void Start(const http::request<http::empty_body>& request) {
+  void Start(const Request& request) {
     const std::string subprotocol = ChooseSubprotocol(View(request[http::field::sec_websocket_protocol]));
     has_playback_ = core_->options.playback_end_ns && SupportsPlayback(subprotocol);
-    beast::get_lowest_layer(stream_).expires_never();
-    stream_.set_option(websocket::stream_base::timeout{kTimeout, 2 * kTimeout, /*keep_alive_pings=*/true});
-    stream_.set_option(websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
-      response.set(http::field::sec_websocket_protocol, subprotocol);
-    }));
-    stream_.read_message_max(kMaxMessage);
-    stream_.auto_fragment(false);
-    stream_.async_accept(request, [self = shared_from_this()](error_code error) {
-      if (error) return;
-      self->Enter();
-      self->Read();
-    });
+    Accept(request, subprotocol);
   }
 
   void SendText(std::string text) {
-    control_.push_back({false, std::move(text)});
+    control_.push_back(FrameOf(false, std::move(text)));
     Write();
   }
   void SendPlayback(const PlaybackState& state) {
     if (!has_playback_) return;
-    control_.push_back({true, PlaybackStateBytes(state)});
+    control_.push_back(FrameOf(true, PlaybackStateBytes(state)));
     Write();
   }
   // Only the latest time is sent.
@@ -117,12 +108,11 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
   }
 
  private:
-  struct Frame {
-    bool is_binary;
-    std::string bytes;
-  };
+  static Frame FrameOf(bool is_binary, std::string bytes) {
+    return {is_binary, std::make_shared<const std::string>(std::move(bytes))};
+  }
 
-  void Enter() {
+  void OnOpen() override {
     core_->viewers.insert(this);
     core_->num_viewers = static_cast<int>(core_->viewers.size());
     const Options& server = core_->options;
@@ -148,39 +138,24 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     Write();
   }
 
-  void Write() {
-    if (is_writing_ || is_closing_) return;
+  std::optional<Frame> NextFrame() override {
     if (!control_.empty()) {
-      writing_ = std::move(control_.front());
+      Frame frame = std::move(control_.front());
       control_.pop_front();
-    } else if (!queue_.empty()) {
-      writing_ = {true, std::move(queue_.front())};
-      queue_.pop_front();
-      queue_bytes_ -= writing_.bytes.size();
-    } else if (time_) {
-      writing_ = {true, TimeBytes(*time_)};
-      time_.reset();
-    } else {
-      return;
+      return frame;
     }
-    is_writing_ = true;
-    stream_.binary(writing_.is_binary);
-    stream_.async_write(asio::buffer(writing_.bytes), [self = shared_from_this()](error_code error, size_t) {
-      self->is_writing_ = false;
-      if (!error) self->Write();
-    });
+    if (!queue_.empty()) {
+      queue_bytes_ -= queue_.front().size();
+      Frame frame = FrameOf(true, std::move(queue_.front()));
+      queue_.pop_front();
+      return frame;
+    }
+    if (!time_) return std::nullopt;
+    return FrameOf(true, TimeBytes(*std::exchange(time_, std::nullopt)));
   }
 
-  void Read() {
-    stream_.async_read(buffer_, [self = shared_from_this()](error_code error, size_t) {
-      if (error) return self->Drop();
-      const auto data = self->buffer_.data();
-      const std::string_view bytes(static_cast<const char*>(data.data()), data.size());
-      const bool good = self->stream_.got_text() ? self->ReceiveText(bytes) : self->ReceiveBinary(bytes);
-      self->buffer_.consume(self->buffer_.size());
-      if (!good) return self->Close();
-      self->Read();
-    });
+  bool OnMessage(std::string_view bytes, bool is_text) override {
+    return is_text ? ReceiveText(bytes) : ReceiveBinary(bytes);
   }
 
   bool ReceiveText(std::string_view text) {
@@ -207,29 +182,14 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     return true;
   }
 
-  void Close() {
-    is_closing_ = true;
-    stream_.async_close(websocket::close_code::policy_error,
-                        [self = shared_from_this()](error_code) { self->Drop(); });
-  }
-
-  // Also aborts a pending write.
-  void Drop() {
-    is_closing_ = true;
-    beast::get_lowest_layer(stream_).close();
-  }
-
   Core* const core_;
-  websocket::stream<beast::tcp_stream> stream_;
-  beast::flat_buffer buffer_{kMaxMessage};
   std::map<uint32_t, size_t> subscriptions_;
   std::deque<Frame> control_;
   std::deque<std::string> queue_;
   size_t queue_bytes_ = 0;
   std::optional<int64_t> time_;
   int64_t dropped_ = 0;
-  Frame writing_{};
-  bool has_playback_ = false, is_writing_ = false, is_closing_ = false;
+  bool has_playback_ = false;
 };
 
 // A connection until it becomes a viewer or is rejected.

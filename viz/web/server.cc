@@ -15,7 +15,6 @@
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
-#include <boost/beast/websocket.hpp>
 #include <list>
 #include <optional>
 #include <set>
@@ -24,6 +23,7 @@
 
 #include "base/errors.h"
 #include "viz/web/listener.h"
+#include "viz/web/websocket_session.h"
 
 namespace evalbus::viz {
 namespace {
@@ -108,82 +108,47 @@ struct WebServer::Core {
   Listener listener;
 };
 
-// A WebSocket connection. Only one block is in transmission at any time; the next one is selected when it has
-// been sent.
-class WebServer::Core::ViewerSession : public std::enable_shared_from_this<ViewerSession> {
+// A viewer of the page. The next block is selected when the one before it has been sent.
+class WebServer::Core::ViewerSession : public WebSocketSession {
  public:
   ViewerSession(Core* core, beast::tcp_stream stream)
-      : core_(core),
-        stream_(std::move(stream)),
+      : WebSocketSession(std::move(stream), {core->limits.timeout, core->limits.viewer_timeout, kMaxMessage}),
+        core_(core),
         allowance_(core_->limits.messages, core_->limits.messages_per_s) {}
-  ~ViewerSession() {
+  ~ViewerSession() override {
     if (entered_) core_->broadcaster->Leave(&viewer_);
     core_->viewers.erase(this);
     --core_->connections;
   }
 
-  void Start(const http::request<http::empty_body>& request) {
+  void Start(const Request& request) {
     core_->viewers.insert(this);
-    beast::get_lowest_layer(stream_).expires_never();
-    stream_.set_option(websocket::stream_base::timeout{core_->limits.timeout, core_->limits.viewer_timeout,
-                                                       /*keep_alive_pings=*/true});
-    stream_.read_message_max(kMaxMessage);
-    stream_.auto_fragment(false);
-    stream_.binary(true);
-    stream_.async_accept(request, [self = shared_from_this()](error_code error) {
-      if (error) return;
-      self->core_->broadcaster->Enter(&self->viewer_);
-      self->entered_ = true;
-      self->Read();
-      self->Write();
-    });
-  }
-
-  void Write() {
-    if (!entered_ || is_writing_ || is_closing_) return;
-    SharedBytes block = core_->broadcaster->Next(&viewer_);
-    if (!block) return;
-    is_writing_ = true;
-    const asio::const_buffer buffer = asio::buffer(*block);
-    stream_.async_write(buffer, [self = shared_from_this(), block](error_code error, size_t) {
-      self->is_writing_ = false;
-      if (!error) self->Write();
-    });
+    Accept(request);
   }
 
  private:
-  void Read() {
-    stream_.async_read(buffer_, [self = shared_from_this()](error_code error, size_t) {
-      if (error) return self->Drop();
-      const auto data = self->buffer_.data();
-      const auto run = ParseWatch({static_cast<const char*>(data.data()), data.size()});
-      self->buffer_.consume(self->buffer_.size());
-      if (!run || !self->allowance_.Take()) return self->Close();
-      self->core_->broadcaster->Watch(&self->viewer_,
-                                      *run);  // unknown runs are ignored
-      self->Write();
-      self->Read();
-    });
+  void OnOpen() override {
+    core_->broadcaster->Enter(&viewer_);
+    entered_ = true;
   }
 
-  void Close() {
-    is_closing_ = true;
-    stream_.async_close(websocket::close_code::policy_error,
-                        [self = shared_from_this()](error_code) { self->Drop(); });
+  bool OnMessage(std::string_view bytes, bool) override {
+    const auto run = ParseWatch(bytes);
+    if (!run || !allowance_.Take()) return false;
+    core_->broadcaster->Watch(&viewer_, *run);  // unknown runs are ignored
+    return true;
   }
 
-  // Also cancels a pending write.
-  void Drop() {
-    is_closing_ = true;
-    beast::get_lowest_layer(stream_).close();
+  std::optional<Frame> NextFrame() override {
+    SharedBytes block = core_->broadcaster->Next(&viewer_);
+    if (!block) return std::nullopt;
+    return Frame{.is_binary = true, .bytes = std::move(block)};
   }
 
   Core* const core_;
-  websocket::stream<beast::tcp_stream> stream_;
-  beast::flat_buffer buffer_{kMaxMessage};
   UpdateBroadcaster::Viewer viewer_;
   Allowance allowance_;
-  bool entered_ = false, is_writing_ = false, is_closing_ = false;
+  bool entered_ = false;
 };
 
 // An HTTP connection, which handles one request at a time.
