@@ -24,6 +24,16 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 // Checks an integer: CLI11 reads an empty text as 0 and clamps a number that is too large.
 CLI::Validator FitsInt64();
 
+// Adds an option whose values are separated by commas. It takes one argument, so that positional arguments
+// may follow it.
+template <class Value>
+CLI::Option* AddList(CLI::App* app, const std::string& name, std::vector<Value>* values,
+                     const std::string& help) {
+  CLI::Option* const option = app->add_option(name, *values, help)->delimiter(',')->allow_extra_args(false);
+  if constexpr (std::is_integral_v<Value>) option->check(FitsInt64());
+  return option;
+}
+
 // Adds --options FILE, which `evalbus run` passes to the processes of a run.
 void AddOptionsFile(CLI::App* app, const std::function<void(const std::string& file)>& read);
 

@@ -60,8 +60,9 @@ int main(int argc, char** argv) {
   std::vector<std::pair<CLI::App*, Action>> actions;
   for (const auto& command : kCommands) {
     CLI::App* const part = app.add_subcommand(command.name, command.description);
-    part->group(command.group);
     actions.emplace_back(part, command.add(part));
+    // Set last: subcommands of a command inherit its group.
+    part->group(command.group);
     part->footer(std::string("Examples:\n") + command.examples);
   }
   app.footer("'evalbus COMMAND --help' lists the options of a command and shows examples.");

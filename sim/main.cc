@@ -35,9 +35,8 @@ int main(int argc, char** argv) {
                         "seed of the run; episode seeds derive from it and the episode's index")
             ->check(evalbus::FitsInt64())
             ->capture_default_str();
-        app->add_option("--require", options.required,
-                        "components that must be ready before an episode starts")
-            ->delimiter(',')
+        evalbus::AddList(app, "--require", &options.required,
+                         "components that must be ready before an episode starts")
             ->capture_default_str();
       },
       [&](evalbus::Bus* bus) {

@@ -29,9 +29,7 @@ int main(int argc, char** argv) {
   evalbus::viz::VizOptions options;
   std::string size = "640x480";
   evalbus::AddAddressOptions(&app, &address);
-  app.add_option("--camera", options.cameras, "names of cameras, separated by commas")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  evalbus::AddList(&app, "--camera", &options.cameras, "names of cameras, separated by commas")
       ->capture_default_str();
   app.add_option("--size", size, "WIDTHxHEIGHT in pixels")->capture_default_str();
   app.add_option("--fps", options.fps, "maximum number of frames per second and camera")

@@ -48,14 +48,10 @@ using AddCommand = Action(CLI::App* app);
           "  evalbus monitor\n"                                                                              \
           "  evalbus monitor runs/noisy\n"                                                                   \
           "  evalbus monitor --url 'udpm://239.255.76.67:31234?ttl=0'")                                      \
-  COMMAND(AddFoxglove, "Watch", "foxglove", "stream an active run or a recorded episode to Foxglove",        \
-          "  evalbus foxglove\n"                                                                             \
-          "  evalbus foxglove runs/noisy --episode 3\n"                                                      \
-          "  evalbus foxglove runs/noisy --port 8766")                                                       \
-  COMMAND(AddTap, "Watch", "tap", "stream the values of an active run to PlotJuggler",                       \
-          "  evalbus tap --plotjuggler 127.0.0.1:9870\n"                                                     \
-          "  evalbus tap runs/noisy --plotjuggler 127.0.0.1:9870\n"                                          \
-          "  evalbus tap --url 'udpm://239.255.76.67:31234?ttl=0' --plotjuggler 127.0.0.1:9870")             \
+  COMMAND(AddBridge, "Watch", "bridge", "stream an active run to Foxglove or PlotJuggler",                   \
+          "  evalbus bridge foxglove\n"                                                                      \
+          "  evalbus bridge foxglove runs/noisy --episode 3\n"                                               \
+          "  evalbus bridge plotjuggler localhost:9870")                                                     \
   COMMAND(AddCompare, "Compare", "compare", "test whether runs or suites differ, paired by seed",            \
           "  evalbus compare runs/expert runs/noisy\n"                                                       \
           "  evalbus compare runs/a runs/b runs/c --baseline a --json comparison.json\n"                     \
@@ -108,5 +104,8 @@ using AddCommand = Action(CLI::App* app);
 #define EVALBUS_DECLARE(function, group, name, description, examples) AddCommand function;
 EVALBUS_COMMANDS(EVALBUS_DECLARE)
 #undef EVALBUS_DECLARE
+
+// Subcommands of `evalbus bridge`.
+AddCommand AddFoxgloveBridge, AddPlotjugglerBridge;
 
 }  // namespace evalbus::commands

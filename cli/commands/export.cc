@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "base/plural.h"
 #include "base/run_layout.h"
@@ -58,15 +59,11 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
                       ->expected(0, 1);
   kinds->require_option(1);
   app->add_flag("--successes", options->only_successes, "training sets: successful episodes only");
-  app->add_option("--episode", options->episodes,
-                  "--mcap: numbers of episodes, separated by commas; default: all")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  AddList(app, "--episode", &options->episodes,
+          "--mcap: numbers of episodes, separated by commas; default: all")
       ->needs(options->mcap);
-  app->add_option("--camera", options->cameras,
-                  "--hdf5, --mcap: add images of these cameras, separated by commas, rendered from the logs")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  AddList(app, "--camera", &options->cameras,
+          "--hdf5, --mcap: add images of these cameras, separated by commas, rendered from the logs");
   app->add_option("--size", options->size,
                   "size of images, WIDTHxHEIGHT in pixels; default: 256x256 for --hdf5, 640x480 for --mcap");
 }

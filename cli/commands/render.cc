@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "bus/host.h"
@@ -54,14 +55,10 @@ struct RenderOptions {
 void AddOptions(CLI::App* app, RenderOptions* options) {
   app->add_option("recording", options->recording, "folder of a run, a suite or an episode, or a log")
       ->required();
-  app->add_option("--episode", options->episodes, "numbers of episodes, separated by commas; default: all")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  app->add_option("--camera", options->cameras,
-                  "names of cameras, separated by commas; default: overview. With --layout full: the main "
-                  "camera, then\nup to three insets; default: overview, head, wrists")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  AddList(app, "--episode", &options->episodes, "numbers of episodes, separated by commas; default: all");
+  AddList(app, "--camera", &options->cameras,
+          "names of cameras, separated by commas; default: overview. With --layout full: the main "
+          "camera, then\nup to three insets; default: overview, head, wrists");
   app->add_option("--layout", options->layout,
                   "plain: the image of a camera; full: with insets, stages, curves, timeline and end card")
       ->capture_default_str();

@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "base/find_program.h"
 #include "base/options.h"
@@ -300,10 +301,8 @@ class Player : public Component {
 void AddOptions(CLI::App* app, ReplayOptions* options) {
   app->add_option("recording", options->recording, "folder of a run, a suite or an episode, or a log")
       ->required();
-  app->add_option("--episode", options->episodes,
-                  "numbers of a run's episodes, separated by commas; default: all")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  AddList(app, "--episode", &options->episodes,
+          "numbers of a run's episodes, separated by commas; default: all");
   app->add_option("--speed", options->speed, "playback speed; 1: as fast as the robot moved")
       ->capture_default_str();
   app->add_option("--url", options->url, "bus, udpm://ADDRESS:PORT?ttl=0; default: as for 'evalbus run'");

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
@@ -38,11 +39,10 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
   app->add_option("run", options->run, "folder of a run, a suite or a plan")->required();
   app->add_option("-o,--out", options->out, "HTML file; default: report.html in that folder")
       ->type_name("FILE");
-  app->add_option(
-         "--episode", options->episodes,
-         "numbers of the episodes whose curves are drawn and which can be played in 3D, separated by commas; "
-         "default: the first failures and the success with the median time; in 3D as many as fit")
-      ->delimiter(',');
+  AddList(
+      app, "--episode", &options->episodes,
+      "numbers of the episodes whose curves are drawn and which can be played in 3D, separated by commas; "
+      "default: the first failures and the success with the median time; in 3D as many as fit");
   app->add_option(
          "--mb", options->megabytes,
          "maximum size of the page in megabytes; as many episodes as fit can be played in 3D; 0: none")

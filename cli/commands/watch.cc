@@ -1,6 +1,7 @@
 // evalbus watch: scores episodes of a source: an external simulator or a robot.
 #include <memory>
 
+#include "base/arguments.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
 #include "runner/run.h"
@@ -22,11 +23,9 @@ Action AddWatch(CLI::App* app) {
   app->add_option(
       "--robot", options->sim.robot,
       "name of a robot in models/robots, or robot description (YAML), to use instead of the task's own");
-  app->add_option("--gripper", options->sim.gripper,
-                  "ARM=open or ARM=closed, separated by commas: state of grippers whose fingers the source "
-                  "does not measure")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  AddList(app, "--gripper", &options->sim.gripper,
+          "ARM=open or ARM=closed, separated by commas: state of grippers whose fingers the source "
+          "does not measure");
   app->add_option("--source-timeout-s", options->sim.source_timeout_s,
                   "an episode is aborted if its source sends nothing for this long")
       ->capture_default_str();
@@ -35,10 +34,8 @@ Action AddWatch(CLI::App* app) {
       ->capture_default_str();
   app->add_option("--policy-name", options->policy_name,
                   "name of the policy in results, videos and comparisons; default: source");
-  app->add_option("--video", options->video,
-                  "cameras, separated by commas: record a video of each episode while the next one runs")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  AddList(app, "--video", &options->video,
+          "cameras, separated by commas: record a video of each episode while the next one runs");
   app->add_option("--model-path", options->sim.model_path,
                   "folder to search for MJCF files, e.g. a MuJoCo Menagerie")
       ->allow_extra_args(false);

@@ -30,11 +30,11 @@ BIN = sys.argv.pop(1)
 
 
 class Server:
-    """`evalbus foxglove` with these arguments, on a free port."""
+    """`evalbus bridge foxglove` with these arguments, on a free port."""
 
     def __init__(self, *arguments):
         self.process = subprocess.Popen(
-            [f"{BIN}/evalbus", "foxglove", *map(str, arguments), "--port", "0"],
+            [f"{BIN}/evalbus", "bridge", "foxglove", *map(str, arguments), "--port", "0"],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -277,11 +277,11 @@ class Tools(unittest.TestCase):
         url = "udpm://239.255.76.67:29871?ttl=0"
         port = receiver.getsockname()[1]
         tap = subprocess.Popen(
-            [f"{BIN}/evalbus", "tap", "--plotjuggler", f"127.0.0.1:{port}", "--url", url],
+            [f"{BIN}/evalbus", "bridge", "plotjuggler", f"127.0.0.1:{port}", "--url", url],
             stdout=subprocess.PIPE,
             text=True,
         )
-        self.assertIn("sending", tap.stdout.readline())
+        self.assertIn("forwarding", tap.stdout.readline())
         file = pathlib.Path(self.folder.name) / "live.jsonl"
         with Server("--url", url) as server:
             client = node(server.url, file, SUBPROTOCOL="foxglove.sdk.v1")

@@ -1,4 +1,4 @@
-// evalbus foxglove: serves an active run or a recorded episode to Foxglove.
+// evalbus bridge foxglove: serves an active run or a recorded episode to Foxglove.
 
 #include <fmt/format.h>
 
@@ -201,7 +201,7 @@ int Foxglove(FoxgloveOptions options) {
 
 }  // namespace
 
-Action AddFoxglove(CLI::App* app) {
+Action AddFoxgloveBridge(CLI::App* app) {
   const auto options = std::make_shared<FoxgloveOptions>();
   AddOptions(app, options.get());
   return [options] { return Foxglove(*options); };

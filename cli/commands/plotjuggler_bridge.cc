@@ -1,4 +1,4 @@
-// evalbus tap: sends the values of an active run to PlotJuggler's UDP server.
+// evalbus bridge plotjuggler: sends the values of an active run to PlotJuggler's UDP server.
 
 #include <fmt/format.h>
 #include <netdb.h>
@@ -24,9 +24,9 @@ namespace {
 // Gap between two episodes on PlotJuggler's time axis, on which they follow one another.
 constexpr double kGap_s = 1;
 
-struct TapOptions {
+struct BridgeOptions {
   Address address;
-  std::string plotjuggler;
+  std::string plotjuggler;  // HOST:PORT
 };
 
 // Sends datagrams without waiting; without a receiver they are lost.
@@ -41,12 +41,12 @@ class UdpSender {
     if (colon == address.npos || host.empty() ||
         getaddrinfo(host.c_str(), address.c_str() + colon + 1, &hints, &found) != 0) {
       throw InputError(
-          fmt::format("--plotjuggler {}: expected HOST:PORT, for example localhost:9870", address));
+          fmt::format("{}: expected HOST:PORT of PlotJuggler, for example localhost:9870", address));
     }
     const std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses(found, freeaddrinfo);
     fd_ = socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd_ < 0 || connect(fd_, found->ai_addr, found->ai_addrlen) != 0) {
-      throw InputError(fmt::format("--plotjuggler {}: cannot be reached", address));
+      throw InputError(fmt::format("PlotJuggler at {} cannot be reached", address));
     }
   }
   ~UdpSender() {
@@ -62,7 +62,7 @@ class UdpSender {
 };
 
 // Returns the exit code. Throws InputError, EnvironmentError.
-int Tap(const TapOptions& options) {
+int Stream(const BridgeOptions& options) {
   // Created before joining the run's network namespace, which may be a private one.
   UdpSender sender(options.plotjuggler);
   const Attached attached = Attach(options.address);
@@ -97,13 +97,13 @@ int Tap(const TapOptions& options) {
 
 }  // namespace
 
-Action AddTap(CLI::App* app) {
-  const auto options = std::make_shared<TapOptions>();
-  AddAddressOptions(app, &options->address);
-  app->add_option("--plotjuggler", options->plotjuggler,
+Action AddPlotjugglerBridge(CLI::App* app) {
+  const auto options = std::make_shared<BridgeOptions>();
+  app->add_option("address", options->plotjuggler,
                   "HOST:PORT of PlotJuggler's UDP server (JSON, timestamp field: timestamp)")
       ->required();
-  return [options] { return Tap(*options); };
+  AddAddressOptions(app, &options->address);
+  return [options] { return Stream(*options); };
 }
 
 }  // namespace evalbus::commands
