@@ -18,6 +18,11 @@ void Load(const char* variable, const fs::path& plugin) {
   const std::string place = variable + (": " + plugin.string());
   // dlopen searches the system's folders for a bare name; a relative path depends on each process's folder.
   if (!plugin.is_absolute()) throw InputError(place + ": expected an absolute path");
+  // dlopen would wait for a writer of a FIFO.
+  std::error_code ignored;
+  if (fs::exists(plugin, ignored) && !fs::is_regular_file(plugin, ignored)) {
+    throw InputError(place + ": is not a regular file");
+  }
   void* const library = dlopen(plugin.c_str(), RTLD_NOW);
   if (!library) throw InputError(variable + std::string(": ") + dlerror());
   const auto* const version = static_cast<const char*>(dlsym(library, "evalbus_plugin_version"));

@@ -1,5 +1,5 @@
-// Finds the nearest of many pairs of moving things without measuring pairs that cannot be the nearest. Each
-// pair stores a lower bound of its distance at the last query, and how far its two things have moved since.
+// Finds the nearest of many pairs of moving bodies without measuring pairs that cannot be the nearest. Each
+// pair stores a lower bound of its distance at the last query, and how far its two bodies have moved since.
 // Pure.
 #pragma once
 
@@ -18,15 +18,15 @@ class NearestPair {
     double distance;  // m
   };
 
-  // pairs: pairs of things, which are numbered from 0 to num_things - 1.
-  NearestPair(std::vector<std::pair<int, int>> pairs, int num_things)
-      : pairs_(std::move(pairs)), travel_(num_things), bound_(pairs_.size(), -kInfinity) {
+  // pairs: pairs of bodies, which are numbered from 0 to num_bodies - 1.
+  NearestPair(std::vector<std::pair<int, int>> pairs, int num_bodies)
+      : pairs_(std::move(pairs)), travel_(num_bodies), bound_(pairs_.size(), -kInfinity) {
     queue_.reserve(pairs_.size());
   }
 
-  // distance: upper bound of the motion of any point of the thing since the last call, m.
-  void Moved(int thing, double distance) { travel_[thing] += distance; }
-  // Discards all bounds. Call it if a thing has moved by an unknown distance.
+  // distance: upper bound of the motion of any point of the body since the last call, m.
+  void Moved(int body, double distance) { travel_[body] += distance; }
+  // Discards all bounds. Call it if a body has moved by an unknown distance.
   void Forget() { bound_.assign(bound_.size(), -kInfinity); }
 
   // Returns the nearest pair and its distance if that is less than `below`. Earlier queries only affect the
@@ -64,7 +64,7 @@ class NearestPair {
   double Travel(int pair) const { return travel_[pairs_[pair].first] + travel_[pairs_[pair].second]; }
 
   std::vector<std::pair<int, int>> pairs_;
-  // Total motion of each thing.
+  // Total motion of each body, m.
   std::vector<double> travel_;
   // By pair: its distance is at least this minus its travel.
   std::vector<double> bound_;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <ctime>
 #include <map>
 #include <utility>
@@ -158,7 +159,13 @@ void AtWork::Refresh() {
   if (now - refreshed_ < kRefreshPeriod) return;
   refreshed_ = now;
   // The current time by the clock of the file's own machine.
-  utimensat(AT_FDCWD, file_.c_str(), nullptr, 0);
+  if (utimensat(AT_FDCWD, file_.c_str(), nullptr, 0) == 0) return;
+  // ENOENT: another process has finished the same shard, and its results were merged.
+  const int error = errno;
+  if (error == ENOENT) return;
+  fmt::print(stderr,
+             "warning: {}: cannot be updated ({}); 'evalbus status' will show this shard as stopped\n",
+             file_.string(), std::strerror(error));
 }
 
 std::pair<std::string, std::string> ParseHidden(const std::string& name) {

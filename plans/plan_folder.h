@@ -81,7 +81,7 @@ class AtWork {
   ~AtWork();
   AtWork(const AtWork&) = delete;
   AtWork& operator=(const AtWork&) = delete;
-  // Updates the marker's time stamp, at most once per kTold. Must be called more often than that.
+  // Updates the marker's time stamp, at most once per kRefreshPeriod. Must be called more often than that.
   void Refresh();
 
  private:

@@ -74,16 +74,18 @@ void RateTile(const RunSection& section) {
 void MetricTile(const metrics::MetricSummary& metric, Markup* html) {
   const MetricNumber number = FindMetric(metric.name);
   const std::string unit(number.shown_unit());
+  // As many digits as in the table of the terminal.
+  const auto text = [&](double value) {
+    return ShownValue(*number.metric, value, metric.std / std::sqrt(metric.episodes));
+  };
   html->Element("div", {{"class", "tile"}}, [&] {
     html->Element("div", {{"class", "label"}},
                   "mean " + number.label() + (IsOfSuccessesOnly(metric.name) ? " of successes" : ""));
     html->Element("div", {{"class", "value"}}, [&] {
-      Data(metric.mean, Number(metric.mean * number.scale()), html);
+      Data(metric.mean, text(metric.mean), html);
       if (!unit.empty()) html->Element("span", {{"class", "unit"}}, " " + unit);
     });
-    html->Element("div", {{"class", "note"}},
-                  "median " + Number(metric.median * number.scale(), 3) + ", max " +
-                      Number(metric.max * number.scale(), 3));
+    html->Element("div", {{"class", "note"}}, "median " + text(metric.median) + ", max " + text(metric.max));
   });
 }
 

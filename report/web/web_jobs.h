@@ -34,8 +34,8 @@ class WebJobs {
   // Returns a block of a scene; null if the id is unknown.
   viz::SharedBytes Block(const std::string& id) const { return scenes_.FindBlock(id); }
 
-  // The answers below are delivered on the thread that calls TakeAnswers(). AskScene() builds the scene of a
-  // MODEL; `error` is empty if that succeeded.
+  // The answers below are delivered on the thread that calls DeliverAnswers(). RequestScene() builds the
+  // scene of a MODEL; `error` is empty if that succeeded.
   void RequestScene(std::shared_ptr<const model_info_t> model, const std::filesystem::path& folder,
                     std::function<void(viz::LiveFeed::Scene, const std::string& error)> answer);
   // Reads the log of a current or just finished episode. Retries for a limited time until the log contains
@@ -55,8 +55,8 @@ class WebJobs {
     std::filesystem::file_time_type time;
     viz::SharedBytes block;
   };
-  // Runs `work` on a thread. The answer that it returns is called on the thread that calls TakeAnswers();
-  // `given_up` is called instead if the work takes too long.
+  // Runs `work` on a thread. The answer that it returns is called on the thread that calls
+  // DeliverAnswers(); `given_up` is called instead if the work takes too long.
   using Answer = std::function<void()>;
   void Add(std::function<Answer()> work, Answer given_up);
   void AnswerLater(Answer answer);

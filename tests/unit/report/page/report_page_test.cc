@@ -151,12 +151,16 @@ TEST(ReportPage, NumbersHaveAllTheirDigits) {
   EXPECT_THAT(TextOf(row[0]), HasSubstr("0.11 to 0.14"));
 }
 
-// The page shows millimeters; the machine-readable value is in meters.
+// The page shows millimeters, with the digits that the standard error (50 mm / sqrt(3)) leaves; the
+// machine-readable value is in meters and has all digits.
 TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
   ReportRun run = SomeRun();
   for (int i = 0; i < 4; ++i) {
     run.run.episodes[i].result.values.emplace_back("extended.min_clearance_m", 0.1 + 0.01 * i);
   }
+  run.summary.metrics[1].mean = 0.12512;
+  run.summary.metrics[1].std = 0.05;
+  run.summary.metrics[1].episodes = 3;
   const Page page(PageOf({run}));
   const auto tiles = page.All("div", [](const XMLElement& div) {
     return TextOf(&div).starts_with("mean smallest clearance") && div.Attribute("class", "tile");
@@ -166,7 +170,7 @@ TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
   const auto* value =
       tiles[0]->FirstChildElement("div")->NextSiblingElement("div")->FirstChildElement("data");
   ASSERT_TRUE(value);
-  EXPECT_EQ(value->DoubleAttribute("value"), 0.125);
+  EXPECT_EQ(value->DoubleAttribute("value"), 0.12512);
   const auto figures = page.All("svg", [](const XMLElement& svg) {
     const char* label = svg.Attribute("aria-label");
     return label && std::string(label).starts_with("histogram of smallest clearance");
