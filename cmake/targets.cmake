@@ -31,6 +31,12 @@ function(evalbus_precompile name)
   endif()
 endfunction()
 
+# not_precompiled(NAME): for targets below evalbus_precompile() whose optimization or code model differs from that of
+# the precompiled headers, which the compiler then rejects.
+function(not_precompiled name)
+  set_target_properties(${name} PROPERTIES DISABLE_PRECOMPILE_HEADERS ON)
+endfunction()
+
 # quick_to_compile(NAME): lowers the optimization of targets that do no work per tick (command lines, network), which
 # halves their compile time.
 function(quick_to_compile name)
