@@ -116,7 +116,8 @@ std::string HelpFormatter::Row(const std::string& name, const std::string& descr
 std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const {
   std::string help = make_description(app) + make_usage(app, std::move(name)) + make_positionals(app);
   std::vector<std::string> groups = app->get_groups();
-  std::ranges::stable_partition(groups, [](const std::string& group) { return group != kUngrouped; });
+  std::stable_partition(groups.begin(), groups.end(),
+                        [](const std::string& group) { return group != kUngrouped; });
   std::string options;
   for (const std::string& group : groups) {
     const auto listed = Listed(*app, group);

@@ -21,17 +21,11 @@ bool IsAnother(const episode_begin_t& begin, const EpisodeMessages& episode, boo
 }
 
 template <class Message>
-int64_t TickOf(const Message& message) {
-  return message.header.tick;
-}
-
-template <class Message>
 void KeepFirstOfEachTick(std::vector<Message>* messages) {
-  if (!std::ranges::is_sorted(*messages, {}, TickOf<Message>)) {
-    std::ranges::stable_sort(*messages, {}, TickOf<Message>);
-  }
-  const auto repeated = std::ranges::unique(*messages, {}, TickOf<Message>);
-  messages->erase(repeated.begin(), repeated.end());
+  const auto tick = [](const Message& message) { return message.header.tick; };
+  if (!std::ranges::is_sorted(*messages, {}, tick)) std::ranges::stable_sort(*messages, {}, tick);
+  const auto is_repeated = [&](const Message& a, const Message& b) { return tick(a) == tick(b); };
+  messages->erase(std::unique(messages->begin(), messages->end(), is_repeated), messages->end());
 }
 
 void RemoveDamagedTimes(std::vector<state_t>* states) {

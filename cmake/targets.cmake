@@ -6,7 +6,8 @@
 function(evalbus_target name)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror
     $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
-    $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-shadow -Wno-subobject-linkage>)
+    $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-shadow>
+    $<$<AND:$<BOOL:${CMAKE_UNITY_BUILD}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
   if(EVALBUS_PRECOMPILE)
     # GCC requires the macros that the precompiled headers were compiled with, and warns falsely of std::string in them.

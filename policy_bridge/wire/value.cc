@@ -8,19 +8,12 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/overloaded.h"
 #include "base/text.h"
 #include "policy_bridge/wire/policy_client.h"
 
 namespace evalbus::policy {
 namespace {
-
-template <class... Functions>
-struct Overloaded : Functions... {
-  using Functions::operator()...;
-};
-// Clang 14 needs this deduction guide.
-template <class... F>
-Overloaded(F...) -> Overloaded<F...>;
 
 constexpr int kWidth = 100;  // maximum length of a value's description, in characters
 

@@ -13,6 +13,7 @@
 #include <mutex>
 #include <thread>
 
+#include "base/overloaded.h"
 #include "policy_bridge/wire/msgpack_codec.h"
 
 namespace evalbus::policy {
@@ -23,11 +24,6 @@ namespace http = boost::beast::http;
 namespace websocket = boost::beast::websocket;
 using asio::ip::tcp;
 using boost::system::error_code;
-
-template <class... Functions>
-struct Overloaded : Functions... {
-  using Functions::operator()...;
-};
 
 }  // namespace
 

@@ -1,0 +1,14 @@
+// Combines functions to one with several overloads, for std::visit.
+#pragma once
+
+namespace evalbus {
+
+template <class... Functions>
+struct Overloaded : Functions... {
+  using Functions::operator()...;
+};
+// Clang 14 needs this deduction guide.
+template <class... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;
+
+}  // namespace evalbus
