@@ -174,7 +174,7 @@ class Neighbor {
   pid_t pid_;
 };
 
-TEST_F(Closed, OtherMachinesAreHeardOnlyIfTheUrlReachesThem) {
+TEST_F(Closed, OtherMachinesAreReceivedOnlyIfTheUrlReachesThem) {
   try {
     EnterPrivateNetwork();
   } catch (const EnvironmentError& error) {

@@ -234,7 +234,7 @@ TEST_F(LossyBus, RepeatedAndReorderedMessagesChangeNothing) {
   EXPECT_EQ(Equal({.repeat = 0.3, .window = 12}, 2), 2);
 }
 
-TEST_F(LossyBus, WhatIsLostIsSaidAgain) {
+TEST_F(LossyBus, LostMessagesAreRepeated) {
   EXPECT_EQ(Equal({.lose = 0.01}, 4), 4);
   EXPECT_GT(Equal({.lose = 0.1, .repeat = 0.1, .window = 4}, 4), 0);
 }

@@ -52,7 +52,7 @@ class NoMulticast : public testing::Test {
   std::string task_;
 };
 
-TEST_F(NoMulticast, WhatWasAskedForFailsWithTheFix) {
+TEST_F(NoMulticast, AnExplicitRequestFailsWithTheFix) {
   const Result result = Run({"--url", "udpm://239.255.76.67:7667?ttl=0", "--out", "run"}, LeaveNetwork);
   EXPECT_EQ(result.code, 2);
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
@@ -61,7 +61,7 @@ TEST_F(NoMulticast, WhatWasAskedForFailsWithTheFix) {
   EXPECT_FALSE(fs::exists(folder_.path() / "run"));
 }
 
-TEST_F(NoMulticast, TheDefaultTakesAPrivateNetworkAndSaysSo) {
+TEST_F(NoMulticast, TheDefaultUsesAPrivateNetworkWithAMessage) {
   const Result result = Run({"--out", "run"}, LeaveNetwork);
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.err, "");
@@ -71,7 +71,7 @@ TEST_F(NoMulticast, TheDefaultTakesAPrivateNetworkAndSaysSo) {
   EXPECT_EQ(nlohmann::json::parse(ReadText(folder_.path() / "run/run.json"))["in_process"], false);
 }
 
-TEST_F(NoMulticast, ElseOneProcessAndSaysSo) {
+TEST_F(NoMulticast, OtherwiseRunsInOneProcessWithAMessage) {
   const Result result = Run({"--out", "run"}, LeaveNetworkForGood);
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.err, "");

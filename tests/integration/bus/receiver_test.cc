@@ -135,7 +135,7 @@ TEST_F(Receiver, MakesOfAnyTrafficWhatLiblcmMakes) {
 
 // Both receivers receive what liblcm sends: a message that exactly fills a datagram, one that is a byte
 // longer, and one of 64 MB, sent slowly enough for the kernel's buffer.
-TEST_F(Receiver, HearsMessagesOfEverySize) {
+TEST_F(Receiver, ReceivesMessagesOfEverySize) {
   for (const size_t size : {size_t{1}, size_t{65'499} - sizeof "SIZE", size_t{65'500} - sizeof "SIZE",
                             size_t{65'501} - sizeof "SIZE", size_t{131'000}, size_t{3} << 20}) {
     std::vector<uint8_t> data(size);
@@ -156,7 +156,7 @@ TEST_F(Receiver, HearsMessagesOfEverySize) {
   EXPECT_EQ(by_us_.back(), Line("LARGE", AsBytes(large)));
 }
 
-TEST_F(Receiver, SaysWhenAMessageCame) {
+TEST_F(Receiver, StatesWhenAMessageArrived) {
   const auto now_us = [] {
     return std::chrono::duration_cast<std::chrono::microseconds>(
                std::chrono::system_clock::now().time_since_epoch())
@@ -170,7 +170,7 @@ TEST_F(Receiver, SaysWhenAMessageCame) {
 }
 
 // Two buses with different groups on one port, as of two programs that do not reserve it.
-TEST(Receivers, OfOtherGroupsOnOnePortHearOnlyTheirOwn) {
+TEST(Receivers, GroupsThatShareAPortReceiveOnlyTheirOwn) {
   EVALBUS_NEEDS_BUS();
   const std::string url = UniqueUrl(), port = url.substr(url.rfind(":"));
   Bus a("udpm://239.255.1.1" + port), b("udpm://239.255.1.2" + port);

@@ -15,7 +15,7 @@ namespace evalbus::stock_tools_test {
 namespace fs = std::filesystem;
 
 // lcm-logger queues thirty messages and drops newer ones, so its log may lack some on a loaded machine.
-TEST(StockTools, LoggerHearsWhatTheRecorderRecords) {
+TEST(StockTools, LoggerReceivesWhatTheRecorderRecords) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
   const std::string url = UniqueUrl(), file = folder.path() / "logger.lcmlog";

@@ -117,7 +117,7 @@ TEST_F(UdpFaults, RepeatedMessagesChangeNothing) {
   ExpectLogged(run_, "metrics", "info", "that were repeated or belong to another episode");
 }
 
-TEST_F(UdpFaults, WorkersSayWhatTheyDropped) {
+TEST_F(UdpFaults, WorkersReportWhatTheyDropped) {
   Program launcher(Command(run_, {"--workers", "2"}), {{}, On("repeat 2")});
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
   const std::string& out = launcher.out();
@@ -134,7 +134,7 @@ TEST_F(UdpFaults, ReorderedMessagesChangeNothing) {
   ExpectSameScores(run_, reference_);
 }
 
-TEST_F(UdpFaults, LostMessagesAreSaidAgain) {
+TEST_F(UdpFaults, LostMessagesAreRepeated) {
   ExpectTheSameOrAReason(Run("lose 150"));
   // The sim resends a STATE that was not answered.
   EXPECT_GT(repeated_states_, 0);
@@ -143,7 +143,7 @@ TEST_F(UdpFaults, LostMessagesAreSaidAgain) {
 
 // The run does not wait for the recorder at every tick: the episode is retried, and if no log is complete,
 // the run reports it.
-TEST_F(UdpFaults, TicksThatTheRecorderLosesAreSaid) {
+TEST_F(UdpFaults, TicksThatTheRecorderLosesAreReported) {
   const Result result = Run("lose 20 evalbus-recorder");
   EXPECT_EQ(result.code, 0) << result.err;
   ExpectSameScores(run_, reference_);

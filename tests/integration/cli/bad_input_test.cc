@@ -137,7 +137,7 @@ TEST_F(BadInput, TaskFilesThatNoMessageCanCarry) {
   Expect(1, {"evalbus", "tasks", "check", utf16}, {"utf16.yaml:1: this is UTF-16"});
 }
 
-TEST_F(BadInput, TaskCheckLooksAtStartsAndLimits) {
+TEST_F(BadInput, TaskCheckTestsStartsAndLimits) {
   const auto expect = [&](const std::string& what, const std::string& with, const std::string& line_of,
                           const std::string& message) {
     const std::string file = Task(what, with);

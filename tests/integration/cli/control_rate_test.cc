@@ -36,7 +36,7 @@ TEST_F(ControlRate, IsTheRealOneEverywhere) {
   EXPECT_EQ(Episodes(run).size(), 4u);
 }
 
-TEST_F(ControlRate, IsNotRemarkedWhereItIsTheOneAskedFor) {
+TEST_F(ControlRate, IsNotRemarkedIfItWasRequested) {
   for (const char* hz : {"50", "250", "500", "20"}) {
     const Result result = Run(hz, hz);
     ASSERT_EQ(result.code, 0) << result.err;

@@ -36,7 +36,7 @@ TEST_F(Kept, WhatIsAsItWasIsEqual) {
   EXPECT_EQ(result.out.find("episodes.jsonl"), std::string::npos) << result.out;
 }
 
-TEST_F(Kept, AResultThatWasEditedIsSaid) {
+TEST_F(Kept, AnEditedResultIsReported) {
   const std::string lines = ReadText(run_ / "episodes.jsonl");
   const size_t end = lines.find('\n');
   auto line = nlohmann::ordered_json::parse(lines.substr(0, end));
@@ -53,7 +53,7 @@ TEST_F(Kept, AResultThatWasEditedIsSaid) {
   EXPECT_SAYS(result.out, "3 of 3 episodes have scores bit-identical to the recorded ones");
 }
 
-TEST_F(Kept, ALineThatIsGoneIsSaid) {
+TEST_F(Kept, AMissingLineIsReported) {
   const std::string lines = ReadText(run_ / "episodes.jsonl");
   WriteText(run_ / "episodes.jsonl", lines.substr(lines.find('\n') + 1));
   const Result result = Rescore(run_);
@@ -61,7 +61,7 @@ TEST_F(Kept, ALineThatIsGoneIsSaid) {
   EXPECT_SAYS(result.out, "         episodes.jsonl has no line for it");
 }
 
-TEST_F(Kept, ALogThatIsGoneIsSaid) {
+TEST_F(Kept, AMissingLogIsReported) {
   fs::remove(LogFile(run_, 1));
   const Result result = Rescore(run_);
   EXPECT_EQ(result.code, 2) << result.out;

@@ -79,7 +79,7 @@ TEST_F(Outputs, ATableAloneIsOnStandardOutput) {
   }
 }
 
-TEST_F(Outputs, AreSaidInOneLineWhereTheyCannotBe) {
+TEST_F(Outputs, AreRefusedInOneLineIfInvalid) {
   fs::create_symlink("loop", work_ / "loop");
   for (const auto& command : Commands()) {
     for (const std::string& file : {std::string(), work_.string(), (work_ / "no/such/folder").string(),
@@ -166,7 +166,7 @@ TEST_F(Outputs, WhatCannotBePrintedIsNoSuccess) {
 }
 
 // Folder names that are too long, and a link to itself.
-TEST_F(Outputs, RunFoldersThatCannotBeAreSaidInOneLine) {
+TEST_F(Outputs, InvalidRunFoldersAreRefusedInOneLine) {
   const std::vector<std::string> names = {std::string(5000, 'x'), (work_ / std::string(300, 'x')).string(),
                                           (work_ / "loop").string()};
   fs::create_symlink("loop", work_ / "loop");

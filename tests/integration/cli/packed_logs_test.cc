@@ -80,7 +80,7 @@ TEST_F(PackedLogs, AreUnpackedForLcm) {
 }
 
 // The run is killed with an episode's log half-written and resumed; half of the episodes are plain logs.
-TEST_F(PackedLogs, ARunThatWasKilledGoesOn) {
+TEST_F(PackedLogs, AKilledRunIsResumed) {
   Run(plain_);
   {
     Program launcher(Command(packed_, {"--log", "zstd"}));

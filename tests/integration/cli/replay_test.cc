@@ -182,7 +182,7 @@ TEST_F(Recorded, ReplaySoundsLikeTheRun) {
   EXPECT_TRUE(received.Payloads(channels::kCommand).empty());
 }
 
-TEST_F(Recorded, OtherScoreThanRecordedIsSaid) {
+TEST_F(Recorded, AScoreThatDiffersFromTheRecordedOneIsReported) {
   EVALBUS_NEEDS_BUS();
   Record(1);
   const fs::path log = EditedLog([](std::vector<RecordedLog::Event>* events) {

@@ -202,7 +202,7 @@ TEST_F(ResumeRefuses, LinesThatNoReaderTakes) {
 }
 
 // A restarted sim reads its files again.
-TEST(Restart, WithOtherFilesIsRefusedAndTheRunGoesOnWithItsOwn) {
+TEST(Restart, WithOtherFilesIsRefusedAndTheRunContinuesWithItsOwn) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
   const fs::path task = ShortTask(folder.path(), 2), run = folder.path() / "run",
@@ -252,7 +252,7 @@ TEST_F(Resume, ALineThatIsCutOffIsLeftOutAndMadeAgain) {
   ExpectAsReference(run_);
 }
 
-TEST_F(Resume, NoSummaryOfBeforeIsThereWhileARunGoesOn) {
+TEST_F(Resume, NoOldSummaryExistsDuringARun) {
   ASSERT_EQ(RunProgram(RunCommand(run_, {"--in-process"}, "2")).code, 0);
   ASSERT_TRUE(fs::exists(run_ / "summary.json"));
   {
@@ -293,7 +293,7 @@ TEST_F(Resume, WorkersOnBusesOfTheirOwnGiveTheSameBytes) {
   ExpectAsReference(run_);
 }
 
-TEST_F(Resume, AKilledWorkerGoesOn) {
+TEST_F(Resume, AKilledWorkerIsRestarted) {
   Program launcher(RunCommand(run_, {"--in-process", "--workers", "2"}));
   ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
   const auto workers = ChildrenOf(launcher.pid(), "evalbus");
@@ -404,7 +404,7 @@ TEST(Suite, ResumeRefusesToForgetRuns) {
 }
 
 // Ctrl-C in a terminal signals the whole process group of the launcher.
-TEST(Suite, CtrlCLeavesNoProcessAndResumeGoesOn) {
+TEST(Suite, CtrlCLeavesNoProcessAndResumeContinues) {
   TemporaryFolder folder;
   const fs::path suite = folder.path() / "suite", reference = folder.path() / "reference";
   const auto command = [](const fs::path& out) {

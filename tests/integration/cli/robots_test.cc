@@ -83,7 +83,7 @@ TEST(TasksNew, ACopyUnderANewNameRuns) {
 }
 
 // An expert without a plan has an end reason of its own, with the obstacle in the detail.
-TEST(Robots, AnExpertWithoutAPlanSaysWhy) {
+TEST(Robots, AnExpertWithoutAPlanReportsTheReason) {
   TemporaryFolder folder;
   const fs::path run = folder.path() / "run";
   std::string text = ReadText(EVALBUS_SOURCE_DIR "/models/tasks/lift_pot.yaml");

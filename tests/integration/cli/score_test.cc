@@ -94,7 +94,7 @@ TEST_F(Score, AByteOrderMarkIsSkipped) {
 }
 
 // run.json names the inputs of both.
-TEST_F(Score, SaysWhatItWasMadeWith) {
+TEST_F(Score, ListsTheSoftwareItWasMadeWith) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored";
   Evaluate({"lift_pot/base", "--policy", "hold", "--episodes", "1", "--in-process", "--only", "0"}, run);
   WriteTable(ReadLog(evalbus::LogFile(run, 0)));

@@ -207,7 +207,7 @@ TEST_P(FailuresTest, AreToldApart) {
 INSTANTIATE_TEST_SUITE_P(EachFlaw, FailuresTest, testing::ValuesIn(kFailures),
                          [](const auto& failures) { return std::string(failures.param.flaw); });
 
-TEST(FailuresTestOfThePolicy, ItsOwnErrorsAreTold) {
+TEST(FailuresTestOfThePolicy, ItsOwnErrorsAreReported) {
   const TemporaryFolder folder;
   for (const auto& [flaw, detail] : {std::pair{"error", "the flawed expert gives up"},
                                      std::pair{"nan", "the action contains NaN or infinity"}}) {

@@ -313,7 +313,7 @@ TEST_F(MisbehavingPolicy, APauseOfAllIsNotItsTime) {
   EXPECT_EQ(launcher.out().find("retrying"), std::string::npos) << launcher.out();
 }
 
-TEST_F(MisbehavingPolicy, WhoNeverComesIsWaitedForSoLong) {
+TEST_F(MisbehavingPolicy, AMissingComponentIsWaitedForUntilTheTimeout) {
   EVALBUS_NEEDS_BUS();
   const Result result = RunProgram({"evalbus", "run", "lift_pot", "--policy", "lcm", "--url", UniqueUrl(),
                                     "--policy-timeout-s", "2", "--out", run_});

@@ -179,7 +179,7 @@ TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
 
 // The simulation continues while the policy receives images and computes; the images still belong to one
 // tick.
-TEST_F(RemoteRun, LooksOnARealtimeClock) {
+TEST_F(RemoteRun, FollowsARealtimeClock) {
   EVALBUS_NEEDS_BUS();
   Serve(Forward);
   const fs::path run = folder_.path() / "run";
@@ -200,7 +200,7 @@ TEST_F(RemoteRun, LooksOnARealtimeClock) {
   }
 }
 
-TEST_F(RemoteRun, TellsHowItWasMade) {
+TEST_F(RemoteRun, ReportsHowItWasMade) {
   EVALBUS_NEEDS_BUS();
   Serve(Forward);
   const fs::path run = folder_.path() / "run";
@@ -218,7 +218,7 @@ TEST_F(RemoteRun, TellsHowItWasMade) {
 }
 
 // 30 Hz is not a whole number of physics steps of 2 ms, and no rate was given on the command line.
-TEST_F(RemoteRun, SaysAtWhichRateTheContractsRateIsRun) {
+TEST_F(RemoteRun, ReportsTheRateAtWhichTheContractIsRun) {
   EVALBUS_NEEDS_BUS();
   Serve(Forward);
   const Result result = Run(Contract("joint_position", "30"), 1, folder_.path() / "run");
@@ -306,7 +306,7 @@ TEST_F(RemoteRun, WhatIsMisunderstoodStopsTheRunBeforeItsFirstEpisode) {
   EXPECT_FALSE(fs::exists(run));
 }
 
-TEST_F(RemoteRun, CheckTellsWhatIsWrongApart) {
+TEST_F(RemoteRun, CheckDistinguishesCauses) {
   const auto check = [&](const std::string& contract) {
     return RunProgram({"evalbus", "policy", "check", contract, "--out", (folder_.path() / "check").string()});
   };

@@ -6,7 +6,7 @@ namespace evalbus::after_success_test {
 namespace fs = std::filesystem;
 
 // The tray is in its place, and then the hand releases it.
-TEST(AfterSuccess, ASuccessThatDoesNotHoldIsOneAndSaysSo) {
+TEST(AfterSuccess, ASuccessThatDoesNotHoldCountsAndIsMarked) {
   EVALBUS_NEEDS_BUS();
   const TemporaryFolder folder;
   const std::vector<std::string> task = {

@@ -11,7 +11,7 @@ namespace evalbus::realtime_test {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-TEST(Realtime, SaysHowWellItKeptTime) {
+TEST(Realtime, ReportsItsPacing) {
   TemporaryFolder folder;
   const fs::path run = folder.path() / "run";
   const Result result = RunProgram({"evalbus", "run", ShortTask(folder.path(), 0.5), "--policy", "hold",
@@ -46,7 +46,7 @@ TEST(Realtime, SaysHowWellItKeptTime) {
     EXPECT_NE(result.out.find(words), std::string::npos) << result.out;
 }
 
-TEST(Realtime, LockstepRunsSayNothingOfTheKind) {
+TEST(Realtime, LockstepRunsPrintNoPacing) {
   TemporaryFolder folder;
   Evaluate({ShortTask(folder.path(), 0.2), "--policy", "hold", "--episodes", "1", "--in-process"},
            folder.path() / "run");

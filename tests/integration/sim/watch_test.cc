@@ -197,7 +197,7 @@ TEST_F(Watch, AnyRateIsExactAndNoLockstep) {
       << rescored.out;
 }
 
-TEST_F(Watch, WithoutObjectsNothingIsSaidAboutThem) {
+TEST_F(Watch, WithoutObjectsTheyAreNotMentioned) {
   const std::string url = UniqueUrl();
   const auto watch = Begin(url);
   Source source(url);

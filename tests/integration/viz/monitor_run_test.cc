@@ -123,7 +123,7 @@ TEST(MonitorRun, FindsARunInAPrivateNetwork) {
   EXPECT_EQ(monitor.Wait(), 0);
 }
 
-TEST(MonitorRun, FindsAReplayAndSaysWhenARunIsOver) {
+TEST(MonitorRun, FindsAReplayAndReportsTheEndOfARun) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
   const fs::path run = folder.path() / "run";

@@ -133,7 +133,7 @@ TEST_F(VizRun, MayComeInTheMiddleOfARunByItsFolder) {
   EXPECT_EQ(received_.viz.missing_ticks, 0);
 }
 
-TEST_F(VizRun, UnknownCameraIsOneLineAndSaidOnStatus) {
+TEST_F(VizRun, UnknownCameraIsOneLineAndInTheStatus) {
   EVALBUS_NEEDS_BUS();
   Program viz({"evalbus-viz", "--url", url_, "--camera", "overview,nowhere"});
   ASSERT_TRUE(WaitFor([&] { return viz.out() == "viz ready\n"; })) << viz.err();
@@ -193,7 +193,7 @@ class WithoutOsMesa : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(WithoutOsMesa, VizAndRenderSayWhatToInstall) {
+TEST_F(WithoutOsMesa, VizAndRenderNameThePackageToInstall) {
   const fs::path run = folder_.path() / "run";
   const std::string task = ShortTask(folder_.path(), 0.2);
   Evaluate({task, "--policy", "hold", "--episodes", "1", "--in-process"}, run);
@@ -218,7 +218,7 @@ TEST_F(WithoutOsMesa, ARunKeepsItsResults) {
   EXPECT_EQ(Episodes(run).size(), 2u);
 }
 
-TEST_F(WithoutOsMesa, DoctorSaysSo) {
+TEST_F(WithoutOsMesa, DoctorReportsIt) {
   const Result result = Run({"evalbus", "doctor"});
   EXPECT_NE(result.out.find("FAIL  OSMesa, which renders videos\n      fix: apt-get install libosmesa6\n"),
             std::string::npos)

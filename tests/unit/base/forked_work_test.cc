@@ -24,7 +24,7 @@ std::string EndOf(const std::function<void()>& work) {
   return "";
 }
 
-TEST(ForkedWork, SeesWhatWasThereAndChangesOnlyWhatIsShared) {
+TEST(ForkedWork, ReadsEarlierDataAndChangesOnlySharedMemory) {
   const SharedMemory memory(2 * sizeof(int));
   int* const shared = static_cast<int*>(memory.get());
   EXPECT_EQ(shared[0], 0);
@@ -42,7 +42,7 @@ TEST(ForkedWork, WhatItThrowsIsThrownHere) {
   EXPECT_EQ(EndOf<InputError>([] { throw InputError(std::string(5000, 'x')); }), std::string(999, 'x'));
 }
 
-TEST(ForkedWork, ProcessThatDiesIsSaid) {
+TEST(ForkedWork, ProcessThatDiesIsReported) {
   EXPECT_EQ(EndOf<EnvironmentError>([] { raise(SIGKILL); }), "work was ended by a signal: Killed");
   EXPECT_EQ(EndOf<EnvironmentError>([] { _exit(3); }), "work ended with exit code 3");
 }

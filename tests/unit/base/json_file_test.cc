@@ -35,7 +35,7 @@ TEST(ParseJson, NamesTheLine) {
   EXPECT_EQ(Error("{\"a\": 1, \"a\": 2}", 7), "file:7: a: expected each key once, it is repeated");
 }
 
-TEST(ParseJson, KeepsTheOrderOfKeysWhereAskedTo) {
+TEST(ParseJson, KeepsTheOrderOfKeysIfRequested) {
   const std::string text = R"({"b":1,"a":[{"d":2.5,"c":null}]})";
   EXPECT_EQ(ParseJson<nlohmann::ordered_json>(text, "file").dump(), text);
   EXPECT_EQ(ParseJson(text, "file").dump(), R"({"a":[{"c":null,"d":2.5}],"b":1})");

@@ -66,7 +66,7 @@ TEST(Options, ComeFromTheCommandLine) {
   EXPECT_EQ(options.folders, (std::vector<std::filesystem::path>{"a,b", "c"}));
 }
 
-TEST(Options, OutOfRangeIsSaidInWordsOfTheCommandLine) {
+TEST(Options, OutOfRangeIsReportedInTermsOfTheCommandLine) {
   EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "600"}); }), "--rate-hz: expected 20 to 500, got 600");
   EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "inf"}); }), "--rate-hz: expected 20 to 500, got inf");
   EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "nan"}); }), "--rate-hz: expected 20 to 500, got nan");

@@ -138,7 +138,7 @@ TEST(WriteWhole, KnowsItsTemporaryNames) {
 }
 
 // Two machines that write the same file on a shared disk may have processes with equal ids.
-TEST(WriteWhole, ATemporaryNameSaysItsMachineAndProcess) {
+TEST(WriteWhole, ATemporaryNameContainsMachineAndProcess) {
   TemporaryFolder folder;
   const fs::path file = folder.path() / "a.json";
   WriteWhole(file, "before");
@@ -165,7 +165,7 @@ TEST(WriteWhole, ATemporaryNameSaysItsMachineAndProcess) {
   EXPECT_EQ(Text(file), "before");
 }
 
-TEST(ThisProcess, OnlyThoseOfThisMachineAreSaidToHaveEnded) {
+TEST(ThisProcess, OnlyProcessesOfThisMachineAreReportedAsEnded) {
   const std::string self = ThisProcess();
   EXPECT_FALSE(HasEnded(self));
   const pid_t child = fork();

@@ -10,7 +10,7 @@ using Answer = ConflictDetector::Answer;
 
 constexpr std::array<uint8_t, 3> kOurs = {1, 2, 3}, kTheirs = {1, 2, 4};
 
-TEST(ConflictDetector, TellsRepeatedFromConflictingMessages) {
+TEST(ConflictDetector, DistinguishesRepeatedAndConflictingMessages) {
   ConflictDetector detector;
   EXPECT_EQ(detector.Check("A", 7, kOurs), Answer::kNew);
   EXPECT_EQ(detector.Check("A", 7, kOurs), Answer::kRepeated);

@@ -104,7 +104,7 @@ TEST_F(LogTest, ALevelThatIsOffCostsNothing) {
   EXPECT_TRUE(Lines("sim").empty());
 }
 
-TEST_F(LogTest, TheBusHearsTenLinesASecondAndHowManyMoreThereWere) {
+TEST_F(LogTest, TheBusReceivesTenLinesASecondAndTheNumberOfTheRest) {
   std::optional<Log> log;
   WithinASecond([&] {
     log.emplace("sim", &bus_);
@@ -142,7 +142,7 @@ TEST_F(LogTest, LinesAboutLinesAreBounded) {
   EXPECT_EQ(received_.size(), 10u);
 }
 
-TEST_F(LogTest, AFileThatCannotBeWrittenIsSaid) {
+TEST_F(LogTest, AFileThatCannotBeWrittenIsReported) {
   Log::SetFiles([](const std::string&) { return "/proc/none/sim.log"; });
   EXPECT_THROW(Log("sim", &bus_), EnvironmentError);
 }

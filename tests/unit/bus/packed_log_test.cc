@@ -86,7 +86,7 @@ TEST_F(PackedLog, CutOffOrDamagedIsOneClearLine) {
 
 // Written by hand from RFC 8878: a frame that states its size in eight bytes, and blocks that repeat one
 // byte, four bytes for 128 kB.
-TEST_F(PackedLog, WhatSaysOrIsTooMuchIsNotUnpacked) {
+TEST_F(PackedLog, OversizedLogsAreNotUnpacked) {
   const std::string too_much =
       "cannot read log a.zst: it unpacks to more than 1 MB; unpack it with 'zstd -d' and use that file";
   const Bytes magic = {0x28, 0xB5, 0x2F, 0xFD};

@@ -163,7 +163,7 @@ TEST_F(RecorderTest, CountsTicksThatNeverArrived) {
 
 // The STATE messages alone show the gap, because EPISODE_END contains their number; in lockstep, every tick
 // was also answered.
-TEST_F(RecorderTest, TellsOfAClosedLogWhatItLacks) {
+TEST_F(RecorderTest, ReportsWhatAClosedLogLacks) {
   const auto say = [this]<class Message>(const Channel<Message>& channel, int64_t tick) {
     Message message{};
     message.header = {0, 0, attempt_, tick, 20000 * tick};
@@ -218,7 +218,7 @@ TEST_F(RecorderTest, BytesThatAreNoMessageOfTheirChannelAreNotWritten) {
   EXPECT_EQ(bus_.decode_errors(), 3);
 }
 
-TEST_F(RecorderTest, WhatIsSaidAgainIsRecordedOnce) {
+TEST_F(RecorderTest, RepeatedMessagesAreRecordedOnce) {
   for (int attempt = 0; attempt < 2; ++attempt) {
     Begin(0, attempt);
     for (const int tick : {0, 0, 1, 1, 1, 2}) Tick(0, tick);
@@ -344,7 +344,7 @@ TEST_F(RecorderTest, AnotherSeedOfAFinishedEpisodeIsForeign) {
   EXPECT_EQ(dut_.status().foreign_messages, 1);
 }
 
-TEST(RecorderOfASession, HearsOnlyItsRun) {
+TEST(RecorderOfASession, ReceivesOnlyItsRun) {
   TemporaryFolder folder;
   Bus bus("memq://", 7);
   Recorder dut(&bus, folder.path());

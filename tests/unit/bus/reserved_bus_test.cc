@@ -48,7 +48,7 @@ std::function<ReservedBus::Place()> Draws(std::vector<uint16_t> ports) {
   };
 }
 
-TEST(ReservedBus, DrawsWhatNobodyUses) {
+TEST(ReservedBus, DrawsAnUnusedBus) {
   const ReservedBus first = ReservedBus::Draw();
   const OtherProgram other;
   ReservedBus free = ReservedBus::Draw();

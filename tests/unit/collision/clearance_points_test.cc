@@ -104,7 +104,7 @@ void Check(const Kind& robot, const Kind& fixture) {
   EXPECT_GT(touching, 0);
 }
 
-TEST(ClearancePoints, LieOnBothSurfacesAsFarApartAsItSays) {
+TEST(ClearancePoints, LieOnBothSurfacesAtTheReportedDistance) {
   for (const Kind& robot : kKinds) {
     for (const Kind& fixture : kKinds) {
       SCOPED_TRACE(robot.mjcf + " against " + fixture.mjcf);

@@ -76,7 +76,7 @@ class CollisionComponentTest : public testing::Test {
   std::vector<contacts_t> contacts_;
 };
 
-TEST_F(CollisionComponentTest, AnswersEveryStateAndSaysEverySmallerClearance) {
+TEST_F(CollisionComponentTest, AnswersEveryStateAndPublishesEverySmallerClearance) {
   Begin(4);  // MODEL was not received: not ready yet
   EXPECT_EQ(dut_.status().state, component_status_t::IDLE);
   Model();

@@ -20,7 +20,7 @@ TEST(Foxglove, ChoosesASubprotocolThatTheClientOffers) {
   EXPECT_EQ(ChooseSubprotocol(",,"), "");
 }
 
-TEST(Foxglove, ReadsWhatAClientSays) {
+TEST(Foxglove, ReadsMessagesOfAClient) {
   const auto subscribe = ParseClientText(
       R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":2},{"id":4294967295,"channelId":0}]})");
   ASSERT_TRUE(subscribe);
@@ -67,14 +67,14 @@ TEST(Foxglove, ReadsPlaybackControl) {
   EXPECT_FALSE(ParsePlaybackControl(no_seek)->seek_ns);
 }
 
-TEST(Foxglove, SaysInBytes) {
+TEST(Foxglove, EncodesBinaryMessages) {
   EXPECT_EQ(MessageBytes(0x0a, 0x0203, "{}"), "\x01\x0a\0\0\0\x03\x02\0\0\0\0\0\0{}"s);
   EXPECT_EQ(TimeBytes(0x0203), "\x02\x03\x02\0\0\0\0\0\0"s);
   EXPECT_EQ(PlaybackStateBytes({PlaybackStatus::kEnded, 5, 2, true, "q"}),
             "\x05\x03\x05\0\0\0\0\0\0\0\0\0\0\x40\x01\x01\0\0\0q"s);
 }
 
-TEST(Foxglove, SaysInText) {
+TEST(Foxglove, EncodesTextMessages) {
   using nlohmann::json;
   EXPECT_EQ(json::parse(ServerInfoText("n", "s", 1'500'000'000)),
             json::parse(R"({"op":"serverInfo","name":"n","capabilities":["time","playbackControl"],

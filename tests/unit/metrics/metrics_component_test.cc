@@ -117,7 +117,7 @@ TEST_F(MetricsComponentTest, ScoresTwoEpisodes) {
             runs_[1].metric_name.end());
 }
 
-TEST_F(MetricsComponentTest, CriteriaAreSaidNowAndThenAndAtTheLastTick) {
+TEST_F(MetricsComponentTest, CriteriaArePublishedPeriodicallyAndAtTheLastTick) {
   std::vector<criteria_t> said;
   bus_.Subscribe(channels::kCriteria, [&](const criteria_t& m) { said.push_back(m); });
   for (int32_t episode = 0; episode < 2; ++episode) {
@@ -225,7 +225,7 @@ TEST_F(MetricsComponentTest, ARepeatedModelChangesNothing) {
   EXPECT_EQ(said_.foreign_messages, 0);
 }
 
-TEST_F(MetricsComponentTest, RepeatsTheRunSummaryForThoseWhoComeLate) {
+TEST_F(MetricsComponentTest, RepeatsTheRunSummaryForLateComponents) {
   const auto now = std::chrono::steady_clock::now();
   dut_.Poll(now);
   Begin(0);
@@ -245,7 +245,7 @@ TEST_F(MetricsComponentTest, RepeatsTheRunSummaryForThoseWhoComeLate) {
   EXPECT_EQ(summaries_.size(), 1);
 }
 
-TEST_F(MetricsComponentTest, TheRunSummarySaysThatItIsAPart) {
+TEST_F(MetricsComponentTest, TheRunSummaryIsMarkedAsPartial) {
   const auto finish = [&](int episode) {
     Begin(episode);
     SendState(0, episode);
@@ -494,7 +494,7 @@ TEST_F(MetricsComponentTest, NamesOfFilesInModelAreTextOnly) {
   EXPECT_NO_THROW(Begin(episode));
 }
 
-TEST_F(MetricsComponentTest, SaysAScoreAgainWhenItsStateIsRepeated) {
+TEST_F(MetricsComponentTest, RepeatsAScoreWhenItsStateIsRepeated) {
   Begin(0);
   SendState(0, 0);
   SendContacts(0, 0);

@@ -335,7 +335,7 @@ TEST(TaskDescription, FilesMustExist) {
   EXPECT_EQ(ParseTask(kTask, kModelsData / "t.yaml", true).name, "push");
 }
 
-TEST(TaskDescription, LiftPotSaysWhatTheFactsSay) {
+TEST(TaskDescription, LiftPotHasTheDocumentedValues) {
   const TaskDescription task = LoadTask(ModelsFolder() / "tasks/lift_pot.yaml");
   EXPECT_EQ(task.instruction, "lift the pot by the handles");
   EXPECT_EQ(task.robot_base.position[0], 0.1);
@@ -393,7 +393,7 @@ TEST(FindTask, ByNameAliasAndFile) {
   expect(file + "/orientation", "orientation");
 }
 
-TEST(FindTask, TellsFilesFromNames) {
+TEST(FindTask, DistinguishesFilesFromNames) {
   for (const char* file : {"t.yaml", "t.yml", "a/t.yaml/base", "../my.yml/position", ".yaml"}) {
     EXPECT_TRUE(IsTaskFile(file)) << file;
   }

@@ -69,7 +69,7 @@ TEST_F(MujocoErrors, ASinkMaySetAnother) {
   EXPECT_EQ(received_, std::vector<std::string>{"later two"});
 }
 
-TEST_F(MujocoErrors, WhatACompilerSaysIsTheInputs) {
+TEST_F(MujocoErrors, ErrorsOfTheModelCompilerAreInputErrors) {
   std::vector<std::string> warnings;
   {
     const MujocoCompileGuard guard(&warnings);

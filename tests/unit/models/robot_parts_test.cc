@@ -184,7 +184,7 @@ TEST(RobotParts, AJointWithoutLimitsMayTurn) {
   EXPECT_GT(arm.joint_upper_rad[0], 6.28);
 }
 
-TEST(ReadPose, SaysTheUnitQuaternion) {
+TEST(ReadPose, PublishesTheUnitQuaternion) {
   const RobotFiles files("0", "0",
                          ReplaceFirst(kPostRobot, "position_m: [0, 0, -0.5]",
                                       "position_m: [0, 0, -0.5], quaternion_wxyz: [-1, 1, 0, 0]"));

@@ -108,7 +108,7 @@ TEST(Scene, LiftPot) {
   }
 }
 
-TEST(Scene, LiftPotStandsWhereTheFactsSay) {
+TEST(Scene, LiftPotMatchesRoboEvalsFacts) {
   const Scene scene = BuildShipped("lift_pot");
   const mjModel* model = scene.physics.get();
   const DataPtr data(mj_makeData(model));
@@ -373,7 +373,7 @@ TEST(Sha256File, KnownDigest) {
             folder.path().string() + ": cannot be read: a folder, expected a file");
 }
 
-TEST(Scene, ATasksCameraLooksWhereItSays) {
+TEST(Scene, ATasksCameraHasItsDescribedView) {
   TaskDescription task = FindTask("lift_pot").task;
   const RobotDescription robot = LoadRobot(task.robot_file);
   const Scene before = BuildScene(task, robot);

@@ -39,7 +39,7 @@ class PlanTest : public testing::Test {
 
 constexpr char kSmall[] = "policies: [expert]\ntasks: lift_pot\n";
 
-TEST(PlanFolder, HiddenNamesSayTheirShard) {
+TEST(PlanFolder, HiddenNamesContainTheirShard) {
   const Shard shard{"pi0.5", "lift_pot/all", 0, 19};
   using Pair = std::pair<std::string, std::string>;
   EXPECT_EQ(ParseHidden("." + shard.name() + ".node7.lab-4711.coming"),
@@ -49,7 +49,7 @@ TEST(PlanFolder, HiddenNamesSayTheirShard) {
   EXPECT_EQ(ParseHidden(".nfs0001"), Pair());
 }
 
-TEST_F(PlanTest, SaysWhatIsToBeRun) {
+TEST_F(PlanTest, PrintsWhatWillBeRun) {
   const Plan plan = Read(R"(plan: checkpoints
 policies:
   - expert
@@ -101,7 +101,7 @@ TEST_F(PlanTest, IsKeptAsJsonAndReadBack) {
   }
 }
 
-TEST_F(PlanTest, IsToldFromATaskByItsPolicies) {
+TEST_F(PlanTest, IsDistinguishedFromATaskByItsPolicies) {
   Read(kSmall);
   EXPECT_TRUE(IsPlanFile(file_.string()));
   std::ofstream(file_) << "name: my_task\n";
@@ -110,7 +110,7 @@ TEST_F(PlanTest, IsToldFromATaskByItsPolicies) {
   EXPECT_FALSE(IsPlanFile((folder_.path() / "none.yaml").string()));
 }
 
-TEST_F(PlanTest, WhatIsWrongIsSaidWhereItStands) {
+TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
   EXPECT_THAT(ErrorOf("policies: [expert]\ntask: lift_pot\n"),
               HasSubstr(":2: key 'task': unknown key here; did you mean 'tasks'?"));
   EXPECT_THAT(ErrorOf("policies: [expert]\ntasks: [lift_pots]\n"), HasSubstr(":2: key 'tasks': "));

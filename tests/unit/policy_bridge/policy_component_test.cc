@@ -154,7 +154,7 @@ TEST_F(PolicyComponentTest, MissingModelIsAnInputError) {
   EXPECT_THROW(Begin(0), InputError);
 }
 
-TEST_F(PolicyComponentTest, ActsOnceForEachStateAndSaysItAgain) {
+TEST_F(PolicyComponentTest, ActsOncePerStateAndRepeatsTheAction) {
   PolicyComponent component(&bus_, {"random"});
   Send(channels::kModel, model_);
   Begin(0);

@@ -41,7 +41,7 @@ class Followed : public testing::Test {
   RunFollower follower_{run_};
 };
 
-TEST_F(Followed, TellsWhatIsAdded) {
+TEST_F(Followed, ReturnsAddedEpisodes) {
   RunFollower::News news = follower_.Update();
   EXPECT_TRUE(news.is_changed);
   EXPECT_EQ(follower_.numbers().planned, 5);
@@ -119,7 +119,7 @@ TEST_F(Followed, ALongListComesInPieces) {
   EXPECT_EQ(follower_.numbers().done, kMany);
 }
 
-TEST_F(Followed, WhatDoesNotBelongIsSaidWithItsLine) {
+TEST_F(Followed, UnknownKeysAreReportedWithTheirLine) {
   Append(Line(0, true) + "nonsense\n");
   const RunFollower::News news = follower_.Update();
   EXPECT_THAT(Numbers(news), ElementsAre(0));

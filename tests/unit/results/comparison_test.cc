@@ -75,7 +75,7 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_EQ(json["comparisons"][0]["tasks"][0]["metrics"]["slip_count"]["p"].dump(), "null");
 }
 
-TEST_F(CompareTest, SaysWhenNothingCanBeSaid) {
+TEST_F(CompareTest, StatesThatNothingCanBeConcluded) {
   const RecordedRuns a = Run("a", Info(10), First(7, 10), 5);
   EXPECT_EQ(
       Conclusion(CompareRuns(Run("b", Info(10), First(10, 10), 5), a)),
@@ -87,7 +87,7 @@ TEST_F(CompareTest, SaysWhenNothingCanBeSaid) {
   EXPECT_TRUE(few.ends_with("4 pairs are too few to detect any difference.")) << few;
 }
 
-TEST_F(CompareTest, UnpairedSaysSo) {
+TEST_F(CompareTest, UnpairedIsStated) {
   const Comparison result =
       CompareRuns(Run("b", Info(50, 8), First(43, 50), 5), Run("a", Info(50), First(31, 50), 5));
   EXPECT_FALSE(result.success.paired);
@@ -123,7 +123,7 @@ TEST_F(CompareTest, LeavesOutWhatHasNoPartner) {
                   "--resume runs it again"));
 }
 
-TEST_F(CompareTest, SaysThatEpisodesWentOnAfterSuccess) {
+TEST_F(CompareTest, RemarksThatEpisodesContinuedAfterSuccess) {
   ordered_json info = Info(2), other = Info(2);
   info["after_success_s"] = 1.0;
   other["after_success_s"] = 0.0;
@@ -252,7 +252,7 @@ TEST_F(EqualEpisodesTest, InASuiteTheyCountOnceAndNeverTurnTheTestAround) {
   EXPECT_EQ(result.success.judgment(), Judgment::kNone);
 }
 
-TEST_F(CompareTest, TwoVariationsAreSaidFirst) {
+TEST_F(CompareTest, TwoVariationsAreNamedFirst) {
   RecordedRuns b = Run("b", Info(6), First(6, 6), 5);
   b.runs[0].variation = "base";
   const Comparison result = CompareRuns(b, Run("a", Info(6), First(0, 6), 5));
@@ -266,7 +266,7 @@ TEST_F(CompareTest, TwoVariationsAreSaidFirst) {
       << text;
 }
 
-TEST_F(CompareTest, SaysWhatTwoContractsHaveDifferently) {
+TEST_F(CompareTest, RemarksOnDifferencesOfContracts) {
   ordered_json info = Info(3);
   info["policy_contract"] = {
       {"name", "a"}, {"rate_hz", 20}, {"action", {{"kind", "joint_delta"}, {"arms", {1, 2}}}}};
@@ -285,7 +285,7 @@ TEST_F(CompareTest, SaysWhatTwoContractsHaveDifferently) {
   EXPECT_EQ(MadeDifferently(scripted.runs[0], a.runs[0]), "");
 }
 
-TEST_F(CompareTest, SaysWhatElseWasDifferent) {
+TEST_F(CompareTest, RemarksOnOtherDifferences) {
   ordered_json live = Info(6), lockstep = Info(6);
   live["realtime"] = true;
   lockstep["realtime"] = false;
@@ -348,7 +348,7 @@ class MeritTest : public CompareTest {
 };
 
 // A policy that never grasps cannot slip.
-TEST_F(MeritTest, WhoGetsLessFarIsNotBetterInWhatMayGoWrong) {
+TEST_F(MeritTest, LessProgressIsNotBetterInWhatCanGoWrong) {
   std::vector<Each> tries, stays, careful, worse;
   for (int i = 0; i < 30; ++i) {
     tries.push_back({i < 23, 2, 1.0 + i % 3});
@@ -434,7 +434,7 @@ TEST_F(MeritTest, ARecordingIsNeitherBetterNorWorseThanASimulationInJerk) {
   EXPECT_EQ(Of(CompareRuns(With("rough", rough), simulated), "overall_rms_joint_jerk"), Judgment::kWorse);
 }
 
-TEST_F(CompareTest, TimesThatOnlyRoundingTellsApartAreEqual) {
+TEST_F(CompareTest, TimesThatDifferByRoundingAreEqual) {
   // 4.66 5.06 5.20 5.80 5.88 against 4.60 5.20 5.46 5.66 5.74: p = 1 (statistics_test.cc works it out).
   const auto run = [&](const std::string& name, const std::vector<double>& times) {
     std::vector<ordered_json> lines;
@@ -451,7 +451,7 @@ TEST_F(CompareTest, TimesThatOnlyRoundingTellsApartAreEqual) {
 }
 
 // Each row has a p and an adjusted p; a line below states that intervals are not adjusted.
-TEST_F(CompareTest, TheTableSaysWhatIsAdjusted) {
+TEST_F(CompareTest, TheTableStatesWhatIsAdjusted) {
   const Comparison result = CompareRuns(Run("b", Info(8), First(8, 8), 6), Run("a", Info(8), First(7, 8), 5));
   const std::string text = ComparisonText(result, false);
   EXPECT_THAT(text, testing::ContainsRegex("success .* 1.000   1.000  %"));
@@ -462,7 +462,7 @@ TEST_F(CompareTest, TheTableSaysWhatIsAdjusted) {
                                  "covers 95 % for its metric alone.\n"));
 }
 
-TEST_F(CompareTest, SaysThatAPlanStoppedByItsResults) {
+TEST_F(CompareTest, RemarksThatAPlanStoppedByItsResults) {
   ordered_json info = Info(4);
   info["until"] = "decided(alpha 0.05, max 200)";
   EXPECT_THAT(

@@ -63,7 +63,7 @@ TEST_F(PolicyNotesTest, OfAPolicyWithoutAServerThereAreNone) {
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", nullptr}})), IsEmpty());
 }
 
-TEST_F(PolicyNotesTest, SaysWhatThinkingCost) {
+TEST_F(PolicyNotesTest, ReportsTheCostOfComputation) {
   EXPECT_THAT(
       PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}})),
       ElementsAre("Policy behind a server, contract mine (openpi): joint_delta, 10 steps of each answer "

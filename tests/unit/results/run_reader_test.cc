@@ -90,7 +90,7 @@ TEST_F(RunReaderTest, ACollectionIsNoSampleOfThePolicy) {
           "collected demonstrations: only successes were kept, so its rates do not describe the policy"}));
 }
 
-TEST_F(RunReaderTest, InterruptedRunSaysSo) {
+TEST_F(RunReaderTest, InterruptedRunReportsIt) {
   ordered_json incomplete = EpisodeLine(1);
   incomplete["complete"] = false;
   WriteRun(run_, RunInfo(20), {EpisodeLine(0), incomplete, EpisodeLine(2, false)});
@@ -212,7 +212,7 @@ TEST_F(RunReaderTest, RefusesLinesThatLackSomething) {
 }
 
 // A run that was killed, or whose disk was full, while the line was written.
-TEST_F(RunReaderTest, LeavesOutALastLineThatWasCutOffAndSaysSo) {
+TEST_F(RunReaderTest, ExcludesATruncatedLastLineWithARemark) {
   WriteRun(run_, RunInfo(3), {EpisodeLine(0)});
   const std::string whole = Line(0) + Line(1);
   for (const size_t rest : {size_t{1}, Line(1).size() - 2}) {

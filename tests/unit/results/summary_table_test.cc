@@ -77,7 +77,7 @@ TEST(SummaryTable, ShowsTwoDigitsOfTheErrorAtMost) {
       << SummaryTable(summary, 80);
 }
 
-TEST(SummaryTable, SaysThatCompletionTimeIsOfSuccesses) {
+TEST(SummaryTable, StatesThatCompletionTimeIsOfSuccesses) {
   metrics::RunSummary summary = Summary(5, 2);
   summary.metrics.insert(summary.metrics.begin(), {"completion_time", 2, 5, 1, 5, 4, 6, 4, 6, {-4, 14}});
   const std::string table = SummaryTable(summary, 80);
@@ -105,7 +105,7 @@ TEST(SummaryTable, FitsEveryWidth) {
   }
 }
 
-TEST(SummaryTable, SaysThatEqualEpisodesAreOneSample) {
+TEST(SummaryTable, RemarksThatEqualEpisodesAreOneSample) {
   metrics::RunSummary summary = Summary(3, 3);
   EXPECT_FALSE(Has(SummaryTable(summary, 80), "Note: "));
   summary.samples = 1;
@@ -113,7 +113,7 @@ TEST(SummaryTable, SaysThatEqualEpisodesAreOneSample) {
       << SummaryTable(summary, 80);
 }
 
-TEST(SummaryTable, SaysWhatIsLeftOut) {
+TEST(SummaryTable, StatesTheExclusions) {
   metrics::RunSummary summary = Summary(2, 1);
   summary.episodes = 5;
   EXPECT_TRUE(Has(SummaryTable(summary, 80), "3 of 5 episodes incomplete"));
@@ -129,7 +129,7 @@ TEST(SummaryTable, SaysWhatIsLeftOut) {
   EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes invalid: excluded from all numbers here\n");
 }
 
-TEST(InvalidText, SaysHowToRunThemAgain) {
+TEST(InvalidText, ExplainsHowToRunThemAgain) {
   EXPECT_EQ(InvalidText(0, "runs/a"), "");
   EXPECT_EQ(
       InvalidText(1, "runs/a"),

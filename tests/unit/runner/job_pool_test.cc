@@ -75,7 +75,7 @@ TEST_F(JobPoolTest, OneThatHangsIsNamedAndStartedAgain) {
   EXPECT_THAT(restarts_, ElementsAre("a hung: no progress for 2 s"));
 }
 
-TEST_F(JobPoolTest, WhatOneSaysBeforeItFailsIsNotTheReason) {
+TEST_F(JobPoolTest, OutputBeforeAFailureIsNotTheReason) {
   try {
     Run({Shell("a", "echo 'bus udpm://239.255.76.67:7667'; exit 2")}, 1);
     FAIL();

@@ -22,7 +22,7 @@ double Angle(const double* a, const double* b) {
   return p.normalized().angularDistance(q.normalized());
 }
 
-TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
+TEST(LiveTrack, IsThatOfTheLogAndShowsTheStates) {
   TemporaryFolder folder;
   const std::filesystem::path out = folder.path() / "run";
   InProcessRun run("lift_pot/position", out);

@@ -115,7 +115,7 @@ class RunControllerTest : public testing::Test {
 };
 
 // Not half a second later, when the command would be repeated.
-TEST_F(RunControllerTest, ASimThatHasJustComeIsToldWhatBegins) {
+TEST_F(RunControllerTest, ANewSimReceivesTheCommand) {
   component_status_t status{};
   status.component = "sim";
   status.episode = status.last_finished_episode = -1;
@@ -135,7 +135,7 @@ TEST_F(RunControllerTest, ASimThatHasJustComeIsToldWhatBegins) {
   EXPECT_EQ(commands_.size(), 2u);
 }
 
-TEST_F(RunControllerTest, AnEpisodeIsDoneInWhateverOrderItsEndIsHeard) {
+TEST_F(RunControllerTest, AnEpisodeIsDoneInWhateverOrderItsEndIsReceived) {
   const std::function<void()> parts[] = {[this] { PublishEnd(); }, [this] { PublishSummary(); },
                                          [this] { PublishFinished("sim"); },
                                          [this] { PublishFinished("recorder"); }};
@@ -173,7 +173,7 @@ TEST_F(RunControllerTest, GoesThroughItsPlan) {
   EXPECT_EQ(results::EpisodeLines(run_.path() / kEpisodesJsonl).Next().size(), 2u);
 }
 
-TEST_F(RunControllerTest, CommandsUntilItIsHeard) {
+TEST_F(RunControllerTest, RepeatsTheCommandUntilTheEpisodeBegins) {
   Dut().Poll(In(seconds(0)));
   Dut().Poll(In(seconds(1)));
   HandleAll();
@@ -200,7 +200,7 @@ TEST_F(RunControllerTest, AnAbortedEpisodeIsBegunAgain) {
   EXPECT_EQ(listener_.done.size(), 1u);
 }
 
-TEST_F(RunControllerTest, WhatAnEarlierAttemptSaysLateIsNotHeard) {
+TEST_F(RunControllerTest, LateMessagesOfAnEarlierAttemptAreIgnored) {
   Begin();
   PublishEnd(0, "aborted", "lost");
   Begin(1);
@@ -267,7 +267,7 @@ TEST_F(RunControllerTest, AServersFaultBeginsTheEpisodeAgainFromItsSeed) {
   EXPECT_EQ(listener_.remarks.size(), 2u);
 }
 
-TEST_F(RunControllerTest, AServerThatStaysAwayMakesTheEpisodeInvalidAndTheRunGoesOn) {
+TEST_F(RunControllerTest, AnUnreachableServerMakesTheEpisodeInvalidAndTheRunContinues) {
   // Other errors count as attempts, too.
   Begin();
   PublishEnd(0, "aborted", "lost");
@@ -314,7 +314,7 @@ TEST_F(RunControllerTest, AnOldLogsScoreIsNotTakenForThatOfOurEpisode) {
   EXPECT_THAT(listener_.remarks[0], HasSubstr("received an EPISODE_SUMMARY of another end"));
 }
 
-TEST_F(RunControllerTest, AScoreThatIsSaidAgainIsHeardOnce) {
+TEST_F(RunControllerTest, ARepeatedScoreIsHandledOnce) {
   Begin();
   PublishSummary();
   PublishSummary();
@@ -347,7 +347,7 @@ TEST_F(RunControllerTest, WhatBeginsBeforeOurSimSpokeWaitsForIt) {
   EXPECT_EQ(listener_.done.size(), 1u);
 }
 
-TEST_F(RunControllerTest, ALogThatIsClosedWhileTheSimGoesOnIsNoneOfOurs) {
+TEST_F(RunControllerTest, ALogClosedWhileTheSimContinuesIsOfAnotherRun) {
   Begin();
   PublishFinished("recorder");
   EXPECT_THAT(listener_.remarks, IsEmpty());
@@ -425,7 +425,7 @@ TEST_F(RunControllerTest, APolicyThatDoesNotComeIsNamedWithItsTimeout) {
   }
 }
 
-TEST_F(RunControllerTest, WhoIsSilentIsNamed) {
+TEST_F(RunControllerTest, SilentComponentsAreNamed) {
   Dut().ExpectStart();
   EXPECT_EQ(Dut().Silent(In(seconds(0))), "");
   PublishFinished("metrics");
@@ -440,7 +440,7 @@ TEST_F(RunControllerTest, WhoIsSilentIsNamed) {
   EXPECT_NEAR(static_cast<double>(waited.count()) * 1e-3, 10.5, 1);
 }
 
-TEST_F(RunControllerTest, TimeInWhichWeDidNotRunIsNobodysSilence) {
+TEST_F(RunControllerTest, TimeInWhichTheProcessDidNotRunIsNotCountedAsSilence) {
   Dut().ExpectStart();
   EXPECT_EQ(Dut().Silent(In(seconds(0))), "");
   EXPECT_EQ(Dut().Silent(In(seconds(3600))), "");
@@ -452,7 +452,7 @@ TEST_F(RunControllerTest, TimeInWhichWeDidNotRunIsNobodysSilence) {
   EXPECT_THAT(listener_.remarks, IsEmpty());
 }
 
-TEST_F(RunControllerTest, AnEpisodeWhoseLogLacksTicksIsBegunAgain) {
+TEST_F(RunControllerTest, AnEpisodeWhoseLogLacksTicksIsRetried) {
   const auto finish = [this](int attempt, int64_t missing) {
     Begin(attempt);
     PublishEnd(attempt);
@@ -478,7 +478,7 @@ TEST_F(RunControllerTest, AnEpisodeWhoseLogLacksTicksIsBegunAgain) {
   EXPECT_EQ(listener_.done.size(), 2u);
 }
 
-TEST_F(RunControllerTest, WhatASimOfAnotherRunSaysIsNotHeard) {
+TEST_F(RunControllerTest, MessagesOfAnotherRunsSimAreIgnored) {
   model_info_t model{};
   model.physics_file = "/elsewhere/model/physics.mjb";
   model.session = kSession + 1;
@@ -532,7 +532,7 @@ TEST_F(RunControllerTest, WarningsOfOthersAreRemarksWithTheirPlace) {
 }
 
 // The episode was started again, and its files have changed.
-TEST_F(RunControllerTest, ASimThatHasReadOtherFilesEndsTheRunWhoeverSaysSo) {
+TEST_F(RunControllerTest, ASimThatReadOtherFilesEndsTheRun) {
   Begin();
   PublishModel();  // repeated
   const std::pair<const char*, void (*)(model_info_t*)> changes[] = {
@@ -585,7 +585,7 @@ TEST_F(RunControllerTest, MissedDeadlinesAreInTheEpisodesLine) {
 }
 
 // There is no time limit for users who start the missing component, or use a debugger.
-TEST_F(RunControllerTest, ByHandNobodyIsHurried) {
+TEST_F(RunControllerTest, ByHandThereAreNoTimeouts) {
   plan_.is_by_hand = true;
   for (const seconds after : {seconds(0), seconds(3600), seconds(7200), seconds(10800)})
     Dut().Poll(In(after));

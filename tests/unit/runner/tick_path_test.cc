@@ -31,7 +31,7 @@ int64_t AllocationsOfChecking(const model_info_t& info, const std::vector<state_
   return AllocationCount() - before;
 }
 
-TEST(TickPath, NobodyAllocatesButFcl) {
+TEST(TickPath, OnlyFclAllocates) {
   TemporaryFolder folder;
   InProcessRun run("lift_pot", folder.path() / "run");
   Bus& bus = run.bus();

@@ -6,7 +6,7 @@ namespace evalbus::runner::video_progress_test {
 
 using std::chrono::seconds;
 
-TEST(VideoProgress, SaysHowMuchIsLeft) {
+TEST(VideoProgress, PrintsShareAndRemainingTime) {
   const VideoProgress::Time began{seconds(1000)};
   const VideoProgress progress(4, 0, began);
   EXPECT_EQ(progress.Text(0, began), "recording video of 4 episodes: 0 %");

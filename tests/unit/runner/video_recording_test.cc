@@ -52,7 +52,7 @@ TEST_F(VideoRecordingTest, OneVideoAfterTheOtherAndAllIsPassedOn) {
   EXPECT_THAT(listener_.done, ElementsAre(2, 0, 1));
 }
 
-TEST_F(VideoRecordingTest, SaysHowFarItIs) {
+TEST_F(VideoRecordingTest, ReportsProgress) {
   const auto video_recording = Make("test $1 = 1 || echo 'render [info] videos: 0.5'; echo $1 >> made");
   testing::internal::CaptureStdout();
   for (const int episode : {0, 1}) video_recording->OnEpisodeDone(Episode(episode));
@@ -115,7 +115,7 @@ TEST_F(VideoRecordingTest, UnrecordableEpisodesAreReportedAndNotRetried) {
   EXPECT_EQ(Made(), "0\n0\n");
 }
 
-TEST_F(VideoRecordingTest, AnEpisodeWhoseLogIsWrongCostsNoOtherItsVideo) {
+TEST_F(VideoRecordingTest, AnEpisodeWithABadLogDoesNotAffectOtherVideos) {
   const auto video_recording =
       Make("echo $1 >> made; test $1 = 0 || exit 0; echo 'error: 0.lcmlog: damaged' >&2; exit 1");
   for (const int episode : {0, 1, 2}) video_recording->OnEpisodeDone(Episode(episode));

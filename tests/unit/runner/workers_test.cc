@@ -58,7 +58,7 @@ TEST_F(EvaluateJobsTest, EpisodesAndRemarksArePassedOnOnce) {
   EXPECT_THAT(listener_.remarks, ElementsAre("odd"));
 }
 
-TEST_F(EvaluateJobsTest, WhatWasThereBeforeIsNotSaidAgain) {
+TEST_F(EvaluateJobsTest, EarlierFilesAreNotReportedAgain) {
   EvaluateJobs({Shell("a", "echo 'remark: before'; " + Finish(0))}, 1, run_, &listener_);
   listener_ = {};
   EvaluateJobs({Shell("a", "echo 'remark: now'; " + Finish(1))}, 1, run_, &listener_);
@@ -66,7 +66,7 @@ TEST_F(EvaluateJobsTest, WhatWasThereBeforeIsNotSaidAgain) {
   EXPECT_THAT(listener_.remarks, ElementsAre("now"));
 }
 
-TEST_F(EvaluateJobsTest, AWorkerThatIsKilledGoesOnAndThatIsRemarked) {
+TEST_F(EvaluateJobsTest, AKilledWorkerIsRestartedWithARemark) {
   EvaluateJobs({Shell("a", "test -e again || { touch again; " + Finish(0) + "kill -9 $$; }; " + Finish(1))},
                1, run_, &listener_);
   EXPECT_THAT(listener_.done, ElementsAre(0, 1));

@@ -90,7 +90,7 @@ TEST_P(AllTasksTest, StartsTouchButDoNotSinkIn) {
   });
 }
 
-TEST_P(AllTasksTest, StartsAreInTheirRegionsAndWhereTheParametersSay) {
+TEST_P(AllTasksTest, StartsAreInTheirRegionsAndMatchTheParameters) {
   ForEachVariation([](const TaskDescription& task, const Variation& variation, const Scene&, World* world) {
     for (int seed = 0; seed < kSeeds; ++seed) {
       std::map<std::string, double> value;

@@ -25,7 +25,7 @@ TEST(Pacer, ATickThatIsAWholePeriodLateMovesThoseThatFollow) {
   EXPECT_EQ(pacer.due(), kStart + milliseconds(60));
 }
 
-TEST(Pacer, SaysHowLateTicksWere) {
+TEST(Pacer, ReportsHowLateTicksWere) {
   Pacer pacer;
   pacer.Start(kStart, 0.02);
   for (const int late_ms : {1, 4, 2, 3}) {

@@ -35,7 +35,7 @@ class ReadinessTrackerTest : public testing::Test {
   int episode_ = 3, attempt_ = 1;
 };
 
-TEST_F(ReadinessTrackerTest, NamesWhoIsNotReady) {
+TEST_F(ReadinessTrackerTest, NamesTheComponentsThatAreNotReady) {
   EXPECT_EQ(dut_.Missing(), "metrics, policy");
   Update("policy");
   EXPECT_EQ(dut_.Missing(), "metrics");
@@ -52,7 +52,7 @@ TEST_F(ReadinessTrackerTest, ReadyForAnotherAttemptIsNotReady) {
   EXPECT_EQ(dut_.Missing(), "metrics, policy");
 }
 
-TEST_F(ReadinessTrackerTest, NamesWhoLags) {
+TEST_F(ReadinessTrackerTest, NamesTheComponentsThatLag) {
   Update("recorder", component_status_t::READY, 1, 10, 256);
   Update("metrics", component_status_t::READY, 1, 0, 0);
   EXPECT_EQ(dut_.Lagging(265), "");
@@ -91,7 +91,7 @@ TEST_F(ReadinessTrackerTest, AnotherProcessThanTheRequiredOneIsFound) {
   EXPECT_EQ(dut_.Missing(), "");
 }
 
-TEST_F(ReadinessTrackerTest, OfThoseNobodyAskedForTwoMayBeThere) {
+TEST_F(ReadinessTrackerTest, ComponentsThatAreNotRequiredMayRunTwice) {
   Update("viz", component_status_t::READY, 1);
   Update("viz", component_status_t::READY, 2);
   EXPECT_EQ(dut_.twice(), "");

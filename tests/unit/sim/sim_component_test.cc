@@ -329,7 +329,7 @@ TEST_F(SimComponentTest, TimeInWhichTheSimDidNotRunIsNotThePolicys) {
   EXPECT_EQ(ends_[0].end_reason, "policy_timeout");
 }
 
-TEST_F(SimComponentTest, WhatASimOfAnotherRunSaysIsCountedAndNotObeyed) {
+TEST_F(SimComponentTest, MessagesOfAnotherRunsSimAreCountedAndIgnored) {
   MakeSim({}, 7);
   Start();
   EXPECT_EQ(model_.session, 7);
@@ -419,7 +419,7 @@ TEST_F(SimComponentTest, StopsOnCommandInMidEpisode) {
   EXPECT_TRUE(sim_->done());
 }
 
-TEST_F(SimComponentTest, SaysTheEndAgainUntilTheNextEpisodeBegins) {
+TEST_F(SimComponentTest, RepeatsTheEndUntilTheNextEpisodeBegins) {
   MakeSim();
   Start(3);
   Score(0, partial_metrics_t::FAILURE);
@@ -436,7 +436,7 @@ TEST_F(SimComponentTest, SaysTheEndAgainUntilTheNextEpisodeBegins) {
   EXPECT_EQ(ends_.size(), 2u);
 }
 
-TEST_F(SimComponentTest, RepeatsTheModelForThoseWhoComeLate) {
+TEST_F(SimComponentTest, RepeatsTheModelForLateComponents) {
   MakeSim();
   Start();
   const int announced = num_models_;
@@ -477,7 +477,7 @@ TEST_F(SimComponentTest, RealtimeHoldsTheLastActionAndCountsTheMiss) {
   EXPECT_THAT(Logged(), testing::ContainsRegex("warning. sim  e0 t2  1 ticks without an ACTION in time, "));
 }
 
-TEST_F(SimComponentTest, RealtimeSaysHowLateTicksWere) {
+TEST_F(SimComponentTest, RealtimeReportsHowLateTicksWere) {
   SimOptions options;
   options.realtime = true;
   options.rtf = 1e6;  // 20 ns a tick: shorter than the physics takes
@@ -502,7 +502,7 @@ TEST_F(SimComponentTest, RealtimeSaysHowLateTicksWere) {
   EXPECT_EQ(ends_[0].action_latency.count, 0);
 }
 
-TEST_F(SimComponentTest, APolicyThatSaysItFailedEndsTheEpisode) {
+TEST_F(SimComponentTest, APolicyThatReportsAnErrorEndsTheEpisode) {
   MakeSim();
   Start();
   component_status_t status{};
@@ -562,7 +562,7 @@ SimOptions GoingOnFor(double after_success_s) {
   return options;
 }
 
-TEST_F(SimComponentTest, GoesOnAfterASuccessForSoLong) {
+TEST_F(SimComponentTest, ContinuesForAGivenTimeAfterASuccess) {
   std::vector<std::vector<double>> qpos[2];
   for (const int8_t verdict : {partial_metrics_t::UNDECIDED, partial_metrics_t::SUCCESS}) {
     MakeSim(GoingOnFor(0.1));
@@ -661,7 +661,7 @@ TEST_F(SimComponentTest, WhatEndsAnEpisodeAfterItsSuccessDoesNotChangeItsVerdict
             "aborted | stopped on command");
 }
 
-TEST_F(SimComponentTest, RealtimeGoesOnFromTheTickOfTheSuccess) {
+TEST_F(SimComponentTest, RealtimeContinuesFromTheTickOfTheSuccess) {
   SimOptions options = GoingOnFor(0.1);
   options.realtime = true;
   MakeSim(options);
@@ -787,7 +787,7 @@ TEST_F(SimComponentTest, TwoProcessesOfOneNameEndTheEpisode) {
   EXPECT_EQ(ends_[0].detail, "two processes on this bus claim to be the policy");
 }
 
-TEST_F(SimComponentTest, AnEndThatIsSaidBeforeItBeganEndsTheEpisodeButNotItsOwn) {
+TEST_F(SimComponentTest, AForeignEndBeforeTickZeroAbortsTheEpisode) {
   MakeSim();
   Command(0);
   ASSERT_TRUE(states_.empty());
@@ -804,7 +804,7 @@ TEST_F(SimComponentTest, AnEndThatIsSaidBeforeItBeganEndsTheEpisodeButNotItsOwn)
   EXPECT_EQ(ends_.size(), 3u);
 }
 
-TEST_F(SimComponentTest, WhatOnlyASimSaysEndsTheEpisodeWhenSomebodyElseSaysIt) {
+TEST_F(SimComponentTest, ForgedMessagesOfASimEndTheEpisode) {
   MakeSim();
   for (int32_t episode = 0; episode < 3; ++episode) {
     Start(episode);

@@ -143,7 +143,7 @@ class SourceComponentTest : public testing::Test {
   std::vector<episode_end_t> ends_;
 };
 
-TEST_F(SourceComponentTest, AnswersAnnouncementWithAModelThatSaysWhatIsKnown) {
+TEST_F(SourceComponentTest, AnswersAnAnnouncementWithAModelOfTheKnownQuantities) {
   MakeSource();
   Command(0);
   EXPECT_EQ(num_models_, 0);  // there is nothing to report yet
@@ -321,7 +321,7 @@ TEST_F(CameraImages, OfMoreThanEightCamerasAreRefused) {
   EXPECT_EQ(EndDetail(), "1 image refused, the first: camera 'camera8': the maximum of 8 cameras is reached");
 }
 
-TEST_F(SourceComponentTest, AnObjectThatNobodyTracksIsSaidNotToBe) {
+TEST_F(SourceComponentTest, AnUntrackedObjectIsReportedAsUntracked) {
   announcement_.object_name.clear();
   Start();
   EXPECT_EQ(model_.object_is_tracked[0], 0);
@@ -385,7 +385,7 @@ TEST_F(SourceComponentTest, MeasuredVelocitiesAreTakenAsTheyAre) {
   EXPECT_EQ(states_.at(0).arm[1].joint_velocity_radps[6], 0.25);
 }
 
-TEST_F(SourceComponentTest, AnEpisodeEndsWhereItsSourceSaysOrBeginsTheNext) {
+TEST_F(SourceComponentTest, AnEpisodeEndsAtTheSourcesLastSampleOrWhenTheNextBegins) {
   Start();
   Send(Sample(0));
   source_state_t last = Sample(1);
@@ -603,7 +603,7 @@ TEST_F(SourceComponentTest, ASecondSourceIsNoticed) {
   EXPECT_THAT(Error([&] { Announce(); }), HasSubstr("is a second source on this bus?"));
 }
 
-TEST_F(SourceComponentTest, AGripperThatNobodyMeasuresIsAsItIsSaid) {
+TEST_F(SourceComponentTest, AnUnmeasuredGripperHasTheGivenState) {
   options_.gripper = {"right=closed"};
   announcement_.joint_name.pop_back();
   home_.pop_back();

@@ -133,7 +133,7 @@ TEST_F(VariationTest, PlacedPartsAreMovedAtResetAndTheirJointsWork) {
   EXPECT_EQ(world.data().xpos[3 * box + 2], 0);
 }
 
-TEST_F(VariationTest, JointsStartWhereTheTaskSays) {
+TEST_F(VariationTest, JointsStartAtTheTasksPositions) {
   TaskDescription task = ParseTask(
       ReplaceFirst(ReplaceFirst(TaskText(box_.string()), "objects: [box]\n",
                                 "objects: [box]\njoints: {box/lid: {position_deg: 60}, left/joint1: "

@@ -261,7 +261,7 @@ TEST_F(WorldTest, RefusesActionsThatAreNone) {
   EXPECT_TRUE(std::equal(before.begin(), before.end(), world.data().ctrl));
 }
 
-TEST_F(WorldTest, UnstablePhysicsIsSaidAndDoesNotOutliveReset) {
+TEST_F(WorldTest, UnstablePhysicsIsReportedAndEndsWithReset) {
   World world = MakeWorld();
   world.Reset(0, VariationOf("base"));
   const_cast<mjData&>(world.data()).qvel[0] = 1e12;

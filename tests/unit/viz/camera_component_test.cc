@@ -120,7 +120,7 @@ class CameraComponentTest : public testing::Test {
   const std::vector<view_t> views_ = {View("front", 64, 48), View("left/hand/wrist", 33, 33)};
 };
 
-TEST_F(CameraComponentTest, DrawsNothingThatNobodyAskedFor) {
+TEST_F(CameraComponentTest, RendersOnlyRequestedImages) {
   Process process;
   Begin(&process);
   for (int64_t tick = 0; tick < 20; ++tick) process.PublishState(tick);
@@ -131,7 +131,7 @@ TEST_F(CameraComponentTest, DrawsNothingThatNobodyAskedFor) {
   EXPECT_EQ(process.component.num_drawn(), 1);
 }
 
-TEST_F(CameraComponentTest, ShowsExactlyTheTickThatIsAskedFor) {
+TEST_F(CameraComponentTest, ShowsExactlyTheRequestedTick) {
   Process process;
   Begin(&process);
   for (int64_t tick = 0; tick < 4; ++tick) {
@@ -171,7 +171,7 @@ TEST_F(CameraComponentTest, WaitsForTheState) {
   EXPECT_EQ(process.images.size(), 1u);
 }
 
-TEST_F(CameraComponentTest, SaysAgainWhatItHasDrawn) {
+TEST_F(CameraComponentTest, RepeatsImagesThatItHasRendered) {
   Process process;
   Begin(&process);
   process.PublishState(0);
@@ -234,7 +234,7 @@ TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
   EXPECT_EQ(process.component.status().missing_ticks, 1);
 }
 
-TEST_F(CameraComponentTest, HearsItsOwnEpisodeAlone) {
+TEST_F(CameraComponentTest, ReceivesOnlyItsOwnEpisode) {
   Process process;
   // Before an episode.
   EXPECT_TRUE(process.RequestImages(0, views_).empty());

@@ -129,7 +129,7 @@ TEST_F(VizComponentTest, ShowsTheNewestStateAndCountsWhatItPassesOver) {
   EXPECT_EQ(viz_.status().missing_ticks, 2);
 }
 
-TEST_F(VizComponentTest, DrawsNoMoreFramesThanAskedFor) {
+TEST_F(VizComponentTest, RendersNoMoreFramesThanRequested) {
   PublishModel();
   PublishBegin(0);
   int frames = 0;

@@ -107,7 +107,7 @@ TEST_F(ReassemblerTest, ALargerMessageOfTheSameSender) {
   EXPECT_THAT(received_, ElementsAre("A:x", "A:" + large, "B:zz"));
 }
 
-TEST_F(ReassemblerTest, MemoryIsBoundedWhoeverSendsWhat) {
+TEST_F(ReassemblerTest, MemoryIsBoundedWhateverIsSent) {
   const int64_t before = AllocatedBytes();
   // Each fragment claims a message of 64 MB; the sender that was silent longest must be dropped.
   for (uint64_t sender = 0; sender < 10; ++sender) {

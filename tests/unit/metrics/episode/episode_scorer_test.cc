@@ -305,7 +305,7 @@ class AfterSuccess : public testing::Test {
   EpisodeScorer dut_{ModelOf(100'000), task_};
 };
 
-TEST_F(AfterSuccess, SaysHowLongSuccessHeldAndWhetherItDoesAtTheEnd) {
+TEST_F(AfterSuccess, ReportsHowLongSuccessHeldAndWhetherItDoesAtTheEnd) {
   struct Case {
     std::vector<bool> up;
     double once, end, held;

@@ -86,7 +86,7 @@ TEST_F(ExplanationTest, GraspMissWhereAGripperClosedOnNothing) {
   EXPECT_EQ(Reason(), "grasp_miss");
 }
 
-TEST_F(ExplanationTest, GraspMissAsksForTheGripperThatTheStageNames) {
+TEST_F(ExplanationTest, GraspMissRequiresTheGripperOfTheStage) {
   Use(Replaced(kTask, "gripper: any", "gripper: left"));
   Opening(1) = 0;
   Tick();
@@ -162,7 +162,7 @@ TEST_F(ExplanationTest, GraspSlipUnlessRegained) {
   EXPECT_EQ(End().explanation.num_slips, 1);
 }
 
-TEST_F(ExplanationTest, GraspSlipWhereTheOtherGripperStillHoldsButThisOneIsAskedFor) {
+TEST_F(ExplanationTest, GraspSlipIfTheRequiredGripperLostItAndTheOtherHolds) {
   Use(Replaced(Replaced(kTask, "- name: lifted\n    when: {height_above: {object: pot, min_m: 1.1}}",
                         "- name: both\n    when: {all: [{holding: {gripper: right, object: pot}}, {holding: "
                         "{gripper: left, object: pot}}]}"),
@@ -256,7 +256,7 @@ TEST_F(ExplanationTest, WrongPoseIsATiltOfAHeldObject) {
 }
 
 // A threshold must not be shown rounded to a different value.
-TEST_F(ExplanationTest, ANumberBesideItsLimitHasTheDigitsThatTellThemApart) {
+TEST_F(ExplanationTest, ANumberNearItsLimitHasEnoughDigitsToDiffer) {
   for (const auto& [limit, height, text] : {std::tuple("1.096", 1.0961, "1.0961 m >= 1.096"),
                                             {"1.096", 1.1034, "1.103 m >= 1.096"},
                                             {"1.096", 1.096, "1.096 m >= 1.096"},
@@ -294,7 +294,7 @@ TEST_F(ExplanationTest, WrongPoseIsAnObjectLetGoThatShouldBeHeld) {
   EXPECT_EQ(Reason(), "wrong_pose");
 }
 
-TEST_F(ExplanationTest, TheSameConditionIsSaidOnce) {
+TEST_F(ExplanationTest, TheSameConditionIsReportedOnce) {
   UseSuccess(
       "{any: [{all: [{touching: {a: pot, b: world}}, {height_above: {object: pot, min_m: 9}}]}, {touching: "
       "{a: "
@@ -331,7 +331,7 @@ TEST_F(ExplanationTest, DataThatEndIsNoTimeout) {
   EXPECT_EQ(Reason("end_of_data"), "grasp_slip");
 }
 
-TEST_F(ExplanationTest, SuccessSaysWhatHeld) {
+TEST_F(ExplanationTest, SuccessExplainsWhatHeld) {
   Height() = 1.13;
   Tick({{kLeftPad, kWall}});
   const episode_summary_t summary = End("success");

@@ -211,7 +211,7 @@ TEST_F(RolloutMetricsTest, CountsASlipOnlyWithoutOpening) {
   EXPECT_EQ(Values().slip_count_per_object, (std::vector<int64_t>{1, 1}));
 }
 
-TEST_F(RolloutMetricsTest, SlipWindowLooksAtEveryThirdSample) {
+TEST_F(RolloutMetricsTest, SlipWindowUsesEveryThirdSample) {
   MetricsConfig config = TwoArms();
   config.slip_sample_window = 3;
   dut_ = RolloutMetrics(config);
@@ -250,7 +250,7 @@ TEST_F(RolloutMetricsTest, CountsNewContactsOnly) {
   EXPECT_EQ(Extended("contact_time_s"), 1.5);
 }
 
-TEST_F(RolloutMetricsTest, CollisionWindowLooksAtEveryThirdSample) {
+TEST_F(RolloutMetricsTest, CollisionWindowUsesEveryThirdSample) {
   MetricsConfig config = TwoArms();
   config.collision_sample_window = 3;
   dut_ = RolloutMetrics(config);

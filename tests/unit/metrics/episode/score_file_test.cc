@@ -325,7 +325,7 @@ TEST(ReadJsonFile, NamesTheLineOfASyntaxError) {
     EXPECT_EQ(ReadError(text).find('\n'), std::string::npos);
 }
 
-TEST(ReadJsonFile, SaysThatAFileCannotBeRead) {
+TEST(ReadJsonFile, ReportsAFileThatCannotBeRead) {
   EXPECT_THROW(ReadJsonFile("/nonexistent.json"), InputError);
   EXPECT_THROW(ReadJsonFile("/tmp"), InputError);
 }

@@ -56,7 +56,7 @@ Looks Simulate(double rate_a, double rate_b, int most, double alpha) {
   return {decided / double{kRepetitions}, pairs / kRepetitions};
 }
 
-TEST(SequentialMcNemar, LookingAfterEveryPairErrsNoMoreOftenThanItSays) {
+TEST(SequentialMcNemar, TestingAfterEveryPairKeepsTheErrorRate) {
   for (const double rate : {0.1, 0.5, 0.9}) {
     const Looks looks = Simulate(rate, rate, 200, 0.05);
     // Standard error of 10,000 repetitions: 0.2 points.

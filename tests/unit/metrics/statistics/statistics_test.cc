@@ -252,7 +252,7 @@ TEST(WilcoxonSignedRankTest, EqualDifferencesOfTimesAreEqual) {
   EXPECT_EQ(WilcoxonSignedRankTest(PairedDifferences(b, a)).p, 1);
 }
 
-TEST(WilcoxonSignedRankTest, WhatOnlyRoundingTellsApartIsNoDifference) {
+TEST(WilcoxonSignedRankTest, RoundingIsNoDifference) {
   EXPECT_EQ(PairedDifferences(Values{0.1 + 0.2, 1, 7}, Values{0.3, 1, 5}), (Values{0, 0, 2}));
   // Three ticks of 1/500 s added to an hour are not lost by rounding.
   EXPECT_NEAR(PairedDifferences(Values{3600.006}, Values{3600})[0], 0.006, 1e-12);

@@ -335,7 +335,7 @@ TEST_F(PredicatesTest, ALimitInDegreesIsTheNumberThatIsWritten) {
   EXPECT_EQ(why[0].threshold_mixed, 60);
 }
 
-TEST_F(PredicatesTest, FirstAndOtherGripperAreToldApartForAnEpisode) {
+TEST_F(PredicatesTest, FirstAndOtherGripperKeepTheirRolesForAnEpisode) {
   const auto first = Compile("{holding: {gripper: first, object: pot}}");
   const auto other = Compile("{holding: {gripper: other, object: pot}}");
   const auto evaluate = [&](const std::vector<std::pair<int, int>>& pairs) {

@@ -139,7 +139,7 @@ TEST_F(ExpressionTest, TiltIsMeasuredAgainstTheVerticalOrPerpendicularToAnAxis) 
   EXPECT_NEAR(Measure(lateral), 0, 1e-12);
 }
 
-TEST_F(ExpressionTest, TiltBelowAlsoWantsTheObjectUpright) {
+TEST_F(ExpressionTest, TiltBelowAlsoRequiresTheObjectUpright) {
   const Expression lateral = Call("tilt_below", {{"object", "pot"}, {"axis", "y"}, {"max_deg", "20"}});
   const Expression free = Call("tilt_below", {{"object", "pot"}, {"max_rad", "0.5"}});
   EXPECT_TRUE(Evaluate(lateral));
@@ -166,7 +166,7 @@ TEST_F(ExpressionTest, CombinesPredicates) {
   EXPECT_TRUE(Evaluate(Of("not", {no})));
 }
 
-TEST_F(ExpressionTest, LatchedSeesEveryTickAndForgetsAtStart) {
+TEST_F(ExpressionTest, LatchedUsesEveryTickAndResetsAtStart) {
   const Expression no = Call("height_above", {{"object", "pot"}, {"min_m", "9"}});
   const Expression held = Call("holding", {{"gripper", "left"}, {"object", "pot"}});
   // `no` and `yes` before it must not prevent it from processing the tick.
@@ -203,7 +203,7 @@ TEST_F(ExpressionTest, DistanceIsFromAGrippersWristOrABodysOrigin) {
   EXPECT_DOUBLE_EQ(Measure(distance("pot", "right/base")), std::sqrt(1 + 25 + 49));
 }
 
-TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
+TEST_F(ExpressionTest, ReportsMistakesWithFileAndLine) {
   EXPECT_EQ(PredicateError(Call("holds", {})),
             "t.yaml:3: there is no predicate 'holds'; expected one of all, any, distance, height_above, "
             "holding, inside, joint_fraction, joint_speed, lasts, latched, lift, not, on, position, reached, "

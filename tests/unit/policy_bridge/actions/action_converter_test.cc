@@ -655,7 +655,7 @@ std::vector<double> WanderingRow(int step) {
           0};
 }
 
-TEST(ActionConverter, TwoOfThemSayTheSameBits) {
+TEST(ActionConverter, TwoOfThemPublishTheSameBits) {
   const ActionSpace space = EefSpace(ActionKind::kEefPose);
   Play a(space), b(space);
   // The second converter has run another episode before.

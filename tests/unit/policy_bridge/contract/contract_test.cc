@@ -45,7 +45,7 @@ std::string ErrorWith(const std::string& from, const std::string& to) {
   return "";
 }
 
-TEST(Contract, IsWhatItsFileSays) {
+TEST(Contract, MatchesItsFile) {
   const Contract contract = ParseContract(kGood, "folder/mine.yaml");
   EXPECT_EQ(contract.name, "mine");
   EXPECT_EQ(contract.wire, Wire::kOpenpi);
@@ -76,7 +76,7 @@ TEST(Contract, IsWhatItsFileSays) {
   EXPECT_FALSE(contract.is_privileged());
 }
 
-TEST(Contract, MistakesAreSaidWithLineAndKey) {
+TEST(Contract, MistakesAreReportedWithLineAndKey) {
   const std::vector<std::array<std::string, 3>> mistakes = {
       {"wire: openpi", "wire: openpy", "mine.yaml:2: key 'wire': unknown 'openpy'; did you mean 'openpi'?"},
       {"wire: openpi", "wire: lerobot", std::string("mine.yaml:2: key 'wire': ") + kNoPickles},
@@ -134,7 +134,7 @@ TEST(Contract, AVelocityIsOnTheTargetOrOnTheMeasurement) {
             "mine.yaml:12: key 'delta_on': only for deltas and velocities");
 }
 
-TEST(Contract, OfAllPresetsOneCanReadAndTellThemApart) {
+TEST(Contract, AllPresetsAreReadableAndDistinguishable) {
   const std::vector<Contract> all = AllContracts();
   std::vector<std::string> names, jsons;
   for (const Contract& contract : all) {

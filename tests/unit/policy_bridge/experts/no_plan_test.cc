@@ -42,7 +42,7 @@ std::string ErrorOfExpert(const std::string& task) {
   }
 }
 
-TEST(NoPlan, SaysWhatIsOutOfReach) {
+TEST(NoPlan, ReportsUnreachablePoses) {
   const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [-1.9, 0, 0]}");
   // The hand moves to 9 cm above the left handle's bar: at (0, 0.225, 0.035) m in the pot's frame, and the
   // pot is at (0.7, 0, 0.996).
@@ -50,7 +50,7 @@ TEST(NoPlan, SaysWhatIsOutOfReach) {
             "no plan: arm 'left' does not reach (0.700, 0.225, 1.121) m, on the path that got farthest");
 }
 
-TEST(NoPlan, SaysWhatTouchesTheRobotWhereItStands) {
+TEST(NoPlan, ReportsWhatTouchesTheRobotAtHome) {
   // The counter begins at x = 0.5 m, and the first links, of radius 63 mm, end 1 mm before it.
   const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [0.436, 0, 0]}");
   const std::string error = ErrorOfExpert(task.file);
@@ -59,7 +59,7 @@ TEST(NoPlan, SaysWhatTouchesTheRobotWhereItStands) {
 }
 
 // Menagerie's Panda has its base 1 mm from its first link, and no exclude for the two.
-TEST(NoPlan, NeighborsThatNearlyTouchAtHomeAreInNobodysWay) {
+TEST(NoPlan, NeighborsThatNearlyTouchAtHomeAreNoObstacles) {
   TemporaryFolder folder;
   fs::copy(ModelsFolder() / "robots", folder.path(), fs::copy_options::recursive);
   std::string arm = ReadText(folder.path() / "panda/panda.xml");

@@ -93,7 +93,7 @@ TEST_F(FlawedPolicyTest, HandsThatCollideGoDownAndOutside) {
   EXPECT_LT((way - Eigen::Vector3d(0, -0.105, -0.15)).norm(), 1e-5);
 }
 
-TEST_F(FlawedPolicyTest, FingersThatSlipAreToldToBeHardlyFurtherThanTheyAre) {
+TEST_F(FlawedPolicyTest, SlippingFingersAreCommandedHardlyPastTheirPosition) {
   Use("slip");
   const action_t action = Act();
   EXPECT_DOUBLE_EQ(action.gripper_closing[0], 0.301);

@@ -85,7 +85,7 @@ TEST(ReplayPolicy, RefusesWhatItCannotPlay) {
   EXPECT_THROW(other.Begin(begin), InputError);
 }
 
-TEST(ReplayPolicy, RefusesAnotherWorldUnlessToldTo) {
+TEST(ReplayPolicy, RefusesAnotherSceneUnlessForced) {
   const auto refusal = [](const model_info_t& recorded, int64_t seed, bool anyway) -> std::string {
     RecordedActions episode = Episode({Recorded(0, 0)});
     episode.episode.model = recorded;

@@ -109,7 +109,7 @@ class RemotePolicyTest : public testing::Test {
   std::shared_ptr<WakeEvent> wake_event_ = std::make_shared<WakeEvent>();
 };
 
-TEST_F(RemotePolicyTest, AsksWhenItsStepsAreUsedUp) {
+TEST_F(RemotePolicyTest, CallsWhenItsStepsAreUsedUp) {
   Serve([calls = 0](const Value&) mutable { return ChunkOf(5, 0.2 * ++calls); });
   Make();
   Begin();
@@ -305,7 +305,7 @@ TEST_F(RemotePolicyTest, FirstStepOfAnAbsoluteActionIsWhereTheRobotIs) {
   }
 }
 
-TEST_F(RemotePolicyTest, AnAbsurdFirstStepIsSaidInAFewDigits) {
+TEST_F(RemotePolicyTest, AnAbsurdFirstStepIsReportedInFewDigits) {
   Serve([](const Value&) { return ChunkOf(2, 1e38); });
   Make();
   Begin();
@@ -317,7 +317,7 @@ TEST_F(RemotePolicyTest, AnAbsurdFirstStepIsSaidInAFewDigits) {
   }
 }
 
-TEST_F(RemotePolicyTest, AnotherShapeIsSaidBeforeTheFirstEpisodeCounts) {
+TEST_F(RemotePolicyTest, AnotherShapeIsReportedBeforeTheFirstEpisodeCounts) {
   Serve([](const Value&) -> Value {
     return Map{{"actions", FloatArray(std::vector<double>(14, 0), {2, 7})}};
   });

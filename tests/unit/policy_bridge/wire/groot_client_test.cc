@@ -156,7 +156,7 @@ TEST(GrootClient, UnderstandsWhatN15LeavesOut) {
   }
 }
 
-TEST(GrootClient, TriesFlatObservationsOnceAndOnlyWhereTheServerAsksForThem) {
+TEST(GrootClient, TriesFlatObservationsOnceAndOnlyIfTheServerRequiresThem) {
   GrootServer server({Dialect::kN16, 3, Form::kMap, "", 0});
   const auto client = MakeGrootClient(To(server));
   client->Connect();
@@ -174,7 +174,7 @@ TEST(GrootClient, TriesFlatObservationsOnceAndOnlyWhereTheServerAsksForThem) {
   EXPECT_TRUE(client->connected());
 }
 
-TEST(GrootClient, SpeaksNestedWhereNothingIsSaidOfModalities) {
+TEST(GrootClient, UsesTheNestedDialectIfNoModalitiesAreGiven) {
   const GrootServer server({Dialect::kN16, 3, Form::kNone, "", 0});
   const auto client = MakeGrootClient(To(server));
   EXPECT_EQ(client->Connect(), Value(Map{}));
@@ -253,7 +253,7 @@ class GrootFaults : public testing::Test {
   std::unique_ptr<PolicyClient> client_;
 };
 
-TEST_F(GrootFaults, AServerThatSaysThatItFailsMayBeAskedAgain) {
+TEST_F(GrootFaults, AServerThatReportsAnErrorMayBeCalledAgain) {
   server_->AnswerNextWith("get_action", {'E', 'R', 'R', 'O', 'R'});
   EXPECT_THAT(Failure(), FailsAs(Kind::kServer, "the server reports: ERROR"));
   Publish(Map{{"error", "Traceback (most recent call last):\n  File \"x.py\"\nCUDA out of memory\n"}});

@@ -123,7 +123,7 @@ TEST(MsgpackCodec, ReadsNumPyScalars) {
       Value(1.5));
 }
 
-TEST(MsgpackCodec, SaysThatArraysOfTextsAreNotRead) {
+TEST(MsgpackCodec, ReportsThatArraysOfTextsAreNotRead) {
   EXPECT_EQ(RoundTrip(Map{{"names", ArrayMap(Bytes(32), "<U4", List{2})}, {"b", 1}}),
             Value(Map{{"names", "array <U4 [2] of texts is not supported"}, {"b", 1}}));
 }

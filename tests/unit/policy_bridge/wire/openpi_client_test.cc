@@ -90,7 +90,7 @@ TEST(OpenpiClient, SpeaksByTheSpecificationsVectors) {
   EXPECT_EQ(reply.server_s, 0.0015);
 }
 
-TEST(OpenpiClient, HasNoServersTimeWhereNoneIsSaid) {
+TEST(OpenpiClient, HasNoServerTimeIfNoneIsReported) {
   Double server(Answering(kChunk));
   const auto client = MakePolicyClient(To(server.url()));
   client->Connect();
@@ -137,7 +137,7 @@ TEST(OpenpiClient, AnswersPingsWhileItIsIdle) {
   EXPECT_TRUE(server.Ping());
 }
 
-TEST(OpenpiClient, SaysGoodbye) {
+TEST(OpenpiClient, SendsACloseFrameAtTheEnd) {
   Double server(Answering(kChunk));
   auto client = MakePolicyClient(To(server.url()));
   client->Connect();
@@ -148,7 +148,7 @@ TEST(OpenpiClient, SaysGoodbye) {
 }
 
 // A server that does not read does not block it either.
-TEST(OpenpiClient, SaysNothingAfterADeadline) {
+TEST(OpenpiClient, PublishesNothingAfterADeadline) {
   Double server(Answering(Double::Nothing{}));
   ClientOptions to = To(server.url());
   to.first_reply_s = 0.1;
@@ -159,7 +159,7 @@ TEST(OpenpiClient, SaysNothingAfterADeadline) {
   EXPECT_EQ(server.Goodbyes(), 0u);
 }
 
-TEST(OpenpiClient, PassesOnWhatTheServerSays) {
+TEST(OpenpiClient, PassesOnTheServersText) {
   const std::string traceback =
       "Traceback (most recent call last):\n  File \"policy.py\", line 3\nValueError: Prompt is required\n";
   for (const Double::Answer& answer :
@@ -287,7 +287,7 @@ TEST(OpenpiClient, GivesTheFirstAnswerItsOwnTime) {
   EXPECT_EQ(FailureOf([&] { other->Infer(kObservation); }).what, "no answer within 0.2 s");
 }
 
-TEST(OpenpiClient, RefusesWhatNobodyAskedFor) {
+TEST(OpenpiClient, RefusesAnUnrequestedMessage) {
   for (const bool is_text : {true, false}) {
     Double server(Answering(kChunk));
     const auto client = MakePolicyClient(To(server.url()));
@@ -365,7 +365,7 @@ TEST(OpenpiClient, ExpectsMetadataFirst) {
   EXPECT_EQ(failure_with(Double::Gone()).kind, Kind::kUnreachable);
 }
 
-TEST(OpenpiClient, TellsWhatAnswersInPlaceOfAWebsocket) {
+TEST(OpenpiClient, ReportsWhatAnswersInsteadOfAWebsocket) {
   for (const auto& [status, kind, what] : std::vector<std::tuple<int, Kind, std::string>>{
            {404, Kind::kProtocol, "HTTP 404 Not Found and no websocket: is the path right?"},
            {401, Kind::kServer, "HTTP 401 Unauthorized: is the API key right?"},

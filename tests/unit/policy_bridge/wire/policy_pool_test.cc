@@ -67,7 +67,7 @@ class Pool : public testing::Test {
 
 class PoolOfDialect : public Pool, public testing::WithParamInterface<Dialect> {};
 
-TEST_P(PoolOfDialect, AsksTogetherWhatWaitsTogether) {
+TEST_P(PoolOfDialect, BatchesWaitingCalls) {
   GrootServer::Options server;
   server.dialect = GetParam();
   Serve(server);
@@ -87,7 +87,7 @@ TEST_P(PoolOfDialect, AsksTogetherWhatWaitsTogether) {
 INSTANTIATE_TEST_SUITE_P(All, PoolOfDialect,
                          testing::Values(Dialect::kN15, Dialect::kN16, Dialect::kN16Flat));
 
-TEST_F(Pool, AsksNoMoreAtOnceThanTheContractSays) {
+TEST_F(Pool, BatchesNoMoreThanTheContractAllows) {
   Serve();
   Open(2, 3, PolicyPool::kGather);
   auto replies = Call({Observation(1), Observation(2), Observation(3)});
@@ -95,13 +95,13 @@ TEST_F(Pool, AsksNoMoreAtOnceThanTheContractSays) {
   for (const int size : server_->batches()) EXPECT_LE(size, 2);
 }
 
-TEST_F(Pool, DoesNotWaitForThoseWhoDoNotAsk) {
+TEST_F(Pool, DoesNotWaitForIdleWorkers) {
   Serve();
   Open(8, 3, PolicyPool::kGather);
   EXPECT_EQ(clients_[1]->Infer(Observation(1)).value, Actions(1));
 }
 
-TEST_F(Pool, AsksApartWhatIsOfOtherShapes) {
+TEST_F(Pool, CallsSeparatelyForOtherShapes) {
   Serve();
   Open(8, 2);
   auto replies = Call({Observation(1), Observation(2, "lift", 7)});
@@ -111,7 +111,7 @@ TEST_F(Pool, AsksApartWhatIsOfOtherShapes) {
 }
 
 // Results do not depend on simultaneous requests.
-TEST_F(Pool, GivesTheServersErrorToWhoAskedForIt) {
+TEST_F(Pool, PassesAServersErrorToItsCaller) {
   Serve();
   Open(8, 3);
   auto replies =

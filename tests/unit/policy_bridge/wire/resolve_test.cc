@@ -22,7 +22,7 @@ TEST(Resolve, FindsNumbersAndThisMachine) {
   EXPECT_NE(std::ranges::find(here, "127.0.0.1"), here.end());
 }
 
-TEST(Resolve, SaysWhatTheLookupSays) {
+TEST(Resolve, ReportsTheErrorOfTheLookup) {
   const auto nobody = [](const std::string& host) -> std::vector<std::string> {
     throw std::runtime_error(host + "? never heard");
   };

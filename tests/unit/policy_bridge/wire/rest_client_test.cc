@@ -85,7 +85,7 @@ TEST_F(RestClient, UnderstandsAnArrayAListOfArraysAndEitherInAText) {
   EXPECT_EQ(Actions(EncodeJsonNumpy(two)), two);  // (H, D) in one
 }
 
-TEST_F(RestClient, NamesItsPathAndSaysNothingOfTheServer) {
+TEST_F(RestClient, NamesItsPathWithoutServerFacts) {
   EXPECT_EQ(client_->Connect(), Value(Map{}));
   EXPECT_TRUE(client_->connected());
   EXPECT_EQ(client_->Name(), "REST /act");
@@ -117,7 +117,7 @@ TEST_F(RestClient, SendsAKeyWhereThereIsOne) {
 
 // Faults.
 
-TEST_F(RestClient, AServerThatSaysThatItFailsMayBeAskedAgain) {
+TEST_F(RestClient, AServerThatReportsAnErrorMayBeCalledAgain) {
   EXPECT_THAT(FailureWith("\"error\""), FailsAs(Kind::kServer, "the server reports: error"));
   EXPECT_THAT(FailureWith(R"("\"error\"")"), FailsAs(Kind::kServer, "the server reports: error"));
   EXPECT_THAT(FailureWith(R"({"error": "no unnorm_key"})"),

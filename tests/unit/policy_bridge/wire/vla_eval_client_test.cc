@@ -118,7 +118,7 @@ TEST(VlaEvalClient, SurvivesTheServersErrors) {
 
 // The error of the episode's start arrives while the client waits for an action; the action that follows does
 // not belong to the next request.
-TEST(VlaEvalClient, TellsAnEpisodesErrorFromAnActions) {
+TEST(VlaEvalClient, DistinguishesErrorsOfEpisodesAndActions) {
   int observations = 0;
   Double::Options options = Answering(kAction);
   options.episode_start = Double::Error{"episode_start_failed: no such task"};

@@ -129,7 +129,7 @@ std::string PageOf(std::vector<ReportRun> runs) {
   return ReportPage({.title = "title", .runs = std::move(runs), .remarks = {}, .made_by = "0.1.0"});
 }
 
-TEST(ReportPage, SaysTheRateAndWhatIsLeftOut) {
+TEST(ReportPage, StatesTheRateAndTheExclusions) {
   const Page page(PageOf({SomeRun()}));
   std::string text;
   for (const XMLElement* p : page.All("p")) text += TextOf(p) + "\n";
@@ -179,7 +179,7 @@ TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
   EXPECT_THAT(TextOf(figures[0]), HasSubstr("110 to 112 mm: 1 of 3 episodes"));
 }
 
-TEST(ReportPage, ARunInRealTimeSaysItsTimes) {
+TEST(ReportPage, ARealtimeRunListsItsTimes) {
   ReportRun run = SomeRun();
   EXPECT_EQ(Page(PageOf({run})).ById("times"), nullptr);
   const auto times = [](double p50_s) {

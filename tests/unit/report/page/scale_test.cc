@@ -35,7 +35,7 @@ TEST(Ticks, AroundEncloseTheRange) {
   EXPECT_THAT(TicksAround(-1, 11, 6).at, ElementsAre(-5, 0, 5, 10, 15));
 }
 
-TEST(Ticks, NeverMoreThanAskedFor) {
+TEST(Ticks, NeverMoreThanRequested) {
   for (const double upper : {1e-9, 0.0301, 0.999, 1.0, 7.0, 49.99, 123456.0, 3e12}) {
     for (int most = 2; most < 9; ++most) {
       const auto within = TicksWithin(0, upper, most).at;

@@ -262,7 +262,7 @@ TEST_F(RendererTest, RefusesWhatItCannotDraw) {
 
 // A bar along x under a camera 3 m above it: an image 240 pixels high shows 90 / tan(45 / 2) = 289.7 pixels
 // per meter at that distance.
-TEST(MocapBody, IsDrawnWhereTheStateSaysItIs) {
+TEST(MocapBody, IsRenderedAtThePoseOfTheState) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "bar.xml";
   std::ofstream(file) << R"(<mujoco><worldbody>

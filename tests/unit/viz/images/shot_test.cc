@@ -191,7 +191,7 @@ TEST_F(ShotTest, DoesNotDependOnWhatWasDrawnBefore) {
   }
 }
 
-TEST_F(ShotTest, ShadowsAreDrawnWhereTheyAreAskedFor) {
+TEST_F(ShotTest, ShadowsAreRenderedIfRequested) {
   Renderer renderer(Copy(**model_), {64, 64});
   renderer.SetState(home_);
   const auto lit = Rgb8(&renderer, "front", {128, 128}, 0, false),

@@ -62,7 +62,7 @@ TEST_F(MonitorScreenTest, FillsAnEightyByTwentyFourTerminal) {
   EXPECT_EQ("\n" + All(80, 24), kGolden) << All(80, 24);
 }
 
-TEST_F(MonitorScreenTest, SaysHowSoonTheSimWasAnsweredInRealTime) {
+TEST_F(MonitorScreenTest, ReportsResponseTimesInRealTime) {
   Play();
   EXPECT_EQ(All(80, 40).find("real time   STATE"), std::string::npos);
   episode_end_t end{};
@@ -338,7 +338,7 @@ TEST_F(MonitorScreenTest, FailureIsShownWithItsText) {
   EXPECT_NE(All(80, 24).find("✕ policy failed: no?model"), std::string::npos) << All(80, 24);
 }
 
-TEST_F(MonitorScreenTest, LagIsThatOfTheMomentItWasSaid) {
+TEST_F(MonitorScreenTest, LagIsThatOfTheTimeOfPublication) {
   PublishModel();
   PublishBegin(0);
   for (int64_t tick = 0; tick < 50; ++tick) Publish(channels::kState, State(tick, 0));
@@ -374,7 +374,7 @@ TEST_F(MonitorScreenTest, SurvivesWhatDoesNotDecode) {
   EXPECT_NE(screen.find("wrist path                1.250"), std::string::npos);
 }
 
-TEST_F(MonitorScreenTest, AScoreThatIsSaidAgainIsShownOnce) {
+TEST_F(MonitorScreenTest, ARepeatedScoreIsShownOnce) {
   PublishModel();
   const auto scores = [&] {
     return std::ranges::count_if(watch_.TakeEvents(), [](const std::string& event) {
@@ -419,7 +419,7 @@ TEST_F(MonitorScreenTest, InventedNamesFillNeitherMemoryNorScreen) {
   EXPECT_LT(Lines(100, 10000).size(), 250u);
 }
 
-TEST_F(MonitorScreenTest, SaysWhatToDoWhereNothingIsHeard) {
+TEST_F(MonitorScreenTest, ExplainsWhatToDoIfNothingIsReceived) {
   watch_.SilentFor(now_);
   EXPECT_EQ(All(80, 24).find("private network"), std::string::npos);
   now_ += milliseconds(2500);
@@ -427,7 +427,7 @@ TEST_F(MonitorScreenTest, SaysWhatToDoWhereNothingIsHeard) {
   EXPECT_NE(All(80, 24).find("private network"), std::string::npos);
 }
 
-TEST(DoneText, SaysWhichIntervalItIsAndOfWhat) {
+TEST(DoneText, StatesKindAndSubjectOfTheInterval) {
   run_summary_t run{};
   run.num_episodes = run.num_complete = 4;
   run.success_rate = 0.75;
@@ -442,7 +442,7 @@ TEST(DoneText, SaysWhichIntervalItIsAndOfWhat) {
   EXPECT_EQ(DoneText(run, 4), "4 of 4 counted here, success 75 % (anytime CI 17 to 99)");
 }
 
-TEST_F(MonitorScreenTest, TellsEventsAndProgressInLines) {
+TEST_F(MonitorScreenTest, PrintsEventsAndProgressAsLines) {
   Play();
   const auto events = watch_.TakeEvents();
   ASSERT_EQ(events.size(), 7u);

@@ -94,7 +94,7 @@ std::vector<double> RowOf(const BlockReader& block, const std::string& name, siz
           values.begin() + static_cast<std::ptrdiff_t>((row + 1) * shape[1])};
 }
 
-TEST(EpisodeTrack, ABlockHasWhatTheMessagesSaid) {
+TEST(EpisodeTrack, ABlockHasTheContentsOfTheMessages) {
   EpisodeTrack track = MakeTrack();
   episode_begin_t begin{};
   begin.header = Header(0);

@@ -14,7 +14,7 @@ SteadyTime At(double seconds) {
          std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(seconds));
 }
 
-TEST(RunBlock, SaysWhatTheWatchKnows) {
+TEST(RunBlock, ShowsTheStateOfTheWatch) {
   RunWatch watch(10);
   const auto hear = [&](const auto& channel, const auto& message, double time) {
     watch.Receive(channel, Encode(message), At(time));

@@ -79,7 +79,7 @@ TEST_F(RunWatchTest, MeasuresOverTheLastSecond) {
   EXPECT_LT(watch_.speed(), 0.1);
 }
 
-TEST_F(RunWatchTest, TimeIsTakenFromScoresWhereNoStateIsHeard) {
+TEST_F(RunWatchTest, TimeIsTakenFromScoresIfNoStateIsReceived) {
   episode_begin_t begin{};
   watch_.Receive(begin, now_);
   partial_metrics_t partial{};
@@ -96,7 +96,7 @@ TEST_F(RunWatchTest, TimeIsTakenFromScoresWhereNoStateIsHeard) {
   EXPECT_EQ(watch_.scores()->header.tick, 101) << "of another episode";
 }
 
-TEST_F(RunWatchTest, NoticesWhoFallsSilentAndComesBack) {
+TEST_F(RunWatchTest, NoticesSilentComponentsAndTheirReturn) {
   Play();
   for (int i = 0; i < 5; ++i) {
     now_ += milliseconds(500);
@@ -117,7 +117,7 @@ TEST_F(RunWatchTest, NoticesWhoFallsSilentAndComesBack) {
   EXPECT_FALSE(watch_.health().at("policy").silent);
 }
 
-TEST_F(RunWatchTest, NobodyIsMissedOnceTheRunHasSaidThatItIsOver) {
+TEST_F(RunWatchTest, NoComponentIsMissedAfterTheEndOfTheRun) {
   Play();
   EXPECT_FALSE(watch_.is_over());
   PublishStatus("sim", 2, 75, component_status_t::STOPPED);

@@ -73,7 +73,7 @@ class LiveFeedTest : public testing::Test {
   UpdateBroadcaster broadcaster_;
 };
 
-TEST_F(LiveFeedTest, HowAnEpisodeEndedIsToldThoughTheNextOneHasBegun) {
+TEST_F(LiveFeedTest, AnEpisodesEndIsSentEvenIfTheNextOneHasBegun) {
   UpdateBroadcaster::Viewer viewer;
   broadcaster_.Enter(&viewer);
   Begin(0);
@@ -99,7 +99,7 @@ TEST_F(LiveFeedTest, HowAnEpisodeEndedIsToldThoughTheNextOneHasBegun) {
   EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(2, false)));
 }
 
-TEST_F(LiveFeedTest, WhoComesLaterIsNotGivenAnEpisodeOfLongAgo) {
+TEST_F(LiveFeedTest, ALateViewerDoesNotReceiveAnOldEpisode) {
   UpdateBroadcaster::Viewer first, second;
   broadcaster_.Enter(&first);
   Begin(0);

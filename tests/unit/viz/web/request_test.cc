@@ -93,7 +93,7 @@ TEST(WebRequest, OnlyPagesOfOursMayListen) {
   EXPECT_FALSE(IsOwnOrigin("http://", ""));
 }
 
-TEST(WebRequest, APageSaysWhatItWatchesAndNothingElse) {
+TEST(WebRequest, APageSendsOnlyTheRunThatItWatches) {
   EXPECT_EQ(ParseWatch(R"({"watch": 3})"), 3);
   for (const char* text : {"", "{", "[]", "3", R"({"watch": -1})", R"({"watch": 1.5})", R"({"watch": "1"})",
                            R"({"watch": 1, "more": 2})", R"({"look": 1})", R"({"watch": 1000001})", "null",

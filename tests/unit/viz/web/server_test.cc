@@ -152,7 +152,7 @@ TEST_F(Server, SeveralRequestsOnAConnectionAndNotTooMany) {
   EXPECT_THAT(answer, HasSubstr("HTTP/1.1 429 "));
 }
 
-TEST_F(Server, APageThatSaysAnythingElseIsSentAway) {
+TEST_F(Server, APageThatSendsAnythingElseIsDisconnected) {
   Begin();
   for (const std::string& text :
        std::vector<std::string>{std::string("{}"), std::string("{\"watch\": \"0\"}"), std::string("\xff\xfe"),
@@ -187,7 +187,7 @@ TEST_F(Server, TheRunThatIsWatchedIsTheOneThatComes) {
 }
 
 // Fifty viewers, one of which never reads: the others receive every block, and the memory does not grow.
-TEST_F(Server, WhoNeverReadsHoldsNobodyUp) {
+TEST_F(Server, AClientThatNeverReadsDelaysNoOther) {
   Begin();
   broadcaster_->SetEpisode(0, "episode", true);
   std::vector<std::unique_ptr<WebClient>> viewers;
@@ -249,7 +249,7 @@ TEST_F(Server, AFirstRequestHasLessTimeThanLaterOnes) {
 }
 
 // Many connections on which no request is ever sent.
-TEST_F(Server, ManyHalfRequestsShutNobodyOut) {
+TEST_F(Server, ManyHalfRequestsLockNoClientOut) {
   WebServer::Limits limits;
   limits.connections = 4;
   Begin(limits);
@@ -302,7 +302,7 @@ TEST_F(Server, AnyAddressOfTheUsersChoiceHasAToken) {
   }
 }
 
-TEST(WebServer, ATakenPortIsSaid) {
+TEST(WebServer, APortInUseIsReported) {
   const auto broadcaster = std::make_shared<UpdateBroadcaster>();
   const WebServer first({"127.0.0.1", 0}, broadcaster);
   EXPECT_THROW(WebServer({"127.0.0.1", first.port()}, broadcaster), InputError);

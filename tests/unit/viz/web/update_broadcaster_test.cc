@@ -24,7 +24,7 @@ std::vector<EpisodeRow> Rows(const std::vector<int>& episodes) {
   return rows;
 }
 
-TEST(UpdateBroadcaster, AViewerIsToldWhatIsNewAndNotWhatWasInBetween) {
+TEST(UpdateBroadcaster, AViewerReceivesTheNewestStateOnly) {
   UpdateBroadcaster broadcaster;
   UpdateBroadcaster::Viewer viewer;
   broadcaster.Enter(&viewer);
@@ -37,7 +37,7 @@ TEST(UpdateBroadcaster, AViewerIsToldWhatIsNewAndNotWhatWasInBetween) {
   EXPECT_THAT(TakeAll(&broadcaster, &viewer), ElementsAre("c", "other"));
 }
 
-TEST(UpdateBroadcaster, WhoComesInMidEpisodeIsGivenAllOfItAndThenTicks) {
+TEST(UpdateBroadcaster, AViewerThatConnectsMidEpisodeReceivesAllOfItThenTicks) {
   UpdateBroadcaster broadcaster;
   UpdateBroadcaster::Viewer viewer;
   broadcaster.Enter(&viewer);
@@ -93,7 +93,7 @@ TEST(UpdateBroadcaster, ManyBytesOfTicksAreNotKept) {
   EXPECT_TRUE(broadcaster.needs_episode(0));
 }
 
-TEST(UpdateBroadcaster, ANewEpisodeGoesToEverybody) {
+TEST(UpdateBroadcaster, ANewEpisodeIsSentToEveryViewer) {
   UpdateBroadcaster broadcaster;
   UpdateBroadcaster::Viewer viewer, behind;
   broadcaster.Enter(&viewer);
@@ -127,7 +127,7 @@ TEST(UpdateBroadcaster, WatchingAnotherRunBringsItsEpisode) {
   EXPECT_EQ(broadcaster.num_viewers(), 0);
 }
 
-TEST(UpdateBroadcaster, WhoLeavesWaitsForNothing) {
+TEST(UpdateBroadcaster, LeavingDoesNotWait) {
   UpdateBroadcaster broadcaster;
   UpdateBroadcaster::Viewer viewer;
   broadcaster.Enter(&viewer);
