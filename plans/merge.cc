@@ -400,9 +400,9 @@ std::vector<Shard> MergePlan(const PlanFolder& folder) {
     }
     if (!is_whole) continue;
     const fs::path suite = folder.policy_folder(policy.name);
-    ordered_json runs = ordered_json::array();
-    for (const std::string& task : folder.plan().tasks) runs.push_back(runner::FolderOfTask(task));
-    ordered_json json = {{"runs", runs}};
+    ordered_json folders = ordered_json::array();
+    for (const std::string& task : folder.plan().tasks) folders.push_back(runner::FolderOfTask(task));
+    ordered_json json = {{"runs", folders}};
     json.update(OptionsJson(folder.plan().OptionsOf(policy)));
     WriteWhole(suite / kSuiteJson, ToText(json, 2) + "\n");
     WriteWhole(suite / kSummaryJson, ToText(tally.Json(folder.plan().tasks), 2) + "\n");

@@ -6,9 +6,9 @@
 #include "base/plugins.h"
 #include "base/sha256.h"
 #include "lcmtypes/clock.h"
-#include "models/scene.h"
 #include "policy_bridge/contract/contract.h"
 #include "policy_bridge/policy_options.h"
+#include "runner/run_controller.h"
 #include "runner/version.h"
 #include "viz/images/painter/painter.h"
 

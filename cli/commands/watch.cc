@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "base/arguments.h"
+#include "base/help.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
 #include "runner/run.h"

@@ -141,10 +141,10 @@ class RestClient : public PolicyClient {
 
     std::string answer = beast::buffers_to_string(response->get().body().data());
     if (response->get().result() != http::status::ok) {
-      const ServerError error = ErrorFromServer(answer);
-      throw ServerError(Kind::kServer,
-                        fmt::format("HTTP status {}: {}", response->get().result_int(), error.what()),
-                        answer);
+      throw ServerError(
+          Kind::kServer,
+          fmt::format("HTTP status {}: {}", response->get().result_int(), ErrorFromServer(answer).what()),
+          answer);
     }
     return answer;
   }

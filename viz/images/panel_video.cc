@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "viz/images/log_episodes.h"
 #include "viz/images/overlay.h"
 #include "viz/images/video.h"
 #include "viz/images/video_panels.h"
