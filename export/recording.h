@@ -44,7 +44,8 @@ struct EncodedEpisode {
 EncodedEpisode EncodeEpisode(const std::filesystem::path& log, SceneSource* scenes);
 
 // Adds camera images at 10 Hz of simulated time: foxglove.CompressedImage (JPEG) on "/camera/NAME". `size`
-// has the format of the option of `evalbus render`. Throws InputError, EnvironmentError.
+// has the format of the option of `evalbus render`. Throws InputError, also if the log has no MODEL or
+// EPISODE_BEGIN, and EnvironmentError.
 void AddImages(const std::filesystem::path& log, const std::vector<std::string>& cameras,
                const std::string& size, EncodedEpisode* episode);
 
