@@ -1,4 +1,4 @@
-// Combines functions to one with several overloads, for std::visit.
+// Combines functions to one with several overloads, for std::visit and channels::Dispatch.
 #pragma once
 
 namespace evalbus {

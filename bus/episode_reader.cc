@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/overloaded.h"
 #include "lcmtypes/end_reason.h"
 
 namespace evalbus {
@@ -67,6 +68,25 @@ bool EpisodeReader::Next(EpisodeMessages* episode, const std::function<bool(int)
     episode->begin = std::move(begin);
   };
   const auto has_begun = [&] { return episode->begin || has_tick_; };
+  const auto others = Overloaded{
+      [&](episode_begin_t begin) {
+        if (IsAnother(begin, *episode, has_tick_)) {
+          next_begin_ = std::move(begin);
+        } else {
+          begin_with(std::move(begin));
+        }
+      },
+      [&](model_info_t model) {
+        model_ = std::move(model);
+        if (!episode->model || !has_tick_) episode->model = model_;
+      },
+      [&](episode_end_t end) {
+        if (has_begun() && IsOurs(end.header, *episode)) episode->end = std::move(end);
+      },
+      [&](episode_summary_t summary) {
+        if (has_begun() && IsOurs(summary.header, *episode)) episode->summary = std::move(summary);
+      },
+  };
   if (next_begin_) begin_with(*std::exchange(next_begin_, std::nullopt));
   episode->model = model_;
   while (!next_begin_ && reader_.Next(&event_)) {
@@ -74,21 +94,8 @@ bool EpisodeReader::Next(EpisodeMessages* episode, const std::function<bool(int)
     Add(channels::kContacts, is_wanted, &episode->contacts, episode);
     Add(channels::kAction, is_wanted, &episode->actions, episode);
     Add(channels::kPartial, is_wanted, &episode->partials, episode);
-    if (episode_begin_t begin{}; event_.channel == channels::kEpisodeBegin && Decode(event_.data, &begin)) {
-      if (IsAnother(begin, *episode, has_tick_)) {
-        next_begin_ = std::move(begin);
-      } else {
-        begin_with(std::move(begin));
-      }
-    } else if (model_info_t model{}; event_.channel == channels::kModel && Decode(event_.data, &model)) {
-      model_ = std::move(model);
-      if (!episode->model || !has_tick_) episode->model = model_;
-    } else if (episode_end_t end{}; event_.channel == channels::kEpisodeEnd && Decode(event_.data, &end)) {
-      if (has_begun() && IsOurs(end.header, *episode)) episode->end = std::move(end);
-    } else if (episode_summary_t summary{};
-               event_.channel == channels::kEpisodeSummary && Decode(event_.data, &summary)) {
-      if (has_begun() && IsOurs(summary.header, *episode)) episode->summary = std::move(summary);
-    }
+    channels::Dispatch(event_.channel, event_.data, others, channels::kEpisodeBegin, channels::kModel,
+                       channels::kEpisodeEnd, channels::kEpisodeSummary);
   }
   KeepFirstOfEachTick(&episode->states);
   KeepFirstOfEachTick(&episode->contacts);
