@@ -52,20 +52,15 @@ void AddOptions(CLI::App* app, Options* options) {
     CLI::Option* option = nullptr;
     if constexpr (std::is_same_v<Value, bool>) {
       option = app->add_flag(OptionName(row.key), value, row.help);
+    } else if constexpr (std::is_same_v<Value, std::vector<std::filesystem::path>>) {
+      // A path may contain a comma: the option is repeated.
+      option = app->add_option(OptionName(row.key), value, row.help)->allow_extra_args(false);
+    } else if constexpr (requires { value.emplace_back(); }) {
+      option = AddList(app, OptionName(row.key), &value, row.help);
     } else {
-      option = app->add_option(OptionName(row.key), value, row.help);
-      if constexpr (std::is_same_v<Value, std::vector<std::filesystem::path>>) {
-        option->allow_extra_args(false);  // a path may contain a comma: the option is repeated
-      } else if constexpr (requires { value.emplace_back(); }) {
-        option->delimiter(',')->allow_extra_args(false);
-      } else {
-        option->capture_default_str();
-      }
+      option = app->add_option(OptionName(row.key), value, row.help)->capture_default_str();
     }
-    if constexpr (std::is_same_v<Value, std::vector<int>> ||
-                  (std::is_integral_v<Value> && !std::is_same_v<Value, bool>)) {
-      option->check(FitsInt64());
-    }
+    if constexpr (std::is_integral_v<Value> && !std::is_same_v<Value, bool>) option->check(FitsInt64());
     if (row.help.empty()) option->group("");
   });
 }
