@@ -11,7 +11,6 @@
 #include "base/options_json.h"
 #include "base/run_layout.h"
 #include "bus/private_network.h"
-#include "models/scene.h"
 #include "results/run_reader.h"
 #include "runner/components.h"
 #include "runner/run_json.h"
