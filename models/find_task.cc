@@ -21,6 +21,15 @@ size_t EndOfFile(const std::string& name) {
   return std::string::npos;
 }
 
+std::vector<TaskDescription> TasksIn(const std::filesystem::path& folder) {
+  std::vector<TaskDescription> tasks;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".yaml") tasks.push_back(LoadTask(entry.path()));
+  }
+  std::sort(tasks.begin(), tasks.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return tasks;
+}
+
 }  // namespace
 
 bool IsTaskFile(const std::string& name) { return EndOfFile(name) != std::string::npos; }
@@ -33,36 +42,45 @@ TaskSelection FindTask(const std::string& name) {
     return {std::move(task), variation};
   }
 
-  const size_t slash = name.find('/');
-  const std::string task_name = name.substr(0, slash);
+  std::vector<TaskDescription> tasks = AllTasks();
+  // "roboeval/lift_pot/position" is the variation "position" of the task "roboeval_lift_pot".
+  std::string wanted = name, alias_prefix;
+  for (const std::string& assets : AssetNames()) {
+    if (!name.starts_with(assets + "/") && !name.starts_with(assets + "_")) continue;
+    alias_prefix = assets + "_";
+    wanted[assets.size()] = '_';
+    tasks = TasksOfAssets(assets);
+  }
+  const size_t slash = wanted.find('/');
+  const std::string task_name = wanted.substr(0, slash);
   std::vector<std::string> known;
-  for (TaskDescription& task : AllTasks()) {
+  for (TaskDescription& task : tasks) {
     if (task.name == task_name) {
       const std::string variation =
-          slash == std::string::npos ? task.variations[0].name : name.substr(slash + 1);
+          slash == std::string::npos ? task.variations[0].name : wanted.substr(slash + 1);
       task.Apply(variation);
       return {std::move(task), variation};
     }
     for (const Variation& variation : task.variations) {
-      if (variation.alias == name) {
+      if (!variation.alias.empty() && alias_prefix + variation.alias == wanted) {
         const std::string found = variation.name;
         task.Apply(found);
         return {std::move(task), found};
       }
       known.push_back(task.name + "/" + variation.name);
-      if (!variation.alias.empty()) known.push_back(variation.alias);
+      if (!variation.alias.empty()) known.push_back(alias_prefix + variation.alias);
     }
     known.push_back(task.name);
   }
 
-  const std::string nearest = NearestName(name, known);
+  const std::string nearest = NearestName(wanted, known);
   std::string message = "unknown task '" + name + "'";
   if (!nearest.empty()) {
     message += "; did you mean '" + nearest + "'?";
   } else {
     message += "; there are ";
     std::string list;
-    for (const TaskDescription& task : AllTasks()) list += (list.empty() ? "" : ", ") + task.name;
+    for (const TaskDescription& task : tasks) list += (list.empty() ? "" : ", ") + task.name;
     message += list.empty() ? "none in " + TasksFolder().string() : list;
   }
   throw InputError(message);
@@ -74,12 +92,19 @@ std::vector<TaskDescription> AllTasks() {
     throw InputError("no folder " + folder.string() +
                      "; EVALBUS_MODELS must name a folder with tasks/, robots/, props/");
   }
-  std::vector<TaskDescription> tasks;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".yaml") tasks.push_back(LoadTask(entry.path()));
+  return TasksIn(folder);
+}
+
+std::vector<TaskDescription> TasksOfAssets(const std::string& name) { return TasksIn(TasksFolder() / name); }
+
+std::vector<std::string> AssetNames() {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(TasksFolder(), error)) {
+    if (entry.is_directory()) names.push_back(entry.path().filename());
   }
-  std::sort(tasks.begin(), tasks.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
-  return tasks;
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 std::filesystem::path ModelsFolder() {

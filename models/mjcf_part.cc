@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/angles.h"
+#include "models/mesh_faces.h"
 #include "models/mjcf_xml.h"
 
 namespace evalbus::mjcf {
@@ -178,6 +179,17 @@ void Part::ConvertOrientations() {
   });
 }
 
+void Part::RemoveBody(const std::string& name) {
+  XMLElement* found = nullptr;
+  for (XMLElement* section : Sections("worldbody")) {
+    ForEach(section, [&](XMLElement* element) {
+      if (Is(element, "body") && Get(element, "name") == name) found = element;
+    });
+  }
+  if (!found) Fail(mjcf_.root, "there is no body '" + name + "' to leave out");
+  found->Parent()->DeleteChild(found);
+}
+
 void Part::Prefix(const std::string& prefix, const std::string& world) {
   ForEach(mjcf_.root, [&](XMLElement* element) {
     for (const auto* a = element->FirstAttribute(); a; a = a->Next()) {
@@ -309,6 +321,13 @@ void Part::ResolveFiles(XMLElement* asset) {
       Fail(asset, Tag(asset) + ": file " + file.string() + " does not exist");
     }
     Set(asset, attribute, file.string());
+    if (!Is(asset, "mesh") || file.extension() != ".obj") continue;
+    if (const std::optional<MeshFaces> mesh = SeparateFaces(file)) {
+      asset->DeleteAttribute("file");
+      Set(asset, "vertex", Join(mesh->vertex));
+      Set(asset, "face", Join(mesh->face));
+      if (!mesh->texcoord.empty()) Set(asset, "texcoord", Join(mesh->texcoord));
+    }
   }
 }
 

@@ -46,6 +46,8 @@ class Part {
   // Converts angles to radians and file paths to absolute ones, and applies this file's compiler settings to
   // the inertias of its bodies.
   void Normalize();
+  // Removes a body with everything on it.
+  void RemoveBody(const std::string& name);
   // Prefixes every name and reference. `world`: new name of the file's world body.
   void Prefix(const std::string& prefix, const std::string& world);
 

@@ -12,10 +12,11 @@
 namespace evalbus {
 namespace {
 
-std::filesystem::path FindModelFile(const YamlValue& value,
-                                    const std::vector<std::filesystem::path>& folders) {
+// Searches a file in `sources`, whose model_path also contains the folders that are always searched.
+std::filesystem::path FindModelFile(const YamlValue& value, const ModelSources& sources) {
+  if (IsAssetFile(value.Text())) return AssetFile(value.Text(), value.location(), sources);
   std::string looked_in;
-  for (const std::filesystem::path& folder : folders) {
+  for (const std::filesystem::path& folder : sources.model_path) {
     const std::filesystem::path file = (folder / value.Text()).lexically_normal();
     if (std::filesystem::is_regular_file(file)) return file;
     looked_in += (looked_in.empty() ? "" : ", ") + folder.string();
@@ -63,10 +64,9 @@ double TravelOf(const YamlMap& map, const std::string& stem) {
   return (meters ? meters : radians)->Number();
 }
 
-void ReadStand(const YamlValue& value, const std::vector<std::filesystem::path>& folders,
-               ArmDescription* arm) {
+void ReadStand(const YamlValue& value, const ModelSources& sources, ArmDescription* arm) {
   const YamlMap map(value, {"model"}, {"pose"});
-  arm->stand_file = FindModelFile(map["model"], folders);
+  arm->stand_file = FindModelFile(map["model"], sources);
   if (const YamlValue* pose = map.Find("pose")) arm->stand_pose = ReadPose(*pose);
 }
 
@@ -140,11 +140,11 @@ std::vector<CameraDescription> ReadRobotCameras(const YamlValue& value, const st
 }
 
 GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm, const MjcfFile& arm_model,
-                               const std::vector<std::filesystem::path>& folders) {
+                               const ModelSources& sources) {
   const YamlMap map(
       value, {"joints", "actuator", "command_open", "command_closed", "pad_bodies"},
       {"model", "attach_body", "mount", "joint_open_m", "joint_open_rad", "joint_closed_m",
-       "joint_closed_rad", "joint_damping_Ns_per_m", "position_gain_N_per_m", "position_gain_Nm_per_rad"});
+       "joint_closed_rad", "start_opening", "binary_command", "joint_damping_Ns_per_m", "position_gain_N_per_m", "position_gain_Nm_per_rad"});
   GripperDescription gripper;
   gripper.arm = arm.name;
   gripper.location = value.location();
@@ -153,7 +153,7 @@ GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm
   MjcfFile own_model;
   const MjcfFile* model = &arm_model;
   if (const YamlValue* file = map.Find("model")) {
-    gripper.model_file = FindModelFile(*file, folders);
+    gripper.model_file = FindModelFile(*file, sources);
     own_model = ReadMjcf(gripper.model_file);
     model = &own_model;
     const YamlValue* body = map.Find("attach_body");
@@ -184,6 +184,10 @@ GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm
   if (gripper.command_open == gripper.command_closed) {
     map["command_closed"].Fail("must differ from command_open");
   }
+  if (const YamlValue* opening = map.Find("start_opening")) {
+    gripper.start_opening = opening->Number({.min = 0, .max = 1});
+  }
+  if (const YamlValue* binary = map.Find("binary_command")) gripper.binary_command = binary->Bool();
   gripper.pad_bodies =
       NamesFrom(map["pad_bodies"], NamesIn(*model, "worldbody", "body"), "body", model->file);
   return gripper;
@@ -218,18 +222,20 @@ std::filesystem::path FindRobot(const std::string& name) {
   throw InputError("unknown robot '" + name + "'" + Suggestion(name, known));
 }
 
-RobotDescription LoadRobot(const std::filesystem::path& file,
-                           const std::vector<std::filesystem::path>& model_path) {
+RobotDescription LoadRobot(const std::filesystem::path& file, const ModelSources& sources) {
   const YamlMap map(ParseYaml(ReadInput(file, "robot description"), file.string()), {"name", "arms"},
-                    {"cameras"});
+                    {"cameras", "gravity_compensation"});
 
   RobotDescription robot;
   robot.name = map["name"].Name();
   robot.file = std::filesystem::absolute(file).lexically_normal();
-  std::vector<std::filesystem::path> folders{robot.file.parent_path()};
-  for (const auto& folder : model_path)
-    folders.push_back(std::filesystem::absolute(folder).lexically_normal());
-  folders.push_back(ModelsFolder() / "robots");
+  if (const YamlValue* compensation = map.Find("gravity_compensation")) {
+    robot.gravity_compensation = compensation->Bool();
+  }
+  ModelSources all{.model_path = {robot.file.parent_path()}, .assets = sources.assets};
+  for (const auto& folder : sources.model_path)
+    all.model_path.push_back(std::filesystem::absolute(folder).lexically_normal());
+  all.model_path.push_back(ModelsFolder() / "robots");
 
   // Bodies of all arms, named as in the scene.
   std::set<std::string> all_bodies;
@@ -244,7 +250,7 @@ RobotDescription LoadRobot(const std::filesystem::path& file,
     for (const ArmDescription& other : robot.arms) {
       if (other.name == arm.name) arm_map["name"].Fail("another arm has the name '" + arm.name + "'");
     }
-    arm.model_file = FindModelFile(arm_map["model"], folders);
+    arm.model_file = FindModelFile(arm_map["model"], all);
     const MjcfFile model = ReadMjcf(arm.model_file);
     if (const YamlValue* base = arm_map.Find("base")) arm.base = ReadPose(*base);
 
@@ -260,9 +266,9 @@ RobotDescription LoadRobot(const std::filesystem::path& file,
     arm.position_gain = OptionalNumbers(arm_map, "position_gain_Nm_per_rad", n, kPositive);
     arm.joint_damping = OptionalNumbers(arm_map, "joint_damping_Nms_per_rad", n, kNotNegative);
     arm.armature = OptionalNumbers(arm_map, "armature_kgm2", n, kNotNegative);
-    robot.grippers.push_back(ReadGripper(arm_map["gripper"], arm, model, folders));
+    robot.grippers.push_back(ReadGripper(arm_map["gripper"], arm, model, all));
     const std::set<std::string> bodies = BodiesOf(model, robot.grippers.back());
-    if (const YamlValue* stand = arm_map.Find("stand")) ReadStand(*stand, folders, &arm);
+    if (const YamlValue* stand = arm_map.Find("stand")) ReadStand(*stand, all, &arm);
     if (const YamlValue* excludes = arm_map.Find("excludes")) {
       arm.excludes = ReadExcludes(*excludes, bodies, model.file);
     }

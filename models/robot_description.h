@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "models/model_sources.h"
 #include "models/pose.h"
 #include "models/source_location.h"
 
@@ -77,6 +78,10 @@ struct GripperDescription {
   // Actuator commands for fully open and fully closed, in the actuator's own unit.
   double command_open = 0;
   double command_closed = 0;
+  // Opening at reset, 0 closed to 1 open.
+  double start_opening = 1;
+  // True: a command is rounded to fully open or fully closed.
+  bool binary_command = false;
   // Bodies whose collision geoms are the pads.
   std::vector<std::string> pad_bodies;
   // Location of the description in the YAML file.
@@ -94,6 +99,9 @@ struct RobotDescription {
   std::vector<GripperDescription> grippers;
   // Cameras with names and bodies as in the composed scene: "roboeval/left_wrist" on "left/link7".
   std::vector<CameraDescription> cameras;
+  // True if the robot's controller compensates gravity and Coriolis forces on the arms, as the Panda's own
+  // does. False: its servos hold the arms against gravity, so they sag.
+  bool gravity_compensation = true;
 
   std::vector<std::string> arm_names() const;
 };
@@ -105,9 +113,8 @@ std::vector<std::filesystem::path> AllRobots();
 // models/robots ("single_panda"). Throws InputError that lists the available robots.
 std::filesystem::path FindRobot(const std::string& name);
 
-// Reads and checks a robot YAML. model_path: additional folders for model files, such as a checkout of MuJoCo
-// Menagerie; they are searched after the YAML's own folder and before models/robots. Throws InputError.
-RobotDescription LoadRobot(const std::filesystem::path& file,
-                           const std::vector<std::filesystem::path>& model_path = {});
+// Reads and checks a robot YAML. Model files are searched in the YAML's own folder, in the folders of
+// --model-path (such as a checkout of MuJoCo Menagerie), and in models/robots. Throws InputError.
+RobotDescription LoadRobot(const std::filesystem::path& file, const ModelSources& sources = {});
 
 }  // namespace evalbus

@@ -130,7 +130,7 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
       }
     }
     const Mount mount = part.free ? Mount::kFree : part.placed ? Mount::kMocap : Mount::kFixed;
-    composer.Attach(part.model_file, part.name + "/", part.pose, mount);
+    composer.Attach(part.model_file, part.name + "/", part.pose, mount, "", {}, part.without);
   }
 
   // If names repeat, the first camera takes precedence; a variation's cameras precede the task's.

@@ -257,9 +257,11 @@ SceneComposer::~SceneComposer() = default;
 
 void SceneComposer::Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
                            Mount mount, const std::string& parent_body,
-                           const std::map<std::string, double>& stiffness) {
+                           const std::map<std::string, double>& stiffness,
+                           const std::vector<std::string>& without) {
   const std::string name = prefix.substr(0, prefix.size() - 1);
   mjcf::Part part = impl_->Load(file, mount == Mount::kFree, stiffness);
+  for (const std::string& body : without) part.RemoveBody(body);
   part.Prefix(prefix, name);
   impl_->Place(&part, name, pose, mount, parent_body);
 }

@@ -39,10 +39,12 @@ class SceneComposer {
 
   // Attaches an MJCF file under a prefix that ends in "/", to the world or to a body that is already attached
   // ("left/link7"). stiffness: replaces the stiffness of position servos, by their names in the file, N m /
-  // rad or N / m, and removes their velocity gain.
+  // rad or N / m, and removes their velocity gain. without: bodies of the file that are left out, with all
+  // that is on them.
   void Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
               Mount mount = Mount::kFixed, const std::string& parent_body = "",
-              const std::map<std::string, double>& stiffness = {});
+              const std::map<std::string, double>& stiffness = {},
+              const std::vector<std::string>& without = {});
 
   // Adds a camera to the world or a body, or replaces the camera with this name. It looks along its -z axis;
   // y points up in the image; the field of view is vertical. Names are those in the composed document, as for

@@ -14,6 +14,7 @@ namespace {
 // A file relative to the task's file, or else relative to the folder of the shipped tasks, so that a copy of
 // a shipped task works in any folder.
 std::filesystem::path FileIn(const YamlValue& value, const std::filesystem::path& folder, bool check_files) {
+  if (IsAssetFile(value.Text())) return value.Text();
   const std::filesystem::path file = (folder / value.Text()).lexically_normal();
   if (!check_files || std::filesystem::is_regular_file(file)) return file;
   const std::filesystem::path shipped = (TasksFolder() / value.Text()).lexically_normal();
@@ -76,7 +77,7 @@ MetricsOptions ReadMetrics(const YamlValue& value) {
 void ReadParts(const YamlValue& value, const std::filesystem::path& folder, bool check_files,
                std::vector<ScenePart>* parts) {
   for (const YamlValue& entry : value.List()) {
-    const YamlMap map(entry, {"name", "model", "pose"}, {"free"});
+    const YamlMap map(entry, {"name", "model", "pose"}, {"free", "without", "may_penetrate"});
     ScenePart part;
     part.name = map["name"].Name();
     for (const ScenePart& other : *parts) {
@@ -86,6 +87,8 @@ void ReadParts(const YamlValue& value, const std::filesystem::path& folder, bool
     part.model_file = FileIn(map["model"], folder, check_files);
     part.pose = ReadPose(map["pose"]);
     if (const YamlValue* free = map.Find("free")) part.free = free->Bool();
+    if (const YamlValue* without = map.Find("without")) part.without = without->Texts();
+    if (const YamlValue* value = map.Find("may_penetrate")) part.may_penetrate = value->Bool();
     part.location = entry.location();
     parts->push_back(std::move(part));
   }
@@ -232,6 +235,13 @@ void TaskDescription::ApplyRobot(const std::string& robot, const std::vector<std
     target_distance = found->target_distance;
   } else if (alike != other_robots.end()) {
     target_distance = alike->target_distance;
+  }
+}
+
+void TaskDescription::FindAssets(const ModelSources& sources) {
+  for (ScenePart& part : parts) {
+    const std::string text = part.model_file.string();
+    if (IsAssetFile(text)) part.model_file = AssetFile(text, part.location, sources);
   }
 }
 

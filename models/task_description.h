@@ -10,6 +10,7 @@
 
 #include "evalbus/metric_values_t.hpp"
 #include "models/expression.h"
+#include "models/model_sources.h"
 #include "models/pose.h"
 #include "models/randomization.h"
 #include "models/source_location.h"
@@ -25,7 +26,12 @@ struct Stage {
 // Scene part: an MJCF file attached under the prefix "<name>/" at a pose in the world.
 struct ScenePart {
   std::string name;
+  // "NAME:FILE" until FindAssets() replaces it.
   std::filesystem::path model_file;
+  // Bodies of the file that are left out.
+  std::vector<std::string> without;
+  // True if it may penetrate other parts at the start of an episode.
+  bool may_penetrate = false;
   Pose pose;
   // True if attached with a free joint.
   bool free = false;
@@ -139,6 +145,8 @@ struct TaskDescription {
   // Applies the values for a robot, given by its name and those of its arms. No effect if the task has no
   // entry for this robot.
   void ApplyRobot(const std::string& robot, const std::vector<std::string>& arms);
+  // Replaces the model files that belong to assets ("NAME:FILE") by their paths. Throws InputError.
+  void FindAssets(const ModelSources& sources);
 };
 
 // Reads and checks a task YAML from a file, or from text whose relative paths are resolved against `file`.
@@ -149,8 +157,8 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
 // Search for tasks (find_task.cc).
 
 // A task and the selected variation. `name` is "lift_pot", "lift_pot/position" or RoboEval's
-// "LiftPotPosition" among the YAML files of models/tasks, or the path of a YAML file
-// ("my_task.yaml/position"). Throws InputError that lists the available tasks.
+// "LiftPotPosition" among the YAML files of models/tasks; these names with "roboeval/" for files of the folder
+// models/tasks/roboeval; or the path of a YAML file ("my_task.yaml/position"). Throws InputError that lists the available tasks.
 struct TaskSelection {
   TaskDescription task;
   std::string variation;
@@ -162,6 +170,11 @@ bool IsTaskFile(const std::string& name);
 
 // Every task of models/tasks as it was read, sorted by name.
 std::vector<TaskDescription> AllTasks();
+// The tasks in a subfolder of models/tasks, whose scenes need assets of this name ("roboeval"). Their names
+// begin with it: "roboeval_lift_pot".
+std::vector<TaskDescription> TasksOfAssets(const std::string& name);
+// The names of these subfolders, sorted.
+std::vector<std::string> AssetNames();
 
 // Folder with robots/, props/ and tasks/: $EVALBUS_MODELS; otherwise the first that exists of
 // ../share/evalbus/models beside the installed program, that of the source tree, and

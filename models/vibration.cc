@@ -42,6 +42,8 @@ class FeltInertia {
 
 std::vector<std::string> FindVibration(const RobotDescription& robot, const model_info_t& info,
                                        const mjModel& model) {
+  // Only Euler's method treats velocity gains explicitly.
+  if (model.opt.integrator != mjINT_EULER) return {};
   const DataPtr data(mj_makeData(&model));
   for (const arm_info_t& arm : info.arm) {
     for (int j = 0; j < arm.num_joints; ++j) data->qpos[arm.joint_qpos_index[j]] = arm.joint_home_rad[j];

@@ -49,6 +49,7 @@ TaskSelection Resolve(RunOptions* options) {
   options->sim.task = (fs::absolute(selection.task.file) / selection.variation).string();
   options->sim.robot =
       fs::absolute(options->sim.robot.empty() ? selection.task.robot_file : FindRobot(options->sim.robot));
+  options->sim.assets = AbsoluteAssets(options->sim.assets);
   FollowRecording(options);
   // Contract files also get absolute paths, because processes may have other working directories.
   for (std::string* name : {&options->policy.policy, &options->policy.contract}) {

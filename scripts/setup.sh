@@ -13,7 +13,7 @@ build=$root/build
 
 packages=(
   g++ cmake ninja-build ccache git
-  liblcm-dev liblcm-bin libmujoco-dev libfcl-dev libeigen3-dev libyaml-cpp-dev libtinyxml2-dev libssl-dev
+  liblcm-dev liblcm-bin libmujoco-dev libfcl-dev libeigen3-dev libyaml-cpp-dev libtinyxml2-dev libtinyobjloader-dev libssl-dev
   nlohmann-json3-dev libboost-math-dev libboost-dev libmsgpack-cxx-dev cppzmq-dev
   libcli11-dev libfmt-dev libspdlog-dev
   libgtest-dev libgmock-dev libbenchmark-dev

@@ -53,8 +53,10 @@ PreparedScene Find(const SimOptions& options) {
   TaskSelection selection = FindTask(options.task);
   prepared.task = std::move(selection.task);
   prepared.variation = selection.variation;
+  // The scene of a prepared run has been compiled already.
+  if (options.physics_sha256.empty()) prepared.task.FindAssets(options.sources());
   prepared.robot = LoadRobot(options.robot.empty() ? prepared.task.robot_file : FindRobot(options.robot),
-                             options.model_path);
+                             options.sources());
   return prepared;
 }
 

@@ -12,6 +12,7 @@
 
 #include "base/options.h"
 #include "lcmtypes/clock.h"
+#include "models/model_sources.h"
 
 namespace evalbus::sim {
 
@@ -20,6 +21,7 @@ struct SimOptions {
   std::string task;
   std::string robot;
   std::vector<std::filesystem::path> model_path;
+  std::vector<std::string> assets;
   double control_hz = 50;
   bool realtime = false;
   double rtf = 1;
@@ -47,6 +49,8 @@ struct SimOptions {
   int64_t seed = 0;
   // Components that must be ready before tick 0 of these episodes.
   std::vector<std::string> required = {"collision", "metrics", "policy"};
+
+  ModelSources sources() const { return {model_path, assets}; }
 };
 
 // Months: in effect no timeout, but still a duration that clocks can add without overflow.
@@ -64,6 +68,8 @@ void ForEachOption(Options& options, const F& f) {
                  kFixed},
           Option{&SimOptions::model_path, "model_path",
                  "folder to look for MJCF files in, e.g. a MuJoCo Menagerie"},
+          Option{&SimOptions::assets, "assets",
+                 "NAME=FOLDER: files of a task that are not part of evalbus, e.g. roboeval=CHECKOUT"},
           Option{&SimOptions::control_hz, "control_hz",
                  "control ticks per simulated second, 5 to 500; a tick is whole physics steps;\n"
                  "default: that of the policy's contract, else 50",

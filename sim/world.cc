@@ -24,6 +24,7 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
       info_(info),
       substeps_(substeps),
       tick_us_(substeps * info.timestep_us),
+      gravity_compensation_(robot.gravity_compensation),
       data_(mj_makeData(model)) {
   for (const ArmDescription& description : robot.arms) {
     const std::string prefix = description.prefix();
@@ -54,10 +55,12 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
     gripper.joint_closed = description.joint_closed;
     gripper.command_open = description.command_open;
     gripper.command_closed = description.command_closed;
+    gripper.start_opening = description.start_opening;
+    gripper.binary_command = description.binary_command;
     grippers_.push_back(std::move(gripper));
   }
   for (const ScenePart& description : task.parts) {
-    Part part{.name = description.name, .pose = description.pose};
+    Part part{.name = description.name, .pose = description.pose, .may_penetrate = description.may_penetrate};
     part.body = Id(model, mjOBJ_BODY, part.name, "body");
     part.entity = info.body_entity[static_cast<size_t>(part.body)];
     part.mocap = model->body_mocapid[part.body];
@@ -99,8 +102,10 @@ void World::SetHome() {
     }
   }
   for (const Gripper& gripper : grippers_) {
-    for (const int qpos : gripper.qpos) data_->qpos[qpos] = gripper.joint_open;
-    data_->ctrl[gripper.actuator] = gripper.command_open;
+    const double opening = gripper.start_opening;
+    for (const int qpos : gripper.qpos)
+      data_->qpos[qpos] = std::lerp(gripper.joint_closed, gripper.joint_open, opening);
+    data_->ctrl[gripper.actuator] = std::lerp(gripper.command_closed, gripper.command_open, opening);
   }
   for (const Start& start : starts_) data_->qpos[start.qpos] = start.position;
   for (const Part& part : parts_) {
@@ -139,7 +144,9 @@ std::string World::Apply(const action_t& action) {
   }
   for (size_t i = 0; i < grippers_.size(); ++i) {
     const Gripper& gripper = grippers_[i];
-    const double closing = clip(action.gripper_closing[i], 0, 1);
+    double closing = clip(action.gripper_closing[i], 0, 1);
+    // At 0.5 RoboEval's gripper closes.
+    if (gripper.binary_command) closing = closing < 0.5 ? 0 : 1;
     data_->ctrl[gripper.actuator] =
         gripper.command_open + closing * (gripper.command_closed - gripper.command_open);
   }
@@ -149,6 +156,7 @@ std::string World::Apply(const action_t& action) {
 void World::Prepare() {
   mj_step1(model_, data_.get());
   for (const Arm& arm : arms_) {
+    if (!gravity_compensation_) break;
     for (const int dof : arm.dof) data_->qfrc_applied[dof] = data_->qfrc_bias[dof];
   }
   for (const int dof : parked_dofs_) data_->qfrc_applied[dof] = data_->qfrc_bias[dof];

@@ -67,6 +67,8 @@ class World {
     std::vector<int> qpos;
     int actuator = -1;
     double joint_open = 0, joint_closed = 0, command_open = 0, command_closed = 0;
+    double start_opening = 1;
+    bool binary_command = false;
   };
   struct Part {
     std::string name;
@@ -78,6 +80,7 @@ class World {
     Pose pose;
     // Index of its entity in MODEL.
     int entity = -1;
+    bool may_penetrate = false;
 
     bool is_movable() const { return qpos >= 0 || mocap >= 0; }
   };
@@ -99,6 +102,8 @@ class World {
   // than a spawn box allows. Empty if the draw is valid.
   std::string Blocked(const Variation& variation);
   bool IsMovable(int entity) const;
+  // True for a part that may penetrate others at the start.
+  bool MayPenetrate(int entity) const;
   // True for geoms of a body that cannot move.
   bool IsStill(int geom) const;
   // True if a contact between two entities other than the robot is not allowed at the start.
@@ -108,7 +113,7 @@ class World {
   std::string Deepest(const mjData& data,
                       const std::function<bool(const mjContact&, int, int)>& counts) const;
   // Computes everything that depends on positions and velocities. Also compensates gravity and Coriolis
-  // forces on the arms, as the Panda's own controller does, and on parked distractors.
+  // forces on the arms, if the robot does, and on parked distractors.
   void Prepare();
   // Adds the work of the last physics step: its torques times the motion with the velocities at its end.
   void AddWork();
@@ -124,6 +129,7 @@ class World {
   const model_info_t info_;
   int substeps_;
   int64_t tick_us_;
+  bool gravity_compensation_;
   DataPtr data_;
   std::vector<Arm> arms_;
   std::vector<Gripper> grippers_;

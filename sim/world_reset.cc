@@ -206,6 +206,8 @@ std::string World::Overlap() const {
   };
   return Deepest(*data, [&](const mjContact& contact, int a, int b) {
     if (!is_robot(a) && !is_robot(b)) return CountsForParts(contact, a, b);
+    const bool is_in_stand = IsStill(contact.geom1) && IsStill(contact.geom2);
+    if (is_in_stand && (MayPenetrate(a) || MayPenetrate(b))) return false;
     // The robot's stand may reach below the floor.
     return (a != 0 || !IsStill(contact.geom2)) && (b != 0 || !IsStill(contact.geom1));
   });
@@ -213,7 +215,13 @@ std::string World::Overlap() const {
 
 bool World::IsStill(int geom) const { return model_->body_weldid[model_->geom_bodyid[geom]] == 0; }
 
+bool World::MayPenetrate(int entity) const {
+  const auto part = std::ranges::find(parts_, entity, &Part::entity);
+  return part != parts_.end() && part->may_penetrate;
+}
+
 bool World::CountsForParts(const mjContact& contact, int a, int b) const {
+  if (MayPenetrate(a) || MayPenetrate(b)) return false;
   // A placed part may penetrate a fixed one.
   return IsStill(contact.geom1) && IsStill(contact.geom2) ? IsMovable(a) && IsMovable(b)
                                                           : IsMovable(a) || IsMovable(b);

@@ -281,8 +281,7 @@ Action AddPolicy(CLI::App* app) {
       ->capture_default_str();
   check->add_option("--robot", options->sim.robot,
                     "name or YAML file of a robot to use instead of the task's own");
-  check->add_option("--model-path", options->sim.model_path,
-                    "folder with the robot's models; can be repeated");
+  AddModelSources(check, &options->sim.model_path, &options->sim.assets);
   check->add_option("--seed", options->seed, "seed of the episode")->capture_default_str();
   check
       ->add_option(

@@ -28,7 +28,7 @@ struct RobotsOptions {
   const CLI::App* check = nullptr;
   // Argument for FindRobot().
   std::string robot;
-  std::vector<std::filesystem::path> model_path;
+  ModelSources sources;
   ImageOptions image;
 };
 
@@ -46,7 +46,7 @@ const double kPlanningClearance = policy::MotionLimits().clearance;
 // A scene with only the robot.
 struct Alone {
   explicit Alone(const RobotsOptions& options)
-      : robot(LoadRobot(FindRobot(options.robot), options.model_path)) {
+      : robot(LoadRobot(FindRobot(options.robot), options.sources)) {
     task.name = "robot";
     task.scene_file = ModelsFolder() / "props/scene_base.xml";
     scene = BuildScene(task, robot);
@@ -68,12 +68,12 @@ int List(const RobotsOptions& options) {
   std::vector<Lines> rows = {{"ROBOT", "ARMS", "JOINTS", "MODELS"}};
   for (const std::filesystem::path& file : AllRobots()) {
     try {
-      const RobotDescription robot = LoadRobot(file, options.model_path);
+      const RobotDescription robot = LoadRobot(file, options.sources);
       size_t joints = 0;
       for (const ArmDescription& arm : robot.arms) joints += arm.joints.size();
       rows.push_back({file.stem(), Joined(robot.arm_names()), std::to_string(joints), "found"});
     } catch (const InputError&) {
-      rows.push_back({file.stem(), "-", "-", "missing: pass --model-path, see 'evalbus robots check'"});
+      rows.push_back({file.stem(), "-", "-", "missing: pass --model-path or --assets, see 'evalbus robots check'"});
     }
   }
   PrintTable(rows);
@@ -266,7 +266,7 @@ void AddOptions(CLI::App* app, RobotsOptions* options) {
     each->add_option("robot", options->robot, "name of a robot in models/robots, or a YAML file")->required();
   }
   for (CLI::App* each : {list, show, check}) {
-    each->add_option("--model-path", options->model_path, "folder with its models; can be repeated");
+    AddModelSources(each, &options->sources.model_path, &options->sources.assets);
   }
   AddImageOptions(show, &options->image);
   options->list = list;

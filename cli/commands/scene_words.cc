@@ -51,6 +51,16 @@ void PrintTable(const std::vector<Lines>& rows) {
   }
 }
 
+void AddModelSources(CLI::App* app, std::vector<std::filesystem::path>* model_path,
+                     std::vector<std::string>* assets) {
+  app->add_option("--model-path", *model_path,
+                  "folder to search for a robot's MJCF files, e.g. a MuJoCo Menagerie; can be repeated")
+      ->allow_extra_args(false);
+  app->add_option("--assets", *assets,
+                  "NAME=FOLDER: files of a task that are not part of evalbus, e.g. roboeval=CHECKOUT; can be repeated")
+      ->allow_extra_args(false);
+}
+
 void AddImageOptions(CLI::App* app, ImageOptions* options) {
   app->add_option("--image", options->file, "render the scene after a reset into this PNG file");
   app->add_option("--camera", options->camera, "camera of the image")->capture_default_str();

@@ -27,6 +27,10 @@ void PrintSection(const std::string& title, const Lines& lines);
 // Prints rows under a heading; columns are as wide as their widest cell.
 void PrintTable(const std::vector<Lines>& rows);
 
+// --model-path and --assets.
+void AddModelSources(CLI::App* app, std::vector<std::filesystem::path>* model_path,
+                     std::vector<std::string>* assets);
+
 struct ImageOptions {
   // PNG file; empty: no image.
   std::filesystem::path file;

@@ -30,7 +30,7 @@ struct TasksOptions {
   std::string task;
   // Like --robot of 'evalbus run'; empty: the task's own robot.
   std::string robot;
-  std::vector<std::filesystem::path> model_path;
+  ModelSources sources;
   ImageOptions image;
   // Seed of the reset that is rendered.
   int64_t seed = 0;
@@ -45,10 +45,11 @@ constexpr int kCheckedSeeds = 10;
 // A task and its composed scene.
 struct Composed {
   explicit Composed(const TaskDescription& described, const std::string& other_robot = "",
-                    const std::vector<std::filesystem::path>& model_path = {})
+                    const ModelSources& sources = {})
       : task(described),
-        robot(LoadRobot(other_robot.empty() ? task.robot_file : FindRobot(other_robot), model_path)),
-        scene(BuildScene(task, robot)) {
+        robot(LoadRobot(other_robot.empty() ? task.robot_file : FindRobot(other_robot), sources)) {
+    task.FindAssets(sources);
+    scene = BuildScene(task, robot);
     task.ApplyRobot(robot.name, robot.arm_names());
     scene.info.substeps = 1;
   }
@@ -170,7 +171,7 @@ void Draw(Composed* composed, const Variation& variation, const TasksOptions& op
 
 int Show(const TasksOptions& options) {
   const TaskSelection selection = FindTask(options.task);
-  Composed composed(selection.task, options.robot, options.model_path);
+  Composed composed(selection.task, options.robot, options.sources);
   const TaskDescription& task = composed.task;
   const Variation& variation = task.variation(selection.variation);
   // Rendered first, so that nothing is printed if this fails.
@@ -248,13 +249,14 @@ int New(const TasksOptions& options) {
   return 0;
 }
 
-int Check(const std::filesystem::path& file) {
+int Check(const TasksOptions& options) {
+  const std::filesystem::path& file = options.file;
   const TaskDescription described = LoadTask(file);
   Lines names;
   for (const Variation& variation : described.variations) {
     TaskDescription task = described;
     task.Apply(variation.name);
-    Composed composed(task);
+    Composed composed(task, options.robot, options.sources);
     if (names.empty()) {
       for (const std::string& warning : composed.scene.warnings) fmt::print(stderr, "warning: {}\n", warning);
     }
@@ -281,9 +283,6 @@ void AddOptions(CLI::App* app, TasksOptions* options) {
   CLI::App* show =
       app->add_subcommand("show", "show scene, randomization, stages and conditions as text, or an image");
   show->add_option("task", options->task, "TASK[/VARIATION], RoboEval's name, or a YAML file")->required();
-  show->add_option("--robot", options->robot,
-                   "name or YAML file of a robot to use instead of the task's own");
-  show->add_option("--model-path", options->model_path, "folder with the robot's models; can be repeated");
   AddImageOptions(show, &options->image);
   show->add_option("--seed", options->seed, "seed of the reset")->capture_default_str();
   options->show = show;
@@ -294,6 +293,11 @@ void AddOptions(CLI::App* app, TasksOptions* options) {
   CLI::App* check = app->add_subcommand("check", "check a task file: compose and reset every variation");
   check->add_option("file", options->file, "YAML file of a task")->required();
   options->check = check;
+  for (CLI::App* each : {show, check}) {
+    each->add_option("--robot", options->robot,
+                     "name or YAML file of a robot to use instead of the task's own");
+    AddModelSources(each, &options->sources.model_path, &options->sources.assets);
+  }
 }
 
 // Returns the exit code. Throws InputError, EnvironmentError.
@@ -301,7 +305,7 @@ int Tasks(const TasksOptions& options) {
   if (options.list->parsed()) return ListTasks();
   if (options.show->parsed()) return Show(options);
   if (options.made->parsed()) return New(options);
-  return Check(options.file);
+  return Check(options);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "base/help.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/scene_words.h"
 #include "runner/run.h"
 
 namespace evalbus::commands {
@@ -37,15 +38,13 @@ Action AddWatch(CLI::App* app) {
                   "name of the policy in results, videos and comparisons; default: source");
   AddList(app, "--video", &options->video,
           "cameras, separated by commas: record a video of each episode while the next one runs");
-  app->add_option("--model-path", options->sim.model_path,
-                  "folder to search for MJCF files, e.g. a MuJoCo Menagerie")
-      ->allow_extra_args(false);
+  AddModelSources(app, &options->sim.model_path, &options->sim.assets);
   app->add_option("--url", options->url,
                   "bus of the source; default: that of EVALBUS_URL, else udpm://239.255.76.67:7667?ttl=0")
       ->type_name("URL");
   app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
   AddLogLevel(app);
-  GroupOptions(app, {{"Source", {"--url", "--robot", "--gripper", "--source-timeout-s", "--model-path"}},
+  GroupOptions(app, {{"Source", {"--url", "--robot", "--gripper", "--source-timeout-s", "--model-path", "--assets"}},
                      {"Episodes", {"--episodes", "--control-hz", "--after-success-s"}},
                      {"Output", {"--out", "--policy-name", "--video", "--web", "--log-level"}}});
   return [options] {
