@@ -4,6 +4,7 @@
 
 #include "base/errors.h"
 #include "models/task_description.h"
+#include "models/task_family.h"
 #include "models/yaml_reader.h"
 
 namespace evalbus {
@@ -96,16 +97,6 @@ std::vector<TaskDescription> AllTasks() {
 }
 
 std::vector<TaskDescription> TasksOfAssets(const std::string& name) { return TasksIn(TasksFolder() / name); }
-
-std::vector<std::string> AssetNames() {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(TasksFolder(), error)) {
-    if (entry.is_directory()) names.push_back(entry.path().filename());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
 
 std::filesystem::path ModelsFolder() {
   namespace fs = std::filesystem;

@@ -20,7 +20,7 @@ struct SpawnBox {
   double min_distance = 0;               // m
 };
 
-// Random points of a grid of floor(2 ex / s) by floor(2 ey / s) points with pitch s around `origin`. Every
+// Random points of a grid of 2 ex // s by 2 ey // s points (Python's //) with pitch s around `origin`. Every
 // object gets a different point, plus a uniform jitter of +-j per axis.
 struct SpawnPlane {
   std::vector<std::string> objects;

@@ -162,7 +162,7 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
   for (const YamlValue& entry : value.Entries()) {
     const YamlMap map(entry, {},
                       {"alias", "randomize", "robot_base", "parts", "poses", "joints", "cameras",
-                       "instruction", "stages", "success", "failure"});
+                       "instruction", "stages", "success", "failure", "target_distance"});
     Variation variation;
     variation.name = entry.key();
     variation.location = entry.location();
@@ -188,6 +188,8 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
     if (const YamlValue* stages = map.Find("stages")) variation.stages = ReadStages(*stages);
     if (const YamlValue* success = map.Find("success")) variation.success = ReadExpression(*success);
     if (const YamlValue* failure = map.Find("failure")) variation.failure = ReadExpression(*failure);
+    if (const YamlValue* distance = map.Find("target_distance"))
+      variation.target_distance = ReadNamedExpressions(*distance);
     variation.parts.assign(task->parts.begin() + num_common_parts, task->parts.end());
     task->parts.erase(task->parts.begin() + num_common_parts, task->parts.end());
     task->variations.push_back(std::move(variation));
@@ -226,6 +228,7 @@ void TaskDescription::Apply(const std::string& wanted) {
   if (!chosen.stages.empty()) stages = chosen.stages;
   if (!chosen.success.name.empty()) success = chosen.success;
   if (!chosen.failure.name.empty()) failure = chosen.failure;
+  if (!chosen.target_distance.empty()) target_distance = chosen.target_distance;
 }
 
 void TaskDescription::ApplyRobot(const std::string& robot, const std::vector<std::string>& arms) {

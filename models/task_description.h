@@ -72,6 +72,7 @@ struct Variation : Randomized {
   std::string instruction;            // empty: the task's
   std::vector<Stage> stages;          // empty: the task's
   Expression success, failure;        // name empty: the task's
+  std::vector<NamedExpression> target_distance;  // empty: the task's
 };
 
 // A body or geom of an object that may be touched, where the rest of the object may not.
@@ -139,7 +140,7 @@ struct TaskDescription {
   const Variation& variation(const std::string& name) const;
 
   // Applies a variation to this task: adds its parts, and replaces robot base, poses, joints, cameras,
-  // instruction, stages and verdict. Must be called at most once, on a task as it was read. Throws as
+  // instruction, stages, verdict and target distances. Must be called at most once, on a task as it was read. Throws as
   // variation() does.
   void Apply(const std::string& variation);
   // Applies the values for a robot, given by its name and those of its arms. No effect if the task has no
@@ -173,9 +174,6 @@ std::vector<TaskDescription> AllTasks();
 // The tasks in a subfolder of models/tasks, whose scenes need assets of this name ("roboeval"). Their names
 // begin with it: "roboeval_lift_pot".
 std::vector<TaskDescription> TasksOfAssets(const std::string& name);
-// The names of these subfolders, sorted.
-std::vector<std::string> AssetNames();
-
 // Folder with robots/, props/ and tasks/: $EVALBUS_MODELS; otherwise the first that exists of
 // ../share/evalbus/models beside the installed program, that of the source tree, and
 // /usr/share/evalbus/models.

@@ -12,6 +12,7 @@
 #include "base/random.h"
 #include "lcmtypes/end_reason.h"
 #include "metrics/statistics/run_statistics.h"
+#include "models/task_family.h"
 
 namespace evalbus::results {
 
@@ -60,7 +61,7 @@ struct RecordedRun {
   int64_t seed = 0;
   // kRunSeeds, kCollectSeeds or kSharedSeeds (base/random.h).
   std::string seed_stream;
-  SeedSource seeds() const { return {seed, seed_stream, task, variation}; }
+  SeedSource seeds() const { return {seed, seed_stream, FamilyOf(task), variation}; }
   // Requested number of episodes.
   int planned = 0;
   // Finished episodes by number, including incomplete ones.

@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/random.h"
 #include "base/run_layout.h"
+#include "models/task_family.h"
 #include "results/run_folder.h"
 #include "results/run_reader.h"
 #include "results/run_summary.h"
@@ -33,7 +34,7 @@ std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes)
   sim::World world(prepared.scene.physics.get(), prepared.info, prepared.robot, prepared.task,
                    prepared.info.substeps);
   const Variation& variation = prepared.task.variation(prepared.variation);
-  const SeedSource seeds{options.seed, options.seed_stream, prepared.task.name, prepared.variation};
+  const SeedSource seeds{options.seed, options.seed_stream, FamilyOf(prepared.task.name), prepared.variation};
   std::vector<std::vector<double>> starts;
   for (int episode = 0; episode < episodes; ++episode) {
     std::vector<double>& start = starts.emplace_back();

@@ -15,6 +15,7 @@
 #include "bus/conflict_detector.h"
 #include "bus/repeater.h"
 #include "bus/wait.h"
+#include "models/task_family.h"
 #include "results/policy_calls.h"
 #include "results/run_folder.h"
 
@@ -35,7 +36,7 @@ struct RunPlan {
   std::vector<int> episodes;
   int64_t seed = 0;
   std::string seed_stream = kRunSeeds;
-  SeedSource seeds() const { return {seed, seed_stream, task, variation}; }
+  SeedSource seeds() const { return {seed, seed_stream, FamilyOf(task), variation}; }
   std::vector<std::string> required;
   // Maximum number of attempts per episode. If all fail, the run is aborted. If the last one ended with
   // server_error, the episode is marked invalid, and the run continues.

@@ -19,6 +19,12 @@ constexpr int kMaxDraws = 1000;
 constexpr std::array<double, 3> kParked = {100, 0, 10};
 constexpr double kParkedPitch = 5;
 
+// Number of points of a grid with this pitch: Python's extent // spacing, as RoboEval computes it. It is one
+// less than expected if the pitch's nearest double is too large: 0.5 // 0.05 is 9.
+int GridPoints(double extent, double spacing) {
+  return static_cast<int>(std::lround((extent - std::fmod(extent, spacing)) / spacing));
+}
+
 }  // namespace
 
 const World::Part& World::MovablePart(const std::string& name) const {
@@ -88,9 +94,8 @@ void World::Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* p
 }
 
 void World::Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters) {
-  // 1e-9: keeps floor() from losing a point if the extent is a whole number of pitches.
-  const int nx = static_cast<int>(std::floor(2 * plane.half_extents[0] / plane.spacing + 1e-9));
-  const int ny = static_cast<int>(std::floor(2 * plane.half_extents[1] / plane.spacing + 1e-9));
+  const int nx = GridPoints(2 * plane.half_extents[0], plane.spacing);
+  const int ny = GridPoints(2 * plane.half_extents[1], plane.spacing);
   std::vector<int> points(static_cast<size_t>(std::max(0, nx * ny)));
   for (size_t i = 0; i < points.size(); ++i) points[i] = static_cast<int>(i);
   if (points.size() < plane.objects.size()) {

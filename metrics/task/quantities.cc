@@ -17,18 +17,34 @@ int BodyOf(const YamlValue& operand, const CompileContext& context) {
   return context.names.Body(operand.Text(), operand.location());
 }
 
+// Rotates a vector by a unit quaternion: v + 2 w (u x v) + 2 u x (u x v), where u is its vector part.
+std::array<double, 3> Rotated(const std::array<double, 3>& v, const double* quat_wxyz) {
+  const double w = quat_wxyz[0], x = quat_wxyz[1], y = quat_wxyz[2], z = quat_wxyz[3];
+  const std::array<double, 3> t = {y * v[2] - z * v[1] + w * v[0], z * v[0] - x * v[2] + w * v[1],
+                                   x * v[1] - y * v[0] + w * v[2]};
+  return {v[0] + 2 * (y * t[2] - z * t[1]), v[1] + 2 * (z * t[0] - x * t[2]),
+          v[2] + 2 * (x * t[1] - y * t[0])};
+}
+
 // Distance (m) between two points. The point of a gripper is the wrist of its arm; that of anything else is
-// the origin of its body.
+// the origin of its body, or for b the point `b_point_m` in the body's frame.
 class Distance : public Quantity {
  public:
   Distance(const YamlMap& arguments, const CompileContext& context)
       : a_(CompilePoint(arguments["a"], context)), b_(CompilePoint(arguments["b"], context)) {
     subject_ = arguments["a"].Text();
     words_ = "distance of " + subject_ + " from " + arguments["b"].Text();
+    if (const YamlValue* point = arguments.Find("b_point_m")) {
+      if (b_.is_wrist) point->Fail("needs a body, '" + arguments["b"].Text() + "' is a gripper");
+      b_point_ = point->Vector<3>();
+      has_b_point_ = true;
+    }
   }
   double Evaluate(const WorldView& world) override {
     const double *a = Position(a_, world), *b = Position(b_, world);
-    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+    std::array<double, 3> shift{};
+    if (has_b_point_) shift = Rotated(b_point_, world.state.body[b_.index].quat_wxyz);
+    return std::hypot(a[0] - b[0] - shift[0], a[1] - b[1] - shift[1], a[2] - b[2] - shift[2]);
   }
 
  private:
@@ -48,6 +64,8 @@ class Distance : public Quantity {
   }
   Point a_;
   Point b_;
+  bool has_b_point_ = false;
+  std::array<double, 3> b_point_{};
 };
 
 // Position of a hinge or slide joint as a fraction of its range: 0 at the lower end, 1 at the upper end.
@@ -105,7 +123,7 @@ class JointSpeed : public Quantity {
   std::vector<int> arms_;
 };
 
-// Height (m) of an object's origin above its position in the task's scene.
+// Height (m) of an object's origin above `rest_height_m`, by default its height in the task's scene.
 class Lift : public Quantity {
  public:
   Lift(const YamlMap& arguments, const CompileContext& context)
@@ -116,14 +134,15 @@ class Lift : public Quantity {
       throw InputError(arguments["object"].location().ToString() + ": 'lift' needs a part of the scene, '" +
                        subject_ + "' is none");
     }
-    start_ = part->pose.position[2];
+    const YamlValue* rest = arguments.Find("rest_height_m");
+    rest_height_ = rest ? rest->Number() : part->pose.position[2];
     words_ = "lift of " + subject_;
   }
-  double Evaluate(const WorldView& world) override { return world.state.body[body_].position_m[2] - start_; }
+  double Evaluate(const WorldView& world) override { return world.state.body[body_].position_m[2] - rest_height_; }
 
  private:
   int body_;
-  double start_;
+  double rest_height_;
 };
 
 // One coordinate (m) of an object's origin, in the world frame or in the frame of a body.
@@ -199,7 +218,7 @@ std::unique_ptr<Quantity> MakeQuantity(const YamlMap& arguments, const CompileCo
 
 std::vector<QuantityKind>& Quantities() {
   static std::vector<QuantityKind> kinds = {
-      {"distance", {"a", "b"}, {}, "m", "m", kNotNegative, condition_t::POSE, MakeQuantity<Distance>},
+      {"distance", {"a", "b"}, {"b_point_m"}, "m", "m", kNotNegative, condition_t::POSE, MakeQuantity<Distance>},
       {"joint_fraction",
        {"joint"},
        {},
@@ -216,7 +235,7 @@ std::vector<QuantityKind>& Quantities() {
        kNotNegative,
        condition_t::PROGRESS,
        MakeQuantity<JointSpeed>},
-      {"lift", {"object"}, {}, "m", "m", kAnyNumber, condition_t::PROGRESS, MakeQuantity<Lift>},
+      {"lift", {"object"}, {"rest_height_m"}, "m", "m", kAnyNumber, condition_t::PROGRESS, MakeQuantity<Lift>},
       {"position",
        {"object", "axis"},
        {"frame"},

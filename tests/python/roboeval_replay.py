@@ -32,6 +32,7 @@ _OBJECTS = {
     "pick_single_book_from_table": {"book": lambda env: env.books[0].body},
     "stack_single_book_shelf": {"book": lambda env: env.books[0].body},
 }
+_GRACE_S = 1
 _MODULES = {
     "lift_pot": "lift_pot",
     "stack_two_blocks": "manipulation",
@@ -71,7 +72,7 @@ def compare(run, compensate):
     for folder in sorted((run / "episodes").glob("*")):
         log = read_log(next(folder.glob("events.lcmlog*")))
         row = {"run": run.name, "family": family, "variation": info["variation"], "episode": int(folder.name)}
-        row |= play(environment, family, log, compensate)
+        row |= play(environment, family, log, compensate, info["control_hz"])
         print(json.dumps(row), flush=True)
         rows.append(row)
     environment.close()
@@ -95,7 +96,7 @@ def make_environment(family, name, control_hz):
     return getattr(module, name)(action_mode=mode, control_frequency=int(round(hz)))
 
 
-def play(environment, family, log, compensate):
+def play(environment, family, log, compensate, hz):
     model = log["EVALBUS_MODEL"]
     states, actions, partial = log["EVALBUS_STATE"], log["EVALBUS_ACTION"], log["EVALBUS_PARTIAL"]
     names = list(model["body_name"][0])
@@ -117,19 +118,21 @@ def play(environment, family, log, compensate):
             q = states["qpos_mixed"][0, model["joint_qpos_index"][0][joint_names.index(f"{part}/{name}")]]
             physics.bind(joint.mjcf).qpos = q
     if compensate:
-        for body in physics.model.body(0) and range(physics.model.nbody):
+        model_ptr = physics.model.ptr
+        for body in range(model_ptr.nbody):
             if "panda" in physics.model.id2name(body, "body"):
-                physics.model.body_gravcomp[body] = 1
+                model_ptr.body_gravcomp[body] = 1
+        model_ptr.ngravcomp = model_ptr.nbody
     physics.forward()
     wrists, success_tick, stages = [], None, {}
-    for tick in range(len(states["header"]["tick"])):
-        if tick not in index:
-            break
-        i = index[tick]
+    last = max(index)
+    for tick in range(last + 1 + round(_GRACE_S * hz)):
+        # After the end of evalbus's episode its last action is held: contacts can come or go a little later.
+        i = index[min(tick, last)]
         action = np.concatenate([actions["joint_position_rad"][i], actions["gripper_closing"][i]]).astype(np.float32)
         with contextlib.redirect_stdout(io.StringIO()):
             _, _, terminated, _, info = environment.step(action)
-        if tick + 1 < len(states["header"]["tick"]):
+        if tick < last and tick + 1 < len(states["header"]["tick"]):
             here = states["arm"]["wrist_position_m"][tick + 1]
             there = np.array([environment.robot.grippers[side].wrist_position for side in environment.robot.grippers])
             wrists.append(np.linalg.norm(here - there, axis=-1))

@@ -1,0 +1,24 @@
+// Names of tasks whose scenes need assets that are not part of evalbus.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace evalbus {
+
+// Names of assets for which there are tasks, in the subfolders of models/tasks with these names.
+inline const std::vector<std::string>& AssetNames() {
+  static const std::vector<std::string> names = {"roboeval"};
+  return names;
+}
+
+// A task's name without that of its assets: "lift_pot" for "roboeval_lift_pot". Tasks of one family start
+// their episodes equally for equal seeds.
+inline std::string FamilyOf(const std::string& task) {
+  for (const std::string& assets : AssetNames()) {
+    if (task.starts_with(assets + "_")) return task.substr(assets.size() + 1);
+  }
+  return task;
+}
+
+}  // namespace evalbus
