@@ -12,9 +12,9 @@ namespace evalbus {
 // The two options of commands that compose a scene.
 struct ModelSources {
   // --model-path: folders that are searched for a robot's models.
-  std::vector<std::filesystem::path> model_path;
+  std::vector<std::filesystem::path> model_path = {};
   // --assets: "NAME=FOLDER". A description refers to a file in FOLDER as "NAME:FILE".
-  std::vector<std::string> assets;
+  std::vector<std::string> assets = {};
 };
 
 // True if the text is "NAME:FILE": a file of assets, which are not part of evalbus.

@@ -141,10 +141,10 @@ std::vector<CameraDescription> ReadRobotCameras(const YamlValue& value, const st
 
 GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm, const MjcfFile& arm_model,
                                const ModelSources& sources) {
-  const YamlMap map(
-      value, {"joints", "actuator", "command_open", "command_closed", "pad_bodies"},
-      {"model", "attach_body", "mount", "joint_open_m", "joint_open_rad", "joint_closed_m",
-       "joint_closed_rad", "start_opening", "binary_command", "joint_damping_Ns_per_m", "position_gain_N_per_m", "position_gain_Nm_per_rad"});
+  const YamlMap map(value, {"joints", "actuator", "command_open", "command_closed", "pad_bodies"},
+                    {"model", "attach_body", "mount", "joint_open_m", "joint_open_rad", "joint_closed_m",
+                     "joint_closed_rad", "start_opening", "binary_command", "joint_damping_Ns_per_m",
+                     "position_gain_N_per_m", "position_gain_Nm_per_rad"});
   GripperDescription gripper;
   gripper.arm = arm.name;
   gripper.location = value.location();
@@ -224,7 +224,7 @@ std::filesystem::path FindRobot(const std::string& name) {
 
 RobotDescription LoadRobot(const std::filesystem::path& file, const ModelSources& sources) {
   const YamlMap map(ParseYaml(ReadInput(file, "robot description"), file.string()), {"name", "arms"},
-                    {"cameras", "gravity_compensation"});
+                    {"cameras", "gravity_compensation", "start_steps"});
 
   RobotDescription robot;
   robot.name = map["name"].Name();
@@ -232,6 +232,7 @@ RobotDescription LoadRobot(const std::filesystem::path& file, const ModelSources
   if (const YamlValue* compensation = map.Find("gravity_compensation")) {
     robot.gravity_compensation = compensation->Bool();
   }
+  if (const YamlValue* steps = map.Find("start_steps")) robot.start_steps = steps->Integer(0, 1000);
   ModelSources all{.model_path = {robot.file.parent_path()}, .assets = sources.assets};
   for (const auto& folder : sources.model_path)
     all.model_path.push_back(std::filesystem::absolute(folder).lexically_normal());

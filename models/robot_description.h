@@ -102,6 +102,9 @@ struct RobotDescription {
   // True if the robot's controller compensates gravity and Coriolis forces on the arms, as the Panda's own
   // does. False: its servos hold the arms against gravity, so they sag.
   bool gravity_compensation = true;
+  // Physics steps that the robot alone makes from its home before an episode starts. RoboEval's reset makes
+  // one before it places the objects, so its arms already move at tick 0.
+  int start_steps = 0;
 
   std::vector<std::string> arm_names() const;
 };

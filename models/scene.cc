@@ -6,11 +6,9 @@
 #include <map>
 
 #include "base/errors.h"
-#include "base/run_layout.h"
 #include "models/compile_model.h"
 #include "models/mjcf_xml.h"
 #include "models/model_info.h"
-#include "models/physics_model.h"
 #include "models/scene_composer.h"
 #include "models/vibration.h"
 
@@ -165,15 +163,6 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   for (const std::string& warning : FindVibration(robot, scene.info, *scene.physics)) {
     scene.warnings.push_back(warning);
   }
-  return scene;
-}
-
-Scene LoadScene(const TaskDescription& task, const RobotDescription& robot, const std::filesystem::path& run,
-                const std::string& physics_sha256, const std::string& visual_sha256) {
-  Scene scene;
-  scene.physics = LoadModel(run / kModelFolder / kPhysicsModel, physics_sha256);
-  scene.visual = LoadModel(run / kModelFolder / kVisualModel, visual_sha256);
-  scene.info = DescribeModel(task, robot, *scene.physics);
   return scene;
 }
 

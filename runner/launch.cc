@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "bus/host.h"
 #include "runner/components.h"
+#include "runner/engines.h"
 #include "runner/processes.h"
 
 namespace evalbus::runner {
@@ -29,7 +30,8 @@ std::filesystem::path LogOf(const RunOptions& options, const std::string& compon
 // The command that starts a component; users may run it by hand instead.
 std::vector<std::string> CommandOf(const ComponentType& type, const RunOptions& options,
                                    const results::RunFolder& folder) {
-  std::vector<std::string> command = {(Processes::BinaryFolder() / type.program).string()};
+  const std::string program = type.name == "sim" ? SimProgram(options.sim.engine) : std::string(type.program);
+  std::vector<std::string> command = {(Processes::BinaryFolder() / program).string()};
   if (!type.argument.empty()) command.emplace_back(type.argument);
   command.insert(command.end(), {"--options", (folder.path() / kRunJson).string(), "--url", options.url});
   if (options.sim.realtime && type.realtime_priority > 0) {

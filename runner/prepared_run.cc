@@ -13,6 +13,7 @@
 #include "bus/private_network.h"
 #include "results/run_reader.h"
 #include "runner/components.h"
+#include "runner/engines.h"
 #include "runner/run_json.h"
 #include "runner/workers.h"
 #include "viz/images/video.h"
@@ -50,6 +51,7 @@ TaskSelection Resolve(RunOptions* options) {
   options->sim.robot =
       fs::absolute(options->sim.robot.empty() ? selection.task.robot_file : FindRobot(options->sim.robot));
   options->sim.assets = AbsoluteAssets(options->sim.assets);
+  if (!options->sim.engine.empty()) options->sim.engine = FindEngine(options->sim.engine);
   FollowRecording(options);
   // Contract files also get absolute paths, because processes may have other working directories.
   for (std::string* name : {&options->policy.policy, &options->policy.contract}) {
@@ -123,6 +125,10 @@ void DecideBus(PreparedRun* run) {
   run->bus = ChooseBus(options.url);
   options.url = run->bus.url();
   if (!options.url.empty()) return;
+  if (!options.sim.engine.empty()) {
+    throw EnvironmentError(
+        "--engine needs processes on a bus, but this machine has no multicast (see 'evalbus doctor')");
+  }
   options.in_process = true;
   fmt::print(
       "running everything in one process, because this machine has no multicast (see 'evalbus doctor')\n");

@@ -51,6 +51,7 @@ ordered_json RunFacts(const sim::PreparedScene& prepared, const RunOptions& opti
   ordered_json facts = SceneFacts(prepared);
   const auto contract = policy::FindContractOf(options.policy);
   facts["policy_contract"] = contract ? policy::ContractJson(*contract) : ordered_json();
+  if (!options.sim.engine.empty()) facts["mujoco_version"] = options.sim.engine;
   facts["painter"] = viz::MujocoPaints() ? "mujoco" : "evalbus";
   return facts;
 }

@@ -66,6 +66,8 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   }
   if (options.in_process && !options.url.empty())
     throw InputError("--in-process and --url exclude each other");
+  if (options.in_process && !options.sim.engine.empty())
+    throw InputError("--in-process and --engine exclude each other: another MuJoCo needs its own process");
   if (options.by_hand &&
       (options.in_process || options.url.empty() || num_tasks > 1 || options.workers > 1)) {
     throw InputError(

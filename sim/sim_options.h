@@ -22,6 +22,8 @@ struct SimOptions {
   std::string robot;
   std::vector<std::filesystem::path> model_path;
   std::vector<std::string> assets;
+  // Version of MuJoCo that simulates, if it is not the one that this program is linked with.
+  std::string engine;
   double control_hz = 50;
   bool realtime = false;
   double rtf = 1;
@@ -70,6 +72,11 @@ void ForEachOption(Options& options, const F& f) {
                  "folder to look for MJCF files in, e.g. a MuJoCo Menagerie"},
           Option{&SimOptions::assets, "assets",
                  "NAME=FOLDER: files of a task that are not part of evalbus, e.g. roboeval=CHECKOUT"},
+          Option{&SimOptions::engine, "engine",
+                 "version of MuJoCo that simulates, e.g. 3.3.3 or 3.3; 'scripts/engine VERSION' builds its "
+                 "sim;\n"
+                 "default: that of the installed package",
+                 Range{}, kFixed},
           Option{&SimOptions::control_hz, "control_hz",
                  "control ticks per simulated second, 5 to 500; a tick is whole physics steps;\n"
                  "default: that of the policy's contract, else 50",

@@ -25,6 +25,7 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
       substeps_(substeps),
       tick_us_(substeps * info.timestep_us),
       gravity_compensation_(robot.gravity_compensation),
+      start_steps_(robot.start_steps),
       data_(mj_makeData(model)) {
   for (const ArmDescription& description : robot.arms) {
     const std::string prefix = description.prefix();
@@ -168,6 +169,26 @@ void World::AddWork() {
     for (const int dof : arm.dof) power += data_->qfrc_actuator[dof] * data_->qvel[dof];
     arm.work += std::abs(power) * model_->opt.timestep;
   }
+}
+
+void World::MakeStartSteps() {
+  if (start_steps_ == 0) return;
+  const std::vector<double> start(data_->qpos, data_->qpos + model_->nq);
+  for (int i = 0; i < start_steps_; ++i) mj_step(model_, data_.get());
+  const auto is_robot = [this](int joint) {
+    const int entity = info_.body_entity[static_cast<size_t>(model_->jnt_bodyid[joint])];
+    return info_.entity_kind[static_cast<size_t>(entity)] == model_info_t::ROBOT;
+  };
+  for (int joint = 0; joint < model_->njnt; ++joint) {
+    // Joints of the robot are hinges and slides; others may have several coordinates.
+    if (is_robot(joint)) continue;
+    const int qpos = model_->jnt_qposadr[joint], dof = model_->jnt_dofadr[joint];
+    const int next_qpos = joint + 1 < model_->njnt ? model_->jnt_qposadr[joint + 1] : model_->nq;
+    const int next_dof = joint + 1 < model_->njnt ? model_->jnt_dofadr[joint + 1] : model_->nv;
+    std::copy(start.begin() + qpos, start.begin() + next_qpos, data_->qpos + qpos);
+    std::fill(data_->qvel + dof, data_->qvel + next_dof, 0);
+  }
+  data_->time = 0;
 }
 
 bool World::Step() {

@@ -89,6 +89,8 @@ class World {
   // Coordinates of a movable part: position and quaternion.
   double* Position(const Part& part) const;
   double* Quaternion(const Part& part) const;
+  // Simulates the robot's first steps, in which the parts are not moved.
+  void MakeStartSteps();
   // Sets robot and parts to their poses without randomization.
   void SetHome();
   void Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters);
@@ -130,6 +132,7 @@ class World {
   int substeps_;
   int64_t tick_us_;
   bool gravity_compensation_;
+  int start_steps_;
   DataPtr data_;
   std::vector<Arm> arms_;
   std::vector<Gripper> grippers_;

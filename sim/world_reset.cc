@@ -77,6 +77,7 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
   for (const Arm& arm : arms_) {
     for (size_t j = 0; j < arm.qpos.size(); ++j) data_->ctrl[arm.actuator[j]] = data_->qpos[arm.qpos[j]];
   }
+  MakeStartSteps();
   Prepare();
   parameters.insert(parameters.end(), changes.begin(), changes.end());
   return parameters;

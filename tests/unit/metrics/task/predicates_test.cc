@@ -180,6 +180,15 @@ TEST_F(PredicatesTest, AQuantityWithLimitsIsAPredicate) {
   EXPECT_TRUE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, max_m: 0.501}}").get()));
   EXPECT_FALSE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, max_m: 0.499}}").get()));
   EXPECT_TRUE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, min_m: 0.4, max_m: 0.6}}").get()));
+  // A point of the lid's frame, whose x axis points along y: 0.4 m before the origin, (0.3, 0, 1) in the
+  // world.
+  Set(&state_.body[kLid].quat_wxyz, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)});
+  EXPECT_TRUE(
+      Evaluate(Compile("{distance: {a: pot, b: pot/lid, b_point_m: [-0.4, 0, 0], max_m: 0.301}}").get()));
+  EXPECT_FALSE(
+      Evaluate(Compile("{distance: {a: pot, b: pot/lid, b_point_m: [-0.4, 0, 0], max_m: 0.299}}").get()));
+  EXPECT_EQ(Error("{distance: {a: pot, b: left, b_point_m: [0, 0, 0], max_m: 1}}"),
+            "key 'b_point_m': needs a body, 'left' is a gripper");
   EXPECT_TRUE(Evaluate(Compile("{tilt: {object: pot, max_deg: 10}}").get()));
   // 0.2 rad are 11.46 degrees.
   Set(&state_.body[kPot].quat_wxyz, {std::cos(0.1), std::sin(0.1), 0, 0});

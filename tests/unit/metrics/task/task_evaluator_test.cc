@@ -109,6 +109,7 @@ TEST_F(ExpressionTest, HeightIsThatOfTheFirstBodysOrigin) {
   EXPECT_FALSE(Evaluate(above));
   EXPECT_TRUE(Evaluate(Call("height_above", {{"object", "pot/lid"}, {"min_m", "1.1"}})));
   EXPECT_NEAR(Measure(Call("lift", {{"object", "pot"}})), 0.0999, 1e-12);
+  EXPECT_NEAR(Measure(Call("lift", {{"object", "pot"}, {"rest_height_m", "0.97"}})), 0.1299, 1e-12);
 }
 
 TEST_F(ExpressionTest, TiltIsMeasuredAgainstTheVerticalOrPerpendicularToAnAxis) {

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 TEST(Menagerie, TwoPandasLiftThePot) {
   MENAGERIE_WITH(folder, "franka_emika_panda/panda_nohand.xml", "franka_emika_panda/hand.xml");
-  ExpertStage stage("lift_pot/position", "bimanual_panda_menagerie", {folder});
+  ExpertStage stage("lift_pot/position", "bimanual_panda_menagerie", {.model_path = {folder}});
   int successes = 0;
   for (int64_t seed = 0; seed < 20; ++seed) {
     successes += stage.Play(seed).verdict == metrics::Verdict::kSuccess;
@@ -79,7 +79,7 @@ void ExpectItHoldsHome(const fs::path& folder, const Bare& arm, const std::strin
                       << "\n      joints: [finger_joint1, finger_joint2]\n      joint_open_m: 0.04\n"
                       << "      joint_closed_m: 0\n      actuator: gripper\n      command_open: 0.04\n"
                       << "      command_closed: 0\n      pad_bodies: [left_finger, right_finger]\n";
-  EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.02);
+  EXPECT_LT(HoldHome(LoadRobot(file, {.model_path = {folder}})), 0.02);
 }
 
 constexpr char kSevenDampings[] = "    joint_damping_Nms_per_rad: [60, 60, 45, 45, 10, 10, 10]\n";
@@ -148,7 +148,7 @@ arms:
       command_closed: 255
       pad_bodies: [left_finger, right_finger]
 )";
-  EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.02);
+  EXPECT_LT(HoldHome(LoadRobot(file, {.model_path = {folder}})), 0.02);
 }
 
 // One of the two arms of its file; the other hangs down.
@@ -173,7 +173,7 @@ arms:
       command_closed: 0.002
       pad_bodies: [left/left_finger_link, left/right_finger_link]
 )";
-  EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.1);
+  EXPECT_LT(HoldHome(LoadRobot(file, {.model_path = {folder}})), 0.1);
 }
 
 // A copy of an external folder, in which the elements that evalbus refuses are changed; a line states each
@@ -264,7 +264,7 @@ arms:
       command_closed: 0.021
       pad_bodies: [vx300s_left/left_finger_link, vx300s_left/right_finger_link]
 )";
-  EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.02);
+  EXPECT_LT(HoldHome(LoadRobot(file, {.model_path = {folder}})), 0.02);
 }
 
 }  // namespace evalbus::policy::menagerie_test

@@ -1,0 +1,50 @@
+#include "runner/engines.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "base/errors.h"
+#include "runner/processes.h"
+#include "runner/run_options.h"
+
+namespace evalbus::runner::engines_test {
+
+// Empty programs beside this test.
+class EnginesTest : public testing::Test {
+ protected:
+  EnginesTest() {
+    for (const char* version : {"9.3.9", "9.3.10", "9.4.0"}) std::ofstream(Program(version));
+  }
+  ~EnginesTest() override {
+    for (const char* version : {"9.3.9", "9.3.10", "9.4.0"}) std::filesystem::remove(Program(version));
+  }
+  static std::filesystem::path Program(const std::string& version) {
+    return Processes::BinaryFolder() / SimProgram(version);
+  }
+};
+
+TEST_F(EnginesTest, TheNewestThatBeginsWithTheVersion) {
+  EXPECT_EQ(FindEngine("9.3"), "9.3.10");
+  EXPECT_EQ(FindEngine("9.3.9"), "9.3.9");
+  EXPECT_EQ(FindEngine("9"), "9.4.0");
+  try {
+    FindEngine("9.3.1");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::StartsWith("--engine 9.3.1: there is only "));
+    EXPECT_THAT(error.what(),
+                testing::HasSubstr("9.3.9, 9.3.10, 9.4.0; 'scripts/engine VERSION' builds one"));
+  }
+}
+
+TEST(Engine, NeedsAProcess) {
+  EXPECT_EQ(SimProgram(""), "evalbus-sim");
+  RunOptions options;
+  options.sim.engine = "3.3";
+  options.in_process = true;
+  EXPECT_THROW(CheckRunOptions(options, 1), InputError);
+}
+
+}  // namespace evalbus::runner::engines_test
