@@ -21,7 +21,8 @@ std::optional<MeshFaces> SeparateFaces(const std::filesystem::path& obj_file) {
       is_consistent &= edges.emplace(corner.vertex_index, corners[next].vertex_index).second;
       mesh.face.push_back(static_cast<double>(mesh.face.size()));
       for (int axis = 0; axis < 3; ++axis)
-        mesh.vertex.push_back(reader.GetAttrib().vertices[3 * static_cast<size_t>(corner.vertex_index) + static_cast<size_t>(axis)]);
+        mesh.vertex.push_back(reader.GetAttrib().vertices[3 * static_cast<size_t>(corner.vertex_index) +
+                                                          static_cast<size_t>(axis)]);
       if (corner.texcoord_index < 0) continue;
       const float* texcoord = &reader.GetAttrib().texcoords[2 * static_cast<size_t>(corner.texcoord_index)];
       // Images in OBJ files begin at the bottom, in MJCF at the top.

@@ -23,7 +23,8 @@ std::pair<std::string, std::filesystem::path> NameAndFolder(const std::string& e
 bool IsAssetFile(const std::string& text) {
   const size_t colon = text.find(':');
   const auto is_in_name = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
-  return colon != std::string::npos && colon > 0 && std::all_of(text.begin(), text.begin() + static_cast<long>(colon), is_in_name);
+  return colon != std::string::npos && colon > 0 &&
+         std::all_of(text.begin(), text.begin() + static_cast<long>(colon), is_in_name);
 }
 
 std::filesystem::path AssetFile(const std::string& text, const SourceLocation& where,
@@ -36,7 +37,8 @@ std::filesystem::path AssetFile(const std::string& text, const SourceLocation& w
     const std::filesystem::path file =
         (std::filesystem::absolute(folder) / text.substr(colon + 1)).lexically_normal();
     if (!std::filesystem::is_regular_file(file)) {
-      throw InputError(where.ToString() + ": --assets " + name + ": file " + file.string() + " does not exist");
+      throw InputError(where.ToString() + ": --assets " + name + ": file " + file.string() +
+                       " does not exist");
     }
     return file;
   }

@@ -66,12 +66,12 @@ struct Variation : Randomized {
   // Additions to and replacements of the task's own values; see TaskDescription::Apply.
   std::vector<ScenePart> parts;
   std::optional<Pose> robot_base;
-  std::map<std::string, Pose> poses;  // of parts, by name
-  std::vector<JointStart> joints;     // take precedence over the task's
-  std::vector<Camera> cameras;        // take precedence over the task's
-  std::string instruction;            // empty: the task's
-  std::vector<Stage> stages;          // empty: the task's
-  Expression success, failure;        // name empty: the task's
+  std::map<std::string, Pose> poses;             // of parts, by name
+  std::vector<JointStart> joints;                // take precedence over the task's
+  std::vector<Camera> cameras;                   // take precedence over the task's
+  std::string instruction;                       // empty: the task's
+  std::vector<Stage> stages;                     // empty: the task's
+  Expression success, failure;                   // name empty: the task's
   std::vector<NamedExpression> target_distance;  // empty: the task's
 };
 
@@ -140,8 +140,8 @@ struct TaskDescription {
   const Variation& variation(const std::string& name) const;
 
   // Applies a variation to this task: adds its parts, and replaces robot base, poses, joints, cameras,
-  // instruction, stages, verdict and target distances. Must be called at most once, on a task as it was read. Throws as
-  // variation() does.
+  // instruction, stages, verdict and target distances. Must be called at most once, on a task as it was read.
+  // Throws as variation() does.
   void Apply(const std::string& variation);
   // Applies the values for a robot, given by its name and those of its arms. No effect if the task has no
   // entry for this robot.
@@ -158,8 +158,9 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
 // Search for tasks (find_task.cc).
 
 // A task and the selected variation. `name` is "lift_pot", "lift_pot/position" or RoboEval's
-// "LiftPotPosition" among the YAML files of models/tasks; these names with "roboeval/" for files of the folder
-// models/tasks/roboeval; or the path of a YAML file ("my_task.yaml/position"). Throws InputError that lists the available tasks.
+// "LiftPotPosition" among the YAML files of models/tasks; these names with "roboeval/" for files of the
+// folder models/tasks/roboeval; or the path of a YAML file ("my_task.yaml/position"). Throws InputError that
+// lists the available tasks.
 struct TaskSelection {
   TaskDescription task;
   std::string variation;

@@ -17,10 +17,10 @@ using nlohmann::ordered_json;
 // Keys of run.json that do not change the compared values: what is compared, how it is named, and how it was
 // computed. All other keys may change them, including keys of newer versions.
 constexpr std::string_view kChangesNothing[] = {
-    "run_id",     "task",       "variation",   "task_path", "task_sha256", "robot",          "model_path", "assets",
-    "control_hz", "policy",     "policy_name", "seed",      "episodes",    "only",           "workers",
-    "url",        "in_process", "by_hand",     "video",     "git_dirty",   "physics_sha256", "visual_sha256",
-    "contract",   "log",        "seed_stream", "until"};
+    "run_id",        "task",       "variation",  "task_path",   "task_sha256", "robot",     "model_path",
+    "assets",        "control_hz", "policy",     "policy_name", "seed",        "episodes",  "only",
+    "workers",       "url",        "in_process", "by_hand",     "video",       "git_dirty", "physics_sha256",
+    "visual_sha256", "contract",   "log",        "seed_stream", "until"};
 
 // Maximum number of differing contract members to list.
 constexpr size_t kMaxContractWords = 4;

@@ -45,8 +45,7 @@ const double kPlanningClearance = policy::MotionLimits().clearance;
 
 // A scene with only the robot.
 struct Alone {
-  explicit Alone(const RobotsOptions& options)
-      : robot(LoadRobot(FindRobot(options.robot), options.sources)) {
+  explicit Alone(const RobotsOptions& options) : robot(LoadRobot(FindRobot(options.robot), options.sources)) {
     task.name = "robot";
     task.scene_file = ModelsFolder() / "props/scene_base.xml";
     scene = BuildScene(task, robot);
@@ -73,7 +72,8 @@ int List(const RobotsOptions& options) {
       for (const ArmDescription& arm : robot.arms) joints += arm.joints.size();
       rows.push_back({file.stem(), Joined(robot.arm_names()), std::to_string(joints), "found"});
     } catch (const InputError&) {
-      rows.push_back({file.stem(), "-", "-", "missing: pass --model-path or --assets, see 'evalbus robots check'"});
+      rows.push_back(
+          {file.stem(), "-", "-", "missing: pass --model-path or --assets, see 'evalbus robots check'"});
     }
   }
   PrintTable(rows);

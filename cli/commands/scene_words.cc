@@ -56,8 +56,9 @@ void AddModelSources(CLI::App* app, std::vector<std::filesystem::path>* model_pa
   app->add_option("--model-path", *model_path,
                   "folder to search for a robot's MJCF files, e.g. a MuJoCo Menagerie; can be repeated")
       ->allow_extra_args(false);
-  app->add_option("--assets", *assets,
-                  "NAME=FOLDER: files of a task that are not part of evalbus, e.g. roboeval=CHECKOUT; can be repeated")
+  app->add_option(
+         "--assets", *assets,
+         "NAME=FOLDER: files of a task that are not part of evalbus, e.g. roboeval=CHECKOUT; can be repeated")
       ->allow_extra_args(false);
 }
 

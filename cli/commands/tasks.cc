@@ -16,6 +16,7 @@
 #include "cli/commands/scene_words.h"
 #include "metrics/task/task_evaluator.h"
 #include "models/scene.h"
+#include "models/task_family.h"
 #include "sim/world.h"
 
 namespace evalbus::commands {
@@ -157,6 +158,12 @@ int ListTasks() {
       "\n{} variations of {} tasks. 'evalbus run TASK/VARIATION' runs one, 'evalbus tasks show' describes "
       "it.\n",
       rows.size() - 1, families);
+  for (const std::string& assets : AssetNames()) {
+    Lines names;
+    for (const TaskDescription& task : TasksOfAssets(assets))
+      names.push_back(assets + "/" + FamilyOf(task.name));
+    fmt::print("\nThe same variations with --assets {}=FOLDER: {}\n", assets, Joined(names));
+  }
   return 0;
 }
 

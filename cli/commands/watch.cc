@@ -44,9 +44,10 @@ Action AddWatch(CLI::App* app) {
       ->type_name("URL");
   app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
   AddLogLevel(app);
-  GroupOptions(app, {{"Source", {"--url", "--robot", "--gripper", "--source-timeout-s", "--model-path", "--assets"}},
-                     {"Episodes", {"--episodes", "--control-hz", "--after-success-s"}},
-                     {"Output", {"--out", "--policy-name", "--video", "--web", "--log-level"}}});
+  GroupOptions(
+      app, {{"Source", {"--url", "--robot", "--gripper", "--source-timeout-s", "--model-path", "--assets"}},
+            {"Episodes", {"--episodes", "--control-hz", "--after-success-s"}},
+            {"Output", {"--out", "--policy-name", "--video", "--web", "--log-level"}}});
   return [options] {
     runner::Watch(*options);
     return 0;

@@ -138,7 +138,9 @@ class Lift : public Quantity {
     rest_height_ = rest ? rest->Number() : part->pose.position[2];
     words_ = "lift of " + subject_;
   }
-  double Evaluate(const WorldView& world) override { return world.state.body[body_].position_m[2] - rest_height_; }
+  double Evaluate(const WorldView& world) override {
+    return world.state.body[body_].position_m[2] - rest_height_;
+  }
 
  private:
   int body_;
@@ -218,7 +220,14 @@ std::unique_ptr<Quantity> MakeQuantity(const YamlMap& arguments, const CompileCo
 
 std::vector<QuantityKind>& Quantities() {
   static std::vector<QuantityKind> kinds = {
-      {"distance", {"a", "b"}, {"b_point_m"}, "m", "m", kNotNegative, condition_t::POSE, MakeQuantity<Distance>},
+      {"distance",
+       {"a", "b"},
+       {"b_point_m"},
+       "m",
+       "m",
+       kNotNegative,
+       condition_t::POSE,
+       MakeQuantity<Distance>},
       {"joint_fraction",
        {"joint"},
        {},
@@ -235,7 +244,14 @@ std::vector<QuantityKind>& Quantities() {
        kNotNegative,
        condition_t::PROGRESS,
        MakeQuantity<JointSpeed>},
-      {"lift", {"object"}, {"rest_height_m"}, "m", "m", kAnyNumber, condition_t::PROGRESS, MakeQuantity<Lift>},
+      {"lift",
+       {"object"},
+       {"rest_height_m"},
+       "m",
+       "m",
+       kAnyNumber,
+       condition_t::PROGRESS,
+       MakeQuantity<Lift>},
       {"position",
        {"object", "axis"},
        {"frame"},

@@ -151,7 +151,7 @@ TEST_F(BadInput, TaskCheckTestsStartsAndLimits) {
   // low.
   expect(pot, "pose: {position_m: [0.7, 0, 0.987]}", "  base:\n    alias",
          "variation 'base': after a reset with seed 0, pot is ");
-  expect("center_m: [0.735, 0], half_extents_m: [0.21, 0.4]",
+  expect("center_m: [0.735, 0], half_extents_m: [0.02, 0.15]",
          "center_m: [0.1, 0.3], half_extents_m: [0.01, 0.01]", "  position:\n",
          "variation 'position': no draw in 1000 keeps all parts apart; in the last one, pot is ");
   // The robot stands inside the left cabinet.

@@ -17,7 +17,7 @@ class Collect : public testing::Test {
   // The noise is so strong that some starts fail.
   std::vector<std::string> Command(const fs::path& out, const std::vector<std::string>& options) const {
     std::vector<std::string> command = {"evalbus",  "collect", "lift_pot/position", "--episodes", "3",
-                                        "--policy", "expert",  "--noise",           "0.15",       "--out",
+                                        "--policy", "expert",  "--noise",           "0.17",       "--out",
                                         out};
     command.insert(command.end(), options.begin(), options.end());
     return command;

@@ -112,7 +112,7 @@ const std::vector<Failures> kFailures = {
      {{"cube_handover", "grasp_miss", {}, kOtherGripper},
       {"lift_pot", "grasp_miss", {}, kCabinet},
       {"lift_tray", "grasp_miss", {}, "left does not hold tray"},
-      {"pack_box", "timeout", {}, "fraction of the range of box/left_flap 1.00 > 0.1"},
+      {"pack_box", "timeout", {}, "fraction of the range of box/left_flap 1.00 > 0.05"},
       {"pick_single_book_from_table", "grasp_miss", {}, kBook},
       {"rotate_valve", "grasp_miss", {}, kWheel},
       {"stack_single_book_shelf", "grasp_miss", {}, kShelf},

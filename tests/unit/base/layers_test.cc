@@ -14,12 +14,13 @@ namespace evalbus::layers_test {
 namespace fs = std::filesystem;
 
 // Each folder includes only those before it.
-constexpr std::array<std::string_view, 41> kOrder = {"base",
+constexpr std::array<std::string_view, 42> kOrder = {"base",
                                                      "lcmtypes",
                                                      "bus/udpm",
                                                      "bus",
                                                      "bus/recorder",
                                                      "models",
+                                                     "models/other_engine",
                                                      "sim",
                                                      "collision",
                                                      "metrics/sample",

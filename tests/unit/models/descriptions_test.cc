@@ -349,7 +349,7 @@ TEST(TaskDescription, LiftPotHasTheDocumentedValues) {
   ASSERT_EQ(both.size(), 2u);
   const auto& box = std::get<SpawnBox>(both[0]);
   EXPECT_EQ(box.center, (std::array<double, 2>{0.735, 0}));
-  EXPECT_EQ(box.half_extents, (std::array<double, 2>{0.21, 0.4}));
+  EXPECT_EQ(box.half_extents, (std::array<double, 2>{0.02, 0.15}));
   EXPECT_EQ(box.min_distance, 0.1);
   EXPECT_NEAR(std::get<SpawnYaw>(both[1]).bound, std::acos(-1.0) / 6, 1e-15);
   EXPECT_EQ(task.stages.size(), 4u);

@@ -56,7 +56,7 @@ TEST(AssetTasks, NeedTheirAssets) {
   TaskDescription task = FindTask("roboeval/stack_two_blocks").task;
   EXPECT_THAT(
       ErrorOf([&] { task.FindAssets({}); }),
-      testing::HasSubstr("stack_two_blocks.yaml:14: 'roboeval:roboeval/envs/xmls/props/table/table.xml' is "
+      testing::HasSubstr("stack_two_blocks.yaml:16: 'roboeval:roboeval/envs/xmls/props/table/table.xml' is "
                          "not part of evalbus; give --assets roboeval=FOLDER"));
 }
 

@@ -187,12 +187,12 @@ TEST_F(WorldTest, RandomizedPosesStayInTheirRegionAndDiffer) {
     // The start is valid: no penetration exceeds that of a resting contact.
     for (int i = 0; i < world.data().ncon; ++i) EXPECT_GT(world.data().contact[i].dist, -1e-3);
   }
-  EXPECT_LE(largest_x, 0.21);
-  EXPECT_LE(largest_y, 0.4);
+  EXPECT_LE(largest_x, 0.02);
+  EXPECT_LE(largest_y, 0.15);
   EXPECT_LE(largest_yaw, M_PI / 6);
   // The starts cover the whole region.
-  EXPECT_GT(largest_x, 0.19);
-  EXPECT_GT(largest_y, 0.37);
+  EXPECT_GT(largest_x, 0.018);
+  EXPECT_GT(largest_y, 0.14);
   EXPECT_GT(largest_yaw, 0.5);
   std::sort(xs.begin(), xs.end());
   EXPECT_EQ(std::unique(xs.begin(), xs.end()), xs.end());
