@@ -96,7 +96,11 @@ std::vector<TaskDescription> AllTasks() {
   return TasksIn(folder);
 }
 
-std::vector<TaskDescription> TasksOfAssets(const std::string& name) { return TasksIn(TasksFolder() / name); }
+std::vector<TaskDescription> TasksOfAssets(const std::string& name) {
+  const std::filesystem::path folder = TasksFolder() / name;
+  // $EVALBUS_MODELS may name a folder with other tasks.
+  return std::filesystem::is_directory(folder) ? TasksIn(folder) : std::vector<TaskDescription>();
+}
 
 std::filesystem::path ModelsFolder() {
   namespace fs = std::filesystem;

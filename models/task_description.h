@@ -173,7 +173,7 @@ bool IsTaskFile(const std::string& name);
 // Every task of models/tasks as it was read, sorted by name.
 std::vector<TaskDescription> AllTasks();
 // The tasks in a subfolder of models/tasks, whose scenes need assets of this name ("roboeval"). Their names
-// begin with it: "roboeval_lift_pot".
+// begin with it: "roboeval_lift_pot". Empty if there is no such folder.
 std::vector<TaskDescription> TasksOfAssets(const std::string& name);
 // Folder with robots/, props/ and tasks/: $EVALBUS_MODELS; otherwise the first that exists of
 // ../share/evalbus/models beside the installed program, that of the source tree, and

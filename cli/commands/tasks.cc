@@ -162,7 +162,8 @@ int ListTasks() {
     Lines names;
     for (const TaskDescription& task : TasksOfAssets(assets))
       names.push_back(assets + "/" + FamilyOf(task.name));
-    fmt::print("\nThe same variations with --assets {}=FOLDER: {}\n", assets, Joined(names));
+    if (!names.empty())
+      fmt::print("\nThe same variations with --assets {}=FOLDER: {}\n", assets, Joined(names));
   }
   return 0;
 }
@@ -251,8 +252,8 @@ int New(const TasksOptions& options) {
   // copy.
   ParseTask(text, file, true);
   WriteWhole(file, text);
-  fmt::print("{0}: a copy of {1}\n\n  evalbus tasks check {0}\n  evalbus run {0} --policy expert:{1}\n",
-             file.string(), old.name);
+  fmt::print("{0}: a copy of {1}\n\n  evalbus tasks check {0}\n  evalbus run {0} --policy expert:{2}\n",
+             file.string(), old.name, FamilyOf(old.name));
   return 0;
 }
 
