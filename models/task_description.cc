@@ -88,7 +88,7 @@ void ReadParts(const YamlValue& value, const std::filesystem::path& folder, bool
     part.pose = ReadPose(map["pose"]);
     if (const YamlValue* free = map.Find("free")) part.free = free->Bool();
     if (const YamlValue* without = map.Find("without")) part.without = without->Texts();
-    if (const YamlValue* value = map.Find("may_penetrate")) part.may_penetrate = value->Bool();
+    if (const YamlValue* allowed = map.Find("may_penetrate")) part.may_penetrate = allowed->Bool();
     part.location = entry.location();
     parts->push_back(std::move(part));
   }
@@ -243,8 +243,8 @@ void TaskDescription::ApplyRobot(const std::string& robot, const std::vector<std
 
 void TaskDescription::FindAssets(const ModelSources& sources) {
   for (ScenePart& part : parts) {
-    const std::string text = part.model_file.string();
-    if (IsAssetFile(text)) part.model_file = AssetFile(text, part.location, sources);
+    const std::string model = part.model_file.string();
+    if (IsAssetFile(model)) part.model_file = AssetFile(model, part.location, sources);
   }
 }
 
