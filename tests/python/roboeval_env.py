@@ -181,7 +181,7 @@ class Environment:
             physics.forward()
             success = bool(_quietly(env._success))
             counts["states"] += 1
-            counts["success"] += success != episode.successes[tick]
+            counts["success"] += int(success != episode.successes[tick])
             counts["stages"] += self.stages(episode.stages.shape[1]) != episode.stages[tick].tolist()
             metrics = env._final_metrics
             theirs = metrics.get("target_distance", {})
