@@ -32,6 +32,8 @@ _FAMILIES = {
     "stack_single_book_shelf": ("stack_books", {"book": lambda env: env.books[0]}),
 }
 FAMILIES = list(_FAMILIES)
+# Orientation of RoboEval's frame of a part in the frame of our own scene's part, where they differ (w, x, y, z).
+_TURNS = {"tray": (0.5, 0.5, 0.5, 0.5)}
 # Simulated time for which the last action is held after the end of evalbus's episode: contacts can come a little later.
 _GRACE_S = 1
 
@@ -39,6 +41,12 @@ _GRACE_S = 1
 def _quietly(function, *args, **kwargs):
     with contextlib.redirect_stdout(io.StringIO()):
         return function(*args, **kwargs)
+
+
+def _product(a, b):
+    """Product of two quaternions (w, x, y, z)."""
+    vector = a[0] * np.array(b[1:]) + b[0] * np.array(a[1:]) + np.cross(a[1:], b[1:])
+    return np.concatenate([[a[0] * b[0] - np.dot(a[1:], b[1:])], vector])
 
 
 class Episode:
@@ -80,6 +88,7 @@ class Environment:
 
         info = json.loads((run / "run.json").read_text())
         self.family = info["task"].removeprefix("roboeval_")
+        self.is_own_scene = self.family == info["task"]
         self.variation = info["variation"]
         task_file = info["task_path"].partition(".yaml")[0] + ".yaml"
         with open(task_file, encoding="utf-8") as stream:
@@ -108,6 +117,8 @@ class Environment:
             if part not in episode.bodies:
                 continue
             position, quaternion = episode.pose(tick, part)
+            if self.is_own_scene and part in _TURNS:
+                quaternion = _product(quaternion, _TURNS[part])
             body = prop(self.env).body
             body.set_position(position, True)
             body.set_quaternion(quaternion, True)
