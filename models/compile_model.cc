@@ -1,6 +1,5 @@
 #include "models/compile_model.h"
 
-#include <memory>
 #include <regex>
 
 #include "base/errors.h"
@@ -8,13 +7,6 @@
 
 namespace evalbus {
 namespace {
-
-struct VfsDeleter {
-  void operator()(mjVFS* vfs) const {
-    mj_deleteVFS(vfs);
-    delete vfs;
-  }
-};
 
 // Converts MuJoCo's message to one line, and replaces the line of the composed document by file and line of
 // its source.
@@ -40,9 +32,7 @@ ModelPtr CompileModel(const SceneComposer& composer, bool discard_visual,
                       std::vector<std::string>* warnings) {
   constexpr const char* kFile = "scene.xml";
   const std::string xml = composer.ToXml(discard_visual);
-  auto* raw_vfs = new mjVFS;
-  mj_defaultVFS(raw_vfs);
-  const std::unique_ptr<mjVFS, VfsDeleter> vfs(raw_vfs);
+  const VfsPtr vfs = MakeVfs();
   mj_makeEmptyFileVFS(vfs.get(), kFile, static_cast<int>(xml.size()));
   xml.copy(static_cast<char*>(vfs->filedata[mj_findFileVFS(vfs.get(), kFile)]), xml.size());
 

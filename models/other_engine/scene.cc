@@ -4,8 +4,6 @@
 
 #include <tinyxml2.h>
 
-#include <memory>
-
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/run_layout.h"
@@ -14,13 +12,6 @@
 
 namespace evalbus {
 namespace {
-
-struct VfsDeleter {
-  void operator()(mjVFS* vfs) const {
-    mj_deleteVFS(vfs);
-    delete vfs;
-  }
-};
 
 // MuJoCo 2.2 has no implicitfast, so the composed scene has implicit where RoboEval has implicitfast.
 std::string XmlFor(const std::filesystem::path& file, bool discard_visual) {
@@ -42,9 +33,7 @@ std::string XmlFor(const std::filesystem::path& file, bool discard_visual) {
 
 ModelPtr Compile(const std::filesystem::path& file, bool discard_visual, std::vector<std::string>* warnings) {
   const std::string xml = XmlFor(file, discard_visual);
-  auto* raw_vfs = new mjVFS;
-  mj_defaultVFS(raw_vfs);
-  const std::unique_ptr<mjVFS, VfsDeleter> vfs(raw_vfs);
+  const VfsPtr vfs = MakeVfs();
   mj_addBufferVFS(vfs.get(), "scene.xml", xml.data(), static_cast<int>(xml.size()));
   const MujocoCompileGuard guard(warnings);
   char message[2000] = "";
