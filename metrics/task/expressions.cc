@@ -39,11 +39,15 @@ std::array<double, 3> Frame::Of(const double* position, const WorldView& world) 
   if (body_ < 0) return {position[0], position[1], position[2]};
   const double *origin = world.state.body[body_].position_m, *quat = world.state.body[body_].quat_wxyz;
   const std::array<double, 3> v = {position[0] - origin[0], position[1] - origin[1], position[2] - origin[2]};
-  // Rotates by the inverse of the unit quaternion q (MuJoCo's are normalized): v + 2 u x (u x v - w v), where
-  // u is the vector part of q.
-  const double w = quat[0], x = quat[1], y = quat[2], z = quat[3];
-  const std::array<double, 3> t = {y * v[2] - z * v[1] - w * v[0], z * v[0] - x * v[2] - w * v[1],
-                                   x * v[1] - y * v[0] - w * v[2]};
+  const double inverse[4] = {-quat[0], quat[1], quat[2], quat[3]};
+  return Rotated(v, inverse);
+}
+
+std::array<double, 3> Rotated(const std::array<double, 3>& v, const double* quat_wxyz) {
+  // v + 2 u x (u x v + w v), where u is the vector part of the quaternion.
+  const double w = quat_wxyz[0], x = quat_wxyz[1], y = quat_wxyz[2], z = quat_wxyz[3];
+  const std::array<double, 3> t = {y * v[2] - z * v[1] + w * v[0], z * v[0] - x * v[2] + w * v[1],
+                                   x * v[1] - y * v[0] + w * v[2]};
   return {v[0] + 2 * (y * t[2] - z * t[1]), v[1] + 2 * (z * t[0] - x * t[2]),
           v[2] + 2 * (x * t[1] - y * t[0])};
 }

@@ -90,6 +90,9 @@ YamlMap ArgumentsOf(const Expression& expression, const std::vector<const char*>
 // Whether a geom of set a touches a geom of set b; sets are indexed by geom id.
 bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a, const std::vector<uint8_t>& b);
 
+// Rotates a vector by a unit quaternion (MuJoCo's are normalized).
+std::array<double, 3> Rotated(const std::array<double, 3>& v, const double* quat_wxyz);
+
 // Reference frame of a position: the world frame, or that of the body named by the argument `frame`.
 class Frame {
  public:

@@ -17,15 +17,6 @@ int BodyOf(const YamlValue& operand, const CompileContext& context) {
   return context.names.Body(operand.Text(), operand.location());
 }
 
-// Rotates a vector by a unit quaternion: v + 2 w (u x v) + 2 u x (u x v), where u is its vector part.
-std::array<double, 3> Rotated(const std::array<double, 3>& v, const double* quat_wxyz) {
-  const double w = quat_wxyz[0], x = quat_wxyz[1], y = quat_wxyz[2], z = quat_wxyz[3];
-  const std::array<double, 3> t = {y * v[2] - z * v[1] + w * v[0], z * v[0] - x * v[2] + w * v[1],
-                                   x * v[1] - y * v[0] + w * v[2]};
-  return {v[0] + 2 * (y * t[2] - z * t[1]), v[1] + 2 * (z * t[0] - x * t[2]),
-          v[2] + 2 * (x * t[1] - y * t[0])};
-}
-
 // Distance (m) between two points. The point of a gripper is the wrist of its arm; that of anything else is
 // the origin of its body, or for b the point `b_point_m` in the body's frame.
 class Distance : public Quantity {
