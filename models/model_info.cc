@@ -251,4 +251,9 @@ model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& 
   return info;
 }
 
+bool CompensatesGravity(const mjModel& model) {
+  const int number = mj_name2id(&model, mjOBJ_NUMERIC, kGravityCompensation);
+  return number < 0 || model.numeric_data[model.numeric_adr[number]] != 0;
+}
+
 }  // namespace evalbus

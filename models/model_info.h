@@ -15,4 +15,10 @@ namespace evalbus {
 // where N counts within the body. Throws InputError if the model does not fit the robot.
 model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& robot, const mjModel& model);
 
+// Number in the <custom> section of a model: 0 if the robot's controller leaves gravity to its servos.
+inline constexpr const char* kGravityCompensation = "gravity_compensation";
+
+// Whether the sim compensates gravity and Coriolis forces of the arms; true unless the model says otherwise.
+bool CompensatesGravity(const mjModel& model);
+
 }  // namespace evalbus

@@ -116,6 +116,7 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   for (size_t i = 0; i < robot.arms.size(); ++i) {
     AttachArm(robot.arms[i], robot.grippers[i], task.robot_base, &composer);
   }
+  if (!robot.gravity_compensation) composer.SetNumber(kGravityCompensation, 0);
   for (const CameraDescription& camera : robot.cameras) {
     const Pose pose = camera.body.empty() ? Compose(task.robot_base, camera.pose) : camera.pose;
     composer.SetCamera(camera.name, pose, camera.vertical_fov, camera.body);

@@ -287,6 +287,12 @@ void SceneComposer::SetJointAttribute(const std::string& joint, const std::strin
   Set(element, attribute.c_str(), NumberText(value));
 }
 
+void SceneComposer::SetNumber(const std::string& name, double value) {
+  XMLElement* number = impl_->sections["custom"]->InsertNewChildElement("numeric");
+  Set(number, "name", name);
+  Set(number, "data", NumberText(value));
+}
+
 void SceneComposer::Exclude(const std::string& body, const std::string& other) {
   XMLElement* exclude = impl_->sections["contact"]->InsertNewChildElement("exclude");
   Set(exclude, "body1", body);

@@ -53,6 +53,8 @@ class SceneComposer {
 
   // Replaces an attribute of a joint ("damping", "armature").
   void SetJointAttribute(const std::string& joint, const std::string& attribute, double value);
+  // Adds a number to the document's <custom> section, for programs that read the compiled model.
+  void SetNumber(const std::string& name, double value);
   // Disables contacts between two bodies.
   void Exclude(const std::string& body, const std::string& other);
 

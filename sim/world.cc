@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "models/model_info.h"
 
 namespace evalbus::sim {
 namespace {
@@ -24,7 +25,7 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
       info_(info),
       substeps_(substeps),
       tick_us_(substeps * info.timestep_us),
-      gravity_compensation_(robot.gravity_compensation),
+      gravity_compensation_(CompensatesGravity(*model)),
       start_steps_(robot.start_steps),
       data_(mj_makeData(model)) {
   for (const ArmDescription& description : robot.arms) {

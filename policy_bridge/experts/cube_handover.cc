@@ -18,8 +18,14 @@ constexpr double kMiddles[][3] = {{0.5, 0, 1.15}, {0.45, 0, 1.2}, {0.55, 0, 1.15
 // Heading of the rod at the handover, relative to the one in which its free end points to the other arm; rad.
 constexpr double kHeadings[] = {0, 0.5, -0.5, 1, -1};
 
-// Outer part of one half of the rod; too long to be grasped lengthwise.
-GraspBox End(double end) { return {{0.02, 0.037, 0.02}, {0, end * 0.063, 0}}; }
+// Where the giver grasps the rod, from its middle toward its own end, m. A heavy rod turns slowly between
+// the pads unless it is held near its middle.
+constexpr double kGives[] = {0, 0.02, 0.04, 0.063};
+// Where the receiver grasps it, from its middle toward the other end, m. The hands are 63 mm thick.
+constexpr double kReceive = 0.07;
+
+// Part of the rod around this distance from its middle; too long to be grasped lengthwise.
+GraspBox Part(double y) { return {{0.02, 0.037, 0.02}, {0, y, 0}}; }
 
 }  // namespace
 
@@ -49,7 +55,12 @@ std::vector<Isometry3d> CubeHandoverExpert::Meetings(const Isometry3d& rod, int 
 
 std::optional<Plan> CubeHandoverExpert::HandOver(const Plan& plan, int giver, double end) const {
   const int receiver = 1 - giver;
-  for (const Grasp& give : BoxGrasps(End(end), plan.PoseOf(rod_), plan.GripPose(giver))) {
+  std::vector<Grasp> gives;
+  for (const double from_middle : kGives) {
+    const auto more = BoxGrasps(Part(end * from_middle), plan.PoseOf(rod_), plan.GripPose(giver));
+    gives.insert(gives.end(), more.begin(), more.end());
+  }
+  for (const Grasp& give : gives) {
     Plan taken = plan;
     taken.Take({{giver, rod_, give}}).Lift(rod_, kRodLift).CheckContacts({giver});
     if (!taken.feasible()) continue;
@@ -57,7 +68,7 @@ std::optional<Plan> CubeHandoverExpert::HandOver(const Plan& plan, int giver, do
       Plan brought = taken;
       brought.Move({{rod_, meeting}}).CheckContacts({0, 1});
       if (!brought.feasible()) continue;
-      for (const Grasp& receive : BoxGrasps(End(-end), meeting, plan.GripPose(receiver))) {
+      for (const Grasp& receive : BoxGrasps(Part(-end * kReceive), meeting, plan.GripPose(receiver))) {
         Plan attempt = brought;
         attempt.HandOver(giver, {receiver, rod_, receive}).CheckContacts({0, 1});
         if (attempt.feasible()) return attempt;

@@ -18,7 +18,7 @@
 namespace evalbus::policy {
 
 Expert::Expert(const mjModel& model, const model_info_t& info, int max_attempts)
-    : context_(model, info), max_attempts_(max_attempts) {
+    : context_(model, info), max_attempts_(max_attempts), servo_lead_(model, info) {
   for (int arm = 0; arm < info.num_arms; ++arm) {
     arms_.push_back(arm);
     names_.push_back(info.arm[static_cast<size_t>(arm)].name);
@@ -46,7 +46,8 @@ void Expert::Act(const state_t& state, action_t* action) {
     player_.Start(std::move(motions), time);
     commanded = &player_.At(time);
   }
-  SetAction(*commanded, action);
+  const Configuration target{servo_lead_.Targets(commanded->joints, player_.Velocity()), commanded->closing};
+  SetAction(target, action);
 }
 
 std::string Expert::WhyNoPlan(const Configuration& now, const state_t& state) {

@@ -9,6 +9,7 @@
 
 #include "policy_bridge/interface/policy.h"
 #include "policy_bridge/planning/plan.h"
+#include "policy_bridge/planning/servo_lead.h"
 
 namespace evalbus::policy {
 
@@ -55,6 +56,7 @@ class Expert : public Policy {
   // Whether any plan of this episode was feasible.
   bool has_planned_ = false;
   Player player_;
+  ServoLead servo_lead_;
 };
 
 // Throws InputError unless the robot has two arms.

@@ -18,11 +18,12 @@ using Eigen::Vector3d;
 constexpr double kLiftHeight = 0.125;
 constexpr double kHeldHeight = 0.1;
 // A hand that leans back reaches farther. It takes the handle's bar nearer to the robot and higher, so that
-// the palm stays clear of the bar.
+// the palm stays clear of the bar. A hand that leans outward has room beside a wall that is close to the bar.
 struct Style {
   double tilt;
   double forward, up;  // from the bar's middle, m
 };
+constexpr double kOutwardLeans[] = {0, 75 * kDegree};
 constexpr Style kStyles[] = {
     {0, 0, 0}, {15 * kDegree, -0.01, 0}, {30 * kDegree, -0.03, 0}, {40 * kDegree, -0.04, 0.008}};
 // If the target height is out of reach, the object is moved toward the robot by this much (m) while it is
@@ -72,15 +73,19 @@ bool LiftByHandlesExpert::IsAtRest(const state_t& state) {
 
 std::vector<Grasp> LiftByHandlesExpert::Grasps(int handle) const {
   std::vector<Grasp> grasps;
-  for (const Style& style : kStyles) {
-    const Vector3d approach(std::sin(style.tilt), 0, -std::cos(style.tilt));
-    // The pads close along the object's y axis, with either of them in front.
-    for (double sign : {1.0, -1.0}) {
-      Grasp grasp;
-      grasp.at = GripFrame(handles_[handle] + Vector3d(style.forward, 0, style.up), approach,
-                           sign * Vector3d::UnitY());
-      grasp.before = Translation3d(-kGraspApproach * approach) * grasp.at;
-      grasps.push_back(grasp);
+  const double outward = handles_[handle].y() > 0 ? 1 : -1;
+  for (const double lean : kOutwardLeans) {
+    const AngleAxisd leaning(-outward * lean, Vector3d::UnitX());
+    for (const Style& style : kStyles) {
+      const Vector3d approach = leaning * Vector3d(std::sin(style.tilt), 0, -std::cos(style.tilt));
+      // The pads close across the bar, with either of them in front.
+      for (double sign : {1.0, -1.0}) {
+        Grasp grasp;
+        grasp.at = GripFrame(handles_[handle] + Vector3d(style.forward, 0, style.up), approach,
+                             sign * (leaning * Vector3d::UnitY()));
+        grasp.before = Translation3d(-kGraspApproach * approach) * grasp.at;
+        grasps.push_back(grasp);
+      }
     }
   }
   return grasps;

@@ -68,6 +68,15 @@ void Motion::At(double t, Configuration* now) const {
   }
 }
 
+std::vector<JointVector> Motion::VelocityAt(double t) const {
+  std::vector<JointVector> velocity;
+  for (const JointPath& path : paths) {
+    velocity.push_back(path.Slope(duration > 0 ? MinJerk(t / duration) : 1) *
+                       (duration > 0 ? MinJerkRate(t / duration) / duration : 0));
+  }
+  return velocity;
+}
+
 PlanningContext::PlanningContext(const mjModel& model, const model_info_t& info,
                                  const MotionLimits& motion_limits)
     : limits(motion_limits),
@@ -399,7 +408,7 @@ Plan& Plan::CheckContacts(const std::vector<int>& arms) {
 
 void Player::Reset(const Configuration& rest) {
   motions_.clear();
-  started_ = 0;
+  started_ = now_ = 0;
   commanded_ = rest;
 }
 
@@ -409,6 +418,7 @@ void Player::Start(std::vector<Motion> motions, double time) {
 }
 
 const Configuration& Player::At(double time) {
+  now_ = time;
   while (!motions_.empty() && time - started_ >= motions_.front().duration) {
     motions_.front().At(motions_.front().duration, &commanded_);
     started_ += motions_.front().duration;
@@ -416,6 +426,13 @@ const Configuration& Player::At(double time) {
   }
   if (!motions_.empty()) motions_.front().At(time - started_, &commanded_);
   return commanded_;
+}
+
+std::vector<JointVector> Player::Velocity() const {
+  if (!motions_.empty()) return motions_.front().VelocityAt(now_ - started_);
+  std::vector<JointVector> rest;
+  for (const JointVector& joints : commanded_.joints) rest.push_back(JointVector::Zero(joints.size()));
+  return rest;
 }
 
 }  // namespace evalbus::policy

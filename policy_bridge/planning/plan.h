@@ -38,6 +38,8 @@ struct Motion {
 
   // Configuration after t seconds, written to *now; t is clamped to the motion.
   void At(double t, Configuration* now) const;
+  // Joint velocities after t seconds, rad/s, one entry per arm.
+  std::vector<JointVector> VelocityAt(double t) const;
 };
 
 // Goal of a gripper: the pose of its grip frame in the world frame.
@@ -217,12 +219,15 @@ class Player {
   void Start(std::vector<Motion> motions, double time);
   // Commanded configuration at `time`. Times must not decrease.
   const Configuration& At(double time);
+  // Joint velocities at the time of the last At(), rad/s, one entry per arm.
+  std::vector<JointVector> Velocity() const;
   // True if all motions had ended by the time of the last At().
   bool done() const { return motions_.empty(); }
 
  private:
   std::vector<Motion> motions_;  // the first is being executed
   double started_ = 0;
+  double now_ = 0;
   Configuration commanded_;
 };
 

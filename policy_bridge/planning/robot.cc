@@ -14,28 +14,41 @@ namespace {
 
 constexpr int kMaxContacts = 2000;
 
-// Grip frame: midway between the pads of a gripper, with y in the direction in which they close. The position
-// of a pad is that of its body's geom farthest from the wrist, because a finger has other geoms too.
+// Geoms of a finger this near to its tip, along the approach direction, form its pad.
+constexpr double kPadLength = 0.015;  // m
+
+// Grip frame: midway between the pads of a gripper, with y in the direction in which they close. A pad may
+// consist of several geoms, and its finger has others; its position is the mean of the geoms near the tip.
 Eigen::Isometry3d GripFrame(const mjModel& model, const mjData& data, const gripper_info_t& gripper,
                             const Eigen::Isometry3d& wrist) {
   const Eigen::Vector3d approach = wrist.linear().col(2);
-  std::map<int, Eigen::Vector3d> pad_of_body;
+  std::map<int, std::vector<Eigen::Vector3d>> geoms_of_body;
   for (int geom : gripper.pad_geom) {
-    const Eigen::Vector3d position(data.geom_xpos + 3 * geom);
-    const auto [pad, is_new] = pad_of_body.try_emplace(model.geom_bodyid[geom], position);
-    if (!is_new && approach.dot(position - pad->second) > 0) pad->second = position;
+    geoms_of_body[model.geom_bodyid[geom]].emplace_back(data.geom_xpos + 3 * geom);
   }
-  if (pad_of_body.size() != 2) {
+  std::vector<Eigen::Vector3d> pads;
+  for (const auto& [body, geoms] : geoms_of_body) {
+    double tip = approach.dot(geoms[0]);
+    for (const Eigen::Vector3d& geom : geoms) tip = std::max(tip, approach.dot(geom));
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int count = 0;
+    for (const Eigen::Vector3d& geom : geoms) {
+      if (approach.dot(geom) < tip - kPadLength) continue;
+      sum += geom;
+      ++count;
+    }
+    pads.emplace_back(sum / count);
+  }
+  if (pads.size() != 2) {
     throw InputError("gripper \"" + gripper.name + "\": two fingers with pads expected, not " +
-                     std::to_string(pad_of_body.size()));
+                     std::to_string(pads.size()));
   }
-  const Eigen::Vector3d first = pad_of_body.begin()->second, second = pad_of_body.rbegin()->second;
-  const Eigen::Vector3d between = first - second;
+  const Eigen::Vector3d between = pads[0] - pads[1];
   const Eigen::Vector3d closing = (between - approach * approach.dot(between)).normalized();
   Eigen::Isometry3d grip;
   grip.makeAffine();
   grip.linear() << closing.cross(approach), closing, approach;
-  grip.translation() = (first + second) / 2;
+  grip.translation() = (pads[0] + pads[1]) / 2;
   return wrist.inverse() * grip;
 }
 

@@ -1,0 +1,60 @@
+#include "policy_bridge/planning/servo_lead.h"
+
+#include "models/model_info.h"
+
+namespace evalbus::policy {
+
+ServoLead::ServoLead(const mjModel& model, const model_info_t& info)
+    : model_(mj_copyModel(nullptr, &model)),
+      sags_(!CompensatesGravity(model)),
+      data_(mj_makeData(&model)),
+      gravity_(static_cast<size_t>(model.nv)) {
+  for (const arm_info_t& arm : info.arm) {
+    std::vector<Servo>& servos = servos_.emplace_back();
+    for (const int qpos : arm.joint_qpos_index) {
+      Servo servo;
+      servo.qpos = qpos;
+      for (int joint = 0; joint < model.njnt; ++joint) {
+        if (model.jnt_qposadr[joint] != qpos) continue;
+        servo.dof = model.jnt_dofadr[joint];
+        for (int actuator = 0; actuator < model.nu; ++actuator) {
+          if (model.actuator_trntype[actuator] != mjTRN_JOINT ||
+              model.actuator_trnid[2 * actuator] != joint ||
+              model.actuator_biastype[actuator] != mjBIAS_AFFINE) {
+            continue;
+          }
+          servo.stiffness = -model.actuator_biasprm[mjNBIAS * actuator + 1];
+          servo.damping = -model.actuator_biasprm[mjNBIAS * actuator + 2];
+        }
+      }
+      servos.push_back(servo);
+    }
+  }
+}
+
+std::vector<JointVector> ServoLead::Targets(const std::vector<JointVector>& wanted,
+                                            const std::vector<JointVector>& velocity) {
+  if (sags_) {
+    for (size_t arm = 0; arm < servos_.size(); ++arm) {
+      for (size_t j = 0; j < servos_[arm].size(); ++j) {
+        data_->qpos[servos_[arm][j].qpos] = wanted[arm][static_cast<Eigen::Index>(j)];
+      }
+    }
+    mj_kinematics(model_.get(), data_.get());
+    mj_comPos(model_.get(), data_.get());
+    mj_rne(model_.get(), data_.get(), 0, gravity_.data());
+  }
+  std::vector<JointVector> targets = wanted;
+  for (size_t arm = 0; arm < servos_.size(); ++arm) {
+    for (size_t j = 0; j < servos_[arm].size(); ++j) {
+      const Servo& servo = servos_[arm][j];
+      if (servo.stiffness <= 0) continue;
+      const auto i = static_cast<Eigen::Index>(j);
+      const double weight = sags_ ? gravity_[static_cast<size_t>(servo.dof)] : 0;
+      targets[arm][i] += (servo.damping * velocity[arm][i] + weight) / servo.stiffness;
+    }
+  }
+  return targets;
+}
+
+}  // namespace evalbus::policy

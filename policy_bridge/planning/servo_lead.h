@@ -1,0 +1,42 @@
+// Joint targets that make the position servos of an arm follow a motion without delay or sag.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <vector>
+
+#include "evalbus/model_info_t.hpp"
+#include "models/mujoco_ptr.h"
+#include "policy_bridge/planning/robot.h"
+
+namespace evalbus::policy {
+
+// A servo with force kp (target - q) - kv dq/dt follows a target with a delay of kv / kp, and sags under the
+// arm's weight unless the sim compensates gravity. The target that cancels both is
+//   q + (kv dq/dt + g(q)) / kp
+// where g is the torque against gravity (mj_rne without velocities). Servos without kv get no lead, and the
+// weight of held objects is not included.
+class ServoLead {
+ public:
+  // Actuators that are not position servos of the arms' joints are left alone.
+  ServoLead(const mjModel& model, const model_info_t& info);
+
+  // Returns the targets for the joint positions `wanted` (rad) and velocities (rad/s), one entry per arm.
+  std::vector<JointVector> Targets(const std::vector<JointVector>& wanted,
+                                   const std::vector<JointVector>& velocity);
+
+ private:
+  struct Servo {
+    double stiffness = 0;  // N m / rad; 0: there is none
+    double damping = 0;    // N m s / rad
+    int qpos = 0, dof = 0;
+  };
+  ModelPtr model_;  // a copy
+  bool sags_;
+  DataPtr data_;
+  std::vector<mjtNum> gravity_;
+  // By arm and joint.
+  std::vector<std::vector<Servo>> servos_;
+};
+
+}  // namespace evalbus::policy
