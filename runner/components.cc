@@ -5,6 +5,7 @@
 
 #include "bus/recorder/recorder.h"
 #include "collision/collision_component.h"
+#include "lcmtypes/contacts_from.h"
 #include "metrics/episode/part_of_run.h"
 #include "metrics/metrics_component.h"
 #include "policy_bridge/policy_component.h"
@@ -22,8 +23,7 @@ std::unique_ptr<Component> Make(Bus* bus, const RunOptions&) {
   return std::make_unique<Type>(bus);
 }
 std::unique_ptr<Component> MakeCollision(Bus* bus, const RunOptions& options) {
-  return std::make_unique<collision::CollisionComponent>(bus,
-                                                         options.sim.contacts == sim::contacts_from::kSource);
+  return std::make_unique<collision::CollisionComponent>(bus, options.sim.contacts == contacts_from::kSource);
 }
 std::unique_ptr<Component> MakeMetrics(Bus* bus, const RunOptions& options) {
   return std::make_unique<metrics::MetricsComponent>(bus, metrics::IsPartOfRun(options.out));

@@ -14,6 +14,7 @@
 #include "bus/host.h"
 #include "bus/private_network.h"
 #include "lcmtypes/clock.h"
+#include "lcmtypes/contacts_from.h"
 #include "results/pacing.h"
 #include "results/run_summary.h"
 #include "results/summary_table.h"
@@ -61,7 +62,7 @@ void Evaluate(const PreparedRun& run, LiveView* view, VideoRecording* video_reco
     std::fflush(stdout);
   }
   if (run.options.watch) {
-    fmt::print("contacts: from the {}\n", run.options.sim.contacts == sim::contacts_from::kSource
+    fmt::print("contacts: from the {}\n", run.options.sim.contacts == contacts_from::kSource
                                               ? "source"
                                               : "collision shapes of " + run.plan.task);
     fmt::print("waiting for a source that publishes SOURCE_ANNOUNCEMENT on {}\n", run.options.url);

@@ -12,14 +12,10 @@
 
 #include "base/options.h"
 #include "lcmtypes/clock.h"
+#include "lcmtypes/contacts_from.h"
 #include "models/model_sources.h"
 
 namespace evalbus::sim {
-
-namespace contacts_from {
-inline constexpr char kShapes[] = "shapes";
-inline constexpr char kSource[] = "source";
-}  // namespace contacts_from
 
 struct SimOptions {
   // See FindTask.
