@@ -47,6 +47,12 @@ TEST_F(NamedContactsTest, ABodyOrPartIsOneOfItsGeomsAFingerItsPad) {
   const auto [pad, wheel] = Geoms(contacts[2]);
   EXPECT_EQ(wheel, "first_valve/rim");
   EXPECT_EQ(std::ranges::count(info_.gripper[0].pad_geom, contacts[2].geom_a), 1) << pad;
+  // Of a finger that has other geoms, too, the pad is used.
+  model_info_t info = info_;
+  std::erase(info.gripper[0].pad_geom, contacts[2].geom_a);
+  const std::vector<contact_t> other =
+      NamedContacts(info).Convert({Contact("left/hand/left_finger", "first_valve/wheel")});
+  EXPECT_EQ(Geoms(other.at(0)), Names("left/hand/left_pad", "first_valve/rim"));
 }
 
 TEST_F(NamedContactsTest, TheNormalPointsFromAToBAndTheDeepestContactOfAPairIsKept) {
