@@ -30,6 +30,7 @@
 #include "evalbus/policy_action_t.hpp"
 #include "evalbus/run_summary_t.hpp"
 #include "evalbus/source_announcement_t.hpp"
+#include "evalbus/source_contacts_t.hpp"
 #include "evalbus/source_state_t.hpp"
 #include "evalbus/state_t.hpp"
 
@@ -65,6 +66,8 @@ inline constexpr Channel<episode_begin_t> kEpisodeBegin{"EVALBUS_EPISODE_BEGIN",
 inline constexpr Channel<episode_end_t> kEpisodeEnd{"EVALBUS_EPISODE_END", "sim"};
 inline constexpr Channel<state_t> kState{"EVALBUS_STATE", "sim", Recorded::kOncePerTick};
 inline constexpr Channel<contacts_t> kContacts{"EVALBUS_CONTACTS", "collision", Recorded::kOncePerTick};
+// Contacts of a source at a tick, from which collision makes CONTACTS (`evalbus watch --contacts source`).
+inline constexpr Channel<contacts_t> kMeasuredContacts{"EVALBUS_MEASURED_CONTACTS", "sim", Recorded::kNo};
 inline constexpr Channel<action_t> kAction{"EVALBUS_ACTION", "policy", Recorded::kOncePerTick};
 inline constexpr Channel<image_request_t> kRequestImage{"EVALBUS_REQUEST_IMAGE", "policy", Recorded::kNo};
 inline constexpr Channel<observation_t> kObservation{"EVALBUS_OBSERVATION", "policy"};
@@ -79,6 +82,7 @@ inline constexpr Channel<log_t> kLog{"EVALBUS_LOG", kEverybody, Recorded::kNo};
 inline constexpr Channel<source_announcement_t> kSourceAnnouncement{"EVALBUS_SOURCE_ANNOUNCEMENT", kSource,
                                                                     Recorded::kNo};
 inline constexpr Channel<source_state_t> kSourceState{"EVALBUS_SOURCE_STATE", kSource};
+inline constexpr Channel<source_contacts_t> kSourceContacts{"EVALBUS_SOURCE_CONTACTS", kSource};
 // One channel per camera. This is the common prefix of their names.
 inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo};
 // Images of a source's own cameras: as published by the source, and as republished by the sim after its
@@ -88,10 +92,10 @@ inline constexpr Channel<image_t> kCameraImage{"EVALBUS_CAMERA_", "sim"};
 
 // Channels of a tick in the order of publication, then the others.
 inline constexpr std::tuple kAll{
-    kState,        kContacts,    kAction,       kPartial,    kRequestImage,   kObservation,
-    kPolicyAction, kModel,       kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary,
-    kStatus,       kCommand,     kLog,          kImage,      kCriteria,       kSourceAnnouncement,
-    kSourceState,  kSourceImage, kCameraImage};
+    kState,        kContacts,       kAction,       kPartial,     kRequestImage,    kObservation,
+    kPolicyAction, kModel,          kEpisodeBegin, kEpisodeEnd,  kEpisodeSummary,  kRunSummary,
+    kStatus,       kCommand,        kLog,          kImage,       kCriteria,        kSourceAnnouncement,
+    kSourceState,  kSourceContacts, kSourceImage,  kCameraImage, kMeasuredContacts};
 
 template <class Function>
 void ForEach(const Function& function) {

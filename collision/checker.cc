@@ -529,4 +529,11 @@ bool CollisionChecker::IsChecked(int geom_a, int geom_b) const {
   });
 }
 
+bool CollisionChecker::AreBodiesChecked(int body_a, int body_b) const {
+  return std::any_of(impl_->pairs.begin(), impl_->pairs.end(), [&](const Pair& pair) {
+    const int a = impl_->geoms[pair.a].body, b = impl_->geoms[pair.b].body;
+    return (a == body_a && b == body_b) || (a == body_b && b == body_a);
+  });
+}
+
 }  // namespace evalbus::collision

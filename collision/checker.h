@@ -65,6 +65,8 @@ class CollisionChecker {
 
   // True if the pair is checked at all.
   bool IsChecked(int geom_a, int geom_b) const;
+  // True if any geoms of these bodies are checked.
+  bool AreBodiesChecked(int body_a, int body_b) const;
 
  private:
   struct Impl;

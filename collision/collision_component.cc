@@ -1,5 +1,7 @@
 #include "collision/collision_component.h"
 
+#include <algorithm>
+
 #include "bus/channels.h"
 #include "collision/tick_contacts.h"
 #include "lcmtypes/clock.h"
@@ -23,12 +25,15 @@ std::unique_ptr<CollisionChecker> LoadChecker(const model_info_t& info) {
   return std::make_unique<CollisionChecker>(model.get(), info);
 }
 
-CollisionComponent::CollisionComponent(Bus* bus) : Component(bus, "collision") {
+CollisionComponent::CollisionComponent(Bus* bus, bool source_decides)
+    : Component(bus, "collision"), source_decides_(source_decides) {
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) {
     if (IsNewModel()) model_info_ = m;
   });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });
+  if (source_decides_)
+    bus->Subscribe(channels::kMeasuredContacts, [this](const contacts_t& m) { OnMeasured(m); });
 }
 
 void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
@@ -42,8 +47,21 @@ void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
     log().Debug("checks {}", model_info_->physics_file);
   }
   loaded_ = *model_info_;
+  measured_.reset();
   clearance_.emplace(checker_.get(), ControlPeriodUs(loaded_));
   PublishReady();
+}
+
+void CollisionComponent::OnMeasured(const contacts_t& measured) {
+  const auto is_geom = [this](int geom) { return geom >= 0 && geom < loaded_.num_geoms; };
+  if (!checker_ || !IsOurs(measured.header) ||
+      !std::ranges::all_of(measured.contact, [&](const contact_t& contact) {
+        return is_geom(contact.geom_a) && is_geom(contact.geom_b);
+      })) {
+    ++status_.foreign_messages;
+    return;
+  }
+  measured_ = measured;
 }
 
 void CollisionComponent::OnState(const state_t& state) {
@@ -55,8 +73,13 @@ void CollisionComponent::OnState(const state_t& state) {
     if (tick >= 0 && tick == status_.last_tick) bus().Publish(channels::kContacts, contacts_);
     return;
   }
+  if (source_decides_ && (!measured_ || measured_->header.tick != tick)) {
+    ++status_.foreign_messages;
+    return;
+  }
   status_.missing_ticks += tick - status_.last_tick - 1;
   FillContacts(state, checker_.get(), &*clearance_, &contacts_);
+  if (source_decides_) ReplaceContacts(*measured_, *checker_, loaded_, &contacts_);
   bus().Publish(channels::kContacts, contacts_);
   Progress(state.header);
 }

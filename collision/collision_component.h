@@ -1,5 +1,6 @@
-// The collision checker as a component: answers every STATE of its episode with CONTACTS. docs/messages.md
-// describes the protocol.
+// The collision checker as a component: answers every STATE of its episode with CONTACTS. If a source decides
+// contacts, those of CONTACTS are its own, and only the clearance is computed. docs/messages.md describes the
+// protocol.
 #pragma once
 
 #include <memory>
@@ -16,12 +17,16 @@ namespace evalbus::collision {
 
 class CollisionComponent : public Component {
  public:
-  explicit CollisionComponent(Bus* bus);
+  // source_decides: contacts are those of MEASURED_CONTACTS (`evalbus watch --contacts source`). A STATE
+  // without them is not answered; the sim then resends both.
+  explicit CollisionComponent(Bus* bus, bool source_decides = false);
 
  private:
   void OnEpisodeBegin(const episode_begin_t& begin);
   void OnState(const state_t& state);
+  void OnMeasured(const contacts_t& measured);
 
+  const bool source_decides_;
   // Last received MODEL, and the one of checker_.
   std::optional<model_info_t> model_info_;
   model_info_t loaded_{};
@@ -29,6 +34,8 @@ class CollisionComponent : public Component {
   // Clearance over the current episode.
   std::optional<ClearanceWatch> clearance_;
   contacts_t contacts_{};
+  // Contacts of the source for the STATE that follows.
+  std::optional<contacts_t> measured_;
 };
 
 // Creates the checker of the physics model that MODEL names. Throws InputError if the file cannot be read,

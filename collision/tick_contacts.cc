@@ -1,6 +1,7 @@
 #include "collision/tick_contacts.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 
 namespace evalbus::collision {
@@ -21,6 +22,16 @@ void FillContacts(const state_t& state, CollisionChecker* checker, ClearanceWatc
   const Clearance points = clearance.value_or(Clearance{});
   std::ranges::copy(points.robot_point, contacts->clearance_robot_point_m);
   std::ranges::copy(points.scene_point, contacts->clearance_scene_point_m);
+}
+
+void ReplaceContacts(const contacts_t& measured, const CollisionChecker& checker, const model_info_t& info,
+                     contacts_t* contacts) {
+  contacts->contact.clear();
+  std::ranges::copy_if(
+      measured.contact, std::back_inserter(contacts->contact), [&](const contact_t& contact) {
+        return checker.AreBodiesChecked(info.geom_body[contact.geom_a], info.geom_body[contact.geom_b]);
+      });
+  contacts->num_contacts = static_cast<int32_t>(contacts->contact.size());
 }
 
 }  // namespace evalbus::collision

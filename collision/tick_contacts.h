@@ -14,4 +14,9 @@ namespace evalbus::collision {
 void FillContacts(const state_t& state, CollisionChecker* checker, ClearanceWatch* watch,
                   contacts_t* contacts);
 
+// Replaces the contacts of CONTACTS by those of a source, and keeps the clearance. Pairs of bodies that the
+// checker does not check (neighboring links, fingers of one gripper, fixtures among themselves) are left out.
+void ReplaceContacts(const contacts_t& measured, const CollisionChecker& checker, const model_info_t& info,
+                     contacts_t* contacts);
+
 }  // namespace evalbus::collision

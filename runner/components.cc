@@ -5,6 +5,7 @@
 
 #include "bus/recorder/recorder.h"
 #include "collision/collision_component.h"
+#include "lcmtypes/contacts_from.h"
 #include "metrics/episode/part_of_run.h"
 #include "metrics/metrics_component.h"
 #include "policy_bridge/policy_component.h"
@@ -20,6 +21,9 @@ constexpr bool kRequired = true;
 template <class Type>
 std::unique_ptr<Component> Make(Bus* bus, const RunOptions&) {
   return std::make_unique<Type>(bus);
+}
+std::unique_ptr<Component> MakeCollision(Bus* bus, const RunOptions& options) {
+  return std::make_unique<collision::CollisionComponent>(bus, options.sim.contacts == contacts_from::kSource);
 }
 std::unique_ptr<Component> MakeMetrics(Bus* bus, const RunOptions& options) {
   return std::make_unique<metrics::MetricsComponent>(bus, metrics::IsPartOfRun(options.out));
@@ -46,7 +50,7 @@ constexpr std::string_view kSource = "--source";
 
 constexpr ComponentType kComponents[] = {
     {"recorder", "evalbus-recorder", "", kRequired, 0, MakeRecorder},
-    {"collision", "evalbus-collision", "", kRequired, 10, Make<collision::CollisionComponent>},
+    {"collision", "evalbus-collision", "", kRequired, 10, MakeCollision},
     {"metrics", "evalbus-metrics", "", kRequired, 10, MakeMetrics},
     {"cameras", "evalbus-viz", "--answer-image-requests", kRequired, 10, Make<viz::CameraComponent>},
     {"policy", "evalbus-policy", "", kRequired, 10, MakePolicy},

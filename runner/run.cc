@@ -7,12 +7,14 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/plural.h"
 #include "base/realtime.h"
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "bus/private_network.h"
 #include "lcmtypes/clock.h"
+#include "lcmtypes/contacts_from.h"
 #include "results/pacing.h"
 #include "results/run_summary.h"
 #include "results/summary_table.h"
@@ -23,6 +25,7 @@
 #include "runner/video_recording.h"
 #include "runner/web_child.h"
 #include "runner/workers.h"
+#include "sim/source_map.h"
 #include "viz/images/video.h"
 #include "viz/terminal/terminal.h"
 
@@ -59,6 +62,9 @@ void Evaluate(const PreparedRun& run, LiveView* view, VideoRecording* video_reco
     std::fflush(stdout);
   }
   if (run.options.watch) {
+    fmt::print("contacts: from the {}\n", run.options.sim.contacts == contacts_from::kSource
+                                              ? "source"
+                                              : "collision shapes of " + run.plan.task);
     fmt::print("waiting for a source that publishes SOURCE_ANNOUNCEMENT on {}\n", run.options.url);
     std::fflush(stdout);
   }
@@ -152,6 +158,10 @@ void Watch(RunOptions options) {
   unsetenv(kUrlVariable);
   sim::CheckSimOptions(options.sim);
   CheckRanges(options);
+  if (!options.sim.map.empty()) {
+    sim::ReadSourceMap(ReadInput(options.sim.map, "map of a source"), options.sim.map);
+    options.sim.map = std::filesystem::absolute(options.sim.map).lexically_normal();
+  }
   options.watch = options.sim.is_source = true;
   options.policy.policy = "source";
   RunOne(std::move(options));

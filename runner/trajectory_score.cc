@@ -7,7 +7,6 @@
 #include <cmath>
 #include <memory>
 
-#include "base/angles.h"
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/plural.h"
@@ -92,7 +91,7 @@ void Kinematics::CheckNames() {
   for (const auto& [name, object] : map_.objects) measured_.objects.push_back(name);
   if (const auto fault = sim::MeasuredScene::FindFault(*prepared_, measured_)) {
     if (const auto joint = map_.joints.find(fault->name); joint != map_.joints.end())
-      joint->second.Fail(fault->text);
+      joint->second.where.Fail(fault->text);
     if (const auto object = map_.objects.find(fault->name); object != map_.objects.end()) {
       object->second.where.Fail(fault->text);
     }
@@ -117,20 +116,18 @@ void Kinematics::CheckNames() {
 std::vector<sim::Sample> Kinematics::Read(const fs::path& file) const {
   const std::unique_ptr<TrajectoryTable> table = OpenTable(file);
   std::vector<sim::Sample> samples;
-  const mjModel* model = prepared_->scene.physics.get();
   for (size_t k = 0; k < measured_.joints.size(); ++k) {
     const std::string& name = measured_.joints[k];
-    const YamlValue& where = map_.joints.at(name);
-    const std::vector<double> column = table->Column(where.Text());
-    const bool slides = model->jnt_type[mj_name2id(model, mjOBJ_JOINT, name.c_str())] == mjJNT_SLIDE;
+    const sim::JointMap& joint = map_.joints.at(name);
+    const std::vector<double> column = table->Column(joint.name);
     samples.resize(column.size());
     for (size_t row = 0; row < column.size(); ++row) {
-      const double position = slides ? column[row] : column[row] * map_.joint_scale;
+      const double position = joint.Position(column[row]) * (scene_->slides(k) ? 1 : map_.joint_scale);
       samples[row].position.push_back(position);
       const std::string fault = scene_->PositionFault(k, position);
       if (fault.empty()) continue;
       throw InputError(
-          fmt::format("{}: column '{}': {}{}", table->Place(row), Printable(where.Text()), fault,
+          fmt::format("{}: column '{}': {}{}", table->Place(row), Printable(joint.name), fault,
                       fault.ends_with("degrees?") && map_.joint_scale == 1 ? " (joints: unit: deg)" : ""));
     }
   }
@@ -180,6 +177,10 @@ std::vector<sim::Sample> Kinematics::Read(const fs::path& file) const {
   for (size_t row = 0; row < rows; ++row) {
     const std::string fault = scene_->SampleFault(samples[row]);
     if (!fault.empty()) throw InputError(table->Place(row) + ": " + fault);
+    for (size_t k = 0; k < measured_.objects.size(); ++k) {
+      body_pose_t& pose = samples[row].object[k];
+      pose = sim::PoseInFrame(pose, map_.objects.at(measured_.objects[k]).frame);
+    }
   }
   return samples;
 }
@@ -241,6 +242,16 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
   if (const int gaps = ticks.gaps(); gaps > 0) {
     end.detail = fmt::format("samples are missing in {}", Plural(gaps, "place"));
   }
+  int64_t beyond_range = 0;
+  std::string first_beyond_range;
+  for (size_t row = 0; row < samples.size(); ++row) {
+    const std::string beyond = scene_->BeyondRange(samples[row]);
+    if (beyond.empty() || beyond_range++ > 0) continue;
+    first_beyond_range = fmt::format("row {}: {}", row, beyond);
+  }
+  if (beyond_range > 0) {
+    end.detail += (end.detail.empty() ? "" : "; ") + sim::BeyondRangeText(beyond_range, first_beyond_range);
+  }
   scorer_->EndAt(header.tick);
   const episode_summary_t summary = scorer_->Summary(begin, end);
   write(channels::kEpisodeEnd, end, header.sim_time_us);
@@ -268,10 +279,9 @@ TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file
     map.time_scale = OneOf(entries["unit"], {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}});
   }
   const YamlMap joints(yaml["joints"], {"unit", "columns"});
-  map.joint_scale = OneOf(joints["unit"], {{"rad", 1}, {"deg", kDegree}});
+  map.joint_scale = sim::ReadAngleUnit(joints["unit"]);
   for (const YamlValue& entry : joints["columns"].Entries()) {
-    entry.Text();
-    map.joints.emplace(entry.key(), entry);
+    map.joints.emplace(entry.key(), sim::ReadJointMap(entry));
   }
   if (map.joints.empty()) joints["columns"].Fail("expected a column for each joint");
   if (const YamlValue* grippers = yaml.Find("grippers")) {
@@ -290,9 +300,10 @@ TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file
   }
   if (const YamlValue* objects = yaml.Find("objects")) {
     for (const YamlValue& entry : objects->Entries()) {
-      const YamlMap columns(entry, {"position_m", "quaternion_wxyz"});
+      const YamlMap columns(entry, {"position_m", "quaternion_wxyz"}, {"frame"});
       TrajectoryMap::Object& object = map.objects[entry.key()];
       object.where = entry;
+      if (const YamlValue* frame = columns.Find("frame")) object.frame = ReadPose(*frame);
       const auto read = [](const YamlValue& value, auto* names) {
         const std::vector<std::string> texts = value.Texts();
         if (texts.size() != names->size()) value.Fail(fmt::format("expected {} columns", names->size()));

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "models/yaml_reader.h"
+#include "sim/source_map.h"
 
 namespace evalbus::runner {
 
@@ -24,7 +25,7 @@ struct TrajectoryMap {
   double time_scale = 1;  // s
   double rate_hz = 0;
   // By the joint's name in MODEL.
-  std::map<std::string, YamlValue> joints;
+  std::map<std::string, sim::JointMap> joints;
   double joint_scale = 1;  // rad; joints that slide are in m
   // By gripper: a column with its values for open and closed, or a constant opening (`always`).
   struct Gripper {
@@ -37,6 +38,8 @@ struct TrajectoryMap {
   struct Object {
     std::array<std::string, 3> position;
     std::array<std::string, 4> quaternion;
+    // Our frame of the object in the recorded one.
+    Pose frame{};
     YamlValue where;
   };
   std::map<std::string, Object> objects;

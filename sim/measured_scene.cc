@@ -7,6 +7,7 @@
 
 #include "base/angles.h"
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "lcmtypes/clock.h"
 #include "sim/world.h"
@@ -14,8 +15,10 @@
 namespace evalbus::sim {
 namespace {
 
-// Tolerance beyond a joint's range, rad or m.
-constexpr double kBeyondRange = 0.05;
+// Tolerance beyond a joint's range, rad or m. For joints of objects, also as a fraction of the range.
+constexpr double kBeyondRange = 0.05, kBeyondRangeOfObject = 0.05;
+// Joints of objects that are further beyond their range are counted, rad or m.
+constexpr double kCountedBeyondRange = 1e-3;
 // Plausibility limits for poses and joints without limits: m or rad, and m/s or rad/s.
 constexpr double kFarthest = 1000, kFastest = 1e6;
 
@@ -92,7 +95,11 @@ MeasuredScene::MeasuredScene(PreparedScene* prepared, Measured measured, const s
   for (int k = 0; k < info.num_objects; ++k) {
     info.object_is_tracked[k] = IsTracked(*prepared, measured_, info.object_name[k]);
   }
-  for (const std::string& name : measured_.joints) joints_.push_back(JointId(model_, name));
+  for (const std::string& name : measured_.joints) {
+    joints_.push_back(JointId(model_, name));
+    is_of_object_.push_back(std::ranges::any_of(
+        info.object_name, [&](const std::string& object) { return name.starts_with(object + "/"); }));
+  }
   fingers_.resize(info.gripper.size());
   for (size_t k = 0; k < fingers_.size(); ++k) {
     for (const std::string& joint : gripper(k).joints) {
@@ -112,18 +119,19 @@ std::string MeasuredScene::PositionFault(size_t joint, double position) const {
   const int id = joints_[joint];
   if (!std::isfinite(position)) return fmt::format("{} is {}", measured_.joints[joint], position);
   const double lower = model_->jnt_range[2 * id], upper = model_->jnt_range[2 * id + 1];
-  const auto is_within = [&](double q) { return q >= lower - kBeyondRange && q <= upper + kBeyondRange; };
-  const bool slides = model_->jnt_type[id] == mjJNT_SLIDE;
+  const double tolerance =
+      is_of_object_[joint] ? std::max(kBeyondRange, kBeyondRangeOfObject * (upper - lower)) : kBeyondRange;
+  const auto is_within = [&](double q) { return q >= lower - tolerance && q <= upper + tolerance; };
   if (!model_->jnt_limited[id]) {
     return std::abs(position) <= kFarthest
                ? ""
                : fmt::format("{} is at {:.4g} {}, expected at most {:g}", measured_.joints[joint], position,
-                             slides ? "m" : "rad", kFarthest);
+                             slides(joint) ? "m" : "rad", kFarthest);
   }
   if (is_within(position)) return "";
   return fmt::format("{:.4g} {} is beyond the range of {}, {:.3f} to {:.3f}{}", position,
-                     slides ? "m" : "rad", measured_.joints[joint], lower, upper,
-                     !slides && is_within(position * kDegree) ? "; are these degrees?" : "");
+                     slides(joint) ? "m" : "rad", measured_.joints[joint], lower, upper,
+                     !slides(joint) && is_within(position * kDegree) ? "; are these degrees?" : "");
 }
 
 std::string MeasuredScene::SampleFault(const Sample& sample) const {
@@ -149,6 +157,22 @@ std::string MeasuredScene::SampleFault(const Sample& sample) const {
   return "";
 }
 
+std::string MeasuredScene::BeyondRange(const Sample& sample) const {
+  size_t furthest = 0;
+  double most = kCountedBeyondRange;
+  for (size_t k = 0; k < joints_.size(); ++k) {
+    if (!is_of_object_[k] || !model_->jnt_limited[joints_[k]]) continue;
+    const double *range = model_->jnt_range + 2 * joints_[k], q = sample.position[k];
+    const double beyond = std::max(range[0] - q, q - range[1]);
+    if (beyond <= most) continue;
+    most = beyond;
+    furthest = k;
+  }
+  if (most == kCountedBeyondRange) return "";
+  return fmt::format("{} is beyond its range by {:.3g} {}", measured_.joints[furthest], most,
+                     slides(furthest) ? "m" : "rad");
+}
+
 void MeasuredScene::SetObjects(const Sample& a, const Sample& b, double share) {
   mjData& d = *data_;
   for (size_t k = 0; k < a.object.size(); ++k) {
@@ -169,6 +193,10 @@ void MeasuredScene::SetObjects(const Sample& a, const Sample& b, double share) {
     }
     mju_normalize4(quaternion);
   }
+}
+
+std::string BeyondRangeText(int64_t samples, const std::string& first) {
+  return Plural(samples, "sample") + " with a joint of an object beyond its soft limits, the first: " + first;
 }
 
 state_t MeasuredScene::At(const Sample& a, const Sample& b, double share, const state_t* before,

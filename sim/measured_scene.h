@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "evalbus/body_pose_t.hpp"
+#include "evalbus/contact_t.hpp"
 #include "evalbus/state_t.hpp"
 #include "models/mujoco_ptr.h"
 #include "sim/prepared_scene.h"
@@ -36,6 +37,8 @@ struct Sample {
   std::vector<std::optional<double>> opening;
   // In the order of Measured::objects, world frame.
   std::vector<body_pose_t> object;
+  // Contacts that the source measured; only of a source that has them.
+  std::vector<contact_t> contacts{};
 };
 
 class MeasuredScene {
@@ -52,12 +55,20 @@ class MeasuredScene {
   // Throws InputError with the text of FindFault.
   MeasuredScene(PreparedScene* prepared, Measured measured, const std::string& source);
 
+  // True if the joint slides: its position is in m, not in rad.
+  bool slides(size_t joint) const { return model_->jnt_type[joints_[joint]] == mjJNT_SLIDE; }
+
   // Explains why a joint cannot have this position ("45 rad is beyond the range of left/joint2, -1.763 to
-  // 1.763; are these degrees?"). Empty: it can.
+  // 1.763; are these degrees?"). Empty: it can. Limits of physics engines are soft, so a joint of an object
+  // may be beyond its range by up to 5 % of the range, and every joint by 0.05 rad or m.
   std::string PositionFault(size_t joint, double position) const;
   // The same for the positions and quaternions of a whole sample. Its numbers must be finite and their counts
   // correct.
   std::string SampleFault(const Sample& sample) const;
+  // Describes the joint of an object that is furthest beyond its range, if by more than 0.001 rad or m
+  // ("first_valve/wheel is beyond its range by 0.051 rad"). Empty: there is none. Such positions are used
+  // unchanged.
+  std::string BeyondRange(const Sample& sample) const;
 
   // Measured fingers of a gripper, as indices into Measured::joints. Empty if there are none.
   const std::vector<size_t>& FingersOf(size_t gripper) const { return fingers_[gripper]; }
@@ -74,10 +85,14 @@ class MeasuredScene {
   const mjModel* model_;
   Measured measured_;
   std::vector<int> joints_;                   // ids, in the order of Measured
+  std::vector<bool> is_of_object_;            // by joint
   std::vector<std::vector<size_t>> fingers_;  // by gripper
   // The scene in its initial state, without measurements.
   DataPtr home_;
   DataPtr data_;
 };
+
+// Text for `end_detail`; first: place and BeyondRange() of the first such sample.
+std::string BeyondRangeText(int64_t samples, const std::string& first);
 
 }  // namespace evalbus::sim

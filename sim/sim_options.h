@@ -12,6 +12,7 @@
 
 #include "base/options.h"
 #include "lcmtypes/clock.h"
+#include "lcmtypes/contacts_from.h"
 #include "models/model_sources.h"
 
 namespace evalbus::sim {
@@ -35,6 +36,10 @@ struct SimOptions {
   // its episode. gripper: fixed openings of grippers whose fingers the source does not measure, "left=open".
   double source_timeout_s = 5;
   std::vector<std::string> gripper;
+  // Only for a source: what decides contacts, "shapes" (the collision checker) or "source" (its own
+  // contacts); file with its names, zeros and frames (source_map.h), or empty.
+  std::string contacts = contacts_from::kShapes;
+  std::string map;
   // Digests of the models in OUT/model/, and warnings, if the launcher has composed the scene for all
   // processes of the run. Empty: the sim composes the scene and writes its models there.
   std::string physics_sha256, visual_sha256;
@@ -94,6 +99,8 @@ void ForEachOption(Options& options, const F& f) {
           Option{&SimOptions::run_id, "run_id"},
           Option{&SimOptions::source_timeout_s, "source_timeout_s", "", Range{0.1, 3600}},
           Option{&SimOptions::gripper, "gripper"},
+          Option{&SimOptions::contacts, "contacts"},
+          Option{&SimOptions::map, "map"},
           Option{&SimOptions::physics_sha256, "physics_sha256"},
           Option{&SimOptions::visual_sha256, "visual_sha256"},
           Option{&SimOptions::scene_warnings, "scene_warnings"},
@@ -121,6 +128,8 @@ inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options)
 // Throws InputError if the options are invalid or contradict each other.
 inline void CheckSimOptions(const SimOptions& options) {
   CheckRanges(options);
+  if (options.contacts != contacts_from::kShapes && options.contacts != contacts_from::kSource)
+    throw InputError("--contacts: expected shapes or source, got '" + options.contacts + "'");
   if (options.rtf != 1 && !options.realtime) throw InputError("--rtf: only with --realtime");
 }
 

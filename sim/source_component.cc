@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "bus/channels.h"
@@ -68,6 +69,11 @@ int64_t MicrosecondsSince(int64_t before_us, int64_t stamp_us) {
   return __builtin_sub_overflow(stamp_us, before_us, &us) ? std::numeric_limits<int64_t>::max() : us;
 }
 
+std::optional<SourceMap> MapOf(const SimOptions& options) {
+  if (options.map.empty()) return std::nullopt;
+  return ReadSourceMap(ReadInput(options.map, "map of a source"), options.map);
+}
+
 SimOptions WithoutPhysics(SimOptions options) {
   options.is_source = true;
   return options;
@@ -82,6 +88,7 @@ std::string SourceComponent::Running::Faults() const {
   if (refused > 0) all.push_back(Plural(refused, "sample") + " refused, the first: " + first_fault);
   if (refused_images > 0)
     all.push_back(Plural(refused_images, "image") + " refused, the first: " + first_image_fault);
+  if (beyond_range > 0) all.push_back(sim::BeyondRangeText(beyond_range, first_beyond_range));
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
@@ -91,15 +98,21 @@ SourceComponent::SourceComponent(Bus* bus, SimOptions options)
       prepared_(PrepareScene(options_)),
       tick_s_(ControlPeriod(prepared_.info)),
       opening_(FixedOpenings(options_.gripper, prepared_.info)),
+      has_contacts_(options_.contacts == contacts_from::kSource),
+      map_(MapOf(options_)),
       announcement_(kAnnouncePeriod),
       model_(kRepeatModel),
       unanswered_state_(kRepeatUnanswered),
       unanswered_end_(kRepeatUnanswered) {
   prepared_.info.session = bus->session();
+  if (has_contacts_ || map_) names_.emplace(prepared_.info);
+  if (map_) CheckMap();
   for (const std::string& warning : prepared_.scene.warnings) log().Warn("{}", warning);
   bus->Subscribe(channels::kSourceAnnouncement,
                  [this](const source_announcement_t& m) { OnAnnouncement(m); });
   bus->Subscribe(channels::kSourceState, [this](const source_state_t& m) { OnSample(m); });
+  if (has_contacts_)
+    bus->Subscribe(channels::kSourceContacts, [this](const source_contacts_t& m) { OnContacts(m); });
   bus->SubscribeRaw(
       channels::kSourceImage.name + std::string(".*"),
       [this](std::string_view channel, std::span<const uint8_t> data, int64_t) { OnImage(channel, data); });
@@ -126,6 +139,47 @@ void SourceComponent::OnAnnouncement(const source_announcement_t& announcement) 
   if (phase_ != Phase::kRunning) PublishModel();
 }
 
+void SourceComponent::CheckMap() const {
+  const model_info_t& info = prepared_.info;
+  for (const auto& [name, joint] : map_->joints) {
+    if (std::ranges::find(info.joint_name, name) == info.joint_name.end())
+      joint.where.Fail("there is no joint '" + Printable(name) + "'" + Suggestion(name, info.joint_name));
+  }
+  for (const auto& [name, object] : map_->objects) {
+    if (std::ranges::find(info.object_name, name) == info.object_name.end())
+      object.where.Fail("there is no object '" + Printable(name) + "'" + Suggestion(name, info.object_name));
+  }
+  for (const auto& [its, contact] : map_->contacts) {
+    if (names_->Has(contact.name)) continue;
+    contact.where.Fail(names_->Unknown(contact.name));
+  }
+}
+
+Measured SourceComponent::NamesOf(const source_announcement_t& announcement, const std::string& name) {
+  Measured measured{announcement.joint_name, announcement.has_velocity != 0, announcement.object_name};
+  joint_maps_.assign(measured.joints.size(), JointMap{});
+  object_frames_.assign(measured.objects.size(), Pose{});
+  if (!map_) return measured;
+  const auto find = [&](const std::vector<std::string>& names, const std::string& its, const char* what,
+                        const YamlValue& where) {
+    const auto found = std::ranges::find(names, its);
+    if (found != names.end()) return static_cast<size_t>(found - names.begin());
+    where.Fail(
+        fmt::format("source '{}' has no {} '{}'{}", name, what, Printable(its), Suggestion(its, names)));
+  };
+  for (const auto& [ours, joint] : map_->joints) {
+    const size_t k = find(announcement.joint_name, joint.name, "joint", joint.where);
+    measured.joints[k] = ours;
+    joint_maps_[k] = joint;
+  }
+  for (const auto& [ours, object] : map_->objects) {
+    const size_t k = find(announcement.object_name, object.name, "object", object.where);
+    measured.objects[k] = ours;
+    object_frames_[k] = object.frame;
+  }
+  return measured;
+}
+
 void SourceComponent::Meet(const source_announcement_t& announcement) {
   const std::string name = announcement.source.empty() ? "source" : Printable(announcement.source);
   if (name == source_name::kSim || name == source_name::kFile) {
@@ -136,7 +190,12 @@ void SourceComponent::Meet(const source_announcement_t& announcement) {
     throw InputError(fmt::format("SOURCE_ANNOUNCEMENT of '{}': period_us is {}, expected 1 to 1000000", name,
                                  announcement.period_us));
   }
-  const Measured measured{announcement.joint_name, announcement.has_velocity != 0, announcement.object_name};
+  if (has_contacts_ != (announcement.has_contacts != 0)) {
+    throw InputError("SOURCE_ANNOUNCEMENT of '" + name + "': it publishes " +
+                     (has_contacts_ ? "no contacts, but --contacts source scores with them"
+                                    : "contacts; score with them with --contacts source"));
+  }
+  const Measured measured = NamesOf(announcement, name);
   try {
     scene_ = std::make_unique<MeasuredScene>(&prepared_, measured, name);
   } catch (const InputError& error) {
@@ -158,9 +217,10 @@ void SourceComponent::Meet(const source_announcement_t& announcement) {
   for (int k = 0; k < prepared_.info.num_objects; ++k) {
     if (!prepared_.info.object_is_tracked[k]) untracked.push_back(prepared_.info.object_name[k]);
   }
-  log().Info("source '{}': {} joints at {:g} Hz, velocities {}{}", name, announcement.num_joints,
+  log().Info("source '{}': {} joints at {:g} Hz, velocities {}, contacts {}{}", name, announcement.num_joints,
              1e6 / static_cast<double>(announcement.period_us),
              measured.has_velocity ? "measured" : "by differences",
+             has_contacts_ ? "from the source" : "from the collision shapes",
              untracked.empty() ? "" : fmt::format("; not tracked: {}", fmt::join(untracked, ", ")));
 }
 
@@ -242,7 +302,42 @@ std::string SourceComponent::FaultOf(const source_state_t& message, Sample* samp
   sample->velocity = message.joint_velocity_mixed;
   sample->object = message.object;
   sample->opening = opening_;
-  return scene_->SampleFault(*sample);
+  for (size_t k = 0; k < joint_maps_.size(); ++k) {
+    const double unit = map_ && !scene_->slides(k) ? map_->angle_unit : 1;
+    sample->position[k] = joint_maps_[k].Position(sample->position[k]) * unit;
+    if (!sample->velocity.empty()) sample->velocity[k] *= joint_maps_[k].sign * unit;
+  }
+  const std::string fault = scene_->SampleFault(*sample);
+  if (!fault.empty()) return fault;
+  // Only after the check of its quaternions.
+  for (size_t k = 0; map_ && k < object_frames_.size(); ++k)
+    sample->object[k] = PoseInFrame(sample->object[k], object_frames_[k]);
+  return "";
+}
+
+void SourceComponent::OnContacts(const source_contacts_t& contacts) {
+  if (contacts_) ++status_.foreign_messages;  // its sample never came
+  contacts_ = contacts;
+}
+
+std::string SourceComponent::TakeContacts(const source_state_t& message, Sample* sample) {
+  if (!has_contacts_) return "";
+  if (!contacts_ || contacts_->episode != message.episode || contacts_->sample != message.sample)
+    return "its SOURCE_CONTACTS did not arrive before it";
+  std::vector<source_contact_t> contacts = std::move(contacts_->contact);
+  contacts_.reset();
+  for (source_contact_t& contact : contacts) {
+    for (std::string* name : {&contact.name_a, &contact.name_b}) {
+      if (map_ && map_->contacts.contains(*name)) *name = map_->contacts.at(*name).name;
+      if (names_->Has(*name)) continue;
+      // All later contacts of this body would have the same fault.
+      throw InputError(fmt::format("source '{}', sample {}: contacts: {}", source(), message.sample,
+                                   names_->Unknown(*name)));
+    }
+    if (const std::string fault = names_->Fault(contact); !fault.empty()) return fault;
+  }
+  sample->contacts = names_->Convert(contacts);
+  return "";
 }
 
 void SourceComponent::OnSample(const source_state_t& message) {
@@ -289,6 +384,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     newest_->sample = message.sample;
     arrived.fault =
         begins_late ? "the episode's first sample did not arrive" : FaultOf(message, &*arrived.sample);
+    if (arrived.fault.empty()) arrived.fault = TakeContacts(message, &*arrived.sample);
   }
   if (arrived.fault.empty()) {
     if (!newest_->first_stamp_us) newest_->first_stamp_us = message.stamp_us;
@@ -300,6 +396,8 @@ void SourceComponent::OnSample(const source_state_t& message) {
       arrived.is_last = true;
     }
     newest_->stamp_us = message.stamp_us;
+    const std::string beyond = scene_->BeyondRange(*arrived.sample);
+    if (!beyond.empty()) arrived.beyond_range = fmt::format("sample {}: {}", message.sample, beyond);
   }
   if (!arrived.fault.empty()) {
     // A fault in the very first sample (units, order) also affects all later ones, so it ends the run.
@@ -435,6 +533,9 @@ void SourceComponent::ProcessArrived() {
     running_->lost += arrived.lost;
     running_->is_over = arrived.is_last;
     if (arrived.sample) {
+      if (!arrived.beyond_range.empty() && running_->beyond_range++ == 0) {
+        running_->first_beyond_range = arrived.beyond_range;
+      }
       running_->ticks.Add(std::move(*arrived.sample), std::exchange(running_->after_refused, false));
       continue;
     }
@@ -492,11 +593,20 @@ void SourceComponent::PublishState(const SampleTicks::Tick& tick) {
   header.sim_time_us = TimeOf(tick.number);
   if (tick.number > (r.state ? r.state->header.tick : -1) + 1) r.behind_gap = tick.number;
   r.state = scene_->At(*tick.before, *tick.behind, tick.share, r.state ? &*r.state : nullptr, header);
+  r.contacts.header = header;
+  r.contacts.contact = tick.before->contacts;
+  r.contacts.num_contacts = static_cast<int32_t>(r.contacts.contact.size());
+  r.contacts.clearance_robot_geom = r.contacts.clearance_scene_geom = -1;
   const auto now = steady_clock::now();
   unscored_ = Wait(now);
   unanswered_state_.MarkSent(now);
   Progress(header);
-  bus().Publish(channels::kState, *r.state);
+  SendState();
+}
+
+void SourceComponent::SendState() {
+  if (has_contacts_) bus().Publish(channels::kMeasuredContacts, running_->contacts);
+  bus().Publish(channels::kState, *running_->state);
 }
 
 void SourceComponent::OnPartial(const partial_metrics_t& partial) {
@@ -588,7 +698,7 @@ void SourceComponent::CheckAnswerTimeouts(SteadyTime now) {
   if (!has_all && unanswered_state_.Due(now)) {
     log().Warn("no {} from {} for tick {}: resending STATE", lacking, from, tick);
     unanswered_state_.MarkSent(now);
-    bus().Publish(channels::kState, *r.state);
+    SendState();
   }
   if (unscored <= std::chrono::duration<double>(options_.metrics_timeout_s)) return;
   End(end_reason::kAborted, has_all ? fmt::format("{} does not keep up at tick {}", laggard, tick)

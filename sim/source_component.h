@@ -18,8 +18,10 @@
 #include "bus/repeater.h"
 #include "bus/wait.h"
 #include "sim/measured_scene.h"
+#include "sim/named_contacts.h"
 #include "sim/readiness_tracker.h"
 #include "sim/sample_ticks.h"
+#include "sim/source_map.h"
 
 namespace evalbus::sim {
 
@@ -49,6 +51,8 @@ class SourceComponent : public Component {
     // Number of samples missing directly before this one.
     int64_t lost = 0;
     bool is_last = false;
+    // Describes a joint of an object that is beyond its soft limits. Empty: there is none.
+    std::string beyond_range{};
     // An image of the source's cameras. Its header contains the time since the episode's first sample.
     // Without bytes: the image was refused for the reason in `fault`.
     std::shared_ptr<image_t> image{};
@@ -64,17 +68,19 @@ class SourceComponent : public Component {
     bool is_over = false;
     // Last published state, and last scored tick.
     std::optional<state_t> state;
+    // Contacts of this state, if they are the source's.
+    contacts_t contacts{};
     int64_t scored_tick = -1;
     // First tick after a gap. Until it is scored, metrics waits for ticks that will not come.
     int64_t behind_gap = -1;
     // Simulated time of the first success.
     std::optional<int64_t> success_us;
-    int64_t refused = 0, lost = 0, refused_images = 0;
-    std::string first_fault, first_image_fault;
+    int64_t refused = 0, lost = 0, refused_images = 0, beyond_range = 0;
+    std::string first_fault, first_image_fault, first_beyond_range;
 
     bool is_in_gap() const { return scored_tick < behind_gap; }
     bool is_scored() const { return state && scored_tick >= state->header.tick; }
-    // Describes the faults of its samples; empty if there are none.
+    // Describes the faults of its samples, and counts joints beyond their limits. Empty if there are none.
     std::string Faults() const;
   };
   // State of the source's newest episode, as received so far.
@@ -92,11 +98,17 @@ class SourceComponent : public Component {
   void OnCommand(const command_t& command);
   void OnStatus(const component_status_t& status);
   void OnSample(const source_state_t& message);
+  void OnContacts(const source_contacts_t& contacts);
   void OnImage(std::string_view channel, std::span<const uint8_t> data);
   void OnPartial(const partial_metrics_t& partial);
   void OnOwnModel();
   void OnOwnBegin(const episode_begin_t& begin);
 
+  // Throws InputError if a name in options_.map is not one of the task's.
+  void CheckMap() const;
+  // The announced quantities by our names. Throws InputError if options_.map has a name that the source does
+  // not announce.
+  Measured NamesOf(const source_announcement_t& announcement, const std::string& name);
   // Throws InputError if the announcement does not fit the task.
   void Meet(const source_announcement_t& announcement);
   void BeginIfMet();
@@ -104,6 +116,8 @@ class SourceComponent : public Component {
   void PublishModel();
   // Describes what is wrong with a sample of the newest episode, or an image. Empty: nothing.
   std::string FaultOf(const source_state_t& message, Sample* sample) const;
+  // Adds the contacts that the source published with this sample, and describes what is wrong with them.
+  std::string TakeContacts(const source_state_t& message, Sample* sample);
   std::string FaultOf(const image_t& image, std::string_view channel);
   void Arrive(Arrived arrived);
   // Handles queued samples, publishes states that are ready, and ends the episode if it is complete.
@@ -112,6 +126,8 @@ class SourceComponent : public Component {
   void ProcessImage(const Arrived& arrived);
   bool MayPublish() const;
   void PublishState(const SampleTicks::Tick& tick);
+  // Publishes the running episode's STATE, and before it the source's contacts, if it has any.
+  void SendState();
   bool TimeIsUp() const;
   void EndInTime();
   void CheckAnswerTimeouts(SteadyTime now);
@@ -125,6 +141,14 @@ class SourceComponent : public Component {
   const double tick_s_;
   // By gripper: fixed opening of a gripper that is not measured.
   std::vector<std::optional<double>> opening_;
+  const bool has_contacts_;
+  const std::optional<SourceMap> map_;
+  // How the source's joints and objects are converted, in the order of its announcement.
+  std::vector<JointMap> joint_maps_;
+  std::vector<Pose> object_frames_;
+  std::optional<NamedContacts> names_;
+  // Last message of this kind, until its sample arrives.
+  std::optional<source_contacts_t> contacts_;
   // Known once the source's SOURCE_ANNOUNCEMENT has been received.
   std::unique_ptr<MeasuredScene> scene_;
   std::optional<source_announcement_t> source_announcement_;

@@ -28,6 +28,15 @@ Action AddWatch(CLI::App* app) {
   AddList(app, "--gripper", &options->sim.gripper,
           "ARM=open or ARM=closed, separated by commas: state of grippers whose fingers the source "
           "does not measure");
+  app->add_option("--contacts", options->sim.contacts,
+                  "what decides contacts: shapes (the collision checker) or source (a source that publishes "
+                  "its own)")
+      ->type_name("shapes|source")
+      ->capture_default_str();
+  app->add_option("--map", options->sim.map,
+                  "YAML file with the source's names of joints, objects and contacts, zeros of joints and "
+                  "frames of objects, where they differ from the task's")
+      ->type_name("FILE");
   app->add_option("--source-timeout-s", options->sim.source_timeout_s,
                   "an episode is aborted if its source sends nothing for this long")
       ->capture_default_str();
@@ -44,10 +53,11 @@ Action AddWatch(CLI::App* app) {
       ->type_name("URL");
   app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
   AddLogLevel(app);
-  GroupOptions(
-      app, {{"Source", {"--url", "--robot", "--gripper", "--source-timeout-s", "--model-path", "--assets"}},
-            {"Episodes", {"--episodes", "--control-hz", "--after-success-s"}},
-            {"Output", {"--out", "--policy-name", "--video", "--web", "--log-level"}}});
+  GroupOptions(app, {{"Source",
+                      {"--url", "--robot", "--gripper", "--contacts", "--map", "--source-timeout-s",
+                       "--model-path", "--assets"}},
+                     {"Episodes", {"--episodes", "--control-hz", "--after-success-s"}},
+                     {"Output", {"--out", "--policy-name", "--video", "--web", "--log-level"}}});
   return [options] {
     runner::Watch(*options);
     return 0;

@@ -1,4 +1,4 @@
-"""Publishes the measurements of a robot or an external simulator for `evalbus watch`: joints, object poses, images.
+"""Publishes the measurements of a robot or simulator for `evalbus watch`: joints, object poses, contacts, images.
 
 Needs no LCM: it sends and receives LCM datagrams itself. The protocol is described in docs/watch.md.
 """
@@ -24,15 +24,17 @@ class Source:
 
     name: shown to users. joints: joint names of the task ("left/joint1"), in the order in which positions are
     published. objects: names of tracked objects. period_s: time between two samples. url: the bus of `evalbus watch`;
-    by default EVALBUS_URL, or LCM's default bus if it is not set.
+    by default EVALBUS_URL, or LCM's default bus if it is not set. has_contacts: each sample has the source's own
+    contacts; requires `evalbus watch --contacts source`.
     """
 
-    def __init__(self, name, joints, period_s, objects=(), has_velocity=False, url=None):
+    def __init__(self, name, joints, period_s, objects=(), has_velocity=False, url=None, has_contacts=False):
         self.announcement = {
             "source": name,
             "joint_name": list(joints),
             "object_name": list(objects),
             "has_velocity": has_velocity,
+            "has_contacts": has_contacts,
             "period_us": round(period_s * 1e6),
         }
         bus = urllib.parse.urlsplit(url or os.environ.get("EVALBUS_URL") or _USUAL_URL)
@@ -65,11 +67,18 @@ class Source:
         self._episode += 1
         self._sample = 0
 
-    def publish(self, stamp_s, positions, objects=(), velocities=(), is_last=False):
+    def publish(self, stamp_s, positions, objects=(), velocities=(), is_last=False, contacts=()):
         """Publishes a sample: joint positions (rad, m), and (position in m, quaternion wxyz) of each object, world frame.
 
-        stamp_s: time of the measurement on any monotonic clock. is_last: the episode ends with this sample.
+        stamp_s: time of the measurement on any monotonic clock. is_last: the episode ends with this sample. contacts:
+        (a, b, penetration in m, position in m, unit normal from a to b) of each contact, world frame; a and b are names
+        of bodies or geoms of the task.
         """
+        if self.announcement["has_contacts"]:
+            touching = {"episode": self._episode, "sample": self._sample, "contact": [_contact(*c) for c in contacts]}
+            self._publish("EVALBUS_SOURCE_CONTACTS", "source_contacts_t", touching)
+        elif contacts:
+            raise ValueError("contacts require Source(has_contacts=True)")
         sample = {
             "episode": self._episode,
             "sample": self._sample,
@@ -110,6 +119,16 @@ class Source:
             header = struct.pack(">4sIIIHH", b"LC03", sequence, len(data), offset, number, len(parts))
             self._out.sendto(header + (b"" if number else name) + part, self._to)
             offset += len(part)
+
+
+def _contact(name_a, name_b, penetration_m, position_m, normal):
+    return {
+        "name_a": name_a,
+        "name_b": name_b,
+        "penetration_m": penetration_m,
+        "position_m": position_m,
+        "normal": normal,
+    }
 
 
 def jpeg_size(jpeg):

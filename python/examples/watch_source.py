@@ -2,9 +2,10 @@
 
     evalbus watch lift_pot/position --episodes 2 &
     PYTHONPATH=python python3 python/examples/watch_source.py RUN/episodes/000[01]/events.lcmlog [--objects]
-        [--images CAMERA=FOLDER]
+        [--contacts] [--images CAMERA=FOLDER]
 
---objects: also publishes the poses of the objects. --images: publishes the JPEG files of a folder, sorted by name, as
+--objects: also publishes the poses of the objects. --contacts: also publishes the recorded contacts, for `evalbus watch
+--contacts source`. --images: publishes the JPEG files of a folder, sorted by name, as
 images of this camera, ten per second. For a robot, replace `measured()` and pass its camera images to `source.image()`.
 The protocol is described in docs/watch.md. Set EVALBUS_URL to use a different bus.
 """
@@ -32,13 +33,29 @@ def measured(file, with_objects):
     return names, objects, period_s, [(q, list(zip(*p))) for q, p in zip(state["qpos_mixed"][:, index], poses)]
 
 
+def touching(file):
+    """Returns for each sample its contacts: [(a, b, penetration in m, position, normal from a to b)]."""
+    messages = [(channel, message) for _, channel, message in events(file)]
+    names = next(message["geom_name"] for channel, message in messages if channel == "EVALBUS_MODEL")
+    return [
+        [
+            (names[c["geom_a"]], names[c["geom_b"]], max(0, -c["distance_m"]), c["position_m"], c["normal"])
+            for c in message["contact"]
+        ]
+        for channel, message in messages
+        if channel == "EVALBUS_CONTACTS"
+    ]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("log", nargs="+", help="events.lcmlog of a recorded episode")
     parser.add_argument("--objects", action="store_true")
+    parser.add_argument("--contacts", action="store_true")
     parser.add_argument("--images", metavar="CAMERA=FOLDER", action="append", default=[])
     options = parser.parse_args()
     episodes = [measured(log, options.objects) for log in options.log]
+    contacts = [touching(log) if options.contacts else [] for log in options.log]
     names, objects, period_s, _ = episodes[0]
     cameras = {}
     for text in options.images:
@@ -47,14 +64,15 @@ def main():
         if not cameras[camera]:
             parser.error(f"--images {text}: no *.jpg there")
 
-    source = Source("recorded joints", names, period_s, objects)
+    source = Source("recorded joints", names, period_s, objects, has_contacts=options.contacts)
     source.meet()
-    for _, _, _, samples in episodes:
+    for (_, _, _, samples), its_contacts in zip(episodes, contacts):
         source.begin_episode()
         images_published = 0
         for k, (positions, poses) in enumerate(samples):
             stamp_s = k * period_s
-            source.publish(stamp_s, positions, poses, is_last=k == len(samples) - 1)
+            its = its_contacts[k] if its_contacts else []
+            source.publish(stamp_s, positions, poses, is_last=k == len(samples) - 1, contacts=its)
             if stamp_s * IMAGES_PER_S >= images_published - 1e-9:
                 for camera, images in cameras.items():
                     source.image(stamp_s, camera, images[min(images_published, len(images) - 1)])

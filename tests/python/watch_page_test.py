@@ -57,6 +57,23 @@ def check_images(folder):
     assert episodes[0]["metrics"] == episodes[1]["metrics"]
 
 
+def check_contacts(folder):
+    """Checks that the contacts of run d are those that the source published."""
+    contacts = []
+    for run in "ad":
+        log = evalbus.events(folder / f"runs/{run}/episodes/0000/events.lcmlog")
+        messages = [message for _, channel, message in log if channel == "EVALBUS_CONTACTS"]
+        contacts.append([[(c["geom_a"], c["geom_b"]) for c in message["contact"]] for message in messages])
+    assert contacts[0] == contacts[1]
+    assert sum(map(len, contacts[1])) > 100
+    assert json.loads((folder / "runs/d/run.json").read_text())["contacts"] == "source"
+    original, episode = (
+        json.loads((folder / f"runs/{run}/episodes.jsonl").read_text().splitlines()[0]) for run in "ad"
+    )
+    assert episode["complete"] and episode["end_reason"] == "success", episode
+    assert episode["metrics"]["slip_count"] == original["metrics"]["slip_count"]
+
+
 def check_page(folder):
     """Checks in a browser, if one is installed, that the page shows them."""
     if not shutil.which("chromium"):
@@ -106,7 +123,8 @@ def main():
                         shell.run(command)
                 if watch:
                     assert watch.wait(support.DEADLINE_S) == 0, watch.said()
-            assert ran == 9, ran
+            assert ran == 11, ran
+            check_contacts(folder)
             check_images(folder)
             check_page(folder)
         finally:

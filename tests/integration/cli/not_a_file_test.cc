@@ -94,7 +94,8 @@ TEST_P(NotAFile, Yaml) {
                                             {"run", "lift_pot", "--in-process", "--robot", "a.yaml"},
                                             {"run", "lift_pot", "--in-process", "--policy", "a.yaml"},
                                             {"rescore", "run", "--task", "a.yaml"},
-                                            {"score", "a.yaml", "run/run.json", "--out", "scored"}});
+                                            {"score", "a.yaml", "run/run.json", "--out", "scored"},
+                                            {"watch", "lift_pot", "--map", "a.yaml", "--out", "watched"}});
 }
 
 TEST_P(NotAFile, Json) {

@@ -79,6 +79,63 @@ TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
   EXPECT_GE(with_clearance, 3);
 }
 
+// The same recording with another zero and direction of a joint, and another frame of the pot.
+TEST_F(Score, ZerosAndFramesOfTheRecordingAreConverted) {
+  const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored",
+                 converted = folder_.path() / "converted";
+  Evaluate({ShortTask(folder_.path(), 0.2) + "/base", "--policy", "hold", "--episodes", "1", "--in-process"},
+           run);
+  WriteTable(ReadLog(evalbus::LogFile(run, 0)));
+  const auto with = [&](const std::string& text, const std::string& column, const std::string& now) {
+    const size_t at = text.find(column);
+    EXPECT_NE(at, std::string::npos) << text;
+    return text.substr(0, at) + now + text.substr(at + column.size());
+  };
+  const std::string pose = "objects:\n  pot: {position_m: [x, y, z], quaternion_wxyz: [w, i, j, k]";
+  const std::string map = ReadText(map_), table = ReadText(table_);
+  const auto write = [&](const std::string& last_names, const std::string& last) {
+    std::string text;
+    for (size_t begin = 0; begin < table.size();) {
+      const size_t end = table.find('\n', begin);
+      text += table.substr(begin, end - begin) + (begin == 0 ? last_names : last) + "\n";
+      begin = end + 1;
+    }
+    WriteText(table_, text);
+  };
+  write(",x,y,z,w,i,j,k", ",0.7,0,1.1,1,0,0,0");
+  WriteText(map_, map + pose + "}\n");
+  ASSERT_EQ(RunProgram({"evalbus", "score", map_, table_, "--out", scored}).code, 0);
+  // Our joint is (0.5 - q), where the column is q: sign -1, zero 0.5.
+  std::string turned;
+  for (size_t begin = 0, line = 0; begin < table.size(); ++line) {
+    const size_t end = table.find('\n', begin), comma = table.find(',', begin);
+    char text[32];
+    std::snprintf(text, sizeof text, "%.17g",
+                  line == 0 ? 0 : 0.5 - std::stod(table.substr(begin, comma - begin)));
+    turned += (line == 0 ? table.substr(begin, end - begin) + ",x,y,z,w,i,j,k"
+                         : text + table.substr(comma, end - comma) + ",0.7,0,1,0,0,0,1") +
+              "\n";
+    begin = end + 1;
+  }
+  WriteText(table_, turned);
+  WriteText(map_, with(map, "left/joint1: 'left/joint1'",
+                       "left/joint1: {column: 'left/joint1', sign: -1, zero: 0.5}") +
+                      pose + ", frame: {position_m: [0, 0, 0.1], quaternion_wxyz: [0, 0, 0, -1]}}\n");
+  const Result result = RunProgram({"evalbus", "score", map_, table_, "--out", converted});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto before = ReadLog(evalbus::LogFile(scored, 0)).Messages(channels::kState),
+             after = ReadLog(evalbus::LogFile(converted, 0)).Messages(channels::kState);
+  ASSERT_EQ(before.size(), after.size());
+  for (size_t k = 0; k < before.size(); ++k) {
+    ASSERT_EQ(before[k].qpos_mixed.size(), after[k].qpos_mixed.size());
+    for (size_t i = 0; i < before[k].qpos_mixed.size(); ++i)
+      EXPECT_NEAR(before[k].qpos_mixed[i], after[k].qpos_mixed[i], 1e-12) << k << " " << i;
+  }
+  WriteText(map_, with(map, "left/joint1: 'left/joint1'", "left/joint1: {column: 'left/joint1', sign: 0}"));
+  EXPECT_EQ(RunProgram({"evalbus", "score", map_, table_, "--out", folder_.path() / "refused"}).err,
+            "error: " + map_.string() + ":3: key 'sign': expected 1 or -1, got 0\n");
+}
+
 // Spreadsheet programs write files in this way.
 TEST_F(Score, AByteOrderMarkIsSkipped) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored",

@@ -21,7 +21,8 @@ class Source {
     bus_.Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& end) { ended_ = end.header.episode; });
   }
   // Names the joints of arms and fingers of a recorded run, and either its objects or none.
-  bool Meet(const model_info_t& model, bool with_objects) {
+  bool Meet(const model_info_t& model, bool with_objects, bool with_contacts = false) {
+    announcement_.has_contacts = with_contacts;
     announcement_.source = "a recorded robot";
     announcement_.period_us = model.timestep_us * model.substeps;
     for (size_t k = 0; k < model.joint_name.size(); ++k) {
@@ -47,7 +48,8 @@ class Source {
   }
   // Publishes the states of a recorded episode as its own `episode`.
   bool Play(const std::vector<state_t>& states, int32_t episode,
-            const std::function<void(source_state_t*)>& change) {
+            const std::function<void(source_state_t*)>& change,
+            const std::function<source_contacts_t(size_t)>& contacts = {}) {
     tick_ = ended_ = -1;
     for (size_t k = 0; k < states.size(); ++k) {
       source_state_t sample{};
@@ -62,6 +64,13 @@ class Source {
       sample.num_objects = announcement_.num_objects;
       sample.is_last = k + 1 == states.size();
       if (change) change(&sample);
+      if (contacts) {
+        source_contacts_t message = contacts(k);
+        message.episode = episode;
+        message.sample = sample.sample;
+        message.num_contacts = static_cast<int32_t>(message.contact.size());
+        bus_.Publish(channels::kSourceContacts, message);
+      }
       bus_.Publish(channels::kSourceState, sample);
       if (!change && !Until([&] { return tick_ == static_cast<int64_t>(k) || ended_ == episode; }))
         return false;
@@ -231,6 +240,136 @@ TEST_F(Watch, ANaNAndAGapLeaveTheEpisodeIncomplete) {
   EXPECT_NE(watch->out().find("refused, the episode is incomplete: sample 30: left/joint3 is nan"),
             std::string::npos)
       << watch->out();
+}
+
+// The contacts of the recorded simulation, by names of geoms, give its scores; without them, nothing is held.
+TEST_F(Watch, ContactsOfTheSourceDecide) {
+  const auto recorded = ReadLog(LogFile(original(), 0)).Messages(channels::kContacts);
+  ASSERT_EQ(recorded.size(), states_.size());
+  const std::string url = UniqueUrl();
+  const auto watch = Begin(url, {"--episodes", "2", "--contacts", "source"});
+  Source source(url);
+  ASSERT_TRUE(source.Meet(model_, true, true)) << watch->out() << watch->err();
+  const auto named = [&](size_t k) {
+    source_contacts_t contacts{};
+    for (const contact_t& contact : recorded[k].contact) {
+      source_contact_t& out = contacts.contact.emplace_back();
+      out.name_a = model_.geom_name[static_cast<size_t>(contact.geom_a)];
+      out.name_b = model_.geom_name[static_cast<size_t>(contact.geom_b)];
+      out.penetration_m = std::max(0.0, -contact.distance_m);
+      std::ranges::copy(contact.position_m, out.position_m);
+      std::ranges::copy(contact.normal, out.normal);
+    }
+    return contacts;
+  };
+  ASSERT_TRUE(source.Play(states_, 0, {}, named)) << watch->out() << watch->err();
+  ASSERT_TRUE(source.Play(states_, 1, {}, [](size_t) { return source_contacts_t{}; }))
+      << watch->out() << watch->err();
+  ASSERT_EQ(watch->Wait(), 0) << watch->out() << watch->err();
+  EXPECT_NE(watch->out().find("contacts: from the source\n"), std::string::npos) << watch->out();
+  EXPECT_EQ(nlohmann::json::parse(ReadText(out() / "run.json"))["contacts"], "source");
+  const auto before = Episodes(original()).at(0), after = Episodes(out()).at(0);
+  EXPECT_EQ(after["end_reason"], "success");
+  EXPECT_EQ(after["complete"], true);
+  for (const char* key :
+       {"success", "completion_time", "task_stage_reached", "env_collision_count", "slip_count"})
+    EXPECT_EQ(after["metrics"][key], before["metrics"][key]) << key;
+  EXPECT_EQ(Episodes(out()).at(1)["metrics"]["task_stage_reached"]["1"], false);
+  const auto found = ReadLog(LogFile(out(), 0)).Messages(channels::kContacts);
+  ASSERT_EQ(found.size(), recorded.size());
+  for (size_t k = 0; k < found.size(); ++k) {
+    ASSERT_EQ(found[k].num_contacts, recorded[k].num_contacts) << k;
+    for (size_t i = 0; i < found[k].contact.size(); ++i) {
+      EXPECT_EQ(found[k].contact[i].geom_a, recorded[k].contact[i].geom_a) << k;
+      EXPECT_EQ(found[k].contact[i].geom_b, recorded[k].contact[i].geom_b) << k;
+      EXPECT_NEAR(found[k].contact[i].distance_m, recorded[k].contact[i].distance_m, 2e-8) << k;
+    }
+    if (found[k].has_clearance && recorded[k].has_clearance) {
+      EXPECT_NEAR(found[k].clearance_m, recorded[k].clearance_m, 1e-6) << k;
+    }
+  }
+  const Result rescored = RunProgram({"evalbus", "rescore", out()});
+  EXPECT_NE(rescored.out.find("have scores bit-identical to the recorded ones"), std::string::npos)
+      << rescored.out << rescored.err;
+}
+
+TEST_F(Watch, AnInvalidContactLeavesTheEpisodeIncomplete) {
+  const std::string url = UniqueUrl();
+  const auto watch = Begin(url, {"--contacts", "source"});
+  Source source(url);
+  ASSERT_TRUE(source.Meet(model_, true, true));
+  const std::vector<state_t> states(states_.begin(), states_.begin() + 60);
+  ASSERT_TRUE(source.Play(
+      states, 0, [](source_state_t*) {},
+      [](size_t k) {
+        source_contacts_t contacts{};
+        // A contact with an invalid number.
+        if (k == 30) contacts.contact.push_back({"floor", "pot", -1, {0, 0, 0}, {0, 0, 1}});
+        return contacts;
+      }));
+  ASSERT_EQ(watch->Wait(), 0) << watch->err();
+  const auto episode = Episodes(out()).at(0);
+  EXPECT_EQ(episode["complete"], false);
+  EXPECT_EQ(episode["extended"]["missing_ticks"], 1);
+  EXPECT_NE(
+      watch->out().find("refused, the episode is incomplete: sample 30: the contact of floor and pot has a "
+                        "penetration of -1 m"),
+      std::string::npos)
+      << watch->out();
+}
+
+TEST_F(Watch, AMapIsCheckedBeforeTheRunBegins) {
+  const fs::path map = folder_.path() / "map.yaml";
+  WriteText(map, "joints:\n  unit: grad\n");
+  const Result unit = RunProgram({"evalbus", "watch", "lift_pot/position", "--out", out(), "--map", map});
+  EXPECT_EQ(unit.code, 1);
+  EXPECT_EQ(unit.err, "error: " + map.string() + ":2: key 'unit': expected deg or rad, got 'grad'\n");
+  EXPECT_FALSE(fs::exists(out()));
+  const Result missing = RunProgram({"evalbus", "watch", "lift_pot/position", "--map", "missing.yaml"});
+  EXPECT_EQ(missing.code, 1);
+  EXPECT_EQ(missing.err, "error: missing.yaml: cannot read the map of a source: No such file or directory\n");
+  const Result contacts = RunProgram({"evalbus", "watch", "lift_pot/position", "--contacts", "sauce"});
+  EXPECT_EQ(contacts.code, 1);
+  EXPECT_EQ(contacts.err, "error: --contacts: expected shapes or source, got 'sauce'\n");
+}
+
+// The recorded joints, published by a source with other names, zeros and frames.
+TEST_F(Watch, AMapConvertsNamesZerosAndFrames) {
+  const fs::path map = folder_.path() / "map.yaml";
+  WriteText(map, R"(joints:
+  unit: rad
+  columns: {left/joint1: {column: left/joint2, sign: -1, zero: 0.25}, left/joint2: left/joint1}
+objects:
+  pot: {frame: {position_m: [0, 0, -0.1], quaternion_wxyz: [0, 0, 0, 1]}}
+)");
+  const std::string url = UniqueUrl();
+  const auto watch = Begin(url, {"--map", map});
+  Source source(url);
+  ASSERT_TRUE(source.Meet(model_, true));
+  const auto index = [&](const char* name) {
+    return std::ranges::find(model_.joint_name, name) - model_.joint_name.begin();
+  };
+  const auto first = static_cast<size_t>(index("left/joint1")),
+             second = static_cast<size_t>(index("left/joint2"));
+  ASSERT_TRUE(source.Play(states_, 0, [&](source_state_t* sample) {
+    const double q0 = sample->joint_position_mixed[first];
+    sample->joint_position_mixed[first] = sample->joint_position_mixed[second];
+    sample->joint_position_mixed[second] = 0.25 - q0;
+    // Turned by 180 degrees around z, and 0.1 m higher in the direction of the pot's z.
+    auto& [position, quat] = sample->object[0];
+    const double w = quat[0], x = quat[1], y = quat[2], z = quat[3];
+    const double up[3] = {2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z};
+    for (int i = 0; i < 3; ++i) position[i] += 0.1 * up[i];
+    const double turned[4] = {-z, y, -x, w};
+    std::ranges::copy(turned, quat);
+  }));
+  ASSERT_EQ(watch->Wait(), 0) << watch->err();
+  EXPECT_NE(watch->out().find("contacts: from the collision shapes of lift_pot\n"), std::string::npos);
+  const auto before = Episodes(original()).at(0), after = Episodes(out()).at(0);
+  EXPECT_EQ(after["metrics"]["success"], before["metrics"]["success"]);
+  for (const char* key :
+       {"joint_path_length", "cartesian_path_length", "object_pose_error", "target_distance"})
+    ExpectAgree(before["metrics"][key], after["metrics"][key], 1e-9, key);
 }
 
 TEST_F(Watch, WhatDoesNotFitIsOneLine) {

@@ -80,7 +80,7 @@ TEST(Channels, MessagesBeginWithTheSessionButThoseOfASource) {
     }
   });
   EXPECT_EQ(without, (std::set<std::string>{"EVALBUS_SOURCE_ANNOUNCEMENT", "EVALBUS_SOURCE_STATE",
-                                            "EVALBUS_SOURCE_IMAGE_"}));
+                                            "EVALBUS_SOURCE_CONTACTS", "EVALBUS_SOURCE_IMAGE_"}));
   EXPECT_TRUE(channels::CarriesSession("EVALBUS_IMAGE_front"));
   EXPECT_TRUE(channels::CarriesSession("EVALBUS_CAMERA_front"));
   EXPECT_FALSE(channels::CarriesSession("EVALBUS_SOURCE_IMAGE_front"));

@@ -22,7 +22,8 @@ const char kScene[] = R"(<mujoco><worldbody><geom name="floor" type="plane" size
 
 class CollisionComponentTest : public testing::Test {
  protected:
-  CollisionComponentTest() : scene_(kScene), bus_("memq://"), dut_(&bus_) {
+  explicit CollisionComponentTest(bool source_decides = false)
+      : scene_(kScene), bus_("memq://"), dut_(&bus_, source_decides) {
     std::filesystem::create_directory(file_.parent_path());
     mj_saveModel(scene_.model.get(), file_.c_str(), nullptr, 0);
     model_ = scene_.info;
@@ -137,6 +138,77 @@ TEST_F(CollisionComponentTest, EachEpisodeHasASmallestClearanceOfItsOwn) {
   Begin(1);
   for (int tick = 0; tick < 2; ++tick) State(1, tick, 0.3);
   EXPECT_TRUE(contacts_.back().has_clearance);
+}
+
+class ContactsOfASource : public CollisionComponentTest {
+ protected:
+  ContactsOfASource() : CollisionComponentTest(true) {}
+  void Measured(int64_t tick, std::vector<contact_t> contacts, int episode = 0) {
+    contacts_t message{};
+    message.header.episode = episode;
+    message.header.tick = tick;
+    message.contact = std::move(contacts);
+    message.num_contacts = static_cast<int32_t>(message.contact.size());
+    bus_.Publish(channels::kMeasuredContacts, message);
+    Run();
+  }
+  contact_t Contact(const char* a, const char* b, double distance) const {
+    return {scene_.Geom(a), scene_.Geom(b), distance, {0, 0, 0.1}, {0, 0, 1}};
+  }
+};
+
+TEST_F(ContactsOfASource, ReplaceTheComputedOnesAndTheClearanceIsKept) {
+  Model();
+  Begin(0);
+  Measured(0, {});
+  State(0, 0, 0.08);  // the shapes touch
+  Measured(1, {Contact("ball", "post", -0.003)});
+  State(0, 1, 0.3);
+  ASSERT_EQ(contacts_.size(), 2u);
+  EXPECT_EQ(contacts_[0].num_contacts, 0);
+  EXPECT_NEAR(contacts_[0].clearance_m, -0.02, 1e-12);
+  ASSERT_EQ(contacts_[1].num_contacts, 1);
+  EXPECT_EQ(contacts_[1].header.tick, 1);
+  EXPECT_EQ(contacts_[1].contact[0].geom_b, scene_.Geom("post"));
+  EXPECT_EQ(contacts_[1].contact[0].distance_m, -0.003);
+  EXPECT_NEAR(contacts_[1].clearance_m, 0.2, 1e-12);
+}
+
+TEST_F(ContactsOfASource, PairsThatAreNotCheckedAreLeftOut) {
+  Model();
+  Begin(0);
+  Measured(0, {Contact("floor", "ball", 0), Contact("floor", "post", 0)});
+  State(0, 0, 0.3);
+  ASSERT_EQ(contacts_.at(0).num_contacts, 1) << "floor and post do not move";
+  EXPECT_EQ(contacts_[0].contact[0].geom_b, scene_.Geom("ball"));
+}
+
+TEST_F(ContactsOfASource, AStateWithoutThemIsNotAnswered) {
+  Model();
+  Begin(0);
+  State(0, 0, 0.08);
+  Measured(0, {}, 1);  // another episode
+  State(0, 0, 0.08);
+  Measured(1, {});
+  State(0, 0, 0.08);
+  Measured(0, {contact_t{0, 99, 0, {0, 0, 0}, {0, 0, 1}}});  // not a geom
+  State(0, 0, 0.08);
+  EXPECT_TRUE(contacts_.empty());
+  EXPECT_EQ(dut_.status().last_tick, -1);
+  Measured(0, {});
+  State(0, 0, 0.08);
+  EXPECT_EQ(contacts_.size(), 1u);
+  State(0, 0, 0.08);  // repeated: the answer is repeated, too
+  EXPECT_EQ(contacts_.size(), 2u);
+}
+
+TEST_F(CollisionComponentTest, IgnoresMeasuredContactsUnlessTheSourceDecides) {
+  Model();
+  Begin(0);
+  contacts_t measured{};
+  bus_.Publish(channels::kMeasuredContacts, measured);
+  State(0, 0, 0.08);
+  EXPECT_EQ(contacts_.at(0).num_contacts, 1);
 }
 
 TEST_F(CollisionComponentTest, RefusesAnotherModelFile) {

@@ -5,6 +5,7 @@
 #include <turbojpeg.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -610,6 +611,283 @@ TEST_F(SourceComponentTest, AnUnmeasuredGripperHasTheGivenState) {
   Start();
   Send(Sample(0));
   EXPECT_EQ(states_.at(0).gripper[1].opening, 0);
+}
+
+// The range of the wheels is 0 to 4.71 rad, of which 5 % are 0.2355 rad.
+class JointsOfObjects : public SourceComponentTest {
+ protected:
+  void SetUp() override {
+    options_.task = "rotate_valve";
+    announcement_.object_name = {"first_valve", "second_valve"};
+    for (const char* wheel : {"first_valve/wheel", "second_valve/wheel"}) {
+      announcement_.joint_name.emplace_back(wheel);
+      home_.push_back(0);
+    }
+  }
+  source_state_t WithWheel(int64_t sample, double position) const {
+    source_state_t message = Sample(sample);
+    message.joint_position_mixed[16] = position;
+    return message;
+  }
+  double Wheel(size_t state) const {
+    const auto joint = std::ranges::find(model_.joint_name, "first_valve/wheel") - model_.joint_name.begin();
+    return states_.at(state)
+        .qpos_mixed[static_cast<size_t>(model_.joint_qpos_index[static_cast<size_t>(joint)])];
+  }
+};
+
+TEST_F(JointsOfObjects, AreAcceptedJustBeyondTheirSoftLimitsAndCounted) {
+  Start();
+  Send(WithWheel(0, -0.001));  // not counted
+  ScoreAll();
+  Send(WithWheel(1, -0.0511));
+  ScoreAll();
+  Send(WithWheel(2, -0.2354));
+  ScoreAll();
+  Send(WithWheel(3, 4.9454));
+  ScoreAll();
+  source_state_t last = Sample(4);
+  last.is_last = 1;
+  Send(last);
+  ScoreAll();
+  ASSERT_EQ(Ticks(), (std::vector<int64_t>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(Wheel(1), -0.0511) << "used unchanged";
+  EXPECT_EQ(Wheel(2), -0.2354);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].header.tick, 4) << "complete";
+  EXPECT_EQ(ends_[0].detail,
+            "3 samples with a joint of an object beyond its soft limits, the first: sample 1: "
+            "first_valve/wheel is beyond its range by 0.0511 rad");
+}
+
+TEST_F(JointsOfObjects, AreRefusedFurtherBeyond) {
+  for (const double position : {-0.2356, 4.9456}) {
+    states_.clear();
+    ends_.clear();
+    scored_ = 0;
+    Start();
+    Send(Sample(0));
+    ScoreAll();
+    Send(WithWheel(1, position));
+    source_state_t last = Sample(2);
+    last.is_last = 1;
+    Send(last);
+    ScoreAll();
+    EXPECT_EQ(Ticks(), (std::vector<int64_t>{0, 2})) << position;
+    ASSERT_EQ(ends_.size(), 1u);
+    EXPECT_THAT(ends_[0].detail, HasSubstr("1 sample refused, the first: sample 1: "));
+    EXPECT_THAT(ends_[0].detail, HasSubstr("is beyond the range of first_valve/wheel, 0.000 to 4.710"));
+  }
+}
+
+// The limits of an arm's joints are those of its controller.
+TEST_F(JointsOfObjects, JointsOfArmsKeepTheirTolerance) {
+  Start();
+  Send(Sample(0));
+  source_state_t sample = Sample(1);
+  sample.joint_position_mixed[3] = -0.0698 + 0.049;
+  sample.is_last = 1;
+  Send(sample);
+  ScoreAll();
+  EXPECT_EQ(ends_.at(0).detail, "");
+  Command(1);
+  Send(Sample(0, 1));
+  sample = Sample(1, 1);
+  sample.joint_position_mixed[3] = -0.0698 + 0.06;
+  sample.is_last = 1;
+  Send(sample);
+  ScoreAll();
+  EXPECT_THAT(ends_.at(1).detail, HasSubstr("is beyond the range of left/joint4"));
+}
+
+class ContactsOfTheSource : public SourceComponentTest {
+ public:
+  ContactsOfTheSource() {
+    options_.contacts = contacts_from::kSource;
+    announcement_.has_contacts = 1;
+  }
+  void Begin() {
+    Start();
+    bus_->Subscribe(channels::kMeasuredContacts, [this](const contacts_t& m) {
+      contacts_.push_back(m);
+      states_before_.push_back(states_.size());
+    });
+  }
+  static source_contact_t Contact(const std::string& a, const std::string& b) {
+    return {a, b, 0.001, {0.5, 0, 1}, {0, 0, 1}};
+  }
+  void SendContacts(int64_t sample, const std::vector<source_contact_t>& contacts, int32_t episode = 0) {
+    source_contacts_t message{};
+    message.episode = episode;
+    message.sample = sample;
+    message.contact = contacts;
+    message.num_contacts = static_cast<int32_t>(contacts.size());
+    bus_->Publish(channels::kSourceContacts, message);
+  }
+  std::string Name(int geom) const { return model_.geom_name[static_cast<size_t>(geom)]; }
+
+  std::vector<contacts_t> contacts_;
+  // Number of STATEs received before each of them.
+  std::vector<size_t> states_before_;
+};
+
+TEST_F(ContactsOfTheSource, ArePublishedBeforeTheStateOfTheirTick) {
+  Begin();
+  SendContacts(0, {});
+  Send(Sample(0));
+  ScoreAll();
+  SendContacts(1, {Contact("left/hand/hand", "pot"), Contact("floor", "pot/base")});
+  source_state_t last = Sample(1);
+  last.is_last = 1;
+  Send(last);
+  ScoreAll();
+  ASSERT_EQ(contacts_.size(), 2u);
+  EXPECT_EQ(states_before_, (std::vector<size_t>{0, 1}));
+  EXPECT_EQ(contacts_[0].num_contacts, 0);
+  EXPECT_EQ(contacts_[1].header.tick, 1);
+  ASSERT_EQ(contacts_[1].num_contacts, 2);
+  EXPECT_EQ(Name(contacts_[1].contact[0].geom_a), "floor");
+  EXPECT_EQ(Name(contacts_[1].contact[0].geom_b), "pot/base");
+  EXPECT_EQ(Name(contacts_[1].contact[1].geom_a), "left/hand/hand");
+  EXPECT_EQ(contacts_[1].contact[1].distance_m, -0.001);
+  EXPECT_FALSE(contacts_[1].has_clearance);
+  EXPECT_EQ(ends_.at(0).detail, "");
+}
+
+// Ticks are 20 ms apart, samples 25 ms: tick 1 is between the samples at 0 and 25 ms.
+TEST_F(ContactsOfTheSource, BetweenTwoSamplesAreThoseOfTheSampleBefore) {
+  Begin();
+  SendContacts(0, {Contact("floor", "pot")});
+  Send(Sample(0));
+  ScoreAll();
+  SendContacts(1, {});
+  source_state_t sample = Sample(1);
+  sample.stamp_us += 5'000;
+  Send(sample);
+  ScoreAll();
+  ASSERT_EQ(contacts_.size(), 2u);
+  EXPECT_EQ(contacts_[1].header.tick, 1);
+  EXPECT_EQ(contacts_[1].num_contacts, 1);
+}
+
+TEST_F(ContactsOfTheSource, ASampleWithoutThemIsRefusedAndCounted) {
+  for (const auto& [spoil, said] :
+       {std::pair<void (*)(ContactsOfTheSource*), std::string>{[](ContactsOfTheSource*) {},
+                                                               "its SOURCE_CONTACTS did not arrive"},
+        {[](ContactsOfTheSource* test) { test->SendContacts(1, {}); }, "its SOURCE_CONTACTS did not arrive"},
+        {[](ContactsOfTheSource* test) { test->SendContacts(2, {}, 7); },
+         "its SOURCE_CONTACTS did not arrive"},
+        {[](ContactsOfTheSource* test) {
+           source_contact_t contact = Contact("floor", "pot");
+           contact.penetration_m = std::nan("");
+           test->SendContacts(2, {contact});
+         },
+         "the contact of floor and pot has a penetration of nan m"}}) {
+    states_.clear();
+    contacts_.clear();
+    ends_.clear();
+    scored_ = 0;
+    Begin();
+    for (int64_t k = 0; k < 5; ++k) {
+      if (k != 2) SendContacts(k, {});
+      if (k == 2) spoil(this);
+      source_state_t sample = Sample(k);
+      if (k == 4) sample.is_last = 1;
+      Send(sample);
+      ScoreAll();
+    }
+    EXPECT_EQ(Ticks(), (std::vector<int64_t>{0, 1, 3, 4})) << said;
+    EXPECT_EQ(contacts_.size(), 4u);
+    ASSERT_EQ(ends_.size(), 1u);
+    EXPECT_THAT(ends_[0].detail, HasSubstr("1 sample refused, the first: sample 2: "));
+    EXPECT_THAT(ends_[0].detail, HasSubstr(said));
+  }
+}
+
+TEST_F(ContactsOfTheSource, AnUnknownNameEndsTheWatch) {
+  Begin();
+  SendContacts(0, {});
+  Send(Sample(0));
+  SendContacts(1, {Contact("floor", "pott")});
+  EXPECT_EQ(Error([&] { Send(Sample(1)); }),
+            "source 'two Frankas', sample 1: contacts: there is no object, body or geom 'pott'; did you mean "
+            "'pot'?");
+}
+
+TEST_F(ContactsOfTheSource, MustBeAnnouncedIffTheyAreAskedFor) {
+  MakeSource();
+  announcement_.has_contacts = 0;
+  EXPECT_EQ(
+      Error([&] { Announce(); }),
+      "SOURCE_ANNOUNCEMENT of 'two Frankas': it publishes no contacts, but --contacts source scores with "
+      "them");
+  options_.contacts = contacts_from::kShapes;
+  MakeSource();
+  announcement_.has_contacts = 1;
+  EXPECT_EQ(Error([&] { Announce(); }),
+            "SOURCE_ANNOUNCEMENT of 'two Frankas': it publishes contacts; score with them with --contacts "
+            "source");
+}
+
+class MappedSource : public ContactsOfTheSource {
+ protected:
+  void Write(const std::string& text) {
+    std::ofstream(folder_.path() / "map.yaml") << text;
+    options_.map = folder_.path() / "map.yaml";
+  }
+  std::string File() const { return folder_.path() / "map.yaml"; }
+};
+
+TEST_F(MappedSource, NamesZerosAndFramesAreConverted) {
+  Write(R"(joints:
+  unit: deg
+  columns: {left/joint1: {column: q0, sign: -1, zero: 10}}
+objects:
+  pot: {name: kettle, frame: {position_m: [0, 0, 0.1], quaternion_wxyz: [0, 1, 0, 0]}}
+contacts:
+  pot: [kettle, lid]
+)");
+  announcement_.joint_name[0] = "q0";
+  announcement_.object_name = {"kettle"};
+  for (size_t k = 0; k < 14; ++k) home_[k] *= 180 / 3.14159265358979;
+  Begin();
+  EXPECT_EQ(model_.object_is_tracked[0], 1);
+  SendContacts(0, {Contact("lid", "floor")});
+  source_state_t sample = Sample(0);
+  sample.joint_position_mixed[0] = 40;
+  sample.object[0] = {{0.5, 0, 1}, {0, 0, 0, 1}};
+  Send(sample);
+  ASSERT_EQ(states_.size(), 1u);
+  EXPECT_NEAR(states_[0].arm[0].joint_position_rad[0], -30 * 3.14159265358979 / 180, 1e-12);
+  EXPECT_NEAR(states_[0].arm[0].joint_position_rad[3], -1.5, 1e-12);
+  EXPECT_EQ(states_[0].gripper[1].opening, 0.5) << "fingers slide: m, not deg";
+  const auto pot = static_cast<size_t>(std::ranges::find(model_.body_name, "pot") - model_.body_name.begin());
+  EXPECT_NEAR(states_[0].body[pot].position_m[2], 1.1, 1e-12);
+  EXPECT_NEAR(std::abs(states_[0].body[pot].quat_wxyz[2]), 1, 1e-12) << "k times i is j";
+  ASSERT_EQ(contacts_.at(0).num_contacts, 1);
+  EXPECT_EQ(Name(contacts_[0].contact[0].geom_b), "pot/base");
+}
+
+TEST_F(MappedSource, NamesThatDoNotExistAreOneLine) {
+  const auto error = [&](const std::string& text) {
+    Write(text);
+    return Error([&] {
+      MakeSource();
+      Announce();
+    });
+  };
+  EXPECT_EQ(error("objects:\n  pott: {name: kettle}\n"),
+            File() + ":2: key 'pott': there is no object 'pott'; did you mean 'pot'?");
+  EXPECT_EQ(error("joints:\n  unit: rad\n  columns: {left/joint_1: q0}\n"),
+            File() + ":3: key 'left/joint_1': there is no joint 'left/joint_1'; did you mean 'left/joint1'?");
+  EXPECT_EQ(error("contacts:\n  pott: kettle\n"),
+            File() + ":2: key 'pott': there is no object, body or geom 'pott'; did you mean 'pot'?");
+  EXPECT_EQ(error("objects:\n  pot: {name: pots}\n"),
+            File() + ":2: key 'pot': source 'two Frankas' has no object 'pots'; did you mean 'pot'?");
+  EXPECT_EQ(error("joints:\n  unit: rad\n  columns: {left/joint1: left/joint_1}\n"),
+            File() +
+                ":3: key 'left/joint1': source 'two Frankas' has no joint 'left/joint_1'; did you mean "
+                "'left/joint1'?");
 }
 
 }  // namespace evalbus::sim::source_component_test

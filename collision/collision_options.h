@@ -1,0 +1,31 @@
+// Options of evalbus-collision: those of the run's run.json that it needs.
+#pragma once
+
+#include <string>
+#include <tuple>
+#include <type_traits>
+
+#include "base/options.h"
+#include "lcmtypes/contacts_from.h"
+
+namespace evalbus::collision {
+
+struct CollisionOptions {
+  std::string contacts = contacts_from::kShapes;
+};
+
+template <class Options, class F>
+requires std::is_same_v<std::remove_const_t<Options>, CollisionOptions>
+void ForEachOption(Options& options, const F& f) {
+  ForEachRow(std::tuple{Option{&CollisionOptions::contacts, "contacts",
+                               "what decides contacts: shapes (this checker) or source (MEASURED_CONTACTS)"}},
+             options, f);
+}
+
+// Throws InputError.
+inline void CheckCollisionOptions(const CollisionOptions& options) {
+  if (options.contacts == contacts_from::kShapes || options.contacts == contacts_from::kSource) return;
+  throw InputError("--contacts: expected shapes or source, got '" + options.contacts + "'");
+}
+
+}  // namespace evalbus::collision

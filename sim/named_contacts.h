@@ -1,0 +1,37 @@
+// Converts the contacts of a source, which names bodies and geoms, to contacts of geoms of MODEL. Pure.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "evalbus/contact_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/source_contact_t.hpp"
+
+namespace evalbus::sim {
+
+class NamedContacts {
+ public:
+  // A name is that of an object, a fixture or "world", of a body, or of a geom, in this order. A body is
+  // represented by its first pad geom, otherwise by its first geom.
+  explicit NamedContacts(const model_info_t& info);
+
+  // True if a contact can have this name.
+  bool Has(const std::string& name) const { return geoms_.contains(name); }
+  std::vector<std::string> Names() const;
+
+  // Describes an unknown name ("there is no object, body or geom 'pott'; did you mean 'pot'?").
+  std::string Unknown(const std::string& name) const;
+  // Describes what is wrong with the numbers of a contact. Empty: nothing.
+  std::string Fault(const source_contact_t& contact) const;
+
+  // Sorted by (geom_a, geom_b); of several contacts of the same two geoms, the deepest. Contacts of a geom
+  // with itself are left out. All contacts must be without fault, and their names known.
+  std::vector<contact_t> Convert(const std::vector<source_contact_t>& contacts) const;
+
+ private:
+  std::map<std::string, int> geoms_;
+};
+
+}  // namespace evalbus::sim
