@@ -47,7 +47,9 @@ void CheckPolicyName(const YamlValue& value, const std::string& name) {
 
 // Name of a policy that has none in the plan; empty for the address of a server.
 std::string DefaultName(const std::string& policy) {
-  std::string name = policy.find("://") == std::string::npos ? fs::path(policy).stem().string() : "";
+  if (policy.find("://") != std::string::npos) return "";
+  const bool is_path = policy.find('/') != std::string::npos || policy::IsContractFile(policy);
+  std::string name = is_path ? fs::path(policy).stem().string() : policy;
   std::ranges::replace(name, ':', '-');
   return name;
 }

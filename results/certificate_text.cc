@@ -8,6 +8,8 @@
 #include "base/plural.h"
 #include "base/text.h"
 #include "metrics/statistics/wilson.h"
+#include "results/comparison_json.h"
+#include "results/comparison_text.h"
 
 namespace evalbus::results {
 namespace {
@@ -31,13 +33,9 @@ Flips FlipsOn(const std::string& engine, const Certificate& certificate) {
   return sum;
 }
 
-double Rate(int successes, int trials) { return trials > 0 ? successes / static_cast<double>(trials) : 0; }
-
 std::string Percent(int successes, int trials) {
-  return trials > 0 ? fmt::format("{:.0f} %", 100 * Rate(successes, trials)) : "-";
+  return trials > 0 ? fmt::format("{:.0f} %", 100.0 * successes / trials) : "-";
 }
-
-std::string P(double p) { return p < 0.001 ? "<0.001" : fmt::format("{:.3f}", p); }
 
 std::string StageName(const StageParting& parting, const StageNames& stages) {
   const auto task = stages.find(parting.task);
@@ -46,10 +44,10 @@ std::string StageName(const StageParting& parting, const StageNames& stages) {
   return name == task->second.end() ? "" : name->second;
 }
 
-std::string Row(const std::string& policy, int width, const std::string& engine, const std::string& reference,
-                const std::string& here, const std::string& flipped, const std::string& interval,
-                const std::string& lost, const std::string& gained, const std::string& p,
-                const std::string& holm) {
+std::string CertificateRow(const std::string& policy, int width, const std::string& engine,
+                           const std::string& reference, const std::string& here, const std::string& flipped,
+                           const std::string& interval, const std::string& lost, const std::string& gained,
+                           const std::string& p, const std::string& holm) {
   return fmt::format("{}  {:>7}  {:>9}  {:>5}  {:>12}  {:>13}  {:>4}  {:>6}  {:>6}  {:>6}\n",
                      Pad(policy, -width), engine, reference, here, flipped, interval, lost, gained, p, holm);
 }
@@ -60,17 +58,18 @@ std::string Table(const Certificate& certificate) {
     width = std::max(width, static_cast<int>(one.policy.size()));
   }
   const std::string& reference = certificate.engines.front();
-  std::string text = Row("policy", width, "MuJoCo", "on " + reference, "here", "flipped", "95 % interval",
-                         "lost", "gained", "p", "Holm");
+  std::string text = CertificateRow("policy", width, "MuJoCo", "on " + reference, "here", "flipped",
+                                    "95 % interval", "lost", "gained", "p", "Holm");
   for (const PolicyOnEngine& one : certificate.comparisons) {
     const SuccessComparison& success = one.comparison.success;
     const int pairs = success.pairs.pairs();
     const metrics::Interval share = metrics::WilsonInterval(one.flipped(), pairs);
-    text += Row(one.policy, width, one.engine, Percent(success.baseline_successes, success.baseline_trials),
-                Percent(success.successes, success.trials), fmt::format("{} of {}", one.flipped(), pairs),
-                fmt::format("{:.0f} to {:.0f} %", 100 * share.lower, 100 * share.upper),
-                std::to_string(success.pairs.only_b), std::to_string(success.pairs.only_a), P(success.p),
-                P(success.p_adjusted));
+    text += CertificateRow(
+        one.policy, width, one.engine, Percent(success.baseline_successes, success.baseline_trials),
+        Percent(success.successes, success.trials), fmt::format("{} of {}", one.flipped(), pairs),
+        fmt::format("{:.0f} to {:.0f} %", 100 * share.lower, 100 * share.upper),
+        std::to_string(success.pairs.only_b), std::to_string(success.pairs.only_a), PText(success.p),
+        PText(success.p_adjusted));
   }
   return text + fmt::format(
                     "\nPairs of episodes with equal seeds. Lost, gained: succeeded only on {}, or only here. "
@@ -136,7 +135,7 @@ std::string Ranking(const Certificate& certificate) {
       const char* const word = Word(success.judgment());
       on.push_back(fmt::format("{} against {} on {}, p = {}{}{}", Percent(success.successes, success.trials),
                                Percent(success.baseline_successes, success.baseline_trials),
-                               certificate.engines[i], P(success.p_adjusted), *word ? ", " : "", word));
+                               certificate.engines[i], PText(success.p_adjusted), *word ? ", " : "", word));
     }
     text += fmt::format("{} against {}{}: {}\n", pair.policy, pair.baseline,
                         pair.order_reverses() ? " (order reverses)" : "", fmt::join(on, "; "));
@@ -144,24 +143,12 @@ std::string Ranking(const Certificate& certificate) {
   return text + "p: as in the ranking of 'evalbus compare', adjusted by Holm for all pairs of policies.\n";
 }
 
-ordered_json Json(const SuccessComparison& success) {
-  return {{"successes", success.successes},
-          {"episodes", success.trials},
-          {"baseline_successes", success.baseline_successes},
-          {"baseline_episodes", success.baseline_trials},
-          {"difference", success.difference},
-          {"difference_95", {success.difference_95.lower, success.difference_95.upper}},
-          {"p", success.p},
-          {"p_holm", success.p_adjusted},
-          {"judgment", Word(success.judgment())}};
-}
-
-ordered_json Json(const PolicyOnEngine& one, const StageNames& stages) {
+ordered_json JsonOf(const PolicyOnEngine& one, const StageNames& stages) {
   const SuccessComparison& success = one.comparison.success;
   const metrics::Interval share = metrics::WilsonInterval(one.flipped(), success.pairs.pairs());
   ordered_json json = {{"policy", one.policy},
                        {"engine", one.engine},
-                       {"success", Json(success)},
+                       {"success", SuccessJson(success)},
                        {"pairs", success.pairs.pairs()},
                        {"flipped", one.flipped()},
                        {"flipped_95", {share.lower, share.upper}},
@@ -230,7 +217,8 @@ ordered_json CertificateJson(const Certificate& certificate, const StageNames& s
                        {"comparisons", ordered_json::array()},
                        {"ranking_survives", certificate.ranking_survives()},
                        {"pairs", ordered_json::array()}};
-  for (const PolicyOnEngine& one : certificate.comparisons) json["comparisons"].push_back(Json(one, stages));
+  for (const PolicyOnEngine& one : certificate.comparisons)
+    json["comparisons"].push_back(JsonOf(one, stages));
   for (const PolicyPair& pair : certificate.pairs) {
     ordered_json entry = {{"policy", pair.policy},
                           {"baseline", pair.baseline},
@@ -238,7 +226,7 @@ ordered_json CertificateJson(const Certificate& certificate, const StageNames& s
                           {"verdict_changes", pair.verdict_changes()},
                           {"engines", ordered_json::object()}};
     for (size_t i = 0; i < pair.on_engine.size(); ++i) {
-      entry["engines"][certificate.engines[i]] = Json(pair.on_engine[i]);
+      entry["engines"][certificate.engines[i]] = SuccessJson(pair.on_engine[i]);
     }
     json["pairs"].push_back(std::move(entry));
   }
