@@ -31,10 +31,8 @@ std::string Translate(std::string message, const SceneComposer& composer) {
 ModelPtr CompileModel(const SceneComposer& composer, bool discard_visual,
                       std::vector<std::string>* warnings) {
   constexpr const char* kFile = "scene.xml";
-  const std::string xml = composer.ToXml(discard_visual);
   const VfsPtr vfs = MakeVfs();
-  mj_makeEmptyFileVFS(vfs.get(), kFile, static_cast<int>(xml.size()));
-  xml.copy(static_cast<char*>(vfs->filedata[mj_findFileVFS(vfs.get(), kFile)]), xml.size());
+  AddToVfs(kFile, composer.ToXml(discard_visual), vfs.get());
 
   const MujocoCompileGuard guard(warnings);
   char message[2000] = "";

@@ -4,6 +4,7 @@
 #include <mujoco/mujoco.h>
 
 #include <memory>
+#include <string>
 
 namespace evalbus {
 
@@ -25,6 +26,17 @@ inline VfsPtr MakeVfs() {
   VfsPtr vfs(new mjVFS);
   mj_defaultVFS(vfs.get());
   return vfs;
+}
+
+// Adds a file with these contents.
+inline void AddToVfs(const char* name, const std::string& contents, mjVFS* vfs) {
+  const int size = static_cast<int>(contents.size());
+#if mjVERSION_HEADER >= 313
+  mj_addBufferVFS(vfs, name, contents.data(), size);
+#else
+  mj_makeEmptyFileVFS(vfs, name, size);
+  contents.copy(static_cast<char*>(vfs->filedata[mj_findFileVFS(vfs, name)]), contents.size());
+#endif
 }
 
 }  // namespace evalbus

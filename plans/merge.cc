@@ -119,7 +119,23 @@ void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::str
 struct Checked {
   explicit Checked(size_t num_episodes) : line(num_episodes, "checking") {}
 
+  // Throws InputError if an earlier run of the plan was simulated by another version of MuJoCo. Machines of a
+  // cluster may have different versions.
+  void CheckEngine(const results::RecordedRun& run) {
+    if (first_folder.empty()) {
+      first_folder = run.folder;
+      engine = run.engine();
+    }
+    if (run.engine() == engine) return;
+    throw InputError(
+        fmt::format("{}: simulated by MuJoCo {}, but {} by MuJoCo {}; remove one of them and run "
+                    "its part of the plan again",
+                    run.folder.string(), run.engine(), first_folder.string(), engine));
+  }
+
   std::set<std::string> shards;
+  fs::path first_folder;
+  std::string engine;
   // Reading all logs of a large plan is slow enough to need a progress line.
   runner::ProgressLine line;
   size_t episodes = 0;
@@ -129,6 +145,7 @@ struct Checked {
 void CheckPart(const PlanFolder& folder, const Shard& shard, Checked* checked) {
   const results::RecordedRun run = results::ReadRunAsFarAsItGot(folder.shard_folder(shard));
   CheckIsOfPlan(run, folder.plan(), shard.policy, shard.task);
+  checked->CheckEngine(run);
   const std::string lines = (run.folder / kEpisodesJsonl).string();
   int next = shard.first;
   for (const results::RecordedEpisode& episode : run.episodes) {
@@ -256,6 +273,7 @@ std::vector<PlannedRun> RunsOf(const Plan& plan) {
 void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
   const results::RecordedRun merged = results::ReadRun(folder.run_folder(run.policy, run.task));
   CheckIsOfPlan(merged, folder.plan(), run.policy, run.task);
+  checked->CheckEngine(merged);
   for (const Shard& shard : run.shards) {
     const fs::path part = folder.shard_folder(shard);
     try {

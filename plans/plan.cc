@@ -13,6 +13,7 @@
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
 #include "policy_bridge/policy_options.h"
+#include "runner/engines.h"
 #include "runner/suite.h"
 #include "viz/images/renderer.h"
 
@@ -44,6 +45,15 @@ void CheckPolicyName(const YamlValue& value, const std::string& name) {
   }
 }
 
+// Name of a policy that has none in the plan; empty for the address of a server.
+std::string DefaultName(const std::string& policy) {
+  if (policy.find("://") != std::string::npos) return "";
+  const bool is_path = policy.find('/') != std::string::npos || policy::IsContractFile(policy);
+  std::string name = is_path ? fs::path(policy).stem().string() : policy;
+  std::ranges::replace(name, ':', '-');
+  return name;
+}
+
 PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
   PlannedPolicy policy;
   if (value.is_scalar()) {
@@ -57,12 +67,8 @@ PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
   if (policy.policy == policy::kExternalPolicy) {
     value.Fail("your own policy process requires one task on one bus: use 'evalbus run' with --policy lcm");
   }
-  if (policy.name.empty()) {
-    policy.name =
-        policy.policy.find("://") == std::string::npos ? fs::path(policy.policy).stem().string() : "";
-    std::ranges::replace(policy.name, ':', '-');
-    if (policy.name.empty()) value.Fail("expected 'name' with the address of a server");
-  }
+  if (policy.name.empty()) policy.name = DefaultName(policy.policy);
+  if (policy.name.empty()) value.Fail("expected 'name' with the address of a server");
   CheckPolicyName(value, policy.name);
   try {
     policy::FindPolicy({policy.policy, policy.contract});
@@ -221,8 +227,6 @@ Plan ReadPlan(const fs::path& file) {
   if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
   if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
   if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);
-  // In-process runs need no network and are the fastest; their results are identical bit by bit.
-  plan.options.in_process = true;
   if (const YamlValue* value = map.Find("video")) plan.videos = ReadVideos(*value);
   if (const YamlValue* value = map.Find("shard_episodes"))
     plan.shard_episodes = value->Integer(1, kMaxEpisodes);
@@ -241,6 +245,43 @@ Plan ReadPlan(const fs::path& file) {
     if (plan.policies.size() < 2)
       value->Fail("expected two policies, one of which is compared with the other");
   }
+  const std::string engine =
+      plan.options.sim.engine.empty() ? "" : runner::FindEngine(plan.options.sim.engine, "engine");
+  return OnEngine(std::move(plan), engine);
+}
+
+Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
+              const runner::RunOptions& options, bool rate_is_given) {
+  Plan plan;
+  plan.name = name;
+  for (const std::string& policy : policies) {
+    const PlannedPolicy planned{DefaultName(policy), policy, ""};
+    if (planned.name.empty()) {
+      throw InputError("--policies " + policy + ": a server needs a plan that names it (docs/plans.md)");
+    }
+    if (std::ranges::find(plan.policies, planned.name, &PlannedPolicy::name) != plan.policies.end()) {
+      throw InputError("--policies: two policies have the name '" + planned.name + "'");
+    }
+    plan.policies.push_back(planned);
+  }
+  if (plan.policies.empty()) throw InputError("--policies: expected at least one policy");
+  plan.tasks = runner::ExpandTasks(options.tasks);
+  plan.options = options;
+  plan.rate_is_given = rate_is_given;
+  plan.baseline = plan.policies[0].name;
+  // A plan's options do not depend on where and how much of it is run.
+  plan.options.workers = 1;
+  plan.options.out.clear();
+  plan.options.tasks.clear();
+  plan.options.resume = false;
+  return OnEngine(std::move(plan), "");
+}
+
+Plan OnEngine(Plan plan, const std::string& engine) {
+  plan.options.sim.engine = engine;
+  // In-process runs need no network and are the fastest; their results are identical bit by bit. Another
+  // MuJoCo needs its own process.
+  plan.options.in_process = engine.empty();
   for (const PlannedPolicy& policy : plan.policies)
     runner::CheckRunOptions(plan.OptionsOf(policy), plan.tasks.size());
   return plan;

@@ -67,6 +67,14 @@ bool IsPlanFile(const std::string& name);
 // Reads a plan. Throws InputError with file, line and key, also for unknown tasks, policies and contracts.
 Plan ReadPlan(const std::filesystem::path& file);
 
+// Returns a plan of these policies on options.tasks, without videos, whose runs have these options. Throws
+// InputError.
+Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
+              const runner::RunOptions& options, bool rate_is_given);
+
+// Returns the plan with all runs simulated by an engine (runner/engines.h). Throws InputError.
+Plan OnEngine(Plan plan, const std::string& engine);
+
 // Converts between a plan and plan.json, its resolved form in a plan's folder. Plans with equal JSON are
 // equivalent.
 nlohmann::ordered_json PlanJson(const Plan& plan);

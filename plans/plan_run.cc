@@ -101,9 +101,9 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
 Stop Look(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes,
           double num_comparisons) {
   const results::SuccessCounts counts =
-      results::CompareSuccess(results::ReadRuns(folder.policy_folder(policy)),
-                              results::ReadRuns(folder.policy_folder(folder.plan().baseline)))
-          .samples;
+      results::CompareVerdicts(results::ReadRuns(folder.policy_folder(policy)),
+                               results::ReadRuns(folder.policy_folder(folder.plan().baseline)))
+          .success.samples;
   Stop stop = before;
   stop.policy = policy;
   stop.episodes = episodes;
@@ -213,11 +213,16 @@ void RunPlan(const PlanFolder& folder, int workers) {
   if (plan.until) {
     RunUntilDecided(folder, workers);
   } else {
-    std::set<std::string> all;
-    for (const PlannedPolicy& policy : plan.policies) all.insert(policy.name);
-    RunSuites(folder, all, plan.options.episodes, workers);
+    RunAllEpisodes(folder, workers);
   }
   FinishPlan(folder, workers);
+}
+
+void RunAllEpisodes(const PlanFolder& folder, int workers) {
+  InstallStopSignals();
+  std::set<std::string> all;
+  for (const PlannedPolicy& policy : folder.plan().policies) all.insert(policy.name);
+  RunSuites(folder, all, folder.plan().options.episodes, workers);
 }
 
 void FinishPlan(const PlanFolder& folder, int workers) {

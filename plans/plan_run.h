@@ -27,6 +27,10 @@ struct Stop {
 // EnvironmentError.
 void RunPlan(const PlanFolder& folder, int workers);
 
+// Runs the missing episodes of a plan without Plan::until, at most `workers` runs at a time. Throws
+// InputError, EnvironmentError.
+void RunAllEpisodes(const PlanFolder& folder, int workers);
+
 // Completes a plan whose runs are all there, for example after a merge: records the videos, writes the pages,
 // and prints the comparisons to stdout.
 void FinishPlan(const PlanFolder& folder, int workers);

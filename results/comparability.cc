@@ -20,7 +20,7 @@ constexpr std::string_view kChangesNothing[] = {
     "run_id",        "task",       "variation",  "task_path",   "task_sha256", "robot",     "model_path",
     "assets",        "control_hz", "policy",     "policy_name", "seed",        "episodes",  "only",
     "workers",       "url",        "in_process", "by_hand",     "video",       "git_dirty", "physics_sha256",
-    "visual_sha256", "contract",   "log",        "seed_stream", "until"};
+    "visual_sha256", "contract",   "log",        "seed_stream", "until",       "engine"};
 
 // Maximum number of differing contract members to list.
 constexpr size_t kMaxContractWords = 4;
@@ -76,6 +76,21 @@ void CheckComparable(const RecordedRun& run, const RecordedRun& baseline) {
     if (value(run, key) == value(baseline, key)) continue;
     throw InputError(fmt::format("{} and {} were made with different {}, so these runs cannot be compared",
                                  run.name, baseline.name, what));
+  }
+}
+
+void CheckSameEngine(const std::vector<const RecordedRuns*>& runs) {
+  const RecordedRun* first = nullptr;
+  for (const RecordedRuns* folder : runs) {
+    for (const RecordedRun& run : folder->runs) {
+      if (run.engine().empty()) continue;
+      if (!first) first = &run;
+      if (run.engine() == first->engine()) continue;
+      throw InputError(
+          fmt::format("{} was simulated by MuJoCo {} and {} by MuJoCo {}: success rates change with the "
+                      "version; --across-engines compares them anyway",
+                      first->folder.string(), first->engine(), run.folder.string(), run.engine()));
+    }
   }
 }
 

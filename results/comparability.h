@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "results/run_reader.h"
 
@@ -10,6 +11,10 @@ namespace evalbus::results {
 // Throws InputError if values of the two runs have different meanings: different control rate, task
 // description or physics model.
 void CheckComparable(const RecordedRun& run, const RecordedRun& baseline);
+
+// Throws InputError if two of the runs were simulated by different versions of MuJoCo. External sources and
+// runs that do not name their version are not checked.
+void CheckSameEngine(const std::vector<const RecordedRuns*>& runs);
 
 // Describes all other differences in configuration that may change values, for example "realtime true against
 // false"; empty if there are none.

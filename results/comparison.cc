@@ -73,10 +73,6 @@ struct Side {
   double success_rate = 0, progress = 0;
 };
 
-bool IsSimulated(const RecordedRun& run) {
-  return !run.info.value("watch", false) && run.info.value("source", "sim") == "sim";
-}
-
 // Returns why a better value of this metric must not be credited to `side`; null if it may be.
 const char* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side& other, bool paired) {
   if (side.GotNowhere()) return "succeeded in no episode and reached no stage";
@@ -339,8 +335,8 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
     result.unmatched = drop(&episodes, baseline_episodes);
     result.baseline_unmatched = drop(&baseline_episodes, episodes);
   }
-  const Side own(std::move(episodes), IsSimulated(run)),
-      other(std::move(baseline_episodes), IsSimulated(baseline));
+  const Side own(std::move(episodes), run.is_simulated()),
+      other(std::move(baseline_episodes), baseline.is_simulated());
   SuccessComparison& success = result.success;
   success.paired = result.paired;
   static_cast<SuccessCounts&>(success) = CountSuccesses(own, other, result.paired);
@@ -603,8 +599,22 @@ Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline) {
   return Compare(run, baseline, true);
 }
 
-SuccessComparison CompareSuccess(const RecordedRuns& run, const RecordedRuns& baseline) {
-  return Compare(run, baseline, false).success;
+Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline) {
+  return Compare(run, baseline, false);
+}
+
+std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedRuns*>& runs) {
+  std::vector<SuccessComparison> pairs;
+  std::vector<double> p;
+  for (size_t i = 0; i < runs.size(); ++i) {
+    for (size_t j = i + 1; j < runs.size(); ++j) {
+      pairs.push_back(CompareVerdicts(*runs[i], *runs[j]).success);
+      p.push_back(pairs.back().p);
+    }
+  }
+  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
+  for (size_t k = 0; k < pairs.size(); ++k) pairs[k].SetAdjusted(adjusted[k], pairs.size());
+  return pairs;
 }
 
 std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline) {

@@ -141,8 +141,11 @@ struct Comparison {
 // if the values cannot be compared: different control rate, task description or physics model, or no common
 // task.
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
-// Compares success alone, over all tasks.
-SuccessComparison CompareSuccess(const RecordedRuns& run, const RecordedRuns& baseline);
+// Compares success alone: the result has no metrics.
+Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline);
+// Compares the success of each pair of runs, in the order (0, 1), (0, 2), ..., (1, 2), ...: the first one
+// with the second one as its baseline. p is adjusted by Holm for all pairs.
+std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedRuns*>& runs);
 // Compares each run with the baseline, with p of success adjusted for the number of runs.
 std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline);
 

@@ -13,33 +13,6 @@ ordered_json Json(const std::optional<double>& value) {
   return value ? ordered_json(*value) : ordered_json();
 }
 
-ordered_json Json(const SuccessComparison& success) {
-  ordered_json json = {{"successes", success.successes},
-                       {"episodes", success.trials},
-                       {"baseline_successes", success.baseline_successes},
-                       {"baseline_episodes", success.baseline_trials},
-                       {"difference", success.difference},
-                       {"difference_95", Json(success.difference_95)},
-                       {"interval", success.paired ? "Newcombe, paired" : "Newcombe"},
-                       {"test", success.paired ? "McNemar, exact" : "Fisher, exact"},
-                       {"samples", success.samples.trials},
-                       {"baseline_samples", success.samples.baseline_trials},
-                       {"p", success.p},
-                       {"p_holm", success.p_adjusted}};
-  if (success.trials > 0 && success.baseline_trials > 0) {
-    const Outlook outlook = OutlookOf(success);
-    json["findable_difference"] = Json(outlook.findable);
-    json["episodes_needed"] = outlook.needed ? ordered_json(*outlook.needed) : ordered_json();
-  }
-  if (success.paired) {
-    json["pairs"] = {{"both", success.pairs.both},
-                     {"run_only", success.pairs.only_a},
-                     {"baseline_only", success.pairs.only_b},
-                     {"neither", success.pairs.neither}};
-  }
-  return json;
-}
-
 const char* BetterWord(Better better) {
   return better == Better::kLower ? "lower" : better == Better::kHigher ? "higher" : "neither";
 }
@@ -71,6 +44,33 @@ ordered_json Json(const ComparedRuns& runs) {
 
 }  // namespace
 
+ordered_json SuccessJson(const SuccessComparison& success) {
+  ordered_json json = {{"successes", success.successes},
+                       {"episodes", success.trials},
+                       {"baseline_successes", success.baseline_successes},
+                       {"baseline_episodes", success.baseline_trials},
+                       {"difference", success.difference},
+                       {"difference_95", Json(success.difference_95)},
+                       {"interval", success.paired ? "Newcombe, paired" : "Newcombe"},
+                       {"test", success.paired ? "McNemar, exact" : "Fisher, exact"},
+                       {"samples", success.samples.trials},
+                       {"baseline_samples", success.samples.baseline_trials},
+                       {"p", success.p},
+                       {"p_holm", success.p_adjusted}};
+  if (success.trials > 0 && success.baseline_trials > 0) {
+    const Outlook outlook = OutlookOf(success);
+    json["findable_difference"] = Json(outlook.findable);
+    json["episodes_needed"] = outlook.needed ? ordered_json(*outlook.needed) : ordered_json();
+  }
+  if (success.paired) {
+    json["pairs"] = {{"both", success.pairs.both},
+                     {"run_only", success.pairs.only_a},
+                     {"baseline_only", success.pairs.only_b},
+                     {"neither", success.pairs.neither}};
+  }
+  return json;
+}
+
 ordered_json ComparisonJson(const std::vector<Comparison>& comparisons,
                             const std::vector<RankedRun>& ranking) {
   ordered_json json = {{"baseline", Json(comparisons.front().baseline)},
@@ -84,7 +84,7 @@ ordered_json ComparisonJson(const std::vector<Comparison>& comparisons,
   for (const Comparison& comparison : comparisons) {
     ordered_json one = Json(comparison.run);
     one["verdict"] = Conclusion(comparison);
-    one["success"] = Json(comparison.success);
+    one["success"] = SuccessJson(comparison.success);
     one["remarks"] = comparison.remarks;
     one["tasks"] = ordered_json::array();
     for (const TaskComparison& task : comparison.tasks) {
@@ -94,7 +94,7 @@ ordered_json ComparisonJson(const std::vector<Comparison>& comparisons,
                             {"paired", task.paired},
                             {"unmatched", task.unmatched},
                             {"baseline_unmatched", task.baseline_unmatched},
-                            {"success", Json(task.success)}};
+                            {"success", SuccessJson(task.success)}};
       entry["flipped"] = ordered_json::array();
       for (const FlippedPair& pair : task.flipped) {
         entry["flipped"].push_back({{"seed", pair.seed},

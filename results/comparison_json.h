@@ -9,6 +9,8 @@
 
 namespace evalbus::results {
 
+nlohmann::ordered_json SuccessJson(const SuccessComparison& success);
+
 nlohmann::ordered_json ComparisonJson(const std::vector<Comparison>& comparisons,
                                       const std::vector<RankedRun>& ranking = {});
 

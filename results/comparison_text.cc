@@ -15,8 +15,6 @@ std::string FixedOrDash(double value, int decimals) {
   return std::isfinite(value) ? Fixed(value, decimals) : "-";
 }
 
-std::string P(double p) { return p < 0.001 ? "<0.001" : fmt::format("{:.3f}", p); }
-
 std::string Range(const metrics::Interval& interval, int decimals) {
   if (!std::isfinite(interval.lower)) return "-";
   return fmt::format("{:>8} to {:>8}", FixedOrDash(interval.lower, decimals),
@@ -49,8 +47,8 @@ std::string SuccessRow(const std::string& label, int width, const SuccessCompari
   const auto rate = [](int k, int n) { return n > 0 ? fmt::format("{:.0f}", 100.0 * k / n) : "-"; };
   return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
              rate(success.successes, success.trials), FixedOrDash(success.difference * 100, 0),
-             Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0), P(success.p),
-             P(success.p_adjusted), "%", Word(success.judgment()));
+             Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0),
+             PText(success.p), PText(success.p_adjusted), "%", Word(success.judgment()));
 }
 
 std::string MetricTable(const TaskComparison& task, const Comparison& comparison) {
@@ -69,7 +67,7 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
                 FixedOrDash(scaled(metric.baseline_mean), decimals),
                 FixedOrDash(scaled(metric.mean), decimals), FixedOrDash(scaled(metric.difference), decimals),
                 Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),
-                metric.p ? P(*metric.p) : "-", metric.p ? P(metric.p_holm) : "-",
+                metric.p ? PText(*metric.p) : "-", metric.p ? PText(metric.p_holm) : "-",
                 std::string(info.shown_unit), metric.p ? Word(metric.judgment()) : "equal");
     tested += metric.p.has_value();
   }
@@ -108,7 +106,7 @@ std::string SuiteTable(const Comparison& comparison) {
           fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Pad(task.task + "/" + task.variation, -width),
                       metric.number.label(), FixedOrDash(metric.mean * metric.number.scale(), decimals),
                       FixedOrDash(metric.baseline_mean * metric.number.scale(), decimals),
-                      metric.number.shown_unit(), P(metric.p_holm), Word(metric.judgment()));
+                      metric.number.shown_unit(), PText(metric.p_holm), Word(metric.judgment()));
     }
   }
   text += SuccessRow("all", width, comparison.success);
@@ -118,6 +116,8 @@ std::string SuiteTable(const Comparison& comparison) {
 }
 
 }  // namespace
+
+std::string PText(double p) { return p < 0.001 ? "<0.001" : fmt::format("{:.3f}", p); }
 
 std::string ComparisonText(const Comparison& comparison, bool ratios) {
   std::string text = fmt::format("{} ({}) against {} ({})", comparison.run.name, comparison.run.policy,

@@ -11,4 +11,7 @@ namespace evalbus::results {
 // to the baseline.
 std::string ComparisonText(const Comparison& comparison, bool ratios);
 
+// p as in the tables: "<0.001" or three decimals.
+std::string PText(double p);
+
 }  // namespace evalbus::results

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "base/text.h"
-#include "metrics/statistics/holm.h"
 #include "metrics/statistics/letters.h"
 #include "results/comparison.h"
 
@@ -26,16 +25,13 @@ std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& run
   std::ranges::stable_sort(ranked, [](const auto& a, const auto& b) {
     return int64_t{a.first.successes} * b.first.trials > int64_t{b.first.successes} * a.first.trials;
   });
-  std::vector<double> p;
-  for (size_t i = 0; i < ranked.size(); ++i) {
-    for (size_t j = i + 1; j < ranked.size(); ++j)
-      p.push_back(CompareSuccess(*ranked[i].second, *ranked[j].second).p);
-  }
-  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
+  std::vector<const RecordedRuns*> in_order;
+  for (const auto& [entry, run] : ranked) in_order.push_back(run);
+  const std::vector<SuccessComparison> pairs = CompareEachPair(in_order);
   std::vector<std::vector<bool>> differs(ranked.size(), std::vector<bool>(ranked.size()));
-  auto next = adjusted.begin();
+  auto next = pairs.begin();
   for (size_t i = 0; i < ranked.size(); ++i) {
-    for (size_t j = i + 1; j < ranked.size(); ++j) differs[i][j] = differs[j][i] = *next++ < metrics::kAlpha;
+    for (size_t j = i + 1; j < ranked.size(); ++j) differs[i][j] = differs[j][i] = next++->is_shown;
   }
   const std::vector<std::string> letters = metrics::CompactLetters(differs);
   std::vector<RankedRun> result;

@@ -197,6 +197,14 @@ const char* RecordedRun::clock() const {
   return is("realtime", true) ? clock_name::kRealtime : clock_name::kLockstep;
 }
 
+bool RecordedRun::is_simulated() const {
+  return !info.value("watch", false) && info.value("source", source_name::kSim) == source_name::kSim;
+}
+
+std::string RecordedRun::engine() const {
+  return is_simulated() ? info.value("mujoco_version", std::string()) : "";
+}
+
 std::vector<int> RecordedRun::incomplete() const {
   std::vector<int> numbers;
   for (const RecordedEpisode& episode : episodes) {

@@ -73,6 +73,10 @@ struct RecordedRun {
 
   // Value of model_info_t.clock.
   const char* clock() const;
+  // False for a run of an external source (`evalbus watch`, `evalbus score`).
+  bool is_simulated() const;
+  // Version of MuJoCo that computed the physics; empty if nothing was simulated or run.json does not name it.
+  std::string engine() const;
   // For example "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
   std::vector<int> incomplete() const;  // without invalid ones

@@ -1,5 +1,9 @@
 #include "runner/engines.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <mujoco/mujoco.h>
+
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
@@ -30,18 +34,24 @@ std::vector<std::string> AvailableEngines() {
 
 }  // namespace
 
-std::string FindEngine(const std::string& wanted) {
+std::string FindEngine(const std::string& wanted, const std::string& option) {
+  const std::string own = mj_versionString();
+  const auto matches = [&](const std::string& version) {
+    return version == wanted || version.starts_with(wanted + ".");
+  };
   const std::vector<std::string> versions = AvailableEngines();
-  std::string found, list;
-  for (const std::string& version : versions) {
-    if (version == wanted || version.starts_with(wanted + ".")) found = version;
-    list += (list.empty() ? "" : ", ") + version;
-  }
-  if (!found.empty()) return found;
-  throw InputError("--engine " + wanted + ": there is " +
-                   (list.empty() ? "no sim with another MuJoCo" : "only " + list) +
-                   "; 'scripts/engine VERSION' builds one");
+  if (std::ranges::find(versions, wanted) != versions.end()) return wanted;
+  if (matches(own)) return "";
+  const auto newest = std::find_if(versions.rbegin(), versions.rend(), matches);
+  if (newest != versions.rend()) return *newest;
+  const bool is_whole = std::ranges::count(wanted, '.') == 2;
+  throw InputError(
+      fmt::format("{} {}: not built; 'scripts/engine {}' builds it; available: {}", option, wanted,
+                  is_whole ? wanted : "VERSION",
+                  own + (versions.empty() ? "" : fmt::format(", {}", fmt::join(versions, ", ")))));
 }
+
+std::string EngineVersion(const std::string& engine) { return engine.empty() ? mj_versionString() : engine; }
 
 std::string SimProgram(const std::string& engine) {
   return std::string(kProgram) + (engine.empty() ? "" : "-" + engine);

@@ -5,9 +5,14 @@
 
 namespace evalbus::runner {
 
-// The newest version that begins with `wanted` ("3.3" or "3.3.3") and whose sim, evalbus-sim-VERSION, is
-// beside this program. Throws InputError that lists the available versions.
-std::string FindEngine(const std::string& wanted);
+// Finds the engine for a version ("3.3" or "3.3.3"): the sim evalbus-sim-VERSION beside this program that has
+// exactly this version; otherwise evalbus' own MuJoCo if its version begins with `wanted`; otherwise the
+// newest of those sims that does. Returns the sim's version, or an empty string for evalbus' own MuJoCo.
+// Throws InputError that begins with `option` and lists the available versions.
+std::string FindEngine(const std::string& wanted, const std::string& option = "--engine");
+
+// Version of MuJoCo of an engine that FindEngine() returned.
+std::string EngineVersion(const std::string& engine);
 
 // Name of the sim's program: evalbus-sim for an empty version.
 std::string SimProgram(const std::string& engine);

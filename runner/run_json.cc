@@ -8,6 +8,7 @@
 #include "lcmtypes/clock.h"
 #include "policy_bridge/contract/contract.h"
 #include "policy_bridge/policy_options.h"
+#include "runner/engines.h"
 #include "runner/run_controller.h"
 #include "runner/version.h"
 #include "viz/images/painter/painter.h"
@@ -51,7 +52,7 @@ ordered_json RunFacts(const sim::PreparedScene& prepared, const RunOptions& opti
   ordered_json facts = SceneFacts(prepared);
   const auto contract = policy::FindContractOf(options.policy);
   facts["policy_contract"] = contract ? policy::ContractJson(*contract) : ordered_json();
-  if (!options.sim.engine.empty()) facts["mujoco_version"] = options.sim.engine;
+  facts["mujoco_version"] = EngineVersion(options.sim.engine);
   facts["painter"] = viz::MujocoPaints() ? "mujoco" : "evalbus";
   return facts;
 }

@@ -56,6 +56,10 @@ using AddCommand = Action(CLI::App* app);
           "  evalbus compare runs/expert runs/noisy\n"                                                       \
           "  evalbus compare runs/a runs/b runs/c --baseline a --json comparison.json\n"                     \
           "  evalbus compare runs/expert runs/noisy --report comparison.html")                               \
+  COMMAND(AddCertify, "Compare", "certify", "test whether verdicts depend on the version of MuJoCo",         \
+          "  evalbus certify lift_pot/position --engines 2.2,3.3.3 --out runs/certified\n"                   \
+          "  evalbus certify lift_pot/all --engines 2.2,3.3.3 --policies expert,hold --out runs/all\n"       \
+          "  evalbus certify plan.yaml --engines 2.2,3.3.3 --workers 2 --out runs/plan")                     \
   COMMAND(AddReport, "Compare", "report", "write a run, a suite or a plan as one HTML page",                 \
           "  evalbus report runs/noisy\n"                                                                    \
           "  evalbus report runs/noisy --out noisy.html --mb 20\n"                                           \

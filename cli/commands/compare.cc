@@ -16,6 +16,7 @@
 #include "cli/commands/commands.h"
 #include "report/comparison_report.h"
 #include "report/viewer_pack.h"
+#include "results/comparability.h"
 #include "results/compared_runs.h"
 #include "results/comparison.h"
 #include "results/comparison_json.h"
@@ -44,6 +45,8 @@ struct CompareOptions {
   std::filesystem::path video;
   // Seed of the video's episodes; unset: the first seed on which only one of the runs succeeded.
   std::optional<int64_t> seed;
+  // Compare runs that were simulated by different versions of MuJoCo.
+  bool across_engines = false;
 };
 
 void AddOptions(CLI::App* app, CompareOptions* options) {
@@ -62,6 +65,9 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
                   "video of the two runs or suites on one seed, side by side: .mp4, .gif or .webp");
   app->add_option("--seed", options->seed,
                   "seed of the video's episodes; default: the first on which only one of the two succeeded");
+  app->add_flag("--across-engines", options->across_engines,
+                "compare runs that different versions of MuJoCo have simulated; without it they are refused, "
+                "because\nsuccess rates change with the version ('evalbus certify' tests how much)");
 }
 
 // Reads an episode of a run and labels it with the run's name.
@@ -104,13 +110,14 @@ int Compare(const CompareOptions& options) {
   if (options.seed && options.video.empty()) throw InputError("--seed requires --video");
   const results::RecordedRuns baseline = results::RemoveBaseline(options.baseline, &runs);
   if (runs.empty()) throw InputError("expected two or more runs, got only " + baseline.folder.string());
+  std::vector<const results::RecordedRuns*> all = {&baseline};
+  for (const results::RecordedRuns& run : runs) all.push_back(&run);
+  if (!options.across_engines) results::CheckSameEngine(all);
   const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline);
   for (size_t i = 0; i < comparisons.size(); ++i) {
     fmt::print("{}{}", i == 0 ? "" : "\n\n",
                results::ComparisonText(comparisons[i], !options.baseline.empty()));
   }
-  std::vector<const results::RecordedRuns*> all = {&baseline};
-  for (const results::RecordedRuns& run : runs) all.push_back(&run);
   const std::vector<results::RankedRun> ranking = results::RankBySuccess(all);
   if (!ranking.empty()) fmt::print("\n\n{}", results::RankingText(ranking));
   if (!options.json.empty()) {

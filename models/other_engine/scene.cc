@@ -14,6 +14,8 @@ namespace evalbus {
 namespace {
 
 // MuJoCo 2.2 has no implicitfast, so the composed scene has implicit where RoboEval has implicitfast.
+constexpr bool kHasImplicitFast = mjVERSION_HEADER >= 233;
+
 std::string XmlFor(const std::filesystem::path& file, bool discard_visual) {
   tinyxml2::XMLDocument document;
   if (document.Parse(ReadInput(file, "composed scene").c_str()) != tinyxml2::XML_SUCCESS) {
@@ -23,7 +25,7 @@ std::string XmlFor(const std::filesystem::path& file, bool discard_visual) {
   if (discard_visual) root->FirstChildElement("compiler")->SetAttribute("discardvisual", "true");
   tinyxml2::XMLElement* option = root->FirstChildElement("option");
   if (const char* integrator = option->Attribute("integrator");
-      integrator && std::string(integrator) == "implicit") {
+      kHasImplicitFast && integrator && std::string(integrator) == "implicit") {
     option->SetAttribute("integrator", "implicitfast");
   }
   tinyxml2::XMLPrinter printer;
@@ -32,9 +34,8 @@ std::string XmlFor(const std::filesystem::path& file, bool discard_visual) {
 }
 
 ModelPtr Compile(const std::filesystem::path& file, bool discard_visual, std::vector<std::string>* warnings) {
-  const std::string xml = XmlFor(file, discard_visual);
   const VfsPtr vfs = MakeVfs();
-  mj_addBufferVFS(vfs.get(), "scene.xml", xml.data(), static_cast<int>(xml.size()));
+  AddToVfs("scene.xml", XmlFor(file, discard_visual), vfs.get());
   const MujocoCompileGuard guard(warnings);
   char message[2000] = "";
   ModelPtr model(mj_loadXML("scene.xml", vfs.get(), message, sizeof(message)));

@@ -18,6 +18,7 @@ void Subtitle(const ReportRun& run, Markup* html) {
     html->Text("policy ");
     html->Element("b", {}, run.run.policy);
     html->Text(", " + Plural(run.summary.episodes, "episode") + ", run " + run.run.name);
+    if (const std::string engine = run.run.engine(); !engine.empty()) html->Text(", MuJoCo " + engine);
   });
 }
 

@@ -133,6 +133,18 @@ TEST_F(Merge, RefusesAPartThatLacksEpisodes) {
   ExpectMerged();
 }
 
+// Machines of a cluster may have different versions of MuJoCo.
+TEST_F(Merge, RefusesRunsOfTwoEngines) {
+  for (const char* episodes : {"0000-0001", "0002-0003"}) {
+    const fs::path file = Part("hold", episodes) / "run.json";
+    auto info = nlohmann::ordered_json::parse(ReadText(file));
+    info["mujoco_version"] = "9.9.9";
+    WriteText(file, info.dump());
+  }
+  ExpectRefused(Part("hold", "0000-0001").string() + ": simulated by MuJoCo 9.9.9, but " +
+                Part("rnd", "0000-0001").string() + " by MuJoCo ");
+}
+
 TEST_F(Merge, RefusesAPartWhoseLogsAreNotWhole) {
   const fs::path log = evalbus::LogFile(Part("hold", "0002-0003"), 3);
   const std::string text = ReadText(log);

@@ -91,6 +91,37 @@ TEST_F(PlanTest, ARateThatThePlanNamesGoesBeforeTheContracts) {
   EXPECT_EQ(plan.OptionsOf(plan.policies[0]).sim.control_hz, 50);
 }
 
+// Another MuJoCo needs its own process, and a version that is not built is reported before anything is run.
+TEST_F(PlanTest, RunsOfAnotherEngineAreProcesses) {
+  EXPECT_TRUE(Read(kSmall).options.in_process);
+  const Plan plan = OnEngine(Read(kSmall), "9.3.9");
+  EXPECT_FALSE(plan.options.in_process);
+  EXPECT_EQ(plan.OptionsOf(plan.policies[0]).sim.engine, "9.3.9");
+  EXPECT_THAT(ErrorOf(std::string(kSmall) + "options: {engine: 7.7.7}\n"),
+              HasSubstr("engine 7.7.7: not built; 'scripts/engine 7.7.7' builds it"));
+}
+
+TEST_F(PlanTest, MadeFromOptionsHasTheirPolicies) {
+  runner::RunOptions options;
+  options.tasks = {"lift_pot/position"};
+  options.workers = 4;
+  options.episodes = 3;
+  const Plan plan = MakePlan("certify", {"expert", "noisy_expert:0.1"}, options, false);
+  EXPECT_THAT(plan.tasks, ElementsAre("lift_pot/position"));
+  EXPECT_EQ(plan.policies[1].name, "noisy_expert-0.1");
+  EXPECT_EQ(plan.policies[1].policy, "noisy_expert:0.1");
+  EXPECT_EQ(plan.options.episodes, 3);
+  // The number of workers may differ when it is resumed.
+  EXPECT_EQ(plan.options.workers, 1);
+  const auto make = [&](const std::vector<std::string>& policies) {
+    return MakePlan("certify", policies, options, false);
+  };
+  EXPECT_THROW(make({}), InputError);
+  EXPECT_THROW(make({"expert", "expert"}), InputError);
+  EXPECT_THROW(make({"ws://127.0.0.1:8000"}), InputError);
+  EXPECT_THROW(make({"nonsense"}), InputError);
+}
+
 TEST_F(PlanTest, IsKeptAsJsonAndReadBack) {
   for (const char* text : {kSmall,
                            "policies: [expert, hold]\ntasks: lift_pot/all\nvideo: failures\n"

@@ -311,6 +311,28 @@ TEST_F(CompareTest, RemarksOnOtherDifferences) {
   EXPECT_THAT(CompareRuns(Run("d", packed, First(5, 6), 5), a).remarks, testing::IsEmpty());
 }
 
+TEST_F(CompareTest, RefusesToMixEngines) {
+  ordered_json info = Info(2);
+  const RecordedRuns unnamed = Run("unnamed", info, First(1, 2), 5);
+  info["mujoco_version"] = "2.2.2";
+  const RecordedRuns a = Run("a", info, First(1, 2), 5), b = Run("b", info, First(2, 2), 5);
+  info["mujoco_version"] = "3.3.3";
+  const RecordedRuns other = Run("other", info, First(1, 2), 5);
+  // Nothing is simulated there.
+  info["source"] = "file";
+  const RecordedRuns scored = Run("scored", info, First(1, 2), 5);
+  EXPECT_NO_THROW(CheckSameEngine({&a, &unnamed, &b, &scored}));
+  try {
+    CheckSameEngine({&a, &b, &other});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              a.folder.string() + " was simulated by MuJoCo 2.2.2 and " + other.folder.string() +
+                  " by MuJoCo 3.3.3: success rates change with the version; --across-engines compares them "
+                  "anyway");
+  }
+}
+
 // Which policy is called better, and why none is.
 class MeritTest : public CompareTest {
  protected:

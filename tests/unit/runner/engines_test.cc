@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
 
 #include <fstream>
 
@@ -33,10 +34,19 @@ TEST_F(EnginesTest, TheNewestThatBeginsWithTheVersion) {
     FindEngine("9.3.1");
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::StartsWith("--engine 9.3.1: there is only "));
-    EXPECT_THAT(error.what(),
-                testing::HasSubstr("9.3.9, 9.3.10, 9.4.0; 'scripts/engine VERSION' builds one"));
+    EXPECT_THAT(error.what(), testing::StartsWith("--engine 9.3.1: not built; 'scripts/engine 9.3.1' builds "
+                                                  "it; available: "));
+    EXPECT_THAT(error.what(), testing::HasSubstr("9.3.9, 9.3.10, 9.4.0"));
+    EXPECT_THAT(error.what(), testing::HasSubstr(std::string("available: ") + mj_versionString()));
   }
+}
+
+// Of evalbus' own version, a sim of exactly this version is preferred.
+TEST_F(EnginesTest, OurOwnMuJoCoHasNoSim) {
+  const std::string own = mj_versionString();
+  EXPECT_EQ(FindEngine(own.substr(0, own.rfind('.'))), "");
+  EXPECT_EQ(EngineVersion(""), own);
+  EXPECT_EQ(EngineVersion("9.3.9"), "9.3.9");
 }
 
 TEST(Engine, NeedsAProcess) {

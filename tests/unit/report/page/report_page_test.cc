@@ -129,6 +129,19 @@ std::string PageOf(std::vector<ReportRun> runs) {
   return ReportPage({.title = "title", .runs = std::move(runs), .remarks = {}, .made_by = "0.1.0"});
 }
 
+TEST(ReportPage, NamesTheEngineThatSimulated) {
+  const auto subtitle = [](const nlohmann::ordered_json& info) {
+    ReportRun run = SomeRun();
+    run.run.info.update(info);
+    const Page page(PageOf({run}));
+    return TextOf(
+        page.All("p", [](const XMLElement& p) { return p.Attribute("class", "subtitle") != nullptr; }).at(0));
+  };
+  EXPECT_THAT(subtitle({{"mujoco_version", "3.3.3"}}), testing::EndsWith(", MuJoCo 3.3.3"));
+  // Nothing was simulated.
+  EXPECT_THAT(subtitle({{"mujoco_version", "3.3.3"}, {"source", "file"}}), Not(HasSubstr("MuJoCo")));
+}
+
 TEST(ReportPage, StatesTheRateAndTheExclusions) {
   const Page page(PageOf({SomeRun()}));
   std::string text;

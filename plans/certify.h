@@ -1,0 +1,31 @@
+// Runs the same plan on several engines (versions of MuJoCo) and compares the results, for `evalbus certify`.
+//
+// The folder OUT has a plan's folder for each engine, OUT/VERSION, and certificate.json.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "plans/plan.h"
+#include "results/certificate_text.h"
+
+namespace evalbus::plans {
+
+inline constexpr char kCertificateJson[] = "certificate.json";
+
+// Finds the engines of --engines, for example {"2.2", "3.3.3"}, the first of which is the reference. Throws
+// InputError unless all are built and there are two or more different ones.
+std::vector<std::string> FindEngines(const std::vector<std::string>& wanted);
+
+struct Certified {
+  results::Certificate certificate;
+  results::StageNames stages;
+};
+
+// Runs the missing episodes of the plan on each engine, at most `workers` runs at a time, compares them, and
+// writes OUT/certificate.json. Throws InputError, also if OUT belongs to another plan; EnvironmentError.
+Certified CertifyPlan(const Plan& plan, const std::vector<std::string>& engines,
+                      const std::filesystem::path& out, int workers);
+
+}  // namespace evalbus::plans
