@@ -130,6 +130,13 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
     }
     const Mount mount = part.free ? Mount::kFree : part.placed ? Mount::kMocap : Mount::kFixed;
     composer.Attach(part.model_file, part.name + "/", part.pose, mount, "", {}, part.without);
+    for (const PartSite& site : part.sites) {
+      try {
+        composer.AddSite(part.name + "/" + site.name, site.pose, part.name);
+      } catch (const InputError& error) {
+        throw InputError(part.location.ToString() + ": " + error.what());
+      }
+    }
   }
 
   // If names repeat, the first camera takes precedence; a variation's cameras precede the task's.

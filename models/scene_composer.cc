@@ -281,6 +281,17 @@ void SceneComposer::SetCamera(const std::string& name, const Pose& pose, double 
   Set(camera, "fovy", NumberText(fov_deg));
 }
 
+void SceneComposer::AddSite(const std::string& name, const Pose& pose, const std::string& body) {
+  XMLElement* world = impl_->sections["worldbody"];
+  if (Find(world, "site", name)) throw InputError("the scene has a site '" + name + "' already");
+  XMLElement* parent = Find(world, "body", body);
+  if (!parent) throw InputError("the scene has no body '" + body + "'");
+  XMLElement* site = parent->InsertNewChildElement("site");
+  Set(site, "name", name);
+  Set(site, "pos", Join(pose.position));
+  Set(site, "quat", Join(pose.quaternion));
+}
+
 void SceneComposer::SetJointAttribute(const std::string& joint, const std::string& attribute, double value) {
   XMLElement* element = Find(impl_->sections["worldbody"], "joint", joint);
   if (!element) throw InputError("the scene has no joint '" + joint + "'");

@@ -51,6 +51,9 @@ class SceneComposer {
   // all functions below.
   void SetCamera(const std::string& name, const Pose& pose, double fov_deg, const std::string& body = "");
 
+  // Adds a site to a body. Throws InputError if there is a site with this name.
+  void AddSite(const std::string& name, const Pose& pose, const std::string& body);
+
   // Replaces an attribute of a joint ("damping", "armature").
   void SetJointAttribute(const std::string& joint, const std::string& attribute, double value);
   // Adds a number to the document's <custom> section, for programs that read the compiled model.

@@ -77,7 +77,7 @@ MetricsOptions ReadMetrics(const YamlValue& value) {
 void ReadParts(const YamlValue& value, const std::filesystem::path& folder, bool check_files,
                std::vector<ScenePart>* parts) {
   for (const YamlValue& entry : value.List()) {
-    const YamlMap map(entry, {"name", "model", "pose"}, {"free", "without", "may_penetrate"});
+    const YamlMap map(entry, {"name", "model", "pose"}, {"free", "without", "sites", "may_penetrate"});
     ScenePart part;
     part.name = map["name"].Name();
     for (const ScenePart& other : *parts) {
@@ -88,6 +88,9 @@ void ReadParts(const YamlValue& value, const std::filesystem::path& folder, bool
     part.pose = ReadPose(map["pose"]);
     if (const YamlValue* free = map.Find("free")) part.free = free->Bool();
     if (const YamlValue* without = map.Find("without")) part.without = without->Texts();
+    if (const YamlValue* sites = map.Find("sites")) {
+      for (const YamlValue& site : sites->Entries()) part.sites.push_back({site.key(), ReadPose(site)});
+    }
     if (const YamlValue* allowed = map.Find("may_penetrate")) part.may_penetrate = allowed->Bool();
     part.location = entry.location();
     parts->push_back(std::move(part));

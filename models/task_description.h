@@ -24,12 +24,20 @@ struct Stage {
 };
 
 // Scene part: an MJCF file attached under the prefix "<name>/" at a pose in the world.
+// A named frame on a scene part, in the frame of the part's body.
+struct PartSite {
+  std::string name;
+  Pose pose;
+};
+
 struct ScenePart {
   std::string name;
   // "NAME:FILE" until FindAssets() replaces it.
   std::filesystem::path model_file;
   // Bodies of the file that are left out.
   std::vector<std::string> without;
+  // Sites that are added to those of the file.
+  std::vector<PartSite> sites;
   // True if it may penetrate other parts at the start of an episode.
   bool may_penetrate = false;
   Pose pose;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "models/task_family.h"
 #include "policy_bridge/experts/cube_handover.h"
 #include "policy_bridge/experts/lift_by_handles.h"
 #include "policy_bridge/experts/pack_box.h"
@@ -124,7 +125,7 @@ const std::map<std::string, Factory>& Experts() {
 }  // namespace
 
 void CheckExpert(const std::string& task) {
-  if (Experts().contains(task)) return;
+  if (Experts().contains(FamilyOf(task))) return;
   std::string known;
   for (const auto& [name, unused] : Experts()) known += (known.empty() ? "" : ", ") + name;
   throw InputError("policy \"expert\": there is none for task \"" + task + "\"; there is one for " + known +
@@ -133,7 +134,7 @@ void CheckExpert(const std::string& task) {
 
 std::unique_ptr<Policy> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info) {
   CheckExpert(task);
-  return Experts().at(task)(model, info);
+  return Experts().at(FamilyOf(task))(model, info);
 }
 
 }  // namespace evalbus::policy

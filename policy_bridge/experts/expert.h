@@ -68,8 +68,8 @@ void SetAction(const Configuration& configuration, action_t* action);
 // Throws InputError with the supported tasks if there is no expert for this one.
 void CheckExpert(const std::string& task);
 
-// Creates the scripted expert for a task, by the task's name; it also works for a copy of the task under
-// another name. Throws as CheckExpert() does.
+// Creates the scripted expert for a task, by the name of its family; it also works for a copy of the task
+// under another name. Throws as CheckExpert() does.
 std::unique_ptr<Policy> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info);
 
 }  // namespace evalbus::policy

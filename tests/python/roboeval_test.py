@@ -1,10 +1,12 @@
 """Compares evalbus's episodes with RoboEval's own environment (scripts/interop roboeval).
 
 usage: PYTHON roboeval_test.py BIN ROBOEVAL OUT [--episodes N] [--families A,B] [--policies A,B] [--engine VERSION]
+    [--native]
 
 Runs policies in evalbus's scenes, plays their commands in RoboEval's scenes (composed by evalbus, with MuJoCo 2.2 and with
 VERSION) and in RoboEval's environment. Prints how often verdicts and stages are equal. Exit code 1 if the scenes of RoboEval
-in evalbus have other verdicts than allowed, or a recorded state is judged otherwise.
+in evalbus have other verdicts than allowed, or a recorded state is judged otherwise. With --native, the policies act in
+RoboEval's scenes with VERSION instead.
 """
 
 import argparse
@@ -34,11 +36,13 @@ def main():
     parser.add_argument("--variation", default="position_and_orientation")
     parser.add_argument("--policies", default=_POLICIES)
     parser.add_argument("--engine", default="3.3.3")
+    # The policies act in RoboEval's scenes, with --engine only; otherwise in ours, and their commands are replayed.
+    parser.add_argument("--native", action="store_true")
     args = parser.parse_args()
     rows, states = [], []
     for family in args.families.split(","):
         for policy in args.policies.split(","):
-            for scene in ["own", "2.2", "engine"]:
+            for scene in ["engine"] if args.native else ["own", "2.2", "engine"]:
                 run = evaluate(args, family, policy, scene)
                 rows += compare(run, scene, policy, states)
     (args.out / "roboeval.json").write_text(json.dumps({"episodes": rows, "states": states}, indent=1))
@@ -60,7 +64,7 @@ def evaluate(args, family, policy, scene):
         command += [f"{family}/{args.variation}", "--policy", policy, "--in-process"]
     else:
         command += [f"roboeval/{family}/{args.variation}", "--assets", f"roboeval={args.roboeval}"]
-        command += ["--policy", f"replay_anyway:{own}"]
+        command += ["--policy", policy if args.native else f"replay_anyway:{own}"]
         command += ["--engine", args.engine] if scene == "engine" else ["--in-process"]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     return run
@@ -86,23 +90,24 @@ def equal(rows, what):
 
 
 def summarize(rows):
-    print(f"\n{'':30}{'equal verdicts':>30}{'equal stages':>30}{'wrists, rms in mm':>30}")
-    scenes = ["own", "2.2", "engine"]
-    print(f"{'family':30}" + 3 * "".join(f"{scene:>10}" for scene in scenes))
+    scenes = list(dict.fromkeys(row["scene"] for row in rows))
+    cell = max(10, 16 // len(scenes))
+    titles = ["equal verdicts", "equal stages", "wrists, mm rms"]
+    print(f"\n{'':30}" + "".join(f"{title:>{cell * len(scenes)}}" for title in titles))
+    print(f"{'family':30}" + len(titles) * "".join(f"{scene:>{cell}}" for scene in scenes))
     for family in [*dict.fromkeys(row["family"] for row in rows), "all"]:
         chosen = [row for row in rows if family in ("all", row["family"])]
         groups = [[row for row in chosen if row["scene"] == scene] for scene in scenes]
-        line = [f"{equal(group, 'success'):10.1%}" for group in groups]
-        line += [f"{equal(group, 'stages'):10.1%}" for group in groups]
-        line += [f"{1e3 * np.sqrt(np.mean([row['wrist_rms_m'] ** 2 for row in group])):10.2f}" for group in groups]
+        line = [f"{equal(group, what):{cell}.1%}" for what in ("success", "stages") for group in groups]
+        line += [f"{1e3 * np.sqrt(np.mean([row['wrist_rms_m'] ** 2 for row in group])):{cell}.2f}" for group in groups]
         print(f"{family:30}" + "".join(line))
 
 
 def report_verdicts(rows):
     failed = 0
     for scene, least in _LEAST.items():
-        fraction = equal([row for row in rows if row["scene"] == scene], "success")
-        if fraction < least:
+        chosen = [row for row in rows if row["scene"] == scene]
+        if chosen and (fraction := equal(chosen, "success")) < least:
             print(f"error: {fraction:.1%} equal verdicts with {scene}, expected {least:.0%}")
             failed = 1
     return failed

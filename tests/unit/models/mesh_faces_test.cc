@@ -88,4 +88,23 @@ TEST(WithoutBodies, LeavesOutABodyAndWhatIsOnIt) {
             model.string() + ":1: there is no body 'd' to leave out");
 }
 
+TEST(Sites, AreAddedToAPart) {
+  TempFolder folder;
+  const auto model =
+      folder.Write("m.xml", R"(<mujoco><worldbody><body name="a"><site name="tip"/></body></worldbody></mujoco>)");
+  SceneComposer composer(folder.Write("base.xml", "<mujoco/>"));
+  composer.Attach(model, "m/", {.position = {1, 0, 0}});
+  composer.AddSite("m/handle", {.position = {0, 0.5, 0}}, "m");
+  std::vector<std::string> warnings;
+  const ModelPtr compiled = CompileModel(composer, false, &warnings);
+  const DataPtr data(mj_makeData(compiled.get()));
+  mj_kinematics(compiled.get(), data.get());
+  const int site = mj_name2id(compiled.get(), mjOBJ_SITE, "m/handle");
+  ASSERT_GE(site, 0);
+  EXPECT_EQ(data->site_xpos[3 * site], 1);
+  EXPECT_EQ(data->site_xpos[3 * site + 1], 0.5);
+  EXPECT_EQ(ErrorOf([&] { composer.AddSite("m/tip", {}, "m"); }), "the scene has a site 'm/tip' already");
+  EXPECT_EQ(ErrorOf([&] { composer.AddSite("m/new", {}, "n"); }), "the scene has no body 'n'");
+}
+
 }  // namespace evalbus::mesh_faces_test
