@@ -90,8 +90,8 @@ TEST(WithoutBodies, LeavesOutABodyAndWhatIsOnIt) {
 
 TEST(Sites, AreAddedToAPart) {
   TempFolder folder;
-  const auto model =
-      folder.Write("m.xml", R"(<mujoco><worldbody><body name="a"><site name="tip"/></body></worldbody></mujoco>)");
+  const auto model = folder.Write(
+      "m.xml", R"(<mujoco><worldbody><body name="a"><site name="tip"/></body></worldbody></mujoco>)");
   SceneComposer composer(folder.Write("base.xml", "<mujoco/>"));
   composer.Attach(model, "m/", {.position = {1, 0, 0}});
   composer.AddSite("m/handle", {.position = {0, 0.5, 0}}, "m");
