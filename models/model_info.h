@@ -18,7 +18,7 @@ model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& 
 // Number in the <custom> section of a model: 0 if the robot's controller leaves gravity to its servos.
 inline constexpr const char* kGravityCompensation = "gravity_compensation";
 
-// Whether the sim compensates gravity and Coriolis forces of the arms; true unless the model says otherwise.
+// Whether the sim compensates gravity and Coriolis forces of the arms; true if there is no such number.
 bool CompensatesGravity(const mjModel& model);
 
 }  // namespace evalbus
