@@ -47,8 +47,9 @@ void Expert::Act(const state_t& state, action_t* action) {
     player_.Start(std::move(motions), time);
     commanded = &player_.At(time);
   }
-  const Configuration target{servo_lead_.Targets(commanded->joints, player_.Velocity()), commanded->closing};
-  SetAction(target, action);
+  servo_lead_.Lead(commanded->joints, player_.Velocity(), &target_.joints);
+  target_.closing = commanded->closing;
+  SetAction(target_, action);
 }
 
 std::string Expert::WhyNoPlan(const Configuration& now, const state_t& state) {

@@ -57,6 +57,7 @@ class Expert : public Policy {
   bool has_planned_ = false;
   Player player_;
   ServoLead servo_lead_;
+  Configuration target_;
 };
 
 // Throws InputError unless the robot has two arms.

@@ -68,13 +68,11 @@ void Motion::At(double t, Configuration* now) const {
   }
 }
 
-std::vector<JointVector> Motion::VelocityAt(double t) const {
-  std::vector<JointVector> velocity;
-  for (const JointPath& path : paths) {
-    velocity.push_back(path.Slope(duration > 0 ? MinJerk(t / duration) : 1) *
-                       (duration > 0 ? MinJerkRate(t / duration) / duration : 0));
-  }
-  return velocity;
+void Motion::VelocityAt(double t, std::vector<JointVector>* velocity) const {
+  const double s = duration > 0 ? MinJerk(t / duration) : 1;
+  const double rate = duration > 0 ? MinJerkRate(t / duration) / duration : 0;
+  velocity->resize(paths.size());
+  for (size_t i = 0; i < paths.size(); ++i) (*velocity)[i] = rate * paths[i].Slope(s);
 }
 
 PlanningContext::PlanningContext(const mjModel& model, const model_info_t& info,
@@ -428,11 +426,14 @@ const Configuration& Player::At(double time) {
   return commanded_;
 }
 
-std::vector<JointVector> Player::Velocity() const {
-  if (!motions_.empty()) return motions_.front().VelocityAt(now_ - started_);
-  std::vector<JointVector> rest;
-  for (const JointVector& joints : commanded_.joints) rest.push_back(JointVector::Zero(joints.size()));
-  return rest;
+const std::vector<JointVector>& Player::Velocity() {
+  if (!motions_.empty()) {
+    motions_.front().VelocityAt(now_ - started_, &velocity_);
+  } else {
+    velocity_.resize(commanded_.joints.size());
+    for (size_t i = 0; i < velocity_.size(); ++i) velocity_[i].setZero(commanded_.joints[i].size());
+  }
+  return velocity_;
 }
 
 }  // namespace evalbus::policy

@@ -38,8 +38,8 @@ struct Motion {
 
   // Configuration after t seconds, written to *now; t is clamped to the motion.
   void At(double t, Configuration* now) const;
-  // Joint velocities after t seconds, rad/s, one entry per arm.
-  std::vector<JointVector> VelocityAt(double t) const;
+  // Joint velocities after t seconds, rad/s, one entry per arm, written to *velocity.
+  void VelocityAt(double t, std::vector<JointVector>* velocity) const;
 };
 
 // Goal of a gripper: the pose of its grip frame in the world frame.
@@ -220,7 +220,7 @@ class Player {
   // Commanded configuration at `time`. Times must not decrease.
   const Configuration& At(double time);
   // Joint velocities at the time of the last At(), rad/s, one entry per arm.
-  std::vector<JointVector> Velocity() const;
+  const std::vector<JointVector>& Velocity();
   // True if all motions had ended by the time of the last At().
   bool done() const { return motions_.empty(); }
 
@@ -229,6 +229,7 @@ class Player {
   double started_ = 0;
   double now_ = 0;
   Configuration commanded_;
+  std::vector<JointVector> velocity_;
 };
 
 }  // namespace evalbus::policy

@@ -32,8 +32,8 @@ ServoLead::ServoLead(const mjModel& model, const model_info_t& info)
   }
 }
 
-std::vector<JointVector> ServoLead::Targets(const std::vector<JointVector>& wanted,
-                                            const std::vector<JointVector>& velocity) {
+void ServoLead::Lead(const std::vector<JointVector>& wanted, const std::vector<JointVector>& velocity,
+                     std::vector<JointVector>* targets) {
   if (sags_) {
     for (size_t arm = 0; arm < servos_.size(); ++arm) {
       for (size_t j = 0; j < servos_[arm].size(); ++j) {
@@ -44,17 +44,16 @@ std::vector<JointVector> ServoLead::Targets(const std::vector<JointVector>& want
     mj_comPos(model_.get(), data_.get());
     mj_rne(model_.get(), data_.get(), 0, gravity_.data());
   }
-  std::vector<JointVector> targets = wanted;
+  *targets = wanted;
   for (size_t arm = 0; arm < servos_.size(); ++arm) {
     for (size_t j = 0; j < servos_[arm].size(); ++j) {
       const Servo& servo = servos_[arm][j];
       if (servo.stiffness <= 0) continue;
       const auto i = static_cast<Eigen::Index>(j);
       const double weight = sags_ ? gravity_[static_cast<size_t>(servo.dof)] : 0;
-      targets[arm][i] += (servo.damping * velocity[arm][i] + weight) / servo.stiffness;
+      (*targets)[arm][i] += (servo.damping * velocity[arm][i] + weight) / servo.stiffness;
     }
   }
-  return targets;
 }
 
 }  // namespace evalbus::policy

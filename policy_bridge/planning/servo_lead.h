@@ -21,9 +21,10 @@ class ServoLead {
   // Actuators that are not position servos of the arms' joints are left alone.
   ServoLead(const mjModel& model, const model_info_t& info);
 
-  // Returns the targets for the joint positions `wanted` (rad) and velocities (rad/s), one entry per arm.
-  std::vector<JointVector> Targets(const std::vector<JointVector>& wanted,
-                                   const std::vector<JointVector>& velocity);
+  // Writes the targets (rad) for the joint positions `wanted` (rad) and velocities (rad/s), one entry per
+  // arm.
+  void Lead(const std::vector<JointVector>& wanted, const std::vector<JointVector>& velocity,
+            std::vector<JointVector>* targets);
 
  private:
   struct Servo {

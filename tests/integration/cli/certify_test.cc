@@ -83,7 +83,7 @@ TEST_F(Certify, TheSameEngineUnderTwoNamesFlipsNothing) {
   EXPECT_EQ(RunProgram({"evalbus", "compare", own, other, "--across-engines"}).code, 0);
   // Nor are episodes of two engines put into one run.
   ExpectError(RunProgram({"evalbus", "merge", folder_.path() / "merged", own, other}), "mujoco_version");
-  ExpectError(RunProgram({"evalbus", "run", "--like", own, "--engine", stand_in_, "--out", own, "--resume"}),
+  ExpectError(RunProgram({"evalbus", "run", "--like", other, "--engine", own_, "--out", other, "--resume"}),
               "mujoco_version");
 }
 

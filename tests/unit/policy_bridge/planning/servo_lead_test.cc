@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "models/model_info.h"
 #include "models/mujoco_ptr.h"
@@ -39,7 +40,9 @@ model_info_t OneArm() {
 
 double Target(const mjModel& model, double angle, double velocity) {
   ServoLead lead(model, OneArm());
-  return lead.Targets({JointVector::Constant(1, angle)}, {JointVector::Constant(1, velocity)})[0][0];
+  std::vector<JointVector> targets;
+  lead.Lead({JointVector::Constant(1, angle)}, {JointVector::Constant(1, velocity)}, &targets);
+  return targets[0][0];
 }
 
 TEST(ServoLead, LeadsByTheDelayOfTheVelocityTerm) {
