@@ -167,8 +167,11 @@ class Environment:
             },
         }
 
-    def judge_states(self, episode, every):
-        """Sets recorded states; returns for how many of them RoboEval judges otherwise, and the largest differences."""
+    def judge_states(self, episode):
+        """Sets all recorded states; returns for how many RoboEval judges otherwise, and the largest differences.
+
+        Every tick counts: a stage that is reached for a tick remains reached.
+        """
         physics = self.env.mojo.physics
         env = self.env
         _quietly(env.reset, seed=0)
@@ -185,7 +188,7 @@ class Environment:
                 joints[index] = f"{side}/hand/{own}" if "finger" in own else f"{side}/{own}"
         counts = {"states": 0, "success": 0, "stages": 0}
         largest = {"distance_m": 0.0, "pose_error_rad": 0.0}
-        for tick in range(0, min(episode.num_ticks, len(episode.stages)), every):
+        for tick in range(min(episode.num_ticks, len(episode.stages))):
             for index, name in joints.items():
                 physics.data.qpos[physics.model.jnt_qposadr[index]] = episode.joint(tick, name)
             self.place_objects(episode, tick)
