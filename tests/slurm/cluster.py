@@ -123,15 +123,20 @@ class Cluster:
 
         Without it, a node that was set down, or that Slurm drains because a slurmstepd died, returns late or
         never. A requeued job starts at once instead of after the two minutes in which its credential might be
-        used.
+        used. If the node still runs its first copy then, the launch fails, and Slurm holds the job.
         """
         for line in self.say("sinfo", "-h", "-N", "-o", "%N %T").splitlines():
             node, state = line.split()
             if state.startswith(("down", "drain")):
                 self.say("scontrol", "update", f"nodename={node}", "state=resume")
         for job, state in self.jobs().items():
-            if state == "PENDING" and "BeginTime" in self.say("squeue", "-h", "-r", "-j", job, "-o", "%r"):
+            if state != "PENDING":
+                continue
+            reason = self.say("squeue", "-h", "-r", "-j", job, "-o", "%r")
+            if "BeginTime" in reason:
                 self.say("scontrol", "update", f"jobid={job}", "StartTime=now")
+            elif "requeued held" in reason:
+                self.say("scontrol", "release", job)
 
     def stop(self):
         for state in ("PENDING", "RUNNING"):
