@@ -32,8 +32,8 @@ class ServoLead {
     double damping = 0;    // N m s / rad
     int qpos = 0, dof = 0;
   };
-  ModelPtr model_;  // a copy
-  bool sags_;
+  // Null if the sim compensates gravity. The model is a copy.
+  ModelPtr model_;
   DataPtr data_;
   std::vector<mjtNum> gravity_;
   // By arm and joint.
