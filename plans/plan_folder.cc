@@ -175,6 +175,12 @@ std::pair<std::string, std::string> ParseHidden(const std::string& name) {
   return {name.substr(1, dot - 1), dot < name.size() ? name.substr(dot + 1) : ""};
 }
 
+void CheckOutIsNew(const fs::path& out) {
+  if (!fs::exists(out) || (fs::is_directory(out) && fs::is_empty(out))) return;
+  throw InputError("--out " + out.string() +
+                   ": exists and is not an empty folder; choose another name, or add --resume");
+}
+
 void WriteFailure(const PlanFolder& folder, const Shard& shard, const std::string& why) {
   const fs::path file = Hidden(folder, shard, "failed");
   std::error_code ignored;

@@ -93,6 +93,9 @@ class AtWork {
 // "HOST-PID.coming" (being copied) or "failed". Both are empty for other names.
 std::pair<std::string, std::string> ParseHidden(const std::string& name);
 
+// Throws InputError if the folder of --out exists and is not an empty folder.
+void CheckOutIsNew(const std::filesystem::path& out);
+
 // Records why a shard failed; an empty `why` removes the record.
 void WriteFailure(const PlanFolder& folder, const Shard& shard, const std::string& why);
 

@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/help.h"
 #include "cli/commands/commands.h"
+#include "plans/plan_folder.h"
 
 namespace evalbus::commands {
 namespace {
@@ -75,10 +76,7 @@ plans::Plan PlanOf(const CertifyOptions& options, const CLI::App& app) {
 
 int Certify(const CertifyOptions& options, const CLI::App& app) {
   const fs::path& out = options.run.out;
-  if (!options.run.resume && fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out))) {
-    throw InputError("--out " + out.string() +
-                     ": exists and is not an empty folder; choose another name, or add --resume");
-  }
+  if (!options.run.resume) plans::CheckOutIsNew(out);
   const std::vector<std::string> engines = plans::FindEngines(options.engines);
   const plans::Certified certified =
       plans::CertifyPlan(PlanOf(options, app), engines, out, options.run.workers);

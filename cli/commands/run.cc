@@ -122,11 +122,7 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
   } else if (slurm.submit || slurm.dry_run) {
     in_folder([&](const plans::PlanFolder& folder) { plans::RunOnSlurm(folder, slurm); });
   } else {
-    if (!is_begun && !options.resume && !options.out.empty() && fs::exists(options.out) &&
-        !fs::is_empty(options.out)) {
-      throw InputError("--out " + options.out.string() +
-                       ": exists and is not an empty folder; choose another name, or add --resume");
-    }
+    if (!is_begun && !options.resume && !options.out.empty()) plans::CheckOutIsNew(options.out);
     in_folder([&](const plans::PlanFolder& folder) { plans::RunPlan(folder, options.workers); });
   }
 }
