@@ -124,6 +124,8 @@ viz::EpisodeRow RowOf(const results::RecordedEpisode& episode, const results::Re
   row.complete = episode.complete;
   row.time = episode.completion_time;
   row.text = episode.explanation;
+  row.cause_time = episode.cause.time_s;
+  row.cause_text = episode.cause.text;
   row.has_track = std::filesystem::exists(EpisodeLog(run.folder, episode.episode));
   return row;
 }

@@ -20,7 +20,8 @@ nlohmann::ordered_json EpisodeJson(const std::string& task, const std::string& v
                {"complete", summary.complete != 0},
                {"metrics", std::move(metrics)},
                {"extended", metrics::ExtendedJson(summary.extended, summary.metrics)},
-               {"explanation", metrics::ExplanationJson(summary.explanation)}});
+               {"explanation", metrics::ExplanationJson(summary.explanation)},
+               {"cause", metrics::CauseJson(summary.cause)}});
   return line;
 }
 

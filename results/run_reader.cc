@@ -169,6 +169,12 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   episode.completion_time = Get<double>(metrics, "completion_time", "a number", where);
   episode.explanation =
       Get<std::string>(Get<ordered_json>(json, "explanation", "an object", where), "text", "a text", where);
+  if (json.contains("cause")) {
+    const ordered_json& cause = Get<ordered_json>(json, "cause", "an object", where);
+    episode.cause = {.kind = Get<std::string>(cause, "kind", "a name", where),
+                     .time_s = Get<double>(cause, "time_s", "a number", where),
+                     .text = Get<std::string>(cause, "text", "a text", where)};
+  }
   CheckPacing(json, where);
   try {
     episode.result = metrics::ResultOf(json);

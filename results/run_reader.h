@@ -16,6 +16,14 @@
 
 namespace evalbus::results {
 
+// Decisive moment of an episode (docs/failures.md). All members are empty in runs of versions before 0.3.
+struct Cause {
+  std::string kind;
+  double time_s = 0;
+  // One sentence.
+  std::string text;
+};
+
 // A line of episodes.jsonl.
 struct RecordedEpisode {
   int episode = 0;
@@ -35,6 +43,7 @@ struct RecordedEpisode {
   double completion_time = 0;  // s
   // Explains the result in one sentence.
   std::string explanation;
+  Cause cause;
   // Input of the statistics.
   metrics::EpisodeResult result;
   // The unparsed line; uses a tenth of the memory of the parsed JSON.

@@ -80,12 +80,13 @@ std::string Arrow(const std::string& before, const std::string& after) {
 }
 
 // Lists the metrics that changed, by the first part of their names, in the order of episodes.jsonl. Omits the
-// explanation, which changes with them.
+// explanation and the cause, which change with them.
 std::string ChangedMetrics(const std::vector<results::Difference>& differences) {
   std::vector<std::string> names;
   for (const results::Difference& difference : differences) {
     const size_t from = difference.name.find('.') + 1;  // after "metrics." or "extended."
-    if (from == 0 || difference.name.starts_with("explanation.")) continue;
+    if (from == 0 || difference.name.starts_with("explanation.") || difference.name.starts_with("cause."))
+      continue;
     const std::string name = difference.name.substr(from, difference.name.find('.', from) - from);
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }

@@ -7,6 +7,7 @@
 
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
+#include "metrics/episode/cause.h"
 
 namespace evalbus::metrics {
 namespace {
@@ -326,6 +327,7 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
   FillExtended(true, &summary.extended);
   summary.explanation =
       Explain(outcome, summary.failure_reason, metrics_, first_collision_, grasps_.grasps());
+  summary.cause = FindCause(outcome, summary.failure_reason, summary.explanation, metrics_.time());
   return summary;
 }
 

@@ -206,6 +206,10 @@ ordered_json ExplanationJson(const explanation_t& e) {
   return result;
 }
 
+ordered_json CauseJson(const cause_t& cause) {
+  return {{"kind", cause.kind}, {"time_s", cause.time_s}, {"text", cause.text}};
+}
+
 ordered_json ParametersJson(const episode_begin_t& begin) {
   ordered_json result = ordered_json::object();
   for (size_t k = 0; k < begin.parameter_name.size(); ++k) {

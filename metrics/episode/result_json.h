@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "evalbus/cause_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/explanation_t.hpp"
@@ -23,6 +24,9 @@ nlohmann::ordered_json ExtendedJson(const extended_metrics_t& extended, const me
 
 // Value of the key "explanation" (docs/run_folder.md).
 nlohmann::ordered_json ExplanationJson(const explanation_t& explanation);
+
+// Value of the key "cause" (docs/run_folder.md).
+nlohmann::ordered_json CauseJson(const cause_t& cause);
 
 // Value of the key "parameters" of an episode that evalbus simulates: its randomized start parameters.
 nlohmann::ordered_json ParametersJson(const episode_begin_t& begin);

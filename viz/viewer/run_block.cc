@@ -148,6 +148,8 @@ EpisodeRow RowOf(const episode_summary_t& summary, const std::string& task, cons
   row.complete = summary.complete;
   row.time = summary.metrics.completion_time_s;
   row.text = summary.explanation.text;
+  row.cause_time = summary.cause.time_s;
+  row.cause_text = summary.cause.text;
   return row;
 }
 
@@ -167,6 +169,8 @@ std::string EpisodesBlock(int run, size_t from, const std::vector<EpisodeRow>& r
                     {"complete", row.complete},
                     {"time_s", NumberOrNull(row.time)},
                     {"text", row.text},
+                    {"cause_time_s", row.cause_text.empty() ? Json() : Json(row.cause_time)},
+                    {"cause_text", row.cause_text.empty() ? Json() : Json(row.cause_text)},
                     {"has_track", row.has_track},
                     {"video", row.video.empty() ? Json() : Json(row.video)}});
   }

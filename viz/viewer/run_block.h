@@ -49,6 +49,9 @@ struct EpisodeRow {
   bool success = false, complete = true;
   double time = 0;  // s
   std::string text;
+  // Decisive moment (docs/failures.md) and its sentence; the text is empty in runs of versions before 0.3.
+  double cause_time = 0;  // s
+  std::string cause_text;
   // Whether its ticks can be shown.
   bool has_track = true;
   // URL of a video, relative to the page; empty if there is none.
