@@ -153,4 +153,12 @@ void TaskEvaluator::Criteria(criteria_t* criteria) const {
   }
 }
 
+void TaskEvaluator::ConditionsByStage(std::vector<std::vector<condition_t>>* conditions) const {
+  conditions->resize(stages_.size() + 1);
+  for (size_t k = 0; k < conditions->size(); ++k) {
+    Standing standing(&(*conditions)[k]);
+    (k < stages_.size() ? *stages_[k] : *success_).Stand(true, &standing);
+  }
+}
+
 }  // namespace evalbus::metrics

@@ -14,7 +14,7 @@ namespace evalbus::layers_test {
 namespace fs = std::filesystem;
 
 // Each folder includes only those before it.
-constexpr std::array<std::string_view, 42> kOrder = {"base",
+constexpr std::array<std::string_view, 43> kOrder = {"base",
                                                      "lcmtypes",
                                                      "bus/udpm",
                                                      "bus",
@@ -28,6 +28,7 @@ constexpr std::array<std::string_view, 42> kOrder = {"base",
                                                      "metrics/extended",
                                                      "metrics/task",
                                                      "metrics/statistics",
+                                                     "metrics/cause",
                                                      "metrics/episode",
                                                      "metrics",
                                                      "policy_bridge/interface",

@@ -1,0 +1,281 @@
+#include "metrics/cause/cause_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "lcmtypes/clock.h"
+
+namespace evalbus::metrics {
+namespace {
+
+// Shorter contacts are no holds, s.
+constexpr double kShortestHold = 0.1;
+// A hold after a loss makes up for it if it lasts more than this many times as long.
+constexpr int kLonger = 2;
+// A stage that is reached this soon (s) after an event is still part of it.
+constexpr double kSameTime = 0.2;
+// An object fell if it is this much (m) lower than when it was last held.
+constexpr double kFallen = 0.02;
+// A gripper closes on nothing where it wanted to hold an object if it is this close (m) to its nearest point.
+constexpr double kNear = 0.1;
+// A collision: the arm presses for this long (s), or, if its effort is unknown, touches the scene for this long (s),
+// or pushes an object that it should hold this far (m).
+constexpr double kPressed = 0.5, kTouched = 1, kPushed = 0.02;
+// A robot that is at rest for at least kStill (s) at the end has stalled if it made progress at most kPatience (s)
+// before it came to rest.
+constexpr double kStill = 2, kPatience = 1.5;
+// Progress this close (s) to the end: only the time limit ended it.
+constexpr double kStillProgressing = 2;
+
+bool IsOfHold(const condition_t& condition) { return condition.kind == condition_t::HOLDING; }
+
+int64_t Length(const CauseHold& hold) { return hold.last_tick - hold.first_tick; }
+
+bool IsAnyGripper(const std::string& name) { return name == "any" || name == "first" || name == "other"; }
+
+}  // namespace
+
+CauseFinder::CauseFinder(CauseConfig config)
+    : config_(std::move(config)),
+      holds_(config_),
+      closings_(config_),
+      collisions_(config_),
+      held_(config_.objects.size() * config_.arms.size()),
+      height_(config_.objects.size()) {}
+
+void CauseFinder::Start() {
+  holds_.Start();
+  closings_.Start();
+  collisions_.Start();
+  progress_.Start();
+  rest_.Start();
+  stage_tick_.clear();
+  conditions_ = {};
+}
+
+int64_t CauseFinder::Ticks(double seconds) const { return std::llround(seconds / config_.dt); }
+
+double CauseFinder::Time(int64_t tick) const { return TickTime(tick, config_.dt); }
+
+// Whether the operand is the object or a part of it.
+bool CauseFinder::IsOf(const std::string& operand, size_t object) const {
+  const std::string& name = config_.objects[object];
+  return operand == name || operand.starts_with(name + "/");
+}
+
+bool CauseFinder::IsAbout(const condition_t& condition, size_t object) const {
+  return IsOf(condition.subject, object) || IsOf(condition.other, object);
+}
+
+// Distance (m) between the wrist and the object that a condition names; NaN if it does not name both.
+double CauseFinder::DistanceOf(const condition_t& condition, const CauseSample& sample) const {
+  double distance = NAN;
+  for (size_t o = 0; o < config_.objects.size(); ++o) {
+    if (!IsAbout(condition, o)) continue;
+    for (size_t k = 0; k < config_.grippers.size(); ++k) {
+      const std::string& name = config_.grippers[k];
+      const bool is_named = condition.other == name || condition.subject == name ||
+                            condition.subject == name + "_gripper" || condition.other == name + "_gripper";
+      if (!is_named && !(IsOfHold(condition) && IsAnyGripper(condition.other))) continue;
+      const auto &a = sample.object[o], &b = sample.wrist[config_.gripper_arm[k]];
+      const double d = std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+      // For "other", the gripper that is farther away.
+      distance = condition.other == "other" ? std::fmax(distance, d) : std::fmin(distance, d);
+    }
+  }
+  return distance;
+}
+
+void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_reached,
+                      std::span<const std::vector<condition_t>> conditions) {
+  holds_.Add(sample);
+  closings_.Add(sample);
+  held_.assign(held_.size(), 0);
+  for (const CauseHold& hold : holds_.holds()) {
+    if (!hold.is_over) held_[hold.object * config_.arms.size() + config_.gripper_arm[hold.gripper]] = 1;
+  }
+  collisions_.Add(sample, held_);
+  rest_.Add(sample.tick, sample.joints, sample.opening);
+  for (size_t o = 0; o < height_.size(); ++o) height_[o] = sample.object[o][2];
+  stage_tick_.resize(stage_reached.size(), -1);
+  for (size_t k = 0; k < stage_reached.size(); ++k) {
+    if (stage_reached[k] && stage_tick_[k] < 0) stage_tick_[k] = sample.tick;
+  }
+  if (sample.tick == 0) return;
+  conditions_ = conditions;
+  size_t index = 0;
+  for (const std::vector<condition_t>& section : conditions) {
+    for (const condition_t& condition : section) {
+      const double distance = condition.has_value ? NAN : DistanceOf(condition, sample);
+      progress_.Add(index++, sample.tick, condition, distance);
+    }
+  }
+}
+
+std::vector<CauseFinder::Unmet> CauseFinder::FindUnmet() const {
+  std::vector<Unmet> unmet;
+  size_t index = 0;
+  for (size_t k = 0; k < conditions_.size(); ++k) {
+    for (const condition_t& condition : conditions_[k]) {
+      const BestOfCondition& best = progress_.best(index++);
+      const bool is_open = k >= stage_tick_.size() || stage_tick_[k] < 0;
+      if (is_open && !condition.holds) unmet.push_back({&condition, &best});
+    }
+  }
+  return unmet;
+}
+
+// Whether a stage about the object was reached after the tick.
+bool CauseFinder::StageAbout(size_t object, int64_t after) const {
+  for (size_t k = 0; k < stage_tick_.size() && k < conditions_.size(); ++k) {
+    if (stage_tick_[k] <= after) continue;
+    if (std::ranges::any_of(conditions_[k], [&](const auto& c) { return IsAbout(c, object); })) return true;
+  }
+  return false;
+}
+
+// gripper: -1 for any.
+bool CauseFinder::HeldAfter(int64_t tick, int object, int gripper) const {
+  return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
+    return hold.object == object && (gripper < 0 || hold.gripper == gripper) && hold.last_tick > tick &&
+           Length(hold) >= Ticks(kShortestHold);
+  });
+}
+
+// Whether the task has a condition that the gripper holds the object. gripper: empty for any.
+bool CauseFinder::AsksForHold(size_t object, const std::string& gripper) const {
+  return std::ranges::any_of(conditions_, [&](const auto& section) {
+    return std::ranges::any_of(section, [&](const condition_t& c) {
+      return IsOfHold(c) && IsOf(c.subject, object) && (gripper.empty() || c.other == gripper);
+    });
+  });
+}
+
+// Whether, after the end of this hold, the object was held at least as well: by another gripper at that time, or
+// later, until the end or for much longer. Another gripper does not count if the task names this one.
+bool CauseFinder::IsMadeGood(const CauseHold& lost) const {
+  const bool is_named = AsksForHold(static_cast<size_t>(lost.object), config_.grippers[lost.gripper]);
+  return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
+    if (hold.object != lost.object || (is_named && hold.gripper != lost.gripper)) return false;
+    if (hold.last_tick < lost.last_tick + Ticks(kShortestHold)) return false;
+    if (hold.first_tick <= lost.last_tick || !hold.is_over) return true;
+    // A gripper that opens and closes again changes its grip.
+    return Length(hold) > (lost.opened ? Ticks(kShortestHold) : kLonger * Length(lost));
+  });
+}
+
+void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const {
+  for (const CauseHold& hold : holds_.holds()) {
+    const auto object = static_cast<size_t>(hold.object);
+    if (!hold.is_over || Length(hold) < Ticks(kShortestHold)) continue;
+    if (std::ranges::none_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); })) continue;
+    const bool fell = height_[object] <= hold.last_height - kFallen;
+    if (!AsksForHold(object) && !(fell && hold.pinched_ticks >= Ticks(kShortestHold))) continue;
+    if (IsMadeGood(hold)) continue;
+    if (StageAbout(object, hold.last_tick + Ticks(kSameTime))) continue;
+    moments->push_back({.kind = cause_kind::kLostObject,
+                        .tick = hold.last_tick,
+                        .gripper = hold.gripper,
+                        .object = hold.object,
+                        .opened = hold.opened,
+                        .closing = hold.closing,
+                        .lifted = hold.last_height - hold.first_height});
+  }
+}
+
+void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const {
+  for (const EmptyClosing& closing : closings_.closings()) {
+    for (const Unmet& u : unmet) {
+      if (!IsOfHold(*u.condition)) continue;
+      const std::string& asked = u.condition->other;
+      if (!IsAnyGripper(asked) && asked != config_.grippers[closing.gripper]) continue;
+      for (size_t o = 0; o < config_.objects.size(); ++o) {
+        if (!IsOf(u.condition->subject, o)) continue;
+        const int object = static_cast<int>(o);
+        const bool by_any = asked == "any" || asked == "first";
+        if (HeldAfter(asked == "other" ? -1 : closing.tick, object, by_any ? -1 : closing.gripper)) continue;
+        if (closing.distance[o] > closings_.Nearest(o, closing.gripper) + kNear) continue;
+        moments->push_back({.kind = cause_kind::kEmptyGrasp,
+                            .tick = closing.tick,
+                            .gripper = closing.gripper,
+                            .object = object});
+      }
+    }
+  }
+}
+
+void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
+                                std::vector<CauseMoment>* moments) const {
+  for (const ArmTouch& touch : collisions_.touches()) {
+    const int object = collisions_.ObjectOf(touch.pair.entity);
+    const int64_t later = touch.first_tick + Ticks(kSameTime);
+    if (std::ranges::any_of(stage_tick_, [&](int64_t tick) { return tick > later; })) continue;
+    bool is_collision = touch.pressed_ticks >= Ticks(kPressed);
+    if (object < 0 && !collisions_.knows_effort()) is_collision |= touch.last_tick - touch.first_tick >= Ticks(kTouched);
+    if (object >= 0 && touch.displacement >= kPushed && AsksForHold(object)) {
+      is_collision |= !HeldAfter(touch.first_tick, object, -1) &&
+                      std::ranges::any_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); });
+    }
+    if (!is_collision || touch.first_tick > last_tick) continue;
+    moments->push_back({.kind = cause_kind::kCollision,
+                        .tick = touch.first_tick,
+                        .object = object,
+                        .arm = touch.pair.arm,
+                        .entity = touch.pair.entity,
+                        .displacement = touch.displacement});
+  }
+}
+
+CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const {
+  int64_t progress = 0;
+  for (const int64_t tick : stage_tick_) progress = std::max(progress, tick);
+  if (!unmet.empty()) progress = std::max(progress, unmet[0].best->progress_tick);
+  const int64_t rest = rest_.since();
+  if (end.last_tick - rest >= Ticks(kStill) && rest - progress <= Ticks(kPatience)) {
+    return {.kind = cause_kind::kStall, .tick = rest};
+  }
+  if (end.last_tick - progress <= Ticks(kStillProgressing)) {
+    return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick};
+  }
+  return {.kind = cause_kind::kMissedCondition, .tick = progress};
+}
+
+CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const {
+  if (end.by == CauseEnd::By::kSuccess) return {.kind = cause_kind::kSuccess, .tick = end.last_tick};
+  if (end.by == CauseEnd::By::kOther) return {.kind = end.reason, .tick = end.last_tick};
+  std::vector<CauseMoment> moments;
+  AddLosses(unmet, &moments);
+  AddEmptyGrasps(unmet, &moments);
+  AddCollisions(unmet, end.last_tick, &moments);
+  if (moments.empty()) {
+    if (end.by == CauseEnd::By::kTime) return MomentWithoutEvent(unmet, end);
+    return {.kind = end.reason == "collision" ? cause_kind::kCollision : cause_kind::kFailedCondition,
+            .tick = end.last_tick};
+  }
+  CauseMoment first = *std::ranges::min_element(moments, {}, &CauseMoment::tick);
+  if (first.gripper >= 0) {
+    first.tried_again = std::ranges::any_of(closings_.closings(), [&](const EmptyClosing& closing) {
+      return closing.gripper == first.gripper && closing.tick > first.tick;
+    });
+    for (const CauseHold& hold : holds_.holds()) {
+      if (hold.gripper != first.gripper || hold.object != first.object || hold.first_tick <= first.tick) continue;
+      first.held_again = true;
+      first.lost_again += hold.is_over && Length(hold) >= Ticks(kShortestHold);
+    }
+  }
+  return first;
+}
+
+cause_t CauseFinder::Find(const CauseEnd& end) const {
+  const std::vector<Unmet> unmet = FindUnmet();
+  const CauseMoment moment = FindMoment(unmet, end);
+  cause_t cause{};
+  cause.kind = moment.kind;
+  cause.tick = moment.tick;
+  cause.time_s = Time(moment.tick);
+  cause.text = Text(moment, unmet, end);
+  return cause;
+}
+
+}  // namespace evalbus::metrics

@@ -1,0 +1,111 @@
+// Finds the decisive moment of an episode, by the rules in docs/failures.md, and describes it in one sentence. Pure.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "evalbus/cause_t.hpp"
+#include "evalbus/condition_t.hpp"
+#include "metrics/cause/cause_sample.h"
+#include "metrics/cause/closings.h"
+#include "metrics/cause/collisions.h"
+#include "metrics/cause/holds.h"
+#include "metrics/cause/progress.h"
+
+namespace evalbus::metrics {
+
+// Values of cause_t.kind. An episode that the sim ended for another reason than its time limit has the failure reason
+// as its kind ("policy_error").
+namespace cause_kind {
+inline constexpr char kSuccess[] = "success";
+inline constexpr char kLostObject[] = "lost_object";
+inline constexpr char kEmptyGrasp[] = "empty_grasp";
+inline constexpr char kCollision[] = "collision";
+inline constexpr char kStall[] = "stall";
+inline constexpr char kOutOfTime[] = "out_of_time";
+inline constexpr char kMissedCondition[] = "missed_condition";
+// The task's failure condition became true, without any of the events above.
+inline constexpr char kFailedCondition[] = "failed_condition";
+}  // namespace cause_kind
+
+// How the episode ended.
+struct CauseEnd {
+  enum class By { kSuccess, kFailure, kTime, kOther };
+  By by = By::kTime;
+  // By::kOther: the failure reason, and details as text; may be empty.
+  std::string reason;
+  std::string detail;
+  int64_t last_tick = 0;
+  // The conditions that made success or failure true.
+  std::vector<condition_t> conditions;
+};
+
+// The decisive moment as data. Members that do not apply are -1 or 0.
+struct CauseMoment {
+  std::string kind;
+  int64_t tick = 0;
+  int gripper = -1, object = -1;
+  int arm = -1, entity = -1;
+  bool opened = false, closing = false;
+  double lifted = 0;  // m, by how much the object was lifted when it was lost
+  // Whether the gripper closed later, and whether it held the object later.
+  bool tried_again = false, held_again = false;
+  int lost_again = 0;  // number of later holds that ended
+  double displacement = 0;  // m
+};
+
+class CauseFinder {
+ public:
+  explicit CauseFinder(CauseConfig config);
+  CauseFinder(const CauseFinder&) = delete;
+  CauseFinder& operator=(const CauseFinder&) = delete;
+
+  void Start();
+
+  // Adds a tick, in tick order; tick 0 is the reset state. stage_reached: by stage. conditions: of each stage in the
+  // task's order, then of success, as TaskEvaluator writes them; not read at tick 0. Find() reads them again.
+  void Add(const CauseSample& sample, std::span<const uint8_t> stage_reached,
+           std::span<const std::vector<condition_t>> conditions);
+
+  cause_t Find(const CauseEnd& end) const;
+
+ private:
+  // An unmet condition of a stage that was not reached, or of success; `best` may be its best state.
+  struct Unmet {
+    const condition_t* condition;
+    const BestOfCondition* best;
+  };
+
+  bool IsOf(const std::string& operand, size_t object) const;
+  bool IsAbout(const condition_t& condition, size_t object) const;
+  double DistanceOf(const condition_t& condition, const CauseSample& sample) const;
+  bool StageAbout(size_t object, int64_t after) const;
+  bool HeldAfter(int64_t tick, int object, int gripper) const;
+  bool AsksForHold(size_t object, const std::string& gripper = {}) const;
+  bool IsMadeGood(const CauseHold& lost) const;
+  void AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
+  void AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
+  void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick, std::vector<CauseMoment>* moments) const;
+  std::vector<Unmet> FindUnmet() const;
+  CauseMoment MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
+  CauseMoment FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
+  std::string Text(const CauseMoment& moment, const std::vector<Unmet>& unmet, const CauseEnd& end) const;
+  std::string What(const CauseMoment& moment, const std::vector<Unmet>& unmet, const CauseEnd& end) const;
+  int64_t Ticks(double seconds) const;
+  double Time(int64_t tick) const;
+
+  const CauseConfig config_;
+  Holds holds_;
+  Closings closings_;
+  CauseCollisions collisions_;
+  ConditionProgress progress_;
+  Rest rest_;
+  std::vector<int64_t> stage_tick_;  // by stage, -1: not reached
+  std::span<const std::vector<condition_t>> conditions_;
+  std::vector<uint8_t> held_;  // [object * arms + arm]
+  std::vector<double> height_;  // m, of each object after the last tick
+};
+
+}  // namespace evalbus::metrics

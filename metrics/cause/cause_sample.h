@@ -1,0 +1,45 @@
+// Input of the rules for an episode's decisive moment: one control tick as plain numbers. World frame, SI units.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "evalbus/condition_t.hpp"
+
+namespace evalbus::metrics {
+
+// Names and sizes that do not change during an episode.
+struct CauseConfig {
+  double dt = 0;  // s, time between ticks
+  std::vector<std::string> arms;
+  std::vector<std::string> grippers;
+  std::vector<int> gripper_arm;  // by gripper: index of its arm
+  std::vector<std::string> objects;
+  std::vector<std::string> entities;
+  std::vector<int> object_entity;  // by object
+};
+
+// An arm touches an entity: the scene, or an object.
+struct ArmContact {
+  int arm;
+  int entity;
+
+  bool operator==(const ArmContact&) const = default;
+};
+
+struct CauseSample {
+  int64_t tick;
+  std::span<const double> opening;            // by gripper: 0 closed, 1 open
+  std::span<const uint8_t> touching;          // [object * grippers + gripper]: a pad touches the object
+  std::span<const uint8_t> pinched;           // same index: pads of both fingers touch it
+  std::span<const std::array<double, 3>> object;  // m, origin of each object
+  std::span<const std::array<double, 3>> wrist;   // m, by arm
+  std::span<const double> joints;             // rad, of all arms
+  std::span<const double> effort;             // N m, by arm: its largest joint torque; empty if unknown
+  std::span<const ArmContact> contacts;       // each pair once
+};
+
+}  // namespace evalbus::metrics

@@ -1,0 +1,143 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <string_view>
+
+#include "base/plural.h"
+#include "base/text.h"
+#include "lcmtypes/end_reason.h"
+#include "metrics/cause/cause_finder.h"
+
+namespace evalbus::metrics {
+namespace {
+
+std::string Capitalized(std::string text) {
+  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+// "left" -> "left gripper".
+std::string PartOf(const std::string& name, const char* part) {
+  const std::string words = Words(name);
+  return words == part || words.ends_with(std::string(" ") + part) ? words : words + " " + part;
+}
+
+// "height of pot 1.099 m >= 1.096" -> "height of pot 1.099 m".
+std::string WithoutLimit(const condition_t& condition) {
+  for (const std::string_view relation : {" >= ", " <= "}) {
+    const size_t at = condition.text.rfind(relation);
+    if (condition.has_value && at != std::string::npos) return Words(condition.text.substr(0, at));
+  }
+  return Words(condition.text);
+}
+
+// Conditions that compare numbers; all of them if none does.
+std::string Listed(const std::vector<condition_t>& conditions) {
+  const bool has_numbers = std::ranges::any_of(conditions, [](const auto& c) { return c.has_value != 0; });
+  std::vector<std::string> texts;
+  for (const condition_t& condition : conditions) {
+    if (has_numbers && !condition.has_value) continue;
+    const std::string text = WithoutLimit(condition);
+    if (std::ranges::find(texts, text) == texts.end()) texts.push_back(text);
+  }
+  std::string list;
+  for (const std::string& text : texts) list += (list.empty() ? "" : ", ") + text;
+  return list;
+}
+
+std::string Unit(const std::string& unit) {
+  return unit == "1" || unit.empty() ? "" : unit == "deg" ? " degrees" : " " + unit;
+}
+
+// Three decimals for m, two otherwise, and as many more as show that the value misses its limit.
+std::string Value(double value, double limit, const std::string& unit) {
+  int decimals = unit == "m" ? 3 : 2;
+  const std::string limit_text = fmt::format("{:.6g}", limit);
+  std::string text = Fixed(value, decimals);
+  while (decimals < 9 && std::stod(text) == std::stod(limit_text) && value != limit) {
+    text = Fixed(value, ++decimals);
+  }
+  return text;
+}
+
+// For example "height of pot reached 0.997 m, at least 1.096 m is needed", or "left holds pot is not met".
+std::string Reached(const condition_t& condition, const BestOfCondition& best) {
+  const std::string text = Words(condition.text);
+  for (const std::string_view limit : {" at least ", " at most ", " between "}) {
+    const size_t at = text.find(limit);
+    const std::string quantity = text.substr(0, at);
+    if (at == std::string::npos || std::isnan(best.value) || quantity.ends_with(" not")) continue;
+    return fmt::format("{} reached {}{}, {} is needed", quantity,
+                       Value(best.value, condition.threshold_mixed, condition.unit), Unit(condition.unit),
+                       text.substr(at + 1));
+  }
+  return "not met: " + text;
+}
+
+}  // namespace
+
+// The event itself, without time.
+std::string CauseFinder::What(const CauseMoment& moment, const std::vector<Unmet>& unmet,
+                              const CauseEnd& end) const {
+  const std::string gripper =
+      moment.gripper < 0 ? "" : Capitalized(PartOf(config_.grippers[moment.gripper], "gripper"));
+  const std::string object = moment.object < 0 ? "" : "the " + Words(config_.objects[moment.object]);
+  const std::string at = fmt::format(" at {:.2f} s", Time(moment.tick));
+  if (moment.kind == cause_kind::kSuccess) {
+    const std::string list = Listed(end.conditions);
+    return "Success" + at + (list.empty() ? "" : ": " + list);
+  }
+  if (moment.kind == cause_kind::kLostObject) {
+    std::string text = gripper + (moment.opened ? " let go of " : " lost ") + object + at;
+    if (moment.closing) text += " while closing";
+    if (moment.lifted >= 0.01) text += fmt::format(" after lifting it by {:.2f} m", moment.lifted);
+    return text;
+  }
+  if (moment.kind == cause_kind::kEmptyGrasp) return gripper + " closed on nothing" + at;
+  if (moment.kind == cause_kind::kCollision && moment.arm >= 0) {
+    const std::string arm = Capitalized(PartOf(config_.arms[moment.arm], "arm"));
+    const std::string what = "the " + Words(config_.entities[moment.entity]);
+    std::string text = arm + " hit " + what + at;
+    if (moment.displacement >= 0.01) text += fmt::format(" and pushed it by {:.2f} m", moment.displacement);
+    return text;
+  }
+  if (moment.kind == cause_kind::kStall) return "Robot stopped moving" + at;
+  if (moment.kind == cause_kind::kOutOfTime) return "Time ran out" + at;
+  if (moment.kind == cause_kind::kMissedCondition) {
+    return (unmet.empty() ? "No progress after" : "Last progress") + at;
+  }
+  if (moment.kind == cause_kind::kFailedCondition || moment.kind == cause_kind::kCollision) {
+    return "Failure" + at + ": " + Listed(end.conditions);
+  }
+  return Capitalized(Words(moment.kind)) + at + (end.detail.empty() ? "" : ": " + Printable(end.detail));
+}
+
+std::string CauseFinder::Text(const CauseMoment& moment, const std::vector<Unmet>& unmet,
+                              const CauseEnd& end) const {
+  std::string text = What(moment, unmet, end);
+  if (end.by == CauseEnd::By::kSuccess) return text + ".";
+  if (!stage_tick_.empty()) {
+    const auto reached = std::ranges::count_if(stage_tick_, [](int64_t tick) { return tick >= 0; });
+    text += fmt::format(" ({} of {} stages)", reached, stage_tick_.size());
+  }
+  if (moment.lost_again > 0) {
+    text += fmt::format(" and {} later", Plural(moment.lost_again, "more time"));
+  } else if (moment.gripper >= 0 && !moment.held_again && !moment.tried_again) {
+    text += " and never tried again";
+  }
+  if (end.by == CauseEnd::By::kTime && !unmet.empty()) {
+    // If an object was lost, what it did not reach tells more than that it is not held.
+    auto next = unmet.begin();
+    if (moment.object >= 0) {
+      next = std::ranges::find_if(unmet, [](const Unmet& u) { return !std::isnan(u.best->value); });
+    }
+    if (next == unmet.end()) next = unmet.begin();
+    text += "; " + Reached(*next->condition, *next->best);
+  }
+  return text + ".";
+}
+
+}  // namespace evalbus::metrics

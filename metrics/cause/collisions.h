@@ -1,0 +1,100 @@
+// Finds contacts in which an arm pressed on something, or pushed an object that it did not hold. Used for the
+// decisive moment.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "lcmtypes/clock.h"
+#include "metrics/cause/cause_sample.h"
+#include "metrics/sample/separation.h"
+
+namespace evalbus::metrics {
+
+// A contact between an arm and an entity, without an interruption of kSeparationTime.
+struct ArmTouch {
+  ArmContact pair;
+  int64_t first_tick;
+  int64_t last_tick;
+  // Number of ticks at which the arm pressed.
+  int64_t pressed_ticks = 0;
+  // Largest distance (m) of the object from where it was at the first tick; 0 for the scene.
+  double displacement = 0;
+  std::array<double, 3> start{};
+};
+
+// An arm presses while its effort is at least kTimes its largest effort without contact, and at least
+// kMinEffort. `held`: contacts of a gripper's arm with an object that it holds are ignored.
+class CauseCollisions {
+ public:
+  static constexpr double kTimes = 3, kMinEffort = 10;  // N m
+
+  explicit CauseCollisions(const CauseConfig& config) : config_(config), free_effort_(config.arms.size()) {
+    touches_.reserve(256);
+    touching_.resize(config.arms.size());
+  }
+
+  void Start() {
+    touches_.clear();
+    free_effort_.assign(free_effort_.size(), 0);
+  }
+
+  // held: [object * arms + arm].
+  void Add(const CauseSample& sample, const std::vector<uint8_t>& held) {
+    knows_effort_ = !sample.effort.empty();
+    touching_.assign(touching_.size(), 0);
+    for (const ArmContact& contact : sample.contacts) {
+      touching_[contact.arm] = 1;
+      const int object = ObjectOf(contact.entity);
+      if (object >= 0 && held[object * config_.arms.size() + contact.arm]) continue;
+      ArmTouch& touch = Current(contact, sample, object);
+      touch.last_tick = sample.tick;
+      touch.pressed_ticks += Presses(sample, contact.arm);
+      if (object >= 0) {
+        const auto &a = sample.object[object], &b = touch.start;
+        touch.displacement =
+            std::max(touch.displacement, std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]));
+      }
+    }
+    for (size_t arm = 0; arm < sample.effort.size(); ++arm) {
+      if (!touching_[arm]) free_effort_[arm] = std::max(free_effort_[arm], sample.effort[arm]);
+    }
+  }
+
+  // In order of their first tick.
+  const std::vector<ArmTouch>& touches() const { return touches_; }
+  bool knows_effort() const { return knows_effort_; }
+  // Index of the object that the entity is; -1: none.
+  int ObjectOf(int entity) const {
+    const auto found = std::ranges::find(config_.object_entity, entity);
+    return found == config_.object_entity.end() ? -1
+                                                : static_cast<int>(found - config_.object_entity.begin());
+  }
+
+ private:
+  bool Presses(const CauseSample& sample, int arm) const {
+    return !sample.effort.empty() &&
+           sample.effort[arm] >= std::max(kMinEffort, kTimes * free_effort_[arm]);
+  }
+
+  ArmTouch& Current(const ArmContact& pair, const CauseSample& sample, int object) {
+    for (auto touch = touches_.rbegin(); touch != touches_.rend(); ++touch) {
+      if (!(touch->pair == pair)) continue;
+      if (!Separated(touch->last_tick, sample.tick, config_.dt)) return *touch;
+      break;
+    }
+    ArmTouch touch{.pair = pair, .first_tick = sample.tick, .last_tick = sample.tick};
+    if (object >= 0) touch.start = sample.object[object];
+    return touches_.emplace_back(touch);
+  }
+
+  const CauseConfig& config_;
+  bool knows_effort_ = false;
+  std::vector<double> free_effort_;  // N m, by arm
+  std::vector<uint8_t> touching_;    // by arm
+  std::vector<ArmTouch> touches_;
+};
+
+}  // namespace evalbus::metrics

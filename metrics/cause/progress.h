@@ -1,0 +1,86 @@
+// Tracks how close each condition of a task came to being met, and since when the robot has been at rest. Used for
+// the decisive moment.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "evalbus/condition_t.hpp"
+
+namespace evalbus::metrics {
+
+// Best state of a condition in an episode.
+struct BestOfCondition {
+  // How far (>= 0, in the condition's unit; m for a hold) the condition was from being met; NaN: no measure.
+  double gap = NAN;
+  // The number at that time, if the condition compares one.
+  double value = NAN;
+  // Last tick at which the gap fell by at least kStep of the first gap, or at which the condition held.
+  int64_t progress_tick = 0;
+};
+
+class ConditionProgress {
+ public:
+  static constexpr double kStep = 0.02;
+
+  void Start() { tracks_.clear(); }
+
+  // Adds the state of condition `index` at a tick. distance: measure of a condition without a number; NaN: none.
+  void Add(size_t index, int64_t tick, const condition_t& condition, double distance) {
+    if (index >= tracks_.size()) tracks_.resize(index + 1);
+    Track& track = tracks_[index];
+    if (condition.holds) track.best.progress_tick = tick;
+    double gap = distance;
+    if (condition.has_value) {
+      const double above = condition.value_mixed - condition.threshold_mixed;
+      gap = std::max(0.0, condition.comparison == ">=" ? -above : above);
+    }
+    if (!std::isfinite(gap) || gap >= track.best.gap) return;
+    if (std::isnan(track.best.gap)) track.first = track.mark = gap;
+    track.best.gap = gap;
+    if (condition.has_value) track.best.value = condition.value_mixed;
+    if (gap > track.mark - kStep * track.first) return;
+    track.mark = gap;
+    track.best.progress_tick = tick;
+  }
+
+  const BestOfCondition& best(size_t index) const { return tracks_[index].best; }
+
+ private:
+  struct Track {
+    BestOfCondition best;
+    double first = 0;  // first gap
+    double mark = 0;   // gap at the last progress
+  };
+  std::vector<Track> tracks_;
+};
+
+// The robot is at rest while no joint and no gripper differs by more than kJoint (rad) or kOpening (fraction of its
+// travel) from where it was when the rest began.
+class Rest {
+ public:
+  static constexpr double kJoint = 0.02, kOpening = 0.02;
+
+  void Start() { joints_.clear(); }
+
+  void Add(int64_t tick, std::span<const double> joints, std::span<const double> opening) {
+    const auto moved = [](std::span<const double> a, std::span<const double> b, double by) {
+      return !std::ranges::equal(a, b, [by](double x, double y) { return std::abs(x - y) <= by; });
+    };
+    if (!moved(joints, joints_, kJoint) && !moved(opening, opening_, kOpening)) return;
+    joints_.assign(joints.begin(), joints.end());
+    opening_.assign(opening.begin(), opening.end());
+    since_ = tick;
+  }
+
+  int64_t since() const { return since_; }
+
+ private:
+  std::vector<double> joints_, opening_;
+  int64_t since_ = 0;
+};
+
+}  // namespace evalbus::metrics

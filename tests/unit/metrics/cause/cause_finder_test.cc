@@ -1,0 +1,322 @@
+// The decisive moment: the smallest episode for each rule, worked out by hand. Ticks last 0.02 s.
+#include "metrics/cause/cause_finder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace evalbus::metrics::cause_finder_test {
+
+constexpr int kLeft = 0, kRight = 1, kCounter = 3, kPot = 4;
+
+condition_t Holding(const std::string& gripper) {
+  condition_t condition{};
+  condition.predicate = "holding";
+  condition.kind = condition_t::HOLDING;
+  condition.subject = "kitchen_pot";
+  condition.other = gripper;
+  condition.text = gripper + " holds kitchen_pot";
+  return condition;
+}
+
+condition_t Height() {
+  condition_t condition{};
+  condition.predicate = "height_above";
+  condition.kind = condition_t::PROGRESS;
+  condition.subject = "kitchen_pot";
+  condition.has_value = true;
+  condition.value_mixed = 1;
+  condition.comparison = ">=";
+  condition.threshold_mixed = 1.1;
+  condition.unit = "m";
+  condition.text = "height of kitchen_pot at least 1.1 m";
+  return condition;
+}
+
+// Two arms stand 0.5 m from a pot at a height of 1 m, with open grippers. Stages: each gripper holds the pot, and
+// it is lifted by 0.1 m, which is a success.
+class CauseFinderTest : public testing::Test {
+ protected:
+  CauseFinderTest() {
+    dut_.Start();
+    Tick();
+  }
+
+  void Tick(int ticks = 1) {
+    for (int k = 0; k < ticks; ++k) {
+      ++tick_;
+      for (int gripper = 0; gripper < 2; ++gripper) {
+        conditions_[gripper][0].holds = touching_[gripper];
+        reached_[gripper] |= touching_[gripper];
+      }
+      for (const int section : {2, 3}) {
+        condition_t& height = conditions_[section][0];
+        height.value_mixed = object_[0][2];
+        height.holds = height.value_mixed >= height.threshold_mixed;
+      }
+      reached_[2] |= conditions_[2][0].holds;
+      dut_.Add({.tick = tick_,
+                .opening = opening_,
+                .touching = touching_,
+                .pinched = touching_,
+                .object = object_,
+                .wrist = wrist_,
+                .joints = joints_,
+                .effort = effort_,
+                .contacts = contacts_},
+               reached_, conditions_);
+    }
+  }
+  // The robot moves, in its joints only.
+  void Move(int ticks) {
+    for (int k = 0; k < ticks; ++k) {
+      joints_[0] += 0.03;
+      Tick();
+    }
+  }
+  void Close(int gripper, double opening, bool touches) {
+    opening_[gripper] = opening;
+    touching_[gripper] = touches;
+    Tick();
+  }
+  // Both grippers hold the pot, from tick 11 on, at 0.22 s, and have held it for 0.2 s at tick 20.
+  void HoldWithBoth() {
+    Move(10);
+    opening_ = {0.4, 0.4};
+    touching_ = {1, 1};
+    Move(10);
+  }
+  cause_t Find(CauseEnd::By by = CauseEnd::By::kTime, const std::string& reason = "timeout",
+               const std::string& detail = "") {
+    return dut_.Find({.by = by, .reason = reason, .detail = detail, .last_tick = tick_, .conditions = {}});
+  }
+  void Expect(const std::string& kind, int64_t tick, const std::string& text) {
+    const cause_t cause = Find();
+    EXPECT_EQ(cause.kind, kind);
+    EXPECT_EQ(cause.tick, tick);
+    EXPECT_DOUBLE_EQ(cause.time_s, static_cast<double>(tick) * 0.02);
+    EXPECT_EQ(cause.text, text);
+  }
+
+  CauseFinder dut_{{.dt = 0.02,
+                    .arms = {"left", "right"},
+                    .grippers = {"left", "right"},
+                    .gripper_arm = {0, 1},
+                    .objects = {"kitchen_pot"},
+                    .entities = {"world", "left", "right", "big_counter", "kitchen_pot"},
+                    .object_entity = {kPot}}};
+  int64_t tick_ = -1;
+  std::vector<double> opening_ = {1, 1};
+  std::vector<uint8_t> touching_ = {0, 0};
+  std::vector<std::array<double, 3>> object_ = {{0.5, 0, 1}};
+  std::vector<std::array<double, 3>> wrist_ = {{0, 0, 1}, {1, 0, 1}};
+  std::vector<double> joints_ = {0, 0};
+  std::vector<double> effort_ = {2, 2};
+  std::vector<ArmContact> contacts_;
+  std::vector<uint8_t> reached_ = {0, 0, 0};
+  std::vector<std::vector<condition_t>> conditions_ = {{Holding("left")}, {Holding("right")}, {Height()}, {Height()}};
+};
+
+TEST_F(CauseFinderTest, AGripperLosesTheObjectWhileItCloses) {
+  HoldWithBoth();
+  Close(kRight, 0.4, false);  // tick 21; the last contact was at tick 20
+  Close(kRight, 0.2, false);
+  Move(300);
+  Expect("lost_object", 20,
+         "Right gripper lost the kitchen pot at 0.40 s while closing (2 of 3 stages) and never tried again; height "
+         "of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
+}
+
+TEST_F(CauseFinderTest, AGripperOpens) {
+  HoldWithBoth();
+  object_[0][2] = 1.05;
+  Move(5);  // up to tick 25
+  Close(kLeft, 0.45, true);
+  Close(kLeft, 0.55, true);
+  object_[0][2] = 1;
+  Close(kLeft, 1, false);
+  Move(300);
+  Expect("lost_object", 25,
+         "Left gripper let go of the kitchen pot at 0.50 s after lifting it by 0.05 m (2 of 3 stages) and never tried "
+         "again; height of kitchen pot reached 1.050 m, at least 1.1 m is needed.");
+}
+
+TEST_F(CauseFinderTest, AnObjectThatStaysOnAnOpenedFingerIsReleased) {
+  HoldWithBoth();
+  opening_[kLeft] = 1;
+  Move(300);
+  EXPECT_EQ(Find().kind, "lost_object");
+  EXPECT_EQ(Find().tick, 20);
+}
+
+TEST_F(CauseFinderTest, TheFirstLossDecidesUnlessTheObjectWasHeldAgain) {
+  HoldWithBoth();
+  Close(kLeft, 0.4, false);
+  Move(50);  // up to tick 71
+  touching_[kLeft] = 1;
+  Move(50);  // up to tick 121
+  touching_ = {1, 0};
+  Move(50);
+  touching_ = {0, 0};
+  Move(50);
+  EXPECT_EQ(Find().kind, "lost_object");
+  EXPECT_EQ(Find().tick, 121);
+  EXPECT_TRUE(Find().text.starts_with("Right gripper lost")) << Find().text;
+}
+
+TEST_F(CauseFinderTest, ALossWithoutConsequenceIsNoCause) {
+  HoldWithBoth();
+  touching_[kLeft] = 0;
+  Move(100);
+  object_[0][2] = 1.2;  // the other gripper lifts it
+  Tick();
+  EXPECT_EQ(dut_.Find({.by = CauseEnd::By::kSuccess, .reason = {}, .detail = {}, .last_tick = tick_, .conditions = {}})
+                .text,
+            "Success at 2.42 s.");
+}
+
+TEST_F(CauseFinderTest, AGripperClosesOnNothing) {
+  Move(10);
+  wrist_[kRight][0] = 0.7;
+  Close(kRight, 0.5, false);
+  Close(kRight, 0.05, false);  // tick 12
+  Move(300);
+  Expect("empty_grasp", 12,
+         "Right gripper closed on nothing at 0.24 s (0 of 3 stages) and never tried again; height of kitchen pot reached "
+         "1.000 m, at least 1.1 m is needed.");
+}
+
+TEST_F(CauseFinderTest, AClosingFarFromTheObjectIsNoAttempt) {
+  Close(kRight, 0, false);
+  Move(10);
+  wrist_[kRight][0] = 0.6;  // 0.4 m nearer than where the gripper closed
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition");
+}
+
+TEST_F(CauseFinderTest, AClosingBeforeASuccessfulGraspIsNoCause) {
+  Close(kRight, 0, false);
+  Close(kRight, 1, false);
+  HoldWithBoth();
+  Move(300);
+  EXPECT_NE(Find().kind, "empty_grasp");
+}
+
+TEST_F(CauseFinderTest, AnArmPressesOnTheScene) {
+  Move(10);
+  contacts_ = {{kLeft, kCounter}};
+  Move(5);
+  effort_[kLeft] = 80;
+  Move(300);
+  Expect("collision", 11,
+         "Left arm hit the big counter at 0.22 s (0 of 3 stages); not met: left holds kitchen pot.");
+}
+
+TEST_F(CauseFinderTest, ALightTouchIsNoCollision) {
+  contacts_ = {{kLeft, kCounter}};
+  Move(300);
+  contacts_ = {};
+  effort_[kLeft] = 80;  // without contact
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition");
+}
+
+TEST_F(CauseFinderTest, WithoutEffortALongTouchIsACollision) {
+  effort_ = {};
+  contacts_ = {{kLeft, kCounter}};
+  Move(50);
+  contacts_ = {};
+  Move(250);
+  EXPECT_EQ(Find().kind, "missed_condition");  // 0.98 s
+  contacts_ = {{kRight, kCounter}};
+  Move(51);
+  contacts_ = {};
+  Move(250);
+  EXPECT_EQ(Find().kind, "collision");
+  EXPECT_EQ(Find().tick, 301);
+}
+
+TEST_F(CauseFinderTest, AnOpenHandPushesTheObject) {
+  Move(10);
+  contacts_ = {{kRight, kPot}};
+  Move(5);
+  object_[0][1] = 0.03;
+  Move(5);
+  contacts_ = {};
+  Move(300);
+  Expect("collision", 11,
+         "Right arm hit the kitchen pot at 0.22 s and pushed it by 0.03 m (0 of 3 stages); height of kitchen pot reached 1.000 "
+         "m, at least 1.1 m is needed.");
+}
+
+TEST_F(CauseFinderTest, TheRobotStops) {
+  HoldWithBoth();
+  Tick(300);
+  Expect("stall", 20,
+         "Robot stopped moving at 0.40 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least 1.1 m is "
+         "needed.");
+}
+
+TEST_F(CauseFinderTest, AStopLongAfterTheLastProgressIsNotTheCause) {
+  HoldWithBoth();
+  Move(100);
+  Tick(300);
+  Expect("missed_condition", 11,
+         "Last progress at 0.22 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
+}
+
+TEST_F(CauseFinderTest, TimeRunsOut) {
+  HoldWithBoth();
+  for (int k = 0; k < 200; ++k) {
+    object_[0][2] += 0.0004;
+    Move(1);
+  }
+  Expect("out_of_time", 220,
+         "Time ran out at 4.40 s (2 of 3 stages); height of kitchen pot reached 1.080 m, at least 1.1 m is needed.");
+}
+
+TEST_F(CauseFinderTest, AValueIsNotRoundedToItsLimit) {
+  HoldWithBoth();
+  object_[0][2] = 1.09996;
+  Move(300);
+  EXPECT_NE(Find().text.find("reached 1.09996 m, at least 1.1 m is needed"), std::string::npos) << Find().text;
+}
+
+TEST_F(CauseFinderTest, AnErrorOfThePolicyIsItsOwnCause) {
+  HoldWithBoth();
+  touching_[kLeft] = 0;
+  Move(50);
+  const cause_t cause = Find(CauseEnd::By::kOther, "policy_error", "out of\nmemory");
+  EXPECT_EQ(cause.kind, "policy_error");
+  EXPECT_EQ(cause.tick, 70);
+  EXPECT_EQ(cause.text, "Policy error at 1.40 s: out of?memory (2 of 3 stages).");
+}
+
+TEST_F(CauseFinderTest, AFailureConditionDecidesWithoutAnEvent) {
+  Move(100);
+  condition_t floor{};
+  floor.text = "kitchen_pot touches world";
+  const cause_t cause = dut_.Find({.by = CauseEnd::By::kFailure,
+                                   .reason = "failure_condition",
+                                   .detail = {},
+                                   .last_tick = tick_,
+                                   .conditions = {floor}});
+  EXPECT_EQ(cause.kind, "failed_condition");
+  EXPECT_EQ(cause.text, "Failure at 2.00 s: kitchen pot touches world (0 of 3 stages).");
+}
+
+TEST_F(CauseFinderTest, ASuccessHasItsNumbers) {
+  Move(50);
+  condition_t height = Height(), apart{};
+  height.text = "height of kitchen_pot 1.099 m >= 1.096";
+  apart.text = "kitchen_pot does not touch counter";
+  const cause_t cause = dut_.Find({.by = CauseEnd::By::kSuccess,
+                                   .reason = {},
+                                   .detail = {},
+                                   .last_tick = tick_,
+                                   .conditions = {apart, height}});
+  EXPECT_EQ(cause.kind, "success");
+  EXPECT_EQ(cause.text, "Success at 1.00 s: height of kitchen pot 1.099 m.");
+}
+
+}  // namespace evalbus::metrics::cause_finder_test
