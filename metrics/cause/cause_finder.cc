@@ -19,14 +19,14 @@ constexpr double kSameTime = 0.2;
 constexpr double kFallen = 0.02;
 // A gripper closes on nothing where it wanted to hold an object if it is this close (m) to its nearest point.
 constexpr double kNear = 0.1;
-// A collision: the arm presses for this long (s), or, if its effort is unknown, touches the scene for this long (s),
-// or pushes an object that it should hold this far (m).
+// A collision: the arm presses for this long (s), or, if its effort is unknown, touches the scene for this
+// long (s), or pushes an object that it should hold this far (m).
 constexpr double kPressed = 0.5, kTouched = 1, kPushed = 0.02;
-// A robot that is at rest for at least kStill (s) at the end has stalled if it made progress at most kPatience (s)
-// before it came to rest.
-constexpr double kStill = 2, kPatience = 1.5;
-// Progress this close (s) to the end: only the time limit ended it.
-constexpr double kStillProgressing = 2;
+// A robot that is at rest for at least kStill (s) at the end has stalled if it made progress at most
+// kPatience (s) before it came to rest.
+constexpr double kStill = 3, kPatience = 1.5;
+// Progress in this last share of the episode: only the time limit ended it.
+constexpr double kStillProgressing = 0.2;
 
 bool IsOfHold(const condition_t& condition) { return condition.kind == condition_t::HOLDING; }
 
@@ -68,21 +68,45 @@ bool CauseFinder::IsAbout(const condition_t& condition, size_t object) const {
   return IsOf(condition.subject, object) || IsOf(condition.other, object);
 }
 
-// Distance (m) between the wrist and the object that a condition names; NaN if it does not name both.
-double CauseFinder::DistanceOf(const condition_t& condition, const CauseSample& sample) const {
+// The points that a name stands for: the wrist of a gripper, or the first body of this name or of this
+// entity.
+std::vector<int> CauseFinder::PointsOf(const std::string& operand) const {
+  const int num_bodies = static_cast<int>(config_.bodies.size());
+  std::vector<int> points;
+  for (size_t k = 0; k < config_.grippers.size(); ++k) {
+    const std::string& name = config_.grippers[k];
+    if (operand == name || operand == name + "_gripper" || IsAnyGripper(operand))
+      points.push_back(num_bodies + config_.gripper_arm[k]);
+  }
+  for (int body = 0; points.empty() && body < num_bodies; ++body) {
+    if (operand == config_.bodies[body] || operand == config_.entities[config_.body_entity[body]])
+      points.push_back(body);
+  }
+  return points;
+}
+
+CauseFinder::Measure CauseFinder::MeasureOf(const condition_t& condition) const {
+  Measure measure{.points = {}, .farthest = condition.other == "other"};
+  const bool is_negated =
+      condition.text.find(" not ") != std::string::npos || condition.text.starts_with("no ");
+  const bool is_near = IsOfHold(condition) || condition.kind == condition_t::CONTACT;
+  if (condition.has_value || is_negated || !is_near) return measure;
+  for (const int a : PointsOf(condition.subject)) {
+    for (const int b : PointsOf(condition.other)) measure.points.emplace_back(a, b);
+  }
+  return measure;
+}
+
+double CauseFinder::Distance(const Measure& measure, const CauseSample& sample) const {
+  const auto point = [&](int index) {
+    const int arm = index - static_cast<int>(config_.bodies.size());
+    return arm < 0 ? sample.body[index].position_m : sample.wrist[arm].data();
+  };
   double distance = NAN;
-  for (size_t o = 0; o < config_.objects.size(); ++o) {
-    if (!IsAbout(condition, o)) continue;
-    for (size_t k = 0; k < config_.grippers.size(); ++k) {
-      const std::string& name = config_.grippers[k];
-      const bool is_named = condition.other == name || condition.subject == name ||
-                            condition.subject == name + "_gripper" || condition.other == name + "_gripper";
-      if (!is_named && !(IsOfHold(condition) && IsAnyGripper(condition.other))) continue;
-      const auto &a = sample.object[o], &b = sample.wrist[config_.gripper_arm[k]];
-      const double d = std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-      // For "other", the gripper that is farther away.
-      distance = condition.other == "other" ? std::fmax(distance, d) : std::fmin(distance, d);
-    }
+  for (const auto& [first, second] : measure.points) {
+    const double *a = point(first), *b = point(second);
+    const double d = std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+    distance = measure.farthest ? std::fmax(distance, d) : std::fmin(distance, d);
   }
   return distance;
 }
@@ -107,8 +131,9 @@ void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_
   size_t index = 0;
   for (const std::vector<condition_t>& section : conditions) {
     for (const condition_t& condition : section) {
-      const double distance = condition.has_value ? NAN : DistanceOf(condition, sample);
-      progress_.Add(index++, sample.tick, condition, distance);
+      if (index == measures_.size()) measures_.push_back(MeasureOf(condition));
+      progress_.Add(index, sample.tick, condition, Distance(measures_[index], sample));
+      ++index;
     }
   }
 }
@@ -152,8 +177,8 @@ bool CauseFinder::AsksForHold(size_t object, const std::string& gripper) const {
   });
 }
 
-// Whether, after the end of this hold, the object was held at least as well: by another gripper at that time, or
-// later, until the end or for much longer. Another gripper does not count if the task names this one.
+// Whether, after the end of this hold, the object was held at least as well: by another gripper at that time,
+// or later, until the end or for much longer. Another gripper does not count if the task names this one.
 bool CauseFinder::IsMadeGood(const CauseHold& lost) const {
   const bool is_named = AsksForHold(static_cast<size_t>(lost.object), config_.grippers[lost.gripper]);
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
@@ -210,12 +235,15 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
   for (const ArmTouch& touch : collisions_.touches()) {
     const int object = collisions_.ObjectOf(touch.pair.entity);
     const int64_t later = touch.first_tick + Ticks(kSameTime);
-    if (std::ranges::any_of(stage_tick_, [&](int64_t tick) { return tick > later; })) continue;
+    const bool is_stuck = 2 * touch.pressed_ticks >= last_tick - touch.first_tick;
+    if (!is_stuck && std::ranges::any_of(stage_tick_, [&](int64_t tick) { return tick > later; })) continue;
     bool is_collision = touch.pressed_ticks >= Ticks(kPressed);
-    if (object < 0 && !collisions_.knows_effort()) is_collision |= touch.last_tick - touch.first_tick >= Ticks(kTouched);
+    if (object < 0 && !collisions_.knows_effort())
+      is_collision |= touch.last_tick - touch.first_tick >= Ticks(kTouched);
     if (object >= 0 && touch.displacement >= kPushed && AsksForHold(object)) {
-      is_collision |= !HeldAfter(touch.first_tick, object, -1) &&
-                      std::ranges::any_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); });
+      is_collision |=
+          !HeldAfter(touch.first_tick, object, -1) &&
+          std::ranges::any_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); });
     }
     if (!is_collision || touch.first_tick > last_tick) continue;
     moments->push_back({.kind = cause_kind::kCollision,
@@ -235,7 +263,8 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   if (end.last_tick - rest >= Ticks(kStill) && rest - progress <= Ticks(kPatience)) {
     return {.kind = cause_kind::kStall, .tick = rest};
   }
-  if (end.last_tick - progress <= Ticks(kStillProgressing)) {
+  if (static_cast<double>(end.last_tick - progress) <=
+      kStillProgressing * static_cast<double>(end.last_tick)) {
     return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick};
   }
   return {.kind = cause_kind::kMissedCondition, .tick = progress};
@@ -259,7 +288,8 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
       return closing.gripper == first.gripper && closing.tick > first.tick;
     });
     for (const CauseHold& hold : holds_.holds()) {
-      if (hold.gripper != first.gripper || hold.object != first.object || hold.first_tick <= first.tick) continue;
+      if (hold.gripper != first.gripper || hold.object != first.object || hold.first_tick <= first.tick)
+        continue;
       first.held_again = true;
       first.lost_again += hold.is_over && Length(hold) >= Ticks(kShortestHold);
     }

@@ -1,9 +1,11 @@
-// Finds the decisive moment of an episode, by the rules in docs/failures.md, and describes it in one sentence. Pure.
+// Finds the decisive moment of an episode, by the rules in docs/failures.md, and describes it in one
+// sentence. Pure.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "evalbus/cause_t.hpp"
@@ -16,8 +18,8 @@
 
 namespace evalbus::metrics {
 
-// Values of cause_t.kind. An episode that the sim ended for another reason than its time limit has the failure reason
-// as its kind ("policy_error").
+// Values of cause_t.kind. An episode that the sim ended for another reason than its time limit has the
+// failure reason as its kind ("policy_error").
 namespace cause_kind {
 inline constexpr char kSuccess[] = "success";
 inline constexpr char kLostObject[] = "lost_object";
@@ -52,7 +54,7 @@ struct CauseMoment {
   double lifted = 0;  // m, by how much the object was lifted when it was lost
   // Whether the gripper closed later, and whether it held the object later.
   bool tried_again = false, held_again = false;
-  int lost_again = 0;  // number of later holds that ended
+  int lost_again = 0;       // number of later holds that ended
   double displacement = 0;  // m
 };
 
@@ -64,8 +66,9 @@ class CauseFinder {
 
   void Start();
 
-  // Adds a tick, in tick order; tick 0 is the reset state. stage_reached: by stage. conditions: of each stage in the
-  // task's order, then of success, as TaskEvaluator writes them; not read at tick 0. Find() reads them again.
+  // Adds a tick, in tick order; tick 0 is the reset state. stage_reached: by stage. conditions: of each stage
+  // in the task's order, then of success, as TaskEvaluator writes them; not read at tick 0. Find() reads them
+  // again.
   void Add(const CauseSample& sample, std::span<const uint8_t> stage_reached,
            std::span<const std::vector<condition_t>> conditions);
 
@@ -80,14 +83,23 @@ class CauseFinder {
 
   bool IsOf(const std::string& operand, size_t object) const;
   bool IsAbout(const condition_t& condition, size_t object) const;
-  double DistanceOf(const condition_t& condition, const CauseSample& sample) const;
+  // What measures the progress of a condition without a number: distances between points, which are bodies
+  // or, with indices after those of bodies, wrists.
+  struct Measure {
+    std::vector<std::pair<int, int>> points;
+    bool farthest = false;  // the largest distance, otherwise the smallest
+  };
+  std::vector<int> PointsOf(const std::string& operand) const;
+  Measure MeasureOf(const condition_t& condition) const;
+  double Distance(const Measure& measure, const CauseSample& sample) const;
   bool StageAbout(size_t object, int64_t after) const;
   bool HeldAfter(int64_t tick, int object, int gripper) const;
   bool AsksForHold(size_t object, const std::string& gripper = {}) const;
   bool IsMadeGood(const CauseHold& lost) const;
   void AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
   void AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
-  void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick, std::vector<CauseMoment>* moments) const;
+  void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
+                     std::vector<CauseMoment>* moments) const;
   std::vector<Unmet> FindUnmet() const;
   CauseMoment MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   CauseMoment FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
@@ -104,8 +116,9 @@ class CauseFinder {
   Rest rest_;
   std::vector<int64_t> stage_tick_;  // by stage, -1: not reached
   std::span<const std::vector<condition_t>> conditions_;
-  std::vector<uint8_t> held_;  // [object * arms + arm]
-  std::vector<double> height_;  // m, of each object after the last tick
+  std::vector<Measure> measures_;  // by condition
+  std::vector<uint8_t> held_;      // [object * arms + arm]
+  std::vector<double> height_;     // m, of each object after the last tick
 };
 
 }  // namespace evalbus::metrics

@@ -1,4 +1,5 @@
-// Input of the rules for an episode's decisive moment: one control tick as plain numbers. World frame, SI units.
+// Input of the rules for an episode's decisive moment: one control tick as plain numbers. World frame, SI
+// units.
 #pragma once
 
 #include <array>
@@ -7,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "evalbus/body_pose_t.hpp"
 #include "evalbus/condition_t.hpp"
 
 namespace evalbus::metrics {
@@ -20,6 +22,8 @@ struct CauseConfig {
   std::vector<std::string> objects;
   std::vector<std::string> entities;
   std::vector<int> object_entity;  // by object
+  std::vector<std::string> bodies;
+  std::vector<int> body_entity;  // by body
 };
 
 // An arm touches an entity: the scene, or an object.
@@ -32,14 +36,15 @@ struct ArmContact {
 
 struct CauseSample {
   int64_t tick;
-  std::span<const double> opening;            // by gripper: 0 closed, 1 open
-  std::span<const uint8_t> touching;          // [object * grippers + gripper]: a pad touches the object
-  std::span<const uint8_t> pinched;           // same index: pads of both fingers touch it
+  std::span<const double> opening;                // by gripper: 0 closed, 1 open
+  std::span<const uint8_t> touching;              // [object * grippers + gripper]: a pad touches the object
+  std::span<const uint8_t> pinched;               // same index; pads of both fingers touch it
   std::span<const std::array<double, 3>> object;  // m, origin of each object
   std::span<const std::array<double, 3>> wrist;   // m, by arm
-  std::span<const double> joints;             // rad, of all arms
-  std::span<const double> effort;             // N m, by arm: its largest joint torque; empty if unknown
-  std::span<const ArmContact> contacts;       // each pair once
+  std::span<const body_pose_t> body;
+  std::span<const double> joints;        // rad, of all arms
+  std::span<const double> effort;        // N m, by arm: its largest joint torque; empty if unknown
+  std::span<const ArmContact> contacts;  // each pair once
 };
 
 }  // namespace evalbus::metrics

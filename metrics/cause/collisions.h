@@ -9,11 +9,10 @@
 
 #include "lcmtypes/clock.h"
 #include "metrics/cause/cause_sample.h"
-#include "metrics/sample/separation.h"
 
 namespace evalbus::metrics {
 
-// A contact between an arm and an entity, without an interruption of kSeparationTime.
+// A contact between an arm and an entity, without an interruption of CauseCollisions::kInterruption.
 struct ArmTouch {
   ArmContact pair;
   int64_t first_tick;
@@ -26,27 +25,28 @@ struct ArmTouch {
 };
 
 // An arm presses while its effort is at least kTimes its largest effort without contact, and at least
-// kMinEffort. `held`: contacts of a gripper's arm with an object that it holds are ignored.
+// kMinEffort. Contacts of an arm with an object that its gripper holds are ignored.
 class CauseCollisions {
  public:
   static constexpr double kTimes = 3, kMinEffort = 10;  // N m
+  static constexpr double kInterruption = 1;            // s
 
   explicit CauseCollisions(const CauseConfig& config) : config_(config), free_effort_(config.arms.size()) {
     touches_.reserve(256);
-    touching_.resize(config.arms.size());
+    last_contact_.resize(config.arms.size(), -1);
   }
 
   void Start() {
     touches_.clear();
+    last_contact_.assign(last_contact_.size(), -1);
     free_effort_.assign(free_effort_.size(), 0);
   }
 
   // held: [object * arms + arm].
   void Add(const CauseSample& sample, const std::vector<uint8_t>& held) {
     knows_effort_ = !sample.effort.empty();
-    touching_.assign(touching_.size(), 0);
     for (const ArmContact& contact : sample.contacts) {
-      touching_[contact.arm] = 1;
+      last_contact_[contact.arm] = sample.tick;
       const int object = ObjectOf(contact.entity);
       if (object >= 0 && held[object * config_.arms.size() + contact.arm]) continue;
       ArmTouch& touch = Current(contact, sample, object);
@@ -54,12 +54,12 @@ class CauseCollisions {
       touch.pressed_ticks += Presses(sample, contact.arm);
       if (object >= 0) {
         const auto &a = sample.object[object], &b = touch.start;
-        touch.displacement =
-            std::max(touch.displacement, std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]));
+        touch.displacement = std::max(touch.displacement, std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]));
       }
     }
     for (size_t arm = 0; arm < sample.effort.size(); ++arm) {
-      if (!touching_[arm]) free_effort_[arm] = std::max(free_effort_[arm], sample.effort[arm]);
+      if (last_contact_[arm] >= 0 && !IsInterrupted(last_contact_[arm], sample.tick)) continue;
+      free_effort_[arm] = std::max(free_effort_[arm], sample.effort[arm]);
     }
   }
 
@@ -74,15 +74,18 @@ class CauseCollisions {
   }
 
  private:
+  bool IsInterrupted(int64_t last_tick, int64_t tick) const {
+    return TickTime(tick - last_tick, config_.dt) >= kInterruption;
+  }
+
   bool Presses(const CauseSample& sample, int arm) const {
-    return !sample.effort.empty() &&
-           sample.effort[arm] >= std::max(kMinEffort, kTimes * free_effort_[arm]);
+    return !sample.effort.empty() && sample.effort[arm] >= std::max(kMinEffort, kTimes * free_effort_[arm]);
   }
 
   ArmTouch& Current(const ArmContact& pair, const CauseSample& sample, int object) {
     for (auto touch = touches_.rbegin(); touch != touches_.rend(); ++touch) {
       if (!(touch->pair == pair)) continue;
-      if (!Separated(touch->last_tick, sample.tick, config_.dt)) return *touch;
+      if (!IsInterrupted(touch->last_tick, sample.tick)) return *touch;
       break;
     }
     ArmTouch touch{.pair = pair, .first_tick = sample.tick, .last_tick = sample.tick};
@@ -92,8 +95,8 @@ class CauseCollisions {
 
   const CauseConfig& config_;
   bool knows_effort_ = false;
-  std::vector<double> free_effort_;  // N m, by arm
-  std::vector<uint8_t> touching_;    // by arm
+  std::vector<double> free_effort_;    // N m, by arm
+  std::vector<int64_t> last_contact_;  // tick, by arm; -1: none
   std::vector<ArmTouch> touches_;
 };
 

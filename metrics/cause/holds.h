@@ -1,8 +1,11 @@
-// Finds from when to when each gripper held each object, and how the hold ended. Used for the decisive moment.
+// Finds from when to when each gripper held each object, and how the hold ended. Used for the decisive
+// moment.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "lcmtypes/clock.h"
@@ -28,18 +31,19 @@ struct CauseHold {
 };
 
 // A hold begins when a pad of a gripper that has closed by kClosed since it was widest touches the object. It
-// ends if there is no contact for kInterruption, or if the gripper opens by kOpened; an opened gripper must
-// close by kClosed, or lose contact, before the next hold of the same object.
+// ends if there is no contact for kInterruption, or if the gripper opens by kOpened within kOpening; an
+// opened gripper must close by kClosed, or lose contact, before the next hold of the same object.
 class Holds {
  public:
-  static constexpr double kClosed = 0.05, kOpened = 0.1;  // fractions of the gripper's travel
-  static constexpr double kInterruption = 0.3;            // s
-  // An opening may rise by this fraction without being opened: the fingers yield.
+  static constexpr double kClosed = 0.05, kOpened = 0.1;        // fractions of the gripper's travel
+  static constexpr double kInterruption = 0.3, kOpening = 0.5;  // s
+  // A gripper begins to open when its opening exceeds its minimum by this fraction.
   static constexpr double kYield = 0.01;
 
   explicit Holds(const CauseConfig& config)
       : dt_(config.dt),
         widest_(config.grippers.size()),
+        recent_(config.grippers.size() * Recent(config.dt)),
         pair_(config.objects.size() * config.grippers.size()) {
     holds_.reserve(256);
   }
@@ -47,11 +51,16 @@ class Holds {
   void Start() {
     holds_.clear();
     widest_.assign(widest_.size(), 0);
+    samples_ = 0;
     pair_.assign(pair_.size(), {});
   }
 
   void Add(const CauseSample& sample) {
-    for (size_t k = 0; k < widest_.size(); ++k) widest_[k] = std::max(widest_[k], sample.opening[k]);
+    const size_t slot = samples_++ % Recent(dt_);
+    for (size_t k = 0; k < widest_.size(); ++k) {
+      widest_[k] = std::max(widest_[k], sample.opening[k]);
+      recent_[k * Recent(dt_) + slot] = {sample.tick, sample.opening[k]};
+    }
     for (size_t pair = 0; pair < pair_.size(); ++pair) {
       pair_[pair].hold < 0 ? Idle(pair, sample) : Held(pair, sample);
     }
@@ -61,16 +70,42 @@ class Holds {
   const std::vector<CauseHold>& holds() const { return holds_; }
 
  private:
+  struct Opening {
+    int64_t tick;
+    double opening;
+  };
   struct Pair {
-    int hold = -1;  // index of the current hold; -1: none
-    // Of the current hold: the smallest opening, the last tick at it, and the opening at the last contact.
-    double lowest = 0;
-    int64_t lowest_tick = 0;
-    double last_opening = 0;
+    int hold = -1;            // index of the current hold; -1: none
+    double last_opening = 0;  // at the last contact of the current hold
     // After an opened hold: the largest opening since.
     bool opened = false;
     double widest = 0;
   };
+
+  // Number of samples within kOpening.
+  static size_t Recent(double dt) { return static_cast<size_t>(std::ceil(kOpening / dt)) + 1; }
+
+  // The smallest recent opening of the gripper since the hold began.
+  double Lowest(const CauseHold& hold) const {
+    const size_t size = Recent(dt_);
+    double lowest = std::numeric_limits<double>::infinity();
+    for (size_t k = 0; k < std::min(samples_, size); ++k) {
+      const Opening& one = recent_[static_cast<size_t>(hold.gripper) * size + k];
+      if (one.tick >= hold.first_tick) lowest = std::min(lowest, one.opening);
+    }
+    return lowest;
+  }
+
+  // Last recent tick at which the gripper's opening was at most this.
+  int64_t LastAtMost(double opening, const CauseHold& hold) const {
+    const size_t size = Recent(dt_);
+    int64_t last = hold.first_tick;
+    for (size_t k = 0; k < std::min(samples_, size); ++k) {
+      const Opening& one = recent_[static_cast<size_t>(hold.gripper) * size + k];
+      if (one.opening <= opening) last = std::max(last, one.tick);
+    }
+    return last;
+  }
 
   void Idle(size_t index, const CauseSample& sample) {
     Pair& pair = pair_[index];
@@ -80,7 +115,7 @@ class Holds {
     if (!sample.touching[index]) pair.opened = false;
     if (opening > (pair.opened ? pair.widest : widest_[gripper]) - kClosed) return;
     if (!sample.touching[index]) return;
-    pair = {.hold = static_cast<int>(holds_.size()), .lowest = opening, .lowest_tick = sample.tick};
+    pair = {.hold = static_cast<int>(holds_.size())};
     CauseHold hold{.object = static_cast<int>(object),
                    .gripper = static_cast<int>(gripper),
                    .first_tick = sample.tick,
@@ -100,11 +135,10 @@ class Holds {
       hold.last_height = sample.object[hold.object][2];
       pair.last_opening = opening;
     }
-    if (opening <= pair.lowest + kYield) pair.lowest_tick = sample.tick;
-    pair.lowest = std::min(pair.lowest, opening);
-    if (opening >= pair.lowest + kOpened) {
+    const double lowest = Lowest(hold);
+    if (opening >= lowest + kOpened) {
       hold.opened = true;
-      hold.last_tick = std::min(hold.last_tick, pair.lowest_tick);
+      hold.last_tick = std::min(hold.last_tick, LastAtMost(lowest + kYield, hold));
       End(&pair, &hold);
       pair.opened = true;
       pair.widest = opening;
@@ -120,8 +154,10 @@ class Holds {
   }
 
   double dt_;
-  std::vector<double> widest_;  // by gripper: its largest opening
-  std::vector<Pair> pair_;      // [object * grippers + gripper]
+  std::vector<double> widest_;   // by gripper: its largest opening
+  std::vector<Opening> recent_;  // by gripper: ring of its last Recent() openings
+  size_t samples_ = 0;
+  std::vector<Pair> pair_;  // [object * grippers + gripper]
   std::vector<CauseHold> holds_;
 };
 

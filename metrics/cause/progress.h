@@ -1,5 +1,5 @@
-// Tracks how close each condition of a task came to being met, and since when the robot has been at rest. Used for
-// the decisive moment.
+// Tracks how close each condition of a task came to being met, and since when the robot has been at rest.
+// Used for the decisive moment.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,8 @@ class ConditionProgress {
 
   void Start() { tracks_.clear(); }
 
-  // Adds the state of condition `index` at a tick. distance: measure of a condition without a number; NaN: none.
+  // Adds the state of condition `index` at a tick. distance: measure of a condition without a number; NaN:
+  // none.
   void Add(size_t index, int64_t tick, const condition_t& condition, double distance) {
     if (index >= tracks_.size()) tracks_.resize(index + 1);
     Track& track = tracks_[index];
@@ -58,11 +59,11 @@ class ConditionProgress {
   std::vector<Track> tracks_;
 };
 
-// The robot is at rest while no joint and no gripper differs by more than kJoint (rad) or kOpening (fraction of its
-// travel) from where it was when the rest began.
+// The robot is at rest while no joint and no gripper differs by more than kJoint (rad) or kOpening (fraction
+// of its travel) from where it was when the rest began.
 class Rest {
  public:
-  static constexpr double kJoint = 0.02, kOpening = 0.02;
+  static constexpr double kJoint = 0.003, kOpening = 0.01;
 
   void Start() { joints_.clear(); }
 

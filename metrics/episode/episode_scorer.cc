@@ -57,7 +57,9 @@ CauseConfig MakeCauseConfig(const model_info_t& model) {
                      .gripper_arm = {},
                      .objects = model.object_name,
                      .entities = model.entity_name,
-                     .object_entity = {model.object_entity.begin(), model.object_entity.end()}};
+                     .object_entity = {model.object_entity.begin(), model.object_entity.end()},
+                     .bodies = model.body_name,
+                     .body_entity = {model.body_entity.begin(), model.body_entity.end()}};
   for (const arm_info_t& arm : model.arm) config.arms.push_back(arm.name);
   for (const gripper_info_t& gripper : model.gripper) {
     config.grippers.push_back(gripper.name);
@@ -300,6 +302,7 @@ void EpisodeScorer::AddToCause(const Sample& sample, const state_t& state,
               .pinched = pinched_,
               .object = object_position_,
               .wrist = wrist_position_,
+              .body = state.body,
               .joints = joints_,
               .effort = effort_,
               .contacts = arm_contacts_},
@@ -313,8 +316,8 @@ cause_t EpisodeScorer::Cause(const episode_summary_t& summary) const {
                .detail = summary.end_detail,
                .last_tick = decided_ ? decided_->tick : header_.tick,
                .conditions = summary.explanation.condition};
-  const bool is_judged =
-      end.reason != end_reason::kServerError && end.reason != kUnconfirmed && end.reason != end_reason::kNotJudged;
+  const bool is_judged = end.reason != end_reason::kServerError && end.reason != kUnconfirmed &&
+                         end.reason != end_reason::kNotJudged;
   if (end.reason.empty()) {
     end.by = By::kSuccess;
   } else if (is_judged && evaluator_.verdict() == Verdict::kFailure) {

@@ -58,8 +58,8 @@ class TaskEvaluator {
   // built-in failure. Before tick 1 none holds and all numbers are NaN. Does not allocate if *criteria has
   // been filled before. Does not change the header.
   void Criteria(criteria_t* criteria) const;
-  // Writes every condition of each stage, then those of success, in the same way: one list per stage and one more.
-  // Before tick 1, the lists are meaningless.
+  // Writes every condition of each stage, then those of success, in the same way: one list per stage and one
+  // more. Before tick 1, the lists are meaningless.
   void ConditionsByStage(std::vector<std::vector<condition_t>>* conditions) const;
   // In the order of TaskDescription: stages, target_distance (m), pose_error (rad).
   const std::vector<uint8_t>& stage_reached() const { return stage_reached_; }

@@ -33,8 +33,8 @@ condition_t Height() {
   return condition;
 }
 
-// Two arms stand 0.5 m from a pot at a height of 1 m, with open grippers. Stages: each gripper holds the pot, and
-// it is lifted by 0.1 m, which is a success.
+// Two arms stand 0.5 m from a pot at a height of 1 m, with open grippers. Stages: each gripper holds the pot,
+// and it is lifted by 0.1 m, which is a success.
 class CauseFinderTest : public testing::Test {
  protected:
   CauseFinderTest() {
@@ -61,6 +61,7 @@ class CauseFinderTest : public testing::Test {
                 .pinched = touching_,
                 .object = object_,
                 .wrist = wrist_,
+                .body = body_,
                 .joints = joints_,
                 .effort = effort_,
                 .contacts = contacts_},
@@ -104,7 +105,10 @@ class CauseFinderTest : public testing::Test {
                     .gripper_arm = {0, 1},
                     .objects = {"kitchen_pot"},
                     .entities = {"world", "left", "right", "big_counter", "kitchen_pot"},
-                    .object_entity = {kPot}}};
+                    .object_entity = {kPot},
+                    .bodies = {"world", "kitchen_pot/body"},
+                    .body_entity = {0, kPot}}};
+  std::vector<body_pose_t> body_ = {{}, {{0.5, 0, 1}, {1, 0, 0, 0}}};
   int64_t tick_ = -1;
   std::vector<double> opening_ = {1, 1};
   std::vector<uint8_t> touching_ = {0, 0};
@@ -114,7 +118,8 @@ class CauseFinderTest : public testing::Test {
   std::vector<double> effort_ = {2, 2};
   std::vector<ArmContact> contacts_;
   std::vector<uint8_t> reached_ = {0, 0, 0};
-  std::vector<std::vector<condition_t>> conditions_ = {{Holding("left")}, {Holding("right")}, {Height()}, {Height()}};
+  std::vector<std::vector<condition_t>> conditions_ = {
+      {Holding("left")}, {Holding("right")}, {Height()}, {Height()}};
 };
 
 TEST_F(CauseFinderTest, AGripperLosesTheObjectWhileItCloses) {
@@ -123,7 +128,8 @@ TEST_F(CauseFinderTest, AGripperLosesTheObjectWhileItCloses) {
   Close(kRight, 0.2, false);
   Move(300);
   Expect("lost_object", 20,
-         "Right gripper lost the kitchen pot at 0.40 s while closing (2 of 3 stages) and never tried again; height "
+         "Right gripper lost the kitchen pot at 0.40 s while closing (2 of 3 stages) and never tried again; "
+         "height "
          "of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
 }
 
@@ -137,7 +143,8 @@ TEST_F(CauseFinderTest, AGripperOpens) {
   Close(kLeft, 1, false);
   Move(300);
   Expect("lost_object", 25,
-         "Left gripper let go of the kitchen pot at 0.50 s after lifting it by 0.05 m (2 of 3 stages) and never tried "
+         "Left gripper let go of the kitchen pot at 0.50 s after lifting it by 0.05 m (2 of 3 stages) and "
+         "never tried "
          "again; height of kitchen pot reached 1.050 m, at least 1.1 m is needed.");
 }
 
@@ -170,7 +177,11 @@ TEST_F(CauseFinderTest, ALossWithoutConsequenceIsNoCause) {
   Move(100);
   object_[0][2] = 1.2;  // the other gripper lifts it
   Tick();
-  EXPECT_EQ(dut_.Find({.by = CauseEnd::By::kSuccess, .reason = {}, .detail = {}, .last_tick = tick_, .conditions = {}})
+  EXPECT_EQ(dut_.Find({.by = CauseEnd::By::kSuccess,
+                       .reason = {},
+                       .detail = {},
+                       .last_tick = tick_,
+                       .conditions = {}})
                 .text,
             "Success at 2.42 s.");
 }
@@ -182,7 +193,8 @@ TEST_F(CauseFinderTest, AGripperClosesOnNothing) {
   Close(kRight, 0.05, false);  // tick 12
   Move(300);
   Expect("empty_grasp", 12,
-         "Right gripper closed on nothing at 0.24 s (0 of 3 stages) and never tried again; height of kitchen pot reached "
+         "Right gripper closed on nothing at 0.24 s (0 of 3 stages) and never tried again; height of kitchen "
+         "pot reached "
          "1.000 m, at least 1.1 m is needed.");
 }
 
@@ -245,7 +257,8 @@ TEST_F(CauseFinderTest, AnOpenHandPushesTheObject) {
   contacts_ = {};
   Move(300);
   Expect("collision", 11,
-         "Right arm hit the kitchen pot at 0.22 s and pushed it by 0.03 m (0 of 3 stages); height of kitchen pot reached 1.000 "
+         "Right arm hit the kitchen pot at 0.22 s and pushed it by 0.03 m (0 of 3 stages); height of kitchen "
+         "pot reached 1.000 "
          "m, at least 1.1 m is needed.");
 }
 
@@ -253,7 +266,8 @@ TEST_F(CauseFinderTest, TheRobotStops) {
   HoldWithBoth();
   Tick(300);
   Expect("stall", 20,
-         "Robot stopped moving at 0.40 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least 1.1 m is "
+         "Robot stopped moving at 0.40 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least "
+         "1.1 m is "
          "needed.");
 }
 
@@ -262,7 +276,8 @@ TEST_F(CauseFinderTest, AStopLongAfterTheLastProgressIsNotTheCause) {
   Move(100);
   Tick(300);
   Expect("missed_condition", 11,
-         "Last progress at 0.22 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
+         "Last progress at 0.22 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least 1.1 m is "
+         "needed.");
 }
 
 TEST_F(CauseFinderTest, TimeRunsOut) {
@@ -272,14 +287,16 @@ TEST_F(CauseFinderTest, TimeRunsOut) {
     Move(1);
   }
   Expect("out_of_time", 220,
-         "Time ran out at 4.40 s (2 of 3 stages); height of kitchen pot reached 1.080 m, at least 1.1 m is needed.");
+         "Time ran out at 4.40 s (2 of 3 stages); height of kitchen pot reached 1.080 m, at least 1.1 m is "
+         "needed.");
 }
 
 TEST_F(CauseFinderTest, AValueIsNotRoundedToItsLimit) {
   HoldWithBoth();
   object_[0][2] = 1.09996;
   Move(300);
-  EXPECT_NE(Find().text.find("reached 1.09996 m, at least 1.1 m is needed"), std::string::npos) << Find().text;
+  EXPECT_NE(Find().text.find("reached 1.09996 m, at least 1.1 m is needed"), std::string::npos)
+      << Find().text;
 }
 
 TEST_F(CauseFinderTest, AnErrorOfThePolicyIsItsOwnCause) {
