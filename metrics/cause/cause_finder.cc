@@ -22,11 +22,10 @@ constexpr double kNear = 0.1;
 // A collision: the arm presses for this long (s), or, if its effort is unknown, touches the scene for this
 // long (s), or pushes an object that it should hold this far (m).
 constexpr double kPressed = 0.5, kTouched = 1, kPushed = 0.02;
-// A robot that is at rest for at least kStill (s) at the end has stalled if it made progress at most
-// kPatience (s) before it came to rest.
-constexpr double kStill = 3, kPatience = 1.5;
-// Progress in this last share of the episode: only the time limit ended it.
-constexpr double kStillProgressing = 0.2;
+// A robot that is at rest for this last share of the episode, and at least kStill (s), has stalled if it made
+// progress at most kPatience (s) before it came to rest. Otherwise, progress in this last share means that
+// time ran out.
+constexpr double kLastShare = 0.2, kStill = 2, kPatience = 1.5;
 
 bool IsOfHold(const condition_t& condition) { return condition.kind == condition_t::HOLDING; }
 
@@ -260,13 +259,11 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   for (const int64_t tick : stage_tick_) progress = std::max(progress, tick);
   if (!unmet.empty()) progress = std::max(progress, unmet[0].best->progress_tick);
   const int64_t rest = rest_.since();
-  if (end.last_tick - rest >= Ticks(kStill) && rest - progress <= Ticks(kPatience)) {
+  const auto last_share = static_cast<int64_t>(kLastShare * static_cast<double>(end.last_tick));
+  if (end.last_tick - rest >= std::max(last_share, Ticks(kStill)) && rest - progress <= Ticks(kPatience)) {
     return {.kind = cause_kind::kStall, .tick = rest};
   }
-  if (static_cast<double>(end.last_tick - progress) <=
-      kStillProgressing * static_cast<double>(end.last_tick)) {
-    return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick};
-  }
+  if (end.last_tick - progress <= last_share) return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick};
   return {.kind = cause_kind::kMissedCondition, .tick = progress};
 }
 

@@ -104,7 +104,7 @@ class CauseFinder {
   CauseMoment MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   CauseMoment FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   std::string Text(const CauseMoment& moment, const std::vector<Unmet>& unmet, const CauseEnd& end) const;
-  std::string What(const CauseMoment& moment, const std::vector<Unmet>& unmet, const CauseEnd& end) const;
+  std::string What(const CauseMoment& moment, const CauseEnd& end) const;
   int64_t Ticks(double seconds) const;
   double Time(int64_t tick) const;
 

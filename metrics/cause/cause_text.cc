@@ -80,8 +80,7 @@ std::string Reached(const condition_t& condition, const BestOfCondition& best) {
 }  // namespace
 
 // The event itself, without time.
-std::string CauseFinder::What(const CauseMoment& moment, const std::vector<Unmet>& unmet,
-                              const CauseEnd& end) const {
+std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) const {
   const std::string gripper =
       moment.gripper < 0 ? "" : Capitalized(PartOf(config_.grippers[moment.gripper], "gripper"));
   const std::string object = moment.object < 0 ? "" : "the " + Words(config_.objects[moment.object]);
@@ -107,7 +106,7 @@ std::string CauseFinder::What(const CauseMoment& moment, const std::vector<Unmet
   if (moment.kind == cause_kind::kStall) return "Robot stopped moving" + at;
   if (moment.kind == cause_kind::kOutOfTime) return "Time ran out" + at;
   if (moment.kind == cause_kind::kMissedCondition) {
-    return (unmet.empty() ? "No progress after" : "Last progress") + at;
+    return moment.tick == 0 ? "No progress" : "Last progress" + at;
   }
   if (moment.kind == cause_kind::kFailedCondition || moment.kind == cause_kind::kCollision) {
     return "Failure" + at + ": " + Listed(end.conditions);
@@ -117,7 +116,7 @@ std::string CauseFinder::What(const CauseMoment& moment, const std::vector<Unmet
 
 std::string CauseFinder::Text(const CauseMoment& moment, const std::vector<Unmet>& unmet,
                               const CauseEnd& end) const {
-  std::string text = What(moment, unmet, end);
+  std::string text = What(moment, end);
   if (end.by == CauseEnd::By::kSuccess) return text + ".";
   if (!stage_tick_.empty()) {
     const auto reached = std::ranges::count_if(stage_tick_, [](int64_t tick) { return tick >= 0; });

@@ -31,14 +31,14 @@ struct CauseHold {
 };
 
 // A hold begins when a pad of a gripper that has closed by kClosed since it was widest touches the object. It
-// ends if there is no contact for kInterruption, or if the gripper opens by kOpened within kOpening; an
-// opened gripper must close by kClosed, or lose contact, before the next hold of the same object.
+// ends if there is no contact for kInterruption, or if the gripper opens by kOpened within kOpening. An
+// opened gripper must close by kClosed before the next hold of the same object.
 class Holds {
  public:
   static constexpr double kClosed = 0.05, kOpened = 0.1;        // fractions of the gripper's travel
   static constexpr double kInterruption = 0.3, kOpening = 0.5;  // s
   // A gripper begins to open when its opening exceeds its minimum by this fraction.
-  static constexpr double kYield = 0.01;
+  static constexpr double kYield = 0.05;
 
   explicit Holds(const CauseConfig& config)
       : dt_(config.dt),
@@ -112,7 +112,6 @@ class Holds {
     const size_t gripper = index % widest_.size(), object = index / widest_.size();
     const double opening = sample.opening[gripper];
     pair.widest = std::max(pair.widest, opening);
-    if (!sample.touching[index]) pair.opened = false;
     if (opening > (pair.opened ? pair.widest : widest_[gripper]) - kClosed) return;
     if (!sample.touching[index]) return;
     pair = {.hold = static_cast<int>(holds_.size())};

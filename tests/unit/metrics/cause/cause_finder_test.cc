@@ -137,7 +137,7 @@ TEST_F(CauseFinderTest, AGripperOpens) {
   HoldWithBoth();
   object_[0][2] = 1.05;
   Move(5);  // up to tick 25
-  Close(kLeft, 0.45, true);
+  Close(kLeft, 0.46, true);
   Close(kLeft, 0.55, true);
   object_[0][2] = 1;
   Close(kLeft, 1, false);
