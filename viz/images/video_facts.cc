@@ -179,8 +179,13 @@ class Touches {
   std::map<std::pair<std::string, int64_t>, Place> slipped_;
 };
 
-// Explains the outcome: the deciding condition and the end reason in words.
+bool HasCauseOfFailure(const EpisodeMessages& episode) {
+  return episode.summary && !episode.summary->failure_reason.empty() && !episode.summary->cause.text.empty();
+}
+
+// Explains the outcome: the cause of a failure; otherwise the deciding condition and the end reason in words.
 std::string Reason(const EpisodeMessages& episode) {
+  if (HasCauseOfFailure(episode)) return Printable(episode.summary->cause.text);
   std::string text;
   const auto add = [&text](const std::string& part) {
     if (!part.empty()) text += (text.empty() ? "" : ", ") + part;
@@ -230,6 +235,7 @@ VideoFacts FactsOf(const EpisodeMessages& episode, const std::vector<size_t>& sc
   }
   facts.outcome = Printable(episode.outcome());
   facts.success = facts.outcome == end_reason::kSuccess;
+  facts.outcome_s = HasCauseOfFailure(episode) ? episode.summary->cause.time_s : facts.duration_s;
   facts.reason = Reason(episode);
   return facts;
 }

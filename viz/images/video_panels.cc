@@ -72,7 +72,7 @@ void VideoPanels::Title(const Box& box, const VideoFacts& facts, const std::stri
   const double base = box.y + box.height / 2 + 0.36 * kBold * s_;
   double right = box.right();
   if (is_over) {
-    const std::string words = canvas_.Fitted(OutcomeWords(facts) + " at " + TimeText(facts.duration_s),
+    const std::string words = canvas_.Fitted(OutcomeWords(facts) + " at " + TimeText(facts.outcome_s),
                                              Font::kBold, kNormal * s_, box.width * 0.55);
     right -= canvas_.TextWidth(words, Font::kBold, kNormal * s_);
     canvas_.Text(right, base, words, Font::kBold, kNormal * s_, ColorOf(EndOf(facts)));
@@ -350,7 +350,7 @@ void VideoPanels::EndCard(const Box& box, const VideoFacts& facts) {
     Verdict({x + 13 * s_, y - 8 * s_}, 13 * s_, end);
     x += 38 * s_;
   }
-  const std::string time = TimeText(facts.duration_s);
+  const std::string time = TimeText(facts.outcome_s);
   const double time_width = canvas_.TextWidth(time, Font::kNormal, kBold * s_);
   canvas_.Text(x, y,
                canvas_.Fitted(OutcomeWords(facts), Font::kBold, 24 * s_,

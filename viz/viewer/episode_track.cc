@@ -26,7 +26,7 @@ constexpr int64_t kMaxUnscoredTicks = 50;
 
 // In the order of TrackEvent::Kind.
 constexpr const char* kKindWords[] = {"stage",     "slip",           "grasp", "release",
-                                      "collision", "self_collision", "end"};
+                                      "collision", "self_collision", "cause", "end"};
 
 int16_t Fraction(double value) {
   return static_cast<int16_t>(std::lround(std::clamp(value, -1.0, 1.0) * kUnit));
@@ -308,6 +308,9 @@ std::vector<TrackEvent> EpisodeTrack::Events() const {
       }
     }
   }
+  if (summary_ && !summary_->failure_reason.empty() && !summary_->cause.text.empty()) {
+    events.push_back(MakeEvent(Kind::kCause, summary_->cause.tick, summary_->cause.text));
+  }
   events.insert(events.end(), touches_.begin(), touches_.end());
   std::stable_sort(events.begin(), events.end(),
                    [](const TrackEvent& a, const TrackEvent& b) { return a.tick < b.tick; });
@@ -376,6 +379,8 @@ void EpisodeTrack::AddChanging(Json* head_in) const {
   head["failure_reason"] = nullptr;
   head["end_detail"] = nullptr;
   head["explanation"] = nullptr;
+  head["cause_time_s"] = nullptr;
+  head["cause_text"] = nullptr;
   head["success"] = nullptr;
   head["complete"] = nullptr;
   if (end_) head["end_reason"] = end_->end_reason;
@@ -384,6 +389,10 @@ void EpisodeTrack::AddChanging(Json* head_in) const {
     head["failure_reason"] = summary_->failure_reason;
     if (!summary_->end_detail.empty()) head["end_detail"] = summary_->end_detail;
     head["explanation"] = summary_->explanation.text;
+    if (!summary_->cause.text.empty()) {
+      head["cause_time_s"] = summary_->cause.time_s;
+      head["cause_text"] = summary_->cause.text;
+    }
     if (summary_->failure_reason != end_reason::kNotJudged) {
       head["success"] = summary_->metrics.success != 0;
     }

@@ -30,7 +30,7 @@ namespace evalbus::viz {
 
 // An event. Gripper and object are empty if they are not known (yet).
 struct TrackEvent {
-  enum class Kind { kStage, kSlip, kGrasp, kRelease, kCollision, kSelfCollision, kEnd };
+  enum class Kind { kStage, kSlip, kGrasp, kRelease, kCollision, kSelfCollision, kCause, kEnd };
   Kind kind = Kind::kEnd;
   int64_t tick = 0;
   double time = 0;  // s since the start of the episode

@@ -44,7 +44,7 @@ Evalbus.spaced = (name) => Evalbus.words(name).replace(/_/g, " ");
 
 // Text that explains the outcome: the detail of the end reason (e.g. a policy's error), then the deciding
 // condition.
-Evalbus.reasonOf = (head) => [Evalbus.words(head.end_detail), Evalbus.spaced(head.explanation)].filter(Boolean).join("; ");
+Evalbus.reasonOf = (head) => head.cause_text ? Evalbus.words(head.cause_text) : [Evalbus.words(head.end_detail), Evalbus.spaced(head.explanation)].filter(Boolean).join("; ");
 
 // Formats a number with four significant digits. The number of characters changes as little as possible.
 Evalbus.number = (value) => {

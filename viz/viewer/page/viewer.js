@@ -197,7 +197,7 @@ Evalbus.Viewer = class {
     return track;
   }
 
-  // Shows an episode from its start or from time_s (seconds), and plays it unless isPlaying is false.
+  // Shows an episode from Evalbus.openingTime or from time_s (seconds), and plays it unless isPlaying is false.
   async open(run, episode, time_s, isPlaying = true) {
     const turn = this.turn = (this.turn || 0) + 1;
     this.wanted = this.missed = null;
@@ -210,7 +210,7 @@ Evalbus.Viewer = class {
       this.player.pause();
       this.shownRun = run;
       this.setTracks([track]);
-      this.player.seek(time_s === undefined ? 0 : time_s / track.tickSeconds);
+      this.player.seek((time_s === undefined ? Evalbus.openingTime(track.head) : time_s) / track.tickSeconds);
       if (isPlaying && !this.player.isCalm) this.player.play();
     } catch (error) {
       if (turn !== this.turn) return;
@@ -311,7 +311,8 @@ Evalbus.Viewer = class {
       const rows = run.episodes.filter((row) => row.has_track !== false && this.source.has(number, row.episode));
       const row = rows.find((one) => one.complete && !one.success) || rows[0];
       if (!row) continue;
-      this.open(number, row.episode, this.isPacked ? Infinity : 0, !this.isPacked).then(() => {
+      const isAtEnd = this.isPacked && (row.success || row.cause_text === null);
+      this.open(number, row.episode, isAtEnd ? Infinity : undefined, !this.isPacked).then(() => {
         const twin = this.isPacked && this.twin();
         if (twin) this.compare(twin.run, twin.episode);
       });

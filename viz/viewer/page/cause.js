@@ -1,0 +1,15 @@
+// The cause of a failure: its mark on the time line, and the time from which a failed episode is shown.
+"use strict";
+
+// Seconds before the decisive moment at which a failed episode opens.
+Evalbus.BEFORE_CAUSE = 1;
+
+// head: that of an episode's block. Successes, and episodes without a cause, open at their start.
+Evalbus.openingTime = (head) => (head.failure_reason && Number.isFinite(head.cause_time_s)
+  ? Math.max(0, head.cause_time_s - Evalbus.BEFORE_CAUSE) : 0);
+
+Evalbus.eventMarks.cause = (context, x, y, palette) => {
+  context.fillStyle = palette.bad;
+  context.fillRect(x - 1, y - 12, 2, 24);
+  Evalbus.polygon(context, [[x - 6, y - 12], [x + 6, y - 12], [x, y - 4]], palette.bad, true);
+};
