@@ -128,7 +128,7 @@ std::string CauseFinder::Text(const CauseMoment& moment, const std::vector<Unmet
     text += " and never tried again";
   }
   if (end.by == CauseEnd::By::kTime && !unmet.empty()) {
-    // If an object was lost, what it did not reach tells more than that it is not held.
+    // After the loss of an object, a number that it did not reach is more informative than a missing hold.
     auto next = unmet.begin();
     if (moment.object >= 0) {
       next = std::ranges::find_if(unmet, [](const Unmet& u) { return !std::isnan(u.best->value); });

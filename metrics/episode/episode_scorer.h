@@ -120,7 +120,7 @@ class EpisodeScorer {
   std::vector<std::array<double, 3>> object_position_, wrist_position_;
   std::vector<double> joints_, effort_;
   std::vector<ArmContact> arm_contacts_;
-  // Of each stage, then of success.
+  // Conditions of each stage, then of success.
   std::vector<std::vector<condition_t>> conditions_;
 };
 
