@@ -50,36 +50,6 @@ MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task,
   return config;
 }
 
-CauseConfig MakeCauseConfig(const model_info_t& model) {
-  CauseConfig config{.dt = ControlPeriod(model),
-                     .arms = {},
-                     .grippers = {},
-                     .gripper_arm = {},
-                     .objects = model.object_name,
-                     .entities = model.entity_name,
-                     .object_entity = {model.object_entity.begin(), model.object_entity.end()},
-                     .bodies = model.body_name,
-                     .body_entity = {model.body_entity.begin(), model.body_entity.end()}};
-  for (const arm_info_t& arm : model.arm) config.arms.push_back(arm.name);
-  for (const gripper_info_t& gripper : model.gripper) {
-    config.grippers.push_back(gripper.name);
-    config.gripper_arm.push_back(gripper.arm);
-  }
-  return config;
-}
-
-// Returns the index of the arm of each geom; -1: not part of an arm.
-std::vector<int> ArmsOfGeoms(const model_info_t& model) {
-  std::vector<int> arms(model.num_geoms, -1);
-  for (int geom = 0; geom < model.num_geoms; ++geom) {
-    const int entity = model.body_entity[model.geom_body[geom]];
-    for (int arm = 0; arm < model.num_arms; ++arm) {
-      if (model.arm[arm].entity == entity) arms[geom] = arm;
-    }
-  }
-  return arms;
-}
-
 // Returns pad geoms by finger (a body with pads), then by geom id.
 std::vector<std::vector<uint8_t>> Fingers(const model_info_t& model, const gripper_info_t& gripper) {
   std::map<int, std::vector<uint8_t>> fingers;
@@ -102,9 +72,7 @@ EpisodeScorer::EpisodeScorer(const model_info_t& model, const TaskDescription& t
       availability_(model_, evaluator_),
       metrics_(MakeConfig(names_, task, evaluator_)),
       history_(model_.object_name.size(), model_.gripper.size()),
-      grasps_(metrics_.config()),
-      cause_(MakeCauseConfig(model_)),
-      geom_arm_(ArmsOfGeoms(model_)) {
+      grasps_(metrics_.config()) {
   for (const Stage& stage : task.stages) stage_index_.push_back(stage.index);
   for (const int index : model_.joint_qpos_index) num_coordinates_ = std::max(num_coordinates_, index + 1);
   for (const gripper_info_t& gripper : model_.gripper) fingers_.push_back(Fingers(model_, gripper));
@@ -112,6 +80,7 @@ EpisodeScorer::EpisodeScorer(const model_info_t& model, const TaskDescription& t
     objects_.push_back(names_.ObjectGeoms(object));
     object_body_.push_back(names_.Body(model_.object_name[object], {task.file, 0}));
   }
+  cause_.emplace(names_, object_body_);
   arms_.resize(model_.num_arms);
   opening_.resize(model_.num_grippers);
   holding_.resize(model_.num_grippers * model_.num_objects);
@@ -135,7 +104,7 @@ void EpisodeScorer::Start() {
   history_.Start();
   grasps_.Start();
   first_collision_ = {};
-  cause_.Start();
+  cause_->Start();
 }
 
 bool EpisodeScorer::Fits(const state_t& state) const {
@@ -242,7 +211,7 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
     history_.Add(header_.tick, opening_, holding_, height_, false);
     if (header_.tick == 0) {
       evaluator_.Evaluate({state, known}, 0);
-      AddToCause(sample, state, known);
+      cause_->Add(sample, state, known, evaluator_);
     }
   }
   if (header_.tick > 0) {
@@ -252,7 +221,7 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
     grasps_.Add(header_.tick, pinched_);
     if (first_collision_.tick == 0 && !collisions.empty()) first_collision_ = {header_.tick, collisions[0]};
     evaluator_.Evaluate({state, known}, header_.tick);
-    AddToCause(sample, state, known);
+    cause_->Add(sample, state, known, evaluator_);
   }
   for (size_t k = 0; k < stage_index_.size(); ++k) {
     if (evaluator_.stage_reached()[k]) metrics_.SetStage(stage_index_[k], true);
@@ -267,66 +236,6 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
   metrics_.SetSuccess(evaluator_.verdict() == Verdict::kSuccess);
   if (evaluator_.verdict() != Verdict::kUndecided) decided_ = header_;
   holds_ = evaluator_.success_holds();
-}
-
-void EpisodeScorer::AddToCause(const Sample& sample, const state_t& state,
-                               std::span<const contact_t> contacts) {
-  object_position_.resize(object_body_.size());
-  for (size_t k = 0; k < object_body_.size(); ++k) {
-    const double* p = state.body[object_body_[k]].position_m;
-    object_position_[k] = {p[0], p[1], p[2]};
-  }
-  wrist_position_.clear();
-  joints_.clear();
-  effort_.clear();
-  for (size_t k = 0; k < arms_.size(); ++k) {
-    wrist_position_.push_back(arms_[k].wrist_position);
-    joints_.insert(joints_.end(), arms_[k].joint_position.begin(), arms_[k].joint_position.end());
-    if (!model_.has_physics) continue;
-    double& effort = effort_.emplace_back(0);
-    for (const double torque : state.arm[k].joint_torque_Nm) effort = std::max(effort, std::abs(torque));
-  }
-  arm_contacts_.clear();
-  for (const contact_t& contact : contacts) {
-    for (const auto& [robot, other] :
-         {std::pair(contact.geom_a, contact.geom_b), std::pair(contact.geom_b, contact.geom_a)}) {
-      if (geom_arm_[robot] < 0 || names_.IsRobot(other)) continue;
-      const ArmContact pair{geom_arm_[robot], model_.body_entity[model_.geom_body[other]]};
-      if (std::ranges::find(arm_contacts_, pair) == arm_contacts_.end()) arm_contacts_.push_back(pair);
-    }
-  }
-  if (sample.tick > 0) evaluator_.ConditionsByStage(&conditions_);
-  cause_.Add({.tick = sample.tick,
-              .opening = opening_,
-              .touching = holding_,
-              .pinched = pinched_,
-              .object = object_position_,
-              .wrist = wrist_position_,
-              .body = state.body,
-              .joints = joints_,
-              .effort = effort_,
-              .contacts = arm_contacts_},
-             evaluator_.stage_reached(), conditions_);
-}
-
-cause_t EpisodeScorer::Cause(const episode_summary_t& summary) const {
-  using By = CauseEnd::By;
-  CauseEnd end{.by = By::kOther,
-               .reason = summary.failure_reason,
-               .detail = summary.end_detail,
-               .last_tick = decided_ ? decided_->tick : header_.tick,
-               .conditions = summary.explanation.condition};
-  const bool is_judged = end.reason != end_reason::kServerError && end.reason != kUnconfirmed &&
-                         end.reason != end_reason::kNotJudged;
-  if (end.reason.empty()) {
-    end.by = By::kSuccess;
-  } else if (is_judged && evaluator_.verdict() == Verdict::kFailure) {
-    end.by = By::kFailure;
-  } else if (is_judged &&
-             (summary.end_reason == end_reason::kTimeLimit || summary.end_reason == end_reason::kEndOfData)) {
-    end.by = By::kTime;
-  }
-  return cause_.Find(end);
 }
 
 void EpisodeScorer::EndAt(int64_t last_tick) {
@@ -423,7 +332,7 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
   FillExtended(true, &summary.extended);
   summary.explanation =
       Explain(outcome, summary.failure_reason, metrics_, first_collision_, grasps_.grasps());
-  summary.cause = Cause(summary);
+  summary.cause = cause_->Find(summary, evaluator_.verdict(), decided_ ? decided_->tick : header_.tick);
   return summary;
 }
 

@@ -16,7 +16,7 @@
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/state_t.hpp"
-#include "metrics/cause/cause_finder.h"
+#include "metrics/episode/cause_recorder.h"
 #include "metrics/episode/episode_history.h"
 #include "metrics/episode/explanation.h"
 #include "metrics/episode/metric_availability.h"
@@ -67,9 +67,6 @@ class EpisodeScorer {
   std::span<const contact_t> KnownContacts(const contacts_t& contacts);
   // Sets holding_ and pinched_ from the contacts.
   void FindHolds(std::span<const contact_t> contacts);
-  // Passes a sample to cause_.
-  void AddToCause(const Sample& sample, const state_t& state, std::span<const contact_t> contacts);
-  cause_t Cause(const episode_summary_t& summary) const;
   // Score() handles a tick up to the verdict, WatchSuccess() a later one.
   void Score(const state_t& state, const contacts_t& contacts);
   void WatchSuccess(const state_t& state, const contacts_t& contacts);
@@ -85,7 +82,7 @@ class EpisodeScorer {
   EpisodeHistory history_;
   Grasps grasps_;
   FirstCollision first_collision_;
-  CauseFinder cause_;
+  std::optional<CauseRecorder> cause_;  // always set
   std::vector<int> stage_index_;
   std::vector<contact_t> known_contacts_;
   // Minimum number of joint coordinates in STATE, as required by the joints of MODEL.
@@ -115,13 +112,6 @@ class EpisodeScorer {
   std::vector<uint8_t> pinched_;
   std::vector<double> height_;
   std::vector<GeomContact> contacts_;
-  // By geom: index of its arm; -1: not part of an arm.
-  std::vector<int> geom_arm_;
-  std::vector<std::array<double, 3>> object_position_, wrist_position_;
-  std::vector<double> joints_, effort_;
-  std::vector<ArmContact> arm_contacts_;
-  // Conditions of each stage, then of success.
-  std::vector<std::vector<condition_t>> conditions_;
 };
 
 }  // namespace evalbus::metrics

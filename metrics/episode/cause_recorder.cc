@@ -1,0 +1,119 @@
+#include "metrics/episode/cause_recorder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "lcmtypes/clock.h"
+#include "lcmtypes/end_reason.h"
+#include "metrics/episode/failure_reason.h"
+
+namespace evalbus::metrics {
+namespace {
+
+CauseConfig MakeCauseConfig(const model_info_t& model) {
+  CauseConfig config{.dt = ControlPeriod(model),
+                     .arms = {},
+                     .grippers = {},
+                     .gripper_arm = {},
+                     .objects = model.object_name,
+                     .entities = model.entity_name,
+                     .object_entity = {model.object_entity.begin(), model.object_entity.end()},
+                     .bodies = model.body_name,
+                     .body_entity = {model.body_entity.begin(), model.body_entity.end()}};
+  for (const arm_info_t& arm : model.arm) config.arms.push_back(arm.name);
+  for (const gripper_info_t& gripper : model.gripper) {
+    config.grippers.push_back(gripper.name);
+    config.gripper_arm.push_back(gripper.arm);
+  }
+  return config;
+}
+
+// Returns the index of the arm of each geom; -1: not part of an arm.
+std::vector<int> ArmsOfGeoms(const model_info_t& model) {
+  std::vector<int> arms(model.num_geoms, -1);
+  for (int geom = 0; geom < model.num_geoms; ++geom) {
+    const int entity = model.body_entity[model.geom_body[geom]];
+    for (int arm = 0; arm < model.num_arms; ++arm) {
+      if (model.arm[arm].entity == entity) arms[geom] = arm;
+    }
+  }
+  return arms;
+}
+
+}  // namespace
+
+CauseRecorder::CauseRecorder(const ModelNames& names, std::vector<int> object_body)
+    : names_(names),
+      object_body_(std::move(object_body)),
+      geom_arm_(ArmsOfGeoms(names.model())),
+      finder_(MakeCauseConfig(names.model())) {}
+
+void CauseRecorder::SetContacts(std::span<const contact_t> contacts) {
+  const model_info_t& model = names_.model();
+  const auto exists = [&](int geom) { return geom >= 0 && geom < model.num_geoms; };
+  contacts_.clear();
+  for (const contact_t& contact : contacts) {
+    for (const auto& [robot, other] :
+         {std::pair(contact.geom_a, contact.geom_b), std::pair(contact.geom_b, contact.geom_a)}) {
+      if (!exists(robot) || !exists(other) || geom_arm_[robot] < 0 || names_.IsRobot(other)) continue;
+      const ArmContact pair{geom_arm_[robot], model.body_entity[model.geom_body[other]]};
+      if (std::ranges::find(contacts_, pair) == contacts_.end()) contacts_.push_back(pair);
+    }
+  }
+}
+
+void CauseRecorder::Add(const Sample& sample, const state_t& state, std::span<const contact_t> contacts,
+                        const TaskEvaluator& evaluator) {
+  object_.resize(object_body_.size());
+  for (size_t k = 0; k < object_body_.size(); ++k) {
+    const double* p = state.body[object_body_[k]].position_m;
+    object_[k] = {p[0], p[1], p[2]};
+  }
+  wrist_.clear();
+  joints_.clear();
+  effort_.clear();
+  for (size_t k = 0; k < sample.arm.size(); ++k) {
+    const ArmSample& arm = sample.arm[k];
+    wrist_.push_back(arm.wrist_position);
+    joints_.insert(joints_.end(), arm.joint_position.begin(), arm.joint_position.end());
+    if (!names_.model().has_physics) continue;
+    double& effort = effort_.emplace_back(0);
+    for (const double torque : state.arm[k].joint_torque_Nm) effort = std::max(effort, std::abs(torque));
+  }
+  SetContacts(contacts);
+  if (sample.tick > 0) evaluator.ConditionsByStage(&conditions_);
+  finder_.Add({.tick = sample.tick,
+               .opening = sample.gripper_opening,
+               .touching = sample.holding,
+               .pinched = sample.pinched,
+               .object = object_,
+               .wrist = wrist_,
+               .body = state.body,
+               .joints = joints_,
+               .effort = effort_,
+               .contacts = contacts_},
+              evaluator.stage_reached(), conditions_);
+}
+
+cause_t CauseRecorder::Find(const episode_summary_t& summary, Verdict verdict, int64_t last_tick) const {
+  using By = CauseEnd::By;
+  CauseEnd end{.by = By::kOther,
+               .reason = summary.failure_reason,
+               .detail = summary.end_detail,
+               .last_tick = last_tick,
+               .conditions = summary.explanation.condition};
+  const bool is_judged = end.reason != end_reason::kServerError && end.reason != kUnconfirmed &&
+                         end.reason != end_reason::kNotJudged;
+  if (end.reason.empty()) {
+    end.by = By::kSuccess;
+  } else if (is_judged && verdict == Verdict::kFailure) {
+    end.by = By::kFailure;
+  } else if (is_judged &&
+             (summary.end_reason == end_reason::kTimeLimit || summary.end_reason == end_reason::kEndOfData)) {
+    end.by = By::kTime;
+  }
+  return finder_.Find(end);
+}
+
+}  // namespace evalbus::metrics
