@@ -39,7 +39,8 @@ void CheckUsable(const RecordedRuns& runs) {
 bool IsPlanned(const RecordedRun& run, int episode, int64_t seed) {
   if (episode >= run.planned || run.seeds().OfEpisode(episode) != seed) return false;
   const auto only = run.info.find("only");
-  return only == run.info.end() || only->empty() || std::find(only->begin(), only->end(), episode) != only->end();
+  return only == run.info.end() || only->empty() ||
+         std::find(only->begin(), only->end(), episode) != only->end();
 }
 
 using BySeed = std::map<int64_t, const RecordedEpisode*>;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/plural.h"
@@ -15,10 +16,18 @@ std::string WithUnit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
 }
 
-// A loss with two significant digits more than its margin needs, for example "4.2 points".
+// A loss with enough decimals to be compared with the margin, for example "4.2 points".
 std::string LossText(const GateCriterion& criterion, double loss) {
   const int decimals = criterion.margin >= 10 ? 0 : criterion.margin >= 1 ? 1 : 3;
   return WithUnit(Fixed(loss, decimals), criterion.unit);
+}
+
+// Means of both sides, for example "81.7 -> 90.0 %".
+std::string MeansText(const GateCriterion& criterion) {
+  const double largest = std::max(std::abs(criterion.baseline_mean), std::abs(criterion.mean));
+  const int decimals = criterion.mean_unit == "%" ? 1 : Decimals(largest);
+  return fmt::format("{} -> {}", Fixed(criterion.baseline_mean, decimals),
+                     WithUnit(Fixed(criterion.mean, decimals), criterion.mean_unit));
 }
 
 std::string Bound(double alpha) { return fmt::format("(one-sided {:.3g} % bound)", 100 * (1 - alpha)); }
@@ -54,12 +63,10 @@ std::string Undecided(const GateCriterion& criterion) {
 
 std::string WhyText(const GateCriterion& criterion) {
   const std::string values =
-      criterion.pairs == 0
-          ? criterion.what
-          : fmt::format("{} {} -> {} in {}{}", criterion.what, Fixed(criterion.baseline_mean, 3),
-                        WithUnit(Fixed(criterion.mean, 3), criterion.mean_unit),
-                        Plural(criterion.pairs, "pair"),
-                        criterion.pairs_are_successes ? " in which both succeeded" : "");
+      criterion.pairs == 0 ? criterion.what
+                           : fmt::format("{} {} in {}{}", criterion.what, MeansText(criterion),
+                                         Plural(criterion.pairs, "pair"),
+                                         criterion.pairs_are_successes ? " in which both succeeded" : "");
   const std::string margin = ", margin " + WithUnit(fmt::format("{:.4g}", criterion.margin), criterion.unit);
   switch (criterion.verdict) {
     case GateVerdict::kPass:
