@@ -23,13 +23,19 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
+void Add(Verification* result, const std::string& finding) {
+  // A file that cannot be read may be needed more than once.
+  if (std::ranges::find(result->findings, finding) == result->findings.end())
+    result->findings.push_back(finding);
+}
+
 // Calls check() and adds an InputError of it to the findings.
 template <class Check>
 void Collect(Verification* result, const Check& check) {
   try {
     check();
   } catch (const InputError& error) {
-    result->findings.emplace_back(error.what());
+    Add(result, error.what());
   }
 }
 
@@ -39,12 +45,12 @@ void CheckFolderKind(const fs::path& folder) {
                    (fs::exists(folder) ? ": neither a run, a suite nor a plan" : ": no such folder"));
 }
 
-// Adds a line for each value that differs.
+// Adds a line for each value that differs. where: where the other value comes from.
 void AddDifferences(const fs::path& file, const ordered_json& stored, const ordered_json& computed,
-                    const std::string& from, Verification* result) {
+                    const std::string& where, Verification* result) {
   for (const Difference& one : Differences(stored, ordered_json::parse(ToText(computed)))) {
     result->findings.push_back(
-        fmt::format("{}: {} is {}, {} gives {}", file.string(), one.name, one.before, from, one.after));
+        fmt::format("{}: {} is {}, {} {}", file.string(), one.name, one.before, where, one.after));
   }
 }
 
@@ -95,7 +101,7 @@ void CheckEpisode(const RecordedRun& run, const RecordedEpisode& episode, KeptRe
   const fs::path summary = folder / kSummaryJson;
   if (!fs::exists(summary)) return;
   Collect(result, [&] {
-    AddDifferences(summary, ReadJsonFile<ordered_json>(summary), episode.Json(), kEpisodesJsonl, result);
+    AddDifferences(summary, ReadJsonFile<ordered_json>(summary), episode.Json(), "in episodes.jsonl", result);
   });
 }
 
@@ -126,8 +132,7 @@ void CheckRun(const fs::path& folder, Verification* result) {
     return;
   }
   Collect(result, [&] {
-    AddDifferences(summary, ReadJsonFile<ordered_json>(summary), RunSummaryJson(*run), kEpisodesJsonl,
-                   result);
+    AddDifferences(summary, ReadJsonFile<ordered_json>(summary), RunSummaryJson(*run), "recomputed", result);
   });
 }
 
@@ -149,7 +154,7 @@ void CheckSuite(const fs::path& folder, Verification* result) {
       throw InputError(fmt::format("{}: {} in by_variation, the suite has {}", file.string(),
                                    Plural(static_cast<int64_t>(names.size()), "task"), suite.runs.size()));
     for (size_t i = 0; i < names.size(); ++i) tally.Add(names[i], suite.runs[i]);
-    AddDifferences(file, stored, tally.Json(names), "its runs", result);
+    AddDifferences(file, stored, tally.Json(names), "recomputed", result);
   });
 }
 
@@ -160,7 +165,7 @@ void VerifyHashes(const fs::path& folder, Verification* result) {
   if (fs::exists(folder / kManifestJson)) {
     Collect(result, [&] {
       ManifestCheck check = CheckManifest(folder);
-      std::ranges::move(check.findings, std::back_inserter(result->findings));
+      for (const std::string& finding : check.findings) Add(result, finding);
       for (const std::string& file : check.added) result->notes.push_back(file + ": not in the manifest");
       result->files += check.files;
       result->bytes += check.bytes;
