@@ -114,6 +114,8 @@ void CheckRun(const fs::path& folder, Verification* result) {
     kept.emplace(folder);
   });
   if (!run || !kept) return;
+  result->versions.insert(fmt::format("{} ({})", run->info.value("evalbus_version", "unknown"),
+                                      run->info.value("git_commit", "unknown")));
   for (const auto& [file, key] :
        {std::pair(kPhysicsModel, "physics_sha256"), std::pair(kVisualModel, "visual_sha256")}) {
     const fs::path model = folder / kModelFolder / file;

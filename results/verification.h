@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@ struct Verification {
   std::vector<std::string> findings;
   // What could not be checked, one line each.
   std::vector<std::string> notes;
+  // Versions of evalbus that recorded the runs, for example "0.3.0 (c1b69e987838)".
+  std::set<std::string> versions;
   int runs = 0, episodes = 0;
   uint64_t files = 0, bytes = 0;
 };

@@ -11,6 +11,7 @@
 #include "cli/commands/commands.h"
 #include "results/manifest.h"
 #include "results/verification.h"
+#include "runner/version.h"
 
 namespace evalbus::commands {
 namespace {
@@ -42,6 +43,11 @@ int Verify(const VerifyOptions& options) {
   if (!options.hashes) results::VerifyNumbers(options.folder, &result);
   for (const std::string& finding : result.findings) fmt::print("{}\n", Printable(finding));
   for (const std::string& note : result.notes) fmt::print("note: {}\n", Printable(note));
+  const std::string version = fmt::format("{} ({})", kVersion, kGitCommit);
+  for (const std::string& other : result.versions) {
+    if (other != version)
+      fmt::print("note: recorded by evalbus {}, recomputed by {}\n", Printable(other), version);
+  }
   std::string what;
   const auto add = [&](const std::string& part) { what += (what.empty() ? "" : "; ") + part; };
   if (result.files > 0)
