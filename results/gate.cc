@@ -43,18 +43,18 @@ bool IsPlanned(const RecordedRun& run, int episode, int64_t seed) {
          std::find(only->begin(), only->end(), episode) != only->end();
 }
 
-using BySeed = std::map<int64_t, const RecordedEpisode*>;
+using EpisodesBySeed = std::map<int64_t, const RecordedEpisode*>;
 
-BySeed AllBySeed(const RecordedRun& run) {
-  BySeed episodes;
+EpisodesBySeed AllEpisodesBySeed(const RecordedRun& run) {
+  EpisodesBySeed episodes;
   for (const RecordedEpisode& episode : run.episodes) episodes[episode.seed] = &episode;
   return episodes;
 }
 
 // Adds the pairs of a task; returns the number of pairs of which one side has no result although it was to
 // have one.
-int AddPairs(const RecordedRun& run, const RecordedRun& baseline, EpisodePairs* pairs) {
-  const BySeed own = AllBySeed(run), other = AllBySeed(baseline);
+int AddTaskPairs(const RecordedRun& run, const RecordedRun& baseline, EpisodePairs* pairs) {
+  const EpisodesBySeed own = AllEpisodesBySeed(run), other = AllEpisodesBySeed(baseline);
   int missing = 0;
   for (const auto& [seed, episode] : own) {
     const auto found = other.find(seed);
@@ -72,7 +72,7 @@ int AddPairs(const RecordedRun& run, const RecordedRun& baseline, EpisodePairs* 
   return missing;
 }
 
-const RecordedRun& RunOf(const RecordedRuns& runs, const std::filesystem::path& folder) {
+const RecordedRun& FindRun(const RecordedRuns& runs, const std::filesystem::path& folder) {
   return *std::ranges::find(runs.runs, folder, &RecordedRun::folder);
 }
 
@@ -179,7 +179,7 @@ Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOpt
   int missing = 0;
   for (const TaskComparison& task : comparison.tasks) {
     const size_t before = pairs.size();
-    missing += AddPairs(RunOf(run, task.folder), RunOf(baseline, task.baseline_folder), &pairs);
+    missing += AddTaskPairs(FindRun(run, task.folder), FindRun(baseline, task.baseline_folder), &pairs);
     // Equal episodes that count as one sample (metrics::NumSamples).
     if (task.success.samples.trials < task.success.trials) pairs.resize(before + 1);
     gate.tasks.push_back({.name = task.name(),

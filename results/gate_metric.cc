@@ -67,12 +67,12 @@ GateMargin ParseMargin(const std::string& text, const std::string& option) {
 }
 
 // Values of the pairs that have one on both sides.
-struct Values {
+struct PairedValues {
   std::vector<double> run, baseline;
 };
 
-Values ValuesOf(const MetricNumber& number, const EpisodePairs& pairs) {
-  Values values;
+PairedValues ValuesOf(const MetricNumber& number, const EpisodePairs& pairs) {
+  PairedValues values;
   for (const auto& [episode, other] : pairs) {
     const auto value = ValueOf(*episode, number), baseline = ValueOf(*other, number);
     if (!value || !baseline) continue;
@@ -135,7 +135,7 @@ std::vector<GateMetric> ParseGateMetrics(const std::vector<std::string>& on, con
 
 GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, double fail_alpha) {
   const MetricInfo& info = *metric.number.metric;
-  const Values values = ValuesOf(metric.number, pairs);
+  const PairedValues values = ValuesOf(metric.number, pairs);
   const size_t n = values.run.size();
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   GateCriterion result{.what = metric.number.label(),

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-void Add(Verification* result, const std::string& finding) {
+void AddFinding(Verification* result, const std::string& finding) {
   // A file that cannot be read may be needed more than once.
   if (std::ranges::find(result->findings, finding) == result->findings.end())
     result->findings.push_back(finding);
@@ -35,7 +35,7 @@ void Collect(Verification* result, const Check& check) {
   try {
     check();
   } catch (const InputError& error) {
-    Add(result, error.what());
+    AddFinding(result, error.what());
   }
 }
 
@@ -167,7 +167,7 @@ void VerifyHashes(const fs::path& folder, Verification* result) {
   if (fs::exists(folder / kManifestJson)) {
     Collect(result, [&] {
       ManifestCheck check = CheckManifest(folder);
-      for (const std::string& finding : check.findings) Add(result, finding);
+      for (const std::string& finding : check.findings) AddFinding(result, finding);
       for (const std::string& file : check.added) result->notes.push_back(file + ": not in the manifest");
       result->files += check.files;
       result->bytes += check.bytes;
