@@ -118,7 +118,7 @@ GateCriterion DecideSuccess(const SuccessComparison& success, int missing, doubl
                        .fail_alpha = fail_alpha,
                        .more_pairs = std::nullopt,
                        .why = ""};
-  if (result.verdict == GateVerdict::kCannotTell && counts.pairs() > 1) {
+  if (result.verdict == GateVerdict::kCannotTell && counts.pairs() > 1 && missing == 0) {
     const double n = counts.pairs();
     const metrics::DiscordantShares shares{counts.only_a / n, counts.only_b / n};
     auto needed = metrics::PairsNeeded(shares, -margin, metrics::kAlpha);

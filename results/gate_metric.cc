@@ -158,16 +158,17 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
   const double base = metrics::Mean(values.baseline);
   const double unit = metric.margin.is_percent ? std::abs(base) / 100 : 1 / info.scale;
   std::vector<double> losses, excesses;
-  int differing = 0;
   for (size_t i = 0; i < n; ++i) {
     const double loss = (info.better == Better::kLower ? 1 : -1) * (values.run[i] - values.baseline[i]);
-    differing += loss != 0;
     losses.push_back(loss);
     // A margin in percent is one of each pair's baseline, so that the baseline's own error is included.
     const double allowed =
         metric.margin.value * (metric.margin.is_percent ? values.baseline[i] / 100 : 1 / info.scale);
     excesses.push_back(loss - allowed);
   }
+  const double tie = metrics::kTie * metrics::LargestMagnitude(values.baseline);
+  const auto differing =
+      static_cast<int>(std::ranges::count_if(losses, [tie](double loss) { return std::abs(loss) > tie; }));
   const double mean = metrics::Mean(losses);
   if (unit == 0 && mean != 0) return result;  // a percentage of 0
   result.loss = mean == 0 ? 0 : mean / unit;

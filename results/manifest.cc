@@ -58,10 +58,13 @@ std::string SealOf(ordered_json manifest) {
 ordered_json ReadManifest(const fs::path& file) {
   const std::string text = ReadInput(file);
   const auto json = ParseJson<ordered_json>(text, file.string());
-  if (!json.is_object() || json.value("format", 0) != kFormat)
-    throw InputError(file.string() + ": not a manifest that this version of evalbus can read");
-  if (json.value("sha256", "") != SealOf(json) || ToText(json, 2) + "\n" != text)
+  const auto is = [&](const char* key, const ordered_json& value) {
+    return json.contains(key) && json[key] == value;
+  };
+  if (!json.is_object() || !is("sha256", SealOf(json)) || ToText(json, 2) + "\n" != text)
     throw InputError(file.string() + ": changed: its own sha256 does not match");
+  if (!is("format", kFormat))
+    throw InputError(file.string() + ": not a manifest that this version of evalbus can read");
   return json;
 }
 
