@@ -197,6 +197,8 @@ std::vector<Difference> Differences(const nlohmann::ordered_json& before,
   const auto add = [&](const std::string& key, const std::string& x, const std::string& y) {
     std::string name = key.substr(1);
     std::replace(name.begin(), name.end(), '/', '.');
+    // A slash within a key, as in "lift_pot/base".
+    for (size_t at; (at = name.find("~1")) != std::string::npos;) name.replace(at, 2, "/");
     differences.push_back({std::move(name), x, y});
   };
   for (const auto& [key, value] : a.items()) {

@@ -12,21 +12,37 @@
 #include "results/policy_calls.h"
 
 namespace evalbus::results {
+namespace {
+
+bool IsRealtime(const RecordedRun& run) { return run.info.value("realtime", false); }
+
+// Null if the run is not a realtime run.
+nlohmann::ordered_json PacingOf(const RecordedRun& run) {
+  if (!IsRealtime(run)) return nullptr;
+  std::vector<nlohmann::ordered_json> episodes;
+  for (const RecordedEpisode& episode : run.episodes) episodes.push_back(episode.Json());
+  return RunPacing(episodes);
+}
+
+nlohmann::ordered_json RunSummaryJson(const RecordedRun& run, const metrics::RunSummary& statistics) {
+  auto json = metrics::SummaryJson(run.task, run.variation, statistics);
+  if (IsRealtime(run)) json["pacing"] = PacingOf(run);
+  return json;
+}
+
+}  // namespace
+
+nlohmann::ordered_json RunSummaryJson(const RecordedRun& run) {
+  return RunSummaryJson(run, run.Statistics().Summary(true));
+}
 
 RunSummary WriteRunSummary(const std::filesystem::path& folder) {
   const RecordedRun recorded = ReadRunAsFarAsItGot(folder);
-  const bool is_realtime = recorded.info.value("realtime", false);
-  std::vector<nlohmann::ordered_json> episodes;
   std::string lines;
-  for (const RecordedEpisode& episode : recorded.episodes) {
-    if (is_realtime) episodes.push_back(episode.Json());
-    lines += episode.text + "\n";
-  }
+  for (const RecordedEpisode& episode : recorded.episodes) lines += episode.text + "\n";
   if (!lines.empty()) WriteWhole(folder / kEpisodesJsonl, lines);
-  RunSummary summary{recorded.Statistics().Summary(true), nullptr, PolicyNotes(recorded)};
-  auto json = metrics::SummaryJson(recorded.task, recorded.variation, summary.statistics);
-  if (is_realtime) summary.pacing = json["pacing"] = RunPacing(episodes);
-  WriteWhole(folder / kSummaryJson, ToText(json, 2) + "\n");
+  RunSummary summary{recorded.Statistics().Summary(true), PacingOf(recorded), PolicyNotes(recorded)};
+  WriteWhole(folder / kSummaryJson, ToText(RunSummaryJson(recorded, summary.statistics), 2) + "\n");
   return summary;
 }
 

@@ -24,6 +24,9 @@ struct RunSummary {
 // are invalid.
 RunSummary WriteRunSummary(const std::filesystem::path& folder);
 
+// The same contents of summary.json, computed from the run's episodes.
+nlohmann::ordered_json RunSummaryJson(const RecordedRun& run);
+
 // Sums up the runs of a suite.
 class SuiteTally {
  public:

@@ -56,6 +56,11 @@ using AddCommand = Action(CLI::App* app);
           "  evalbus compare runs/expert runs/noisy\n"                                                       \
           "  evalbus compare runs/a runs/b runs/c --baseline a --json comparison.json\n"                     \
           "  evalbus compare runs/expert runs/noisy --report comparison.html")                               \
+  COMMAND(AddGate, "Compare", "gate",                                                                        \
+          "decide whether a run may replace its baseline: PASS, FAIL, CANNOT TELL",                          \
+          "  evalbus gate runs/baseline runs/new\n"                                                          \
+          "  evalbus gate runs/baseline runs/new --margin 3 --on slips:0.2,completion_time:10%\n"            \
+          "  evalbus gate runs/baseline runs/new --junit gate.xml --markdown gate.md")                       \
   COMMAND(AddCertify, "Compare", "certify", "test whether verdicts depend on the version of MuJoCo",         \
           "  evalbus certify lift_pot/position --engines 2.2,3.3.3 --out runs/certified\n"                   \
           "  evalbus certify lift_pot/all --engines 2.2,3.3.3 --policies expert,hold --out runs/all\n"       \
@@ -80,6 +85,11 @@ using AddCommand = Action(CLI::App* app);
           "  evalbus rescore runs/noisy\n"                                                                   \
           "  evalbus rescore runs/noisy --task my_lift_pot.yaml\n"                                           \
           "  evalbus rescore runs/noisy --out scores.jsonl")                                                 \
+  COMMAND(AddVerify, "Record", "verify",                                                                     \
+          "check that recorded results are unchanged and follow from the logs",                              \
+          "  evalbus verify runs/noisy\n"                                                                    \
+          "  evalbus verify runs/noisy --write\n"                                                            \
+          "  evalbus verify results --hashes")                                                               \
   COMMAND(AddExport, "Record", "export", "export episodes as CSV, MCAP, HDF5 or safetensors",                \
           "  evalbus export runs/noisy --csv noisy.csv\n"                                                    \
           "  evalbus export runs/noisy --mcap\n"                                                             \

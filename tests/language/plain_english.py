@@ -48,7 +48,7 @@ RULES = [
     rule("somebody", r"\b(nobody|somebody|everybody)\b(?:'s)?", "name the process: no subscriber, another process, every observer"),
     rule("who", rf"(?<!\buser )(?<!\busers )\b(who|whoever|whom)\b", "a program is 'that' or 'which'; name it"),
     rule("says", r"\b(says|said|saying|tells|told|telling)\b(?! apart)|\b(to|not|cannot|can|must|may|will|would|should|they|it|and)"
-         r" (say|tell)\b(?! apart)", "publishes, reports, logs, states, contains"),
+         r" (say|tell)\b(?! apart)(?-i:(?<!CANNOT TELL))", "publishes, reports, logs, states, contains"),
     rule("hears", r"\b(hears|heard|hearing)\b|\b(to|not|cannot|can|must|may|will) hear\b", "receives"),
     rule("goes-on", r"\b(go|goes|went|going|gone) on\b(?! (?:the|a|an|top|each|its)\b)", "continues, resumes, is active, is running"),
     rule("goes-before", r"\bgo(?:es)? before\b", "takes precedence; precedes"),

@@ -1,0 +1,88 @@
+// evalbus gate: decides whether a run may replace its baseline.
+
+#include "results/gate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/arguments.h"
+#include "base/write_whole.h"
+#include "cli/commands/commands.h"
+#include "report/gate_files.h"
+#include "results/commanded_motion.h"
+#include "results/comparability.h"
+#include "results/compared_runs.h"
+#include "results/gate_text.h"
+
+namespace evalbus::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct GateCommandOptions {
+  fs::path baseline, run;
+  results::GateOptions gate;
+  // Empty: the file is not written.
+  fs::path junit, markdown;
+};
+
+void AddOptions(CLI::App* app, GateCommandOptions* options) {
+  app->add_option("baseline", options->baseline, "folder of a run or suite: what is in use now")->required();
+  app->add_option("run", options->run, "folder of the new run or suite, on the same tasks and seeds")
+      ->required();
+  app->add_option("--margin", options->gate.margin.value,
+                  "largest acceptable loss: points of success; for metrics of --on without a margin of their "
+                  "own,\npercent of the baseline's mean")
+      ->check(CLI::Range(0.1, 99.0))
+      ->capture_default_str();
+  AddList(app, "--on", &options->gate.on,
+          "metrics that must not get worse either, separated by commas: NAME, NAME:MARGIN in the metric's "
+          "unit,\nor NAME:10% of the baseline's mean, for example slips:0.2,completion_time:10%; success "
+          "always counts");
+  app->add_option("--junit", options->junit, "also write the decision to this file, as JUnit XML")
+      ->type_name("FILE");
+  app->add_option("--markdown", options->markdown,
+                  "also write a summary for a pull request to this file, as Markdown")
+      ->type_name("FILE");
+}
+
+int ExitCode(results::GateVerdict verdict) {
+  switch (verdict) {
+    case results::GateVerdict::kPass:
+      return 0;
+    case results::GateVerdict::kFail:
+      return 10;
+    case results::GateVerdict::kCannotTell:
+      break;
+  }
+  return 11;
+}
+
+// Returns 0 for PASS, 10 for FAIL, 11 for CANNOT TELL. Throws InputError, EnvironmentError.
+int DecideGate(GateCommandOptions options) {
+  std::vector<results::RecordedRuns> runs = {results::ReadForComparison(options.baseline),
+                                             results::ReadForComparison(options.run)};
+  results::NameApart(&runs);
+  results::CheckSameEngine({&runs[0], &runs[1]});
+  options.gate.has_commanded_motion = std::ranges::any_of(runs[1].runs, results::ShowsCommandedMotion);
+  const results::Gate gate = results::Decide(runs[1], runs[0], options.gate);
+  fmt::print("{}", results::GateText(gate));
+  if (!options.junit.empty()) WriteWhole(options.junit, report::GateJunit(gate));
+  if (!options.markdown.empty()) WriteWhole(options.markdown, report::GateMarkdown(gate));
+  return ExitCode(gate.verdict);
+}
+
+}  // namespace
+
+Action AddGate(CLI::App* app) {
+  const auto options = std::make_shared<GateCommandOptions>();
+  AddOptions(app, options.get());
+  return [options] { return DecideGate(*options); };
+}
+
+}  // namespace evalbus::commands

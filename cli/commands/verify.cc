@@ -1,0 +1,78 @@
+// evalbus verify: checks that recorded results are unchanged and follow from the logs.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "base/plural.h"
+#include "base/text.h"
+#include "cli/commands/commands.h"
+#include "results/manifest.h"
+#include "results/verification.h"
+#include "runner/version.h"
+
+namespace evalbus::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct VerifyOptions {
+  fs::path folder;
+  // Check hashes only; compute no score.
+  bool hashes = false;
+  // Write manifest.json if there is no finding.
+  bool write = false;
+};
+
+void AddOptions(CLI::App* app, VerifyOptions* options) {
+  app->add_option("folder", options->folder, "folder of a run, a suite or a plan")->required();
+  auto* const hashes = app->add_flag("--hashes", options->hashes,
+                                     "compare files with manifest.json only, without computing scores again");
+  app->add_flag("--write", options->write,
+                "if nothing is wrong, write manifest.json with the SHA-256 of each file; an existing one is "
+                "replaced,\nand not compared with the files")
+      ->excludes(hashes);
+}
+
+// Returns 0 if nothing is wrong, else 1. Throws InputError, EnvironmentError.
+int Verify(const VerifyOptions& options) {
+  results::Verification result;
+  if (!options.write) results::VerifyHashes(options.folder, &result);
+  if (!options.hashes) results::VerifyNumbers(options.folder, &result);
+  for (const std::string& finding : result.findings) fmt::print("{}\n", Printable(finding));
+  for (const std::string& note : result.notes) fmt::print("note: {}\n", Printable(note));
+  const std::string version = fmt::format("{} ({})", kVersion, kGitCommit);
+  for (const std::string& other : result.versions) {
+    if (other != version)
+      fmt::print("note: recorded by evalbus {}, recomputed by {}\n", Printable(other), version);
+  }
+  std::string what;
+  const auto add = [&](const std::string& part) { what += (what.empty() ? "" : "; ") + part; };
+  if (result.files > 0)
+    add(fmt::format("{} hashed, {:.1f} MB", Plural(static_cast<int64_t>(result.files), "file"),
+                    static_cast<double>(result.bytes) / 1e6));
+  if (!options.hashes)
+    add(fmt::format("{} of {} scored again", Plural(result.episodes, "episode"), Plural(result.runs, "run")));
+  if (!result.findings.empty()) {
+    fmt::print("{}: {}\n", Plural(static_cast<int64_t>(result.findings.size()), "finding"), what);
+    return 1;
+  }
+  fmt::print("no finding: {}\n", what);
+  if (options.write) {
+    results::WriteManifests(options.folder);
+    fmt::print("manifest  {}\n", (options.folder / results::kManifestJson).string());
+  }
+  return 0;
+}
+
+}  // namespace
+
+Action AddVerify(CLI::App* app) {
+  const auto options = std::make_shared<VerifyOptions>();
+  AddOptions(app, options.get());
+  return [options] { return Verify(*options); };
+}
+
+}  // namespace evalbus::commands

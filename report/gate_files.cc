@@ -1,0 +1,89 @@
+#include "report/gate_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.h"
+#include "report/page/markup.h"
+
+namespace evalbus::report {
+namespace {
+
+using results::Gate;
+using results::GateCriterion;
+using results::GateVerdict;
+using results::Word;
+
+std::string NumberOrDash(double value) { return std::isfinite(value) ? Fixed(value, 2) : "-"; }
+
+// Text of a table's cell: names of runs are chosen by users.
+std::string Cell(const std::string& text) {
+  std::string escaped;
+  for (const char c : Printable(text)) {
+    if (c == '<') {
+      escaped += "&lt;";
+      continue;
+    }
+    if (std::string_view("\\`*_[]|#>").find(c) != std::string_view::npos) escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+std::string Row(const GateCriterion& criterion) {
+  const auto with_unit = [&](double value) { return NumberOrDash(value) + " " + criterion.unit; };
+  return fmt::format("| {} | {} | {} | {} {} | {} | {} to {} | {:.4g} {} | {} |\n", Word(criterion.verdict),
+                     Cell(criterion.what), NumberOrDash(criterion.baseline_mean),
+                     NumberOrDash(criterion.mean), criterion.mean_unit, with_unit(criterion.loss),
+                     NumberOrDash(criterion.loss_lower), NumberOrDash(criterion.loss_upper), criterion.margin,
+                     criterion.unit, criterion.pairs);
+}
+
+}  // namespace
+
+std::string GateJunit(const Gate& gate) {
+  Markup xml;
+  const std::string failures = std::to_string(std::ranges::count_if(
+      gate.criteria, [](const GateCriterion& one) { return one.verdict != GateVerdict::kPass; }));
+  const std::string tests = std::to_string(gate.criteria.size());
+  const std::string suite = fmt::format("evalbus gate: {} against {}", gate.run, gate.baseline);
+  xml.Element("testsuites", {{"name", suite}, {"tests", tests}, {"failures", failures}}, [&] {
+    xml.Element("testsuite", {{"name", suite}, {"tests", tests}, {"failures", failures}}, [&] {
+      for (const GateCriterion& criterion : gate.criteria) {
+        xml.Element("testcase", {{"classname", "evalbus.gate"}, {"name", criterion.what}}, [&] {
+          const std::string verdict = Word(criterion.verdict);
+          if (criterion.verdict == GateVerdict::kPass) {
+            xml.Element("system-out", {}, criterion.why);
+          } else {
+            xml.Element("failure", {{"type", verdict}, {"message", criterion.why}},
+                        verdict + ": " + criterion.why);
+          }
+        });
+      }
+    });
+  });
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n" + xml.str() + "\n";
+}
+
+std::string GateMarkdown(const Gate& gate) {
+  std::string text = fmt::format("### {}: {} against {}\n\n{}\n\n", Word(gate.verdict), Cell(gate.run),
+                                 Cell(gate.baseline), Cell(gate.why));
+  text +=
+      "| verdict | value | baseline | run | loss | bounds of the loss | margin | pairs |\n"
+      "|---|---|---|---|---|---|---|---|\n";
+  for (const GateCriterion& criterion : gate.criteria) text += Row(criterion);
+  text +=
+      "\n| task | pairs | baseline succeeded | run succeeded | only baseline | only run |\n"
+      "|---|---|---|---|---|---|\n";
+  for (const results::GateTask& task : gate.tasks) {
+    text += fmt::format("| {} | {} | {} | {} | {} | {} |\n", Cell(task.name), task.pairs,
+                        task.baseline_successes, task.successes, task.lost, task.gained);
+  }
+  if (!gate.remarks.empty()) text += "\n";
+  for (const std::string& remark : gate.remarks) text += "- " + Cell(remark) + "\n";
+  return text;
+}
+
+}  // namespace evalbus::report

@@ -1,0 +1,13 @@
+// Whether a policy commanded anything: a success without a command is the task's, not the policy's.
+#pragma once
+
+#include "results/run_reader.h"
+
+namespace evalbus::results {
+
+// True if the log of any episode contains two commands (ACTION) that differ: a joint target by more than 1
+// mrad, or a gripper by more than 0.1 % of its opening. Reads logs until it finds such commands, usually only
+// the beginning of the first one. False if the logs are missing. Throws InputError if a log cannot be read.
+bool ShowsCommandedMotion(const RecordedRun& run);
+
+}  // namespace evalbus::results

@@ -1,0 +1,218 @@
+#include "results/gate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "base/errors.h"
+#include "base/plural.h"
+#include "base/run_layout.h"
+#include "base/text.h"
+#include "metrics/statistics/noninferiority.h"
+#include "results/comparison.h"
+#include "results/gate_metric.h"
+#include "results/gate_text.h"
+
+namespace evalbus::results {
+namespace {
+
+// Checks what makes the error rates of a gate invalid.
+void CheckUsable(const RecordedRuns& runs) {
+  for (const RecordedRun& run : runs.runs) {
+    const auto refuse = [&](const std::string& why) { throw InputError(run.folder.string() + ": " + why); };
+    if (!run.is_simulated()) refuse("not simulated by evalbus: a gate requires equal starts");
+    if (std::filesystem::exists(run.folder / kCollectJson))
+      refuse("collected demonstrations: only successes were kept, so a gate cannot use them");
+    if (const std::string until = run.info.value("until", ""); !until.empty()) {
+      refuse(
+          fmt::format("its plan stopped depending on its results (until: {}): a gate requires a fixed "
+                      "number of episodes",
+                      until));
+    }
+  }
+}
+
+// True if the episode with this seed is one that the run was to contain.
+bool IsPlanned(const RecordedRun& run, int episode, int64_t seed) {
+  if (episode >= run.planned || run.seeds().OfEpisode(episode) != seed) return false;
+  const auto only = run.info.find("only");
+  return only == run.info.end() || only->empty() ||
+         std::find(only->begin(), only->end(), episode) != only->end();
+}
+
+using EpisodesBySeed = std::map<int64_t, const RecordedEpisode*>;
+
+EpisodesBySeed AllEpisodesBySeed(const RecordedRun& run) {
+  EpisodesBySeed episodes;
+  for (const RecordedEpisode& episode : run.episodes) episodes[episode.seed] = &episode;
+  return episodes;
+}
+
+// Adds the pairs of a task; returns the number of pairs of which one side has no result although it was to
+// have one.
+int AddTaskPairs(const RecordedRun& run, const RecordedRun& baseline, EpisodePairs* pairs) {
+  const EpisodesBySeed own = AllEpisodesBySeed(run), other = AllEpisodesBySeed(baseline);
+  int missing = 0;
+  for (const auto& [seed, episode] : own) {
+    const auto found = other.find(seed);
+    if (found == other.end()) {
+      missing += IsPlanned(baseline, episode->episode, seed);
+    } else if (episode->complete && found->second->complete) {
+      pairs->push_back({episode, found->second});
+    } else {
+      ++missing;
+    }
+  }
+  for (const auto& [seed, episode] : other) {
+    if (!own.contains(seed)) missing += IsPlanned(run, episode->episode, seed);
+  }
+  return missing;
+}
+
+const RecordedRun& FindRun(const RecordedRuns& runs, const std::filesystem::path& folder) {
+  return *std::ranges::find(runs.runs, folder, &RecordedRun::folder);
+}
+
+// What forbids that the run passes; empty if nothing does.
+std::string Objection(const Comparison& comparison, const GateOptions& options) {
+  if (!options.has_commanded_motion) {
+    return fmt::format("no log of {} shows that the policy commanded a motion", comparison.run.name);
+  }
+  if (comparison.success.successes == 0) {
+    return fmt::format("{} succeeded in none of {}", comparison.run.name,
+                       Plural(comparison.success.trials, "episode"));
+  }
+  return "";
+}
+
+// The decision about success. Missing pairs count against the verdict: as lost for PASS, as gained for FAIL.
+GateCriterion DecideSuccess(const SuccessComparison& success, int missing, double margin_points,
+                            double fail_alpha) {
+  const metrics::PairCounts& counts = success.samples.pairs;
+  const double margin = margin_points / 100;
+  const auto test = [&](int lost, int gained, double difference, double alpha) {
+    return metrics::TestPairedAbove({counts.pairs() + missing, counts.only_a + gained, counts.only_b + lost},
+                                    difference, alpha);
+  };
+  const metrics::PairedAbove no_loss = test(missing, 0, -margin, metrics::kAlpha);
+  const metrics::PairedAbove loss = metrics::TestPairedAbove(
+      metrics::Discordant{counts.pairs() + missing, counts.only_a + missing, counts.only_b}.swapped(), margin,
+      fail_alpha);
+  GateCriterion result{.what = "success",
+                       .verdict = no_loss.is_above ? GateVerdict::kPass
+                                  : loss.is_above  ? GateVerdict::kFail
+                                                   : GateVerdict::kCannotTell,
+                       .pairs = success.trials,
+                       .pairs_are_successes = false,
+                       .baseline_mean = 100.0 * success.baseline_successes / success.baseline_trials,
+                       .mean = 100.0 * success.successes / success.trials,
+                       .mean_unit = "%",
+                       .loss = -100 * success.difference,
+                       .loss_lower = 100 * loss.lower,
+                       .loss_upper = -100 * no_loss.lower,
+                       .margin = margin_points,
+                       .unit = "points",
+                       .fail_alpha = fail_alpha,
+                       .more_pairs = std::nullopt,
+                       .why = ""};
+  if (result.verdict == GateVerdict::kCannotTell && counts.pairs() > 1 && missing == 0) {
+    const double n = counts.pairs();
+    const metrics::DiscordantShares shares{counts.only_a / n, counts.only_b / n};
+    auto needed = metrics::PairsNeeded(shares, -margin, metrics::kAlpha);
+    if (!needed) needed = metrics::PairsNeeded({shares.only_b, shares.only_a}, margin, fail_alpha);
+    if (needed) result.more_pairs = std::max(1, *needed - counts.pairs());
+  }
+  return result;
+}
+
+void Conclude(Gate* gate) {
+  for (const GateVerdict verdict : {GateVerdict::kFail, GateVerdict::kCannotTell, GateVerdict::kPass}) {
+    const auto decisive = std::ranges::find(gate->criteria, verdict, &GateCriterion::verdict);
+    if (decisive == gate->criteria.end()) continue;
+    gate->verdict = verdict;
+    gate->why = decisive->why;
+    return;
+  }
+}
+
+}  // namespace
+
+const char* Word(GateVerdict verdict) {
+  switch (verdict) {
+    case GateVerdict::kPass:
+      return "PASS";
+    case GateVerdict::kFail:
+      return "FAIL";
+    case GateVerdict::kCannotTell:
+      break;
+  }
+  return "CANNOT TELL";
+}
+
+Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOptions& options) {
+  CheckUsable(run);
+  CheckUsable(baseline);
+  const Comparison comparison = CompareVerdicts(run, baseline);
+  std::set<std::string> compared;
+  for (const TaskComparison& task : comparison.tasks) {
+    if (!task.paired)
+      throw InputError(task.name() + ": no seed in common; run both with the same --seed and task");
+    compared.insert(task.name());
+  }
+  for (const RecordedRun& other : baseline.runs) {
+    if (!compared.contains(other.task_name()))
+      throw InputError(fmt::format("{} is not in {}: a gate requires all tasks of the baseline",
+                                   other.task_name(), run.name));
+  }
+  if (comparison.success.trials == 0) throw InputError("no pair of complete episodes with equal seeds");
+  Gate gate{.run = comparison.run.name,
+            .baseline = comparison.baseline.name,
+            .verdict = GateVerdict::kCannotTell,
+            .why = "",
+            .criteria = {},
+            .tasks = {},
+            .remarks = comparison.remarks};
+  EpisodePairs pairs;
+  int missing = 0;
+  for (const TaskComparison& task : comparison.tasks) {
+    const size_t before = pairs.size();
+    missing += AddTaskPairs(FindRun(run, task.folder), FindRun(baseline, task.baseline_folder), &pairs);
+    // Equal episodes that count as one sample (metrics::NumSamples).
+    if (task.success.samples.trials < task.success.trials) pairs.resize(before + 1);
+    gate.tasks.push_back({.name = task.name(),
+                          .pairs = task.success.trials,
+                          .successes = task.success.successes,
+                          .baseline_successes = task.success.baseline_successes,
+                          .gained = task.success.pairs.only_a,
+                          .lost = task.success.pairs.only_b});
+  }
+  const std::vector<GateMetric> metrics = ParseGateMetrics(options.on, options.margin, pairs);
+  // PASS requires that all criteria pass; FAIL that any fails, so that its alpha is divided.
+  const double fail_alpha = metrics::kAlpha / static_cast<double>(metrics.size() + 1);
+  gate.criteria.push_back(DecideSuccess(comparison.success, missing, options.margin.value, fail_alpha));
+  for (const GateMetric& metric : metrics) gate.criteria.push_back(DecideMetric(metric, pairs, fail_alpha));
+  for (GateCriterion& criterion : gate.criteria) {
+    criterion.why = WhyText(criterion);
+    if (missing == 0 || criterion.what == "success" || criterion.verdict != GateVerdict::kPass) continue;
+    criterion.verdict = GateVerdict::kCannotTell;
+    criterion.why += fmt::format("; unknown for {} without a complete result", Plural(missing, "pair"));
+  }
+  if (const std::string objection = Objection(comparison, options);
+      !objection.empty() && gate.criteria[0].verdict != GateVerdict::kFail) {
+    gate.criteria[0].verdict = GateVerdict::kCannotTell;
+    gate.criteria[0].why = objection + "; such a run cannot pass";
+  }
+  if (missing > 0) {
+    gate.remarks.push_back(fmt::format(
+        "{} without a complete result on one side: for success they count against the verdict, and metrics "
+        "cannot pass; --resume runs incomplete episodes again",
+        Plural(missing, "pair")));
+  }
+  Conclude(&gate);
+  return gate;
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,84 @@
+// Decides whether a run may replace its baseline: by non-inferiority on episodes with equal seeds. PASS and
+// FAIL are both shown by the data with an error of at most 5 %; everything else is CANNOT TELL. Pure: text
+// and files are generated elsewhere (gate_text.h, report/gate_files.h). docs/gate.md describes the rules.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "results/run_reader.h"
+
+namespace evalbus::results {
+
+enum class GateVerdict { kPass, kFail, kCannotTell };
+// "PASS", "FAIL", "CANNOT TELL".
+const char* Word(GateVerdict verdict);
+
+// Largest acceptable loss. For success: points. For a metric: its shown unit or, if is_percent, percent of
+// the baseline's mean.
+struct GateMargin {
+  double value = 5;
+  bool is_percent = true;
+};
+
+struct GateOptions {
+  GateMargin margin;
+  // Metrics besides success, which always counts: NAME or NAME:MARGIN or NAME:PERCENT%. NAME is a name as in
+  // summary.json or a label of a main metric ("slips", "wrist path" or wrist_path).
+  std::vector<std::string> on;
+  // False if no log of the run shows a commanded motion (commanded_motion.h). Such a run does not pass.
+  bool has_commanded_motion = true;
+};
+
+// The decision on one value. A loss is a change for the worse, in `unit`; a gain is a negative loss.
+struct GateCriterion {
+  // "success", or the metric's label.
+  std::string what;
+  GateVerdict verdict = GateVerdict::kCannotTell;
+  int pairs = 0;
+  // True for effort metrics: the pairs are those in which both succeeded.
+  bool pairs_are_successes = false;
+  // Means over the pairs, in `mean_unit` ("%" for success).
+  double baseline_mean = 0, mean = 0;
+  std::string mean_unit;
+  double loss = 0;
+  // One-sided bounds of the loss: PASS if upper < margin, FAIL if lower > margin. NaN if there are none.
+  double loss_lower = 0, loss_upper = 0;
+  double margin = 0;
+  // Unit of losses and margin: "points", "slips", "%", ...
+  std::string unit;
+  // Error probability of FAIL: 5 % divided by the number of criteria. That of PASS is 5 %.
+  double fail_alpha = 0.05;
+  // Further pairs that would decide with 80 % probability, if the present values are the true ones.
+  std::optional<int> more_pairs;
+  // One sentence with the numbers.
+  std::string why;
+};
+
+struct GateTask {
+  // TASK/VARIATION.
+  std::string name;
+  int pairs = 0, successes = 0, baseline_successes = 0;
+  // Pairs in which only the run, or only the baseline, succeeded.
+  int gained = 0, lost = 0;
+};
+
+struct Gate {
+  std::string run, baseline;
+  GateVerdict verdict = GateVerdict::kCannotTell;
+  // One line: the reason of the verdict.
+  std::string why;
+  // Success first.
+  std::vector<GateCriterion> criteria;
+  std::vector<GateTask> tasks;
+  // Notes on what was compared, one sentence each.
+  std::vector<std::string> remarks;
+};
+
+// Throws InputError if the runs cannot be compared (as CompareVerdicts() does), if they have no equal seeds,
+// if the run lacks a task of the baseline, if a run was not simulated, holds collected demonstrations only or
+// stopped depending on its results, or if a metric of `on` is unknown or has no better direction.
+Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOptions& options);
+
+}  // namespace evalbus::results

@@ -1,0 +1,205 @@
+#include "results/gate_metric.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "base/errors.h"
+#include "base/suggestion.h"
+#include "base/text.h"
+#include "metrics/statistics/bounds_of_mean.h"
+#include "metrics/statistics/power.h"
+
+namespace evalbus::results {
+namespace {
+
+// If all differences are equal, nothing shows how much they vary. At this number of pairs, the share of
+// starts that differ from them is at most 5 %, with 95 % confidence: 0.95^59 < 0.05.
+constexpr int kEqualPairsNeeded = 59;
+// Fewer differing pairs show too little of how much they vary.
+constexpr int kDifferingPairsNeeded = 10;
+
+std::optional<double> ValueOf(const RecordedEpisode& episode, const MetricNumber& number) {
+  if (number.metric->effort && !episode.success) return std::nullopt;
+  for (const auto& [name, value] : episode.result.values) {
+    if (name == number.name) return value;
+  }
+  return std::nullopt;
+}
+
+MetricNumber FindNumber(const std::string& name, const std::set<std::string>& available) {
+  for (const std::string& exact : {name, "extended." + name}) {
+    if (available.contains(exact)) return FindMetric(exact);
+  }
+  std::vector<MetricNumber> found;
+  std::vector<std::string> known;
+  for (const MetricNumber& number : MainMetrics({available.begin(), available.end()})) {
+    known.push_back(number.name);
+    const MetricInfo& metric = *number.metric;
+    if (name == metric.name || name == metric.wire_name() || Words(name) == metric.label ||
+        Words(name) == number.label())
+      found.push_back(number);
+  }
+  if (found.size() == 1) return found[0];
+  std::vector<std::string> several;
+  for (const MetricNumber& number : found) several.push_back(number.name);
+  throw InputError(found.empty() ? "--on " + name + ": no such metric in both runs" + Suggestion(name, known)
+                                 : "--on " + name + ": means several: " + ListOf(several));
+}
+
+// Parses "0.2" and "10%".
+GateMargin ParseMargin(const std::string& text, const std::string& option) {
+  GateMargin margin{.value = 0, .is_percent = text.ends_with('%')};
+  const char* const end = text.data() + text.size() - (margin.is_percent ? 1 : 0);
+  const auto [rest, error] = std::from_chars(text.data(), end, margin.value);
+  if (error != std::errc() || rest != end || !std::isfinite(margin.value) || margin.value < 0) {
+    throw InputError(
+        fmt::format("--on {}: margin '{}', expected a number in the metric's unit, such as 0.2, "
+                    "or percent of the baseline, such as 10%",
+                    option, text));
+  }
+  return margin;
+}
+
+// Values of the pairs that have one on both sides.
+struct PairedValues {
+  std::vector<double> run, baseline;
+};
+
+PairedValues ValuesOf(const MetricNumber& number, const EpisodePairs& pairs) {
+  PairedValues values;
+  for (const auto& [episode, other] : pairs) {
+    const auto value = ValueOf(*episode, number), baseline = ValueOf(*other, number);
+    if (!value || !baseline) continue;
+    values.run.push_back(*value);
+    values.baseline.push_back(*baseline);
+  }
+  return values;
+}
+
+GateVerdict VerdictOn(const GateCriterion& bounds) {
+  if (bounds.loss_upper < bounds.margin) return GateVerdict::kPass;
+  if (bounds.loss_lower > bounds.margin) return GateVerdict::kFail;
+  return GateVerdict::kCannotTell;
+}
+
+// Pairs that decide with 80 % probability on the mean of these values being below or above 0.
+std::optional<int> PairsNeeded(const std::vector<double>& x, double alpha) {
+  const boost::math::normal_distribution<> normal;
+  const double z = quantile(normal, 1 - alpha / 2) + quantile(normal, metrics::kWantedPower);
+  const double needed = std::pow(z * metrics::StandardDeviation(x) / metrics::Mean(x), 2);
+  if (!(needed < metrics::kMaxTrials)) return std::nullopt;
+  return static_cast<int>(std::ceil(needed));
+}
+
+}  // namespace
+
+std::vector<GateMetric> ParseGateMetrics(const std::vector<std::string>& on, const GateMargin& margin,
+                                         const EpisodePairs& pairs) {
+  std::set<std::string> available, baseline_available;
+  for (const auto& [episode, other] : pairs) {
+    for (const auto& [name, value] : episode->result.values) available.emplace(name);
+    for (const auto& [name, value] : other->result.values) baseline_available.emplace(name);
+  }
+  std::erase_if(available, [&](const std::string& name) { return !baseline_available.contains(name); });
+  std::vector<GateMetric> metrics;
+  for (const std::string& option : on) {
+    const size_t colon = std::min(option.find(':'), option.size());
+    const std::string name = option.substr(0, colon);
+    if (name == "success") {
+      if (colon < option.size()) throw InputError("--on " + option + ": --margin is the margin of success");
+      continue;
+    }
+    GateMetric metric{FindNumber(name, available), margin};
+    if (colon < option.size()) metric.margin = ParseMargin(option.substr(colon + 1), option);
+    if (!metric.number.metric || metric.number.metric->better == Better::kNeither)
+      throw InputError("--on " + option + ": neither higher nor lower values of this metric are better");
+    if (metric.margin.is_percent && metric.number.metric->least < 0) {
+      throw InputError(
+          fmt::format("--on {}: values may be negative, so the margin cannot be in percent; "
+                      "pass one in {}, such as {}:5",
+                      option, metric.number.shown_unit(), name));
+    }
+    if (std::ranges::any_of(metrics,
+                            [&](const GateMetric& other) { return other.number.name == metric.number.name; }))
+      throw InputError("--on " + option + ": is given twice");
+    metrics.push_back(metric);
+  }
+  return metrics;
+}
+
+GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, double fail_alpha) {
+  const MetricInfo& info = *metric.number.metric;
+  const PairedValues values = ValuesOf(metric.number, pairs);
+  const size_t n = values.run.size();
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  GateCriterion result{.what = metric.number.label(),
+                       .verdict = GateVerdict::kCannotTell,
+                       .pairs = static_cast<int>(n),
+                       .pairs_are_successes = info.effort,
+                       .baseline_mean = n > 0 ? metrics::Mean(values.baseline) * info.scale : kNone,
+                       .mean = n > 0 ? metrics::Mean(values.run) * info.scale : kNone,
+                       .mean_unit = std::string(info.shown_unit),
+                       .loss = kNone,
+                       .loss_lower = kNone,
+                       .loss_upper = kNone,
+                       .margin = metric.margin.value,
+                       .unit = metric.margin.is_percent ? "%" : std::string(info.shown_unit),
+                       .fail_alpha = fail_alpha,
+                       .more_pairs = std::nullopt,
+                       .why = ""};
+  if (n == 0) return result;
+  // Losses are shown in this unit: percent of the baseline's mean, or the metric's unit.
+  const double base = metrics::Mean(values.baseline);
+  const double unit = metric.margin.is_percent ? std::abs(base) / 100 : 1 / info.scale;
+  std::vector<double> losses, excesses;
+  for (size_t i = 0; i < n; ++i) {
+    const double loss = (info.better == Better::kLower ? 1 : -1) * (values.run[i] - values.baseline[i]);
+    losses.push_back(loss);
+    // A margin in percent is one of each pair's baseline, so that the baseline's own error is included.
+    const double allowed =
+        metric.margin.value * (metric.margin.is_percent ? values.baseline[i] / 100 : 1 / info.scale);
+    excesses.push_back(loss - allowed);
+  }
+  const double tie = metrics::kTie * metrics::LargestMagnitude(values.baseline);
+  const auto differing =
+      static_cast<int>(std::ranges::count_if(losses, [tie](double loss) { return std::abs(loss) > tie; }));
+  const double mean = metrics::Mean(losses);
+  if (unit == 0 && mean != 0) return result;  // a percentage of 0
+  result.loss = mean == 0 ? 0 : mean / unit;
+  const metrics::Interval pass = metrics::BoundsOfMean(excesses, metrics::kAlpha);
+  const metrics::Interval fail = metrics::BoundsOfMean(excesses, fail_alpha);
+  if (metrics::AreAllEqual(losses, metrics::kTie * metrics::LargestMagnitude(losses))) {
+    if (static_cast<int>(n) < kEqualPairsNeeded) {
+      result.more_pairs = kEqualPairsNeeded - static_cast<int>(n);
+      return result;
+    }
+    result.loss_lower = result.loss_upper = result.loss;
+    result.verdict = result.loss <= result.margin ? GateVerdict::kPass : GateVerdict::kFail;
+    return result;
+  }
+  if (differing < kDifferingPairsNeeded) {
+    if (differing > 0) {
+      result.more_pairs = static_cast<int>(
+          std::ceil(static_cast<double>(n) * (kDifferingPairsNeeded - differing) / differing));
+    }
+    return result;
+  }
+  if (!std::isfinite(pass.upper) || unit == 0) return result;
+  result.loss_upper = result.margin + pass.upper / unit;
+  result.loss_lower = result.margin + fail.lower / unit;
+  result.verdict = VerdictOn(result);
+  if (result.verdict == GateVerdict::kCannotTell) {
+    const double alpha = metrics::Mean(excesses) < 0 ? metrics::kAlpha : fail_alpha;
+    if (const auto needed = PairsNeeded(excesses, alpha))
+      result.more_pairs = std::max(1, *needed - static_cast<int>(n));
+  }
+  return result;
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,96 @@
+#include "results/gate_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/plural.h"
+#include "base/text.h"
+#include "metrics/statistics/interval.h"
+
+namespace evalbus::results {
+namespace {
+
+std::string WithUnit(const std::string& number, const std::string& unit) {
+  return unit.empty() ? number : number + " " + unit;
+}
+
+// A loss with enough decimals to be compared with the margin, for example "4.2 points".
+std::string LossText(const GateCriterion& criterion, double loss) {
+  const int decimals = criterion.margin >= 10 ? 0 : criterion.margin >= 1 ? 1 : 3;
+  return WithUnit(Fixed(loss, decimals), criterion.unit);
+}
+
+// Means of both sides, for example "81.7 -> 90.0 %".
+std::string MeansText(const GateCriterion& criterion) {
+  const double largest = std::max(std::abs(criterion.baseline_mean), std::abs(criterion.mean));
+  const int decimals = criterion.mean_unit == "%" ? 1 : Decimals(largest);
+  return fmt::format("{} -> {}", Fixed(criterion.baseline_mean, decimals),
+                     WithUnit(Fixed(criterion.mean, decimals), criterion.mean_unit));
+}
+
+std::string Bound(double alpha) { return fmt::format("(one-sided {:.3g} % bound)", 100 * (1 - alpha)); }
+
+// "a loss of at most 2.3 points", or "a gain of at least 1.2 points" if the loss is negative.
+std::string AtMost(const GateCriterion& criterion, double loss) {
+  return loss < 0 ? "a gain of at least " + LossText(criterion, -loss)
+                  : "a loss of at most " + LossText(criterion, loss);
+}
+
+std::string Undecided(const GateCriterion& criterion) {
+  std::string text;
+  if (criterion.pairs == 0) {
+    text = "no pair has a value on both sides";
+  } else if (std::isfinite(criterion.loss_upper)) {
+    text = fmt::format(
+        "the loss is between {} and {} {}", LossText(criterion, criterion.loss_lower),
+        LossText(criterion, criterion.loss_upper),
+        criterion.fail_alpha == metrics::kAlpha ? "(one-sided 95 % bounds)" : "(one-sided bounds)");
+  } else if (!std::isfinite(criterion.loss)) {
+    text = "the baseline's mean is 0, so the margin cannot be in percent";
+  } else {
+    text = "too few pairs differ for a bound";
+  }
+  text += ", margin " + WithUnit(fmt::format("{:.4g}", criterion.margin), criterion.unit);
+  if (criterion.more_pairs)
+    text += fmt::format("; about {} would decide if these values are the true ones",
+                        Plural(*criterion.more_pairs, "more pair"));
+  return text;
+}
+
+}  // namespace
+
+std::string WhyText(const GateCriterion& criterion) {
+  const std::string values =
+      criterion.pairs == 0 ? criterion.what
+                           : fmt::format("{} {} in {}{}", criterion.what, MeansText(criterion),
+                                         Plural(criterion.pairs, "pair"),
+                                         criterion.pairs_are_successes ? " in which both succeeded" : "");
+  const std::string margin = ", margin " + WithUnit(fmt::format("{:.4g}", criterion.margin), criterion.unit);
+  switch (criterion.verdict) {
+    case GateVerdict::kPass:
+      return fmt::format("{}: {} {}{}", values, AtMost(criterion, criterion.loss_upper),
+                         Bound(metrics::kAlpha), margin);
+    case GateVerdict::kFail:
+      return fmt::format("{}: a loss of at least {} {}{}", values, LossText(criterion, criterion.loss_lower),
+                         Bound(criterion.fail_alpha), margin);
+    case GateVerdict::kCannotTell:
+      break;
+  }
+  return values + ": " + Undecided(criterion);
+}
+
+std::string GateText(const Gate& gate) {
+  std::string text =
+      fmt::format("{}  {} against {}: {}\n", Word(gate.verdict), gate.run, gate.baseline, gate.why);
+  if (gate.criteria.size() > 1) {
+    text += "\n";
+    for (const GateCriterion& criterion : gate.criteria)
+      text += fmt::format("{:<12}  {}\n", Word(criterion.verdict), criterion.why);
+  }
+  for (const std::string& remark : gate.remarks) text += "\nnote: " + remark;
+  return gate.remarks.empty() ? text : text + "\n";
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,18 @@
+// Generates the text of a gate's decision.
+#pragma once
+
+#include <string>
+
+#include "results/gate.h"
+
+namespace evalbus::results {
+
+// GateCriterion::why, for example "success 90.0 -> 88.0 % in 200 pairs: a loss of at most 4.2 points
+// (one-sided 95 % bound), margin 5 points".
+std::string WhyText(const GateCriterion& criterion);
+
+// What `evalbus gate` prints: the verdict with its reason in one line; then, if there is more than one
+// criterion, a line for each; then the remarks.
+std::string GateText(const Gate& gate);
+
+}  // namespace evalbus::results

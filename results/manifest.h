@@ -1,0 +1,47 @@
+// manifest.json of a folder of results: the SHA-256 of each of its files, so that any later change is found.
+// docs/verify.md describes the format.
+//
+// `content` is equal for equal runs, on any machine and with any number of workers; `machine` depends on
+// machine and time: logs, paths, run.json as a whole. A folder whose subfolders are runs (a suite, a plan)
+// has their content_sha256 in its content; each of them has a manifest of its own.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace evalbus::results {
+
+inline constexpr char kManifestJson[] = "manifest.json";
+
+// A folder of results: a run, a suite, a plan, or a certificate.
+bool IsResultsFolder(const std::filesystem::path& folder);
+
+// The files of a results folder, as paths relative to it and in order, and the results folders below it.
+// Without manifest.json and temporary files.
+struct FolderContents {
+  std::vector<std::string> files;
+  std::vector<std::string> folders;
+};
+FolderContents ContentsOf(const std::filesystem::path& folder);
+
+// SHA-256 of files, several at a time. Adds their size to `bytes`. Throws InputError if one cannot be read.
+std::vector<std::string> HashFiles(const std::filesystem::path& folder, const std::vector<std::string>& files,
+                                   uint64_t* bytes);
+
+// Makes the manifest of a folder. The results folders below it must have theirs. Throws InputError.
+nlohmann::ordered_json MakeManifest(const std::filesystem::path& folder);
+
+struct ManifestCheck {
+  // One line each: what differs from the manifest, with the file's path.
+  std::vector<std::string> findings;
+  // Files that are not in the manifest.
+  std::vector<std::string> added;
+  uint64_t files = 0, bytes = 0;
+};
+// Compares a folder with its manifest.json, which must exist. Throws InputError if the folder cannot be read.
+ManifestCheck CheckManifest(const std::filesystem::path& folder);
+
+}  // namespace evalbus::results

@@ -1,0 +1,192 @@
+// `evalbus verify` finds each changed byte of a folder, and names the file and, where there is one, the
+// number.
+#include <random>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus::verify_test {
+
+namespace fs = std::filesystem;
+
+#define EXPECT_SAYS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
+
+class Verify : public testing::Test {
+ protected:
+  void SetUp() override {
+    Evaluate({ShortTask(folder_.path(), 0.4), "--policy", "random", "--episodes", "3", "--in-process"}, run_);
+  }
+  static Result Of(const fs::path& folder, const std::vector<std::string>& options = {}) {
+    std::vector<std::string> command = {"evalbus", "verify", folder};
+    command.insert(command.end(), options.begin(), options.end());
+    return RunProgram(std::move(command));
+  }
+  static void Seal(const fs::path& folder) {
+    const Result result = Of(folder, {"--write"});
+    ASSERT_EQ(result.code, 0) << result.out << result.err;
+  }
+  static nlohmann::ordered_json ManifestOf(const fs::path& folder) {
+    return nlohmann::ordered_json::parse(ReadText(folder / "manifest.json"));
+  }
+  void Replace(const fs::path& file, const std::string& what, const std::string& with) {
+    std::string text = ReadText(file);
+    const size_t at = text.find(what);
+    ASSERT_NE(at, std::string::npos) << file;
+    WriteText(file, text.replace(at, what.size(), with));
+  }
+
+  TemporaryFolder folder_;
+  const fs::path run_ = folder_.path() / "run";
+};
+
+TEST_F(Verify, AnUnchangedRunHasNoFinding) {
+  const Result before = Of(run_);
+  EXPECT_EQ(before.code, 0) << before.out << before.err;
+  EXPECT_SAYS(before.out, "manifest.json: missing, so changed bytes cannot be found; --write writes it");
+  Seal(run_);
+  const Result after = Of(run_);
+  EXPECT_EQ(after.code, 0) << after.out;
+  EXPECT_SAYS(after.out, "no finding: ");
+  EXPECT_SAYS(after.out, "3 episodes of 1 run scored again");
+}
+
+TEST_F(Verify, AFlippedByteOfAnyFileIsNamed) {
+  Seal(run_);
+  std::mt19937 random(1);
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(run_)) {
+    if (entry.is_regular_file() && entry.file_size() > 0) files.push_back(entry.path());
+  }
+  ASSERT_GT(files.size(), 12U);
+  for (const fs::path& file : files) {
+    const std::string text = ReadText(file);
+    for (int i = 0; i < 3; ++i) {
+      std::string changed = text;
+      const size_t at = random() % text.size();
+      changed[at] = static_cast<char>(changed[at] ^ (1 << random() % 8));
+      WriteText(file, changed);
+      const Result result = Of(run_, {"--hashes"});
+      EXPECT_EQ(result.code, 1) << file << " at " << at << ": " << result.out << result.err;
+      EXPECT_SAYS(result.out, file.string() + ":");
+    }
+    WriteText(file, text);
+  }
+  EXPECT_EQ(Of(run_).code, 0);
+}
+
+// Without a manifest, the logs show which number was changed.
+TEST_F(Verify, AnEditedNumberIsNamed) {
+  Replace(run_ / "episodes.jsonl", "\"slip_count\":0", "\"slip_count\":7");
+  Result result = Of(run_);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out,
+              LogFile(run_, 0).string() + ": episodes.jsonl differs: metrics.slip_count 7 -> 0\n");
+  EXPECT_SAYS(result.out, (run_ / "episodes/0000/summary.json").string() +
+                              ": metrics.slip_count is 0, in episodes.jsonl 7\n");
+  EXPECT_SAYS(result.out,
+              (run_ / "summary.json").string() + ": metrics.slip_count.max is 0.0, recomputed 7.0\n");
+  Replace(run_ / "episodes.jsonl", "\"slip_count\":7", "\"slip_count\":0");
+  Replace(run_ / "summary.json", "\"successes\": 0", "\"successes\": 3");
+  result = Of(run_);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, (run_ / "summary.json").string() + ": successes is 3, recomputed 0\n");
+  EXPECT_SAYS(result.out, "1 finding: ");
+}
+
+TEST_F(Verify, AChangedOptionIsNamed) {
+  Seal(run_);
+  Replace(run_ / "run.json", "\"policy_timeout_s\": 60.0", "\"policy_timeout_s\": 90.0");
+  const Result result = Of(run_, {"--hashes"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, (run_ / "run.json").string() + ": policy_timeout_s 60.0 -> 90.0\n");
+}
+
+TEST_F(Verify, AMissingFileIsNamed) {
+  Seal(run_);
+  fs::remove(LogFile(run_, 1));
+  const Result result = Of(run_);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, LogFile(run_, 1).string() + ": missing; the manifest has it\n");
+  EXPECT_SAYS(result.out, LogFile(run_, 1).string() + ": missing; episodes.jsonl has its score\n");
+}
+
+TEST_F(Verify, AnAddedFileIsNoFinding) {
+  Seal(run_);
+  WriteText(run_ / "notes.txt", "mine");
+  const Result result = Of(run_);
+  EXPECT_EQ(result.code, 0);
+  EXPECT_SAYS(result.out, "note: " + (run_ / "notes.txt").string() + ": not in the manifest\n");
+}
+
+TEST_F(Verify, AWrongRunIsNotSealed) {
+  Replace(run_ / "summary.json", "\"successes\": 0", "\"successes\": 3");
+  EXPECT_EQ(Of(run_, {"--write"}).code, 1);
+  EXPECT_FALSE(fs::exists(run_ / "manifest.json"));
+}
+
+TEST_F(Verify, EqualRunsHaveEqualContent) {
+  const fs::path other = folder_.path() / "elsewhere" / "again";
+  Evaluate({ShortTask(folder_.path(), 0.4), "--policy", "random", "--episodes", "3", "--workers", "2",
+            "--in-process"},
+           other);
+  Seal(run_);
+  Seal(other);
+  const auto a = ManifestOf(run_), b = ManifestOf(other);
+  EXPECT_EQ(a["content"].dump(2), b["content"].dump(2));
+  EXPECT_EQ(a["content_sha256"], b["content_sha256"]);
+  EXPECT_NE(a["sha256"], b["sha256"]);
+}
+
+TEST_F(Verify, ASuiteHasItsRuns) {
+  const fs::path suite = folder_.path() / "suite";
+  Evaluate({"lift_pot/base", "lift_pot/position", "--policy", "random", "--episodes", "1", "--in-process"},
+           suite);
+  Seal(suite);
+  EXPECT_EQ(Of(suite).code, 0);
+  const fs::path summary = suite / "lift_pot-base" / "summary.json";
+  WriteText(summary, ReadText(summary) + "\n");
+  Result result = Of(suite, {"--hashes"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, summary.string() + ": changed: its SHA-256 is not that of the manifest\n");
+  // Sealed again, the run is another one for the suite.
+  Seal(suite / "lift_pot-base");
+  result = Of(suite, {"--hashes"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, (suite / "lift_pot-base" / "manifest.json").string() + ": changed");
+}
+
+TEST_F(Verify, OtherFoldersAreRefused) {
+  const Result result = Of(folder_.path());
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.err, ": neither a run, a suite nor a plan");
+  EXPECT_EQ(result.err.find('\n'), result.err.size() - 1) << result.err;
+}
+
+TEST(GateCommand, EndsWithTheVerdictsExitCode) {
+  const TemporaryFolder folder;
+  const auto run = [&](const std::string& policy) {
+    const fs::path out = folder.path() / policy;
+    Evaluate({"lift_pot/position", "--policy", policy, "--episodes", "12", "--in-process"}, out);
+    return out;
+  };
+  const fs::path expert = run("expert"), still = run("hold");
+  const auto gate = [&](const fs::path& baseline, const fs::path& other, const std::string& margin) {
+    return RunProgram({"evalbus", "gate", baseline, other, "--margin", margin, "--junit",
+                       folder.path() / "gate.xml", "--markdown", folder.path() / "gate.md"});
+  };
+  // 0.7^12 < 0.05.
+  const Result pass = gate(expert, expert, "30");
+  EXPECT_EQ(pass.code, 0) << pass.out << pass.err;
+  EXPECT_SAYS(ReadText(folder.path() / "gate.xml"), "failures=\"0\"");
+  EXPECT_SAYS(ReadText(folder.path() / "gate.md"), "### PASS: ");
+  const Result fail = gate(expert, still, "30");
+  EXPECT_EQ(fail.code, 10) << fail.out << fail.err;
+  EXPECT_SAYS(fail.out, "FAIL  hold against expert: success 100.0 -> 0.0 % in 12 pairs: a loss of at least ");
+  const Result unknown = gate(expert, expert, "5");
+  EXPECT_EQ(unknown.code, 11) << unknown.out << unknown.err;
+  const Result idle = gate(still, still, "30");
+  EXPECT_EQ(idle.code, 11) << idle.out << idle.err;
+  EXPECT_SAYS(idle.out, " shows that the policy commanded a motion; such a run cannot pass");
+  EXPECT_EQ(gate(expert, folder.path() / "none", "5").code, 1);
+}
+
+}  // namespace evalbus::verify_test
