@@ -8,8 +8,8 @@
 #include "base/json_file.h"
 #include "base/options_json.h"
 #include "base/run_layout.h"
+#include "base/scratch.h"
 #include "base/write_whole.h"
-#include "plans/scratch.h"
 #include "runner/job_pool.h"
 #include "runner/workers.h"
 

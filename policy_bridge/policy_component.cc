@@ -40,7 +40,10 @@ void CheckSizes(const action_t& action) {
 }  // namespace
 
 PolicyComponent::PolicyComponent(Bus* bus, const PolicyOptions& options)
-    : Component(bus, "policy"), name_(options.policy), make_policy_(FindPolicy(options)) {
+    : PolicyComponent(bus, options.policy, FindPolicy(options)) {}
+
+PolicyComponent::PolicyComponent(Bus* bus, std::string name, PolicyMaker make_policy)
+    : Component(bus, "policy"), name_(std::move(name)), make_policy_(std::move(make_policy)) {
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });

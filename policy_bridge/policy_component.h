@@ -24,6 +24,8 @@ class PolicyComponent : public Component {
  public:
   // Throws InputError as FindPolicy() does.
   PolicyComponent(Bus* bus, const PolicyOptions& options);
+  // name: for its log.
+  PolicyComponent(Bus* bus, std::string name, PolicyMaker make_policy);
 
   void Poll(SteadyTime now) override;
   SteadyTime next_poll() const override;

@@ -8,6 +8,7 @@
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "bus/host.h"
+#include "runner/component_loop.h"
 #include "runner/components.h"
 #include "runner/engines.h"
 #include "runner/processes.h"
@@ -50,23 +51,15 @@ void EvaluateInProcess(const RunOptions& options, const results::RunFolder& fold
                        RunListener* listener) {
   Log::SetFiles([options](const std::string& component) { return LogOf(options, component); });
   Bus bus("memq://");
-  std::vector<std::unique_ptr<Component>> components;
-  for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, options));
+  ComponentLoop loop(&bus);
+  for (const ComponentType& type : ComponentsOf(options)) loop.Add(type.make(&bus, options));
   if (options.sim.realtime) RequestRealtime(kSimRealtimePriority);
   RunController controller(&bus, plan, folder, listener);
-  SteadyTime idle_poll_at{}, poll_at{};
   while (!controller.done() && !stop_requested()) {
-    const auto now = steady_clock::now();
-    if (now >= poll_at) {
-      for (const auto& component : components) component->Poll(now);
+    loop.Advance([&](SteadyTime now) {
       controller.Poll(now);
       listener->Poll(now);
-      idle_poll_at = now + kIdlePoll;
-    }
-    poll_at = idle_poll_at;
-    for (const auto& component : components) poll_at = std::min(poll_at, component->next_poll());
-    // No message: it is time to poll, or a policy's answer has arrived.
-    if (!bus.Handle(poll_at)) poll_at = {};
+    });
   }
   ReportDropped(controller, listener);
 }

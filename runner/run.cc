@@ -8,8 +8,10 @@
 
 #include "base/errors.h"
 #include "base/input_file.h"
+#include "base/json_file.h"
 #include "base/plural.h"
 #include "base/realtime.h"
+#include "base/reserved_stdout.h"
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "bus/private_network.h"
@@ -18,6 +20,7 @@
 #include "results/pacing.h"
 #include "results/run_summary.h"
 #include "results/summary_table.h"
+#include "runner/json_events.h"
 #include "runner/launch.h"
 #include "runner/live_view.h"
 #include "runner/prepared_run.h"
@@ -102,7 +105,22 @@ void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, do
   fmt::print("logs     {}{}\n", (shown / kEpisodesFolder / "*" / kEventLog).string(), ending);
 }
 
-void RunOne(RunOptions options) {
+nlohmann::ordered_json BeginEvent(const PreparedRun& run) {
+  const LiveHeader header = HeaderOf(run);
+  return {{"run", run.folder.path().string()},
+          {"task", header.task},
+          {"variation", header.variation},
+          {"policy", header.policy},
+          {"seed", header.seed},
+          {"episodes", header.episodes},
+          {"finished", header.there_before},
+          {"control_hz", header.control_hz},
+          {"clock", header.clock}};
+}
+
+void RunOne(RunOptions options, const RunOutput& output = {}) {
+  std::optional<JsonEvents> events;
+  if (output.json) events.emplace(output.quiet);
   PreparedRun run = PrepareRun(std::move(options));
   InstallStopSignals();
   const auto started = steady_clock::now();
@@ -115,7 +133,13 @@ void RunOne(RunOptions options) {
     // Started in the run's network namespace, which Announce() may have entered.
     if (web) web->Start(run.folder.path(), run.folder.log_file("web"));
     view.emplace(stdout, HeaderOf(run));
-    video_recording.emplace(run.folder, run.options.video, &*view);
+    RunListener* listener = &*view;
+    if (events) {
+      events->SetNext(&*view);
+      events->Begin(BeginEvent(run));
+      listener = &*events;
+    }
+    video_recording.emplace(run.folder, run.options.video, listener);
     Evaluate(run, &*view, &*video_recording);
   } catch (...) {
     run.folder.Remove();
@@ -125,6 +149,7 @@ void RunOne(RunOptions options) {
   const double wall_s = SecondsSince(started);
   const results::RunSummary summary = results::WriteRunSummary(run.folder.path());
   if (run.options.round < 0) PrintSummary(run, summary, wall_s);
+  if (events) events->Finish(ReadJsonFile<nlohmann::ordered_json>(run.folder.path() / kSummaryJson));
 
   const size_t without_video = video_recording->Finish();
   const auto shown = run.folder.shown();
@@ -174,7 +199,9 @@ void RunWorker(RunOptions options) {
   (run.options.in_process ? EvaluateInProcess : EvaluateProcesses)(run.options, run.folder, run.plan, &log);
 }
 
-void Run(RunOptions options) {
+void Run(RunOptions options, const RunOutput& output) {
+  std::optional<ReservedStdout> no_text;
+  if (output.quiet && !output.json) no_text.emplace(true);
   if (options.video == std::vector<std::string>{"none"}) options.video.clear();
   const std::vector<std::string> tasks = ExpandTasks(options.tasks);
   // Command-line options take precedence over the environment. Processes of this run receive its bus as an
@@ -184,9 +211,12 @@ void Run(RunOptions options) {
   }
   unsetenv(kUrlVariable);
   CheckRunOptions(options, tasks.size());
-  if (tasks.size() > 1) return RunSuite(options, tasks);
+  if (tasks.size() > 1) {
+    if (output.json) throw InputError("--json: expected one task");
+    return RunSuite(options, tasks);
+  }
   options.sim.task = tasks[0];
-  RunOne(std::move(options));
+  RunOne(std::move(options), output);
 }
 
 }  // namespace evalbus::runner

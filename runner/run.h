@@ -5,8 +5,14 @@
 
 namespace evalbus::runner {
 
+// What a run prints. json: events for programs (json_events.h); text for people then goes to standard error.
+// quiet: no text for people.
+struct RunOutput {
+  bool json = false, quiet = false;
+};
+
 // Runs the tasks in options.tasks: a single run, or a suite. Throws InputError, EnvironmentError.
-void Run(RunOptions options);
+void Run(RunOptions options, const RunOutput& output = {});
 
 // The same for `evalbus watch`, where an external system moves the robot. options.url: the bus of its source.
 // A stop by the user is a regular end.

@@ -110,6 +110,10 @@ using AddCommand = Action(CLI::App* app);
           "  evalbus policy list\n"                                                                          \
           "  evalbus policy show plain\n"                                                                    \
           "  evalbus policy check ws://127.0.0.1:8000 --contract plain")                                     \
+  COMMAND(AddEnv, "Extend", "env", "serve a task as an environment to the program that starts it",           \
+          "  evalbus env lift_pot/position\n"                                                                \
+          "  evalbus env lift_pot/position --control eef_delta --camera head --image-size 224x224\n"         \
+          "  evalbus env lift_pot/position --contract plain")                                                \
   COMMAND(AddDoctor, "Machine", "doctor", "check what this machine provides and how to fix what is missing", \
           "  evalbus doctor\n"                                                                               \
           "  evalbus doctor > machine.txt\n"                                                                 \

@@ -133,6 +133,7 @@ Action AddRun(CLI::App* app) {
   const auto options = std::make_shared<runner::RunOptions>();
   const auto plan = std::make_shared<PlanOptions>();
   const auto like = std::make_shared<std::vector<std::string>>();
+  const auto output = std::make_shared<runner::RunOutput>();
   // Added first, so that it is processed first.
   app->add_option_function<std::string>(
          "--like",
@@ -154,6 +155,11 @@ Action AddRun(CLI::App* app) {
       ->type_name("FOLDER");
   app->add_flag("--resume", options->resume, "continue the interrupted run in --out");
   app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
+  app->add_flag(
+      "--json", output->json,
+      "print the events of the run as JSON, one in each line, for programs; text for people goes to\n"
+      "standard error, and the run ends when the reader of standard output exits");
+  app->add_flag("--quiet", output->quiet, "print errors only; with --json, also the events");
   AddLogLevel(app);
   AddPlanOptions(app, plan.get());
   // Only for worker processes.
@@ -164,13 +170,14 @@ Action AddRun(CLI::App* app) {
                 {"Simulation",
                  {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
                   "--after-success-s"}},
-                {"Output", {"--out", "--video", "--web", "--log", "--log-level"}},
+                {"Output", {"--out", "--video", "--web", "--json", "--quiet", "--log", "--log-level"}},
                 {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
-  return [options, plan, like, app] {
+  return [options, plan, like, output, app] {
     if (options->tasks.empty()) options->tasks = *like;
     if (options->worker >= 0) {
       runner::RunWorker(*options);
     } else if (IsPlan(options->tasks)) {
+      if (output->json || output->quiet) throw InputError("--json, --quiet: expected tasks, not a plan");
       RunPlanOrPart(*options, *plan);
     } else if (!plan->part.empty() || plan->slurm.submit || plan->slurm.dry_run) {
       throw InputError("--part, --slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)");
@@ -178,7 +185,7 @@ Action AddRun(CLI::App* app) {
       runner::FollowContract(app->count("--control-hz") > 0 || !like->empty(),
                              app->count("--policy-timeout-s") > 0 || !like->empty(), options.get());
       if (options->tasks.empty()) throw InputError("run: expected a task ('evalbus tasks list' lists them)");
-      runner::Run(*options);
+      runner::Run(*options, *output);
     }
     return 0;
   };

@@ -32,7 +32,7 @@ Contract Fitting(const Contract& contract, const model_info_t& info) {
 }  // namespace
 
 RemotePolicy::RemotePolicy(const Contract& contract, Latency latency, const mjModel& model,
-                           const model_info_t& info)
+                           const model_info_t& info, std::unique_ptr<PolicyClient> client)
     : contract_(Fitting(contract, info)),
       latency_(latency),
       info_(info),
@@ -43,7 +43,7 @@ RemotePolicy::RemotePolicy(const Contract& contract, Latency latency, const mjMo
                                   : Clock::duration::max()),
       observations_(Fitted(contract_, [&] { return ObservationBuilder(contract_, model, info); })),
       converter_(Fitted(contract_, [&] { return ActionConverter(contract_.actions, model, info); })),
-      conversation_(MakePolicyClient(ClientOptionsOf(contract_))) {}
+      conversation_(client ? std::move(client) : MakePolicyClient(ClientOptionsOf(contract_))) {}
 
 void RemotePolicy::SetCallbacks(const PolicyCallbacks& callbacks) {
   callbacks_ = callbacks;

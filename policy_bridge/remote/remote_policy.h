@@ -5,6 +5,7 @@
 #include <chrono>
 #include <deque>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,9 +22,10 @@ namespace evalbus::policy {
 
 class RemotePolicy : public Policy {
  public:
-  // Throws InputError if the contract does not fit the robot or the task's control rate, or its URL does not
-  // fit its wire.
-  RemotePolicy(const Contract& contract, Latency latency, const mjModel& model, const model_info_t& info);
+  // client: null: a client of the contract's wire. Throws InputError if the contract does not fit the robot
+  // or the task's control rate, or its URL does not fit its wire.
+  RemotePolicy(const Contract& contract, Latency latency, const mjModel& model, const model_info_t& info,
+               std::unique_ptr<PolicyClient> client = nullptr);
 
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;

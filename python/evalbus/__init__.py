@@ -1,24 +1,55 @@
-"""Serves policies to evalbus, and reads its runs and logs.
+"""Evaluates policies with evalbus, serves them, and reads runs and logs.
 
-    evalbus.serve(act)          serves a function as a policy (openpi's websocket protocol)
-    evalbus.read_run(folder)    reads options, episodes and scores of a run
-    evalbus.read_log(file)      reads the messages of an episode as numpy arrays
-    evalbus.events(file)        iterates over the messages of an episode
+    evalbus.run(task, policy)        evaluates a policy: a function, a name, or the address of a server
+    evalbus.start(task, policy)      the same, with an iterator over the events of the run
+    evalbus.compare(a, b)            tests whether two runs differ
+    evalbus.read_run(folder)         reads options, episodes and scores of a run
+    evalbus.read_log(file)           reads the messages of an episode as numpy arrays
+    evalbus.events(file)             iterates over the messages of an episode
+    evalbus.serve(act)               serves a function as a policy (openpi's websocket protocol)
+    evalbus.Environment(task)        a task, step by step; evalbus.gym has it for Gymnasium
 
 See docs/python.md for examples.
 """
 
+import importlib
+
+from evalbus.errors import ActionError, EvalbusError, InputError, PolicyError, ProgramError
+from evalbus.evaluate import ActiveRun, Comparison, Event, compare, run, start
 from evalbus.log import Log, events, read_log
-from evalbus.run import read_run
+from evalbus.runs import Episode, Metric, Run, Summary, read_run
+
+# Imported on first use: reading runs requires neither websockets nor msgpack.
+_LAZY = {"serve": "evalbus.server", "Environment": "evalbus.environment", "Step": "evalbus.environment"}
 
 
 def __getattr__(name):
-    # Imported on first use: reading runs requires neither websockets nor msgpack.
-    if name == "serve":
-        from evalbus.server import serve
-
-        return serve
+    if name in _LAZY:
+        return getattr(importlib.import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'evalbus' has no attribute {name!r}")
 
 
-__all__ = ["Log", "events", "read_log", "read_run", "serve"]
+__all__ = [
+    "ActionError",
+    "ActiveRun",
+    "Comparison",
+    "Environment",
+    "Episode",
+    "EvalbusError",
+    "Event",
+    "InputError",
+    "Log",
+    "Metric",
+    "PolicyError",
+    "ProgramError",
+    "Run",
+    "Step",
+    "Summary",
+    "compare",
+    "events",
+    "read_log",
+    "read_run",
+    "run",
+    "serve",
+    "start",
+]

@@ -11,6 +11,7 @@ import asyncio
 import concurrent.futures
 import http
 import sys
+import threading
 import time
 import traceback
 
@@ -62,47 +63,120 @@ def serve(act, port=8000, host="127.0.0.1", metadata={}):
     host: use "0.0.0.0" to accept clients on other machines.
     metadata: sent to each client; evalbus compares it with its contract.
     """
-    hello = codec.pack(dict(metadata))
+    server = _Server(act, metadata)
     try:
-        asyncio.run(_run(act, hello, host, port))
+        asyncio.run(server.run(host, port, lambda url: print(f"policy server ready: {url}", flush=True)))
     except KeyboardInterrupt:
         pass
 
 
-async def _run(act, hello, host, port):
-    # For a stateful policy: held by the connection that is being served.
-    turn = asyncio.Lock() if hasattr(act, "reset") and not isinstance(act, type) else None
+class Serving:
+    """Serves a policy in a thread of this process until close(). url: its address, on this machine only.
 
-    # The policy runs in a worker thread, so that the event loop can serve pings and other connections.
-    with concurrent.futures.ThreadPoolExecutor(max_workers=1) as worker:
+    error: the exception that the policy raised first, if any. It is not printed.
+    """
+
+    def __init__(self, act, metadata={}):
+        self._server = _Server(act, metadata, self._keep)
+        self._ready = threading.Event()
+        self.url = self.error = None
+        self._thread = threading.Thread(target=self._serve, name="evalbus policy server", daemon=True)
+        self._thread.start()
+        self._ready.wait()
+        if not self.url:
+            self._thread.join()
+            raise self.error
+
+    def close(self):
+        self._server.stop()
+
+    def _serve(self):
+        try:
+            asyncio.run(self._server.run("127.0.0.1", 0, self._on_ready))
+        except BaseException as error:
+            self._keep(error)
+        self._ready.set()
+
+    def _on_ready(self, url):
+        self.url = url
+        self._ready.set()
+
+    def _keep(self, error):
+        self.error = self.error or error
+
+
+class _Server:
+    def __init__(self, act, metadata, on_error=None):
+        self._act = act
+        self._hello = codec.pack(dict(metadata))
+        self._on_error = on_error or _print
+        self._loop = self._stopped = None
+
+    async def run(self, host, port, on_ready):
+        self._loop, self._stopped = asyncio.get_running_loop(), asyncio.Event()
+        # For a stateful policy: held by the connection that is being served.
+        is_stateful = hasattr(self._act, "reset") and not isinstance(self._act, type)
+        turn = asyncio.Lock() if is_stateful else None
+        # The policy runs in a worker thread, so that the event loop can serve pings and other connections.
+        worker = concurrent.futures.ThreadPoolExecutor(max_workers=1)
 
         async def handle(connection):
             try:
                 if turn is None:
-                    await _converse(connection, act, hello, worker)
+                    await self._converse(connection, worker)
                 elif await _taken(turn):
                     try:
-                        await _converse(connection, act, hello, worker)
+                        await self._converse(connection, worker)
                     finally:
                         turn.release()
                 else:
+                    print(_BUSY, file=sys.stderr, flush=True)
                     await _refuse(connection, _BUSY)
             except websockets.exceptions.ConnectionClosed:
                 pass
 
-        async with _serve(
-            handle,
-            host,
-            port,
-            compression=None,
-            max_size=_MAX_BYTES,
-            # Only requests without Origin are accepted. Browsers always send it; policy clients do not.
-            origins=[None],
-            process_request=_health,
-        ) as server:
-            address = next(iter(server.sockets)).getsockname()
-            print(f"policy server ready: ws://{host}:{address[1]}", flush=True)
-            await asyncio.get_running_loop().create_future()
+        try:
+            async with _serve(
+                handle,
+                host,
+                port,
+                compression=None,
+                max_size=_MAX_BYTES,
+                # Only requests without Origin are accepted. Browsers always send it; policy clients do not.
+                origins=[None],
+                process_request=_health,
+            ) as server:
+                on_ready(f"ws://{host}:{next(iter(server.sockets)).getsockname()[1]}")
+                await self._stopped.wait()
+        finally:
+            worker.shutdown(wait=False)
+
+    def stop(self):
+        """Ends run(). May be called from any thread."""
+        try:
+            self._loop.call_soon_threadsafe(self._stopped.set)
+        except RuntimeError:
+            pass  # The loop has ended.
+
+    async def _converse(self, connection, worker):
+        loop, act = asyncio.get_running_loop(), self._act
+        await connection.send(self._hello)
+        try:
+            if isinstance(act, type):
+                act = await loop.run_in_executor(worker, act)
+            if hasattr(act, "reset"):
+                await loop.run_in_executor(worker, act.reset)
+            async for request in connection:
+                await connection.send(await loop.run_in_executor(worker, _answer, act, request))
+        except websockets.exceptions.ConnectionClosed:
+            raise
+        except Exception as error:
+            self._on_error(error)
+            await _refuse(connection, traceback.format_exc())
+
+
+def _print(_):
+    print(traceback.format_exc(), file=sys.stderr, flush=True)
 
 
 async def _taken(turn):
@@ -115,25 +189,8 @@ async def _taken(turn):
 
 
 async def _refuse(connection, text):
-    print(text, file=sys.stderr, flush=True)
     await connection.send(text)
     await connection.close(1011, "the policy failed; the previous frame has the reason")
-
-
-async def _converse(connection, act, hello, worker):
-    loop = asyncio.get_running_loop()
-    await connection.send(hello)
-    try:
-        if isinstance(act, type):
-            act = await loop.run_in_executor(worker, act)
-        if hasattr(act, "reset"):
-            await loop.run_in_executor(worker, act.reset)
-        async for request in connection:
-            await connection.send(await loop.run_in_executor(worker, _answer, act, request))
-    except websockets.exceptions.ConnectionClosed:
-        raise
-    except Exception:
-        await _refuse(connection, traceback.format_exc())
 
 
 def _answer(act, request):

@@ -27,10 +27,10 @@ def demonstrations(runs):
     states, chunks = [], []
     for folder in runs:
         run = evalbus.read_run(folder)
-        for episode in run["episodes"]:
-            if episode["end_reason"] != "success":
+        for episode in run.episodes:
+            if not episode.success:
                 continue
-            log = evalbus.read_log(run["logs"][episode["episode"]])
+            log = evalbus.read_log(run.logs[episode.index])
             state, action = log["EVALBUS_STATE"], log["EVALBUS_ACTION"]
             joints = state["arm"]["joint_position_rad"]
             seen = np.hstack([joints.reshape(len(joints), -1), state["gripper"]["opening"]])

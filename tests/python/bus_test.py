@@ -52,9 +52,9 @@ class BusTest(unittest.TestCase):
 
     def test_the_example_keeps_the_robot_at_home(self):
         run = run_on_bus([support.EXAMPLES / "lcm_policy.py", URL], self.folder / "run", "--episodes", "2")
-        self.assertEqual([episode["end_reason"] for episode in run["episodes"]], ["time_limit"] * 2)
-        self.assertEqual([episode["complete"] for episode in run["episodes"]], [True] * 2)
-        log = evalbus.read_log(run["logs"][1])
+        self.assertEqual([episode.end_reason for episode in run.episodes], ["time_limit"] * 2)
+        self.assertEqual([episode.complete for episode in run.episodes], [True] * 2)
+        log = evalbus.read_log(run.logs[1])
         action, state = log["EVALBUS_ACTION"], log["EVALBUS_STATE"]
         # The last state may have been answered, too.
         ticks = len(action["time_us"])
@@ -70,7 +70,7 @@ class BusTest(unittest.TestCase):
         support.evaluate(BIN, "lift_pot", "--episodes", "1", "--policy", "expert", out=self.folder / "expert")
         program = pathlib.Path(__file__).with_name("network_on_bus.py")
         run = run_on_bus([program, URL, self.folder / "expert"], self.folder / "run", "--episodes", "1")
-        self.assertEqual(run["scores"]["success"].tolist(), [1])
+        self.assertEqual(run.scores["success"].tolist(), [1])
 
 
 support.main()

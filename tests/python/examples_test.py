@@ -72,7 +72,7 @@ class ExamplesTest(unittest.TestCase):
                     BIN, "lift_pot", "--policy", server.url, "--contract", str(contract), "--episodes", "1", out=learnt
                 )
             run = evalbus.read_run(learnt)
-        self.assertEqual([episode["end_reason"] for episode in run["episodes"]], ["success"])
+        self.assertEqual([episode.end_reason for episode in run.episodes], ["success"])
 
     def test_lerobot(self):
         if importlib.util.find_spec("lerobot") is None:
@@ -90,7 +90,7 @@ class ExamplesTest(unittest.TestCase):
                     BIN, "lift_pot", "--policy", server.url, "--contract", str(contract), "--episodes", "1", out=out
                 )
             run = evalbus.read_run(out)
-        self.assertEqual([episode["complete"] for episode in run["episodes"]], [True])
+        self.assertEqual([episode.complete for episode in run.episodes], [True])
 
 
 support.main()

@@ -82,21 +82,21 @@ class LogTest(unittest.TestCase):
             name: [float(row[name] or "nan") for row in rows]
             for name in columns[columns.index("complete") + 1 :]
         }
-        self.assertEqual(list(run["scores"]), list(exported))
+        self.assertEqual(list(run.scores), list(exported))
         for name, values in exported.items():
-            np.testing.assert_array_equal(run["scores"][name], values, err_msg=name)
-        self.assertEqual([str(episode["seed"]) for episode in run["episodes"]], [row["seed"] for row in rows])
-        self.assertEqual(run["run"]["policy"], "noisy_expert")
-        self.assertEqual(run["summary"]["episodes"], 3)
-        self.assertEqual(list(run["logs"]), [0, 1, 2])
-        self.assertEqual(run["logs"][1], self.file)
+            np.testing.assert_array_equal(run.scores[name], values, err_msg=name)
+        self.assertEqual([str(episode.seed) for episode in run.episodes], [row["seed"] for row in rows])
+        self.assertEqual(run.options["policy"], "noisy_expert")
+        self.assertEqual(run.summary.episodes, 3)
+        self.assertEqual(list(run.logs), [0, 1, 2])
+        self.assertEqual(run.logs[1], self.file)
 
     def test_packed_logs(self):
         packed = self.folder / "packed"
         support.evaluate(
             BIN, "lift_pot/position", "--policy", "noisy_expert", "--episodes", "3", "--log", "zstd", out=packed
         )
-        file = evalbus.read_run(packed)["logs"][1]
+        file = evalbus.read_run(packed).logs[1]
         self.assertEqual(file.name, "events.lcmlog.zst")
         for channel in ("EVALBUS_STATE", "EVALBUS_PARTIAL"):  # compared as text because NaN differs from itself
             states, same = (
@@ -126,9 +126,9 @@ class LogTest(unittest.TestCase):
         # Workers finish in any order; the last line was cut off.
         episodes.write_bytes(lines[2] + lines[0] + lines[1][:-40])
         run = evalbus.read_run(copy)
-        self.assertEqual([episode["episode"] for episode in run["episodes"]], [0, 2])
-        self.assertIsNone(run["summary"])
-        self.assertEqual(len(run["scores"]["completion_time"]), 2)
+        self.assertEqual([episode.index for episode in run.episodes], [0, 2])
+        self.assertIsNone(run.summary)
+        self.assertEqual(len(run.scores["completion_time"]), 2)
         for broken, reason in (
             (lines[0][:-40] + b"\n" + lines[1], "jsonl:1: "),
             (lines[0] + lines[0], "jsonl:2: episode 0 again"),

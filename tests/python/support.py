@@ -36,10 +36,15 @@ def need_torch(test):
         test.skipTest("needs PyTorch: apt-get install python3-torch")
 
 
+def blocks(page):
+    """Returns the Python blocks of a page in docs/, in order."""
+    found = (SOURCE / "docs" / page).read_text().split("```")[1::2]
+    return [block.removeprefix("python\n") for block in found if block.startswith("python\n")]
+
+
 def snippet(having):
     """Returns the Python block of docs/python.md that contains this text."""
-    blocks = (SOURCE / "docs" / "python.md").read_text().split("```")[1::2]
-    (found,) = [block.removeprefix("python\n") for block in blocks if having in block]
+    (found,) = [block for block in blocks("python.md") if having in block]
     return found
 
 

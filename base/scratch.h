@@ -9,7 +9,7 @@
 
 #include "base/file_errors.h"
 
-namespace evalbus::plans {
+namespace evalbus {
 
 class Scratch {
  public:
@@ -30,4 +30,4 @@ class Scratch {
   std::filesystem::path path_;
 };
 
-}  // namespace evalbus::plans
+}  // namespace evalbus

@@ -1,0 +1,27 @@
+// Standard output that only machine-readable output is written to.
+#pragma once
+
+#include <string_view>
+
+namespace evalbus {
+
+// While this object exists, everything else that this process and its children print on standard output goes
+// to standard error, or nowhere. Not thread-safe.
+class ReservedStdout {
+ public:
+  // Throws EnvironmentError.
+  explicit ReservedStdout(bool discards_text = false);
+  ~ReservedStdout();
+  ReservedStdout(const ReservedStdout&) = delete;
+  ReservedStdout& operator=(const ReservedStdout&) = delete;
+
+  // Throws EnvironmentError if not everything was written, for example because the reader has exited.
+  void Write(std::string_view bytes);
+  // False once the process at the other end of the pipe has exited.
+  bool has_reader() const;
+
+ private:
+  int fd_;
+};
+
+}  // namespace evalbus

@@ -1,0 +1,143 @@
+"""A task as an environment: a program that chooses each action. evalbus.gym is the same for Gymnasium."""
+
+import dataclasses
+import json
+import os
+import struct
+from typing import Any, Dict, Optional, Sequence, Union
+
+import numpy as np
+
+from evalbus import codec
+from evalbus.errors import ActionError, InputError, ProgramError
+from evalbus.program import Program, words
+from evalbus.runs import Episode
+
+# Version of the messages of `evalbus env` (docs/environment.md).
+_VERSION = 1
+_SIZE = struct.Struct("<I")
+
+
+@dataclasses.dataclass(frozen=True)
+class Step:
+    """What an environment returns for a step."""
+
+    # As the contract describes it: by default "state" and, with cameras, "images", a dictionary by camera.
+    observation: Dict[str, Any]
+    # RoboEval's dictionary and evalbus' own metrics for this tick, as in episodes.jsonl.
+    metrics: Dict[str, Any]
+    extended: Dict[str, Any]
+    # The episode's result if this step has ended it; None otherwise.
+    episode: Optional[Episode]
+
+
+class Environment:
+    """Runs episodes of a task step by step, in an `evalbus env` of its own.
+
+    Episodes and scores are those of `evalbus run` with the same contract, seed and actions, to the bit.
+
+    task: "lift_pot/position". control: meaning of an action: "joint" (positions), "joint_delta", "eef_pose" or
+    "eef_delta"; values of all arms, then of the grippers (0 open, 1 closed). cameras: names of cameras whose images are
+    observed. image_size: (width, height). control_hz: steps per simulated second. contract: name or file of a contract
+    (docs/connecting_a_policy.md), which describes all of these instead.
+
+    Raises InputError for wrong arguments, ProgramError if the program fails.
+    """
+
+    def __init__(
+        self,
+        task: str,
+        *,
+        control: str = "joint",
+        cameras: Sequence[str] = (),
+        image_size: Sequence[int] = (224, 224),
+        control_hz: float = 20,
+        contract: Union[str, os.PathLike, None] = None,
+        robot: Union[str, os.PathLike, None] = None,
+    ):
+        options = {
+            "control": control,
+            "camera": list(cameras) or None,
+            "image_size": "x".join(map(str, image_size)),
+            "control_hz": control_hz,
+        }
+        self._program: Optional[Program] = Program(
+            ["env", task, *words({**options, "contract": contract, "robot": robot})]
+        )
+        description = self._receive()
+        if description["schema_version"] != _VERSION:
+            self.close()
+            raise ProgramError(
+                f"the program evalbus has messages of version {description['schema_version']}, this package {_VERSION}"
+            )
+        self.task: str = f"{description['task']}/{description['variation']}"
+        self.robot: str = description["robot"]
+        # Instruction for policies that read text.
+        self.instruction: str = description["instruction"]
+        self.control_hz: float = description["control_hz"]
+        self.time_limit_s: float = description["time_limit_s"]
+        # Text of the contract: saved as a file, `evalbus run --policy` evaluates a server with it.
+        self.contract: str = description["contract"]
+        # Usual range of each value of an action. Values beyond are executed, too, as far as the robot can.
+        self.action_lower: np.ndarray = description["action_lower"]
+        self.action_upper: np.ndarray = description["action_upper"]
+
+    def reset(self, seed: int, episode: int = 0) -> Step:
+        """Starts episode `episode` of `evalbus run --seed SEED`, and abandons the current one."""
+        return self._ask({"reset": {"seed": int(seed), "episode": int(episode)}})
+
+    def step(self, action) -> Step:
+        """Executes an action. Raises ActionError if its shape or type is wrong, or if it is not finite."""
+        values = np.asarray(action)
+        if values.shape != self.action_lower.shape:
+            raise ActionError(f"the action has the shape {values.shape}, expected {self.action_lower.shape}")
+        if values.dtype.kind not in "fiub":
+            raise ActionError(f"the action is of type {values.dtype}, expected numbers")
+        if not np.isfinite(values).all():
+            raise ActionError(f"value {int(np.argmin(np.isfinite(values)))} of the action is not finite")
+        return self._ask({"step": np.ascontiguousarray(values)})
+
+    def close(self) -> None:
+        """Ends the program. Calling it again does nothing."""
+        if self._program:
+            self._program.close()
+        self._program = None
+
+    def __enter__(self) -> "Environment":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    def _ask(self, request) -> Step:
+        if not self._program:
+            raise InputError("the environment is closed")
+        message = codec.pack(request)
+        try:
+            self._program.input.write(_SIZE.pack(len(message)) + message)
+            self._program.input.flush()
+        except BrokenPipeError:
+            pass  # The program has ended; _receive() finds out why.
+        except BaseException:
+            self.close()
+            raise
+        reply = self._receive()
+        scores = json.loads(reply["scores"])
+        episode = reply["episode"] and Episode.of(json.loads(reply["episode"]))
+        return Step(reply["observation"], scores["metrics"], scores["extended"], episode)
+
+    def _receive(self):
+        try:
+            return codec.unpack(self._read(_SIZE.unpack(self._read(_SIZE.size))[0]))
+        except BaseException:
+            # An interrupted exchange cannot be continued.
+            self.close()
+            raise
+
+    def _read(self, size: int) -> bytes:
+        data = self._program.output.read(size)
+        if len(data) < size:
+            program, self._program = self._program, None
+            program.finish()
+            raise ProgramError("evalbus env has exited")
+        return data

@@ -1,0 +1,225 @@
+"""Evaluates policies with the program evalbus."""
+
+import contextlib
+import dataclasses
+import json
+import os
+import pathlib
+import tempfile
+from typing import Any, Callable, Dict, Iterator, List, Optional, Union
+
+import numpy as np
+
+from evalbus.errors import ActionError, PolicyError, ProgramError
+from evalbus.program import Program, words
+from evalbus.runs import Episode, Run, read_run
+
+# Version of the events of `evalbus run --json` (docs/schema/event.json).
+_EVENTS_VERSION = 1
+_CALLABLE_CONTRACT = "plain"
+
+Policy = Union[str, os.PathLike, Callable]
+
+
+@dataclasses.dataclass(frozen=True)
+class Event:
+    """An event of an active run (docs/schema/event.json)."""
+
+    # "begin", "episode_begin", "episode", "remark" or "summary".
+    kind: str
+    # The event's other keys.
+    content: Dict[str, Any] = dataclasses.field(repr=False)
+    # The episode that has finished, if kind is "episode".
+    episode: Optional[Episode] = None
+
+
+class ActiveRun:
+    """A run that is active. Iterate over its events, or wait() for its result; leave the context to stop it."""
+
+    def __init__(self, arguments: List[str], serving=None):
+        self._serving = serving
+        self._program: Optional[Program] = None
+        self._folder: Optional[pathlib.Path] = None
+        self._is_finished = self._is_closed = False
+        try:
+            self._program = Program(arguments)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def folder(self) -> Optional[pathlib.Path]:
+        """Folder of the run; None before the event "begin"."""
+        return self._folder
+
+    def __enter__(self) -> "ActiveRun":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    def __iter__(self) -> Iterator[Event]:
+        return self
+
+    def __next__(self) -> Event:
+        """The next event. Raises an EvalbusError if the run fails."""
+        if self._is_finished:
+            raise StopIteration
+        if self._is_closed:
+            raise ProgramError("the run was stopped before its end")
+        try:
+            line = self._program.output.readline()
+            self._check_policy()
+            if line:
+                event = _event(line)
+                if event.kind == "begin":
+                    self._folder = pathlib.Path(event.content["run"])
+                return event
+            self._program.finish()
+        except BaseException:
+            self.close()
+            raise
+        self._is_finished = True
+        self.close()
+        raise StopIteration
+
+    def wait(self) -> Run:
+        """Waits for the end of the run, and reads it. Raises an EvalbusError if the run fails."""
+        for _ in self:
+            pass
+        return read_run(self._folder)
+
+    def close(self) -> None:
+        """Stops the run if it is active."""
+        self._is_closed = True
+        if self._program:
+            self._program.close()
+        if self._serving:
+            self._serving.close()
+
+    def _check_policy(self) -> None:
+        error = self._serving.error if self._serving else None
+        if isinstance(error, ActionError):
+            raise error
+        if error:
+            raise PolicyError(f"the policy raised {type(error).__name__}: {error}") from error
+
+
+def start(
+    task: str,
+    policy: Policy = "expert",
+    *,
+    contract: Union[str, os.PathLike, None] = None,
+    episodes: int = 10,
+    seed: int = 0,
+    out: Union[str, os.PathLike, None] = None,
+    **options,
+) -> ActiveRun:
+    """Starts an evaluation; the arguments are those of run()."""
+    serving = None
+    if callable(policy):
+        from evalbus.server import Serving
+
+        serving = Serving(_checked(policy))
+        policy, contract = serving.url, contract or _CALLABLE_CONTRACT
+    more = {"contract": contract, "episodes": episodes, "seed": seed, "out": out, **options}
+    return ActiveRun(
+        ["run", str(task), "--json", "--quiet", "--policy", os.fspath(policy), *words(more)], serving
+    )
+
+
+def run(
+    task: str,
+    policy: Policy = "expert",
+    *,
+    contract: Union[str, os.PathLike, None] = None,
+    episodes: int = 10,
+    seed: int = 0,
+    out: Union[str, os.PathLike, None] = None,
+    **options,
+) -> Run:
+    """Evaluates a policy on a task, and returns the result.
+
+    task: "lift_pot/position", as for `evalbus run`.
+    policy: a function or class as for serve(), which is called in a thread of this process; the name of a policy
+    or contract; a contract file; or the address of a server.
+    contract: contract of a function or an address: a name or a file. Default for a function: "plain".
+    seed: equal seeds give equal episodes. out: folder of the run, which must not exist; default: a new folder in runs/.
+    options: other options of `evalbus run`: workers=2, video=["head"], control_hz=50, in_process=True, resume=True.
+
+    Raises InputError for wrong arguments, ActionError and PolicyError for a function that fails, and ProgramError.
+    """
+    with start(task, policy, contract=contract, episodes=episodes, seed=seed, out=out, **options) as active:
+        return active.wait()
+
+
+@dataclasses.dataclass(frozen=True)
+class Comparison:
+    """Result of compare(): whether the run differs from the baseline."""
+
+    # One or two sentences.
+    verdict: str
+    # Success rates, their difference (a minus b) and its 95 % interval; None if no episode is complete.
+    difference: Optional[float]
+    difference_95: Any
+    # p of the test of equal success rates, e.g. the exact McNemar test for pairs of equal seeds.
+    p: Optional[float]
+    # By metric: the entries of the task's "metrics" in `evalbus compare --json`.
+    metrics: Dict[str, Dict[str, Any]] = dataclasses.field(repr=False)
+    # All that `evalbus compare --json` writes.
+    content: Dict[str, Any] = dataclasses.field(repr=False)
+
+
+def compare(a: Union[Run, str, os.PathLike], b: Union[Run, str, os.PathLike]) -> Comparison:
+    """Tests whether run a differs from run b, the baseline. Raises InputError if they are not comparable."""
+    folders = [os.fspath(one.folder if isinstance(one, Run) else one) for one in (b, a)]
+    with tempfile.TemporaryDirectory() as scratch:
+        file = pathlib.Path(scratch) / "comparison.json"
+        with contextlib.closing(Program(["compare", *folders, "--json", file])) as program:
+            program.output.read()
+            program.finish()
+        content = json.loads(file.read_bytes())
+    (comparison,) = content["comparisons"]
+    success = comparison["success"]
+    tasks = comparison["tasks"]
+    return Comparison(
+        verdict=comparison["verdict"],
+        difference=success["difference"],
+        difference_95=tuple(success["difference_95"]),
+        p=success["p"],
+        metrics=tasks[0]["metrics"] if len(tasks) == 1 else {},
+        content=content,
+    )
+
+
+def _event(line: bytes) -> Event:
+    try:
+        content = json.loads(line)
+        version, kind = content.pop("schema_version"), content.pop("event")
+    except (ValueError, KeyError, AttributeError) as error:
+        raise ProgramError(f"evalbus run --json printed no event: {line[:200]!r}: {error}") from None
+    if version != _EVENTS_VERSION:
+        raise ProgramError(f"the program evalbus has events of version {version}, this package {_EVENTS_VERSION}")
+    return Event(kind, content, Episode.of(content["result"]) if kind == "episode" else None)
+
+
+def _checked(policy: Callable) -> Callable:
+    """The policy, except that it raises ActionError for actions that are not finite numbers."""
+
+    def check(answer):
+        actions = np.asarray(answer["actions"] if isinstance(answer, dict) and "actions" in answer else answer)
+        if actions.dtype.kind in "fiub" and not np.isfinite(actions).all():
+            raise ActionError(f"the policy returned an action that is not finite: {actions.ravel()[:8].tolist()}")
+        return answer
+
+    if isinstance(policy, type):
+        return type(policy.__name__, (policy,), {"__call__": lambda self, seen: check(policy.__call__(self, seen))})
+
+    class Checked:
+        def __call__(self, observation):
+            return check(policy(observation))
+
+    checked = Checked()
+    if hasattr(policy, "reset"):
+        checked.reset = policy.reset
+    return checked

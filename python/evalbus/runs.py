@@ -1,0 +1,219 @@
+"""Reader for run folders (docs/run_folder.md)."""
+
+import dataclasses
+import functools
+import json
+import pathlib
+from typing import Any, Dict, List, Optional, Tuple
+
+import numpy as np
+
+from evalbus.errors import InputError
+
+Interval = Tuple[Optional[float], Optional[float]]
+
+
+@dataclasses.dataclass(frozen=True)
+class Episode:
+    """A finished episode: its line of episodes.jsonl."""
+
+    index: int
+    seed: int
+    success: bool
+    # Only episodes that are complete count in rates.
+    complete: bool
+    end_reason: str
+    # Empty if the episode succeeded.
+    failure_reason: str
+    # RoboEval's dictionary; evalbus' own metrics; the randomized start parameters.
+    metrics: Dict[str, Any]
+    extended: Dict[str, Any]
+    parameters: Dict[str, float]
+    # Decisive moment: "kind", "time_s", "text" (docs/failures.md); empty in runs of older versions.
+    cause: Dict[str, Any]
+    # The whole line.
+    line: Dict[str, Any] = dataclasses.field(repr=False)
+
+    @staticmethod
+    def of(line: Dict[str, Any]) -> "Episode":
+        return Episode(
+            index=line["episode"],
+            seed=line["seed"],
+            success=line["metrics"]["success"] == 1,
+            complete=line["complete"],
+            end_reason=line["end_reason"],
+            failure_reason=line["failure_reason"],
+            metrics=line["metrics"],
+            extended=line["extended"],
+            parameters=line.get("parameters", {}),
+            cause=line.get("cause", {}),
+            line=line,
+        )
+
+    def scores(self) -> Dict[str, float]:
+        """All numbers by name. Names of nested values are joined by dots, as in `evalbus export`:
+        "extended.min_clearance_m", "parameters.pot_x_m"."""
+        return {
+            **dict(_numbers(self.parameters, "parameters.")),
+            **dict(_numbers(self.metrics, "")),
+            **dict(_numbers(self.extended, "extended.")),
+        }
+
+
+@dataclasses.dataclass(frozen=True)
+class Metric:
+    """Statistics of a metric over the complete episodes that have it."""
+
+    episodes: int
+    mean: float
+    mean_95: Interval
+    std: Optional[float]
+    median: float
+    p5: float
+    p95: float
+    min: float
+    max: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Summary:
+    """Content of summary.json. Rates and metrics cover complete episodes."""
+
+    episodes: int
+    complete: int
+    successes: int
+    success_rate: Optional[float]
+    # Wilson's 95 % interval.
+    success_rate_95: Interval
+    failure_reasons: Dict[str, int]
+    metrics: Dict[str, Metric] = dataclasses.field(repr=False)
+    # The whole file.
+    content: Dict[str, Any] = dataclasses.field(repr=False)
+
+    @staticmethod
+    def of(content: Dict[str, Any]) -> "Summary":
+        names = [field.name for field in dataclasses.fields(Metric)]
+        metrics = {
+            name: Metric(**{key: _interval(value[key]) for key in names})
+            for name, value in content["metrics"].items()
+        }
+        return Summary(
+            episodes=content["episodes"],
+            complete=content["complete"],
+            successes=content["successes"],
+            success_rate=content["success_rate"],
+            success_rate_95=_interval(content["success_rate_wilson_95"]),
+            failure_reasons=content["failure_reasons"],
+            metrics=metrics,
+            content=content,
+        )
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """A run that finished, was interrupted or is active."""
+
+    folder: pathlib.Path
+    # Content of run.json.
+    options: Dict[str, Any] = dataclasses.field(repr=False)
+    # None while the run is active.
+    summary: Optional[Summary]
+    # Finished episodes, in order.
+    episodes: List[Episode] = dataclasses.field(repr=False)
+
+    @property
+    def task(self) -> str:
+        return f"{self.options['task']}/{self.options['variation']}"
+
+    @functools.cached_property
+    def scores(self) -> Dict[str, np.ndarray]:
+        """Arrays by name of the score, with one value for each finished episode; nan if unavailable."""
+        rows = [episode.scores() for episode in self.episodes]
+        names = dict.fromkeys(name for row in rows for name in row)
+        return {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in names}
+
+    @property
+    def logs(self) -> Dict[int, pathlib.Path]:
+        """Path of each episode's log, for read_log()."""
+        return {episode.index: _log_in(_episode_folder(self.folder, episode.index)) for episode in self.episodes}
+
+    def to_pandas(self):
+        """A pandas DataFrame: one row for each episode, with its scores. Requires pandas."""
+        import pandas
+
+        keys = ("index", "seed", "success", "complete", "end_reason", "failure_reason")
+        rows = [{**{key: getattr(e, key) for key in keys}, **_renamed(e.scores())} for e in self.episodes]
+        return pandas.DataFrame(rows).set_index("index") if rows else pandas.DataFrame(columns=keys[1:])
+
+
+def read_run(folder) -> Run:
+    """Reads a finished, interrupted or active run.
+
+    Raises InputError, with file and line, if the folder is not a valid run.
+    """
+    folder = pathlib.Path(folder)
+    if (folder / "suite.json").exists():
+        runs = _json(folder / "suite.json")["runs"]
+        raise InputError(f"{folder} is a suite; read one of its runs: {', '.join(runs)}")
+    if not (folder / "run.json").exists():
+        raise InputError(f"{folder} is no run: it has no run.json")
+    summary = folder / "summary.json"
+    return Run(
+        folder=folder,
+        options=_json(folder / "run.json"),
+        summary=Summary.of(_json(summary)) if summary.exists() else None,
+        episodes=_episodes(folder / "episodes.jsonl"),
+    )
+
+
+def _interval(value):
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _renamed(scores):
+    # The metric "success" repeats the column of this name.
+    return {name: value for name, value in scores.items() if name != "success"}
+
+
+def _episode_folder(run, episode):
+    group = [] if episode < 10_000 else [f"{episode // 10_000}xxxx"]
+    return run.joinpath("episodes", *group, f"{episode:04}")
+
+
+def _log_in(episode_folder):
+    log = episode_folder / "events.lcmlog"
+    packed = episode_folder / "events.lcmlog.zst"  # evalbus run --log zstd
+    return packed if packed.exists() else log
+
+
+def _json(file):
+    try:
+        return json.loads(file.read_bytes())
+    except ValueError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def _episodes(file):
+    lines = file.read_bytes().split(b"\n")
+    episodes = {}
+    for number, line in enumerate(lines, 1):
+        if not line and number == len(lines):
+            break
+        try:
+            episode = Episode.of(json.loads(line))
+        except (ValueError, TypeError, KeyError) as error:
+            if number == len(lines):
+                break  # The last line is truncated: the run was killed while writing it.
+            raise InputError(f"{file}:{number}: no line of an episode: {error}") from None
+        if episode.index in episodes:
+            raise InputError(f"{file}:{number}: episode {episode.index} again")
+        episodes[episode.index] = episode
+    return [episodes[index] for index in sorted(episodes)]
+
+
+def _numbers(values, prefix):
+    for key, value in values.items():
+        if isinstance(value, dict):
+            yield from _numbers(value, f"{prefix}{key}.")
+        elif isinstance(value, (int, float)):
+            yield prefix + key, value

@@ -1,0 +1,300 @@
+"""evalbus.run, start, compare and Environment with the program evalbus.
+
+usage: evaluate_test.py BIN   (the folder of evalbus' programs)
+"""
+
+import support
+
+support.need("numpy", "msgpack", "websockets")
+
+import json
+import os
+import pathlib
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import evalbus
+import numpy as np
+
+BIN = os.path.abspath(sys.argv.pop(1))
+os.environ["EVALBUS_BIN"] = BIN
+
+# Prints the id of the program that it starts, then works until it is killed.
+ACTIVE_RUN = """
+import evalbus, sys
+with evalbus.start("lift_pot/position", "hold", episodes=1000, out=sys.argv[1], in_process=True) as active:
+    for event in active:
+        print(active._program.pid, flush=True)
+"""
+ACTIVE_ENVIRONMENT = """
+import evalbus
+with evalbus.Environment("lift_pot/position") as environment:
+    seen = environment.reset(0).observation
+    print(environment._program.pid, flush=True)
+    while True:
+        step = environment.step(seen["state"])
+        if step.episode:
+            environment.reset(0)
+"""
+
+
+def hold(observation):
+    return np.append(observation["state"][:14], [0, 0])
+
+
+def wait_for_end(pid):
+    """Returns when this process has ended."""
+    try:
+        descriptor = os.pidfd_open(pid)
+    except ProcessLookupError:
+        return
+    ended = select.select([descriptor], [], [], support.DEADLINE_S)[0]
+    os.close(descriptor)
+    assert ended, "a process was left behind"
+
+
+class EvaluateTest(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = pathlib.Path(scratch.name)
+
+    def run_here(self, task, policy="expert", out="run", **options):
+        return evalbus.run(task, policy, out=self.folder / out, in_process=True, **options)
+
+    def test_results_are_those_of_the_program(self):
+        support.evaluate(
+            BIN, "lift_pot/position", "--policy", "noisy_expert", "--episodes", "4", "--seed", "3", out=self.folder / "a"
+        )
+        run = self.run_here("lift_pot/position", "noisy_expert", out="b", episodes=4, seed=3)
+        lines = [(self.folder / name / "episodes.jsonl").read_bytes() for name in "ab"]
+        self.assertEqual(*lines)
+        self.assertEqual([episode.line for episode in run.episodes], [json.loads(x) for x in lines[0].splitlines()])
+        content = json.loads((self.folder / "a" / "summary.json").read_bytes())
+        self.assertEqual(run.summary.content, content)
+        self.assertEqual(run.summary.successes, sum(episode.success for episode in run.episodes))
+        self.assertEqual(run.summary.success_rate_95, tuple(content["success_rate_wilson_95"]))
+        time = run.summary.metrics["completion_time"]
+        self.assertAlmostEqual(time.mean, np.mean(run.scores["completion_time"][run.scores["success"] == 1]))
+        self.assertEqual(run.task, "lift_pot/position")
+
+    def test_a_function_is_a_policy(self):
+        thread = []
+
+        class Policy:
+            episodes = 0
+
+            def __call__(self, observation):
+                thread.append(threading.current_thread())
+                return hold(observation)
+
+            def reset(self):
+                self.episodes += 1
+
+        policy = Policy()
+        run = self.run_here("lift_pot", policy, episodes=2)
+        self.assertEqual([episode.end_reason for episode in run.episodes], ["time_limit"] * 2)
+        # The contract "plain" has 20 Hz.
+        self.assertEqual((run.options["control_hz"], policy.episodes), (20, 2))
+        # 20 s per episode; the last tick may be observed, too.
+        self.assertIn(len(thread), range(800, 803))
+        self.assertNotIn(threading.main_thread(), thread)
+
+    def test_events(self):
+        with evalbus.start("lift_pot", episodes=2, out=self.folder / "run", in_process=True) as active:
+            for event in active:
+                if event.kind == "episode":
+                    break
+            self.assertEqual((active.folder, event.episode.index), (self.folder / "run", 0))
+            # wait() continues after the event.
+            self.assertEqual(active.wait().summary.complete, 2)
+        with evalbus.start("lift_pot", episodes=2, out=self.folder / "other", in_process=True) as active:
+            kinds = [event.kind for event in active]
+        self.assertEqual(kinds, ["begin"] + ["episode_begin", "episode"] * 2 + ["summary"])
+
+    def test_leaving_the_context_stops_the_run(self):
+        with evalbus.start("lift_pot/position", "hold", episodes=1000, out=self.folder / "run", in_process=True) as active:
+            next(event for event in active if event.kind == "episode")
+        with self.assertRaisesRegex(evalbus.ProgramError, "stopped before its end"):
+            active.wait()
+        # Finished episodes stay.
+        self.assertEqual(evalbus.read_run(self.folder / "run").episodes[0].end_reason, "time_limit")
+
+    def test_compare(self):
+        a = self.run_here("lift_pot", "hold", out="a", episodes=2)
+        b = self.run_here("lift_pot", "expert", out="b", episodes=2)
+        comparison = evalbus.compare(a, self.folder / "b")
+        self.assertEqual(comparison.difference, -1)
+        self.assertIn("a", comparison.verdict)
+        self.assertEqual(comparison.metrics["subtask_progress"]["mean"], 0)
+        self.assertEqual(evalbus.compare(b, a).difference, 1)
+        with self.assertRaisesRegex(evalbus.InputError, "missing: no such run folder"):
+            evalbus.compare(a, self.folder / "missing")
+
+    def test_what_the_documentation_does(self):
+        names = {}
+        there = os.getcwd()
+        os.chdir(self.folder)
+        try:
+            for code in support.blocks("python.md")[:2]:
+                exec(code, names)
+        finally:
+            os.chdir(there)
+        self.assertEqual((names["mine"].summary.success_rate, names["expert"].summary.success_rate), (0, 1))
+        self.assertEqual(names["mine"].episodes[0].failure_reason, "timeout")
+
+    def assert_fails(self, error, words, task="lift_pot", policy="expert", **options):
+        with self.assertRaisesRegex(error, words) as caught:
+            self.run_here(task, policy, episodes=1, **options)
+        self.assertNotIn("\n", str(caught.exception))
+        shutil.rmtree(self.folder / "run", ignore_errors=True)
+        return caught.exception
+
+    def test_wrong_input(self):
+        self.assert_fails(evalbus.InputError, "unknown task 'lift_pott'; did you mean 'lift_pot'", task="lift_pott")
+        self.assert_fails(evalbus.InputError, 'there is no policy "nobody"', policy="nobody")
+        self.assert_fails(evalbus.InputError, "there is no option '--wrong'", wrong=1)
+        self.assert_fails(evalbus.InputError, "--json: expected one task", task="lift_pot/all")
+        self.assert_fails(evalbus.InputError, "1 steps of 7 values", policy=lambda _: np.zeros(7))
+        self.assert_fails(evalbus.ActionError, "not finite: .nan", policy=lambda _: np.full(16, np.nan))
+
+        def fail(_):
+            raise KeyError("images")
+
+        error = self.assert_fails(evalbus.PolicyError, "the policy raised KeyError: 'images'", policy=fail)
+        self.assertIsInstance(error.__cause__, KeyError)
+
+    def test_a_missing_program(self):
+        for value, words in ((str(self.folder), "EVALBUS_BIN="), ("", "was not found")):
+            command = [sys.executable, "-B", "-c", "import evalbus; evalbus.run('lift_pot')"]
+            package = shutil.copytree(
+                pathlib.Path(evalbus.__file__).parent, self.folder / f"package{bool(value)}" / "evalbus"
+            )
+            environment = {**os.environ, "EVALBUS_BIN": value, "PATH": "", "PYTHONPATH": str(package.parent)}
+            done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=support.DEADLINE_S)
+            self.assertRegex(done.stderr.splitlines()[-1], f"^evalbus.errors.ProgramError: .*{words}")
+
+    def test_a_killed_program(self):
+        with evalbus.start("lift_pot/position", "hold", episodes=1000, out=self.folder / "run", in_process=True) as active:
+            next(active)
+            os.kill(active._program.pid, signal.SIGKILL)
+            with self.assertRaisesRegex(evalbus.ProgramError, "^evalbus was killed: Killed$"):
+                active.wait()
+        with evalbus.Environment("lift_pot") as environment:
+            environment.reset(0)
+            os.kill(environment._program.pid, signal.SIGKILL)
+            with self.assertRaisesRegex(evalbus.ProgramError, "^evalbus was killed: Killed$"):
+                environment.reset(0)
+
+    def test_no_process_is_left_behind(self):
+        for code in (ACTIVE_RUN, ACTIVE_ENVIRONMENT):
+            for number in (signal.SIGKILL, signal.SIGINT):
+                with self.subTest(code=code, signal=number):
+                    out = tempfile.mkdtemp(dir=self.folder)
+                    command = [sys.executable, "-B", "-c", code, out]
+                    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+                        pid = int(process.stdout.readline())
+                        process.send_signal(number)
+                        process.wait(support.DEADLINE_S)
+                        wait_for_end(pid)
+
+
+class EnvironmentTest(unittest.TestCase):
+    def test_episodes_are_those_of_a_run(self):
+        """Replays the actions of a recorded run, of which one episode fails."""
+        seed = 7
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "run"
+            support.evaluate(
+                BIN, "lift_pot/position", "--policy", "noisy_expert", "--control-hz", "20", "--episodes", "10",
+                "--only", "8,9", "--seed", str(seed), out=out
+            )  # fmt: skip
+            run = evalbus.read_run(out)
+            self.assertEqual({episode.success for episode in run.episodes}, {True, False})
+            with evalbus.Environment("lift_pot/position") as environment:
+                for episode in run.episodes:
+                    log = evalbus.read_log(run.logs[episode.index])
+                    partial = log["EVALBUS_PARTIAL"]["metrics"]["completion_time_s"]
+                    action = log["EVALBUS_ACTION"]
+                    step = environment.reset(seed, episode.index)
+                    rows = np.hstack([action["joint_position_rad"], action["gripper_closing"]])
+                    for tick, row in enumerate(rows, 1):
+                        self.assertIsNone(step.episode)
+                        step = environment.step(row)
+                        self.assertEqual(step.metrics["completion_time"], partial[tick])
+                        if step.episode:
+                            break
+                    self.assertEqual(step.episode, episode)
+                    # The last observation is that of the last tick.
+                    joints = log["EVALBUS_STATE"]["arm"]["joint_position_rad"][-1].ravel()
+                    np.testing.assert_array_equal(step.observation["state"][:14], joints.astype(np.float32))
+
+    def test_observations_and_actions(self):
+        home = None
+        for control, size in (("joint", 16), ("joint_delta", 16), ("eef_pose", 14), ("eef_delta", 14)):
+            with evalbus.Environment("lift_pot", control=control, cameras=["head"], image_size=(64, 48)) as environment:
+                step = environment.reset(0)
+                self.assertEqual(environment.action_lower.shape, (size,))
+                self.assertTrue((environment.action_lower < environment.action_upper).all())
+                image = step.observation["images"]["head"]
+                self.assertEqual((image.shape, image.dtype), ((48, 64, 3), np.uint8))
+                self.assertGreater(len(np.unique(image)), 10)
+                state = step.observation["state"]
+                home = state if home is None else home
+                np.testing.assert_array_equal(state, home)
+                if control.endswith("delta"):
+                    # Without a delta, the arms stay where they are; grippers open.
+                    for _ in range(3):
+                        step = environment.step(np.zeros(size))
+                    np.testing.assert_allclose(step.observation["state"][:14], home[:14], atol=1e-3)
+                    # The first joint turns, or the left flange rises.
+                    delta = np.zeros(size)
+                    delta[0 if control == "joint_delta" else 2] = 0.02
+                    for _ in range(5):
+                        step = environment.step(delta)
+                    moved = step.observation["state"] - home
+                    self.assertGreater(np.abs(moved[:7]).max(), 0.01)
+                    np.testing.assert_allclose(moved[7:14], 0, atol=1e-3)
+        self.assertEqual(environment.task, "lift_pot/base")
+
+    def test_a_contract(self):
+        with evalbus.Environment("lift_pot", contract="plain") as environment:
+            step = environment.reset(0)
+            self.assertEqual(list(step.observation), ["state", "prompt"])
+            self.assertEqual(step.observation["prompt"], environment.instruction)
+            self.assertEqual(environment.contract, (support.SOURCE / "models/policies/plain.yaml").read_text())
+
+    def test_wrong_input(self):
+        for words, options in (
+            ("unknown task 'nothing'", {"task": "nothing"}),
+            ("--control levers: expected one of joint", {"control": "levers"}),
+            ("--image-size 64: expected WIDTHxHEIGHT", {"image_size": (64,)}),
+        ):
+            with self.assertRaisesRegex(evalbus.InputError, words):
+                evalbus.Environment(**{"task": "lift_pot", **options})
+        with evalbus.Environment("lift_pot", cameras=["nose"]) as environment:
+            with self.assertRaisesRegex(evalbus.InputError, "no camera 'nose'; this scene has head"):
+                environment.reset(0)
+        environment = evalbus.Environment("lift_pot")
+        with environment:
+            state = environment.reset(0).observation["state"]
+            for words, action in (
+                ("has the shape .3,., expected .16,", state[:3]),
+                ("value 15 of the action is not finite", np.append(state[:15], np.inf)),
+                ("is of type <U1", np.full(16, "a")),
+            ):
+                with self.assertRaisesRegex(evalbus.ActionError, words):
+                    environment.step(action)
+            # The environment is still usable.
+            self.assertIsNone(environment.step(state).episode)
+        with self.assertRaisesRegex(evalbus.InputError, "the environment is closed"):
+            environment.step(state)
+
+
+support.main()
