@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "base/installed.h"
+
 namespace evalbus {
 
 std::filesystem::path FindProgram(const std::string& name) {
@@ -15,6 +17,15 @@ std::filesystem::path FindProgram(const std::string& name) {
     std::filesystem::path program = std::filesystem::path(folder) / name;
     if (access(program.c_str(), X_OK) == 0) return program;
   }
+  const std::filesystem::path beside = ProgramFolder() / name;
+  if (access(beside.c_str(), X_OK) == 0) return beside;
+  return {};
+}
+
+std::filesystem::path FindFfmpeg() {
+  if (std::filesystem::path program = FindProgram("ffmpeg"); !program.empty()) return program;
+  const char* const named = std::getenv("EVALBUS_FFMPEG");
+  if (named && access(named, X_OK) == 0) return named;
   return {};
 }
 

@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "base/errors.h"
+#include "base/installed.h"
 #include "models/task_description.h"
 #include "models/task_family.h"
 #include "models/yaml_reader.h"
@@ -106,13 +107,9 @@ std::filesystem::path ModelsFolder() {
   namespace fs = std::filesystem;
   if (const char* folder = std::getenv("EVALBUS_MODELS"); folder && *folder) return folder;
   // Either beside the installed program, or the source tree in which the program was built.
+  const fs::path folder = SharedData("models", EVALBUS_MODELS_FOLDER);
   std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path beside = (program.parent_path() / "../share/evalbus/models").lexically_normal();
-  for (const fs::path& folder : {beside, fs::path(EVALBUS_MODELS_FOLDER)}) {
-    if (fs::is_directory(folder / "tasks", error)) return folder;
-  }
-  return "/usr/share/evalbus/models";
+  return fs::is_directory(folder / "tasks", error) ? folder : "/usr/share/evalbus/models";
 }
 
 std::filesystem::path TasksFolder() { return ModelsFolder() / "tasks"; }

@@ -19,6 +19,7 @@
 
 #include "base/disk.h"
 #include "base/errors.h"
+#include "base/installed.h"
 
 namespace evalbus::runner {
 namespace {
@@ -69,9 +70,7 @@ std::string Life(pid_t pid) {
 
 }  // namespace
 
-std::filesystem::path Processes::BinaryFolder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
-}
+std::filesystem::path Processes::BinaryFolder() { return ProgramFolder(); }
 
 void Processes::Start(const std::string& name, const std::vector<std::string>& command,
                       const std::filesystem::path& log_file, int input) {

@@ -5,9 +5,11 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <string>
 
+#include "base/errors.h"
 #include "base/find_program.h"
 #include "base/realtime.h"
 #include "bus/bus.h"
@@ -17,6 +19,7 @@
 #include "runner/components.h"
 #include "runner/processes.h"
 #include "runner/version.h"
+#include "viz/images/painter/gl_context.h"
 
 namespace evalbus::commands {
 namespace {
@@ -26,10 +29,32 @@ void Print(bool good, const std::string& what, const std::string& fix = "") {
   if (!good && !fix.empty()) fmt::print("      fix: {}\n", fix);
 }
 
+// Path of the loaded library that defines the symbol.
+std::string LibraryOf(const char* symbol) {
+  Dl_info library{};
+  if (dladdr(dlsym(RTLD_DEFAULT, symbol), &library) == 0) return "unknown";
+  return std::filesystem::path(library.dli_fname).lexically_normal().string();
+}
+
+// Prints how videos are made, and what is missing for them.
+void PrintVideos() {
+  std::string renderer;
+  try {
+    const std::string gl = viz::GlInUse();
+    renderer = fmt::format(": {}, {}", gl, LibraryOf("OSMesaCreateContextExt"));
+  } catch (const EnvironmentError&) {
+    // The library is missing; the fix below names its package.
+  }
+  Print(!renderer.empty(), "OSMesa, which renders videos" + renderer, "apt-get install libosmesa6");
+  const std::string ffmpeg = FindFfmpeg().string();
+  Print(!ffmpeg.empty(), "ffmpeg, which encodes videos" + (ffmpeg.empty() ? "" : ": " + ffmpeg),
+        kInstallFfmpeg);
+}
+
 // Prints one line per check. Returns 0 if runs with separate processes work, else 2.
 int Doctor() {
-  fmt::print("evalbus {} ({}{}), MuJoCo {}\n", kVersion, kGitCommit, kGitDirty ? ", modified" : "",
-             mj_versionString());
+  fmt::print("evalbus {} ({}{}), MuJoCo {} ({})\n", kVersion, kGitCommit, kGitDirty ? ", modified" : "",
+             mj_versionString(), LibraryOf("mj_versionString"));
 
   const std::string why = WhyNoMulticast(ReservedBus::Draw().url());
   Print(why.empty(), "LCM multicast on this machine" + (why.empty() ? "" : ": " + why));
@@ -55,11 +80,7 @@ int Doctor() {
   }
   if (all_programs) Print(true, "component programs in " + runner::Processes::BinaryFolder().string());
 
-  void* osmesa = dlopen("libOSMesa.so.8", RTLD_LAZY);
-  Print(osmesa != nullptr, "OSMesa, which renders videos", "apt-get install libosmesa6");
-  if (osmesa) dlclose(osmesa);
-  const bool has_ffmpeg = !FindProgram("ffmpeg").empty();
-  Print(has_ffmpeg, "ffmpeg, which encodes videos", "apt-get install ffmpeg");
+  PrintVideos();
 
   try {
     Print(true,

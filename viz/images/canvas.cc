@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <string>
 
 #include "base/errors.h"
+#include "base/installed.h"
 #include "base/text.h"
 
 namespace evalbus::viz {
@@ -22,16 +25,18 @@ struct Fonts {
   Fonts() {
     FT_Library library = nullptr;
     FT_Init_FreeType(&library);
-    const auto load = [library](const char* file) {
+    const std::filesystem::path folder = SharedData("fonts", EVALBUS_FONT_FOLDER);
+    const auto load = [&](const char* name) {
+      const std::string file = folder / name;
       FT_Face face = nullptr;
-      if (FT_New_Face(library, file, 0, &face) != 0) {
-        throw EnvironmentError(std::string("cannot read the font ") + file +
+      if (FT_New_Face(library, file.c_str(), 0, &face) != 0) {
+        throw EnvironmentError("cannot read the font " + file +
                                ": install it with 'apt-get install fonts-dejavu-core'");
       }
       return cairo_ft_font_face_create_for_ft_face(face, FT_LOAD_NO_HINTING);
     };
-    normal = load(EVALBUS_FONT_FOLDER "/DejaVuSans.ttf");
-    bold = load(EVALBUS_FONT_FOLDER "/DejaVuSans-Bold.ttf");
+    normal = load("DejaVuSans.ttf");
+    bold = load("DejaVuSans-Bold.ttf");
   }
 
   cairo_font_face_t* normal;

@@ -132,7 +132,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   std::vector<char*> argv;
   for (const std::string& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  const std::string program = FindProgram("ffmpeg").string();
+  const std::string program = FindFfmpeg().string();
   // Removes LD_LIBRARY_PATH: libraries that the user prepends for other programs may be incompatible with
   // ffmpeg.
   std::vector<char*> environment;
@@ -148,9 +148,9 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   if (error != 0) {
     ffmpeg_ = -1;
     CloseFiles();
-    throw EnvironmentError(error == ENOENT
-                               ? "videos need the ffmpeg program: install it with 'apt-get install ffmpeg'"
-                               : std::string("cannot start ffmpeg: ") + std::strerror(error));
+    throw EnvironmentError(error == ENOENT ? std::string("videos need the ffmpeg program: install it with ") +
+                                                 kInstallFfmpeg
+                                           : std::string("cannot start ffmpeg: ") + std::strerror(error));
   }
 }
 

@@ -1,22 +1,25 @@
 #include "viz/viewer/page_files.h"
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string_view>
 
 #include "base/errors.h"
+#include "base/installed.h"
 
 namespace evalbus::viz {
 namespace {
 
 // Folder in which Debian's libjs-three installs three.js.
-constexpr char kFolder[] = "/usr/share/javascript/three/";
+constexpr char kDebiansFolder[] = "/usr/share/javascript/three";
 
 std::string Read(const std::string& name) {
-  std::ifstream file(kFolder + name, std::ios::binary);
+  const std::filesystem::path path = SharedData("three", kDebiansFolder) / name;
+  std::ifstream file(path, std::ios::binary);
   if (!file) {
     throw EnvironmentError("the viewer needs three.js: install it with 'apt-get install libjs-three' (no " +
-                           (kFolder + name) + ")");
+                           path.string() + ")");
   }
   return {std::istreambuf_iterator<char>(file), {}};
 }

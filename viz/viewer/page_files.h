@@ -1,5 +1,5 @@
-// The page's own files, embedded as text by CMake, and the files of Debian's libjs-three, which are read from
-// the installed package.
+// The page's own files, embedded as text by CMake, and the files of Debian's libjs-three, which are read
+// where the package, or the Python wheel of evalbus, has installed them.
 #pragma once
 
 #include <span>

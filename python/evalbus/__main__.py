@@ -1,0 +1,34 @@
+"""The commands `evalbus` and `python -m evalbus` of the wheel: start the program that the wheel contains."""
+
+import os
+import pathlib
+import signal
+import sys
+
+PROGRAM = pathlib.Path(__file__).resolve().parent / "bin" / "evalbus"
+
+
+def environment():
+    """Environment for the program: the process's own, and where PyPI's ffmpeg is, for machines without ffmpeg."""
+    own = dict(os.environ)
+    try:
+        import imageio_ffmpeg
+
+        own.setdefault("EVALBUS_FFMPEG", imageio_ffmpeg.get_ffmpeg_exe())
+    except (ImportError, RuntimeError):
+        pass  # The program reports a missing ffmpeg when it needs one.
+    return own
+
+
+def main():
+    if not PROGRAM.exists():
+        sys.exit("error: this installation of evalbus has no programs: it was made from python/; install the wheel that "
+                 "scripts/wheel makes")  # fmt: skip
+    # Python ignores these signals, and the program would inherit that.
+    for number in (signal.SIGPIPE, signal.SIGXFSZ):
+        signal.signal(number, signal.SIG_DFL)
+    os.execve(PROGRAM, [str(PROGRAM), *sys.argv[1:]], environment())
+
+
+if __name__ == "__main__":
+    main()
