@@ -24,7 +24,11 @@ RunSummary WriteRunSummary(const std::filesystem::path& folder) {
     lines += episode.text + "\n";
   }
   if (!lines.empty()) WriteWhole(folder / kEpisodesJsonl, lines);
-  RunSummary summary{recorded.Statistics().Summary(true), nullptr, PolicyNotes(recorded)};
+  RunSummary summary{recorded.Statistics().Summary(true), nullptr, PolicyNotes(recorded), {}};
+  for (const RecordedEpisode& episode : recorded.episodes) {
+    if (!episode.complete || episode.success || !episode.judged()) continue;
+    summary.failed.push_back({episode.episode, episode.failure_reason, episode.cause});
+  }
   auto json = metrics::SummaryJson(recorded.task, recorded.variation, summary.statistics);
   if (is_realtime) summary.pacing = json["pacing"] = RunPacing(episodes);
   WriteWhole(folder / kSummaryJson, ToText(json, 2) + "\n");
