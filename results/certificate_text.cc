@@ -100,11 +100,12 @@ std::string FlippedSeeds(const Certificate& certificate) {
   const std::string& reference = certificate.engines.front();
   for (const PolicyOnEngine& one : certificate.comparisons) {
     for (const TaskComparison& task : one.comparison.tasks) {
-      for (const FlippedPair& pair : task.flipped) {
-        const std::string &good = pair.success ? one.engine : reference,
-                          &bad = pair.success ? reference : one.engine;
+      for (const ComparedPair& pair : task.flipped()) {
+        const std::string &good = pair.run.success ? one.engine : reference,
+                          &bad = pair.run.success ? reference : one.engine;
         lines.push_back(fmt::format("{}, {}, seed {} (episode {}): success on {}, {} on {}\n", one.policy,
-                                    task.name(), pair.seed, pair.episode, good, pair.failure_reason, bad));
+                                    task.name(), pair.seed, pair.run.episode, good,
+                                    pair.failed().failure_reason, bad));
       }
     }
   }
@@ -159,13 +160,13 @@ ordered_json JsonOf(const PolicyOnEngine& one, const StageNames& stages) {
                        {"partings", ordered_json::array()},
                        {"remarks", one.comparison.remarks}};
   for (const TaskComparison& task : one.comparison.tasks) {
-    for (const FlippedPair& pair : task.flipped) {
+    for (const ComparedPair& pair : task.flipped()) {
       json["flips"].push_back({{"task", task.name()},
                                {"seed", pair.seed},
-                               {"episode", pair.episode},
-                               {"reference_episode", pair.baseline_episode},
-                               {"succeeded_here", pair.success},
-                               {"failure_reason", pair.failure_reason}});
+                               {"episode", pair.run.episode},
+                               {"reference_episode", pair.baseline.episode},
+                               {"succeeded_here", pair.run.success},
+                               {"failure_reason", pair.failed().failure_reason}});
     }
   }
   for (const StageParting& parting : one.partings) {

@@ -251,7 +251,7 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
   html->Close();
 }
 
-void DrawShare(double share, double lower, double upper, bool scale, Markup* html) {
+void DrawShare(double share, double lower, double upper, bool scale, Markup* html, const char* css_class) {
   const std::string middle = "9";
   html->Open("svg", {{"class", scale ? "share scale" : "share"},
                      {"role", "img"},
@@ -259,7 +259,7 @@ void DrawShare(double share, double lower, double upper, bool scale, Markup* htm
                                                 lower * 100, upper * 100)}});
   html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});
   html->Empty("rect",
-              {{"class", "good"}, {"x", "0"}, {"y", "2"}, {"width", CssPercent(share)}, {"height", "14"}});
+              {{"class", css_class}, {"x", "0"}, {"y", "2"}, {"width", CssPercent(share)}, {"height", "14"}});
   html->Empty("line", {{"class", "whisker"},
                        {"x1", CssPercent(lower)},
                        {"x2", CssPercent(upper)},

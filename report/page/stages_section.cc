@@ -89,33 +89,4 @@ void WriteStages(const RunSection& section) {
   });
 }
 
-void WriteMade(const RunSection& section) {
-  Markup* html = section.html;
-  const auto row = [&](const std::string& key, const std::string& value) {
-    html->Element("tr", {}, [&] {
-      html->Element("th", {{"scope", "row"}}, key);
-      html->Element("td", {}, value);
-    });
-  };
-  const auto json_row = [&](const std::string& key, const nlohmann::ordered_json& value) {
-    row(key, value.is_string() ? value.get<std::string>() : value.dump());
-  };
-  html->Element("section", {}, [&] {
-    html->Element(section.heading, {{"id", section.id + "made"}}, "How it was made");
-    html->Element("table", {{"class", "made"}}, [&] {
-      html->Element("tbody", {}, [&] {
-        for (const auto& [key, value] : section.run.run.info.items()) {
-          if (!value.is_object()) {
-            json_row(key, value);
-            continue;
-          }
-          for (const auto& [part, of_part] : value.items())
-            json_row(fmt::format("{}.{}", key, part), of_part);
-        }
-        for (const auto& [key, hash] : section.run.model_hashes) row(key, hash);
-      });
-    });
-  });
-}
-
 }  // namespace evalbus::report
