@@ -63,6 +63,7 @@ Bus::Bus(const std::string& url, int64_t session, int64_t instance)
     throw InputError("bus URL '" + url + "': expected udpm://ADDRESS:PORT?ttl=0 or memq://");
   }
   if (IsMulticast(url)) {
+    CheckMulticastAddress(url);
     CheckReceiveBuffer(url);
     CheckLimits(url);
   }

@@ -21,6 +21,7 @@
 #include "base/errors.h"
 #include "base/find_program.h"
 #include "bus/bus.h"
+#include "bus/udpm/multicast_receiver.h"
 
 namespace evalbus {
 namespace {
@@ -104,6 +105,7 @@ ReservedBus ChooseBus(const std::string& asked) {
     if (!asked.starts_with("udpm://")) {
       throw InputError("--url " + asked + ": expected udpm://ADDRESS:PORT?ttl=0");
     }
+    CheckMulticastAddress(asked);
     CheckReceiveBuffer(asked);
     const std::string why = WhyNoMulticast(asked);
     if (!why.empty()) throw EnvironmentError(why);

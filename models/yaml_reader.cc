@@ -261,6 +261,17 @@ std::optional<double> YamlMap::Angle(const std::string& stem, NumberRange range_
   return std::nullopt;
 }
 
+namespace {
+
+// Names the bracket, which the parser's own text does not.
+std::string YamlErrorText(const std::string& error) {
+  if (error == "end of sequence flow not found") return "a '[' is not closed";
+  if (error == "end of map flow not found") return "a '{' is not closed";
+  return error;
+}
+
+}  // namespace
+
 YamlValue ParseYaml(const std::string& text, const std::string& file) {
   CheckEncoding(text, file);
   try {
@@ -272,8 +283,8 @@ YamlValue ParseYaml(const std::string& text, const std::string& file) {
     CheckNode(document, file, 0, &count);
     return YamlValue(document, file, "");
   } catch (const YAML::Exception& error) {
-    throw InputError(
-        OneLine(file + ":" + std::to_string(error.mark.line + 1) + ": not valid YAML: " + error.msg));
+    throw InputError(OneLine(file + ":" + std::to_string(error.mark.line + 1) +
+                             ": not valid YAML: " + YamlErrorText(error.msg)));
   }
 }
 

@@ -1,6 +1,7 @@
 #include "plans/plan.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -208,22 +209,36 @@ Plan ReadPlan(const fs::path& file) {
   plan.name = file.stem().string();
   if (const YamlValue* name = map.Find("plan")) plan.name = name->Text();
   std::set<std::string> names;
+  // All wrong policies and tasks are reported together.
+  std::vector<std::string> mistakes;
+  const auto collect = [&](const auto& read) {
+    try {
+      read();
+    } catch (const InputError& error) {
+      mistakes.emplace_back(error.what());
+    }
+  };
   for (const YamlValue& value : map["policies"].List()) {
-    plan.policies.push_back(ReadPolicy(value, file));
-    const std::string& name = plan.policies.back().name;
-    if (!names.insert(name).second)
-      value.Fail("two policies have the name '" + name + "'; give each a 'name'");
+    collect([&] {
+      plan.policies.push_back(ReadPolicy(value, file));
+      const std::string& name = plan.policies.back().name;
+      if (!names.insert(name).second)
+        value.Fail("two policies have the name '" + name + "'; give each a 'name'");
+    });
   }
-  if (plan.policies.empty()) map["policies"].Fail("expected at least one policy");
+  if (plan.policies.empty() && mistakes.empty()) map["policies"].Fail("expected at least one policy");
   const YamlValue& tasks = map["tasks"];
   std::vector<std::string> asked = tasks.is_list() ? tasks.Texts() : std::vector{tasks.Text()};
   for (std::string& task : asked) task = FromPlan(task, file);
-  try {
-    plan.tasks = runner::ExpandTasks(asked);
-  } catch (const InputError& error) {
-    tasks.Fail(error.what());
-  }
-  if (plan.tasks.empty()) tasks.Fail("expected at least one task");
+  collect([&] {
+    try {
+      plan.tasks = runner::ExpandTasks(asked);
+    } catch (const InputError& error) {
+      tasks.Fail(error.what());
+    }
+    if (plan.tasks.empty()) tasks.Fail("expected at least one task");
+  });
+  if (!mistakes.empty()) throw InputError(fmt::format("{}", fmt::join(mistakes, "; ")));
   if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
   if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
   if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);

@@ -1,6 +1,7 @@
 #include "plans/plan_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -14,6 +15,7 @@
 #include "report/page/plan_page.h"
 #include "report/viewer_pack.h"
 #include "results/comparison.h"
+#include "results/conclusion.h"
 #include "results/run_reader.h"
 #include "results/run_summary.h"
 #include "runner/version.h"
@@ -33,9 +35,10 @@ class ReportWithEpisodes {
   }
   const std::string& url() const { return url_; }
   // URL of the page's player for an episode; empty if the page does not contain the episode.
-  std::string UrlOf(size_t run, int episode) const {
-    if (text_.find(fmt::format("data-block=\"episode/{}/{}\"", run, episode)) == std::string::npos) return "";
-    return fmt::format("{}#view:run={},episode={}", url_, run, episode);
+  std::string UrlOf(size_t run, const results::RecordedEpisode& episode) const {
+    const std::string block = fmt::format("data-block=\"episode/{}/{}\"", run, episode.episode);
+    if (text_.find(block) == std::string::npos) return "";
+    return url_ + report::PlayerUrl({static_cast<int>(run), episode.episode}, episode.cause);
   }
 
  private:
@@ -51,12 +54,30 @@ void AddEpisodes(const RecordedRun& recorded, size_t run, const ReportWithEpisod
       const bool is_wanted =
           cell->episodes.empty() || (!success && !failed->contains(episode.failure_reason));
       if (!episode.complete || episode.success != success || !is_wanted) continue;
-      const std::string url = page.UrlOf(run, episode.episode);
+      const std::string url = page.UrlOf(run, episode);
       if (url.empty()) break;  // failures were packed first, and in order
       if (cell->episodes.empty()) cell->episodes.push_back({fmt::format("episode {}", episode.episode), url});
       if (!success) failed->emplace(episode.failure_reason, url);
     }
   }
+}
+
+// The order of the policies in one sentence, for example "a > b > c; all decided".
+std::string VerdictOf(const PlanResults& results) {
+  std::vector<std::string> parts;
+  if (results.ranking.empty()) {
+    for (const results::Comparison& comparison : results.comparisons)
+      parts.push_back(results::Headline(comparison));
+    return fmt::format("{}", fmt::join(parts, "; "));
+  }
+  std::string order = results.ranking.front().name;
+  for (size_t i = 1; i < results.ranking.size(); ++i) {
+    const results::RankedRun &above = results.ranking[i - 1], &below = results.ranking[i];
+    const bool differs = above.letters.find_first_of(below.letters) == std::string::npos;
+    order += (differs ? " > " : " ≈ ") + below.name;
+    if (!differs) parts.push_back(above.name + " and " + below.name);
+  }
+  return order + (parts.empty() ? "; all decided" : fmt::format("; not decided: {}", fmt::join(parts, ", ")));
 }
 
 }  // namespace
@@ -158,7 +179,7 @@ void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
     if (i < results.stops.size()) text += " The plan: " + results.stops[i] + ".";
     report.verdicts.push_back({.policy = policy,
                                .text = text,
-                               .p = comparison.success.p_adjusted,
+                               .difference = results::DifferenceText(comparison.success),
                                .judgment = results::Word(comparison.success.judgment()),
                                .url = report::Url(fs::relative(page, folder.path()))});
   }
@@ -170,6 +191,7 @@ void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
                 "adjusted by Bonferroni for the policies that are compared.",
                 plan.options.episodes, plan.until->max_episodes);
   report.ranking = results.ranking;
+  report.verdict = VerdictOf(results);
   WriteWhole(folder.path() / "report.html", report::PlanPage(report, made_by));
 }
 

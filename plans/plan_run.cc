@@ -14,12 +14,14 @@
 #include "base/json_file.h"
 #include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/styled_text.h"
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "metrics/statistics/sequential_mcnemar.h"
 #include "plans/plan_report.h"
 #include "results/comparison.h"
+#include "results/conclusion.h"
 #include "results/run_reader.h"
 #include "results/summary_table.h"
 #include "runner/suite.h"
@@ -230,7 +232,9 @@ void FinishPlan(const PlanFolder& folder, int workers) {
   MakeVideos(folder, workers);
   const PlanResults results = ReadPlanResults(folder);
   for (const results::Comparison& comparison : results.comparisons) {
-    fmt::print("\n{}\n", results::Conclusion(comparison));
+    const std::string headline = results::Headline(comparison) + ".";
+    fmt::print("\n{}\n{}\n", Styled(headline, Style::kStrong, UsesColors(stdout)),
+               results::Evidence(comparison));
   }
   if (!results.ranking.empty()) fmt::print("\n{}", results::RankingText(results.ranking));
   std::vector<runner::Job> pages;

@@ -25,16 +25,18 @@ struct PackedRuns {
   void AddPairs(const results::TaskComparison& task, std::vector<std::vector<ViewerPack::Wanted>>* flipped,
                 std::vector<std::vector<ViewerPack::Wanted>>* others) {
     const int baseline = Number(task.baseline_folder), run = Number(task.folder);
-    for (const results::FlippedPair& pair : task.flipped) {
-      flipped->push_back({{baseline, pair.baseline_episode}, {run, pair.episode}});
+    for (const results::ComparedPair& pair : task.pairs) {
+      (pair.is_flipped() ? flipped : others)
+          ->push_back({{baseline, pair.baseline.episode}, {run, pair.run.episode}});
     }
-    for (const results::RecordedEpisode& a : runs[static_cast<size_t>(baseline)]->episodes) {
-      const bool is_flipped =
-          std::ranges::find(task.flipped, a.seed, &results::FlippedPair::seed) != task.flipped.end();
-      const auto& episodes = runs[static_cast<size_t>(run)]->episodes;
-      const auto b = std::ranges::find(episodes, a.seed, &results::RecordedEpisode::seed);
-      if (!is_flipped && b != episodes.end()) others->push_back({{baseline, a.episode}, {run, b->episode}});
-    }
+  }
+  // Shows the pair at the decisive moment of the side that failed; empty if the page lacks one of the
+  // episodes.
+  std::string PlayerUrlOf(const results::TaskComparison& task, const results::ComparedPair& pair) {
+    const PlayerPlace baseline{Number(task.baseline_folder), pair.baseline.episode};
+    const PlayerPlace run{Number(task.folder), pair.run.episode};
+    if (!pack.has(baseline.run, baseline.episode) || !pack.has(run.run, run.episode)) return "";
+    return PlayerUrl(run, pair.is_flipped() ? pair.failed().cause : pair.run.cause, baseline);
   }
 
   ViewerPack pack;
@@ -51,11 +53,16 @@ BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
   ComparisonPageParts parts{
       .comparisons = comparisons,
       .videos = [&](const std::filesystem::path& run, int episode) { return links.Videos(run, episode); },
+      .player_url = [](const auto&, const auto&) { return std::string(); },
       .viewer = {},
       .viewer_notes = {},
       .made_by = made_by};
+  if (most == 0) return {ComparisonPage(parts), ""};
+  // Determines the size of the page; links of about this length follow.
+  parts.player_url = [](const auto&, const auto&) {
+    return std::string("#view:run=00,episode=0000,t=00.000");
+  };
   const std::string without_viewer = ComparisonPage(parts);
-  if (most == 0) return {without_viewer, ""};
   PackedRuns packed(links);
   std::vector<std::vector<ViewerPack::Wanted>> flipped, others;
   for (const results::Comparison& comparison : comparisons) {
@@ -66,6 +73,9 @@ BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
   packed.pack.Pack(flipped, without_viewer.size(), most);
   parts.viewer_notes = packed.pack.remarks();
   parts.viewer = packed.pack.Viewer();
+  parts.player_url = [&](const results::TaskComparison& task, const results::ComparedPair& pair) {
+    return packed.PlayerUrlOf(task, pair);
+  };
   return {ComparisonPage(parts), packed.pack.Note()};
 }
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
+#include <optional>
 #include <utility>
 
 #include "base/errors.h"
@@ -11,6 +13,7 @@
 #include "report/episode_tracks.h"
 #include "report/page/report_page.h"
 #include "report/page_links.h"
+#include "report/stills.h"
 #include "report/viewer_pack.h"
 #include "results/episode_logs.h"
 #include "results/pacing.h"
@@ -75,6 +78,14 @@ void AddCurves(const std::vector<Choice>& choices, bool asked_for, ReportRun* re
   }
 }
 
+// For example "expert succeeds in 19 of 20 episodes of lift_pot/position".
+std::string TitleOf(const results::RecordedRun& run) {
+  const metrics::RunSummary summary = run.Statistics().Summary(false);
+  if (summary.judged == 0) return run.policy + " on " + run.task_name();
+  return fmt::format("{} succeeds in {} of {} of {}", run.policy, summary.successes,
+                     Plural(summary.judged, "episode"), run.task_name());
+}
+
 // Returns null unless the run is a realtime run of which every episode has its pacing.
 nlohmann::ordered_json Pacing(const results::RecordedRun& run) {
   if (!run.info.value("realtime", false)) return nullptr;
@@ -84,8 +95,9 @@ nlohmann::ordered_json Pacing(const results::RecordedRun& run) {
 }
 
 ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, bool in_suite,
-                   const PageLinks& links) {
+                   const PageLinks& links, const CommandOf& command_of) {
   ReportRun report;
+  report.command = command_of(run.info);
   report.summary = run.Statistics().Summary(true);
   report.remarks = run.Remarks();
   report.notes = results::PolicyNotes(run);
@@ -108,6 +120,44 @@ ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, b
   return report;
 }
 
+// Adds images of the decisive moments of failures, of at most kMaxStills in all.
+void AddStills(Report* report) {
+  const size_t of_each = std::max<size_t>(1, kMaxStills / report->runs.size());
+  size_t left = kMaxStills;
+  std::optional<StillRenderer> renderer;
+  for (ReportRun& run : report->runs) {
+    size_t drawn = 0;
+    for (const results::RecordedEpisode& episode : run.run.episodes) {
+      if (drawn == of_each || left == 0) break;
+      if (!episode.complete || episode.success || !episode.judged() || episode.cause.text.empty()) continue;
+      if (!renderer) renderer.emplace();
+      ++drawn;
+      --left;
+      try {
+        run.moments[episode.episode].image = renderer->DrawMoment(run.run, episode);
+      } catch (const InputError& error) {
+        run.remarks.push_back(fmt::format("no image of episode {}: {}", episode.episode, error.what()));
+      }
+    }
+  }
+}
+
+// Links the failures to their decisive moments in the page's viewer, which opens the first of them. has:
+// whether the page has this episode of this run.
+void LinkMoments(const std::function<bool(int run, int episode)>& has, Report* report) {
+  report->opened.clear();
+  for (size_t k = 0; k < report->runs.size(); ++k) {
+    ReportRun& run = report->runs[k];
+    for (const results::RecordedEpisode& episode : run.run.episodes) {
+      if (!episode.complete || episode.success || !episode.judged()) continue;
+      const PlayerPlace place{static_cast<int>(k), episode.episode};
+      const std::string url = has(place.run, place.episode) ? PlayerUrl(place, episode.cause) : "";
+      if (report->opened.empty()) report->opened = url;
+      run.moments[episode.episode].url = url;
+    }
+  }
+}
+
 // Packs each run's episodes with curves first, then its failures, then the others; in a suite one episode of
 // each run, then the next one of each. Returns a sentence about the packed episodes.
 std::string AddViewer(const std::vector<int>& episodes, size_t most, const PageLinks& links, Report* report) {
@@ -127,27 +177,34 @@ std::string AddViewer(const std::vector<int>& episodes, size_t most, const PageL
       if (k < order[run].size()) wanted.push_back({{static_cast<int>(run), order[run][k]}});
     }
   }
+  // For the size of the page, all failures have links.
+  LinkMoments([](int, int) { return true; }, report);
   pack.Pack(wanted, ReportPage(*report).size(), most);
   for (const std::string& remark : pack.remarks()) report->remarks.push_back(remark);
   report->viewer = pack.Viewer();
+  LinkMoments([&](int run, int episode) { return pack.has(run, episode); }, report);
   return pack.Note();
 }
 
 }  // namespace
 
 BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& file,
-                    const std::vector<int>& episodes, const std::string& made_by, size_t most) {
+                    const std::vector<int>& episodes, const std::string& made_by, size_t most,
+                    const CommandOf& command_of) {
   const PageLinks links(file);
   Report report;
   report.made_by = made_by;
   report.title = runs.is_suite ? fmt::format("{} in {}", Plural(runs.runs.size(), "run"), runs.name)
-                               : runs.runs[0].task_name();
+                               : TitleOf(runs.runs[0]);
   for (results::RecordedRun& run : runs.runs) {
-    report.runs.push_back(Describe(std::move(run), episodes, runs.is_suite, links));
+    report.runs.push_back(Describe(std::move(run), episodes, runs.is_suite, links, command_of));
   }
   for (const std::string& missing : runs.missing) report.remarks.push_back("no finished episode: " + missing);
   std::string note;
-  if (most > 0) note = AddViewer(episodes, most, links, &report);
+  if (most > 0) {
+    AddStills(&report);
+    note = AddViewer(episodes, most, links, &report);
+  }
   return {ReportPage(report), note};
 }
 

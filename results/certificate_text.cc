@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "base/percent.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "metrics/statistics/wilson.h"
@@ -33,9 +34,7 @@ Flips FlipsOn(const std::string& engine, const Certificate& certificate) {
   return sum;
 }
 
-std::string Percent(int successes, int trials) {
-  return trials > 0 ? fmt::format("{:.0f} %", 100.0 * successes / trials) : "-";
-}
+std::string ShareText(int successes, int trials) { return Percent(static_cast<double>(successes) / trials); }
 
 std::string StageName(const StageParting& parting, const StageNames& stages) {
   const auto task = stages.find(parting.task);
@@ -65,8 +64,8 @@ std::string Table(const Certificate& certificate) {
     const int pairs = success.pairs.pairs();
     const metrics::Interval share = metrics::WilsonInterval(one.flipped(), pairs);
     text += CertificateRow(
-        one.policy, width, one.engine, Percent(success.baseline_successes, success.baseline_trials),
-        Percent(success.successes, success.trials), fmt::format("{} of {}", one.flipped(), pairs),
+        one.policy, width, one.engine, ShareText(success.baseline_successes, success.baseline_trials),
+        ShareText(success.successes, success.trials), fmt::format("{} of {}", one.flipped(), pairs),
         fmt::format("{:.0f} to {:.0f} %", 100 * share.lower, 100 * share.upper),
         std::to_string(success.pairs.only_b), std::to_string(success.pairs.only_a), PText(success.p),
         PText(success.p_adjusted));
@@ -101,11 +100,12 @@ std::string FlippedSeeds(const Certificate& certificate) {
   const std::string& reference = certificate.engines.front();
   for (const PolicyOnEngine& one : certificate.comparisons) {
     for (const TaskComparison& task : one.comparison.tasks) {
-      for (const FlippedPair& pair : task.flipped) {
-        const std::string &good = pair.success ? one.engine : reference,
-                          &bad = pair.success ? reference : one.engine;
+      for (const ComparedPair& pair : task.flipped()) {
+        const std::string &good = pair.run.success ? one.engine : reference,
+                          &bad = pair.run.success ? reference : one.engine;
         lines.push_back(fmt::format("{}, {}, seed {} (episode {}): success on {}, {} on {}\n", one.policy,
-                                    task.name(), pair.seed, pair.episode, good, pair.failure_reason, bad));
+                                    task.name(), pair.seed, pair.run.episode, good,
+                                    pair.failed().failure_reason, bad));
       }
     }
   }
@@ -133,8 +133,9 @@ std::string Ranking(const Certificate& certificate) {
     for (size_t i = 0; i < pair.on_engine.size(); ++i) {
       const SuccessComparison& success = pair.on_engine[i];
       const char* const word = Word(success.judgment());
-      on.push_back(fmt::format("{} against {} on {}, p = {}{}{}", Percent(success.successes, success.trials),
-                               Percent(success.baseline_successes, success.baseline_trials),
+      on.push_back(fmt::format("{} against {} on {}, p = {}{}{}",
+                               ShareText(success.successes, success.trials),
+                               ShareText(success.baseline_successes, success.baseline_trials),
                                certificate.engines[i], PText(success.p_adjusted), *word ? ", " : "", word));
     }
     text += fmt::format("{} against {}{}: {}\n", pair.policy, pair.baseline,
@@ -159,13 +160,13 @@ ordered_json JsonOf(const PolicyOnEngine& one, const StageNames& stages) {
                        {"partings", ordered_json::array()},
                        {"remarks", one.comparison.remarks}};
   for (const TaskComparison& task : one.comparison.tasks) {
-    for (const FlippedPair& pair : task.flipped) {
+    for (const ComparedPair& pair : task.flipped()) {
       json["flips"].push_back({{"task", task.name()},
                                {"seed", pair.seed},
-                               {"episode", pair.episode},
-                               {"reference_episode", pair.baseline_episode},
-                               {"succeeded_here", pair.success},
-                               {"failure_reason", pair.failure_reason}});
+                               {"episode", pair.run.episode},
+                               {"reference_episode", pair.baseline.episode},
+                               {"succeeded_here", pair.run.success},
+                               {"failure_reason", pair.failed().failure_reason}});
     }
   }
   for (const StageParting& parting : one.partings) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 #include <span>
@@ -74,13 +75,20 @@ struct Side {
 };
 
 // Returns why a better value of this metric must not be credited to `side`; null if it may be.
-const char* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side& other, bool paired) {
-  if (side.GotNowhere()) return "succeeded in no episode and reached no stage";
-  if (metric.risk && side.GotLessFarThan(other)) return "got less far, so fewer errors were possible";
-  if (metric.effort && !paired && (side.success_rate < 1 || other.success_rate < 1))
-    return "is compared over its own successes only, which may have been the easier starts";
-  if (metric.amplifies_noise && side.is_simulated != other.is_simulated)
-    return "is compared with a recording, whose noise this metric amplifies";
+const NoMerit* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side& other, bool paired) {
+  static constexpr NoMerit kGotNowhere{"reached no stage", "baseline reached no stage",
+                                       "succeeded in no episode and reached no stage"};
+  static constexpr NoMerit kGotLessFar{"got less far", "got further",
+                                       "got less far, so fewer errors were possible"};
+  static constexpr NoMerit kOwnSuccesses{
+      "own successes only", "own successes only",
+      "is compared over its own successes only, which may have been the easier starts"};
+  static constexpr NoMerit kRecording{"noise of a recording", "noise of a recording",
+                                      "is compared with a recording, whose noise this metric amplifies"};
+  if (side.GotNowhere()) return &kGotNowhere;
+  if (metric.risk && side.GotLessFarThan(other)) return &kGotLessFar;
+  if (metric.effort && !paired && (side.success_rate < 1 || other.success_rate < 1)) return &kOwnSuccesses;
+  if (metric.amplifies_noise && side.is_simulated != other.is_simulated) return &kRecording;
   return nullptr;
 }
 
@@ -92,7 +100,9 @@ void TestPaired(std::span<const double> values, std::span<const double> baseline
   if (std::any_of(differences.begin(), differences.end(), [](double d) { return d != 0; })) {
     metric->p = metrics::WilcoxonSignedRankTest(differences).p;
   }
-  if (metric->number.metric->effort && metric->baseline_mean > 0) {
+  const auto is_negative = [](double value) { return value < 0; };
+  if (metric->baseline_mean > 0 && !std::ranges::any_of(values, is_negative) &&
+      !std::ranges::any_of(baseline, is_negative)) {
     metric->ratio = metric->mean / metric->baseline_mean;
     metric->ratio_95 = metrics::IntervalOfRatio(values, baseline);
   }
@@ -171,8 +181,8 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
                             .difference_95 = {},
                             .p = std::nullopt,
                             .p_holm = 1,
-                            .may_be_better = !WhyNoMerit(*number.metric, run, baseline, paired),
-                            .baseline_may_be_better = !WhyNoMerit(*number.metric, baseline, run, paired),
+                            .no_merit = WhyNoMerit(*number.metric, run, baseline, paired),
+                            .baseline_no_merit = WhyNoMerit(*number.metric, baseline, run, paired),
                             .ratio = std::nullopt,
                             .ratio_95 = {}};
     // Episodes that count as one sample are equal, so the test uses only the first one.
@@ -229,19 +239,19 @@ SuccessCounts CountSamples(SuccessCounts counts, const Side& run, const Side& ba
   return counts;
 }
 
-std::vector<FlippedPair> FlippedPairs(const Side& run, const Side& baseline) {
-  std::vector<FlippedPair> flipped;
+PairedEpisode About(const RecordedEpisode& episode) {
+  return {episode.episode, episode.success, episode.failure_reason, episode.cause};
+}
+
+std::vector<ComparedPair> PairsOf(const Side& run, const Side& baseline) {
+  std::vector<ComparedPair> pairs;
   for (const auto& [seed, scored] : run.episodes) {
     const RecordedEpisode& partner = *baseline.episodes.at(seed);
-    if (!scored->judged() || !partner.judged() || scored->success == partner.success) continue;
-    flipped.push_back({.seed = seed,
-                       .episode = scored->episode,
-                       .baseline_episode = partner.episode,
-                       .success = scored->success,
-                       .failure_reason = (scored->success ? partner : *scored).failure_reason});
+    if (!scored->judged() || !partner.judged()) continue;
+    pairs.push_back({.seed = seed, .run = About(*scored), .baseline = About(partner)});
   }
-  std::ranges::sort(flipped, {}, &FlippedPair::episode);
-  return flipped;
+  std::ranges::sort(pairs, {}, [](const ComparedPair& pair) { return pair.run.episode; });
+  return pairs;
 }
 
 // For example "1 episode of b and 2 of a".
@@ -291,13 +301,11 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
   MeritRemarks merits;
   for (const MetricComparison& metric : task.metrics) {
     if (metric.judgment() != Judgment::kDiffers) continue;
-    MetricComparison freely = metric;
-    freely.may_be_better = freely.baseline_may_be_better = true;
-    const MetricInfo& info = *metric.number.metric;
-    if (freely.judgment() == Judgment::kBetter) {
-      merits.Add(run, WhyNoMerit(info, own, other, task.paired), metric.number);
-    } else if (freely.judgment() == Judgment::kWorse) {
-      merits.Add(baseline, WhyNoMerit(info, other, own, task.paired), metric.number);
+    const Judgment freely = metric.JudgmentByValue();
+    if (freely == Judgment::kBetter) {
+      merits.Add(run, metric.no_merit->sentence, metric.number);
+    } else if (freely == Judgment::kWorse) {
+      merits.Add(baseline, metric.baseline_no_merit->sentence, metric.number);
     }
   }
   merits.AddTo(remarks, name);
@@ -319,7 +327,7 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
                         .paired = false,
                         .unmatched = 0,
                         .baseline_unmatched = 0,
-                        .flipped = {},
+                        .pairs = {},
                         .success = {},
                         .metrics = {}};
   auto episodes = CompleteBySeed(run), baseline_episodes = CompleteBySeed(baseline);
@@ -342,7 +350,7 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
   static_cast<SuccessCounts&>(success) = CountSuccesses(own, other, result.paired);
   success.samples = CountSamples(success, own, other, result.paired);
   success.Test();
-  if (result.paired) result.flipped = FlippedPairs(own, other);
+  if (result.paired) result.pairs = PairsOf(own, other);
   if (options.with_metrics) result.metrics = CompareMetrics(own, other, result.paired);
   AddRemarks(result, own, other, options.run_name, options.baseline_name, remarks);
   return result;
@@ -420,30 +428,6 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool w
   return result;
 }
 
-// One or two sentences on which difference this number of episodes can detect, and how many are needed to
-// detect the observed one.
-std::string OutlookText(const SuccessComparison& success) {
-  const SuccessCounts& counts = success.samples;
-  const std::string what = success.paired
-                               ? Plural(counts.trials, "pair")
-                               : fmt::format("{} and {} episodes", counts.trials, counts.baseline_trials);
-  const Outlook outlook = OutlookOf(success);
-  if (!outlook.findable) {
-    return fmt::format("{} {} too few to detect any difference.", what,
-                       success.paired && counts.trials == 1 ? "is" : "are");
-  }
-  const std::string text =
-      fmt::format("{} like these detect a true difference of {:.0f} points with 80 % power", what,
-                  std::ceil(*outlook.findable * 100));
-  if (success.difference == 0) return text + ".";
-  const char* const kind = success.paired ? "pairs" : "episodes each";
-  return fmt::format("{}; detecting one of {} points requires {} {}.", text,
-                     Fixed(std::abs(success.difference) * 100, 0),
-                     outlook.needed ? fmt::format("about {}", *outlook.needed)
-                                    : fmt::format("more than {}", metrics::kMaxTrials),
-                     kind);
-}
-
 }  // namespace
 
 const char* Word(Judgment judgment) {
@@ -456,18 +440,6 @@ const char* Word(Judgment judgment) {
       return "differs";
     case Judgment::kNone:
       break;
-  }
-  return "";
-}
-
-const char* TestName(SuccessTest test) {
-  switch (test) {
-    case SuccessTest::kMcNemar:
-      return "exact McNemar";
-    case SuccessTest::kFisher:
-      return "Fisher's exact test";
-    case SuccessTest::kSequentialMcNemar:
-      return "McNemar valid at any look";
   }
   return "";
 }
@@ -506,17 +478,40 @@ Judgment SuccessComparison::judgment() const {
   return difference > 0 ? Judgment::kBetter : Judgment::kWorse;
 }
 
-Judgment MetricComparison::judgment() const {
-  if (!differs()) return Judgment::kNone;
+bool MetricComparison::is_higher() const {
   // Without an interval, all pairs differ by the same amount.
-  const bool is_one_value = std::isnan(difference_95.lower);
-  const bool is_up = is_one_value ? difference > 0 : difference_95.lower > 0;
-  const bool is_down = is_one_value ? difference < 0 : difference_95.upper < 0;
+  return std::isnan(difference_95.lower) ? difference > 0 : difference_95.lower > 0;
+}
+
+bool MetricComparison::is_lower() const {
+  return std::isnan(difference_95.lower) ? difference < 0 : difference_95.upper < 0;
+}
+
+Judgment MetricComparison::JudgmentByValue() const {
+  if (!differs()) return Judgment::kNone;
   const Better better = number.metric->better;
-  if (better == Better::kNeither || !(is_up || is_down)) return Judgment::kDiffers;
-  const bool is_better = is_up == (better == Better::kHigher);
-  if (!(is_better ? may_be_better : baseline_may_be_better)) return Judgment::kDiffers;
-  return is_better ? Judgment::kBetter : Judgment::kWorse;
+  if (better == Better::kNeither || !(is_higher() || is_lower())) return Judgment::kDiffers;
+  return is_higher() == (better == Better::kHigher) ? Judgment::kBetter : Judgment::kWorse;
+}
+
+Judgment MetricComparison::judgment() const {
+  const Judgment freely = JudgmentByValue();
+  const bool is_refused = (freely == Judgment::kBetter && no_merit != nullptr) ||
+                          (freely == Judgment::kWorse && baseline_no_merit != nullptr);
+  return is_refused ? Judgment::kDiffers : freely;
+}
+
+std::string MetricComparison::word() const {
+  if (judgment() != Judgment::kDiffers || !(is_higher() || is_lower())) return Word(judgment());
+  const std::string direction = is_higher() ? "higher" : "lower";
+  switch (JudgmentByValue()) {
+    case Judgment::kBetter:
+      return direction + " (" + no_merit->of_run + ")";
+    case Judgment::kWorse:
+      return direction + " (" + baseline_no_merit->of_baseline + ")";
+    default:
+      return direction;
+  }
 }
 
 void SuccessComparison::Test() {
@@ -590,6 +585,12 @@ Outlook OutlookOf(const SuccessComparison& success) {
   return outlook;
 }
 
+std::vector<ComparedPair> TaskComparison::flipped() const {
+  std::vector<ComparedPair> flipped;
+  std::ranges::copy_if(pairs, std::back_inserter(flipped), &ComparedPair::is_flipped);
+  return flipped;
+}
+
 std::string TaskComparison::name() const {
   const std::string own = task + "/" + variation;
   return variation == baseline_variation ? own : own + " against " + task + "/" + baseline_variation;
@@ -629,58 +630,6 @@ std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const 
     comparisons[i].success.SetAdjusted(adjusted[i], adjusted.size());
   }
   return comparisons;
-}
-
-std::string WhatIsCounted(const TaskComparison& task) {
-  const SuccessComparison& success = task.success;
-  if (task.paired) {
-    return fmt::format(
-        "Means over the {} with equal seeds; *: over the {} in which both succeeded. p: Wilcoxon's "
-        "signed-rank "
-        "test.",
-        Plural(success.trials, "pair"), Plural(success.pairs.both, "pair"));
-  }
-  return fmt::format(
-      "Means over {} of the baseline and {} of the run; *: over their {} and {} successes. p: Mann-Whitney's "
-      "test.",
-      Plural(success.baseline_trials, "episode"), success.trials, success.baseline_successes,
-      success.successes);
-}
-
-std::string Conclusion(const Comparison& comparison) {
-  const SuccessComparison& success = comparison.success;
-  const std::string &run = comparison.run.name, &baseline = comparison.baseline.name;
-  std::string variations;
-  if (const TaskComparison& task = comparison.tasks[0]; task.variation != task.baseline_variation) {
-    variations = fmt::format(
-        "These are two variations: {} ran {}/{} and {} ran {}/{}, so policy and task differ at the same "
-        "time. ",
-        run, task.task, task.variation, baseline, task.task, task.baseline_variation);
-  }
-  if (success.trials == 0 || success.baseline_trials == 0) {
-    return variations +
-           fmt::format("No conclusion: {} has no complete episode.", success.trials == 0 ? run : baseline);
-  }
-  const std::string counts = fmt::format("{} of {} against {} of {}{}", success.successes, success.trials,
-                                         success.baseline_successes, success.baseline_trials,
-                                         success.paired ? " on the same seeds" : "");
-  std::string test = TestName(success.test);
-  if (success.p_adjusted != success.p) {
-    test +=
-        success.test == SuccessTest::kSequentialMcNemar ? ", adjusted by Bonferroni," : ", adjusted by Holm,";
-  }
-  const std::string p = success.p_adjusted < 0.001 ? test + " p < 0.001"
-                                                   : fmt::format("{} p = {:.2g}", test, success.p_adjusted);
-  const std::string numbers = fmt::format(
-      "{}, difference {} points (95 % interval {} to {}), {}", counts, Fixed(success.difference * 100, 0),
-      Fixed(success.difference_95.lower * 100, 0), Fixed(success.difference_95.upper * 100, 0), p);
-  if (success.is_shown) {
-    return variations + fmt::format("{} succeeds {} often than {}: {}.", run,
-                                    success.difference > 0 ? "more" : "less", baseline, numbers);
-  }
-  const std::string none =
-      variations + fmt::format("No difference shown between {} and {}: {}.", run, baseline, numbers);
-  return success.test == SuccessTest::kSequentialMcNemar ? none : none + " " + OutlookText(success);
 }
 
 }  // namespace evalbus::results

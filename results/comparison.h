@@ -73,6 +73,14 @@ struct Outlook {
 };
 Outlook OutlookOf(const SuccessComparison& success);
 
+// Why a better value of a metric is no merit.
+struct NoMerit {
+  // For people, if the run, or the baseline, is the side without merit.
+  const char *of_run, *of_baseline;
+  // Follows the name of that side.
+  const char* sentence;
+};
+
 // Comparison of a metric over the complete episodes that have it; effort metrics only over those that
 // succeeded. Paired: interval of the mean difference, Wilcoxon signed-rank test. Unpaired: interval of the
 // difference of means, Mann-Whitney test.
@@ -87,25 +95,39 @@ struct MetricComparison {
   std::optional<double> p;
   // p adjusted by Holm, over the metrics with a p.
   double p_holm = 1;
-  // Whether a difference in favor of the run, or of the baseline, may be called better (see WhyNoMerit in
-  // comparison.cc).
-  bool may_be_better = true, baseline_may_be_better = true;
-  // mean / baseline_mean of an effort metric, over pairs in which both succeeded.
+  // Why a difference in favor of the run, or of the baseline, must not be called better; null if it may be.
+  const NoMerit *no_merit = nullptr, *baseline_no_merit = nullptr;
+  // mean / baseline_mean over pairs; only if no value is negative.
   std::optional<double> ratio;
   metrics::Interval ratio_95{};
 
   bool differs() const { return p && p_holm < metrics::kAlpha; }
+  // Whether the run's value differs in this direction for certain.
+  bool is_higher() const;
+  bool is_lower() const;
+  // The judgment without regard to no_merit and baseline_no_merit.
+  Judgment JudgmentByValue() const;
   Judgment judgment() const;
+  // The judgment in words, for example "better"; "lower (got less far)" if it is not called better.
+  std::string word() const;
 };
 
-// A pair of episodes in which exactly one side succeeded.
-struct FlippedPair {
-  int64_t seed = 0;
-  int episode = 0, baseline_episode = 0;
-  // True if the run succeeded, false if the baseline did.
+// A side of a pair of episodes.
+struct PairedEpisode {
+  int episode = 0;
   bool success = false;
-  // Failure reason of the side that failed.
   std::string failure_reason;
+  Cause cause;
+};
+
+// Two complete, judged episodes with equal seeds.
+struct ComparedPair {
+  int64_t seed = 0;
+  PairedEpisode run, baseline;
+
+  bool is_flipped() const { return run.success != baseline.success; }
+  // The side that failed, if only one did.
+  const PairedEpisode& failed() const { return run.success ? baseline : run; }
 };
 
 struct TaskComparison {
@@ -114,11 +136,13 @@ struct TaskComparison {
   bool paired = false;
   // Number of complete episodes without a counterpart; ignored if paired.
   int unmatched = 0, baseline_unmatched = 0;
-  // Ordered by episode; empty if not paired.
-  std::vector<FlippedPair> flipped;
+  // Ordered by the run's episodes; empty if not paired.
+  std::vector<ComparedPair> pairs;
   SuccessComparison success;
   std::vector<MetricComparison> metrics;
 
+  // The pairs in which exactly one side succeeded.
+  std::vector<ComparedPair> flipped() const;
   // For example "lift_pot/position", or "lift_pot/position against lift_pot/base" for two variations.
   std::string name() const;
 };
@@ -148,17 +172,5 @@ Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline
 std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedRuns*>& runs);
 // Compares each run with the baseline, with p of success adjusted for the number of runs.
 std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline);
-
-// For example "B succeeds more often than A: 43 of 50 against 31 of 50 on the same seeds, ...". If two
-// variations are compared, the text begins with that.
-std::string Conclusion(const Comparison& comparison);
-
-// Describes which episodes the means of a task's metrics cover, and which test p comes from.
-std::string WhatIsCounted(const TaskComparison& task);
-inline constexpr char kIntervalsAreSingle[] =
-    "Intervals are not adjusted: each covers 95 % for its metric alone.";
-
-// Display name of a test, for example "exact McNemar".
-const char* TestName(SuccessTest test);
 
 }  // namespace evalbus::results

@@ -2,6 +2,8 @@
 
 #include <optional>
 
+#include "results/conclusion.h"
+
 namespace evalbus::results {
 namespace {
 
@@ -96,12 +98,12 @@ ordered_json ComparisonJson(const std::vector<Comparison>& comparisons,
                             {"baseline_unmatched", task.baseline_unmatched},
                             {"success", SuccessJson(task.success)}};
       entry["flipped"] = ordered_json::array();
-      for (const FlippedPair& pair : task.flipped) {
+      for (const ComparedPair& pair : task.flipped()) {
         entry["flipped"].push_back({{"seed", pair.seed},
-                                    {"episode", pair.episode},
-                                    {"baseline_episode", pair.baseline_episode},
-                                    {"succeeded", pair.success ? "run" : "baseline"},
-                                    {"failure_reason", pair.failure_reason}});
+                                    {"episode", pair.run.episode},
+                                    {"baseline_episode", pair.baseline.episode},
+                                    {"succeeded", pair.run.success ? "run" : "baseline"},
+                                    {"failure_reason", pair.failed().failure_reason}});
       }
       entry["metrics"] = ordered_json::object();
       for (const MetricComparison& metric : task.metrics)

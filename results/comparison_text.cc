@@ -1,12 +1,16 @@
 #include "results/comparison_text.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "base/percent.h"
 #include "base/plural.h"
+#include "base/styled_text.h"
 #include "base/text.h"
+#include "results/conclusion.h"
 
 namespace evalbus::results {
 namespace {
@@ -23,12 +27,20 @@ std::string Range(const metrics::Interval& interval, int decimals) {
 
 std::string Row(int label_width, const std::string& label, const std::string& baseline,
                 const std::string& run, const std::string& difference, const std::string& interval,
-                const std::string& p, const std::string& holm, const std::string& unit,
-                const std::string& verdict) {
-  std::string line =
-      fmt::format("{}  {:>9}  {:>9}  {:>9}  {:>20}  {:>6}  {:>6}  {}  {}", Pad(label, -label_width), baseline,
-                  run, difference, interval, p, holm, Pad(unit, -6), verdict);
-  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+                const std::string& p, const std::string& holm, const std::string& verdict, bool colors) {
+  const std::string line =
+      fmt::format("{}  {:>9}  {:>9}  {:>9}  {:>21}  {:>6}  {:>6}", Pad(label, -label_width), baseline, run,
+                  difference, interval, p, holm);
+  if (verdict.empty()) return line + "\n";
+  const Style style = verdict == Word(Judgment::kBetter)  ? Style::kGood
+                      : verdict == Word(Judgment::kWorse) ? Style::kBad
+                                                          : Style::kQuiet;
+  return line + "  " + Styled(verdict, style, colors) + "\n";
+}
+
+std::string Label(const MetricNumber& number) {
+  const std::string unit(number.shown_unit());
+  return number.label() + (number.metric->effort ? " *" : "") + (unit.empty() ? "" : ", " + unit);
 }
 
 // Decimals for all numbers of a row: those of the larger mean, limited by the standard error of the
@@ -43,34 +55,39 @@ std::string Short(const std::string& name) {
   return name.size() <= 9 ? name : ".." + name.substr(name.size() - 7);
 }
 
-std::string SuccessRow(const std::string& label, int width, const SuccessComparison& success) {
-  const auto rate = [](int k, int n) { return n > 0 ? fmt::format("{:.0f}", 100.0 * k / n) : "-"; };
+std::string SuccessRow(const std::string& label, int width, const SuccessComparison& success, bool colors) {
+  const auto rate = [](int k, int n) { return Percent(static_cast<double>(k) / n); };
   return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
              rate(success.successes, success.trials), FixedOrDash(success.difference * 100, 0),
              Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0),
-             PText(success.p), PText(success.p_adjusted), "%", Word(success.judgment()));
+             PText(success.p), PText(success.p_adjusted), Word(success.judgment()), colors);
 }
 
-std::string MetricTable(const TaskComparison& task, const Comparison& comparison) {
-  int label_width = 27;
+std::string MetricTable(const TaskComparison& task, const Comparison& comparison, bool colors) {
+  int label_width = 30;
   for (const MetricComparison& metric : task.metrics)
-    label_width = std::max(label_width, static_cast<int>(metric.number.label().size()));
+    label_width = std::max(label_width, Width(Label(metric.number)));
   std::string text = Row(label_width, "", Short(comparison.baseline.name), Short(comparison.run.name),
-                         "difference", "its 95 % interval", "p", "Holm", "", "");
-  text += SuccessRow("success", label_width, comparison.success);
+                         "difference", "95 % CI of difference", "p", "Holm", "", colors);
+  text += SuccessRow("success", label_width, comparison.success, colors);
+  std::vector<std::string> equal;
   int tested = 0;
   for (const MetricComparison& metric : task.metrics) {
-    const MetricInfo& info = *metric.number.metric;
-    const auto scaled = [&](double value) { return value * info.scale; };
+    const auto scaled = [&](double value) { return value * metric.number.scale(); };
     const int decimals = RowDecimals(metric);
-    text += Row(label_width, metric.number.label() + (info.effort ? " *" : ""),
-                FixedOrDash(scaled(metric.baseline_mean), decimals),
+    if (!metric.p) {
+      const std::string unit(metric.number.shown_unit());
+      equal.push_back(metric.number.label() + " " + ShownValue(*metric.number.metric, metric.mean) +
+                      (unit.empty() ? "" : " " + unit));
+      continue;
+    }
+    text += Row(label_width, Label(metric.number), FixedOrDash(scaled(metric.baseline_mean), decimals),
                 FixedOrDash(scaled(metric.mean), decimals), FixedOrDash(scaled(metric.difference), decimals),
                 Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),
-                metric.p ? PText(*metric.p) : "-", metric.p ? PText(metric.p_holm) : "-",
-                std::string(info.shown_unit), metric.p ? Word(metric.judgment()) : "equal");
-    tested += metric.p.has_value();
+                PText(*metric.p), PText(metric.p_holm), metric.word(), colors);
+    ++tested;
   }
+  if (!equal.empty()) text += fmt::format("equal everywhere: {}\n", fmt::join(equal, ", "));
   return text + fmt::format("\n{}\nHolm: p of metrics adjusted for {}. {}\n", WhatIsCounted(task),
                             Plural(tested, "metric"), kIntervalsAreSingle);
 }
@@ -78,7 +95,7 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
 std::string RatioTable(const TaskComparison& task, const Comparison& comparison) {
   std::string text;
   for (const MetricComparison& metric : task.metrics) {
-    if (!metric.ratio) continue;
+    if (!metric.ratio || !metric.number.metric->effort) continue;
     text += fmt::format("{}  {:>6}  {}\n", Pad(metric.number.label(), -27), FixedOrDash(*metric.ratio, 2),
                         Range(metric.ratio_95, 2));
   }
@@ -90,15 +107,15 @@ std::string RatioTable(const TaskComparison& task, const Comparison& comparison)
                      comparison.baseline.name, text);
 }
 
-std::string SuiteTable(const Comparison& comparison) {
-  int width = 4;
+std::string SuiteTable(const Comparison& comparison, bool colors) {
+  int width = 7;
   for (const TaskComparison& task : comparison.tasks)
     width = std::max(width, static_cast<int>(task.task.size() + 1 + task.variation.size()));
   std::string text = Row(width, "success", Short(comparison.baseline.name), Short(comparison.run.name),
-                         "difference", "its 95 % interval", "p", "Holm", "", "");
+                         "difference", "95 % CI of difference", "p", "Holm", "", colors);
   std::string metrics;
   for (const TaskComparison& task : comparison.tasks) {
-    text += SuccessRow(task.task + "/" + task.variation, width, task.success);
+    text += SuccessRow(task.task + "/" + task.variation, width, task.success, colors);
     for (const MetricComparison& metric : task.metrics) {
       if (!metric.differs()) continue;
       const int decimals = RowDecimals(metric);
@@ -106,10 +123,10 @@ std::string SuiteTable(const Comparison& comparison) {
           fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Pad(task.task + "/" + task.variation, -width),
                       metric.number.label(), FixedOrDash(metric.mean * metric.number.scale(), decimals),
                       FixedOrDash(metric.baseline_mean * metric.number.scale(), decimals),
-                      metric.number.shown_unit(), PText(metric.p_holm), Word(metric.judgment()));
+                      metric.number.shown_unit(), PText(metric.p_holm), metric.word());
     }
   }
-  text += SuccessRow("all", width, comparison.success);
+  text += SuccessRow("all", width, comparison.success, colors);
   text += "\nHolm: p adjusted for the tasks. Intervals are not adjusted: each is for its row alone.\n";
   if (!metrics.empty()) text += "\nMetrics that differ, p adjusted for those of a task\n" + metrics;
   return text;
@@ -119,13 +136,14 @@ std::string SuiteTable(const Comparison& comparison) {
 
 std::string PText(double p) { return p < 0.001 ? "<0.001" : fmt::format("{:.3f}", p); }
 
-std::string ComparisonText(const Comparison& comparison, bool ratios) {
+std::string ComparisonText(const Comparison& comparison, bool ratios, bool colors) {
   std::string text = fmt::format("{} ({}) against {} ({})", comparison.run.name, comparison.run.policy,
                                  comparison.baseline.name, comparison.baseline.policy);
   const bool one = comparison.tasks.size() == 1;
   if (one) text += ", " + comparison.tasks[0].name();
-  text += "\n\n" + Conclusion(comparison) + "\n\n";
-  text += one ? MetricTable(comparison.tasks[0], comparison) : SuiteTable(comparison);
+  text += "\n\n" + Styled(Headline(comparison) + ".", Style::kStrong, colors) + "\n" + Evidence(comparison) +
+          "\n\n";
+  text += one ? MetricTable(comparison.tasks[0], comparison, colors) : SuiteTable(comparison, colors);
   if (one && ratios) text += "\n" + RatioTable(comparison.tasks[0], comparison);
   if (!comparison.remarks.empty()) text += "\n";
   for (const std::string& remark : comparison.remarks) text += "note: " + remark + "\n";

@@ -8,8 +8,8 @@
 namespace evalbus::results {
 
 // Returns the conclusion, the tables and the remarks. With `ratios`, effort metrics are also shown relative
-// to the baseline.
-std::string ComparisonText(const Comparison& comparison, bool ratios);
+// to the baseline. colors: as in base/styled_text.h.
+std::string ComparisonText(const Comparison& comparison, bool ratios, bool colors = false);
 
 // p as in the tables: "<0.001" or three decimals.
 std::string PText(double p);

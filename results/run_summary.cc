@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/json_file.h"
+#include "base/percent.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "metrics/statistics/describe.h"
@@ -41,7 +42,11 @@ RunSummary WriteRunSummary(const std::filesystem::path& folder) {
   std::string lines;
   for (const RecordedEpisode& episode : recorded.episodes) lines += episode.text + "\n";
   if (!lines.empty()) WriteWhole(folder / kEpisodesJsonl, lines);
-  RunSummary summary{recorded.Statistics().Summary(true), PacingOf(recorded), PolicyNotes(recorded)};
+  RunSummary summary{recorded.Statistics().Summary(true), PacingOf(recorded), PolicyNotes(recorded), {}};
+  for (const RecordedEpisode& episode : recorded.episodes) {
+    if (!episode.complete || episode.success || !episode.judged()) continue;
+    summary.failed.push_back({episode.episode, episode.failure_reason, episode.cause});
+  }
   WriteWhole(folder / kSummaryJson, ToText(RunSummaryJson(recorded, summary.statistics), 2) + "\n");
   return summary;
 }
@@ -65,7 +70,7 @@ std::string SuiteTally::MeanLine(size_t width) const {
   if (by_task_.size() < 2) return "";
   const double mean = mean_over_tasks();
   return fmt::format("{:<{}}  {:>9}  all tasks have equal weight; in \"all\", all complete episodes do\n",
-                     "mean of tasks", width, std::isfinite(mean) ? fmt::format("{:.0f} %", 100 * mean) : "-");
+                     "mean of tasks", width, Percent(mean));
 }
 
 nlohmann::ordered_json SuiteTally::Json(const std::vector<std::string>& names) const {

@@ -9,6 +9,7 @@
 
 #include "metrics/statistics/run_statistics.h"
 #include "results/run_reader.h"
+#include "results/summary_table.h"
 #include "results/tally.h"
 
 namespace evalbus::results {
@@ -18,6 +19,8 @@ struct RunSummary {
   // Value for summary.json; null if no episode has pacing.
   nlohmann::ordered_json pacing;
   std::vector<std::string> policy_notes;
+  // The complete episodes that failed, in order.
+  std::vector<FailedEpisode> failed;
 };
 
 // Writes RUN/summary.json, and sorts episodes.jsonl by episode. Throws InputError if the folder's contents

@@ -1,13 +1,17 @@
 #include "results/summary_table.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 
+#include "base/help.h"
+#include "base/percent.h"
 #include "base/plural.h"
+#include "base/styled_text.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
@@ -25,12 +29,18 @@ constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -14}, Col
                                  Column{"stages", 6},    Column{"slips", 5}, Column{"collisions", 10},
                                  Column{"clearance", 9}, Column{"path", 7}};
 
-std::string ColumnLine(const std::array<std::string, kColumns.size()>& cells, int width) {
+constexpr size_t kEndColumn = 1;
+
+// The cells that fit, in their columns. end: style of the column with the end reason.
+std::string ColumnLine(const std::array<std::string, kColumns.size()>& cells, int width, Style end,
+                       bool colors) {
   std::string line;
+  int used = 0;
   for (size_t i = 0; i < kColumns.size(); ++i) {
     const std::string cell = (i > 0 ? "  " : "") + Pad(cells[i], kColumns[i].width);
-    if (static_cast<int>(Width(line + cell)) > width) break;
-    line += cell;
+    used += Width(cell);
+    if (used > width) break;
+    line += Styled(cell, i == kEndColumn ? end : Style::kPlain, colors);
   }
   return line.substr(0, line.find_last_not_of(' ') + 1);
 }
@@ -60,20 +70,40 @@ std::vector<Statistic> Statistics() {
     if (!std::isfinite(metric.mean_95.lower)) return std::string("-");
     return number(metric.mean_95.lower) + " to" + Pad(number(metric.mean_95.upper), 8);
   };
-  return {{"mean", kWidth, plain(&MetricSummary::mean)}, {"its 95 % interval", kIntervalWidth, interval},
+  return {{"mean", kWidth, plain(&MetricSummary::mean)}, {"95 % CI of mean", kIntervalWidth, interval},
           {"std", kWidth, plain(&MetricSummary::std)},   {"median", kWidth, plain(&MetricSummary::median)},
           {"p5", kWidth, plain(&MetricSummary::p5)},     {"p95", kWidth, plain(&MetricSummary::p95)},
           {"max", kWidth, plain(&MetricSummary::max)}};
 }
 
-std::string RateText(const metrics::RunSummary& summary, int width) {
+std::string RateText(const metrics::RunSummary& summary, int width, bool colors) {
   if (summary.judged == 0) return "Success was not judged: poses of objects are missing\n";
   const std::string rate =
-      fmt::format("Success in {} of {} {}episodes: {:.0f} %", summary.successes, summary.judged,
-                  summary.judged < summary.complete ? "judged " : "", summary.success_rate * 100);
+      fmt::format("Success in {} of {} {}episodes: {}", summary.successes, summary.judged,
+                  summary.judged < summary.complete ? "judged " : "", Percent(summary.success_rate));
   const std::string interval = fmt::format("(95 % interval {}, Wilson)", PercentText(summary.wilson));
   const bool one_line = static_cast<int>(rate.size() + 1 + interval.size()) <= width;
-  return rate + (one_line ? " " : "\n") + interval + "\n";
+  return Styled(rate, Style::kStrong, colors) + (one_line ? " " : "\n") + interval + "\n";
+}
+
+// True if the metric has the same value in every episode, of which there are several.
+bool IsConstant(const metrics::MetricSummary& metric) {
+  return metric.episodes > 1 && metric.min == metric.max && !IsOfSuccessesOnly(metric.name);
+}
+
+// One paragraph for the metrics that are equal in every episode; empty if there are none.
+std::string ConstantsText(const std::vector<MetricNumber>& constants, const metrics::RunSummary& summary,
+                          int width) {
+  std::vector<std::string> parts;
+  for (const MetricNumber& number : constants) {
+    const std::string unit(number.shown_unit());
+    parts.push_back(number.label() + " " + ShownValue(*number.metric, summary.Find(number.name)->mean) +
+                    (unit.empty() ? "" : " " + unit));
+  }
+  if (parts.empty()) return "";
+  return Wrapped(fmt::format("equal in every episode: {}", fmt::join(parts, ", ")), 2,
+                 static_cast<size_t>(width)) +
+         "\n";
 }
 
 }  // namespace
@@ -93,10 +123,10 @@ std::string PercentText(const metrics::Interval& interval) {
 std::string EpisodeHeader(int width) {
   std::array<std::string, kColumns.size()> titles;
   for (size_t i = 0; i < titles.size(); ++i) titles[i] = kColumns[i].title;
-  return ColumnLine(titles, width);
+  return ColumnLine(titles, width, Style::kPlain, false);
 }
 
-std::string EpisodeLine(const nlohmann::ordered_json& episode, int width) {
+std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool colors) {
   const auto &m = episode["metrics"], &extended = episode["extended"];
   const auto stages = m.value("task_stage_reached", nlohmann::ordered_json::object());
   const auto reached = std::count_if(stages.begin(), stages.end(),
@@ -109,14 +139,14 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width) {
        Value(m, "completion_time", 2, "s"), fmt::format("{}/{}", reached, stages.size()),
        Value(m, "slip_count"), Value(m, "env_collision_count") + " + " + Value(m, "self_collision_count"),
        Value(extended, "min_clearance_m", 0, "mm", 1e3), Value(m, path, 2, "m")},
-      width);
+      width, reason.empty() ? Style::kGood : Style::kBad, colors);
   if (episode["end_reason"] == end_reason::kServerError) {
     line += "  invalid";
   } else if (!episode["complete"].get<bool>()) {
     line += "  incomplete";
   }
   const auto detail = episode["end_detail"].get<std::string>();
-  if (!detail.empty()) line += "  " + detail;
+  if (!detail.empty()) line += "  " + Printable(detail);
   return line;
 }
 
@@ -129,6 +159,22 @@ std::string InvalidText(int invalid, const std::string& folder) {
       invalid == 1 ? "it" : "them");
 }
 
+std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const std::string& folder,
+                               bool colors) {
+  constexpr size_t kShown = 10;
+  if (failed.empty()) return "";
+  std::string text = "failures\n";
+  for (size_t i = 0; i < std::min(failed.size(), kShown); ++i) {
+    const FailedEpisode& one = failed[i];
+    text +=
+        fmt::format("{:>7}  {}  {:>7}  {}\n", one.episode, Styled(Pad(one.reason, -14), Style::kBad, colors),
+                    one.cause.text.empty() ? "" : fmt::format("{:.2f} s", one.cause.time_s),
+                    ShellWords({"evalbus", "web", folder, "--episode", std::to_string(one.episode)}));
+  }
+  if (failed.size() > kShown) text += fmt::format("         and {} more\n", failed.size() - kShown);
+  return text;
+}
+
 std::string FailuresText(const metrics::RunSummary& summary) {
   std::string text;
   for (const auto& [reason, count] : summary.failure_reasons) {
@@ -137,9 +183,9 @@ std::string FailuresText(const metrics::RunSummary& summary) {
   return text;
 }
 
-std::string SummaryTable(const metrics::RunSummary& summary, int width) {
+std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors) {
   std::string text;
-  if (summary.complete > 0) text += RateText(summary, width);
+  if (summary.complete > 0) text += RateText(summary, width, colors);
   if (const std::string samples = summary.SamplesText(); !samples.empty()) {
     text += fmt::format("Note: {}\n", samples);
   }
@@ -152,11 +198,16 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
                         summary.episodes);
   }
   if (summary.complete == 0) return text;
-  if (!summary.failure_reasons.empty()) text += "Failures: " + FailuresText(summary) + "\n";
+  if (!summary.failure_reasons.empty()) {
+    text += Styled("Failures: " + FailuresText(summary), Style::kBad, colors) + "\n";
+  }
 
   std::vector<std::string> names;
   for (const metrics::MetricSummary& metric : summary.metrics) names.push_back(metric.name);
-  const std::vector<MetricNumber> numbers = MainMetrics(names);
+  std::vector<MetricNumber> numbers, constants;
+  for (const MetricNumber& main : MainMetrics(names)) {
+    (IsConstant(*summary.Find(main.name)) ? constants : numbers).push_back(main);
+  }
   int label_width = 25;
   for (const MetricNumber& main : numbers)
     label_width = std::max(label_width, static_cast<int>(main.label().size()));
@@ -187,7 +238,7 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
                          Plural(metric.episodes, "episode"), summary.complete);
     }
   }
-  return text + note;
+  return text + ConstantsText(constants, summary, width) + note;
 }
 
 }  // namespace evalbus::results

@@ -3,8 +3,10 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "metrics/statistics/run_statistics.h"
+#include "results/run_reader.h"
 
 namespace evalbus::results {
 
@@ -15,9 +17,9 @@ std::string FormatDuration(double seconds);
 std::string PercentText(const metrics::Interval& interval);
 
 // The column titles, and a line for a finished episode from its line of episodes.jsonl. Columns that do not
-// fit into `width` are omitted from the right.
+// fit into `width` are omitted from the right. colors: as in base/styled_text.h.
 std::string EpisodeHeader(int width);
-std::string EpisodeLine(const nlohmann::ordered_json& episode, int width);
+std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool colors = false);
 
 // Returns advice on invalid episodes in this folder, as a line; empty if there are none.
 std::string InvalidText(int invalid, const std::string& folder);
@@ -26,7 +28,18 @@ std::string InvalidText(int invalid, const std::string& folder);
 std::string FailuresText(const metrics::RunSummary& summary);
 
 // The final table: success rate with its interval, then the main metrics with units. Columns that do not fit
-// into `width` are omitted.
-std::string SummaryTable(const metrics::RunSummary& summary, int width);
+// into `width` are omitted. Metrics that are equal in every episode follow in one paragraph.
+std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors = false);
+
+// An episode without success, its failure reason and its decisive moment.
+struct FailedEpisode {
+  int episode;
+  std::string reason;
+  Cause cause;
+};
+// One line for each of the first ten with the command that shows the episode in this run's folder; empty if
+// there are none.
+std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const std::string& folder,
+                               bool colors);
 
 }  // namespace evalbus::results

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/plural.h"
+#include "base/styled_text.h"
 #include "base/text.h"
 #include "results/summary_table.h"
 #include "viz/terminal/terminal.h"
@@ -64,6 +65,7 @@ void AddScores(const viz::RunWatch& watch, std::vector<std::string>* lines) {
 LiveView::LiveView(FILE* out, const LiveHeader& header, Clock clock)
     : out_(out),
       is_terminal_(isatty(fileno(out)) != 0),
+      colors_(UsesColors(out)),
       header_(header),
       clock_(std::move(clock)),
       started_(clock_()) {
@@ -86,12 +88,17 @@ void LiveView::OnEpisodeBegin(const episode_begin_t& begin) {
 void LiveView::OnPartial(const partial_metrics_t& partial) { watch_.Receive(partial, clock_()); }
 
 void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
-  statistics_.Add(num_episodes_++, metrics::ResultOf(episode));
+  const metrics::EpisodeResult result = metrics::ResultOf(episode);
+  statistics_.Add(num_episodes_++, result);
   summary_.reset();
+  if (result.complete && result.judged()) {
+    num_successes_ += result.success;
+    running_rate_.push_back(num_successes_ / static_cast<double>(running_rate_.size() + 1));
+  }
   simulated_s_ += episode["metrics"]["completion_time"].get<double>();
   is_running_ = false;
   if (num_episodes_ <= header_.there_before && !header_.tells_those_before) return;
-  Print(results::EpisodeLine(episode, viz::TerminalWidth(out_)));
+  PrintAbove(results::EpisodeLine(episode, viz::TerminalWidth(out_), colors_));
 }
 
 double LiveView::Progress() const {
@@ -118,9 +125,11 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) {
   // Computed only when drawing, because it iterates over all episodes.
   if (!summary_) summary_ = statistics_.Summary(false);
   if (summary_->judged > 0) {
+    constexpr int kSparkline = 20;
     lines.push_back(fmt::format(
-        "  success  {} of {}, {}", summary_->successes, summary_->judged,
-        viz::AnytimeRateText(summary_->success_rate, summary_->anytime.lower, summary_->anytime.upper)));
+        "  success  {} of {}, {}  {}", summary_->successes, summary_->judged,
+        viz::AnytimeRateText(summary_->success_rate, summary_->anytime.lower, summary_->anytime.upper),
+        Sparkline(running_rate_, kSparkline)));
   }
   if (has_scores()) AddScores(watch_, &lines);
   for (std::string& line : lines) line = Cut(Printable(line), width);
@@ -147,8 +156,10 @@ void LiveView::Draw(const std::string& above, const std::vector<std::string>& li
   drawn_lines_ = static_cast<int>(live.size());
 }
 
-void LiveView::Print(const std::string& line) {
-  Draw(Printable(line), is_terminal_ ? LinesThatFit(clock_()) : std::vector<std::string>());
+void LiveView::Print(const std::string& line) { PrintAbove(Printable(line)); }
+
+void LiveView::PrintAbove(const std::string& printable) {
+  Draw(printable, is_terminal_ ? LinesThatFit(clock_()) : std::vector<std::string>());
 }
 
 void LiveView::Poll(SteadyTime now) {

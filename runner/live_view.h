@@ -54,9 +54,11 @@ class LiveView : public RunListener {
   // Prints a line, if not empty, above the live lines, and replaces the previous live lines.
   void Draw(const std::string& above, const std::vector<std::string>& live);
   void Print(const std::string& line);
+  // The same for a text that may contain color codes.
+  void PrintAbove(const std::string& printable);
 
   FILE* out_;
-  bool is_terminal_;
+  bool is_terminal_, colors_;
   LiveHeader header_;
   Clock clock_;
   SteadyTime started_;
@@ -68,7 +70,9 @@ class LiveView : public RunListener {
   metrics::RunStatistics statistics_;
   // Summary of statistics_; empty until the next redraw.
   std::optional<metrics::RunSummary> summary_;
-  int num_episodes_ = 0;
+  int num_episodes_ = 0, num_successes_ = 0;
+  // Success rate after each judged episode, in the order in which they finished.
+  std::vector<double> running_rate_;
   // Simulated duration of finished episodes, for the estimate of the remaining time.
   double simulated_s_ = 0;
 };

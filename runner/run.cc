@@ -13,6 +13,8 @@
 #include "base/realtime.h"
 #include "base/reserved_stdout.h"
 #include "base/run_layout.h"
+#include "base/styled_text.h"
+#include "base/text.h"
 #include "bus/host.h"
 #include "bus/private_network.h"
 #include "lcmtypes/clock.h"
@@ -85,7 +87,8 @@ void Evaluate(const PreparedRun& run, LiveView* view, VideoRecording* video_reco
 }
 
 void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, double wall_s) {
-  fmt::print("\n{}", results::SummaryTable(summary.statistics, viz::TerminalWidth(stdout)));
+  const bool colors = UsesColors(stdout);
+  fmt::print("\n{}", results::SummaryTable(summary.statistics, viz::TerminalWidth(stdout), colors));
   if (run.options.sim.realtime && summary.statistics.episodes > 0) {
     fmt::print("\n{}", results::PacingText(summary.pacing));
   }
@@ -96,6 +99,9 @@ void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, do
       !note.empty()) {
     fmt::print("\n{}", note);
   }
+  if (!summary.failed.empty()) {
+    fmt::print("\n{}", results::FailedEpisodesText(summary.failed, shown.string(), colors));
+  }
   const size_t added = static_cast<size_t>(summary.statistics.episodes) - run.finished.size();
   fmt::print("\n{} in {:.1f} s{}\n", Plural(added, "episode"), wall_s,
              run.finished.empty() ? "" : fmt::format(", {} from before", run.finished.size()));
@@ -103,6 +109,9 @@ void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, do
   fmt::print("summary  {}\n", (shown / kSummaryJson).string());
   const char* const ending = run.options.recorder.log == "zstd" ? kPackedEnding : "";
   fmt::print("logs     {}{}\n", (shown / kEpisodesFolder / "*" / kEventLog).string(), ending);
+  if (summary.statistics.episodes == 0) return;
+  fmt::print("look     {}\n", ShellWords({"evalbus", "web", shown.string()}));
+  fmt::print("share    {}\n", ShellWords({"evalbus", "report", shown.string()}));
 }
 
 nlohmann::ordered_json BeginEvent(const PreparedRun& run) {
@@ -121,6 +130,10 @@ nlohmann::ordered_json BeginEvent(const PreparedRun& run) {
 void RunOne(RunOptions options, const RunOutput& output = {}) {
   std::optional<JsonEvents> events;
   if (output.json) events.emplace(output.quiet);
+  if (options.resume && options.round < 0 &&
+      !std::filesystem::exists(std::filesystem::path(options.out) / kRunJson)) {
+    fmt::print("{} has no run to resume: starting a new one\n", Printable(options.out));
+  }
   PreparedRun run = PrepareRun(std::move(options));
   InstallStopSignals();
   const auto started = steady_clock::now();

@@ -2,10 +2,17 @@
 
 #include <mujoco/mujoco.h>
 
+#include <set>
+#include <string_view>
+
+#include "base/errors.h"
+#include "base/json_file.h"
 #include "base/options_json.h"
 #include "base/plugins.h"
 #include "base/sha256.h"
+#include "base/text.h"
 #include "lcmtypes/clock.h"
+#include "models/task_description.h"
 #include "policy_bridge/contract/contract.h"
 #include "policy_bridge/policy_options.h"
 #include "runner/engines.h"
@@ -44,6 +51,28 @@ ordered_json SceneFacts(const sim::PreparedScene& prepared) {
           {"mujoco_version", mj_versionString()}};
 }
 
+// The task as a user names it: a built-in one by its name, another one by its file.
+std::string TaskWord(const ordered_json& json) {
+  const fs::path path = json.value("task_path", "");
+  const fs::path file = IsTaskFile(path.parent_path()) ? path.parent_path() : path;
+  const bool is_built_in = file.lexically_normal().string().starts_with(TasksFolder().string());
+  if (!is_built_in && fs::exists(file)) return path.string();
+  return json.value("task", "") + "/" + json.value("variation", "");
+}
+
+// True for the robot that the task has by itself.
+bool IsTasksRobot(const std::string& task, const fs::path& robot) {
+  try {
+    return FindTask(task).task.robot_file.filename() == robot.filename();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+// Options that do not change the results, and those that need special treatment.
+const std::set<std::string_view> kNotInCommand = {"task_path", "robot",      "policy",  "episodes", "seed",
+                                                  "url",       "in_process", "by_hand", "workers",  "log"};
+
 std::string Absolute(const fs::path& file) { return fs::absolute(file).lexically_normal().string(); }
 
 }  // namespace
@@ -78,6 +107,37 @@ ordered_json ScoredRunJson(const sim::PreparedScene& prepared, const fs::path& m
                {"map", Absolute(map)},
                {"files", names}});
   return json;
+}
+
+std::string CommandOf(const ordered_json& run_json) {
+  if (run_json.contains("source") || run_json.value("watch", false)) return "";
+  const std::string task = TaskWord(run_json);
+  std::vector<std::string> words = {"evalbus", "run", task};
+  const auto text = [](const ordered_json& value) {
+    return value.is_string() ? value.get<std::string>() : ToText(value);
+  };
+  for (const char* always : {"policy", "episodes", "seed"}) {
+    if (run_json.contains(always)) words.insert(words.end(), {OptionName(always), text(run_json[always])});
+  }
+  if (const std::string robot = run_json.value("robot", ""); !robot.empty() && !IsTasksRobot(task, robot)) {
+    words.insert(words.end(), {"--robot", robot});
+  }
+  const RunOptions defaults;
+  const ordered_json usual = OptionsJson(defaults);
+  ForEachOption(defaults, [&](const auto& row, const auto&) {
+    const auto found = run_json.find(row.key);
+    if (row.help.empty() || kNotInCommand.contains(row.key) || found == run_json.end()) return;
+    if (*found == usual[row.key] || found->is_null()) return;
+    if (found->is_boolean()) {
+      words.push_back(OptionName(row.key));
+    } else if (found->is_array()) {
+      for (const ordered_json& element : *found)
+        words.insert(words.end(), {OptionName(row.key), text(element)});
+    } else {
+      words.insert(words.end(), {OptionName(row.key), text(*found)});
+    }
+  });
+  return ShellWords(words);
 }
 
 }  // namespace evalbus::runner

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include "runner/run_options.h"
@@ -22,5 +23,9 @@ nlohmann::ordered_json RunJson(const nlohmann::ordered_json& facts, const RunOpt
 nlohmann::ordered_json ScoredRunJson(const sim::PreparedScene& prepared, const std::filesystem::path& map,
                                      const std::filesystem::path& data,
                                      const std::vector<std::filesystem::path>& files);
+
+// Returns the `evalbus run` command with the options of a run.json that are not the default and that its
+// results may depend on; empty for a run that nothing simulated.
+std::string CommandOf(const nlohmann::ordered_json& run_json);
 
 }  // namespace evalbus::runner

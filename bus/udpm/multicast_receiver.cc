@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <variant>
 
+#include "base/errors.h"
 #include "base/poll.h"
 #include "bus/udpm/channel_filter.h"
 
@@ -42,6 +44,23 @@ int64_t TimeOf(const msghdr& header) {
 }
 
 }  // namespace
+
+void CheckMulticastAddress(const std::string& url) {
+  constexpr std::string_view kScheme = "udpm://";
+  constexpr int kMaxPort = 65535;
+  const std::string place = url.substr(kScheme.size(), url.find('?') - kScheme.size());
+  const size_t colon = place.find(':');
+  const std::string group = place.substr(0, colon);
+  const std::string port = colon == std::string::npos ? "7667" : place.substr(colon + 1);
+  in_addr address{};
+  int number = 0;
+  const auto parsed = std::from_chars(port.data(), port.data() + port.size(), number);
+  const bool is_port =
+      parsed.ec == std::errc() && parsed.ptr == port.data() + port.size() && number > 0 && number <= kMaxPort;
+  if ((group.empty() || inet_aton(group.c_str(), &address) != 0) && is_port) return;
+  throw InputError("bus URL '" + url + "': '" + place +
+                   "' is not ADDRESS:PORT, for example udpm://239.255.76.67:7667?ttl=0");
+}
 
 MulticastAddress ParseMulticastUrl(const std::string& url, int default_buffer_bytes) {
   MulticastAddress address;

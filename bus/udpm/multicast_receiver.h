@@ -27,6 +27,10 @@ struct MulticastAddress {
   int receive_buffer_bytes = 0;
 };
 
+// Throws InputError if ADDRESS:PORT of a udpm:// URL, both optional, is malformed: liblcm's own failure has
+// many possible causes.
+void CheckMulticastAddress(const std::string& url);
+
 // Parses "udpm://ADDRESS:PORT?ttl=0&recv_buf_size=BYTES" as liblcm does. The URL must be one that liblcm has
 // accepted. Each part may be missing. default_buffer_bytes: used if the URL has no recv_buf_size.
 MulticastAddress ParseMulticastUrl(const std::string& url, int default_buffer_bytes);

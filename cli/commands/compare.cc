@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
+#include "base/styled_text.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
@@ -116,7 +117,7 @@ int Compare(const CompareOptions& options) {
   const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline);
   for (size_t i = 0; i < comparisons.size(); ++i) {
     fmt::print("{}{}", i == 0 ? "" : "\n\n",
-               results::ComparisonText(comparisons[i], !options.baseline.empty()));
+               results::ComparisonText(comparisons[i], !options.baseline.empty(), UsesColors(stdout)));
   }
   const std::vector<results::RankedRun> ranking = results::RankBySuccess(all);
   if (!ranking.empty()) fmt::print("\n\n{}", results::RankingText(ranking));

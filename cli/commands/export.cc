@@ -57,7 +57,8 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
                                    "episode; without a name:\nepisode.mcap beside each episode's log")
                       ->type_name("[FILE]")
                       ->expected(0, 1);
-  kinds->require_option(1);
+  // More than one is refused by the parser.
+  kinds->require_option(0, 1);
   app->add_flag("--successes", options->only_successes, "training sets: successful episodes only");
   AddList(app, "--episode", &options->episodes,
           "--mcap: numbers of episodes, separated by commas; default: all")
@@ -130,7 +131,6 @@ int ExportMcap(const ExportOptions& options) {
 
 int ExportTrainingSet(const ExportOptions& options) {
   const fs::path& out = options.hdf5.empty() ? options.safetensors : options.hdf5;
-  if (out.empty()) throw InputError("--csv, --hdf5 or --safetensors: expected a name, got an empty one");
   if (fs::exists(out)) throw InputError(out.string() + ": exists; choose another name");
   if (!options.cameras.empty() && options.hdf5.empty())
     throw InputError("--camera requires --hdf5 or --mcap");
@@ -169,6 +169,8 @@ Action AddExport(CLI::App* app) {
   AddOptions(app, options.get());
   return [options] {
     if (options->mcap->count() > 0) return ExportMcap(*options);
+    if (options->csv.empty() && options->hdf5.empty() && options->safetensors.empty())
+      throw InputError("export: expected one of --csv, --hdf5, --safetensors and --mcap");
     return options->csv.empty() ? ExportTrainingSet(*options) : ExportTable(*options);
   };
 }

@@ -16,6 +16,7 @@
 #include "report/run_report.h"
 #include "report/viewer_pack.h"
 #include "results/run_reader.h"
+#include "runner/run_json.h"
 #include "runner/version.h"
 
 namespace evalbus::commands {
@@ -45,7 +46,8 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
       "default: the first failures and the success with the median time; in 3D as many as fit");
   app->add_option(
          "--mb", options->megabytes,
-         "maximum size of the page in megabytes; as many episodes as fit can be played in 3D; 0: none")
+         "maximum size of the page in megabytes; as many episodes as fit can be played in 3D; 0: no 3D, no "
+         "images")
       ->check(CLI::Range(0.0, 2000.0))
       ->capture_default_str();
 }
@@ -70,8 +72,9 @@ int WriteReport(const ReportOptions& options) {
   const fs::path out = options.out.empty() ? options.run / "report.html" : options.out;
   const std::string made_by =
       fmt::format("{} ({}{})", kVersion, kGitCommit, kGitDirty ? ", with changes" : "");
-  const report::BuiltPage page = report::RunReport(std::move(runs), out, options.episodes, made_by,
-                                                   static_cast<size_t>(options.megabytes * 1e6));
+  const report::BuiltPage page =
+      report::RunReport(std::move(runs), out, options.episodes, made_by,
+                        static_cast<size_t>(options.megabytes * 1e6), runner::CommandOf);
   WriteWhole(out, page.html);
   fmt::print("{}\n", fs::proximate(out).string());
   if (!page.note.empty()) {

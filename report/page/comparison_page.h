@@ -18,6 +18,10 @@ struct ComparisonPageParts {
   std::vector<results::Comparison> comparisons;
   // Links to the videos of an episode.
   std::function<std::vector<ReportLink>(const std::filesystem::path& run, int episode)> videos;
+  // Shows a pair in the page's 3D viewer, at the cause of the failure if one failed; empty if the page does
+  // not have the pair.
+  std::function<std::string(const results::TaskComparison& task, const results::ComparedPair& pair)>
+      player_url;
   // Nothing if the page has no 3D viewer, and what it leaves out, one sentence each.
   std::optional<viz::PackedViewer> viewer;
   std::vector<std::string> viewer_notes;

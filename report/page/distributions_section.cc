@@ -155,7 +155,7 @@ void StatisticsTable(const RunSection& section) {
     html->Element("th", {}, "metric");
     html->Element("th", {}, "unit");
     for (const Statistic& statistic : kStatistics) {
-      html->Element("th", {{"class", "number"}}, Words(statistic.name));
+      html->Element("th", {{"class", "number"}, {"data-statistic", statistic.name}}, Words(statistic.name));
     }
   };
   const auto table = [&] {

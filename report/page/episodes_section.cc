@@ -30,7 +30,7 @@ void Titles(bool explained, Markup* html) {
   for (const char* title : {"time, s", "stages", "slips", "collisions", "clearance, mm", "path, m"}) {
     html->Element("th", {{"class", "number"}}, title);
   }
-  html->Element("th", {{"class", "unsorted"}}, "files");
+  html->Element("th", {{"class", "unsorted files"}}, "files");
   html->Element("th", {{"class", "number"}}, "seed");
 }
 

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/percent.h"
 #include "report/page/scale.h"
 
 namespace evalbus::report {
@@ -250,15 +251,15 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
   html->Close();
 }
 
-void DrawShare(double share, double lower, double upper, bool scale, Markup* html) {
+void DrawShare(double share, double lower, double upper, bool scale, Markup* html, const char* css_class) {
   const std::string middle = "9";
   html->Open("svg", {{"class", scale ? "share scale" : "share"},
                      {"role", "img"},
-                     {"aria-label", fmt::format("{:.0f} %, interval {:.0f} to {:.0f} %", share * 100,
+                     {"aria-label", fmt::format("{}, interval {:.0f} to {:.0f} %", Percent(share),
                                                 lower * 100, upper * 100)}});
   html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});
   html->Empty("rect",
-              {{"class", "good"}, {"x", "0"}, {"y", "2"}, {"width", CssPercent(share)}, {"height", "14"}});
+              {{"class", css_class}, {"x", "0"}, {"y", "2"}, {"width", CssPercent(share)}, {"height", "14"}});
   html->Empty("line", {{"class", "whisker"},
                        {"x1", CssPercent(lower)},
                        {"x2", CssPercent(upper)},

@@ -48,7 +48,8 @@ struct CurveFigure {
 void DrawCurves(const CurveFigure& figure, Markup* html);
 
 // Draws a share with its interval on a scale from 0 to 100 %. scale: whether tick marks are drawn.
-void DrawShare(double share, double lower, double upper, bool scale, Markup* html);
+void DrawShare(double share, double lower, double upper, bool scale, Markup* html,
+               const char* css_class = "good");
 // Draws a share without interval.
 void DrawBar(double share, const std::string& css_class, Markup* html);
 

@@ -12,7 +12,7 @@ void Folded(const std::vector<std::function<void()>>& figures, size_t shown, con
     for (size_t i = 0; i < shown; ++i) figures[i]();
   });
   if (figures.size() == shown) return;
-  html->Element("details", {}, [&] {
+  html->Element("details", {{"class", "more"}}, [&] {
     html->Element("summary", {}, fmt::format("{} {}", figures.size() - shown, what));
     html->Element("div", {{"class", css_class}}, [&] {
       for (size_t i = shown; i < figures.size(); ++i) figures[i]();

@@ -10,7 +10,11 @@ namespace evalbus::report {
 
 void Markup::Open(const char* name, Attributes attributes) {
   printer_.OpenElement(name, true);
-  for (const auto& [key, value] : attributes) printer_.PushAttribute(key, Printable(value).c_str());
+  for (const auto& [key, value] : attributes) Attribute(key, value);
+}
+
+void Markup::Attribute(const char* name, const std::string& value) {
+  printer_.PushAttribute(name, Printable(value).c_str());
 }
 
 void Markup::Close() {

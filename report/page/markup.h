@@ -22,6 +22,8 @@ class Markup {
 
   // Element names must be literals; they are not copied.
   void Open(const char* name, Attributes attributes = {});
+  // Adds an attribute to the element that Open() has just opened.
+  void Attribute(const char* name, const std::string& value);
   void Close();
   // Writes an element whose content is written by `content`.
   template <std::invocable Content>

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -29,11 +30,11 @@ void WriteScripts(const viz::PackedViewer& viewer, Markup* html) {
 
 }  // namespace
 
-void WriteViewer(const viz::PackedViewer& viewer, Markup* html) {
+void WriteViewer(const viz::PackedViewer& viewer, Markup* html, const std::string& opened) {
   html->Element("section", {{"class", "in-3d"}}, [&] {
     html->Element("h2", {{"id", "in-3d"}}, "Episode player");
     html->Element("p", {{"class", "note"}}, viewer.note);
-    html->Element("div", {{"id", "viewer"}, {"data-from", "page"}},
+    html->Element("div", {{"id", "viewer"}, {"data-from", "page"}, {"data-open", opened}},
                   [&] { html->Element("noscript", {}, "The 3D view requires JavaScript."); });
   });
 }
@@ -72,15 +73,29 @@ void Links(const std::vector<ReportLink>& links, Markup* html) {
   }
 }
 
-std::string Percent(double share) {
-  return std::isfinite(share) ? fmt::format("{:.0f} %", share * 100) : std::string("-");
+std::string PlayerUrl(const PlayerPlace& place, const results::Cause& cause,
+                      const std::optional<PlayerPlace>& other) {
+  constexpr double kBefore = 1;  // s
+  std::string url = fmt::format("#view:run={},episode={}", place.run, place.episode);
+  if (!cause.text.empty()) url += fmt::format(",t={:.3f}", std::max(0.0, cause.time_s - kBefore));
+  if (other) url += fmt::format(",other={}/{}", other->run, other->episode);
+  return url;
+}
+
+std::string WithMinus(std::string text) {
+  const auto is_digit = [&](size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
+  for (size_t i = 0; i < text.size(); ++i) {
+    const bool begins = i == 0 || text[i - 1] == ' ' || text[i - 1] == '(' || text[i - 1] == '[';
+    if (text[i] == '-' && begins && is_digit(i + 1)) text.replace(i, 1, "−");
+  }
+  return text;
 }
 
 void Data(double value, const std::string& text, Markup* html) {
   if (!std::isfinite(value)) {
     html->Text("-");
   } else {
-    html->Element("data", {{"value", fmt::format("{}", value)}}, text);
+    html->Element("data", {{"value", fmt::format("{}", value)}}, WithMinus(text));
   }
 }
 void Data(double value, Markup* html) { Data(value, Number(value), html); }

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "report/page/markup.h"
+#include "results/run_reader.h"
 #include "viz/viewer/pack.h"
 
 namespace evalbus::report {
@@ -23,11 +25,21 @@ void Links(const std::vector<ReportLink>& links, Markup* html);
 std::string Page(const std::string& title, const std::string& made_by,
                  const std::function<void(Markup*)>& content, const viz::PackedViewer* viewer = nullptr);
 
-// Writes the section with the 3D episode viewer.
-void WriteViewer(const viz::PackedViewer& viewer, Markup* html);
+// Writes the section with the 3D episode viewer. opened: fragment of the episode that it shows first; empty:
+// the first failure.
+void WriteViewer(const viz::PackedViewer& viewer, Markup* html, const std::string& opened = "");
 
-// Returns "95 %" for 0.95; "-" if the share is not finite.
-std::string Percent(double share);
+// An episode in the 3D viewer: number of the run on the page, and of the episode.
+struct PlayerPlace {
+  int run, episode;
+};
+// Returns the URL fragment that shows the episode from one second before its decisive moment on, or from its
+// beginning if the moment is not known; other: an episode to compare it with.
+std::string PlayerUrl(const PlayerPlace& place, const results::Cause& cause,
+                      const std::optional<PlayerPlace>& other = {});
+
+// Replaces hyphens before numbers by minus signs.
+std::string WithMinus(std::string text);
 
 // Writes a number as <data>: the value with all digits, and `text` as shown; "-" if the value is not finite.
 void Data(double value, const std::string& text, Markup* html);

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <limits>
+#include <algorithm>
+#include <functional>
+#include <numeric>
 #include <set>
 
+#include "base/percent.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "report/page/figures.h"
@@ -13,11 +15,14 @@
 namespace evalbus::report {
 namespace {
 
-void Cell(const PlanCell& cell, Markup* html) {
+void Cell(const PlanCell& cell, const std::string& label, Markup* html) {
   const metrics::RunSummary& summary = cell.summary;
-  if (summary.judged == 0) return html->Element("td", {{"class", "number"}}, "-");
+  if (summary.judged == 0) {
+    html->Element("td", {{"class", "number"}, {"data-label", label}}, "-");
+    return;
+  }
   const double rate = summary.success_rate;
-  html->Element("td", {{"class", "number share"}}, [&] {
+  html->Element("td", {{"class", "number share"}, {"data-label", label}}, [&] {
     const std::string text = Percent(rate);
     if (cell.url.empty()) {
       Data(rate, text, html);
@@ -35,10 +40,53 @@ void Cell(const PlanCell& cell, Markup* html) {
   });
 }
 
-void Row(const PlanRow& row, Markup* html) {
+// Indices of the policies by descending success over all tasks.
+std::vector<size_t> ByRank(const PlanReport& report) {
+  std::vector<size_t> order(report.policies.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::stable_sort(order, std::ranges::greater{}, [&](size_t policy) {
+    const metrics::RunSummary& all = report.all.cells[policy].summary;
+    return all.judged > 0 ? static_cast<double>(all.successes) / all.judged : -1.0;
+  });
+  return order;
+}
+
+std::string LettersOf(const PlanReport& report, const std::string& policy) {
+  const auto ranked = std::ranges::find(report.ranking, policy, &results::RankedRun::name);
+  return ranked == report.ranking.end() ? "" : ranked->letters;
+}
+
+// The verdict against the baseline in one cell.
+void VerdictCell(const PlanReport& report, const std::string& policy, Markup* html) {
+  const auto verdict = std::ranges::find(report.verdicts, policy, &PlanVerdict::policy);
+  html->Element("td", {{"data-label", "against " + report.baseline}}, [&] {
+    if (verdict == report.verdicts.end()) return html->Text(policy == report.baseline ? "baseline" : "-");
+    const bool is_shown = !verdict->judgment.empty();
+    html->Element("span", {{"class", is_shown ? verdict->judgment : "none"}},
+                  is_shown ? verdict->judgment : "no difference shown");
+    html->Element("div", {{"class", "note"}}, WithMinus(verdict->difference));
+  });
+}
+
+void PolicyRow(const PlanReport& report, size_t rank, size_t policy, Markup* html) {
+  const std::string& name = report.policies[policy];
+  const auto labeled = [&](const PlanCell& cell, const std::string& label) { Cell(cell, label, html); };
   html->Element("tr", {}, [&] {
-    html->Element("th", {{"scope", "row"}}, row.name);
-    for (const PlanCell& cell : row.cells) Cell(cell, html);
+    html->Element("td", {{"class", "number rank"}}, [&] {
+      Data(static_cast<double>(rank), std::to_string(rank), html);
+      if (const std::string letters = LettersOf(report, name); !letters.empty())
+        html->Element("div", {{"class", "note"}}, letters);
+    });
+    html->Element("th", {{"scope", "row"}}, [&] {
+      if (policy >= report.reports.size()) return html->Text(name);
+      html->Element("a", {{"href", report.reports[policy].url}}, name);
+    });
+    labeled(report.all.cells[policy], "all");
+    VerdictCell(report, name, html);
+    for (const PlanRow& task : report.tasks) labeled(task.cells[policy], task.name);
+    if (report.tasks.size() < 2) return;
+    html->Element("td", {{"class", "number"}, {"data-label", "mean of tasks"}},
+                  [&] { Data(report.means[policy], Percent(report.means[policy]), html); });
   });
 }
 
@@ -48,76 +96,42 @@ void PolicyTitles(const PlanReport& report, Markup* html) {
 
 void Rates(const PlanReport& report, Markup* html) {
   html->Element("h2", {{"id", "success"}}, "Success");
-  html->Element("p", {{"class", "note"}},
-                "Share of the complete episodes that succeeded, with its 95 % interval (Wilson). A rate "
-                "links to its run, an episode to its motion in 3D: the first failure, if there is one.");
   html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-    html->Element("table", {{"class", "sortable"}, {"id", "rates"}}, [&] {
+    html->Element("table", {{"class", "sortable stacked"}, {"id", "rates"}}, [&] {
       html->Element("thead", {}, [&] {
         html->Element("tr", {}, [&] {
-          html->Element("th", {}, "task");
-          PolicyTitles(report, html);
+          html->Element("th", {{"class", "number"}}, "rank");
+          html->Element("th", {}, "policy");
+          html->Element("th", {{"class", "number"}}, "all");
+          html->Element("th", {}, "against " + report.baseline);
+          for (const PlanRow& task : report.tasks) html->Element("th", {{"class", "number"}}, task.name);
+          if (report.tasks.size() > 1) html->Element("th", {{"class", "number"}}, "mean of tasks");
         });
       });
       html->Element("tbody", {}, [&] {
-        for (const PlanRow& task : report.tasks) Row(task, html);
-      });
-      if (report.tasks.size() < 2) return;
-      html->Element("tfoot", {}, [&] {
-        Row(report.all, html);
-        html->Element("tr", {}, [&] {
-          html->Element("th", {{"scope", "row"}}, "mean of the tasks' rates");
-          for (const double mean : report.means) NumberCell(mean, Percent(mean), html);
-        });
+        size_t rank = 0;
+        for (const size_t policy : ByRank(report)) PolicyRow(report, ++rank, policy, html);
       });
     });
   });
+  std::string note =
+      "Share of the complete episodes that succeeded, with its 95 % interval (Wilson). A rate links to its "
+      "run, an episode to its motion in 3D: the first failure, if there is one.";
+  if (!report.ranking.empty()) note += std::string(" ") + results::kRankingNote;
+  html->Element("p", {{"class", "note"}}, note);
 }
 
 void Verdicts(const PlanReport& report, Markup* html) {
   if (report.verdicts.empty()) return;
   html->Element("h2", {{"id", "comparisons"}}, "Against " + report.baseline);
   html->Element("p", {{"class", "note"}}, report.verdict_note);
-  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-    html->Element("table", {}, [&] {
-      html->Element("tbody", {}, [&] {
-        for (const PlanVerdict& verdict : report.verdicts) {
-          html->Element("tr", {}, [&] {
-            html->Element("th", {{"scope", "row"}}, [&] {
-              if (verdict.url.empty()) return html->Text(verdict.policy);
-              html->Element("a", {{"href", verdict.url}}, verdict.policy);
-            });
-            html->Element("td", {{"class", verdict.judgment.empty() ? "none" : verdict.judgment}},
-                          verdict.judgment.empty() ? "no difference shown" : verdict.judgment);
-            NumberCell(verdict.p, verdict.p < 0.001 ? "p < 0.001" : fmt::format("p = {:.3f}", verdict.p),
-                       html);
-            html->Element("td", {}, verdict.text);
-          });
-        }
+  html->Element("ul", {{"class", "verdicts"}}, [&] {
+    for (const PlanVerdict& verdict : report.verdicts) {
+      html->Element("li", {}, [&] {
+        html->Text(WithMinus(verdict.text) + " ");
+        if (!verdict.url.empty()) html->Element("a", {{"href", verdict.url}}, "Comparison");
       });
-    });
-  });
-}
-
-void Ranking(const PlanReport& report, Markup* html) {
-  if (report.ranking.empty()) return;
-  html->Element("h2", {{"id", "ranking"}}, "Ranking by success");
-  html->Element("p", {{"class", "note"}}, results::kRankingNote);
-  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-    html->Element("table", {}, [&] {
-      html->Element("tbody", {}, [&] {
-        for (const results::RankedRun& rank : report.ranking) {
-          const double rate = rank.trials > 0 ? static_cast<double>(rank.successes) / rank.trials
-                                              : std::numeric_limits<double>::quiet_NaN();
-          html->Element("tr", {}, [&] {
-            html->Element("th", {{"scope", "row"}}, rank.name);
-            html->Element("td", {{"class", "number"}}, fmt::format("{} of {}", rank.successes, rank.trials));
-            NumberCell(rate, Percent(rate), html);
-            html->Element("td", {}, rank.letters);
-          });
-        }
-      });
-    });
+    }
   });
 }
 
@@ -166,20 +180,19 @@ void Failures(const PlanReport& report, Markup* html) {
 
 std::string PlanPage(const PlanReport& report, const std::string& made_by) {
   return Page(report.title, made_by, [&](Markup* html) {
+    if (!report.verdict.empty()) html->Element("p", {{"class", "verdict"}}, WithMinus(report.verdict));
     html->Element("p", {{"class", "subtitle"}}, [&] {
       html->Text(fmt::format(
-          "{} on {}, {} each. Reports: ",
+          "{} on {}, {} each.",
           report.policies.size() == 1 ? "1 policy" : fmt::format("{} policies", report.policies.size()),
           Plural(report.tasks.size(), "task"),
           report.tasks.empty() || report.tasks[0].cells.empty()
               ? "no episodes"
               : Plural(report.tasks[0].cells[0].summary.judged, "episode")));
-      Links(report.reports, html);
     });
     for (const std::string& remark : report.remarks) html->Element("p", {{"class", "note"}}, remark);
     Rates(report, html);
     Verdicts(report, html);
-    Ranking(report, html);
     Failures(report, html);
   });
 }

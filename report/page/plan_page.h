@@ -27,8 +27,8 @@ struct PlanRow {
 struct PlanVerdict {
   std::string policy;
   std::string text;
-  // Adjusted p-value; verdict_note names the method.
-  double p = 1;
+  // For example "-47 points (-64 to -27)".
+  std::string difference;
   // "better", "worse" or "differs"; empty: no significant difference.
   std::string judgment;
   std::string url;  // comparison page
@@ -36,6 +36,8 @@ struct PlanVerdict {
 
 struct PlanReport {
   std::string title;
+  // For example "a > b > c; all decided".
+  std::string verdict;
   std::vector<std::string> policies;
   std::string baseline;
   std::vector<PlanRow> tasks;

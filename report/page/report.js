@@ -1,4 +1,4 @@
-// Sorts tables by the clicked column; a second click reverses the order. Marks tables that can be scrolled. A
+// Sorts tables by the clicked column; a second click reverses the order. Shows long tables in pages. Marks tables that can be scrolled. A
 // click on an event's time seeks the video to it. This file must not contain characters that XML or HTML
 // would interpret as markup.
 "use strict";
@@ -31,8 +31,58 @@ for (const table of document.querySelectorAll("table.sortable")) {
       const rows = [...table.tBodies[0].rows].map((row) => ({ row, key: valueOf(row.cells[column]) }));
       rows.sort((a, b) => sign * compare(a.key, b.key));
       table.tBodies[0].append(...rows.map(({ row }) => row));
+      table.dispatchEvent(new Event("sorted"));
     });
   });
+}
+
+// Shows a table that has more rows than this in pages.
+const ROWS_OF_PAGE = 100;
+
+function makePages(table) {
+  const filter = table.closest("section")?.querySelector(".only-failures");
+  const pager = document.createElement("div");
+  const text = document.createElement("span");
+  let page = 0;
+  const shownRows = () => {
+    const rows = [...table.tBodies[0].rows];
+    return filter?.checked ? rows.filter((row) => !row.classList.contains("good")) : rows;
+  };
+  const show = () => {
+    const rows = shownRows();
+    page = Math.max(0, Math.min(page, Math.ceil(rows.length / ROWS_OF_PAGE) - 1));
+    const first = page * ROWS_OF_PAGE, end = Math.min(first + ROWS_OF_PAGE, rows.length);
+    rows.forEach((row, i) => row.classList.toggle("elsewhere", Math.floor(i / ROWS_OF_PAGE) !== page));
+    text.textContent = `rows ${first + 1} to ${end} of ${rows.length}`;
+  };
+  const button = (label, step) => {
+    const element = document.createElement("button");
+    element.type = "button";
+    element.textContent = label;
+    element.addEventListener("click", () => { page += step; show(); });
+    return element;
+  };
+  pager.className = "pager";
+  pager.append(button("previous", -1), text, button("next", 1));
+  table.closest(".scroll").after(pager);
+  filter?.addEventListener("change", () => { page = 0; show(); });
+  table.addEventListener("sorted", () => { page = 0; show(); });
+  // A link may lead to a row on another page.
+  const follow = () => {
+    const row = document.getElementById(location.hash.slice(1));
+    const index = row ? shownRows().indexOf(row) : -1;
+    if (index === -1) return;
+    page = Math.floor(index / ROWS_OF_PAGE);
+    show();
+    row.scrollIntoView();
+  };
+  addEventListener("hashchange", follow);
+  show();
+  follow();
+}
+
+for (const table of document.querySelectorAll("table.episodes")) {
+  if (table.tBodies[0].rows.length > ROWS_OF_PAGE) makePages(table);
 }
 
 for (const button of document.querySelectorAll("[data-seek]")) {
@@ -52,7 +102,7 @@ markWide();
 addEventListener("resize", markWide);
 for (const details of document.querySelectorAll("details")) details.addEventListener("toggle", markWide);
 
-// Expands all details for printing.
+// Expands details for printing, except those that would only add more of the same.
 addEventListener("beforeprint", () => {
-  for (const details of document.querySelectorAll("details")) details.open = true;
+  for (const details of document.querySelectorAll("details:not(.more)")) details.open = true;
 });

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/percent.h"
 #include "base/plural.h"
 #include "report/page/page.h"
 #include "report/page/report_numbers.h"
@@ -83,14 +84,15 @@ std::string ReportPage(const Report& report) {
     const bool suite = report.runs.size() > 1;
     for (const std::string& remark : report.remarks) html->Element("p", {{"class", "warning"}}, remark);
     if (suite) SuiteTable(report, html);
-    if (suite && report.viewer) WriteViewer(*report.viewer, html);
+    if (suite && report.viewer) WriteViewer(*report.viewer, html, report.opened);
     for (size_t i = 0; i < report.runs.size(); ++i) {
       const ReportRun& run = report.runs[i];
       if (suite) html->Element("h2", {{"id", Id(i)}}, run.run.task_name());
       Subtitle(run, html);
       const RunSection section{run, suite ? Id(i) : "", suite ? "h3" : "h2", suite ? "h4" : "h3", html};
       WriteSummary(section);
-      if (!suite && report.viewer) WriteViewer(*report.viewer, html);
+      WriteFailures(section);
+      if (!suite && report.viewer) WriteViewer(*report.viewer, html, report.opened);
       WriteStages(section);
       WriteDistributions(section);
       WriteEpisodes(section);

@@ -21,6 +21,12 @@ struct EpisodeFiles {
   std::vector<ReportLink> logs;
 };
 
+// Decisive moment of an episode. image: data URL; url: the moment in the page's 3D viewer. Either may be
+// empty.
+struct ReportMoment {
+  std::string image, url;
+};
+
 // Curves and events of one episode.
 struct ReportCurves {
   int episode = 0;
@@ -39,6 +45,10 @@ struct ReportRun {
   std::vector<std::string> notes;
   // Pacing of a realtime run (results::RunPacing); null if it is not one.
   nlohmann::ordered_json pacing;
+  // Command line that repeats the run; empty if there is none.
+  std::string command;
+  // By episode; of the first failures only.
+  std::map<int, ReportMoment> moments;
   // In the order of run.episodes.
   std::vector<EpisodeFiles> files;
   // From the logs: curves of selected episodes, names of stages by index, and hashes of the models by key.
@@ -54,6 +64,8 @@ struct Report {
   std::vector<std::string> remarks;
   // Nothing if the page has no 3D viewer.
   std::optional<viz::PackedViewer> viewer = {};
+  // URL fragment of the episode that the viewer shows first.
+  std::string opened = {};
   // Version and commit of the program that wrote the page.
   std::string made_by;
 };

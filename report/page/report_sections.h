@@ -26,6 +26,8 @@ inline std::string EpisodeId(const RunSection& section, const results::RecordedE
 
 // Success rate, failures and exclusions as sentences; the main numbers; one square per episode.
 void WriteSummary(const RunSection& section);
+// The first failures: image of the decisive moment, and the cause in a sentence.
+void WriteFailures(const RunSection& section);
 // Stages, failure reasons, collisions.
 void WriteStages(const RunSection& section);
 // A histogram of each metric that varies, and all statistics as a table.
@@ -34,7 +36,7 @@ void WriteDistributions(const RunSection& section);
 void WriteEpisodes(const RunSection& section);
 // Curves and events of selected episodes.
 void WriteCurves(const RunSection& section);
-// Configuration of the run.
+// Configuration of the run, and the command that repeats it.
 void WriteMade(const RunSection& section);
 
 }  // namespace evalbus::report

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/percent.h"
 #include "base/text.h"
 #include "report/page/page.h"
 #include "report/page/report_sections.h"
@@ -85,35 +86,6 @@ void WriteStages(const RunSection& section) {
     if (!summary.stages.empty()) html->Element("div", {}, [&] { StageTable(section); });
     if (!summary.failure_reasons.empty()) html->Element("div", {}, [&] { FailureReasons(section); });
     if (!summary.collisions_per_geom.empty()) html->Element("div", {}, [&] { Collisions(section); });
-  });
-}
-
-void WriteMade(const RunSection& section) {
-  Markup* html = section.html;
-  const auto row = [&](const std::string& key, const std::string& value) {
-    html->Element("tr", {}, [&] {
-      html->Element("th", {{"scope", "row"}}, key);
-      html->Element("td", {}, value);
-    });
-  };
-  const auto json_row = [&](const std::string& key, const nlohmann::ordered_json& value) {
-    row(key, value.is_string() ? value.get<std::string>() : value.dump());
-  };
-  html->Element("section", {}, [&] {
-    html->Element(section.heading, {{"id", section.id + "made"}}, "How it was made");
-    html->Element("table", {{"class", "made"}}, [&] {
-      html->Element("tbody", {}, [&] {
-        for (const auto& [key, value] : section.run.run.info.items()) {
-          if (!value.is_object()) {
-            json_row(key, value);
-            continue;
-          }
-          for (const auto& [part, of_part] : value.items())
-            json_row(fmt::format("{}.{}", key, part), of_part);
-        }
-        for (const auto& [key, hash] : section.run.model_hashes) row(key, hash);
-      });
-    });
   });
 }
 

@@ -1,13 +1,16 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "base/percent.h"
 #include "base/plural.h"
 #include "lcmtypes/metric_catalog.h"
 #include "report/page/page.h"
 #include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
+#include "report/page/strip.h"
 #include "results/pacing.h"
 
 namespace evalbus::report {
@@ -47,13 +50,23 @@ std::string IncompleteSentence(const ReportRun& run) {
                      count == 1 ? "1 episode is" : fmt::format("{} episodes are", count), numbers);
 }
 
-void IntervalNote(const char* method, const metrics::Interval& interval, Markup* html) {
-  html->Element("div", {{"class", "note"}}, [&] {
-    html->Text("95 % interval ");
-    Data(interval.lower, fmt::format("{:.1f}", interval.lower * 100), html);
-    html->Text(" to ");
-    Data(interval.upper, fmt::format("{:.1f} %", interval.upper * 100), html);
-    html->Text(std::string(", ") + method);
+// The most frequent failure reasons as bars.
+void FailureBars(const metrics::RunSummary& summary, Markup* html) {
+  constexpr size_t kShown = 3;
+  const auto& reasons = summary.failure_reasons;
+  if (reasons.empty()) return;
+  html->Element("table", {{"class", "bars"}}, [&] {
+    html->Element("tbody", {}, [&] {
+      for (size_t i = 0; i < std::min(reasons.size(), kShown); ++i) {
+        html->Element("tr", {}, [&] {
+          html->Element("th", {{"scope", "row"}}, reasons[i].first);
+          html->Element("td", {{"class", "bar"}}, [&] {
+            DrawBar(static_cast<double>(reasons[i].second) / summary.complete, "bad", html);
+          });
+          NumberCell(reasons[i].second, html);
+        });
+      }
+    });
   });
 }
 
@@ -66,8 +79,7 @@ void RateTile(const RunSection& section) {
     html->Element("div", {{"class", "value"}, {"id", section.id + "success-rate"}},
                   [&] { Data(rate, Percent(rate), html); });
     if (std::isfinite(rate)) DrawShare(rate, summary.wilson.lower, summary.wilson.upper, true, html);
-    IntervalNote("Wilson", summary.wilson, html);
-    IntervalNote("Clopper-Pearson", summary.clopper_pearson, html);
+    FailureBars(summary, html);
   });
 }
 
@@ -78,45 +90,55 @@ void MetricTile(const metrics::MetricSummary& metric, Markup* html) {
   const auto text = [&](double value) {
     return ShownValue(*number.metric, value, metric.std / std::sqrt(metric.episodes));
   };
+  const bool is_of_successes = IsOfSuccessesOnly(metric.name);
   html->Element("div", {{"class", "tile"}}, [&] {
     html->Element("div", {{"class", "label"}},
-                  "mean " + number.label() + (IsOfSuccessesOnly(metric.name) ? " of successes" : ""));
+                  is_of_successes ? "mean time to success" : "mean " + number.label());
     html->Element("div", {{"class", "value"}}, [&] {
       Data(metric.mean, text(metric.mean), html);
       if (!unit.empty()) html->Element("span", {{"class", "unit"}}, " " + unit);
     });
-    html->Element("div", {{"class", "note"}}, "median " + text(metric.median) + ", max " + text(metric.max));
+    html->Element("div", {{"class", "note"}},
+                  (is_of_successes ? (metric.episodes == 1 ? std::string("1 success")
+                                                           : fmt::format("{} successes", metric.episodes)) +
+                                         ", "
+                                   : "") +
+                      "median " + WithMinus(text(metric.median)) + ", max " + WithMinus(text(metric.max)));
   });
 }
 
+// Shows the first six metrics that vary; if fewer do, constant ones, too.
 void Tiles(const RunSection& section) {
+  constexpr size_t kTiles = 6;
+  std::vector<const metrics::MetricSummary*> varying, constant;
+  for (const char* name : {"completion_time", "subtask_progress", "slip_count", "env_collision_count",
+                           "self_collision_count", "extended.min_clearance_m", "total_cartesian_path_length",
+                           "cartesian_path_length", "overall_rms_cartesian_jerk"}) {
+    const auto* metric = section.run.summary.Find(name);
+    if (metric) (metric->min < metric->max ? varying : constant).push_back(metric);
+  }
+  varying.insert(varying.end(), constant.begin(), constant.end());
+  varying.resize(std::min(varying.size(), kTiles));
   section.html->Element("div", {{"class", "tiles"}}, [&] {
     RateTile(section);
-    for (const char* name : {"completion_time", "subtask_progress", "slip_count", "env_collision_count",
-                             "self_collision_count", "extended.min_clearance_m"}) {
-      if (const auto* metric = section.run.summary.Find(name)) MetricTile(*metric, section.html);
-    }
+    for (const metrics::MetricSummary* metric : varying) MetricTile(*metric, section.html);
   });
 }
 
-// Writes one square per episode, in order, as a link to its table row. The strip is hidden from assistive
-// technology, which uses the table instead.
+// Writes one square per episode, in order, as a link to its table row.
 void Strip(const RunSection& section) {
   const ReportRun& run = section.run;
   Markup* html = section.html;
-  html->Element("div", {{"class", "strip"}, {"aria-hidden", "true"}}, [&] {
-    for (const results::RecordedEpisode& episode : run.run.episodes) {
-      const std::string& reason =
-          episode.failure_reason.empty() ? episode.end_reason : episode.failure_reason;
-      html->Element("a",
-                    {{"class", Outcome(episode)},
-                     {"href", "#" + EpisodeId(section, episode)},
-                     {"tabindex", "-1"},
-                     {"title", fmt::format("episode {}: {}{}", episode.episode, reason,
-                                           episode.complete ? "" : ", not complete")}},
-                    "");
-    }
-  });
+  std::vector<std::vector<StripCell>> columns;
+  for (const results::RecordedEpisode& episode : run.run.episodes) {
+    const std::string& reason = episode.failure_reason.empty() ? episode.end_reason : episode.failure_reason;
+    columns.push_back({{.css_class = Outcome(episode),
+                        .text = std::to_string(episode.episode),
+                        .title = fmt::format("episode {}: {}{}", episode.episode, reason,
+                                             episode.complete ? "" : ", not complete"),
+                        .url = "#" + EpisodeId(section, episode)}});
+  }
+  WriteStrip(columns, html);
   const auto key = [&](const char* css_class, const std::string& text) {
     html->Element("span", {{"class", "key"}}, [&] {
       html->Element("i", {{"class", css_class}}, "");
@@ -127,6 +149,9 @@ void Strip(const RunSection& section) {
     key("good", "success");
     key("bad", "no success");
     if (run.summary.complete < run.summary.episodes) key("incomplete", "not complete");
+    if (const size_t size = ColumnsPerSquare(columns.size()); size > 1) {
+      html->Text(fmt::format("{} episodes per square", size));
+    }
   });
 }
 

@@ -14,8 +14,10 @@
 #include "bus/host.h"
 #include "bus/live_runs.h"
 #include "bus/private_network.h"
+#include "report/page/page.h"
 #include "report/run_follower.h"
 #include "report/web/web_jobs.h"
+#include "results/run_reader.h"
 #include "viz/web/live_feed.h"
 #include "viz/web/page.h"
 #include "viz/web/server.h"
@@ -391,7 +393,23 @@ std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::opt
   }
 }
 
+namespace {
+
+// URL fragment of the episode that the page opens first; empty if none was chosen. Throws InputError.
+std::string OpenedEpisode(const WebOptions& options) {
+  if (!options.episode) return "";
+  if (options.runs.size() != 1) throw InputError("--episode: expected one run");
+  for (const results::RecordedEpisode& episode : results::ReadRun(options.runs.front()).episodes) {
+    if (episode.episode == *options.episode) return PlayerUrl({0, episode.episode}, episode.cause);
+  }
+  throw InputError(fmt::format("--episode: {} has no finished episode {}", options.runs.front().string(),
+                               *options.episode));
+}
+
+}  // namespace
+
 int Web(const WebOptions& options) {
+  const std::string opened = OpenedEpisode(options);
   // Evaluations take precedence over this process.
   if (getpriority(PRIO_PROCESS, 0) < kNice) setpriority(PRIO_PROCESS, 0, kNice);
   const auto broadcaster = std::make_shared<viz::UpdateBroadcaster>();
@@ -406,7 +424,7 @@ int Web(const WebOptions& options) {
   server->Start([&jobs](const viz::WebTarget& target, viz::WebServer::Reply reply) {
     Serve(target, &jobs, std::move(reply));
   });
-  if (!options.is_child) fmt::print("page {}  (Ctrl-C ends it)\n", server->url());
+  if (!options.is_child) fmt::print("page {}{}  (Ctrl-C ends it)\n", server->url(), opened);
   std::fflush(stdout);
   int code = 0;
   try {

@@ -17,6 +17,8 @@ struct WebOptions {
   // Folders of runs or suites, or a log that is being played; empty: the active run or replay on this
   // machine.
   std::vector<std::filesystem::path> runs;
+  // Episode of the one run in `runs` that the page opens first, at its decisive moment.
+  std::optional<int> episode;
   // Bus of a run without a known folder, instead of `runs`.
   std::string url;
   // Address to listen on; clients need the token. Empty: 127.0.0.1, without a token.

@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace evalbus::viz {
+#include "base/styled_text.h"
 
-// Meaning of a span of text. Colors only repeat what is also shown by symbols or words.
-enum class Style { kPlain, kStrong, kQuiet, kGood, kBad };
+namespace evalbus::viz {
 
 struct Span {
   std::string text;

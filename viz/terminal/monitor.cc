@@ -4,7 +4,6 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <optional>
 
 #include "base/text.h"
@@ -51,10 +50,7 @@ int Monitor(const Address& address) {
 
   std::optional<Terminal> terminal;
   if (isatty(STDOUT_FILENO)) {
-    const char* no_color = std::getenv("NO_COLOR");
-    const char* term = std::getenv("TERM");
-    terminal.emplace(STDOUT_FILENO, (no_color == nullptr || *no_color == '\0') &&
-                                        (term == nullptr || std::string(term) != "dumb"));
+    terminal.emplace(STDOUT_FILENO, UsesColors(stdout));
   } else {
     PrintLine("listening to " + url);
   }

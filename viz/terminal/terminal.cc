@@ -8,7 +8,7 @@
 #include <cstring>
 #include <limits>
 
-#include "base/text.h"
+#include "base/styled_text.h"
 
 namespace evalbus::viz {
 namespace {
@@ -68,22 +68,6 @@ void OnSuspend(int signal) {
   errno = error;
 }
 
-const char* Code(Style style) {
-  // Blue and orange of the Okabe-Ito palette, distinguishable for color-blind users.
-  switch (style) {
-    case Style::kStrong:
-      return "\x1b[1m";
-    case Style::kQuiet:
-      return "\x1b[2m";
-    case Style::kGood:
-      return "\x1b[38;5;74m";
-    case Style::kBad:
-      return "\x1b[38;5;214m";
-    default:
-      return "";
-  }
-}
-
 }  // namespace
 
 std::pair<int, int> TerminalSize(int fd) {
@@ -124,10 +108,7 @@ void Terminal::Draw(const std::vector<Line>& lines) {
   std::string frame = "\x1b[H";
   for (size_t i = 0; i < lines.size(); ++i) {
     if (i > 0) frame += "\r\n";
-    for (const Span& span : lines[i]) {
-      const char* code = colors_ ? Code(span.style) : "";
-      frame += code + Printable(span.text) + (*code ? "\x1b[0m" : "");
-    }
+    for (const Span& span : lines[i]) frame += Styled(span.text, span.style, colors_);
     if (LineWidth(lines[i]) < columns) frame += "\x1b[K";
   }
   if (static_cast<int>(lines.size()) < rows) frame += "\r\n\x1b[J";

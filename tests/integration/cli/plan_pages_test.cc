@@ -52,11 +52,11 @@ until: decided(alpha 0.05, max 20)
     EXPECT_THAT(run.out, HasSubstr(p));
     EXPECT_THAT(stop["text"].get<std::string>(), HasSubstr(p));
     const bool is_decided = stop["is_decided"];
-    EXPECT_EQ(page.find("succeeds less often than") != std::string::npos, is_decided);
+    EXPECT_EQ(page.find(" worse than ") != std::string::npos, is_decided);
   }
   EXPECT_THAT(Page("report.html"), Not(HasSubstr("exact McNemar")));
   // Policies whose number of episodes depends on results are not ranked.
-  EXPECT_THAT(Page("report.html"), Not(HasSubstr("Ranking by success")));
+  EXPECT_THAT(Page("report.html"), Not(HasSubstr("Policies that share a letter")));
 
   // A manual comparison notes that its p values are for another kind of plan.
   const fs::path run_folder = results_ / "expert/lift_pot-position";
@@ -74,15 +74,16 @@ tasks: [lift_pot/position]
 episodes: 8
 )");
   ASSERT_EQ(run.code, 0) << run.err;
-  const std::string verdict =
-      "flawed_expert-miss succeeds less often than expert: 0 of 8 against 8 of 8 on the same seeds, "
-      "difference -100 "
-      "points (95 % interval -100 to -54), exact McNemar, adjusted by Holm, p = 0.016.";
-  EXPECT_THAT(run.out, HasSubstr(verdict));
-  EXPECT_THAT(Page("report.html"), HasSubstr(verdict));
-  EXPECT_THAT(Page("flawed_expert-miss/against_expert.html"), HasSubstr(verdict));
+  const std::string headline = "flawed_expert-miss is 100 points worse than expert, 95 % CI ";
+  const std::string evidence =
+      "0 of 8 against 8 of 8 on the same seeds, exact McNemar, adjusted by Holm, p = 0.016.";
+  EXPECT_THAT(run.out, HasSubstr(headline + "-100 to -54.\n" + evidence));
+  EXPECT_THAT(Page("report.html"), HasSubstr(headline + "−100 to −54. " + evidence));
+  const std::string page = Page("flawed_expert-miss/against_expert.html");
+  EXPECT_THAT(page, HasSubstr("<h1>" + headline + "−100 to −54</h1>"));
+  EXPECT_THAT(page, HasSubstr(evidence));
   EXPECT_THAT(run.out, HasSubstr("Ranking by success\nexpert"));
-  EXPECT_THAT(Page("report.html"), HasSubstr("Ranking by success"));
+  EXPECT_THAT(Page("report.html"), HasSubstr("Policies that share a letter"));
 }
 
 }  // namespace evalbus::plan_pages_test

@@ -147,6 +147,11 @@ TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
   EXPECT_THAT(ErrorOf("policies: [expert]\ntasks: [lift_pots]\n"), HasSubstr(":2: key 'tasks': "));
   EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr(":1: "));
   EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr("expert"));
+  // All of them at once.
+  EXPECT_THAT(ErrorOf("policies:\n  - expret\n  - flawed_expert:slipp\ntasks: [lift_pots]\n"),
+              testing::AllOf(HasSubstr(":2: "), HasSubstr("; did you mean 'expert'?; "), HasSubstr(":3: "),
+                             HasSubstr("did you mean 'slip'?; "), HasSubstr(":4: key 'tasks': ")));
+  EXPECT_THAT(ErrorOf("policies: [expert\ntasks: lift_pot\n"), HasSubstr("a '[' is not closed"));
   EXPECT_THAT(ErrorOf("policies: [expert, expert]\ntasks: lift_pot\n"),
               HasSubstr("two policies have the name 'expert'; give each a 'name'"));
   EXPECT_THAT(ErrorOf("policies: ['ws://127.0.0.1:1']\ntasks: lift_pot\n"), HasSubstr(":1: "));

@@ -7,6 +7,7 @@
 #include "results/comparability.h"
 #include "results/comparison_json.h"
 #include "results/comparison_text.h"
+#include "results/conclusion.h"
 #include "tests/unit/results/compare_fixture.h"
 
 namespace evalbus::results::comparison_test {
@@ -35,8 +36,8 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_EQ(success.difference_95.lower, expected.lower);
   EXPECT_EQ(
       Conclusion(result),
-      "b succeeds more often than a: 43 of 50 against 31 of 50 on the same seeds, difference 24 points (95 % "
-      "interval 8 to 39), exact McNemar p = 0.0075.");
+      "b is 24 points better than a, 95 % CI 8 to 39. 43 of 50 against 31 of 50 on the same seeds, exact "
+      "McNemar p = 0.0075.");
 
   ASSERT_EQ(result.tasks.size(), 1u);
   const std::vector<MetricComparison>& metrics = result.tasks[0].metrics;
@@ -77,11 +78,11 @@ TEST_F(CompareTest, PairsBySeed) {
 
 TEST_F(CompareTest, StatesThatNothingCanBeConcluded) {
   const RecordedRuns a = Run("a", Info(10), First(7, 10), 5);
-  EXPECT_EQ(
-      Conclusion(CompareRuns(Run("b", Info(10), First(10, 10), 5), a)),
-      "No difference shown between b and a: 10 of 10 against 7 of 10 on the same seeds, difference 30 points "
-      "(95 % interval -4 to 60), exact McNemar p = 0.25. 10 pairs like these detect a true difference of 68 "
-      "points with 80 % power; detecting one of 30 points requires about 25 pairs.");
+  EXPECT_EQ(Conclusion(CompareRuns(Run("b", Info(10), First(10, 10), 5), a)),
+            "No difference shown between b and a: 30 points, 95 % CI -4 to 60. 10 of 10 against 7 of 10 on "
+            "the same "
+            "seeds, exact McNemar p = 0.25. 10 pairs like these detect a true difference of 68 "
+            "points with 80 % power; detecting one of 30 points requires about 25 pairs.");
   const std::string few =
       Conclusion(CompareRuns(Run("c", Info(4), First(4, 4), 5), Run("d", Info(4), First(0, 4), 5)));
   EXPECT_TRUE(few.ends_with("4 pairs are too few to detect any difference.")) << few;
@@ -104,7 +105,7 @@ TEST_F(CompareTest, NothingHasASign) {
   // Newcombe's lower bound is -0.2 points.
   const std::string text =
       Conclusion(CompareRuns(Run("b", Info(10, 8), First(10, 10), 5), Run("a", Info(40), First(28, 40), 5)));
-  EXPECT_THAT(text, testing::HasSubstr("difference 30 points (95 % interval 0 to 45)"));
+  EXPECT_THAT(text, testing::HasSubstr("a: 30 points, 95 % CI 0 to 45."));
 }
 
 TEST_F(CompareTest, LeavesOutWhatHasNoPartner) {
@@ -220,9 +221,9 @@ TEST_F(EqualEpisodesTest, EqualNumbersFromDifferentStartsAreAllSamples) {
   EXPECT_EQ(result.success.samples.trials, 30);
   EXPECT_EQ(result.success.difference, 0.5);
   EXPECT_NEAR(result.success.p, 2 * std::pow(0.5, 15), 1e-12);
-  EXPECT_TRUE(Conclusion(result).starts_with(
-      "half succeeds more often than none: 15 of 30 against 0 of 30 on the same seeds, difference 50 points"))
-      << Conclusion(result);
+  EXPECT_THAT(Conclusion(result),
+              testing::MatchesRegex("half is 50 points better than none, 95 % CI .*\\. 15 of "
+                                    "30 against 0 of 30 on the same seeds, .*"));
   // Also if all episodes of both are equal except for the start.
   EXPECT_EQ(CompareRuns(Equal("never", none, true), Equal("none", none, true)).success.samples.trials, 30);
   // And if the starts are equal and the policy is not deterministic.
@@ -256,11 +257,11 @@ TEST_F(CompareTest, TwoVariationsAreNamedFirst) {
   RecordedRuns b = Run("b", Info(6), First(6, 6), 5);
   b.runs[0].variation = "base";
   const Comparison result = CompareRuns(b, Run("a", Info(6), First(0, 6), 5));
+  EXPECT_TRUE(Headline(result).starts_with("b is 100 points better than a")) << Headline(result);
   EXPECT_TRUE(
-      Conclusion(result).starts_with("These are two variations: b ran lift_pot/base and a ran "
-                                     "lift_pot/position, so policy and task differ at the "
-                                     "same time. b succeeds more often than a: "))
-      << Conclusion(result);
+      Evidence(result).starts_with("These are two variations: b ran lift_pot/base and a ran "
+                                   "lift_pot/position, so policy and task differ at the same time. 6 of 6 "))
+      << Evidence(result);
   const std::string text = ComparisonText(result, false);
   EXPECT_TRUE(text.starts_with("b (expert) against a (expert), lift_pot/base against lift_pot/position\n"))
       << text;
@@ -367,6 +368,12 @@ class MeritTest : public CompareTest {
     ADD_FAILURE() << metric;
     return Judgment::kNone;
   }
+  static std::string WordOf(const Comparison& comparison, const std::string& metric) {
+    for (const MetricComparison& compared : comparison.tasks[0].metrics) {
+      if (compared.number.name == metric) return compared.word();
+    }
+    return "no such metric";
+  }
 };
 
 // A policy that never grasps cannot slip.
@@ -381,17 +388,21 @@ TEST_F(MeritTest, LessProgressIsNotBetterInWhatCanGoWrong) {
   const RecordedRuns baseline = With("tries", tries);
   const Comparison result = CompareRuns(With("stays", stays), baseline);
   EXPECT_EQ(Of(result, "slip_count"), Judgment::kDiffers);
+  EXPECT_EQ(WordOf(result, "slip_count"), "lower (reached no stage)");
   EXPECT_THAT(
       result.remarks,
       testing::ElementsAre("lift_pot/position: stays succeeded in no episode and reached no stage: not "
                            "called better in slips"));
   // Nor is the other policy worse.
-  EXPECT_EQ(Of(CompareRuns(baseline, With("stays", stays)), "slip_count"), Judgment::kDiffers);
+  const Comparison reversed = CompareRuns(baseline, With("stays", stays));
+  EXPECT_EQ(Of(reversed, "slip_count"), Judgment::kDiffers);
+  EXPECT_EQ(WordOf(reversed, "slip_count"), "higher (baseline reached no stage)");
   EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kBetter);
   // Fewer successes.
   careful[0].success = false;
   const Comparison less = CompareRuns(With("careful", careful), baseline);
   EXPECT_EQ(Of(less, "slip_count"), Judgment::kDiffers);
+  EXPECT_EQ(WordOf(less, "slip_count"), "lower (got less far)");
   EXPECT_THAT(less.remarks, testing::ElementsAre(
                                 "lift_pot/position: careful got less far, so fewer errors were possible: not "
                                 "called better in slips"));
@@ -476,7 +487,7 @@ TEST_F(CompareTest, TimesThatDifferByRoundingAreEqual) {
 TEST_F(CompareTest, TheTableStatesWhatIsAdjusted) {
   const Comparison result = CompareRuns(Run("b", Info(8), First(8, 8), 6), Run("a", Info(8), First(7, 8), 5));
   const std::string text = ComparisonText(result, false);
-  EXPECT_THAT(text, testing::ContainsRegex("success .* 1.000   1.000  %"));
+  EXPECT_THAT(text, testing::ContainsRegex("success .* 1.000   1.000\n"));
   EXPECT_THAT(text,
               testing::HasSubstr("Means over the 8 pairs with equal seeds; *: over the 7 pairs in which "
                                  "both succeeded. p: Wilcoxon's signed-rank test.\n"
@@ -503,7 +514,7 @@ TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   // A plan may choose another level than 5 %.
   result.success.SetSequential(0.03, 0.06, true);
   EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
-  EXPECT_TRUE(Conclusion(result).starts_with("b succeeds more often than a")) << Conclusion(result);
+  EXPECT_TRUE(Headline(result).starts_with("b is 70 points better than a, ")) << Headline(result);
 }
 
 TEST_F(CompareTest, SeveralAreAdjusted) {

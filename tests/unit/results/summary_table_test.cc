@@ -60,7 +60,7 @@ TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
             "Success in 1 of 5 episodes: 20 % (95 % interval 9 to 91 %, Wilson)\n"
             "Failures: 3 timeout, 1 dropped\n"
             "\n"
-            "                              mean   its 95 % interval      std   median\n"
+            "                              mean     95 % CI of mean      std   median\n"
             "slips                         1.50        1 to       2     0.50        1\n"
             "smallest clearance           163.5                   -        -    200.0  mm\n"
             "gripper height difference        0        0 to      12    12346    1235k  mm\n");
@@ -92,6 +92,39 @@ TEST(SummaryTable, ShowsTargetDistances) {
       {"target_distance.peg_depth", 2, 0.0123, 0.001, 0.0123, 0.01, 0.02, 0.01, 0.02, {0.01, 0.02}});
   const std::string table = SummaryTable(summary, 80);
   EXPECT_TRUE(Has(table, "\npeg depth  ")) << table;
+}
+
+// The metric of a single episode, or of episodes that differ, stays in the table.
+TEST(SummaryTable, FoldsMetricsThatAreEqualInEveryEpisode) {
+  metrics::RunSummary summary = Summary(2, 1);
+  const double nan = std::nan("");
+  summary.metrics.push_back({"env_collision_count", 2, 0, 0, 0, 0, 0, 0, 0, {nan, nan}});
+  summary.metrics.push_back({"self_collision_count", 2, 3, 0, 3, 3, 3, 3, 3, {nan, nan}});
+  const std::string table = SummaryTable(summary, 80);
+  EXPECT_TRUE(table.ends_with("mm\nequal in every episode: collisions with the scene 0, self collisions 3\n"))
+      << table;
+  summary.metrics.back().episodes = 1;
+  EXPECT_TRUE(Has(SummaryTable(summary, 80), "\nself collisions  ")) << SummaryTable(summary, 80);
+}
+
+// 202 is the color of failures (base/styled_text.cc).
+TEST(SummaryTable, HasColorsOnRequestOnly) {
+  EXPECT_FALSE(Has(SummaryTable(Summary(5, 1), 80), "\x1b"));
+  const std::string table = SummaryTable(Summary(5, 1), 80, true);
+  EXPECT_TRUE(table.starts_with("\x1b[1mSuccess in 1 of 5 episodes: 20 %\x1b[0m (95 %")) << table;
+  EXPECT_TRUE(Has(table, "\n\x1b[38;5;202mFailures: 3 timeout, 1 dropped\x1b[0m\n")) << table;
+}
+
+TEST(FailedEpisodesText, HasACommandForEach) {
+  EXPECT_EQ(FailedEpisodesText({}, "runs/a", false), "");
+  std::vector<FailedEpisode> failed = {
+      {3, "grasp_slip", {"lost_object", 3.62, "Right gripper lost the pot."}}, {12, "timeout", {}}};
+  EXPECT_EQ(FailedEpisodesText(failed, "runs/a b", false),
+            "failures\n"
+            "      3  grasp_slip       3.62 s  evalbus web 'runs/a b' --episode 3\n"
+            "     12  timeout                  evalbus web 'runs/a b' --episode 12\n");
+  failed.resize(11, {20, "timeout", {}});
+  EXPECT_TRUE(FailedEpisodesText(failed, "a", false).ends_with("and 1 more\n"));
 }
 
 TEST(SummaryTable, FitsEveryWidth) {

@@ -130,7 +130,7 @@ TEST_F(LiveViewTest, KnowsWhatIsDone) {
   Begin(1);
   const std::string text = Joined(Lines(80));
   EXPECT_TRUE(Has(text, "episode 2 of 4  ━━━━━─────────────── 25 %")) << text;
-  EXPECT_TRUE(Has(text, "  success  1 of 1, 100 % (anytime CI 2 to 100)\n")) << text;
+  EXPECT_TRUE(Has(text, "  success  1 of 1, 100 % (anytime CI 2 to 100)  █\n")) << text;
   // The finished episode's scores are not the new episode's.
   EXPECT_FALSE(Has(text, "pot_held")) << text;
   for (int episode = 1; episode < 4; ++episode) Done(episode);

@@ -38,7 +38,8 @@ Evalbus.Viewer = class {
     });
     this.assets = new Evalbus.Assets(this.source);
     this.bindParts();
-    this.wanted = this.readHash();
+    // data-open: what a page without a selection in its URL opens.
+    this.wanted = this.readHash() || this.readHash(place.dataset.open);
     this.player.isFollowing = !this.isPacked && !this.wanted;
     this.player.isPlaying = this.player.isFollowing;
     // Renders only while the viewer is visible: several viewers on a page must not all hold GPU resources.
@@ -635,8 +636,7 @@ Evalbus.Viewer = class {
 
   // ---- URL fragment: #view:run=0,episode=3,t=1.24,other=1/3
 
-  readHash() {
-    let hash = location.hash;
+  readHash(hash = location.hash) {
     try {
       hash = decodeURIComponent(hash);
     } catch (error) {

@@ -41,6 +41,28 @@ TEST(PlanPage, LeadsToEpisodesIn3D) {
   EXPECT_THAT(page, HasSubstr("0 of 4<"));
 }
 
+// The worst policy is listed first in the plan.
+TEST(PlanPage, RanksPoliciesBySuccess) {
+  PlanReport report = Report();
+  std::swap(report.policies[0], report.policies[1]);
+  std::swap(report.tasks[0].cells[0], report.tasks[0].cells[1]);
+  std::swap(report.all.cells[0], report.all.cells[1]);
+  report.verdict = "a is 75 points better than b, 95 % CI -1 to 90";
+  report.baseline = "b";
+  report.verdicts = {{.policy = "a",
+                      .text = "text",
+                      .difference = "75 points (-1 to 90)",
+                      .judgment = "better",
+                      .url = "u"}};
+  const std::string page = PlanPage(report, "evalbus");
+  EXPECT_THAT(page, HasSubstr("<p class=\"verdict\">a is 75 points better than b, 95 % CI −1 to 90</p>"));
+  const size_t first = page.find("<th scope=\"row\">a</th>"), second = page.find("<th scope=\"row\">b</th>");
+  ASSERT_NE(first, std::string::npos);
+  EXPECT_LT(first, second);
+  EXPECT_THAT(
+      page, HasSubstr("<span class=\"better\">better</span><div class=\"note\">75 points (−1 to 90)</div>"));
+}
+
 TEST(PlanPage, LeadsNowhereWithoutThem) {
   EXPECT_THAT(PlanPage(Report(), "evalbus"), Not(HasSubstr("#view:")));
 }

@@ -354,6 +354,36 @@ TEST(ReportPage, FailuresCanBeShownAlone) {
   EXPECT_TRUE(boxes(Page(PageOf({good}))).empty());
 }
 
+TEST(ReportPage, FailuresHaveImageAndCause) {
+  ReportRun run = SomeRun();
+  run.run.episodes[2].cause = {"lost_object", 3.62, "Right gripper lost the pot."};
+  run.moments[2] = {.image = "data:image/jpeg;base64,AA==", .url = "#view:run=0,episode=2,t=2.620"};
+  const Page page(PageOf({run}));
+  const auto cards = page.All("figure", [](const XMLElement& figure) {
+    return figure.Attribute("class", "card failure") != nullptr;
+  });
+  // Episode 3 is incomplete.
+  ASSERT_EQ(cards.size(), 1u);
+  EXPECT_THAT(TextOf(cards[0]), HasSubstr("✗ timeoutRight gripper lost the pot."));
+  EXPECT_STREQ(cards[0]->FirstChildElement("img")->Attribute("alt"), "episode 2 at 3.62 s");
+  EXPECT_STREQ(cards[0]->FirstChildElement("figcaption")->FirstChildElement("a")->Attribute("href"),
+               "#view:run=0,episode=2,t=2.620");
+}
+
+TEST(ReportPage, ShowsTheCommandAndFoldsEmptySettings) {
+  ReportRun run = SomeRun();
+  run.command = "evalbus run lift_pot/position --seed 1";
+  run.run.info.update({{"assets", nlohmann::ordered_json::array()}, {"plugins", nullptr}, {"engine", ""}});
+  run.model_hashes = {{"git_commit", "again"}, {"physics_sha256", "hash"}};
+  const Page page(PageOf({run}));
+  const auto tables =
+      page.All("table", [](const XMLElement& table) { return table.Attribute("class", "made") != nullptr; });
+  ASSERT_EQ(tables.size(), 2u);
+  EXPECT_THAT(TextOf(tables[0]),
+              testing::StartsWith("commandevalbus run lift_pot/position --seed 1policyexpert"));
+  EXPECT_EQ(TextOf(tables[1]), "git_commit919abb6a9159physics_sha256hash");
+}
+
 TEST(ReportPage, HtmlElementsWithoutContentAreClosed) {
   // A browser takes <td/> for an open element.
   const std::string html = PageOf({SomeRun()});

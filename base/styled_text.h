@@ -1,0 +1,23 @@
+// Colors and bold text for terminals.
+#pragma once
+
+#include <cstdio>
+#include <span>
+#include <string>
+
+namespace evalbus {
+
+// Meaning of a text. Colors only repeat what is also shown by symbols or words.
+enum class Style { kPlain, kStrong, kQuiet, kGood, kBad };
+
+// True if `out` is a terminal with colors and the user has not set NO_COLOR (https://no-color.org).
+bool UsesColors(std::FILE* out);
+
+// The text, made printable; with colors, between the style's escape sequence and a reset.
+std::string Styled(const std::string& text, Style style, bool colors);
+
+// One bar per value from 0 to 1, for example "▁▄█". If there are more values than `width`, neighbors share a
+// bar, which shows the last of them.
+std::string Sparkline(std::span<const double> values, int width);
+
+}  // namespace evalbus

@@ -1,0 +1,226 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "base/percent.h"
+#include "base/text.h"
+#include "metrics/statistics/wilson.h"
+#include "report/page/comparison_sections.h"
+#include "report/page/figures.h"
+#include "report/page/page.h"
+#include "report/page/ratio_axis.h"
+#include "report/page/scale.h"
+#include "results/conclusion.h"
+
+namespace evalbus::report {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+std::string JudgmentClass(results::Judgment judgment) {
+  const std::string word = results::Word(judgment);
+  return word.empty() ? "none" : word;
+}
+
+std::string PValue(double p) { return p < 0.001 ? std::string("< 0.001") : fmt::format("{:.3f}", p); }
+
+std::string PointsText(double share) { return WithMinus(Fixed(share * 100, 0)); }
+
+// The table's columns: title and CSS class. Those of the class "minor" are not shown on phones.
+using Columns = std::vector<std::pair<std::string, std::string>>;
+
+void ComparisonTable(const std::string& id, const std::function<void()>& titles,
+                     const std::function<void()>& rows, Markup* html) {
+  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
+    html->Element("table", {{"class", "sortable comparison"}, {"id", id}}, [&] {
+      html->Element("thead", {}, [&] { html->Element("tr", {}, titles); });
+      html->Element("tbody", {}, rows);
+    });
+  });
+}
+
+void ColumnTitles(const Columns& columns, Markup* html) {
+  for (const auto& [title, css_class] : columns) html->Element("th", {{"class", css_class}}, title);
+}
+
+// A side's success rate as a bar with its interval.
+void SideRow(const std::string& name, const char* css_class, int successes, int trials, int samples,
+             Markup* html) {
+  const double rate = trials > 0 ? static_cast<double>(successes) / trials : kUnknown;
+  html->Element("tr", {}, [&] {
+    html->Element("th", {{"scope", "row"}}, name);
+    html->Element("td", {{"class", "bar"}}, [&] {
+      if (!std::isfinite(rate)) return;
+      const metrics::Interval interval = metrics::WilsonInterval(rate * samples, samples);
+      DrawShare(rate, interval.lower, interval.upper, false, html, css_class);
+    });
+    NumberCell(rate, Percent(rate), html);
+    html->Element("td", {{"class", "number note"}}, fmt::format("{} of {}", successes, trials));
+  });
+}
+
+void DifferenceRow(const results::SuccessComparison& success, Markup* html) {
+  const metrics::Interval& interval = success.difference_95;
+  html->Element("tr", {}, [&] {
+    html->Element("th", {{"scope", "row"}}, "difference");
+    html->Element("td", {{"class", "bar"}}, [&] {
+      DrawDifference(success.difference, interval.lower, interval.upper, JudgmentClass(success.judgment()),
+                     html);
+    });
+    html->Element("td", {{"class", "number"}}, PointsText(success.difference) + " points");
+    html->Element("td", {{"class", "number note"}},
+                  PointsText(interval.lower) + " to " + PointsText(interval.upper));
+  });
+}
+
+void TaskRow(const std::string& name, const results::SuccessComparison& success, Markup* html) {
+  const auto rate = [&](int successes, int trials) {
+    const double share = trials > 0 ? static_cast<double>(successes) / trials : kUnknown;
+    NumberCell(share, Percent(share), html);
+  };
+  const metrics::Interval& interval = success.difference_95;
+  html->Element("tr", {{"data-metric", name}}, [&] {
+    html->Element("th", {{"scope", "row"}}, name);
+    rate(success.baseline_successes, success.baseline_trials);
+    rate(success.successes, success.trials);
+    NumberCell(success.difference, PointsText(success.difference), html);
+    html->Element("td", {{"class", "bar"}}, [&] {
+      DrawDifference(success.difference, interval.lower, interval.upper, JudgmentClass(success.judgment()),
+                     html);
+    });
+    html->Element("td", {{"class", "number minor"}},
+                  PointsText(interval.lower) + " to " + PointsText(interval.upper));
+    NumberCell(success.p_adjusted, PValue(success.p_adjusted), html);
+    html->Element("td", {{"class", JudgmentClass(success.judgment())}}, results::Word(success.judgment()));
+  });
+}
+
+// A metric's relative change; NaN if it has none.
+struct RelativeChange {
+  explicit RelativeChange(const results::MetricComparison& metric) {
+    if (metric.ratio) {
+      ratio = *metric.ratio;
+      interval = metric.ratio_95;
+    } else if (metric.baseline_mean > 0 && metric.mean > 0) {
+      ratio = metric.mean / metric.baseline_mean;
+    }
+  }
+  bool is_drawn() const { return std::isfinite(ratio) && ratio > 0; }
+
+  double ratio = kUnknown;
+  metrics::Interval interval{kUnknown, kUnknown};
+};
+
+void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, Markup* html) {
+  const double scale = metric.number.scale();
+  const std::string unit(metric.number.shown_unit());
+  const std::string css_class = JudgmentClass(metric.judgment());
+  const RelativeChange change(metric);
+  const auto number = [&](double value, int digits = 4) { return WithMinus(Number(value * scale, digits)); };
+  html->Element("tr", {{"data-metric", metric.number.name}}, [&] {
+    html->Element("th", {{"scope", "row"}}, [&] {
+      html->Text(metric.number.label() + (metric.number.metric->effort ? " *" : ""));
+      if (!unit.empty()) html->Element("span", {{"class", "unit"}}, ", " + unit);
+    });
+    for (const double mean : {metric.baseline_mean, metric.mean}) {
+      html->Element("td", {{"class", "number minor"}}, [&] { Data(mean * scale, html); });
+    }
+    html->Element("td", {{"class", "bar"}}, [&] {
+      if (change.is_drawn()) axis.Draw(change.ratio, change.interval, css_class, html);
+    });
+    html->Element("td", {{"class", "number"}}, [&] {
+      if (change.is_drawn()) return Data(change.ratio, RatioText(change.ratio), html);
+      html->Text(metric.baseline_mean == 0 ? "from 0" : "-");
+    });
+    html->Element("td", {{"class", "number minor"}}, [&] {
+      Data(metric.difference * scale, number(metric.difference), html);
+      const metrics::Interval& interval = metric.difference_95;
+      if (std::isfinite(interval.lower))
+        html->Text(fmt::format(" ({} to {})", number(interval.lower, 3), number(interval.upper, 3)));
+    });
+    html->Element("td", {{"class", "number minor"}},
+                  [&] { Data(metric.p_holm, PValue(metric.p_holm), html); });
+    html->Element("td", {{"class", css_class}}, metric.word());
+  });
+}
+
+// The metrics that are equal on both sides, in one paragraph.
+void EqualMetrics(const std::vector<const results::MetricComparison*>& equal, Markup* html) {
+  if (equal.empty()) return;
+  std::vector<std::string> parts;
+  for (const results::MetricComparison* metric : equal) {
+    const std::string unit(metric->number.shown_unit());
+    parts.push_back(metric->number.label() + " " + Number(metric->mean * metric->number.scale()) +
+                    (unit.empty() ? "" : " " + unit));
+  }
+  html->Element("p", {{"class", "note"}}, fmt::format("Equal everywhere: {}.", fmt::join(parts, ", ")));
+}
+
+}  // namespace
+
+void WriteSuccess(const results::Comparison& comparison, Markup* html) {
+  const results::SuccessComparison& success = comparison.success;
+  html->Element("table", {{"class", "bars sides"}}, [&] {
+    html->Element("tbody", {}, [&] {
+      SideRow(comparison.baseline.name, "side-a", success.baseline_successes, success.baseline_trials,
+              success.samples.baseline_trials, html);
+      SideRow(comparison.run.name, "side-b", success.successes, success.trials, success.samples.trials, html);
+      if (success.trials > 0 && success.baseline_trials > 0) DifferenceRow(success, html);
+    });
+  });
+  if (comparison.tasks.size() < 2) return;
+  const auto titles = [&] {
+    ColumnTitles({{"success", ""},
+                  {comparison.baseline.name, "number"},
+                  {comparison.run.name, "number"},
+                  {"difference, points", "number"},
+                  {"95 % CI of the difference", "unsorted"},
+                  {"points", "unsorted minor number"},
+                  {"p, adjusted", "number"},
+                  {"verdict", ""}},
+                 html);
+  };
+  const auto rows = [&] {
+    for (const results::TaskComparison& task : comparison.tasks) TaskRow(task.name(), task.success, html);
+    TaskRow("all", success, html);
+  };
+  ComparisonTable("", titles, rows, html);
+}
+
+void WriteMetrics(const results::Comparison& comparison, const results::TaskComparison& task,
+                  const char* heading, Markup* html) {
+  RatioAxis axis;
+  std::vector<const results::MetricComparison*> tested, equal;
+  for (const results::MetricComparison& metric : task.metrics) {
+    (metric.p ? tested : equal).push_back(&metric);
+    const RelativeChange change(metric);
+    if (metric.p && change.is_drawn()) axis.Include(change.ratio, change.interval);
+  }
+  if (tested.empty() && equal.empty()) return;
+  html->Element(heading, {}, "Metrics");
+  html->Element("p", {{"class", "note"}}, results::WhatIsCounted(task));
+  const auto titles = [&] {
+    ColumnTitles(
+        {{"metric", ""}, {comparison.baseline.name, "number minor"}, {comparison.run.name, "number minor"}},
+        html);
+    html->Element("th", {{"class", "unsorted"}}, [&] {
+      html->Text("relative to " + comparison.baseline.name);
+      axis.DrawLabels(html);
+    });
+    ColumnTitles({{"ratio", "number"},
+                  {"difference (95 % CI)", "number minor"},
+                  {"p, adjusted", "number minor"},
+                  {"verdict", ""}},
+                 html);
+  };
+  const auto rows = [&] {
+    for (const results::MetricComparison* metric : tested) MetricRow(*metric, axis, html);
+  };
+  if (!tested.empty()) ComparisonTable("", titles, rows, html);
+  EqualMetrics(equal, html);
+}
+
+}  // namespace evalbus::report

@@ -1,0 +1,147 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "base/plural.h"
+#include "report/page/comparison_sections.h"
+#include "report/page/page.h"
+#include "report/page/strip.h"
+
+namespace evalbus::report {
+namespace {
+
+StripCell CellOf(const results::PairedEpisode& episode, const std::string& run, int64_t seed,
+                 const std::string& url) {
+  return {.css_class = episode.success ? "good" : "bad",
+          .text = std::to_string(episode.episode),
+          .title = fmt::format("{}, episode {}, seed {}: {}", run, episode.episode, seed,
+                               episode.success ? "success" : episode.failure_reason),
+          .url = url};
+}
+
+void LegendKey(const char* css_class, const std::string& text, Markup* html) {
+  html->Element("span", {{"class", "key"}}, [&] {
+    html->Element("i", {{"class", css_class}}, "");
+    html->Text(text);
+  });
+}
+
+void SeedsStrip(const ComparisonPageParts& parts, const results::Comparison& comparison,
+                const results::TaskComparison& task, Markup* html) {
+  std::vector<std::vector<StripCell>> columns;
+  for (const results::ComparedPair& pair : task.pairs) {
+    const std::string url = parts.player_url(task, pair);
+    columns.push_back({CellOf(pair.baseline, comparison.baseline.name, pair.seed, url),
+                       CellOf(pair.run, comparison.run.name, pair.seed, url)});
+  }
+  WriteStrip(columns, html);
+  const size_t size = ColumnsPerSquare(columns.size());
+  html->Element("p", {{"class", "legend"}}, [&] {
+    LegendKey("good", "success", html);
+    LegendKey("bad", "no success", html);
+    html->Text(fmt::format("{}: {} above, {} below",
+                           size == 1 ? "one column per seed" : fmt::format("{} seeds per column", size),
+                           comparison.baseline.name, comparison.run.name));
+  });
+}
+
+// For example "9 seeds where only expert succeeds: 3 dropped, 6 grasp_slip".
+std::string OneSided(const std::vector<results::ComparedPair>& flipped, bool of_run,
+                     const std::string& name) {
+  std::map<std::string, int> reasons;
+  int count = 0;
+  for (const results::ComparedPair& pair : flipped) {
+    if (pair.run.success != of_run) continue;
+    ++count;
+    ++reasons[pair.failed().failure_reason];
+  }
+  if (count == 0) return "";
+  std::string text = fmt::format("{} where only {} succeeds: ", Plural(count, "seed"), name);
+  for (const auto& [reason, number] : reasons) text += fmt::format("{} {}, ", number, reason);
+  return text.substr(0, text.size() - 2);
+}
+
+void FlippedRow(const ComparisonPageParts& parts, const results::Comparison& comparison,
+                const results::TaskComparison& task, const results::ComparedPair& pair, Markup* html) {
+  const std::string url = parts.player_url(task, pair);
+  const std::string seed = std::to_string(pair.seed);
+  const results::PairedEpisode& failed = pair.failed();
+  const bool run_failed = !pair.run.success;
+  html->Element("tr", {}, [&] {
+    html->Element("td", {{"class", "number"}}, [&] {
+      const std::string text = fmt::format("episode {}", pair.run.episode);
+      if (url.empty()) return html->Text(text);
+      html->Element("a", {{"href", url}, {"title", "both in 3D, one second before the decisive moment"}},
+                    text);
+    });
+    html->Element("td", {}, [&] {
+      html->Element("span", {{"class", "sign bad"}}, "✗");
+      html->Text(" " + (run_failed ? comparison.run.name : comparison.baseline.name));
+    });
+    html->Element("td", {{"class", "why"}}, [&] {
+      html->Element("b", {}, failed.failure_reason);
+      if (!failed.cause.text.empty()) html->Text(": " + failed.cause.text);
+    });
+    html->Element("td", {{"class", "files"}}, [&] {
+      Links(parts.videos(task.baseline_folder, pair.baseline.episode), html);
+      Links(parts.videos(task.folder, pair.run.episode), html);
+    });
+    html->Element("td", {{"class", "number seed"}}, seed);
+  });
+}
+
+void FlippedTable(const ComparisonPageParts& parts, const results::Comparison& comparison,
+                  const results::TaskComparison& task, const std::vector<results::ComparedPair>& flipped,
+                  Markup* html) {
+  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
+    html->Element("table", {{"class", "sortable"}}, [&] {
+      html->Element("thead", {}, [&] {
+        html->Element("tr", {}, [&] {
+          html->Element("th", {{"class", "number"}}, "episode");
+          html->Element("th", {}, "failed");
+          html->Element("th", {}, "why");
+          html->Element("th", {{"class", "unsorted files"}}, "videos");
+          html->Element("th", {{"class", "number"}}, "seed");
+        });
+      });
+      html->Element("tbody", {}, [&] {
+        for (const results::ComparedPair& pair : flipped) FlippedRow(parts, comparison, task, pair, html);
+      });
+    });
+  });
+}
+
+}  // namespace
+
+void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& comparison,
+                const results::TaskComparison& task, const char* heading, Markup* html) {
+  if (task.pairs.empty()) return;
+  html->Element(heading, {}, "Seeds");
+  SeedsStrip(parts, comparison, task, html);
+  const std::vector<results::ComparedPair> flipped = task.flipped();
+  for (const bool of_run : {false, true}) {
+    const std::string text =
+        OneSided(flipped, of_run, of_run ? comparison.run.name : comparison.baseline.name);
+    if (!text.empty()) html->Element("p", {}, text + ".");
+  }
+  if (flipped.empty()) return;
+  // The table of a few seeds is shown at once.
+  constexpr size_t kFew = 4;
+  html->Open("details", {});
+  if (flipped.size() <= kFew) html->Attribute("open", "");
+  html->Element("summary", {}, "Why: " + Plural(flipped.size(), "seed") + " with success on one side only");
+  FlippedTable(parts, comparison, task, flipped, html);
+  const bool any_video = std::ranges::any_of(flipped, [&](const results::ComparedPair& pair) {
+    return !parts.videos(task.folder, pair.run.episode).empty() ||
+           !parts.videos(task.baseline_folder, pair.baseline.episode).empty();
+  });
+  if (!any_video) {
+    html->Element("p", {{"class", "note"}},
+                  "There are no videos of these: evalbus render RUN --episode N makes them; run evalbus "
+                  "compare --report again to link them here.");
+  }
+  html->Close();
+}
+
+}  // namespace evalbus::report

@@ -1,0 +1,31 @@
+// Images of single moments of episodes, for pages.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+#include "results/run_reader.h"
+#include "viz/images/jpeg.h"
+#include "viz/images/parallel_frame_renderer.h"
+
+namespace evalbus::report {
+
+// Maximum number of images on a page. Together they take about 0.3 MB and, drawn by the processor, 2 s.
+inline constexpr size_t kMaxStills = 12;
+
+class StillRenderer {
+ public:
+  StillRenderer();
+
+  // Returns the scene at the episode's decisive moment, seen from the default camera, as a data URL with a
+  // JPEG image. Throws InputError if the log cannot be read or lacks the episode, EnvironmentError if OpenGL
+  // is missing or fails.
+  std::string DrawMoment(const results::RecordedRun& run, const results::RecordedEpisode& episode);
+
+ private:
+  viz::VideoScenes scenes_;
+  viz::JpegEncoder encoder_;
+};
+
+}  // namespace evalbus::report

@@ -1,0 +1,129 @@
+#include "results/conclusion.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/plural.h"
+#include "base/text.h"
+#include "metrics/statistics/power.h"
+
+namespace evalbus::results {
+namespace {
+
+// One or two sentences on which difference this number of episodes can detect, and how many are needed to
+// detect the observed one.
+std::string OutlookText(const SuccessComparison& success) {
+  const SuccessCounts& counts = success.samples;
+  const std::string what = success.paired
+                               ? Plural(counts.trials, "pair")
+                               : fmt::format("{} and {} episodes", counts.trials, counts.baseline_trials);
+  const Outlook outlook = OutlookOf(success);
+  if (!outlook.findable) {
+    return fmt::format("{} {} too few to detect any difference.", what,
+                       success.paired && counts.trials == 1 ? "is" : "are");
+  }
+  const std::string text =
+      fmt::format("{} like these detect a true difference of {:.0f} points with 80 % power", what,
+                  std::ceil(*outlook.findable * 100));
+  if (success.difference == 0) return text + ".";
+  const char* const kind = success.paired ? "pairs" : "episodes each";
+  return fmt::format("{}; detecting one of {} points requires {} {}.", text,
+                     Fixed(std::abs(success.difference) * 100, 0),
+                     outlook.needed ? fmt::format("about {}", *outlook.needed)
+                                    : fmt::format("more than {}", metrics::kMaxTrials),
+                     kind);
+}
+
+// "8 to 39", in points. Intervals narrower than two points have a decimal.
+struct Points {
+  explicit Points(const SuccessComparison& success)
+      : decimals(success.difference_95.upper - success.difference_95.lower < 0.02 ? 1 : 0) {}
+  std::string Text(double share) const { return Fixed(share * 100, decimals); }
+
+  int decimals;
+};
+
+}  // namespace
+
+const char* TestName(SuccessTest test) {
+  switch (test) {
+    case SuccessTest::kMcNemar:
+      return "exact McNemar";
+    case SuccessTest::kFisher:
+      return "Fisher's exact test";
+    case SuccessTest::kSequentialMcNemar:
+      return "McNemar valid at any look";
+  }
+  return "";
+}
+
+std::string WhatIsCounted(const TaskComparison& task) {
+  const SuccessComparison& success = task.success;
+  if (task.paired) {
+    return fmt::format(
+        "Means over the {} with equal seeds; *: over the {} in which both succeeded. p: Wilcoxon's "
+        "signed-rank "
+        "test.",
+        Plural(success.trials, "pair"), Plural(success.pairs.both, "pair"));
+  }
+  return fmt::format(
+      "Means over {} of the baseline and {} of the run; *: over their {} and {} successes. p: Mann-Whitney's "
+      "test.",
+      Plural(success.baseline_trials, "episode"), success.trials, success.baseline_successes,
+      success.successes);
+}
+
+std::string DifferenceText(const SuccessComparison& success) {
+  const Points points(success);
+  return fmt::format("{} points ({} to {})", points.Text(success.difference),
+                     points.Text(success.difference_95.lower), points.Text(success.difference_95.upper));
+}
+
+std::string Headline(const Comparison& comparison) {
+  const SuccessComparison& success = comparison.success;
+  const std::string &run = comparison.run.name, &baseline = comparison.baseline.name;
+  if (success.trials == 0 || success.baseline_trials == 0) {
+    return fmt::format("No conclusion: {} has no complete episode", success.trials == 0 ? run : baseline);
+  }
+  const Points points(success);
+  const std::string interval = fmt::format("95 % CI {} to {}", points.Text(success.difference_95.lower),
+                                           points.Text(success.difference_95.upper));
+  if (!success.is_shown) {
+    return fmt::format("No difference shown between {} and {}: {} points, {}", run, baseline,
+                       points.Text(success.difference), interval);
+  }
+  return fmt::format("{} is {} points {} than {}, {}", run, points.Text(std::abs(success.difference)),
+                     success.difference > 0 ? "better" : "worse", baseline, interval);
+}
+
+std::string Evidence(const Comparison& comparison) {
+  const SuccessComparison& success = comparison.success;
+  const std::string &run = comparison.run.name, &baseline = comparison.baseline.name;
+  std::string text;
+  if (const TaskComparison& task = comparison.tasks[0]; task.variation != task.baseline_variation) {
+    text = fmt::format(
+        "These are two variations: {} ran {}/{} and {} ran {}/{}, so policy and task differ at the same "
+        "time. ",
+        run, task.task, task.variation, baseline, task.task, task.baseline_variation);
+  }
+  if (success.trials == 0 || success.baseline_trials == 0) return text;
+  std::string test = TestName(success.test);
+  if (success.p_adjusted != success.p) {
+    test +=
+        success.test == SuccessTest::kSequentialMcNemar ? ", adjusted by Bonferroni," : ", adjusted by Holm,";
+  }
+  text += fmt::format(
+      "{} of {} against {} of {}{}, {} {}.", success.successes, success.trials, success.baseline_successes,
+      success.baseline_trials, success.paired ? " on the same seeds" : "", test,
+      success.p_adjusted < 0.001 ? std::string("p < 0.001") : fmt::format("p = {:.2g}", success.p_adjusted));
+  const bool has_outlook = !success.is_shown && success.test != SuccessTest::kSequentialMcNemar;
+  return has_outlook ? text + " " + OutlookText(success) : text;
+}
+
+std::string Conclusion(const Comparison& comparison) {
+  const std::string evidence = Evidence(comparison);
+  return Headline(comparison) + "." + (evidence.empty() ? "" : " " + evidence);
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,44 @@
+#include "runner/run_json.h"
+
+#include <gtest/gtest.h>
+
+#include "base/options_json.h"
+#include "models/task_description.h"
+
+namespace evalbus::runner::run_json_test {
+
+nlohmann::ordered_json Made(const RunOptions& options) {
+  nlohmann::ordered_json json = {{"task", "lift_pot"}, {"variation", "position"}};
+  json.update(OptionsJson(options));
+  json["task_path"] = (TasksFolder() / "lift_pot.yaml/position").string();
+  return json;
+}
+
+TEST(CommandOf, HasTheOptionsThatDiffer) {
+  RunOptions options;
+  options.episodes = 40;
+  options.seed = 3;
+  EXPECT_EQ(CommandOf(Made(options)), "evalbus run lift_pot/position --policy expert --episodes 40 --seed 3");
+  options.policy.policy = "noisy_expert:0.1";
+  options.sim.control_hz = 20;
+  options.sim.realtime = true;
+  options.sim.assets = {"a=x", "b=y"};
+  // Neither changes the results.
+  options.workers = 4;
+  options.in_process = true;
+  EXPECT_EQ(
+      CommandOf(Made(options)),
+      "evalbus run lift_pot/position --policy noisy_expert:0.1 --episodes 40 --seed 3 --assets a=x --assets "
+      "b=y --control-hz 20.0 --realtime");
+}
+
+TEST(CommandOf, IsEmptyForWhatWasNotSimulated) {
+  nlohmann::ordered_json json = Made({});
+  json["watch"] = true;
+  EXPECT_EQ(CommandOf(json), "");
+  json["watch"] = false;
+  json["source"] = "file";
+  EXPECT_EQ(CommandOf(json), "");
+}
+
+}  // namespace evalbus::runner::run_json_test
