@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "base/percent.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "metrics/statistics/wilson.h"
@@ -33,9 +34,7 @@ Flips FlipsOn(const std::string& engine, const Certificate& certificate) {
   return sum;
 }
 
-std::string Percent(int successes, int trials) {
-  return trials > 0 ? fmt::format("{:.0f} %", 100.0 * successes / trials) : "-";
-}
+std::string ShareText(int successes, int trials) { return Percent(static_cast<double>(successes) / trials); }
 
 std::string StageName(const StageParting& parting, const StageNames& stages) {
   const auto task = stages.find(parting.task);
@@ -65,8 +64,8 @@ std::string Table(const Certificate& certificate) {
     const int pairs = success.pairs.pairs();
     const metrics::Interval share = metrics::WilsonInterval(one.flipped(), pairs);
     text += CertificateRow(
-        one.policy, width, one.engine, Percent(success.baseline_successes, success.baseline_trials),
-        Percent(success.successes, success.trials), fmt::format("{} of {}", one.flipped(), pairs),
+        one.policy, width, one.engine, ShareText(success.baseline_successes, success.baseline_trials),
+        ShareText(success.successes, success.trials), fmt::format("{} of {}", one.flipped(), pairs),
         fmt::format("{:.0f} to {:.0f} %", 100 * share.lower, 100 * share.upper),
         std::to_string(success.pairs.only_b), std::to_string(success.pairs.only_a), PText(success.p),
         PText(success.p_adjusted));
@@ -133,8 +132,9 @@ std::string Ranking(const Certificate& certificate) {
     for (size_t i = 0; i < pair.on_engine.size(); ++i) {
       const SuccessComparison& success = pair.on_engine[i];
       const char* const word = Word(success.judgment());
-      on.push_back(fmt::format("{} against {} on {}, p = {}{}{}", Percent(success.successes, success.trials),
-                               Percent(success.baseline_successes, success.baseline_trials),
+      on.push_back(fmt::format("{} against {} on {}, p = {}{}{}",
+                               ShareText(success.successes, success.trials),
+                               ShareText(success.baseline_successes, success.baseline_trials),
                                certificate.engines[i], PText(success.p_adjusted), *word ? ", " : "", word));
     }
     text += fmt::format("{} against {}{}: {}\n", pair.policy, pair.baseline,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/percent.h"
 #include "base/text.h"
 #include "metrics/statistics/letters.h"
 #include "results/comparison.h"
@@ -50,8 +51,7 @@ std::string RankingText(const std::vector<RankedRun>& ranking) {
   for (const RankedRun& run : ranking) {
     text += fmt::format("{}  {:>14}  {:>5}  {}\n", Pad(run.name, -static_cast<int>(width)),
                         fmt::format("{} of {}", run.successes, run.trials),
-                        run.trials > 0 ? fmt::format("{:.0f} %", 100.0 * run.successes / run.trials) : "-",
-                        run.letters);
+                        Percent(static_cast<double>(run.successes) / run.trials), run.letters);
   }
   return text + kRankingNote + "\n";
 }

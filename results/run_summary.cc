@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/json_file.h"
+#include "base/percent.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "metrics/statistics/describe.h"
@@ -49,7 +50,7 @@ std::string SuiteTally::MeanLine(size_t width) const {
   if (by_task_.size() < 2) return "";
   const double mean = mean_over_tasks();
   return fmt::format("{:<{}}  {:>9}  all tasks have equal weight; in \"all\", all complete episodes do\n",
-                     "mean of tasks", width, std::isfinite(mean) ? fmt::format("{:.0f} %", 100 * mean) : "-");
+                     "mean of tasks", width, Percent(mean));
 }
 
 nlohmann::ordered_json SuiteTally::Json(const std::vector<std::string>& names) const {

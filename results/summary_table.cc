@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 
+#include "base/percent.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
@@ -69,8 +70,8 @@ std::vector<Statistic> Statistics() {
 std::string RateText(const metrics::RunSummary& summary, int width) {
   if (summary.judged == 0) return "Success was not judged: poses of objects are missing\n";
   const std::string rate =
-      fmt::format("Success in {} of {} {}episodes: {:.0f} %", summary.successes, summary.judged,
-                  summary.judged < summary.complete ? "judged " : "", summary.success_rate * 100);
+      fmt::format("Success in {} of {} {}episodes: {}", summary.successes, summary.judged,
+                  summary.judged < summary.complete ? "judged " : "", Percent(summary.success_rate));
   const std::string interval = fmt::format("(95 % interval {}, Wilson)", PercentText(summary.wilson));
   const bool one_line = static_cast<int>(rate.size() + 1 + interval.size()) <= width;
   return rate + (one_line ? " " : "\n") + interval + "\n";

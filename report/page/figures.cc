@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/percent.h"
 #include "report/page/scale.h"
 
 namespace evalbus::report {
@@ -254,7 +255,7 @@ void DrawShare(double share, double lower, double upper, bool scale, Markup* htm
   const std::string middle = "9";
   html->Open("svg", {{"class", scale ? "share scale" : "share"},
                      {"role", "img"},
-                     {"aria-label", fmt::format("{:.0f} %, interval {:.0f} to {:.0f} %", share * 100,
+                     {"aria-label", fmt::format("{}, interval {:.0f} to {:.0f} %", Percent(share),
                                                 lower * 100, upper * 100)}});
   html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});
   html->Empty("rect",

@@ -72,10 +72,6 @@ void Links(const std::vector<ReportLink>& links, Markup* html) {
   }
 }
 
-std::string Percent(double share) {
-  return std::isfinite(share) ? fmt::format("{:.0f} %", share * 100) : std::string("-");
-}
-
 void Data(double value, const std::string& text, Markup* html) {
   if (!std::isfinite(value)) {
     html->Text("-");

@@ -26,9 +26,6 @@ std::string Page(const std::string& title, const std::string& made_by,
 // Writes the section with the 3D episode viewer.
 void WriteViewer(const viz::PackedViewer& viewer, Markup* html);
 
-// Returns "95 %" for 0.95; "-" if the share is not finite.
-std::string Percent(double share);
-
 // Writes a number as <data>: the value with all digits, and `text` as shown; "-" if the value is not finite.
 void Data(double value, const std::string& text, Markup* html);
 void Data(double value, Markup* html);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <set>
 
+#include "base/percent.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "report/page/figures.h"

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/percent.h"
 #include "base/plural.h"
 #include "report/page/page.h"
 #include "report/page/report_numbers.h"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/percent.h"
 #include "base/text.h"
 #include "report/page/page.h"
 #include "report/page/report_sections.h"

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/percent.h"
 #include "base/plural.h"
 #include "lcmtypes/metric_catalog.h"
 #include "report/page/page.h"

@@ -130,6 +130,15 @@ def press_time_line(browser, part):
     return browser.evaluate("evalbusViewer.tick"), place["last"]
 
 
+def check_percent(browser, found):
+    """Compares the page's rounding of all rates with the integers that Percent.IsExactForAllRates expects of C++."""
+    texts = browser.evaluate("Array.from({length: 200}, (_, i) => Array.from({length: i + 2}, (_, k) => Evalbus.percent(k / (i + 1))))")
+    for n, row in enumerate(texts, 1):
+        expected = [f"{(200 * k + n) // (2 * n)} %" for k in range(n + 1)]
+        if row != expected:
+            found.append(f"rates of {n} episodes are {row}, not {expected}")
+
+
 def check_time(browser, log, found):
     tick, last = press_time_line(browser, 0.5)
     if abs(tick - last / 2) > 1 + last / 300:
@@ -266,6 +275,7 @@ def check(browser, url, run, folder, found):
     metrics = compare_values(browser, head, json.loads((episode / "summary.json").read_text()), found)
     if bodies < 3 or metrics < 20:
         found.append(f"only {bodies} poses and {metrics} metrics were compared")
+    check_percent(browser, found)
     check_time(browser, log, found)
     check_play(browser, found)
     check_sizes(browser, folder, found)

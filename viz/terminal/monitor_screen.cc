@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/percent.h"
 #include "base/text.h"
 #include "bus/channels.h"
 #include "bus/log.h"
@@ -80,7 +81,7 @@ Line EpisodeLine(const RunWatch& watch, int width) {
   line.push_back({width < 76 ? " x" : " x real time", Style::kQuiet});
   if (watch.has_scores() && watch.scores()->metrics.num_stages > 0) {
     line.push_back({"   progress ", Style::kQuiet});
-    line.push_back({fmt::format("{:.0f} %", watch.scores()->metrics.subtask_progress * 100)});
+    line.push_back({Percent(watch.scores()->metrics.subtask_progress)});
   }
   return line;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/percent.h"
 #include "base/text.h"
 #include "lcmtypes/extended_value.h"
 #include "lcmtypes/unavailable.h"
@@ -166,7 +167,7 @@ std::string ScoreLine(const metric_values_t& values, const extended_metrics_t& e
 }
 
 std::string AnytimeRateText(double rate, double lower, double upper) {
-  return fmt::format("{:.0f} % (anytime CI {:.0f} to {:.0f})", rate * 100, lower * 100, upper * 100);
+  return fmt::format("{} (anytime CI {:.0f} to {:.0f})", Percent(rate), lower * 100, upper * 100);
 }
 
 std::string DoneText(const run_summary_t& run, int planned) {
@@ -177,7 +178,7 @@ std::string DoneText(const run_summary_t& run, int planned) {
   // NaN if success cannot be determined.
   const bool has_rate = run.num_complete > 0 && !std::isnan(run.success_rate);
   if (has_rate && is_over) {
-    text += fmt::format(", success {:.0f} % (95 % CI {:.0f} to {:.0f}, Wilson)", run.success_rate * 100,
+    text += fmt::format(", success {} (95 % CI {:.0f} to {:.0f}, Wilson)", Percent(run.success_rate),
                         run.success_rate_wilson_lower * 100, run.success_rate_wilson_upper * 100);
   } else if (has_rate) {
     text += ", success " +

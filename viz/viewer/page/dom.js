@@ -69,7 +69,14 @@ Evalbus.numberAmong = (value, most) => {
 
 Evalbus.seconds = (value) => (value === null || !Number.isFinite(value) ? "–" : `${value.toFixed(2)} s`);
 
-Evalbus.percent = (share) => (share === null || share === undefined ? "–" : `${(100 * share).toFixed(0)} %`);
+// The rule of base/percent.h: whole percents, halves up. A share of k / n may be up to 1e-16 below the exact one.
+Evalbus.percent = (share) => (Number.isFinite(share) ? `${Math.floor(100 * share + 0.5 + 1e-9)} %` : "–");
+
+// The rule of PercentText in results/summary_table.h: one decimal if narrower than two percentage points.
+Evalbus.percentRange = ([lower, upper]) => {
+  const decimals = upper - lower < 0.02 ? 1 : 0;
+  return `${(100 * lower).toFixed(decimals)} to ${(100 * upper).toFixed(decimals)} %`;
+};
 
 // Returns about `count` ticks from low to high with a step of 1, 2 or 5 times a power of ten.
 Evalbus.ticksOf = (low, high, count) => {

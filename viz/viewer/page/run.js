@@ -163,10 +163,10 @@ Evalbus.RunPanel = class {
     this.showRuns(runs, info.run);
     Evalbus.setText(this.rate, Evalbus.percent(info.rate));
     const interval = info.interval;
-    const kind = info.interval_kind === "anytime" ? "valid at any time" : Evalbus.words(info.interval_kind);
+    const kind = info.interval_kind === "anytime" ? "anytime-valid" : Evalbus.words(info.interval_kind);
     Evalbus.setText(this.rateText, info.complete
-      ? `${info.successes} of ${info.complete}${interval ? `; 95 % interval ${(100 * interval[0]).toFixed(0)} to `
-        + `${(100 * interval[1]).toFixed(0)} %${kind ? ` (${kind})` : ""}` : ""}` : "no episode is scored yet");
+      ? `${info.successes} of ${info.complete}${interval ? `; 95 % interval ${Evalbus.percentRange(interval)}`
+        + `${kind ? ` (${kind})` : ""}` : ""}` : "no episode is scored yet");
     this.interval.hidden = !interval;
     if (interval) {
       this.interval.style.left = `${100 * interval[0]}%`;

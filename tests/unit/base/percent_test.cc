@@ -1,0 +1,27 @@
+#include "base/percent.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace evalbus::percent_test {
+
+TEST(Percent, RoundsHalvesUp) {
+  EXPECT_EQ(Percent(33.0 / 40), "83 %");  // 82.5
+  EXPECT_EQ(Percent(1.0 / 8), "13 %");    // 12.5
+  EXPECT_EQ(Percent(0), "0 %");
+  EXPECT_EQ(Percent(1), "100 %");
+  EXPECT_EQ(Percent(std::numeric_limits<double>::quiet_NaN()), "-");
+}
+
+// tests/browser/check_viewer.py compares the page's function with the same integers.
+TEST(Percent, IsExactForAllRates) {
+  for (int n = 1; n <= 200; ++n) {
+    for (int k = 0; k <= n; ++k) {
+      EXPECT_EQ(Percent(static_cast<double>(k) / n), std::to_string((200 * k + n) / (2 * n)) + " %")
+          << k << " of " << n;
+    }
+  }
+}
+
+}  // namespace evalbus::percent_test
