@@ -128,7 +128,7 @@ def check(browser, evalbus, folder, processes, found):
     os.killpg(processes[0].pid, signal.SIGKILL)
     processes[0].wait()
     wait_until(browser, f"{RUN}.info.is_live === false", "nothing says that the run was killed")
-    wait_until(browser, "document.querySelector('.ev-state-pill').textContent.startsWith('unfinished')", "nothing says that it is unfinished")
+    wait_until(browser, "document.querySelector('.ev-state-pill').textContent.startsWith('interrupted')", "nothing says that it was interrupted")
     episodes = len((run / "episodes.jsonl").read_text().splitlines()) + 2
     processes.append(start([*command, "--episodes", str(episodes), "--resume"], run_out))
     wait_until(browser, f"{RUN}.info.episode === {episodes - 1}", "the resumed run's last episode does not begin on the page")

@@ -153,6 +153,52 @@ def check_time(browser, log, found):
             found.append(f"{key} leads to tick {browser.evaluate('evalbusViewer.tick')}, not {expected}")
 
 
+def check_zoom(browser, found):
+    """Zooms with a key and the wheel, and resets with the button; pins a curve."""
+    browser.evaluate("evalbusViewer.seek(10); evalbusViewer.parts.app.focus()")
+    end = browser.evaluate("evalbusViewer.timeline.end")
+    for kind in ("keyDown", "keyUp"):
+        browser.call("Input.dispatchKeyEvent", type=kind, key="+", code="Equal")
+    frame(browser)
+    span = browser.evaluate("evalbusViewer.timeline.to - evalbusViewer.timeline.from")
+    if not math.isclose(span, end / 2):
+        found.append(f"the key + shows {span} of {end} s")
+    place = browser.evaluate("(() => { const b = evalbusViewer.timeline.slider.getBoundingClientRect();"
+                             " return {x: b.left + b.width / 2, y: b.top + 12}; })()")
+    # modifiers 2: Ctrl, because a report scrolls.
+    browser.call("Input.dispatchMouseEvent", type="mouseWheel", deltaX=0, deltaY=-100, modifiers=2, **place)
+    wait_until(browser, f"evalbusViewer.timeline.to - evalbusViewer.timeline.from < {span * 0.9}", "the wheel does not zoom", 20)
+    tick, _ = press_time_line(browser, 0.25)
+    browser.evaluate("evalbusViewer.timeline.whole.click()")
+    frame(browser)
+    if browser.evaluate("evalbusViewer.timeline.view") is not None or browser.evaluate("evalbusViewer.timeline.whole.hidden") is not True:
+        found.append("the button does not show the whole episode")
+    lanes = "evalbusViewer.timeline.lanes.length"
+    before = browser.evaluate(lanes)
+    browser.evaluate("evalbusViewer.curves.cards[0].pin.click()")
+    if browser.evaluate(lanes) != before + 1:
+        found.append("a pinned curve is not on the time line")
+    browser.evaluate("evalbusViewer.curves.cards[0].pin.click()")
+
+
+def check_metrics(browser, found):
+    """The filter leaves matching metrics; constant ones are folded, each metric stands once."""
+    names = browser.evaluate("""(() => {
+      const curves = evalbusViewer.curves;
+      curves.filter.value = 'slip';
+      curves.applyFilter();
+      const left = curves.cards.filter((card) => !card.node.hidden).map((card) => card.name);
+      curves.filter.value = '';
+      curves.applyFilter();
+      return {left, constant: [...curves.constantGrid.children].length, changing: [...curves.grid.children].length,
+              all: curves.cards.length};
+    })()""")
+    if not names["left"] or any("slip" not in name for name in names["left"]):
+        found.append(f"the filter 'slip' leaves {names['left']}")
+    if not names["constant"] or names["constant"] + names["changing"] != names["all"]:
+        found.append(f"of {names['all']} metrics, {names['constant']} are folded and {names['changing']} are not")
+
+
 def check_play(browser, found):
     browser.evaluate("evalbusViewer.seek(0); evalbusViewer.togglePlay()")
     wait_until(browser, "evalbusViewer.tick > 10", "it does not play", 20)
@@ -276,7 +322,10 @@ def check(browser, url, run, folder, found):
     if bodies < 3 or metrics < 20:
         found.append(f"only {bodies} poses and {metrics} metrics were compared")
     check_percent(browser, found)
+    found += browser.evaluate((pathlib.Path(__file__).parent / "page_functions.js").read_text())
+    check_metrics(browser, found)
     check_time(browser, log, found)
+    check_zoom(browser, found)
     check_play(browser, found)
     check_sizes(browser, folder, found)
     found += complaints(browser.events, own_addresses(url))

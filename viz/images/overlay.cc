@@ -8,6 +8,7 @@
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
 #include "viz/images/canvas.h"
+#include "viz/images/colors.h"
 
 namespace evalbus::viz {
 namespace {
@@ -16,9 +17,6 @@ namespace {
 constexpr double kMargin = 12, kPadding = 9, kRadius = 5, kBold = 13.5, kSmall = 11.5, kLine = 17, kDot = 4.2;
 
 constexpr Color kPanel{0.07, 0.08, 0.10, 0.66}, kText{0.97, 0.97, 0.97}, kDim{0.74, 0.76, 0.79};
-// Blue and vermilion of the Okabe-Ito palette, distinguishable for color-blind viewers. The outcome is also
-// written as a word.
-constexpr Color kGood{0, 0.447, 0.698, 0.94}, kBad{0.835, 0.369, 0, 0.94}, kReached{0.337, 0.706, 0.914};
 
 std::string EndLabel(const std::string& end_reason) {
   std::string text = Words(end_reason);
@@ -81,7 +79,7 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
     right -= time_width + 2 * kPadding + 6;
     const double width = canvas.TextWidth(verdict, Font::kBold, kBold) + 2 * kPadding;
     canvas.Panel({right - width, kMargin, width, 26}, kRadius,
-                 text.end_reason == end_reason::kSuccess ? kGood : kBad);
+                 text.end_reason == end_reason::kSuccess ? kSuccessColor : kFailureColor);
     canvas.Text(right - width + kPadding, kMargin + 18, verdict, Font::kBold, kBold, kText);
   }
 
@@ -96,7 +94,7 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
     canvas.Panel({kMargin, y, width + 2 * kPadding + 15, height}, kRadius, kPanel);
     y += kLine;
     for (const OverlayText::Stage& stage : text.stages) {
-      Dot(&canvas, kMargin + kPadding + kDot, y - 4, stage.reached, stage.reached ? kReached : kDim);
+      Dot(&canvas, kMargin + kPadding + kDot, y - 4, stage.reached, stage.reached ? kSuccessOnDark : kDim);
       canvas.Text(kMargin + kPadding + 15, y, Words(stage.name), Font::kNormal, kSmall,
                   stage.reached ? kText : kDim);
       y += kLine;

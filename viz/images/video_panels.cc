@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "viz/images/colors.h"
 
 namespace evalbus::viz {
 namespace {
@@ -16,10 +17,8 @@ using Kind = VideoMark::Kind;
 
 constexpr Color kPage{0.984, 0.984, 0.98}, kText{0.12, 0.14, 0.16}, kDim{0.40, 0.43, 0.47},
     kRule{0.82, 0.84, 0.86}, kWhite{1, 1, 1};
-// The Okabe-Ito palette.
-constexpr Color kBlue{0, 0.447, 0.698}, kVermilion{0.835, 0.369, 0}, kSky{0.337, 0.706, 0.914},
-    kOrange{0.902, 0.624, 0}, kPurple{0.8, 0.475, 0.655}, kGreen{0, 0.62, 0.451};
-constexpr Color kLines[] = {kBlue, kOrange, kGreen, kPurple};
+constexpr Color kSky{0.337, 0.706, 0.914}, kSlipColor{0.725, 0.529, 0};
+constexpr Color kLines[] = {kLeftArmColor, kRightArmColor, kDim, {0.416, 0.353, 0.804}};
 // Font sizes in layout units.
 constexpr double kBold = 17, kNormal = 14.5, kSmall = 13;
 
@@ -29,7 +28,7 @@ Color Faded(Color color, double share) {
 }
 
 Color ColorOf(VideoEnd end) {
-  return end == VideoEnd::kSuccess ? kBlue : end == VideoEnd::kFailure ? kVermilion : kRule;
+  return end == VideoEnd::kSuccess ? kSuccessColor : end == VideoEnd::kFailure ? kFailureColor : kRule;
 }
 
 std::string Capital(std::string text) {
@@ -107,7 +106,7 @@ void VideoPanels::Stages(const Box& box, const VideoFacts& facts, double time_s)
     y += line;
     const Point mark{box.x + 7 * s_, y - 5 * s_};
     if (reached) {
-      canvas_.Disc(mark, 7 * s_, kBlue);
+      canvas_.Disc(mark, 7 * s_, kSuccessColor);
       Check(mark, 7 * s_, kWhite);
     } else {
       canvas_.Ring(mark, 6.2 * s_, 1.5 * s_, kRule);
@@ -225,7 +224,7 @@ void VideoPanels::Mark(Kind kind, const Point& center, double radius) {
   switch (kind) {
     case Kind::kStage:
       canvas_.Disc(center, radius + 1.2 * s_, kWhite);
-      canvas_.Disc(center, radius, kBlue);
+      canvas_.Disc(center, radius, kSuccessColor);
       Check(center, radius, kWhite);
       break;
     case Kind::kGrasp:
@@ -240,12 +239,12 @@ void VideoPanels::Mark(Kind kind, const Point& center, double radius) {
                                   {center.x - size * 0.9, center.y + size * 0.7}};
       };
       canvas_.Polygon(triangle(r + 2.2 * s_), kWhite);
-      canvas_.Polygon(triangle(r), kPurple);
+      canvas_.Polygon(triangle(r), kSlipColor);
       break;
     }
     case Kind::kCollision: {
       const double r = radius * 0.72;
-      for (const auto& [width, color] : {std::pair(6.5 * s_, kWhite), std::pair(3.2 * s_, kVermilion)}) {
+      for (const auto& [width, color] : {std::pair(6.5 * s_, kWhite), std::pair(3.2 * s_, kFailureColor)}) {
         const Point down[] = {{x - r, y - r}, {x + r, y + r}}, up[] = {{x - r, y + r}, {x + r, y - r}};
         canvas_.Line(down, width, color);
         canvas_.Line(up, width, color);

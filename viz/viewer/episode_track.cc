@@ -41,7 +41,11 @@ const char* BetterWord(Better better) { return better == Better::kHigher ? "high
 }  // namespace
 
 EpisodeTrack::EpisodeTrack(std::shared_ptr<const model_info_t> model, const header_t& episode, About about)
-    : model_(std::move(model)), names_(*model_), episode_(episode), about_(std::move(about)) {
+    : model_(std::move(model)),
+      names_(*model_),
+      episode_(episode),
+      about_(std::move(about)),
+      grasps_(names_) {
   std::erase_if(about_.bodies, [&](int body) { return body < 0 || body >= model_->num_bodies; });
 }
 
@@ -135,6 +139,7 @@ void EpisodeTrack::Receive(const contacts_t& contacts) {
     tick->clearance_geoms = {static_cast<int16_t>(contacts.clearance_robot_geom),
                              static_cast<int16_t>(contacts.clearance_scene_geom)};
   }
+  tick->pinched = grasps_.Pinched(contacts);
   WatchTouches(contacts);
   Fill(tick, nullptr);
 }
@@ -170,29 +175,24 @@ void EpisodeTrack::Receive(const partial_metrics_t& partial) {
   }
   Fill(tick, &partial);
   if (partial_ && partial.header.tick <= partial_->header.tick) return;
-  if (partial_) WatchScores(*partial_, partial);
+  if (partial_) {
+    WatchScores(*partial_, partial);
+    grasps_.Add(*partial_, partial, tick->pinched);
+  }
   partial_ = partial;
 }
 
-// Only the summary names the gripper of each release. Until it arrives, slips and grasps are detected by
-// changes of their counts.
+// Only the summary names the gripper of each slip. Until it arrives, slips are detected by changes of their
+// count.
 void EpisodeTrack::WatchScores(const partial_metrics_t& before, const partial_metrics_t& now) {
   const metric_values_t &a = before.metrics, &b = now.metrics;
   for (size_t k = 0; k < std::min(a.slip_count_per_object.size(), b.slip_count_per_object.size()); ++k) {
-    if (b.slip_count_per_object[k] <= a.slip_count_per_object[k]) continue;
-    TrackEvent event = MakeEvent(Kind::kSlip, now.header.tick, b.object_name[k] + " slips");
-    event.object = b.object_name[k];
-    scores_events_.push_back(std::move(event));
-  }
-  const extended_metrics_t &e = before.extended, &f = now.extended;
-  for (size_t k = 0; k < std::min(e.name.size(), f.name.size()); ++k) {
-    if (!f.name[k].starts_with("grasp_count") || !(f.value_mixed[k] > e.value_mixed[k])) continue;
-    const size_t dot = f.name[k].find('.');
-    TrackEvent event = MakeEvent(Kind::kGrasp, now.header.tick, "");
-    event.gripper = dot == std::string::npos ? "" : f.name[k].substr(dot + 1);
-    if (event.gripper.empty() && model_->num_grippers > 0) event.gripper = model_->gripper[0].name;
-    event.text = event.gripper + " grasps";
-    scores_events_.push_back(std::move(event));
+    // Two grippers may lose an object at the same tick.
+    for (int64_t count = a.slip_count_per_object[k]; count < b.slip_count_per_object[k]; ++count) {
+      TrackEvent event = MakeEvent(Kind::kSlip, now.header.tick, b.object_name[k] + " slips");
+      event.object = b.object_name[k];
+      slips_.push_back(std::move(event));
+    }
   }
 }
 
@@ -277,6 +277,21 @@ TrackEvent EpisodeTrack::MakeEvent(Kind kind, int64_t tick, std::string text) co
   return event;
 }
 
+void EpisodeTrack::AddGrasp(const std::string& gripper, const std::string& object, int64_t first_tick,
+                            int64_t last_tick, int64_t scored_tick, std::vector<TrackEvent>* events) const {
+  const bool is_over = last_tick < scored_tick;
+  const auto add = [&](Kind kind, int64_t tick, const char* verb) {
+    TrackEvent& added =
+        events->emplace_back(MakeEvent(kind, tick, fmt::format("{} {} {}", gripper, verb, object)));
+    added.gripper = gripper;
+    added.object = object;
+    if (kind == Kind::kGrasp && is_over)
+      added.duration = TickTime(last_tick + 1 - first_tick, ControlPeriod(*model_));
+  };
+  add(Kind::kGrasp, first_tick, "grasps");
+  if (is_over) add(Kind::kRelease, last_tick + 1, "releases");
+}
+
 std::vector<TrackEvent> EpisodeTrack::Events() const {
   std::vector<TrackEvent> events;
   const metric_values_t* metrics = summary_ ? &summary_->metrics : partial_ ? &partial_->metrics : nullptr;
@@ -289,23 +304,25 @@ std::vector<TrackEvent> EpisodeTrack::Events() const {
     events.push_back(MakeEvent(Kind::kStage, std::llround(extended->stage_time_s[k] / dt),
                                fmt::format("stage {}: {}", metrics->stage_index[k], metrics->stage_name[k])));
   }
-  if (!summary_) events.insert(events.end(), scores_events_.begin(), scores_events_.end());
+  // The metrics end with the verdict; an episode may continue after it.
+  const int64_t scored_tick = metrics ? std::llround(metrics->completion_time_s / dt) : 0;
   if (summary_) {
-    const auto add = [&](Kind kind, const object_event_t& event, int64_t tick, std::string text) {
-      TrackEvent& added = events.emplace_back(MakeEvent(kind, tick, std::move(text)));
-      added.gripper = event.gripper;
-      added.object = event.object;
-      added.duration = kind == Kind::kGrasp ? event.duration_s : 0;
-    };
     for (const object_event_t& slip : summary_->explanation.slip) {
-      add(Kind::kSlip, slip, slip.tick, fmt::format("{} slips from {}", slip.object, slip.gripper));
+      TrackEvent& added = events.emplace_back(
+          MakeEvent(Kind::kSlip, slip.tick, fmt::format("{} slips from {}", slip.object, slip.gripper)));
+      added.gripper = slip.gripper;
+      added.object = slip.object;
     }
     for (const object_event_t& grasp : summary_->explanation.grasp) {
-      add(Kind::kGrasp, grasp, grasp.tick, fmt::format("{} grasps {}", grasp.gripper, grasp.object));
-      const int64_t release = grasp.tick + std::llround(grasp.duration_s / dt);
-      if (release <= summary_->header.tick) {
-        add(Kind::kRelease, grasp, release, fmt::format("{} releases {}", grasp.gripper, grasp.object));
-      }
+      const int64_t last_tick = grasp.tick + std::llround(grasp.duration_s / dt) - 1;
+      AddGrasp(grasp.gripper, grasp.object, grasp.tick, last_tick, scored_tick, &events);
+    }
+  } else {
+    events.insert(events.end(), slips_.begin(), slips_.end());
+    for (const GraspWatch::Grasp& grasp : grasps_.grasps()) {
+      AddGrasp(model_->gripper[static_cast<size_t>(grasp.gripper)].name,
+               model_->object_name[static_cast<size_t>(grasp.object)], grasp.first_tick, grasp.last_tick,
+               scored_tick, &events);
     }
   }
   if (summary_ && !summary_->failure_reason.empty() && !summary_->cause.text.empty()) {

@@ -25,6 +25,7 @@
 #include "models/model_names.h"
 #include "viz/viewer/block.h"
 #include "viz/viewer/curves.h"
+#include "viz/viewer/grasp_watch.h"
 
 namespace evalbus::viz {
 
@@ -36,7 +37,7 @@ struct TrackEvent {
   double time = 0;  // s since the start of the episode
   std::string text;
   std::string gripper, object;
-  double duration = 0;  // s
+  double duration = 0;  // s; of a grasp that has ended
 };
 
 class EpisodeTrack {
@@ -119,6 +120,8 @@ class EpisodeTrack {
     std::array<float, 6> clearance_points{};
     std::array<int16_t, 2> clearance_geoms{};
     std::vector<Contact> contacts;
+    // GraspWatch::Pinched()
+    std::vector<uint16_t> pinched;
     // Indexed by row of curves_.
     std::vector<double> values;
   };
@@ -143,6 +146,9 @@ class EpisodeTrack {
   void Fill(Tick* tick, const partial_metrics_t* partial);
   void WatchScores(const partial_metrics_t& before, const partial_metrics_t& now);
   void WatchTouches(const contacts_t& contacts);
+  // Appends a grasp and, if it has ended, its release. scored_tick: last tick that the metrics used.
+  void AddGrasp(const std::string& gripper, const std::string& object, int64_t first_tick, int64_t last_tick,
+                int64_t scored_tick, std::vector<TrackEvent>* events) const;
   TrackEvent MakeEvent(TrackEvent::Kind kind, int64_t tick, std::string text) const;
   void AddHead(nlohmann::ordered_json* head) const;
   void AddChanging(nlohmann::ordered_json* head) const;
@@ -178,7 +184,8 @@ class EpisodeTrack {
   // Every n-th image of each camera is kept.
   int64_t image_stride_ = 1;
 
-  std::vector<TrackEvent> scores_events_, touches_;
+  std::vector<TrackEvent> slips_, touches_;
+  GraspWatch grasps_;
   std::map<std::pair<int, int>, int64_t> last_touch_us_;  // key: pair of geoms
   int64_t last_contacts_ = -1;
 };

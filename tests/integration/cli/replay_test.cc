@@ -249,7 +249,7 @@ TEST_F(Recorded, StagesAddedAndRemovedAreListed) {
   Record(1);
   std::string text = ReadText(TaskWithThreshold("1.096"));
   const std::string first =
-      "  - name: left_gripper_holds_pot\n    when: &left_holds {holding: {gripper: left, object: pot}}\n";
+      "  - name: left_gripper_touches_pot\n    when: &left_holds {holding: {gripper: left, object: pot}}\n";
   ASSERT_NE(text.find(first), std::string::npos);
   text.replace(text.find(first), first.size(),
                "  - name: far\n    when: {height_above: {object: pot, min_m: 5}}\n" + first);

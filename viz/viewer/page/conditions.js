@@ -9,9 +9,9 @@ Evalbus.Conditions = class {
     this.reason = e("p", { class: "ev-reason" });
     this.other = e("p", { class: "ev-reason ev-b" });
     this.stages = e("ol", { class: "ev-stages" });
-    this.stagesTitle = e("h3", {}, "Stages");
+    this.stagesTitle = e("h2", {}, "Stages");
     this.criteria = e("div", { class: "ev-criteria" });
-    this.criteriaTitle = e("h3", {}, "Conditions");
+    this.criteriaTitle = e("h2", {}, "Conditions");
     this.events = e("ol", { class: "ev-events" });
     this.eventsTitle = e("summary", {}, "Events");
     this.eventsPlace = e("details", { class: "ev-fold" }, this.eventsTitle, this.events);
@@ -108,7 +108,8 @@ Evalbus.Conditions = class {
     };
     const joined = tree && (tree.all ? "all" : tree.any ? "any" : null);
     const trees = joined ? tree[joined] : tree !== null && tree !== undefined ? [tree] : places;
-    const what = joined && places.length > 1 ? `${joined} of these: a ${outcome}` : `decides on ${outcome}`;
+    const many = joined && places.length > 1;
+    const what = outcome === "success" ? (many ? `Success requires ${joined} of` : "Success requires") : many ? `Fails if ${joined} of` : "Fails if";
     return [e("p", { class: "ev-group" }, what), ...trees.flatMap(rows)];
   }
 

@@ -1,11 +1,22 @@
-// One card per metric with its current value and its curve; all share the axis of the timeline.
+// One card per metric with its current value and its curve; all share the axis of the timeline. When the episode has ended,
+// the metrics that change most come first, and constant ones are folded.
 "use strict";
 
 Evalbus.Curves = class {
-  constructor(place, onSeek) {
-    this.onSeek = onSeek;
-    this.grid = Evalbus.element("div", { class: "ev-curves" });
-    place.append(this.grid);
+  // timeline: whose time axis is shared. onPin(): other curves are pinned.
+  constructor(place, timeline, onPin) {
+    const e = Evalbus.element;
+    this.timeline = timeline;
+    this.onPin = onPin;
+    this.filter = e("input", { type: "search", class: "ev-metric-filter", placeholder: "Filter metrics", "aria-label": "filter metrics",
+      oninput: () => this.applyFilter() });
+    this.grid = e("div", { class: "ev-curves" });
+    this.constantTitle = e("summary", {});
+    this.constantGrid = e("div", { class: "ev-curves" });
+    this.constant = e("details", { class: "ev-fold ev-constant", hidden: "" }, this.constantTitle, this.constantGrid);
+    place.append(this.filter, this.grid, this.constant);
+    this.tip = e("div", { class: "ev-tip" });
+    this.hover = e("div", { class: "ev-cursor ev-thin" });
     this.cards = [];
     // Cards outside of the viewport are not drawn.
     this.seen = new IntersectionObserver((entries) => {
@@ -19,61 +30,133 @@ Evalbus.Curves = class {
     new ResizeObserver(() => this.redraw()).observe(this.grid);
   }
 
-  show(tracks, palette) {
+  // Makes the cards of the episodes; redraw() draws them.
+  prepare(tracks, palette) {
     this.tracks = tracks;
     this.palette = palette;
-    const layout = JSON.stringify(tracks.map((track) => [track.key, track.head.curves]));
+    const layout = JSON.stringify(tracks.map((track) => [track.key, track.head.curves, track.head.is_over]));
     if (layout !== this.layout) {
       this.layout = layout;
       this.build();
     }
-    this.redraw();
   }
 
   build() {
     for (const card of this.cards) this.seen.unobserve(card.node);
     const enlarged = new Set(this.cards.filter((card) => card.isLarge).map((card) => card.name));
+    const pinned = new Set(this.pins.map((card) => card.name));
     const [track, other] = this.tracks;
     this.cards = track.head.curves.map((curve) => {
       const parts = curve.parts.map((part, k) => ({
         row: curve.first_row + k, name: Evalbus.spaced(part), value: Evalbus.element("span", { class: "ev-value" }),
-        color: k,
+        color: Evalbus.roleOf(part, k, track.head),
       }));
       const otherCurve = other && other.curve(curve.name);
       const otherParts = otherCurve ? otherCurve.parts.map((part, k) => ({
-        row: otherCurve.first_row + k, value: Evalbus.element("span", { class: "ev-value ev-other" }), color: k,
+        row: otherCurve.first_row + k, name: Evalbus.spaced(part), value: Evalbus.element("span", { class: "ev-value ev-other" }),
+        color: parts.length > 1 ? Evalbus.roleOf(part, k, track.head) : "b",
       })) : [];
       const canvas = Evalbus.element("canvas", { "aria-hidden": "true" });
       const cursor = Evalbus.element("div", { class: "ev-cursor ev-thin" });
       const unit = curve.unit && curve.unit !== "1" ? Evalbus.element("span", { class: "ev-unit" }, curve.unit) : null;
       const values = Evalbus.element("span", { class: "ev-values" }, parts.map((part, k) => {
-        const swatch = parts.length > 1 ? Evalbus.element("i", { class: `ev-swatch ev-c${k % 6}` }) : null;
+        const swatch = parts.length > 1 ? Evalbus.element("i", { class: "ev-swatch" }) : null;
+        if (swatch) swatch.style.background = `var(--${part.color})`;
         return Evalbus.element("span", { class: "ev-part", title: part.name }, swatch,
           parts.length > 1 ? Evalbus.element("span", { class: "ev-part-name" }, part.name) : null, part.value,
-          otherParts[k] ? otherParts[k].value : null, k + 1 === parts.length ? unit : null);
-      }));
+          otherParts[k] ? otherParts[k].value : null);
+      }), unit);
       const plot = Evalbus.element("span", { class: "ev-plot" }, canvas, cursor);
-      const node = Evalbus.element("button", { class: "ev-card", type: "button", "aria-expanded": "false",
-        onclick: () => this.enlarge(card) },
-      Evalbus.element("span", { class: "ev-label", title: Evalbus.words(curve.name) }, Evalbus.words(curve.label)), values,
-      plot);
-      const card = { name: curve.name, curve, node, canvas, cursor, parts, otherParts, plot, isSeen: false,
+      const label = Evalbus.element("button", { class: "ev-label", type: "button", title: Evalbus.words(curve.name) },
+        Evalbus.words(curve.label));
+      const pin = Evalbus.element("button", { class: "ev-pin", type: "button", title: "pin under the time line",
+        "aria-label": `pin ${Evalbus.words(curve.label)} under the time line`, onclick: (event) => {
+          event.stopPropagation();
+          this.setPinned(card, !card.isPinned);
+          this.onPin();
+        } }, Evalbus.icon("M6 2h4v5l2 2.5H4L6 7zM8 9.5V14"));
+      const node = Evalbus.element("div", { class: "ev-card", onclick: () => this.enlarge(card) },
+        Evalbus.element("span", { class: "ev-card-head" }, label, pin), values, plot);
+      plot.addEventListener("pointermove", (event) => this.point(card, event));
+      plot.addEventListener("pointerleave", () => { this.tip.remove(); this.hover.remove(); });
+      const card = { name: curve.name, curve, node, label, pin, canvas, cursor, parts, otherParts, plot, isSeen: false,
         isLarge: enlarged.has(curve.name) };
+      this.setPinned(card, pinned.has(curve.name));
+      label.setAttribute("aria-expanded", String(card.isLarge));
       node.classList.toggle("ev-large", card.isLarge);
       // Three or more names need a wide card.
       node.classList.toggle("ev-wide", parts.length > 2);
       this.seen.observe(node);
       return card;
     });
-    this.grid.replaceChildren(...this.cards.map((card) => card.node));
+    this.arrange();
+  }
+
+  // Places the cards in the grid, or in the fold for constant metrics.
+  arrange() {
+    const [track, other] = this.tracks;
+    const rowsOf = (one, parts) => parts.map(({ row }) => one.rows[row].data.subarray(0, one.ticks));
+    const change = new Map(this.cards.map((card) => [card, !track.head.is_over ? 1
+      : Evalbus.changeOf(rowsOf(track, card.parts), card.otherParts.length ? rowsOf(other, card.otherParts) : null)]));
+    const constant = this.cards.filter((card) => change.get(card) === 0);
+    const changing = this.cards.filter((card) => change.get(card) > 0).sort((a, b) => change.get(b) - change.get(a));
+    this.grid.replaceChildren(...changing.map((card) => card.node));
+    this.constantGrid.replaceChildren(...constant.map((card) => card.node));
+    this.numConstant = constant.length;
+    this.applyFilter();
+  }
+
+  applyFilter() {
+    const words = this.filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+    for (const card of this.cards) {
+      const text = `${card.curve.label} ${card.name} ${card.parts.map((part) => part.name).join(" ")}`.toLowerCase();
+      card.node.hidden = !words.every((word) => text.includes(word));
+    }
+    this.constant.hidden = ![...this.constantGrid.children].some((node) => !node.hidden);
+    const what = this.tracks && this.tracks[1] ? "equal in A and B" : "constant";
+    Evalbus.setText(this.constantTitle, `${this.numConstant} metrics are ${what}`);
+    if (words.length) this.constant.open = true;
+  }
+
+  // The cards whose curves are shown under the time line.
+  get pins() { return this.cards.filter((card) => card.isPinned); }
+
+  setPinned(card, isPinned) {
+    card.isPinned = isPinned;
+    card.pin.setAttribute("aria-pressed", String(isPinned));
   }
 
   enlarge(card) {
     card.isLarge = !card.isLarge;
     card.node.classList.toggle("ev-large", card.isLarge);
-    card.node.setAttribute("aria-expanded", String(card.isLarge));
+    card.label.setAttribute("aria-expanded", String(card.isLarge));
     this.drawCard(card);
     this.move(this.ticks || [0]);
+  }
+
+  // Shows the values at the time under the pointer.
+  point(card, event) {
+    if (!this.tracks || !(card.right > card.left)) return;
+    const box = card.plot.getBoundingClientRect();
+    const x = Math.max(card.left, Math.min(card.right, event.clientX - box.left));
+    const time = card.from + (x - card.left) / (card.right - card.left) * (card.to - card.from);
+    if (this.tip.parentNode !== card.node) card.node.append(this.tip);
+    if (this.hover.parentNode !== card.plot) card.plot.append(this.hover);
+    this.hover.style.transform = `translateX(${x.toFixed(1)}px)`;
+    Evalbus.setText(this.tip, `${time.toFixed(2)} s · ${this.textAt(card, time)}`);
+    this.tip.style.left = `${Math.max(0, Math.min(card.node.clientWidth - this.tip.offsetWidth, x))}px`;
+  }
+
+  // The values of a card at a time, with names: "left 0.120, right 0.300 m; B: left 0.200, right 0.300 m".
+  textAt(card, time_s) {
+    const [track, other] = this.tracks;
+    const unit = card.curve.unit && card.curve.unit !== "1" ? ` ${card.curve.unit}` : "";
+    const text = (one, parts) => {
+      const tick = Math.round(time_s / one.tickSeconds);
+      if (tick > one.last) return "–";
+      return parts.map((part) => `${part.name ? `${part.name} ` : ""}${this.format(card, this.valueOf(one, card, part, tick))}`).join(", ") + unit;
+    };
+    return `${text(track, card.parts)}${card.otherParts.length ? `; B: ${text(other, card.otherParts)}` : ""}`;
   }
 
   redraw() {
@@ -109,8 +192,8 @@ Evalbus.Curves = class {
 
   drawCard(card) {
     if (!card.isSeen || !this.tracks) return;
-    const end = Math.max(...this.tracks.map(Evalbus.axisEnd));
-    card.end = end;
+    card.from = this.timeline.from;
+    card.to = this.timeline.to;
     const range = this.rangeOf(card);
     Evalbus.drawOn(card.canvas, (context, width, height) => {
       const bottom = card.isLarge ? height - 16 : height - 3, top = 6;
@@ -133,7 +216,7 @@ Evalbus.Curves = class {
       card.left = Math.ceil(Math.max(...texts.map((text) => context.measureText(text).width))) + 8;
       card.right = width - 6;
       const y = (value) => bottom - (value - range.low) / (range.high - range.low) * (bottom - top);
-      const x = (time) => card.left + time / end * (card.right - card.left);
+      const x = (time) => card.left + (time - card.from) / (card.to - card.from) * (card.right - card.left);
       context.textAlign = "right";
       marks.forEach((mark, k) => {
         context.strokeStyle = this.palette.rule;
@@ -146,28 +229,65 @@ Evalbus.Curves = class {
       });
       if (card.isLarge) {
         context.textAlign = "center";
-        for (const time of Evalbus.ticksOf(0, end, (card.right - card.left) / 70)) {
+        for (const time of Evalbus.ticksOf(card.from, card.to, (card.right - card.left) / 70)) {
           context.fillText(`${Number(time.toPrecision(6))} s`, Math.min(x(time), card.right - 8), height - 6);
         }
       }
-      if (this.tracks[1]) {
-        context.globalAlpha = 0.75;
-        context.setLineDash([3, 3]);
-        card.otherParts.forEach((part) => this.line(context, this.tracks[1], part, x, y, card));
-        context.setLineDash([]);
-        context.globalAlpha = 1;
-      }
-      card.parts.forEach((part) => this.line(context, this.tracks[0], part, x, y, card));
+      context.save();
+      context.beginPath();
+      context.rect(card.left, 0, card.right - card.left + 6, height);
+      context.clip();
+      this.drawLines(context, card, x, y, card.right - card.left);
+      context.restore();
     });
     this.moveCard(card);
   }
 
+  // Draws the curves of A and, dashed, of B, and shades the difference. x(time), y(value): places; width: of the plot.
+  drawLines(context, card, x, y, width) {
+    const [track, other] = this.tracks;
+    if (other) {
+      card.parts.forEach((part, k) => card.otherParts[k] && this.shade(context, card, part, card.otherParts[k], x, y, width));
+      context.setLineDash([3, 3]);
+      card.otherParts.forEach((part) => this.line(context, other, part, x, y, width, card.curve.sparse));
+      context.setLineDash([]);
+    }
+    card.parts.forEach((part) => this.line(context, track, part, x, y, width, card.curve.sparse));
+  }
+
+  // Fills the area between A and B.
+  shade(context, card, part, otherPart, x, y, width) {
+    const [track, other] = this.tracks;
+    const [first, last] = this.timeline.ticksSeen(track);
+    const step = Math.max(1, Math.floor((last - first) / Math.max(50, width)));
+    const points = [];
+    const fill = () => {
+      if (points.length > 1) {
+        context.beginPath();
+        points.forEach(([at, a]) => context.lineTo(at, a));
+        points.reverse().forEach(([at, , b]) => context.lineTo(at, b));
+        context.fill();
+      }
+      points.length = 0;
+    };
+    context.fillStyle = this.palette.b;
+    context.globalAlpha = 0.25;
+    for (let k = first; k <= last; k += step) {
+      const tick = Math.round(k * track.tickSeconds / other.tickSeconds);
+      const a = this.valueOf(track, card, part, k), b = this.valueOf(other, card, otherPart, tick);
+      if (Number.isNaN(a) || Number.isNaN(b)) fill();
+      else points.push([x(k * track.tickSeconds), y(a), y(b)]);
+    }
+    fill();
+    context.globalAlpha = 1;
+  }
+
   // Draws at most two points per pixel, the minimum and the maximum, so that peaks remain visible.
-  line(context, track, part, x, y, card) {
+  line(context, track, part, x, y, width, isSparse) {
     const values = track.rows[part.row].data;
-    const pixels = Math.max(50, card.right - card.left);
-    const step = Math.max(1, Math.floor(track.ticks / pixels));
-    context.strokeStyle = this.palette.parts[part.color % this.palette.parts.length];
+    const [first, last] = this.timeline.ticksSeen(track);
+    const step = Math.max(1, Math.floor((last - first + 1) / Math.max(50, width)));
+    context.strokeStyle = this.palette[part.color];
     context.lineWidth = 1.6;
     context.lineJoin = "round";
     context.beginPath();
@@ -178,15 +298,15 @@ Evalbus.Curves = class {
       else context.moveTo(...place);
       isDown = true;
     };
-    for (let k = 0; k < track.ticks; k += step) {
+    for (let k = first; k <= last; k += step) {
       let low = -1, high = -1;
-      for (let i = k; i < Math.min(k + step, track.ticks); ++i) {
+      for (let i = k; i < Math.min(k + step, last + 1); ++i) {
         if (Number.isNaN(values[i])) continue;
         if (low < 0 || values[i] < values[low]) low = i;
         if (high < 0 || values[i] > values[high]) high = i;
       }
       if (low < 0) {
-        if (!card.curve.sparse) isDown = false;
+        if (!isSparse) isDown = false;
         continue;
       }
       to(Math.min(low, high));
@@ -212,12 +332,18 @@ Evalbus.Curves = class {
     for (const part of card.otherParts) {
       this.write(card, part, this.valueOf(other, card, part, Math.floor(this.ticks[1] + 1e-6)));
     }
-    const x = card.left + this.ticks[0] * track.tickSeconds / card.end * (card.right - card.left);
+    const time = this.ticks[0] * track.tickSeconds;
+    const x = card.left + (time - card.from) / (card.to - card.from) * (card.right - card.left);
+    card.cursor.hidden = time < card.from - 1e-9 || time > card.to + 1e-9;
     card.cursor.style.transform = `translateX(${Number.isFinite(x) ? x.toFixed(1) : 0}px)`;
   }
 
   write(card, part, value) {
-    Evalbus.setText(part.value, card.isWhole ? Evalbus.number(value) : Evalbus.numberAmong(value, card.most));
+    Evalbus.setText(part.value, this.format(card, value));
+  }
+
+  format(card, value) {
+    return card.isWhole ? Evalbus.number(value) : Evalbus.numberAmong(value, card.most);
   }
 
   // Whether all values are integers, which are shown without decimals.

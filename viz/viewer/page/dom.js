@@ -39,7 +39,7 @@ Evalbus.setText = (node, text) => {
 Evalbus.words = (text) => String(text === null || text === undefined ? "" : text)
   .replace(/[\u0000-\u001f\u007f-\u009f\u200b-\u200f\u2028-\u202e\u2066-\u2069\ufeff]+/g, " ").trim();
 
-// Replaces underscores: "left_gripper_holds_pot" becomes "left gripper holds pot".
+// Replaces underscores: "left_gripper_touches_pot" becomes "left gripper touches pot".
 Evalbus.spaced = (name) => Evalbus.words(name).replace(/_/g, " ");
 
 // Text that explains the outcome: the detail of the end reason (e.g. a policy's error), then the deciding
@@ -109,11 +109,18 @@ Evalbus.drawOn = (canvas, draw) => {
 Evalbus.paletteOf = (node) => {
   const style = getComputedStyle(node);
   const palette = {};
-  for (const name of ["page", "text", "soft", "rule", "panel", "link", "good", "bad", "none", "c0", "c1", "c2", "c3",
-    "c4", "c5"]) {
+  for (const name of ["page", "text", "soft", "rule", "panel", "link", "none", "good", "bad", "bad-text", "warn", "left",
+    "right", "b", "b-text", "o0", "o1", "o2", "o3"]) {
     palette[name] = style.getPropertyValue(`--${name}`).trim();
   }
   palette.font = style.fontFamily;
-  palette.parts = [palette.c0, palette.c1, palette.c2, palette.c3, palette.c4, palette.c5];
   return palette;
+};
+
+// Name of the color of viewer.css for the k-th part of a curve: that of the arm which the part's name contains, e.g.
+// "left gripper to pot", or one without a meaning.
+Evalbus.roleOf = (name, k, head) => {
+  const words = ` ${Evalbus.spaced(name)} `;
+  const arm = (head.arms || []).findIndex((one) => words.includes(` ${Evalbus.spaced(one)} `));
+  return arm === 0 ? "left" : arm === 1 ? "right" : `o${k % 4}`;
 };

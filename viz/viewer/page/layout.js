@@ -7,10 +7,10 @@ Evalbus.ICONS = {
 };
 
 Evalbus.KEYS = [
-  ["space", "play, pause"], ["← →", "one tick back, forward; with shift ten"], ["[ ]", "event before, after"],
-  ["Home End", "first, last tick"], ["< >", "slower, faster"], ["l", "follow live"], ["p n", "episode before, after"],
-  ["c", "next camera"], ["v", "ghost or side by side, when two episodes are compared"], ["x", "end the comparison"],
-  ["?", "these keys"],
+  ["space", "play, pause"], ["← →", "step back, forward; with shift ten ticks"], ["[ ]", "previous, next event"],
+  ["Home End", "first, last tick"], ["< >", "slower, faster"], ["+ −", "zoom the time line, as the wheel does"], ["0", "show the whole episode"], ["l", "follow live"], ["p n", "previous, next episode"],
+  ["c", "next camera"], ["v", "ghost or side by side, when two episodes are compared"], ["x", "close comparison"],
+  ["?", "keyboard shortcuts"],
 ];
 
 Evalbus.makeLayout = (place) => {
@@ -18,11 +18,12 @@ Evalbus.makeLayout = (place) => {
   const button = (name, title, isFilled) => e("button", { type: "button", class: "ev-icon", title, "aria-label": title },
     icon(Evalbus.ICONS[name], isFilled));
   const parts = {};
-  parts.title = e("h2", { class: "ev-title" });
+  // A report has its own h1.
+  parts.title = e(place.dataset.from === "page" ? "h2" : "h1", { class: "ev-title" });
   parts.subtitle = e("p", { class: "ev-subtitle" });
   parts.state = e("span", { class: "ev-state-pill", role: "status" });
   parts.rate = e("span", { class: "ev-head-rate" });
-  parts.help = e("button", { type: "button", class: "ev-icon ev-help", title: "keys", "aria-label": "keys" }, "?");
+  parts.help = e("button", { type: "button", class: "ev-icon ev-help", title: "keyboard shortcuts (?)", "aria-label": "keyboard shortcuts" }, "?");
   const head = e("header", { class: "ev-head" }, e("div", { class: "ev-titles" }, parts.title, parts.subtitle), parts.rate,
     parts.state, parts.help);
 
@@ -37,10 +38,10 @@ Evalbus.makeLayout = (place) => {
     parts.note, parts.images);
 
   parts.first = button("first", "first tick (Home)");
-  parts.before = button("back", "one tick back (←)");
+  parts.before = button("back", "step back (←)");
   parts.play = e("button", { type: "button", class: "ev-icon ev-play", title: "play (space)", "aria-label": "play" },
     icon(Evalbus.ICONS.play, true));
-  parts.after = button("forth", "one tick forward (→)");
+  parts.after = button("forth", "step forward (→)");
   parts.end = button("last", "last tick (End)");
   parts.clockTime = e("b", {});
   parts.clockTick = e("span", {});
@@ -49,7 +50,7 @@ Evalbus.makeLayout = (place) => {
     Evalbus.Player.RATES.map((rate) => e("option", { value: String(rate) }, `${rate} ×`)));
   parts.follow = e("button", { type: "button", class: "ev-follow", title: "follow the live episode (l)" }, "Live");
   parts.mode = e("button", { type: "button", class: "ev-mode", hidden: "", title: "ghost or side by side (v)" });
-  parts.uncompare = e("button", { type: "button", class: "ev-mode", hidden: "", title: "end the comparison (x)" }, "End comparison");
+  parts.uncompare = e("button", { type: "button", class: "ev-mode", hidden: "", title: "close comparison (x)" }, "Close comparison");
   parts.sameSeed = e("button", { type: "button", class: "ev-mode", hidden: "" });
   const transport = e("div", { class: "ev-transport" }, e("span", { class: "ev-buttons" }, parts.first, parts.before,
     parts.play, parts.after, parts.end), parts.clock, e("span", { class: "ev-gap" }), parts.sameSeed, parts.mode,
@@ -60,13 +61,13 @@ Evalbus.makeLayout = (place) => {
   parts.runTab = e("button", { type: "button", role: "tab" }, "Run");
   const tabs = e("div", { class: "ev-tabs", role: "tablist" }, parts.episodeTab, parts.runTab);
   parts.conditions = e("div", { class: "ev-conditions" });
-  parts.curves = e("div", { class: "ev-metrics" }, e("h3", {}, "Metrics"));
+  parts.curves = e("div", { class: "ev-metrics" }, e("h2", {}, "Metrics"));
   parts.empty = e("p", { class: "ev-empty" });
   parts.episodeBody = e("div", { class: "ev-episode-body" }, parts.conditions, parts.curves);
   parts.episode = e("section", { class: "ev-episode", "aria-label": "episode" }, parts.empty, parts.episodeBody);
   parts.run = e("section", { class: "ev-run", "aria-label": "run" });
 
-  parts.keys = e("dialog", { class: "ev-keys" }, e("h3", {}, "Keys"), e("dl", {}, Evalbus.KEYS.flatMap(([key, what]) =>
+  parts.keys = e("dialog", { class: "ev-keys" }, e("h2", {}, "Keyboard shortcuts"), e("dl", {}, Evalbus.KEYS.flatMap(([key, what]) =>
     [e("dt", {}, key.split(" ").flatMap((one, k) => (k ? [" ", e("kbd", {}, one)] : [e("kbd", {}, one)]))), e("dd", {}, what)])),
   e("button", { type: "button", onclick: () => parts.keys.close() }, "Close"));
 

@@ -17,7 +17,7 @@ Evalbus.Marks = class {
     // One pin per contact: its head is at the contact point; its shaft is along the normal and longer for
     // deeper contacts.
     const limit = Evalbus.Marks.MOST_CONTACTS;
-    const colors = { wanted: palette.c2, collision: palette.c1, other: palette.c5 };
+    const colors = { wanted: palette.o2, collision: palette.bad, other: palette.none };
     this.pins = {};
     for (const [kind, color] of Object.entries(colors)) {
       const material = keep(new THREE.MeshBasicMaterial({ color: color, depthTest: false, transparent: true,
@@ -43,7 +43,7 @@ Evalbus.Marks = class {
     this.trails = (this.track.head.arms || []).map((arm, k) => {
       const geometry = keep(new THREE.BufferGeometry());
       const line = new THREE.Line(geometry, keep(new THREE.LineBasicMaterial({
-        color: palette.parts[k % palette.parts.length], transparent: true, opacity: 0.9 })));
+        color: palette[Evalbus.roleOf(arm, k, world.track.head)], transparent: true, opacity: 0.9 })));
       line.frustumCulled = false;
       this.group.add(line);
       return { line, points: new Evalbus.Growing(Float32Array), filled: 0, place: this.wristOf(arm, k) };
@@ -51,7 +51,7 @@ Evalbus.Marks = class {
 
     const ends = keep(new THREE.BufferGeometry());
     ends.setAttribute("position", new THREE.BufferAttribute(new Float32Array(6), 3));
-    this.clearance = new THREE.Line(ends, keep(new THREE.LineBasicMaterial({ color: palette.c4, depthTest: false,
+    this.clearance = new THREE.Line(ends, keep(new THREE.LineBasicMaterial({ color: palette.warn, depthTest: false,
       transparent: true })));
     this.clearance.frustumCulled = false;
     this.clearance.renderOrder = 11;

@@ -14,9 +14,9 @@ Evalbus.EpisodeList = class {
     this.reasonOnly = e("button", { type: "button", class: "ev-reason-only", hidden: "", title: "show all again",
       onclick: () => this.setFilter("all") });
     this.count = e("span", { class: "ev-note" });
-    this.filler = e("div", { class: "ev-filler" });
-    this.window = e("div", { class: "ev-rows" });
-    this.box = e("div", { class: "ev-list", role: "listbox", tabindex: "0", "aria-label": "episodes" }, this.filler,
+    this.filler = e("div", { class: "ev-filler", role: "presentation" });
+    this.window = e("div", { class: "ev-rows", role: "rowgroup" });
+    this.box = e("div", { class: "ev-list", role: "grid", tabindex: "0", "aria-label": "episodes" }, this.filler,
       this.window);
     place.append(e("div", { class: "ev-filter" }, e("span", { class: "ev-segments" }, this.all, this.failed),
       this.reasonOnly, this.count), this.box);
@@ -44,6 +44,9 @@ Evalbus.EpisodeList = class {
     this.live = live;
     this.all_rows = rows;
     this.apply();
+    const row = current !== this.revealed && this.rows.find((one) => `${one.run}/${one.episode}` === current);
+    if (row) this.reveal(row);
+    if (row || current === undefined) this.revealed = current;
   }
 
   static isFailure(row) {
@@ -75,15 +78,15 @@ Evalbus.EpisodeList = class {
 
   makeRow() {
     const e = Evalbus.element;
-    const slot = { sign: e("i", { class: "ev-sign", "aria-hidden": "true" }), number: e("span", { class: "ev-number" }),
-      text: e("span", { class: "ev-name" }), time: e("span", { class: "ev-time-of" }) };
+    const slot = { sign: e("i", { class: "ev-sign", "aria-hidden": "true" }), number: e("span", { class: "ev-number", role: "gridcell" }),
+      text: e("span", { class: "ev-name", role: "gridcell" }), time: e("span", { class: "ev-time-of", role: "gridcell" }) };
     slot.versus = e("button", { type: "button", class: "ev-versus", title: "compare with the displayed episode",
       onclick: (event) => {
         event.stopPropagation();
         this.actions.compare(slot.row);
       } }, "vs");
-    slot.node = e("div", { class: "ev-row", role: "option", onclick: () => this.actions.open(slot.row) }, slot.sign,
-      slot.number, slot.text, slot.time, slot.versus);
+    slot.node = e("div", { class: "ev-row", role: "row", onclick: () => this.actions.open(slot.row) }, slot.sign,
+      slot.number, slot.text, slot.time, e("span", { role: "gridcell" }, slot.versus));
     this.window.append(slot.node);
     return slot;
   }
@@ -103,7 +106,7 @@ Evalbus.EpisodeList = class {
     slot.node.classList.toggle("ev-is-b", key === this.other);
     const canOpen = this.actions.canOpen(row);
     slot.node.classList.toggle("ev-shut", !canOpen);
-    slot.versus.hidden = !canOpen || key === this.current;
+    slot.versus.toggleAttribute("data-hidden", !canOpen || key === this.current);
   }
 
   key(event) {
@@ -141,17 +144,17 @@ Evalbus.RunPanel = class {
     this.progress = e("div", { class: "ev-progress", role: "progressbar", "aria-label": "episodes done" }, this.done);
     this.progressText = e("p", { class: "ev-note" });
     this.remarks = e("div", { class: "ev-remarks" });
-    this.reasonsTitle = e("h3", {}, "Why it fails");
+    this.reasonsTitle = e("h2", {}, "Why it fails");
     this.reasons = e("div", { class: "ev-reasons" });
     this.health = e("div", { class: "ev-health" });
-    this.healthTitle = e("h3", {}, "Components");
+    this.healthTitle = e("h2", {}, "Components");
     this.pacing = e("dl", { class: "ev-pacing" });
-    this.pacingTitle = e("h3", {}, "Real time");
+    this.pacingTitle = e("h2", {}, "Real time");
     this.log = e("ol", { class: "ev-log", tabindex: "0", "aria-label": "log" });
-    this.logTitle = e("h3", {}, "Log");
-    const listPlace = e("div", { class: "ev-episodes" }, e("h3", {}, "Episodes"));
+    this.logTitle = e("h2", {}, "Log");
+    const listPlace = e("div", { class: "ev-episodes" }, e("h2", {}, "Episodes"));
     this.list = new Evalbus.EpisodeList(listPlace, actions);
-    place.append(this.runs, e("h3", {}, "Success rate"), this.rate, this.rateText, this.rateBar,
+    place.append(this.runs, e("h2", {}, "Success rate"), this.rate, this.rateText, this.rateBar,
       e("div", { class: "ev-scale", "aria-hidden": "true" }, e("span", {}, "0 %"), e("span", {}, "50 %"), e("span", {}, "100 %")),
       this.progress, this.progressText, this.remarks, this.reasonsTitle, this.reasons, listPlace, this.pacingTitle,
       this.pacing, this.healthTitle, this.health, this.logTitle, this.log);
@@ -194,12 +197,12 @@ Evalbus.RunPanel = class {
 
   showRuns(runs, shown) {
     this.runs.hidden = runs.length < 2;
-    const layout = JSON.stringify([runs.map((run) => [run.info.run, run.info.name, run.info.policy]), shown]);
+    const layout = JSON.stringify([runs.map((run) => [run.info.run, Evalbus.runName(run.info)]), shown]);
     if (layout === this.runsLayout) return;
     this.runsLayout = layout;
     this.runs.replaceChildren(...runs.map(({ info }) => Evalbus.element("button", { type: "button",
-      "aria-pressed": String(info.run === shown), title: Evalbus.words(info.name), onclick: () => this.actions.chooseRun(info.run) },
-    Evalbus.words(info.name) || `run ${info.run}`)));
+      "aria-pressed": String(info.run === shown), title: Evalbus.runName(info), onclick: () => this.actions.chooseRun(info.run) },
+    Evalbus.runName(info))));
   }
 
   showReasons(info) {

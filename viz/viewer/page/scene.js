@@ -80,7 +80,7 @@ Evalbus.SceneView = class {
     this.isBeside = isBeside && tracks.length > 1;
     tracks.forEach((track, k) => {
       const isGhost = k > 0 && !this.isBeside;
-      const world = new Evalbus.World(scenes[k], track, isGhost ? this.palette.c1 : null);
+      const world = new Evalbus.World(scenes[k], track, isGhost ? this.palette.b : null);
       const marks = new Evalbus.Marks(world, this.palette);
       let scene = isGhost ? this.views[0].scene : null;
       if (!scene) {
@@ -243,7 +243,7 @@ Evalbus.SceneView = class {
   // ticks: of A and of B. lit: index of the current stage's object, for each.
   update(ticks, lit) {
     const color = this.litColor || (this.litColor = new THREE.Color());
-    color.set(this.palette.c4).multiplyScalar(0.16);
+    color.set(this.palette.warn).multiplyScalar(0.16);
     this.views.forEach(({ world, marks }, k) => {
       world.update(ticks[k]);
       world.light(this.layers.highlight ? lit[k] : -1, color);

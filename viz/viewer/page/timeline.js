@@ -1,4 +1,4 @@
-// The timeline below the image: stages, objects held by each gripper, events. A click seeks to its time.
+// The timeline below the image: stages, grasps, events, pinned curves. A click seeks to its time; the wheel zooms.
 "use strict";
 
 // End of an episode's time axis: its duration or, while it is running, a length that grows in steps.
@@ -10,16 +10,31 @@ Evalbus.axisEnd = (track) => {
   return track.head.time_limit_s ? Math.min(end, Math.max(now, track.head.time_limit_s)) : end;
 };
 
+// The part of [0, end] (s) that is shown after zooming `view` by `factor` around the time `center`; null: all of it. Pure.
+Evalbus.zoomed = (view, end, center, factor, least) => {
+  const { from, to } = view || { from: 0, to: end };
+  const span = Math.max(least, (to - from) * factor);
+  if (span >= end) return null;
+  const begin = Math.max(0, Math.min(end - span, center - (center - from) * span / (to - from)));
+  return { from: begin, to: begin + span };
+};
+
 Evalbus.Timeline = class {
-  // onSeek(tick): also called while dragging.
-  constructor(place, onSeek) {
+  // onSeek(tick): also called while dragging. onView(): the shown part of the time axis has changed.
+  constructor(place, onSeek, onView) {
+    const e = Evalbus.element;
     this.onSeek = onSeek;
-    this.canvas = Evalbus.element("canvas", { class: "ev-lanes" });
-    this.cursor = Evalbus.element("div", { class: "ev-cursor" });
-    this.tip = Evalbus.element("div", { class: "ev-tip", hidden: "" });
-    this.slider = Evalbus.element("div", { class: "ev-timeline", role: "slider", tabindex: "0", "aria-label": "time",
-      "aria-valuemin": "0" }, this.canvas, this.cursor, this.tip);
-    place.append(this.slider);
+    this.onView = onView;
+    this.view = null;  // {from, to} in s if zoomed
+    this.canvas = e("canvas", { class: "ev-lanes" });
+    this.cursor = e("div", { class: "ev-cursor" });
+    this.hover = e("div", { class: "ev-cursor ev-thin", hidden: "" });
+    this.tip = e("div", { class: "ev-tip", hidden: "" });
+    this.slider = e("div", { class: "ev-timeline", role: "slider", tabindex: "0", "aria-label": "time",
+      "aria-valuemin": "0" }, this.canvas, this.cursor, this.hover, this.tip);
+    this.whole = e("button", { type: "button", class: "ev-whole", hidden: "", title: "show the whole episode (0)",
+      onclick: () => this.setView(null) });
+    place.append(this.slider, this.whole);
     this.slider.addEventListener("pointerdown", (event) => {
       if (event.button !== 0) return;
       this.slider.setPointerCapture(event.pointerId);
@@ -33,62 +48,126 @@ Evalbus.Timeline = class {
     const release = () => { this.isDragged = false; };
     this.slider.addEventListener("pointerup", release);
     this.slider.addEventListener("pointercancel", release);
-    this.slider.addEventListener("pointerleave", () => { this.tip.hidden = true; });
+    this.slider.addEventListener("pointerleave", () => { this.tip.hidden = this.hover.hidden = true; });
+    this.slider.addEventListener("wheel", (event) => this.turn(event), { passive: false });
     new ResizeObserver(() => this.redraw()).observe(this.slider);
   }
 
-  // tracks: A and, if compared, B.
-  show(tracks, palette) {
+  // tracks: A and, if compared, B. pins: cards of `curves` that are shown as lanes. parting: null, or {tick, text}.
+  show(tracks, palette, { curves, pins, parting }) {
+    const keys = tracks.map((track) => track.key).join();
+    if (keys !== this.keys) this.view = null;
+    this.keys = keys;
     this.tracks = tracks;
     this.palette = palette;
+    this.parting = parting;
     this.lanes = [];
+    const { LANE, CURVE, AXIS } = Evalbus.Timeline;
     tracks.forEach((track, k) => {
       const which = tracks.length > 1 ? (k === 0 ? "A " : "B ") : "";
-      if ((track.head.stages || []).length) this.lanes.push({ kind: "stages", track, label: `${which}stages` });
+      const isB = k > 0;
+      if ((track.head.stages || []).length) this.lanes.push({ kind: "stages", track, isB, label: `${which}stages` });
       (track.head.grippers || []).forEach((gripper, index) => {
         const name = track.head.grippers.length > 1 ? Evalbus.spaced(gripper) : "gripper";
-        this.lanes.push({ kind: "gripper", track, gripper, index, label: `${which}${name}` });
+        this.lanes.push({ kind: "gripper", track, isB, gripper, index, label: `${which}${name}` });
       });
-      this.lanes.push({ kind: "events", track, label: `${which}events` });
+      this.lanes.push({ kind: "events", track, isB, label: `${which}events` });
     });
+    for (const card of pins) this.lanes.push({ kind: "curve", track: tracks[0], curves, card, label: Evalbus.words(card.curve.label) });
+    let top = 0;
+    for (const lane of this.lanes) {
+      lane.top = top;
+      lane.height = lane.kind === "curve" ? CURVE : LANE;
+      top += lane.height;
+    }
     // Width of the longest label; the getter `left` limits it.
     const context = this.canvas.getContext("2d");
     context.font = `11px ${palette.font}`;
     this.labels = Math.ceil(Math.max(...this.lanes.map((lane) => context.measureText(lane.label).width)));
-    this.slider.style.height = `${this.lanes.length * Evalbus.Timeline.LANE + Evalbus.Timeline.AXIS + 4}px`;
+    this.slider.style.height = `${top + AXIS + 4}px`;
     this.redraw();
   }
 
   get left() { return Math.min(this.labels + 15, Math.max(72, 0.12 * this.slider.clientWidth)); }
   get right() { return 14; }
+  get plotRight() { return this.slider.clientWidth - this.right; }
+  get from() { return this.view ? this.view.from : 0; }
+  get to() { return this.view ? this.view.to : this.end; }
 
   xOf(time_s) {
-    return this.left + (this.slider.clientWidth - this.left - this.right) * time_s / this.end;
+    return this.left + (this.plotRight - this.left) * (time_s - this.from) / (this.to - this.from);
   }
 
   timeAt(event) {
-    const box = this.slider.getBoundingClientRect();
-    return (event.clientX - box.left - this.left) / (box.width - this.left - this.right) * this.end;
+    const x = event.clientX - this.slider.getBoundingClientRect().left;
+    return this.from + (x - this.left) / (this.plotRight - this.left) * (this.to - this.from);
+  }
+
+  // First and last tick of the shown part.
+  ticksSeen(track) {
+    return [Math.max(0, Math.floor(this.from / track.tickSeconds)), Math.min(track.last, Math.ceil(this.to / track.tickSeconds))];
   }
 
   seekTo(event) {
     if (!this.tracks || !this.tracks.length) return;
-    this.onSeek(Math.round(Math.max(0, this.timeAt(event)) / this.tracks[0].tickSeconds));
+    this.onSeek(Math.round(Math.max(0, Math.min(this.end, this.timeAt(event))) / this.tracks[0].tickSeconds));
   }
 
-  // Shows a tooltip for the marks under the pointer.
+  // In a page that scrolls, the wheel zooms only with Ctrl. With Shift or sideways it moves the shown part.
+  turn(event) {
+    const isScrolling = document.scrollingElement.scrollHeight > innerHeight + 1;
+    if (!this.tracks || (isScrolling && !event.ctrlKey)) return;
+    event.preventDefault();
+    const sideways = event.shiftKey ? event.deltaX || event.deltaY : event.deltaX;
+    if (Math.abs(sideways) > Math.abs(event.shiftKey ? 0 : event.deltaY)) {
+      if (!this.view) return;
+      const span = this.to - this.from;
+      const from = Math.max(0, Math.min(this.end - span, this.from + sideways / 600 * span));
+      this.setView({ from, to: from + span });
+    } else {
+      this.zoom(Math.exp(Math.max(-100, Math.min(100, event.deltaY)) / 300), this.timeAt(event));
+    }
+  }
+
+  // Zooms around a time, or around the current time.
+  zoom(factor, time_s) {
+    if (!this.tracks || !this.tracks.length) return;
+    const { tickSeconds } = this.tracks[0];
+    const center = time_s === undefined ? (this.tick || 0) * tickSeconds : time_s;
+    this.setView(Evalbus.zoomed(this.view, this.end, center, factor, 10 * tickSeconds));
+  }
+
+  setView(view) {
+    this.view = view;
+    if (this.isViewDue) return;
+    // Redraws at most once per animation frame.
+    this.isViewDue = true;
+    requestAnimationFrame(() => {
+      this.isViewDue = false;
+      this.redraw();
+      this.onView();
+    });
+  }
+
+  // Shows the time under the pointer, and the mark or the curve's values there.
   point(event) {
-    if (!this.tracks) return;
+    if (!this.tracks || !this.tracks.length) return;
     const box = this.slider.getBoundingClientRect();
-    const x = event.clientX - box.left, lane = Math.floor((event.clientY - box.top) / Evalbus.Timeline.LANE);
-    const near = (this.marks || []).filter((mark) => mark.lane === lane && x >= mark.from - 6 && x <= mark.to + 6);
-    near.sort((a, b) => Math.abs((a.from + a.to) / 2 - x) - Math.abs((b.from + b.to) / 2 - x));
-    this.tip.hidden = near.length === 0;
-    if (!near.length) return;
-    Evalbus.setText(this.tip, near[0].text);
+    const x = event.clientX - box.left, y = event.clientY - box.top;
+    const isPlot = x >= this.left - 7 && x <= this.plotRight + 7;
+    this.tip.hidden = this.hover.hidden = !isPlot;
+    if (!isPlot) return;
+    const time = Math.max(0, Math.min(this.end, this.timeAt(event)));
+    this.hover.style.transform = `translateX(${this.xOf(time).toFixed(1)}px)`;
+    const lane = this.lanes.find((one) => y >= one.top && y < one.top + one.height);
+    const near = (this.marks || []).filter((mark) => (mark.lane === lane || mark.lane === null) && x >= mark.from - 6 && x <= mark.to + 6);
+    // The narrowest and closest of several marks.
+    near.sort((a, b) => (a.to - a.from) - (b.to - b.from) || Math.abs(a.from - x) - Math.abs(b.from - x));
+    const text = lane && lane.kind === "curve" ? lane.curves.textAt(lane.card, time) : near.length ? near[0].text : "";
+    Evalbus.setText(this.tip, [near.length && near[0].isPoint ? "" : `${time.toFixed(2)} s`, text].filter(Boolean).join(" · "));
     const width = this.tip.offsetWidth;
     this.tip.style.left = `${Math.max(0, Math.min(box.width - width, x - width / 2))}px`;
-    this.tip.style.top = `${lane * Evalbus.Timeline.LANE - 28}px`;
+    this.tip.style.bottom = `${box.height - (lane ? lane.top : 0) + 4}px`;
   }
 
   redraw() {
@@ -96,17 +175,19 @@ Evalbus.Timeline = class {
     this.end = Math.max(...this.tracks.map(Evalbus.axisEnd));
     this.marks = [];
     Evalbus.drawOn(this.canvas, (context, width, height) => this.draw(context, width, height));
+    this.whole.hidden = this.view === null;
+    if (this.view) Evalbus.setText(this.whole, `${(this.to - this.from).toFixed(2)} of ${this.end.toFixed(2)} s · show all`);
     this.move(this.tick || 0);
   }
 
   draw(context, width, height) {
-    const { LANE, AXIS } = Evalbus.Timeline;
+    const { AXIS } = Evalbus.Timeline;
     const palette = this.palette;
     context.font = `11px ${palette.font}`;
     context.textBaseline = "middle";
     const bottom = height - AXIS;
     context.lineWidth = 1;
-    for (const time of Evalbus.ticksOf(0, this.end, (width - this.left) / 90)) {
+    for (const time of Evalbus.ticksOf(this.from, this.to, (width - this.left) / 90)) {
       const x = Math.round(this.xOf(time)) + 0.5;
       context.strokeStyle = palette.rule;
       context.beginPath();
@@ -117,99 +198,60 @@ Evalbus.Timeline = class {
       context.textAlign = "center";
       context.fillText(`${Number(time.toPrecision(6))} s`, Math.min(x, width - 12), bottom + AXIS / 2 + 2);
     }
-    this.lanes.forEach((lane, k) => {
-      const top = k * LANE;
-      context.fillStyle = palette.soft;
+    for (const lane of this.lanes) {
+      context.fillStyle = lane.isB ? palette["b-text"] : palette.soft;
       context.textAlign = "right";
-      context.fillText(Evalbus.shortened(context, lane.label, this.left - 14), this.left - 10, top + LANE / 2);
+      context.fillText(Evalbus.shortened(context, lane.label, this.left - 14), this.left - 10, lane.top + lane.height / 2);
       context.strokeStyle = palette.rule;
       context.beginPath();
-      context.moveTo(this.left, top + LANE + 0.5);
-      context.lineTo(width - this.right, top + LANE + 0.5);
+      context.moveTo(this.left, lane.top + lane.height + 0.5);
+      context.lineTo(this.plotRight, lane.top + lane.height + 0.5);
       context.stroke();
       context.save();
       context.beginPath();
-      context.rect(this.left - 7, top, width - this.left - this.right + 14, LANE);
+      context.rect(this.left - 7, lane.top, this.plotRight - this.left + 14, lane.height);
       context.clip();
-      this[lane.kind](context, lane, top, k);
+      Evalbus.lanes[lane.kind](this, context, lane);
       context.restore();
-    });
-  }
-
-  mark(lane, from, to, text) {
-    this.marks.push({ lane, from, to, text });
-  }
-
-  stages(context, { track }, top, lane) {
-    const { LANE } = Evalbus.Timeline;
-    const reached = track.head.stages.filter((stage) => stage.tick !== null)
-      .sort((a, b) => a.tick - b.tick);
-    reached.forEach((stage, k) => {
-      const from = this.xOf(stage.tick * track.tickSeconds);
-      const next = k + 1 < reached.length ? reached[k + 1].tick : track.last;
-      const to = this.xOf(next * track.tickSeconds);
-      context.globalAlpha = 0.22;
-      context.fillStyle = this.palette.c2;
-      context.fillRect(from, top + 4, Math.max(2, to - from - 1), LANE - 8);
-      context.globalAlpha = 1;
-      context.fillRect(from, top + 4, 3, LANE - 8);
-      const name = Evalbus.spaced(stage.name);
-      if (to - from > 46) {
-        context.fillStyle = this.palette.text;
-        context.textAlign = "left";
-        context.fillText(Evalbus.shortened(context, name, to - from - 14), from + 8, top + LANE / 2 + 0.5);
-      }
-      this.mark(lane, from, Math.max(from + 3, to), `${name} · ${(stage.tick * track.tickSeconds).toFixed(2)} s`);
-    });
-  }
-
-  // Draws the gripper opening as an area and the held object as a bar.
-  gripper(context, { track, gripper, index }, top, lane) {
-    const { LANE } = Evalbus.Timeline;
-    const color = this.palette.parts[index % this.palette.parts.length];
-    const opening = track.curve("gripper_opening");
-    if (opening && track.ticks > 1) {
-      const row = track.rows[opening.first_row + index];
-      const step = Math.max(1, Math.floor(track.ticks / 1200));
-      context.beginPath();
-      context.moveTo(this.xOf(0), top + LANE - 3);
-      for (let k = 0; row && k < track.ticks; k += step) {
-        const value = Math.max(0, Math.min(1, row.data[k] || 0));
-        context.lineTo(this.xOf(k * track.tickSeconds), top + LANE - 3 - value * (LANE - 8));
-      }
-      context.lineTo(this.xOf(track.last * track.tickSeconds), top + LANE - 3);
-      context.globalAlpha = 0.2;
-      context.fillStyle = color;
-      context.fill();
-      context.globalAlpha = 1;
     }
-    const grasps = track.head.events.filter((event) => event.kind === "grasp" && event.gripper === gripper);
-    for (const grasp of grasps) {
-      const begin = grasp.tick * track.tickSeconds;
-      const end = Math.min(track.last * track.tickSeconds, grasp.duration_s ? begin + grasp.duration_s : Infinity);
-      const from = this.xOf(begin), to = this.xOf(end);
-      context.fillStyle = color;
-      context.fillRect(from, top + LANE / 2 - 4, Math.max(2, to - from), 8);
-      const what = Evalbus.spaced(grasp.object) || "an object";
-      this.mark(lane, from, to, `${Evalbus.spaced(gripper)} holds ${what} · ${begin.toFixed(2)} to ${end.toFixed(2)} s`);
-    }
+    this.drawParting(context, bottom);
   }
 
-  events(context, { track }, top, lane) {
-    const middle = top + Evalbus.Timeline.LANE / 2;
-    for (const event of track.head.events) {
-      if (!Evalbus.eventMarks[event.kind]) continue;
-      const x = this.xOf(event.tick * track.tickSeconds);
-      Evalbus.eventMarks[event.kind](context, x, middle, this.palette, track);
-      this.mark(lane, x, x, `${(event.tick * track.tickSeconds).toFixed(2)} s · ${Evalbus.words(event.text)}`);
-    }
+  drawParting(context, bottom) {
+    if (!this.parting) return;
+    const x = this.xOf(this.parting.tick * this.tracks[0].tickSeconds);
+    if (x < this.left - 7 || x > this.plotRight + 7) return;
+    context.strokeStyle = this.palette.b;
+    context.lineWidth = 2;
+    context.setLineDash([4, 3]);
+    context.beginPath();
+    context.moveTo(x, 0);
+    context.lineTo(x, bottom);
+    context.stroke();
+    context.setLineDash([]);
+    context.lineWidth = 1;
+    Evalbus.polygon(context, [[x - 5, bottom + 1], [x + 5, bottom + 1], [x, bottom - 7]], this.palette.b, true);
+    this.mark(null, x - 2, x + 2, this.parting.text, true);
+  }
+
+  // Registers the text of the tooltip between two x. isPoint: the text contains its time.
+  mark(lane, from, to, text, isPoint = false) {
+    this.marks.push({ lane, from, to, text, isPoint });
   }
 
   move(tick) {
     this.tick = tick;
     if (!this.tracks || !this.tracks.length) return;
-    const track = this.tracks[0];
-    this.cursor.style.transform = `translateX(${this.xOf(tick * track.tickSeconds).toFixed(2)}px)`;
+    const track = this.tracks[0], time = tick * track.tickSeconds;
+    if (this.view && (time < this.view.from || time > this.view.to) && !this.isViewDue && tick !== this.keptTick) {
+      // The shown part follows the cursor, but not if it was moved away from the cursor.
+      const span = this.to - this.from;
+      const from = Math.max(0, Math.min(this.end - span, time - (time > this.view.to ? 0.1 : 0.9) * span));
+      this.setView({ from, to: from + span });
+    }
+    this.keptTick = tick;
+    this.cursor.hidden = time < this.from - 1e-9 || time > this.to + 1e-9;
+    this.cursor.style.transform = `translateX(${this.xOf(time).toFixed(2)}px)`;
     const shown = String(Math.floor(tick));
     if (this.slider.getAttribute("aria-valuenow") === shown) return;
     this.slider.setAttribute("aria-valuemax", String(track.last));
@@ -219,59 +261,5 @@ Evalbus.Timeline = class {
 };
 
 Evalbus.Timeline.LANE = 24;
+Evalbus.Timeline.CURVE = 54;
 Evalbus.Timeline.AXIS = 20;
-
-// Each kind has its own shape, so that marks can be distinguished without color.
-Evalbus.eventMarks = {
-  grasp(context, x, y, palette) {
-    Evalbus.polygon(context, [[x - 5, y - 4], [x + 5, y - 4], [x, y + 5]], palette.c2, true);
-  },
-  release(context, x, y, palette) {
-    Evalbus.polygon(context, [[x - 5, y + 4], [x + 5, y + 4], [x, y - 5]], palette.c2, false);
-  },
-  slip(context, x, y, palette) {
-    Evalbus.polygon(context, [[x, y - 6], [x + 6, y], [x, y + 6], [x - 6, y]], palette.c4, true);
-  },
-  collision(context, x, y, palette) {
-    context.strokeStyle = palette.bad;
-    context.lineWidth = 2;
-    context.beginPath();
-    for (const sign of [-1, 1]) {
-      context.moveTo(x - 4, y - 4 * sign);
-      context.lineTo(x + 4, y + 4 * sign);
-    }
-    context.stroke();
-    context.lineWidth = 1;
-  },
-  self_collision(context, x, y, palette) {
-    Evalbus.eventMarks.collision(context, x, y, palette);
-    context.strokeStyle = palette.bad;
-    context.beginPath();
-    context.arc(x, y, 7, 0, 2 * Math.PI);
-    context.stroke();
-  },
-  end(context, x, y, palette, track) {
-    context.fillStyle = track.outcome() === "failure" ? palette.bad : track.outcome() === "success" ? palette.good
-      : palette.soft;
-    context.fillRect(x - 2, y - 9, 4, 18);
-  },
-};
-
-// Returns as much of the text as fits, with an ellipsis.
-Evalbus.shortened = (context, text, width) => {
-  if (context.measureText(text).width <= width) return text;
-  let length = text.length;
-  while (length > 0 && context.measureText(`${text.slice(0, length)}…`).width > width) --length;
-  return length > 0 ? `${text.slice(0, length).trimEnd()}…` : "";
-};
-
-Evalbus.polygon = (context, points, color, isFilled) => {
-  context.beginPath();
-  points.forEach(([x, y], k) => (k === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
-  context.closePath();
-  context.fillStyle = context.strokeStyle = color;
-  context.lineWidth = 1.5;
-  if (isFilled) context.fill();
-  else context.stroke();
-  context.lineWidth = 1;
-};

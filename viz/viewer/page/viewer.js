@@ -20,9 +20,9 @@ Evalbus.Viewer = class {
     this.missed = null;  // arguments of an open() that failed while the connection was lost
     this.connectionState = "connecting";
     const seek = (tick) => this.seek(tick);
-    this.timeline = new Evalbus.Timeline(this.parts.lanes, seek);
+    this.timeline = new Evalbus.Timeline(this.parts.lanes, seek, () => this.curves.redraw());
     this.conditions = new Evalbus.Conditions(this.parts.conditions, seek);
-    this.curves = new Evalbus.Curves(this.parts.curves, seek);
+    this.curves = new Evalbus.Curves(this.parts.curves, this.timeline, () => this.showTimeline());
     this.images = new Evalbus.Images(this.parts.images);
     this.runPanel = new Evalbus.RunPanel(this.parts.run, {
       open: (row) => this.open(row.run, row.episode),
@@ -74,7 +74,7 @@ Evalbus.Viewer = class {
     p.camera.addEventListener("change", () => {
       if (this.scene) this.scene.setCamera(p.camera.value === "" ? null : p.camera.value);
     });
-    const layers = [["contacts", "contacts"], ["trails", "paths of the wrists"], ["highlight", "object of the stage"],
+    const layers = [["contacts", "contacts"], ["trails", "wrist trajectories"], ["highlight", "highlight target object"],
       ["shadows", "shadows"], ["collision", "collision shapes"], ["clearance", "clearance"]];
     this.layers = { contacts: true, trails: true, highlight: true, shadows: true, collision: false, clearance: false };
     p.layerList.append(...layers.map(([name, text]) => {
@@ -253,7 +253,7 @@ Evalbus.Viewer = class {
       if (number === track.run) continue;
       const row = run.episodes.find((one) => one.seed === track.head.seed && one.task === track.head.task
         && one.variation === track.head.variation && this.source.has(number, one.episode) && one.has_track !== false);
-      if (row) return { ...row, name: run.info.name || `run ${number}` };
+      if (row) return { ...row, name: Evalbus.runName(run.info) };
     }
     return null;
   }
@@ -327,6 +327,7 @@ Evalbus.Viewer = class {
     if (!track) return;
     const ticks = other ? Math.max(track.ticks, Math.ceil(other.ticks * other.tickSeconds / track.tickSeconds)) : track.ticks;
     this.player.setLength(ticks, track.tickSeconds);
+    this.findParting().catch((error) => this.complain(error));
     this.showTracks();
     this.buildScene();
   }
@@ -432,10 +433,10 @@ Evalbus.Viewer = class {
     Evalbus.setText(p.subtitle, [task, Evalbus.words(info.policy), Evalbus.words(info.clock)].filter(Boolean).join(" · "));
     Evalbus.setText(p.rate, info.complete ? `${info.successes} of ${info.complete} · ${Evalbus.percent(info.rate)}` : "");
     const states = {
-      connecting: ["wait", "connecting"], unsupported: ["gone", "cannot be unpacked"], packed: ["still", "recorded"],
+      connecting: ["wait", "connecting"], unsupported: ["gone", "cannot be unpacked"], packed: ["still", "finished run"],
       lost: ["gone", this.runs.size ? "connection lost; reconnecting" : "no connection yet; retrying"],
-      open: info.is_over ? ["still", info.is_live === false ? "recorded" : "run ended"]
-        : info.is_live === false ? ["still", "unfinished; no component is active"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
+      open: info.is_over ? ["still", info.is_live === false ? "finished run" : "run ended"]
+        : info.is_live === false ? ["still", "interrupted (no process is running)"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
     };
     const [kind, text] = states[this.connectionState];
     p.state.dataset.kind = kind;
@@ -458,6 +459,8 @@ Evalbus.Viewer = class {
   showEmpty() {
     const text = this.problem || (this.tracks.length ? "" : this.isOpening !== null
       ? `Loading episode ${this.isOpening}.` : this.connectionState === "lost" ? "The server does not answer. This page retries automatically." : "No episode has begun yet.");
+    const run = this.runs.get(this.shownRun), remarks = run && run.info.remarks || [];
+    if (!this.tracks.length) this.noteScene(this.problem || remarks.join(" "));
     Evalbus.setText(this.parts.empty, text);
     this.parts.empty.hidden = text === "";
     this.parts.episodeBody.hidden = this.tracks.length === 0;
@@ -471,12 +474,13 @@ Evalbus.Viewer = class {
   showTracks() {
     if (!this.tracks.length) return;
     this.areNumbersOld = false;
-    this.timeline.show(this.tracks, this.palette);
     this.showConditions();
-    this.curves.show(this.tracks, this.palette);
+    this.curves.prepare(this.tracks, this.palette);
+    this.showTimeline();
+    this.curves.redraw();
     const labels = this.tracks.map((track, k) => {
       const run = this.runs.get(track.run);
-      const name = this.tracks.length > 1 && this.runs.size > 1 && run ? `${Evalbus.words(run.info.name)} · ` : "";
+      const name = this.tracks.length > 1 && this.runs.size > 1 && run ? `${Evalbus.runName(run.info)} · ` : "";
       const letter = this.tracks.length > 1 ? Evalbus.element("b", { class: k === 0 ? "ev-a" : "ev-b" }, k === 0 ? "A" : "B") : null;
       const ghost = k > 0 && !this.isBeside ? " · ghost" : "";
       return Evalbus.element("span", { class: "ev-label-chip" }, letter, `${name}${track.title()}${ghost}`);
@@ -487,6 +491,26 @@ Evalbus.Viewer = class {
     this.moved();
     this.showTransport();
     this.showRun();
+  }
+
+  showTimeline() {
+    this.timeline.show(this.tracks, this.palette, { curves: this.curves, pins: this.curves.pins, parting: this.parting });
+  }
+
+  // Finds where A and B, two episodes of one seed, part.
+  async findParting() {
+    this.parting = null;
+    const [track, other] = this.tracks;
+    const key = this.partingKey = this.tracks.map((one) => `${one.key} ${one.ticks}`).join();
+    if (!other || track.head.seed !== other.head.seed || !track.head.scene || track.head.scene !== other.head.scene) return;
+    const scene = (await this.source.block(track.head.scene)).head;
+    if (key !== this.partingKey) return;
+    const found = Evalbus.partingOf(track, other, Evalbus.comparedPoints(scene), Evalbus.PARTING_M);
+    if (!found) return;
+    const limit_cm = 100 * Evalbus.PARTING_M;
+    this.parting = { ...found, text: `A and B part at ${(found.tick * track.tickSeconds).toFixed(2)} s: ${Evalbus.spaced(found.name)} `
+      + `is more than ${limit_cm} cm apart` };
+    this.showTimeline();
   }
 
   showConditions() {
@@ -526,7 +550,7 @@ Evalbus.Viewer = class {
     Evalbus.setText(p.mode, this.isBeside ? "Show as ghost" : "Side by side");
     const twin = isCompared ? null : this.twin();
     p.sameSeed.hidden = !twin;
-    if (twin) Evalbus.setText(p.sameSeed, `Same seed in ${Evalbus.words(twin.name)}`);
+    if (twin) Evalbus.setText(p.sameSeed, `Same seed in ${twin.name}`);
   }
 
   frame(now) {
@@ -628,6 +652,7 @@ Evalbus.Viewer = class {
       "[": () => this.jump(-1), "]": () => this.jump(1), "<": () => this.changeRate(-1), ">": () => this.changeRate(1),
       l: () => this.follow(), p: () => this.openNeighbor(-1), n: () => this.openNeighbor(1), c: () => this.nextCamera(),
       v: () => this.tracks.length > 1 && this.toggleBeside(), x: () => this.compare(null), "?": () => this.parts.keys.showModal(),
+      "+": () => this.timeline.zoom(0.5), "-": () => this.timeline.zoom(2), 0: () => this.timeline.setView(null),
     };
     if (!Object.hasOwn(actions, event.key)) return;
     event.preventDefault();

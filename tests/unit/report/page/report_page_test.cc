@@ -95,7 +95,7 @@ ReportRun SomeRun() {
   touching.median = 5.25;
   touching.p5 = 4.3;
   touching.p95 = 6.2;
-  report.stage_name = {{1, "left_gripper_holds_pot"}};
+  report.stage_name = {{1, "left_gripper_touches_pot"}};
   for (int i = 0; i < 4; ++i) {
     results::RecordedEpisode episode;
     episode.episode = i;

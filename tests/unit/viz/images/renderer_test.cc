@@ -123,7 +123,7 @@ TEST_F(RendererTest, GoldenOverlay) {
   text.maker = MakerText("noisy_expert", "bimanual_panda");
   text.time_s = 12.3;
   metric_values_t scores{};
-  scores.stage_name = {"left_gripper_holds_pot", "right_gripper_holds_pot", "pot_lifted"};
+  scores.stage_name = {"left_gripper_touches_pot", "right_gripper_touches_pot", "pot_lifted"};
   scores.stage_reached = {1, 1, 0};
   scores.tracks_slippage = scores.tracks_collisions = 1;
   scores.slip_count = 2;

@@ -24,6 +24,7 @@ partial_metrics_t Partial(int64_t tick) {
   partial.header = Header(tick);
   metric_values_t& m = partial.metrics;
   m.num_samples = tick;
+  m.completion_time_s = 0.02 * static_cast<double>(tick);
   m.num_stages = 2;
   m.stage_index = {1, 2};
   m.stage_name = {"held", "lifted"};
@@ -63,12 +64,12 @@ criteria_t Criteria(int64_t tick, double height) {
   return criteria;
 }
 
-// All messages of a tick, in the order of their arrival.
-void Receive(int64_t tick, EpisodeTrack* track) {
+// All messages of a tick, in the order of their arrival. toucher: the geom that touches the pot.
+void Receive(int64_t tick, EpisodeTrack* track, int toucher = kTop) {
   state_t state = State(tick);
   state.body[kPot].position_m[2] = 1 + 0.01 * static_cast<double>(tick);
   track->Receive(state);
-  contacts_t contacts = Contacts(tick);
+  contacts_t contacts = Contacts(tick, {{toucher, kWall}});
   contacts.has_clearance = tick % 2 == 0;
   contacts.clearance_m = 0.5;
   contacts.clearance_robot_geom = kLeftPad;
@@ -329,7 +330,7 @@ TEST(EpisodeTrack, NothingOfOthersAndNothingThatIsNone) {
 
 TEST(EpisodeTrack, WhatHappened) {
   EpisodeTrack track = MakeTrack();
-  for (int64_t tick = 0; tick < 6; ++tick) Receive(tick, &track);
+  for (int64_t tick = 0; tick < 6; ++tick) Receive(tick, &track, tick >= 4 ? kLeftPad : kTop);
   // A contact that returns at once is the same one; 0.1 s later it is another one.
   for (const int64_t tick : {6, 7, 9, 14}) {
     track.Receive(State(tick));
@@ -339,8 +340,8 @@ TEST(EpisodeTrack, WhatHappened) {
   std::vector<std::string> texts;
   for (const TrackEvent& event : track.Events())
     texts.push_back(std::to_string(event.tick) + " " + event.text);
-  EXPECT_EQ(texts, (std::vector<std::string>{"2 stage 1: held", "3 pot slips", "4 left grasps",
-                                             "6 left/link touches counter/top",
+  EXPECT_EQ(texts, (std::vector<std::string>{"2 stage 1: held", "3 pot slips", "4 left grasps pot",
+                                             "6 left releases pot", "6 left/link touches counter/top",
                                              "14 left/link touches counter/top"}));
 
   episode_summary_t summary{};

@@ -1,0 +1,59 @@
+// Checks the pure functions of the page (viz/viewer/page); evaluates to a list of complaints. check_viewer.py runs it in
+// the page. Expected values are worked out by hand.
+(() => {
+  const wrong = [];
+  const expect = (what, got, expected) => {
+    const [a, b] = [got, expected].map((one) => JSON.stringify(one));
+    if (a !== b) wrong.push(`${what}: ${a}, not ${b}`);
+  };
+
+  // Stages: 1 and 3 at one tick, 2 never.
+  const stages = [{ name: "a", index: 1, tick: 10 }, { name: "b", index: 2, tick: null }, { name: "c", index: 3, tick: 10 }];
+  expect("stage flags and bands", Evalbus.stageBands(stages, 50), {
+    flags: [{ tick: 10, number: 1, name: "a" }, { tick: 10, number: 3, name: "c" }],
+    bands: [{ from: 0, to: 10, name: "a", isReached: true }, { from: 10, to: 50, name: "b", isReached: false }],
+  });
+  expect("a stage at the start, all reached", Evalbus.stageBands([{ name: "a", index: 1, tick: 0 }], 50),
+    { flags: [{ tick: 0, number: 1, name: "a" }], bands: [] });
+
+  // Zoom by 2 around 6 of 10 s: 3 to 8 s, and back.
+  expect("zoom in", Evalbus.zoomed(null, 10, 6, 0.5, 0.2), { from: 3, to: 8 });
+  expect("zoom in at the end", Evalbus.zoomed({ from: 6, to: 10 }, 10, 10, 0.5, 0.2), { from: 8, to: 10 });
+  expect("zoom beyond the least span", Evalbus.zoomed({ from: 4, to: 6 }, 10, 5, 0.01, 1), { from: 4.5, to: 5.5 });
+  expect("zoom out", Evalbus.zoomed({ from: 3, to: 8 }, 10, 6, 2, 0.2), null);
+
+  // Two bodies. Body 7 of B moves by 0.01 m per tick along y; its point is 1 m along x, and B is rotated by 180 deg about
+  // x, which does not move the point. Body 3 stays.
+  const head = { bodies: [3, 7], tick_s: 0.02 };
+  const track = (step, quat, ticks, tick_s = 0.02) => ({ head: { ...head, tick_s }, tickSeconds: tick_s, ticks, hasPoses: () => true,
+    position: { data: Float32Array.from({ length: 6 * ticks }, (_, k) => (k % 6 === 4 ? step * Math.floor(k / 6) : 0)) },
+    quat: { data: Float32Array.from({ length: 8 * ticks }, (_, k) => (k % 8 < 4 ? [1, 0, 0, 0][k % 8] : quat[k % 8 - 4])) } });
+  const points = [{ name: "still", body: 3, position_m: [0, 0, 0] }, { name: "moving", body: 7, position_m: [1, 0, 0] },
+    { name: "elsewhere", body: 9, position_m: [0, 0, 0] }];
+  const a = track(0, [1, 0, 0, 0], 20);
+  const part = (b, limit_m) => {
+    const found = Evalbus.partingOf(a, b, points, limit_m);
+    return found && [found.tick, found.name, Number(found.distance_m.toFixed(4))];
+  };
+  expect("parting", part(track(0.01, [0, 1, 0, 0], 20), 0.025), [3, "moving", 0.03]);
+  // At the same time: B has a tick for each two of A.
+  expect("parting at half the rate", part(track(0.01, [1, 0, 0, 0], 20, 0.04), 0.025), [5, "moving", 0.03]);
+  expect("no parting in the common time", part(track(0.01, [1, 0, 0, 0], 3), 0.025), null);
+  // Rotated by 90 deg about z, the point is at y = 1 instead of x = 1.
+  expect("parting by rotation", part(track(0, [Math.SQRT1_2, 0, 0, Math.SQRT1_2], 20), 0.025), [0, "moving", 1.4142]);
+
+  // Range relative to the largest absolute value; mean difference relative to the range.
+  expect("change of a constant", Evalbus.changeOf([[2, 2, NaN]], null), 0);
+  expect("change of nothing", Evalbus.changeOf([[NaN]], null), 0);
+  expect("change", Evalbus.changeOf([[2, 3, 4]], null), 0.5);
+  expect("change of B", Evalbus.changeOf([[0, 0]], [[1, 3]]), 2 / 3);
+  expect("change of equal episodes", Evalbus.changeOf([[0, 1]], [[0, 1]]), 0);
+
+  const arms = { arms: ["left", "right"] };
+  expect("colors", ["left", "right_gripper_to_pot", "lift_distance", "leftover", ""].map((name, k) => Evalbus.roleOf(name, k, arms)),
+    ["left", "right", "o2", "o3", "o0"]);
+  expect("names of runs", [{ run: 2 }, { name: "lift_pot-position", policy: "noisy" }, { name: "noisy/lift_pot", policy: "noisy" }]
+    .map(Evalbus.runName), ["run 2", "lift_pot-position (noisy)", "noisy/lift_pot"]);
+  expect("intervals", [[0.401, 0.892], [0.985, 1]].map(Evalbus.percentRange), ["40 to 89 %", "98.5 to 100.0 %"]);
+  return wrong;
+})()

@@ -1,0 +1,81 @@
+// Pure functions that compare episodes, and the values of a metric over time.
+"use strict";
+
+// Distance (m) from which two episodes of one seed count as parted.
+Evalbus.PARTING_M = 0.02;
+
+// Points that are compared: origins of the bodies of manipulated objects, and wrists.
+// scene: head of a "scene" block. Returns [{name, body, position_m}], the position in the body's frame.
+Evalbus.comparedPoints = (scene) => {
+  const isObject = (body) => scene.entities[body.entity] && scene.entities[body.entity].kind === "object";
+  const objects = scene.bodies.map((body, index) => ({ body, index })).filter(({ body }) => body.moves && isObject(body))
+    .map(({ body, index }) => ({ name: body.name, body: index, position_m: [0, 0, 0] }));
+  const wrists = (scene.wrists || []).map(({ arm, body, position_m }) => ({ name: `${arm} wrist`, body, position_m }));
+  return [...objects, ...wrists];
+};
+
+// World position of a point at a tick. slot: index of its body in the track's poses.
+Evalbus.pointAt = (track, slot, position_m, tick) => {
+  const bodies = track.head.bodies.length;
+  const p = 3 * (tick * bodies + slot), q = 4 * (tick * bodies + slot);
+  const [w, x, y, z] = track.quat.data.subarray(q, q + 4);
+  const [a, b, c] = position_m;
+  // v + 2 w (u x v) + 2 u x (u x v), where u = (x, y, z)
+  const s = [y * c - z * b, z * a - x * c, x * b - y * a];
+  const t = [y * s[2] - z * s[1], z * s[0] - x * s[2], x * s[1] - y * s[0]];
+  return position_m.map((one, k) => track.position.data[p + k] + one + 2 * (w * s[k] + t[k]));
+};
+
+// Where two episodes part: {tick, name, distance_m} of the first tick of A at which a point of B is farther away than
+// limit_m, and of the point that is farthest then. Null if they do not part in their common time. Ticks of B are those
+// at the same time.
+Evalbus.partingOf = (track, other, points, limit_m) => {
+  const slots = points.map((point) => ({ ...point, a: track.head.bodies.indexOf(point.body), b: other.head.bodies.indexOf(point.body) }))
+    .filter(({ a, b }) => a >= 0 && b >= 0);
+  if (!slots.length || !track.hasPoses() || !other.hasPoses()) return null;
+  for (let tick = 0; tick < track.ticks; ++tick) {
+    const otherTick = Math.round(tick * track.tickSeconds / other.tickSeconds);
+    if (otherTick >= other.ticks) return null;
+    let farthest = null;
+    for (const { name, a, b, position_m } of slots) {
+      const p = Evalbus.pointAt(track, a, position_m, tick), q = Evalbus.pointAt(other, b, position_m, otherTick);
+      const distance_m = Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+      if (distance_m > limit_m && (!farthest || distance_m > farthest.distance_m)) farthest = { tick, name, distance_m };
+    }
+    if (farthest) return farthest;
+  }
+  return null;
+};
+
+// How much a metric changes, 0 to 1: its range relative to its largest absolute value, or, with `other`, the mean
+// difference between the episodes relative to the range of both. rows, other: one array of values per part; NaN: no value.
+Evalbus.changeOf = (rows, other) => {
+  let low = Infinity, high = -Infinity;
+  for (const values of [...rows, ...(other || [])]) {
+    for (const value of values) {
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+  }
+  if (!(high - low > 1e-9 * Math.max(Math.abs(low), Math.abs(high)))) return 0;
+  if (!other) return Math.min(1, (high - low) / Math.max(Math.abs(low), Math.abs(high)));
+  let most = 0;
+  rows.forEach((values, k) => {
+    const others = other[k];
+    if (!others) return;
+    let sum = 0, count = 0;
+    for (let i = 0; i < Math.min(values.length, others.length); ++i) {
+      if (Number.isNaN(values[i]) || Number.isNaN(others[i])) continue;
+      sum += Math.abs(values[i] - others[i]);
+      ++count;
+    }
+    if (count) most = Math.max(most, sum / count / (high - low));
+  });
+  return most;
+};
+
+// Name of a run on the page; the policy is added unless the name contains it.
+Evalbus.runName = (info) => {
+  const name = Evalbus.words(info.name) || `run ${info.run}`, policy = Evalbus.words(info.policy);
+  return !policy || name.toLowerCase().includes(policy.toLowerCase()) ? name : `${name} (${policy})`;
+};
