@@ -11,8 +11,8 @@ Action AddWeb(CLI::App* app) {
   const auto options = std::make_shared<report::WebOptions>();
   app->add_option(
       "run", options->runs,
-      "folders of runs or suites, active or finished, or a log that is being replayed; default: the bus of\n"
-      "EVALBUS_URL, or the one run or replay on this machine");
+      "folders of runs, suites or plans, active or finished, or a log that is being replayed; default: the\n"
+      "bus of EVALBUS_URL, or the one run or replay on this machine");
   app->add_option("--url", options->url, "bus to listen to, udpm://ADDRESS:PORT?ttl=0");
   app->add_option("--port", options->port,
                   "port to listen on; 0: any free port; default: 8080, or any free port if it is in use");

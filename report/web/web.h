@@ -14,7 +14,7 @@
 namespace evalbus::report {
 
 struct WebOptions {
-  // Folders of runs or suites, or a log that is being played; empty: the active run or replay on this
+  // Folders of runs, suites or plans, or a log that is being played; empty: the active run or replay on this
   // machine.
   std::vector<std::filesystem::path> runs;
   // Bus of a run without a known folder, instead of `runs`.

@@ -9,7 +9,8 @@ Evalbus.ICONS = {
 Evalbus.KEYS = [
   ["space", "play, pause"], ["← →", "one tick back, forward; with shift ten"], ["[ ]", "event before, after"],
   ["Home End", "first, last tick"], ["< >", "slower, faster"], ["l", "follow live"], ["p n", "episode before, after"],
-  ["c", "next camera"], ["v", "ghost or side by side, when two episodes are compared"], ["x", "end the comparison"],
+  ["j k", "next, previous failure"], ["1 … 9", "same seed of another policy"], ["/", "filter the episodes"], ["b", "overview"],
+  ["m", "note on the episode"], ["s", "save an image"], ["c", "next camera"], ["v", "ghost or side by side, when two episodes are compared"], ["x", "end the comparison"],
   ["?", "these keys"],
 ];
 
