@@ -62,9 +62,12 @@ std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
       }
     }
   }
+  const bool has_notes = std::ranges::any_of(runs, [](const results::RecordedRun& run) {
+    return std::ranges::any_of(run.episodes, [](const auto& episode) { return !episode.note.empty(); });
+  });
   std::string table = std::string(kRunColumns) + ",episode,seed,end_reason,failure_reason,complete";
   for (const std::string& name : names) table += "," + Quoted(name);
-  table += "\n";
+  table += has_notes ? ",note\n" : "\n";
   auto row = values.begin();
   for (const results::RecordedRun& run : runs) {
     const std::string run_cells = RunCells(run);
@@ -75,7 +78,7 @@ std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
       std::vector<std::string> cells(names.size());
       for (const auto& [column, value] : *row++) cells[column] = Number(value);
       for (const std::string& cell : cells) table += "," + cell;
-      table += "\n";
+      table += has_notes ? "," + Quoted(episode.note) + "\n" : "\n";
     }
   }
   return table;

@@ -25,6 +25,7 @@
 #include "lcmtypes/clock.h"
 #include "models/task_description.h"
 #include "results/log_check.h"
+#include "results/notes.h"
 #include "results/run_reader.h"
 #include "results/run_summary.h"
 #include "runner/progress_line.h"
@@ -244,6 +245,9 @@ void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
     fs::remove_all(coming);
     fs::create_directories(coming);
     MergeInto(parts, NameOfRun(out), coming);
+    for (const fs::path& part : parts) {
+      for (const auto& [episode, note] : results::ReadNotes(part)) results::WriteNote(coming, episode, note);
+    }
     SyncDisk(coming);
     if (rename(coming.c_str(), out.c_str()) != 0) ThrowFileError("cannot write " + out.string(), errno);
     SyncDisk(out.parent_path());
@@ -335,7 +339,7 @@ std::pair<const PlannedRun*, std::string> ParseCopy(const std::string& name,
   std::pair<const PlannedRun*, std::string> found{};
   size_t longest = 0;
   for (const PlannedRun& run : runs) {
-    const std::string start = "." + runner::FolderOfTask(run.task) + ".";
+    const std::string start = "." + FolderOfTask(run.task) + ".";
     if (run.policy != policy || !name.starts_with(start) || start.size() <= longest) continue;
     longest = start.size();
     found = {&run, name.substr(longest)};
@@ -419,7 +423,7 @@ std::vector<Shard> MergePlan(const PlanFolder& folder) {
     if (!is_whole) continue;
     const fs::path suite = folder.policy_folder(policy.name);
     ordered_json folders = ordered_json::array();
-    for (const std::string& task : folder.plan().tasks) folders.push_back(runner::FolderOfTask(task));
+    for (const std::string& task : folder.plan().tasks) folders.push_back(FolderOfTask(task));
     ordered_json json = {{"runs", folders}};
     json.update(OptionsJson(folder.plan().OptionsOf(policy)));
     WriteWhole(suite / kSuiteJson, ToText(json, 2) + "\n");

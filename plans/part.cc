@@ -31,7 +31,7 @@ constexpr auto kGiveUp = std::chrono::minutes(10);
 
 // Messages identify a run by its folder's name, so the temporary folder already has the final name.
 fs::path MadeIn(const Shard& shard, const fs::path& scratch) {
-  return scratch / shard.name() / runner::FolderOfTask(shard.task);
+  return scratch / shard.name() / FolderOfTask(shard.task);
 }
 
 runner::Job JobOf(const Shard& shard, const fs::path& options, const fs::path& scratch) {

@@ -48,7 +48,7 @@ fs::path NewFolder(const std::string& name) {
 }  // namespace
 
 std::string Shard::name() const {
-  return fmt::format("{}+{}+{:04}-{:04}", policy, runner::FolderOfTask(task), first, last);
+  return fmt::format("{}{:04}-{:04}", ShardPrefix(policy, task), first, last);
 }
 
 std::vector<Shard> ShardsOf(const Plan& plan) {
@@ -107,7 +107,7 @@ PlanFolder::PlanFolder(const fs::path& folder) : path_(fs::absolute(folder).lexi
 }
 
 fs::path PlanFolder::run_folder(const std::string& policy, const std::string& task) const {
-  return policy_folder(policy) / runner::FolderOfTask(task);
+  return policy_folder(policy) / FolderOfTask(task);
 }
 
 bool PlanFolder::has_run(const std::string& policy, const std::string& task) const {

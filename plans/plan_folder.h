@@ -18,14 +18,13 @@
 #include <utility>
 #include <vector>
 
+#include "base/plan_layout.h"
 #include "plans/plan.h"
 
 namespace evalbus::plans {
 
-inline constexpr char kPlanJson[] = "plan.json";
 // Results of the sequential comparisons (Plan::until).
 inline constexpr char kStopsJson[] = "stops.json";
-inline constexpr char kPartsFolder[] = "parts";
 inline constexpr char kSlurmFolder[] = "slurm";
 
 // Episodes `first` to `last` of one run.

@@ -9,9 +9,22 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "report/episode_tracks.h"
+#include "results/compared_runs.h"
 
 namespace evalbus::report {
 namespace fs = std::filesystem;
+namespace {
+
+// explanation: of a line of episodes.jsonl.
+void AddStageName(const nlohmann::ordered_json& explanation, std::map<int, std::string>* names) {
+  const auto stage = explanation.find("last_stage");
+  if (stage == explanation.end() || !stage->is_object()) return;
+  const auto index = stage->find("index"), name = stage->find("name");
+  if (index == stage->end() || name == stage->end()) return;
+  if (index->is_number_integer() && name->is_string()) (*names)[*index] = *name;
+}
+
+}  // namespace
 
 RunFollower::RunFollower(fs::path folder) : folder_(std::move(folder)), lines_(File()) {
   numbers_.is_over = false;
@@ -23,6 +36,22 @@ void RunFollower::StartAgain() {
   next_waiting_ = 0;
   hashes_.clear();
   statistics_ = metrics::RunStatistics();
+  info_->episodes.clear();
+}
+
+void RunFollower::ReadInfo() {
+  results::RecordedRun info = results::ReadRunInfo(folder_);
+  if (info_) info.episodes = std::move(info_->episodes);
+  info_ = std::move(info);
+  if (!info_->episodes.empty()) SetModel();
+}
+
+void RunFollower::SetModel() {
+  try {
+    results::SetPhysicsHash(&*info_);
+  } catch (const InputError&) {
+    // Without its model, the run can be shown but not compared.
+  }
 }
 
 bool RunFollower::ReadLines() {
@@ -56,7 +85,7 @@ RunFollower::News RunFollower::Update() {
     std::error_code none;
     const auto info_time = fs::last_write_time(folder_ / kRunJson, none);
     if (!none && (!info_ || info_time != info_time_)) {
-      info_ = results::ReadRunInfo(folder_);
+      ReadInfo();
       info_time_ = info_time;
       news.is_changed = true;
     }
@@ -73,10 +102,13 @@ RunFollower::News RunFollower::Update() {
       const std::string& text = waiting_[next_waiting_];
       const auto number = static_cast<int>(hashes_.size()) + 1;
       const auto line = ParseJson<nlohmann::ordered_json>(text, File().string(), number);
-      const results::RecordedEpisode episode =
+      if (hashes_.empty()) SetModel();
+      results::RecordedEpisode episode =
           results::ReadEpisode(line, fmt::format("{}:{}", File().string(), number), *info_);
       statistics_.Add(episode.episode, metrics::ResultOf(line));
       news.rows.push_back(RowOf(episode, *info_));
+      AddStageName(line.at("explanation"), &stage_names_);
+      info_->episodes.push_back(std::move(episode));
       hashes_.push_back(std::hash<std::string>()(text));
     }
     error_.clear();

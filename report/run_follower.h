@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,9 +32,12 @@ class RunFollower {
   News Update();
 
   const std::filesystem::path& folder() const { return folder_; }
-  // Null until run.json exists.
+  // Null until run.json exists. Its `episodes` are those read so far, without their text; its
+  // `info` has the hash of the physics model if the model could be read.
   const results::RecordedRun* info() const { return info_ ? &*info_ : nullptr; }
-  // Updated by Look().
+  // Names of the stages that were the last one of an episode, by index.
+  const std::map<int, std::string>& stage_names() const { return stage_names_; }
+  // Updated by Update().
   const viz::RunNumbers& numbers() const { return numbers_; }
   // True if summary.json exists: no process works on the run.
   bool is_over() const { return numbers_.is_over; }
@@ -44,6 +48,8 @@ class RunFollower {
   std::filesystem::path File() const { return folder_ / kEpisodesJsonl; }
   // Returns false if episodes.jsonl was replaced by a file that does not start with the lines read so far.
   bool ReadLines();
+  void ReadInfo();
+  void SetModel();
   void StartAgain();
   void Count();
 
@@ -57,6 +63,7 @@ class RunFollower {
   size_t next_waiting_ = 0;
   std::vector<size_t> hashes_;
   metrics::RunStatistics statistics_;
+  std::map<int, std::string> stage_names_;
   viz::RunNumbers numbers_;
   std::string error_;
 };

@@ -14,10 +14,12 @@ namespace fs = std::filesystem;
 
 RecordedRuns ReadForComparison(const fs::path& folder) {
   RecordedRuns runs = ReadRuns(folder);
-  for (RecordedRun& run : runs.runs) {
-    run.info["physics_sha256"] = Sha256File(run.folder / kModelFolder / kPhysicsModel);
-  }
+  for (RecordedRun& run : runs.runs) SetPhysicsHash(&run);
   return runs;
+}
+
+void SetPhysicsHash(RecordedRun* run) {
+  run->info["physics_sha256"] = Sha256File(run->folder / kModelFolder / kPhysicsModel);
 }
 
 RecordedRuns RemoveBaseline(const std::string& name, std::vector<RecordedRuns>* runs) {

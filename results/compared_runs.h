@@ -16,6 +16,9 @@ namespace evalbus::results {
 // beside run.json. Throws InputError.
 RecordedRuns ReadForComparison(const std::filesystem::path& folder);
 
+// Sets the hash of the run's physics model in its `info`. Throws InputError if the model cannot be read.
+void SetPhysicsHash(RecordedRun* run);
+
 // Removes the baseline from the runs and returns it; reads it if it is a folder but not one of them. name:
 // name, policy or folder; empty: the first run. Throws InputError if it is unknown or ambiguous.
 RecordedRuns RemoveBaseline(const std::string& name, std::vector<RecordedRuns>* runs);

@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/source_name.h"
+#include "results/notes.h"
 #include "results/pacing.h"
 
 namespace evalbus::results {
@@ -315,6 +316,10 @@ RecordedRun ReadRun(const fs::path& folder) {
 RecordedRun ReadRunAsFarAsItGot(const fs::path& folder) {
   RecordedRun run = ReadRunInfo(folder);
   if (fs::exists(folder / kEpisodesJsonl)) ReadEpisodes(&run);
+  Notes notes = ReadNotes(folder);
+  for (RecordedEpisode& episode : run.episodes) {
+    if (auto note = notes.find(episode.episode); note != notes.end()) episode.note = std::move(note->second);
+  }
   run.unfinished = UnfinishedEpisodes(folder);
   return run;
 }

@@ -44,6 +44,8 @@ struct RecordedEpisode {
   // Explains the result in one sentence.
   std::string explanation;
   Cause cause;
+  // Note of a user (results/notes.h); empty if there is none.
+  std::string note;
   // Input of the statistics.
   metrics::EpisodeResult result;
   // The unparsed line; uses a tenth of the memory of the parsed JSON.

@@ -49,11 +49,6 @@ results::RunFolder OpenFolder(const RunOptions& options) {
 
 }  // namespace
 
-std::string FolderOfTask(std::string task) {
-  std::replace(task.begin(), task.end(), '/', '-');
-  return task;
-}
-
 std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
   std::vector<std::string> tasks;
   std::set<std::string> seen;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/plan_layout.h"
 #include "results/run_folder.h"
 #include "results/run_summary.h"
 #include "runner/job_pool.h"
@@ -15,9 +16,6 @@ namespace evalbus::runner {
 // Expands "all", "lift_pot/all", "lift_pot/position", RoboEval's names and files, in this order, to
 // TASK/VARIATION. Throws InputError for unknown or duplicate names.
 std::vector<std::string> ExpandTasks(const std::vector<std::string>& names);
-
-// Name of a task's run folder in its suite.
-std::string FolderOfTask(std::string task);
 
 // The runs of one policy on several tasks in a folder, with one job for each run.
 class Suite {

@@ -55,7 +55,7 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
 // Prints the page's path, its size and the number of packed episodes. Returns the exit code. Throws
 // InputError, EnvironmentError.
 int WriteReport(const ReportOptions& options) {
-  if (fs::exists(options.run / plans::kPlanJson)) {
+  if (fs::exists(options.run / kPlanJson)) {
     if (!options.out.empty() || !options.episodes.empty()) {
       throw InputError(options.run.string() +
                        ": a plan, whose page is always its report.html; -o and --episode require a run");

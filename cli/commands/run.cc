@@ -34,8 +34,7 @@ struct PlanOptions {
 
 // True for a plan's file, and for plan.json in the folder of a plan that was started.
 bool IsPlan(const std::vector<std::string>& tasks) {
-  return tasks.size() == 1 &&
-         (plans::IsPlanFile(tasks[0]) || fs::path(tasks[0]).filename() == plans::kPlanJson);
+  return tasks.size() == 1 && (plans::IsPlanFile(tasks[0]) || fs::path(tasks[0]).filename() == kPlanJson);
 }
 
 void AddPlanOptions(CLI::App* app, PlanOptions* options) {
@@ -74,9 +73,9 @@ std::vector<std::string> TakeOptionsOf(const fs::path& folder, runner::RunOption
     }
     tasks.push_back(options->sim.task);
   };
-  if (fs::exists(folder / plans::kPlanJson)) {
-    throw InputError("--like " + folder.string() + ": a plan; 'evalbus run " +
-                     (folder / plans::kPlanJson).string() + "' runs its missing episodes");
+  if (fs::exists(folder / kPlanJson)) {
+    throw InputError("--like " + folder.string() + ": a plan; 'evalbus run " + (folder / kPlanJson).string() +
+                     "' runs its missing episodes");
   }
   if (fs::exists(folder / kSuiteJson)) {
     for (const std::string& run : results::RunsInSuite(folder)) take(folder / run);
@@ -93,7 +92,7 @@ std::vector<std::string> TakeOptionsOf(const fs::path& folder, runner::RunOption
 
 void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_options) {
   const fs::path file = options.tasks[0];
-  const bool is_begun = file.filename() == plans::kPlanJson;
+  const bool is_begun = file.filename() == kPlanJson;
   if (is_begun && !options.out.empty())
     throw InputError("--out: " + file.string() + " already determines the folder");
   const bool is_shared = !plan_options.part.empty() || plan_options.slurm.submit;

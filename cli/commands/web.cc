@@ -11,8 +11,8 @@ Action AddWeb(CLI::App* app) {
   const auto options = std::make_shared<report::WebOptions>();
   app->add_option(
       "run", options->runs,
-      "folders of runs or suites, active or finished, or a log that is being replayed; default: the bus of\n"
-      "EVALBUS_URL, or the one run or replay on this machine");
+      "folders of runs, suites or plans, active or finished, or a log that is being replayed; default: the\n"
+      "bus of EVALBUS_URL, or the one run or replay on this machine");
   app->add_option(
       "--episode", options->episode,
       "number of the episode of one run that the page opens first, one second before its decisive "

@@ -23,10 +23,11 @@ bool NeedsReason(const results::RecordedEpisode& episode) {
          !(episode.failure_reason.empty() && episode.explanation.empty());
 }
 
-void Titles(bool explained, Markup* html) {
+void Titles(bool explained, bool noted, Markup* html) {
   html->Element("th", {{"class", "number"}}, "episode");
   html->Element("th", {}, "end");
   if (explained) html->Element("th", {}, "why");
+  if (noted) html->Element("th", {}, "note");
   for (const char* title : {"time, s", "stages", "slips", "collisions", "clearance, mm", "path, m"}) {
     html->Element("th", {{"class", "number"}}, title);
   }
@@ -77,7 +78,7 @@ void FilesCell(const EpisodeFiles& files, Markup* html) {
   });
 }
 
-void EpisodeRow(const RunSection& section, size_t index, bool explained, bool drawn) {
+void EpisodeRow(const RunSection& section, size_t index, bool explained, bool noted, bool drawn) {
   const results::RecordedEpisode& episode = section.run.run.episodes[index];
   Markup* html = section.html;
   const std::string number = std::to_string(episode.episode);
@@ -91,6 +92,7 @@ void EpisodeRow(const RunSection& section, size_t index, bool explained, bool dr
       html->Text(" " + episode.end_reason + (episode.complete ? "" : ", not complete"));
     });
     if (explained) ReasonCell(episode, html);
+    if (noted) html->Element("td", {{"class", "why"}}, episode.note);
     NumberCells(episode, html);
     FilesCell(section.run.files[index], html);
     html->Element("td", {{"class", "number seed"}}, std::to_string(episode.seed));
@@ -116,11 +118,13 @@ void WriteEpisodes(const RunSection& section) {
   std::set<int> drawn;
   for (const ReportCurves& curves : run.curves) drawn.insert(curves.episode);
   const bool explained = std::ranges::any_of(run.run.episodes, NeedsReason);
+  const bool noted =
+      std::ranges::any_of(run.run.episodes, [](const auto& episode) { return !episode.note.empty(); });
   const auto table = [&] {
-    html->Element("thead", {}, [&] { html->Element("tr", {}, [&] { Titles(explained, html); }); });
+    html->Element("thead", {}, [&] { html->Element("tr", {}, [&] { Titles(explained, noted, html); }); });
     html->Element("tbody", {}, [&] {
       for (size_t i = 0; i < run.run.episodes.size(); ++i) {
-        EpisodeRow(section, i, explained, drawn.contains(run.run.episodes[i].episode));
+        EpisodeRow(section, i, explained, noted, drawn.contains(run.run.episodes[i].episode));
       }
     });
   };

@@ -16,7 +16,10 @@
 #include "bus/private_network.h"
 #include "report/page/page.h"
 #include "report/run_follower.h"
+#include "report/web/board.h"
 #include "report/web/web_jobs.h"
+#include "results/found_runs.h"
+#include "results/notes.h"
 #include "results/run_reader.h"
 #include "viz/web/live_feed.h"
 #include "viz/web/page.h"
@@ -33,6 +36,7 @@ constexpr int kNice = 10;
 // Intervals for finding new runs and reading folders, and the maximum delay of messages.
 constexpr auto kDiscover = std::chrono::seconds(1);
 constexpr auto kLook = std::chrono::milliseconds(200);
+constexpr auto kBoardPeriod = std::chrono::seconds(1);
 constexpr auto kMaxBatchDelay = std::chrono::milliseconds(10);
 // Maximum number of messages handled from one bus before the next bus.
 constexpr int kInARow = 1000;
@@ -52,19 +56,42 @@ std::string TimeOfDay() {
 // A run on the page: on disk, on a bus, or both.
 class ShownRun {
  public:
-  // folder: of a run, or a log that is being played; may be empty.
-  ShownRun(int number, fs::path folder, std::string suffix, viz::UpdateBroadcaster* broadcaster,
-           WebJobs* jobs)
+  // found.folder: of a run, or a log that is being played; may be empty. source: the folder that the user
+  // named.
+  ShownRun(int number, results::FoundRun found, std::string source, std::string suffix,
+           viz::UpdateBroadcaster* broadcaster, WebJobs* jobs)
       : number_(number),
-        folder_(std::move(folder)),
+        found_(std::move(found)),
+        source_(std::move(source)),
         suffix_(std::move(suffix)),
         broadcaster_(broadcaster),
         jobs_(jobs) {
-    if (!folder_.empty() && !fs::is_regular_file(folder_)) follower_.emplace(folder_);
+    if (!folder().empty() && !fs::is_regular_file(folder())) {
+      follower_.emplace(folder());
+      notes_.emplace(folder());
+    }
     Publish();
   }
 
-  const fs::path& folder() const { return folder_; }
+  const fs::path& folder() const { return found_.folder; }
+  const std::string& source() const { return source_; }
+  // The run's row of the board; nothing before run.json exists, or if another entry has the row.
+  std::optional<BoardRun> ForBoard() const {
+    if (!follower_ || !follower_->info() || !suffix_.empty() || is_replaced_) return std::nullopt;
+    return BoardRun{.number = number_,
+                    .policy = policy(),
+                    .source = source_,
+                    .is_over = follower_->is_over(),
+                    .run = follower_->info(),
+                    .stage_names = follower_->stage_names()};
+  }
+  // Must be called when other runs on the page contain its episodes.
+  void SetReplaced() {
+    if (std::exchange(is_replaced_, true)) return;
+    broadcaster_->SetEpisodes(number_, 0, {});
+    follower_.reset();
+    Publish();
+  }
   bool has_bus() const { return bus_ != nullptr; }
   const std::string& url() const { return url_; }
   bool is_on(const LiveRun& run) const { return has_bus() && url_ == run.url; }
@@ -107,11 +134,14 @@ class ShownRun {
   }
   void WaitForMessage(SteadyTime until) { bus_->Handle(until); }
 
-  // Reads new data from the folder. Returns false if more may be available.
-  bool Update() {
+  // Reads new data from the folder. Returns false if more may be available. has_changed: set if the board
+  // has to be computed again.
+  bool Update(bool can_write_notes, bool* has_changed) {
     if (!follower_) return true;
     RunFollower::News news = follower_->Update();
     if (news.is_changed) Publish();
+    *has_changed = *has_changed || news.is_changed;
+    UpdateNotes(can_write_notes);
     const bool is_all = news.rows.size() < RunFollower::kLinesAtOnce;
     // If a run has several workers, only the first worker's entry has the list.
     if (suffix_.empty() && news.is_changed)
@@ -140,7 +170,19 @@ class ShownRun {
   void Publish() {
     has_news_ = true;
     const results::RecordedRun* info = follower_ ? follower_->info() : nullptr;
-    jobs_->SetRun(number_, follower_ ? folder_ : fs::path(), info ? info->policy : "");
+    jobs_->SetRun(number_, follower_ ? folder() : fs::path(), info ? policy() : "");
+  }
+
+  // Name of the policy in its plan, else the one in run.json.
+  std::string policy() const { return found_.policy.empty() ? follower_->info()->policy : found_.policy; }
+
+  void UpdateNotes(bool can_write) {
+    try {
+      if (const auto notes = notes_->Update())
+        broadcaster_->SetNotes(number_, viz::NotesBlock(number_, *notes, can_write));
+    } catch (const InputError& error) {
+      SetRemark(error.what());
+    }
   }
 
   viz::RunNumbers Numbers() const {
@@ -152,10 +194,11 @@ class ShownRun {
   viz::RunLabel Label() const {
     viz::RunLabel label;
     label.run = number_;
-    label.name = folder_.empty() ? url_ : NameOfRun(folder_);
+    label.name = folder().empty() ? url_ : found_.name;
     if (!suffix_.empty()) label.name += ", " + suffix_;
     if (is_replay_) label.name += ", replay";
-    if (follower_ && follower_->info()) label.policy = follower_->info()->policy;
+    label.is_replaced = is_replaced_;
+    if (follower_ && follower_->info()) label.policy = policy();
     label.is_live = has_bus() && !feed_->watch().is_over();
     if (follower_ && !follower_->error().empty()) label.remarks.push_back(follower_->error());
     if (!remark_.empty()) label.remarks.push_back(remark_);
@@ -165,7 +208,7 @@ class ShownRun {
   void RequestMissing() {
     if (const auto& model = feed_->model_without_scene(); model && asked_model_ != model) {
       asked_model_ = model;
-      jobs_->RequestScene(model, follower_ ? folder_ : fs::path(),
+      jobs_->RequestScene(model, follower_ ? folder() : fs::path(),
                           [this, model](viz::LiveFeed::Scene scene, const std::string& error) {
                             if (!error.empty()) SetRemark("without an image: " + error);
                             if (feed_) feed_->SetScene(model, std::move(scene));
@@ -179,20 +222,21 @@ class ShownRun {
     asked_history_ = episode;
     // A replay may differ from the log in the run's folder.
     if (!follower_ || is_replay_) return feed_->SetHistory(*episode, {});
-    jobs_->RequestHistory(folder_, episode->episode, episode->tick - 1,
+    jobs_->RequestHistory(folder(), episode->episode, episode->tick - 1,
                           [this, episode](std::vector<viz::LiveFeed::Message> messages) {
                             if (feed_) feed_->SetHistory(*episode, messages);
                           });
   }
 
   const int number_;
-  const fs::path folder_;
-  const std::string suffix_;
+  const results::FoundRun found_;
+  const std::string source_, suffix_;
   viz::UpdateBroadcaster* const broadcaster_;
   WebJobs* const jobs_;
   std::optional<RunFollower> follower_;
+  std::optional<results::NotesFollower> notes_;
   std::string url_;
-  bool is_replay_ = false, has_news_ = true;
+  bool is_replay_ = false, has_news_ = true, is_replaced_ = false;
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<viz::LiveFeed> feed_;
   std::shared_ptr<const model_info_t> asked_model_;
@@ -202,8 +246,9 @@ class ShownRun {
 
 class WebPage {
  public:
-  WebPage(const WebOptions& options, viz::UpdateBroadcaster* broadcaster, WebJobs* jobs)
-      : options_(options), broadcaster_(broadcaster), jobs_(jobs) {}
+  // can_write_notes: pages may add notes to run folders.
+  WebPage(const WebOptions& options, bool can_write_notes, viz::UpdateBroadcaster* broadcaster, WebJobs* jobs)
+      : options_(options), can_write_notes_(can_write_notes), broadcaster_(broadcaster), jobs_(jobs) {}
 
   // Finds the runs to show and joins their networks. This process must have only one thread.
   void Begin() {
@@ -220,7 +265,7 @@ class WebPage {
       run.url = url;
       if (std::ranges::count(live, url, &LiveRun::url) == 1) run = ChooseLiveRun(live, url);
       folders_.push_back(run.folder);
-      Attach(run, Add(run.folder, ""));
+      Attach(run, Add({run.folder, "", NameOfRun(run.folder)}, "", ""));
     } else {
       // Workers of the same run count as one run.
       const bool is_one = !live.empty() && std::ranges::all_of(live, [&](const LiveRun& run) {
@@ -229,11 +274,12 @@ class WebPage {
       const LiveRun run = is_one ? live[0] : ChooseLiveRun(live);
       folders_.push_back(run.folder);
       if (run.folder.empty()) {
-        Attach(run, Add("", ""));
+        Attach(run, Add({}, "", ""));
       } else {
         Discover(live);
       }
     }
+    if (is_board_old_) PublishBoard();
   }
 
   void Run(viz::WebServer* server) {
@@ -246,9 +292,10 @@ class WebPage {
       }
       if (now >= look_at) {
         bool is_all = true;
-        for (const auto& run : runs_) is_all = run->Update() && is_all;
+        for (const auto& run : runs_) is_all = run->Update(can_write_notes_, &is_board_old_) && is_all;
         // A long list is read without delay, but messages are handled in between.
         look_at = is_all ? now + kLook : now;
+        if (is_board_old_ && (is_all ? now >= board_at_ : !has_board_)) PublishBoard();
       }
       jobs_->DeliverAnswers();
       if (now >= publish_at) {
@@ -260,7 +307,27 @@ class WebPage {
     }
   }
 
+  // Shows a problem on a run's panel.
+  void SetRemark(int run, const std::string& remark) {
+    if (static_cast<size_t>(run) < runs_.size()) runs_[static_cast<size_t>(run)]->SetRemark(remark);
+  }
+
  private:
+  // The pause until the next board grows with the time that this one took, so that a board of many episodes
+  // does not occupy a processor.
+  void PublishBoard() {
+    const auto begin = steady_clock::now();
+    std::vector<BoardRun> rows;
+    for (const auto& run : runs_) {
+      if (std::optional<BoardRun> row = run->ForBoard()) rows.push_back(std::move(*row));
+    }
+    if (!rows.empty()) broadcaster_->SetBoard(BoardBlock(rows, board_facts_));
+    has_board_ = !rows.empty();
+    is_board_old_ = false;
+    const auto end = steady_clock::now();
+    board_at_ = end + std::max<steady_clock::duration>(kBoardPeriod, 20 * (end - begin));
+  }
+
   void HandleMessages(SteadyTime until) {
     bool any = false;
     ShownRun* listening = nullptr;
@@ -279,20 +346,20 @@ class WebPage {
 
   // Adds a folder to follow; throws InputError if it contains nothing to show.
   void CheckFolder(const fs::path& folder, const std::vector<LiveRun>& live) {
-    const bool is_known =
-        fs::exists(folder / kRunJson) || fs::exists(folder / kSuiteJson) || !LiveRunsOf(live, folder).empty();
+    const bool is_known = results::IsEvaluation(folder) || !LiveRunsOf(live, folder).empty();
     if (!is_known && !options_.is_child) {
       throw InputError(folder.string() + (fs::is_regular_file(folder) ? ": no replay of this log is active"
-                                          : fs::exists(folder)        ? ": not a run folder or a suite"
-                                                                      : ": there is no such run"));
+                                          : fs::exists(folder)
+                                              ? ": not the folder of a run, a suite or a plan"
+                                              : ": there is no such run"));
     }
     folders_.push_back(folder);
   }
 
-  ShownRun* Add(const fs::path& folder, const std::string& suffix) {
-    runs_.push_back(
-        std::make_unique<ShownRun>(static_cast<int>(runs_.size()), folder, suffix, broadcaster_, jobs_));
-    runs_.back()->Update();
+  ShownRun* Add(const results::FoundRun& found, const std::string& source, const std::string& suffix) {
+    runs_.push_back(std::make_unique<ShownRun>(static_cast<int>(runs_.size()), found, source, suffix,
+                                               broadcaster_, jobs_));
+    runs_.back()->Update(can_write_notes_, &is_board_old_);
     return runs_.back().get();
   }
 
@@ -305,25 +372,31 @@ class WebPage {
     }
   }
 
-  // Adds the runs of suites, and the buses of active runs; a run with several workers has several buses.
+  // Adds the runs of suites and plans, and the buses of active runs; a run with several workers has several
+  // buses.
   void Discover(const std::vector<LiveRun>& live) {
-    std::vector<fs::path> folders;
     for (const fs::path& folder : folders_) {
-      if (!fs::exists(folder / kSuiteJson)) {
-        folders.push_back(folder);
-        continue;
-      }
+      if (folder.empty()) continue;
+      results::FoundRuns found;
       try {
-        for (const std::string& name : results::RunsInSuite(folder)) folders.push_back(folder / name);
+        found = results::FindRuns(folder);
       } catch (const InputError&) {
-        // suite.json is being written.
+        continue;  // suite.json is being written
       }
-    }
-    for (const fs::path& folder : folders) {
-      if (folder.empty() || runs_.size() >= kMaxRuns) continue;
-      const auto is_of = [&](const auto& run) { return run->folder() == folder; };
-      if (std::ranges::none_of(runs_, is_of)) Add(folder, "");
-      FollowBuses(folder, LiveRunsOf(live, folder));
+      const std::string source = folder.string();
+      if (!found.baseline.empty()) board_facts_ = {found.baseline, found.is_sequential};
+      for (const results::FoundRun& run : found.runs) {
+        if (runs_.size() >= kMaxRuns) continue;
+        const auto is_same = [&](const auto& shown) { return shown->folder() == run.folder; };
+        if (std::ranges::none_of(runs_, is_same)) Add(run, source, "");
+        FollowBuses(run, source, LiveRunsOf(live, run.folder));
+      }
+      for (const auto& shown : runs_) {
+        const bool is_found = std::ranges::count(found.runs, shown->folder(), &results::FoundRun::folder) > 0;
+        if (shown->source() != source || is_found) continue;
+        shown->SetReplaced();
+        is_board_old_ = true;
+      }
     }
     for (const auto& run : runs_) {
       const bool is_there =
@@ -333,13 +406,14 @@ class WebPage {
     }
   }
 
-  void FollowBuses(const fs::path& folder, const std::vector<LiveRun>& live) {
+  void FollowBuses(const results::FoundRun& found, const std::string& source,
+                   const std::vector<LiveRun>& live) {
     for (const LiveRun& bus : live) {
       ShownRun* free = nullptr;
       bool is_followed = false;
       int workers = 0;
       for (const auto& run : runs_) {
-        if (run->folder() != folder) continue;
+        if (run->folder() != found.folder) continue;
         ++workers;
         is_followed = is_followed || run->is_on(bus);
         const bool is_gone =
@@ -347,17 +421,21 @@ class WebPage {
         if (!free && is_gone) free = run.get();
       }
       if (is_followed) continue;
-      if (!free && runs_.size() < kMaxRuns) free = Add(folder, fmt::format("worker {}", workers + 1));
+      if (!free && runs_.size() < kMaxRuns) free = Add(found, source, fmt::format("worker {}", workers + 1));
       if (free) Attach(bus, free);
     }
   }
 
   const WebOptions& options_;
+  const bool can_write_notes_;
   viz::UpdateBroadcaster* const broadcaster_;
   WebJobs* const jobs_;
   // Folders of runs and suites; empty for a run without a folder.
   std::vector<fs::path> folders_;
   std::vector<std::unique_ptr<ShownRun>> runs_;
+  BoardFacts board_facts_;
+  bool is_board_old_ = false, has_board_ = false;
+  SteadyTime board_at_{};
 };
 
 void Serve(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply reply) {
@@ -419,11 +497,21 @@ int Web(const WebOptions& options) {
       options.is_child ? std::make_unique<viz::WebServer>(dup(STDIN_FILENO), broadcaster)
                        : ListenForPages(options.listen, options.port, broadcaster);
   WebJobs jobs;
-  WebPage page(options, broadcaster.get(), &jobs);
+  // Notes change files of this user, so that they are accepted from this machine only.
+  const bool can_write_notes = server->is_loopback();
+  WebPage page(options, can_write_notes, broadcaster.get(), &jobs);
   page.Begin();
-  server->Start([&jobs](const viz::WebTarget& target, viz::WebServer::Reply reply) {
-    Serve(target, &jobs, std::move(reply));
-  });
+  viz::WebServer::NoteHandler on_note;
+  if (can_write_notes) {
+    on_note = [&](viz::WebNote note) {
+      const int run = note.run;
+      jobs.RequestNote(std::move(note),
+                       [&page, run](const std::string& error) { page.SetRemark(run, error); });
+    };
+  }
+  server->Start([&jobs](const viz::WebTarget& target,
+                        viz::WebServer::Reply reply) { Serve(target, &jobs, std::move(reply)); },
+                on_note);
   if (!options.is_child) fmt::print("page {}{}  (Ctrl-C ends it)\n", server->url(), opened);
   std::fflush(stdout);
   int code = 0;

@@ -14,7 +14,7 @@
 namespace evalbus::report {
 
 struct WebOptions {
-  // Folders of runs or suites, or a log that is being played; empty: the active run or replay on this
+  // Folders of runs, suites or plans, or a log that is being played; empty: the active run or replay on this
   // machine.
   std::vector<std::filesystem::path> runs;
   // Episode of the one run in `runs` that the page opens first, at its decisive moment.

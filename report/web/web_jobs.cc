@@ -9,6 +9,7 @@
 #include "base/run_layout.h"
 #include "bus/event_log.h"
 #include "bus/message.h"
+#include "results/notes.h"
 #include "viz/viewer/scene_blocks.h"
 
 namespace evalbus::report {
@@ -159,6 +160,31 @@ void WebJobs::Keep(Kept kept) {
     kept_bytes_ -= kept_.back().block->size();
     kept_.pop_back();
   }
+}
+
+std::filesystem::path WebJobs::FolderOf(int run) {
+  const std::lock_guard lock(mutex_);
+  return static_cast<size_t>(run) < runs_.size() ? runs_[static_cast<size_t>(run)].first : fs::path();
+}
+
+void WebJobs::RequestNote(viz::WebNote note, std::function<void(const std::string&)> answer) {
+  Add(
+      [this, note = std::move(note), answer]() -> Answer {
+        const fs::path folder = FolderOf(note.run);
+        std::string error;
+        try {
+          if (folder.empty() || !fs::exists(EpisodeFolder(folder, note.episode))) {
+            throw InputError("there is no folder of this episode");
+          }
+          const std::lock_guard lock(notes_mutex_);
+          results::WriteNote(folder, note.episode, Printable(note.text));
+        } catch (const std::exception& failure) {
+          error =
+              fmt::format("the note on episode {} was not kept: {}", note.episode, Printable(failure.what()));
+        }
+        return [answer, error] { answer(error); };
+      },
+      [answer] { answer("the note was not kept: the disk of the run does not answer"); });
 }
 
 void WebJobs::RequestScene(std::shared_ptr<const model_info_t> model, const fs::path& folder,

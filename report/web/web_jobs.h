@@ -31,6 +31,9 @@ class WebJobs {
   void SetRun(int run, const std::filesystem::path& folder, const std::string& policy);
   // Reads the block of a finished episode from its log. Concurrent requests for an episode share one read.
   void RequestEpisode(int run, int episode, viz::WebServer::Reply reply);
+  // Writes a user's note into the run's folder. `answer` is delivered as those below; its text is empty if
+  // that succeeded. May be called on any thread.
+  void RequestNote(viz::WebNote note, std::function<void(const std::string& error)> answer);
   // Returns a block of a scene; null if the id is unknown.
   viz::SharedBytes Block(const std::string& id) const { return scenes_.FindBlock(id); }
 
@@ -64,6 +67,7 @@ class WebJobs {
   // is_stuck: the episode is still being read.
   void Reply(const Key& key, const viz::WebAnswer& answer, bool is_stuck);
   void Keep(Kept kept);
+  std::filesystem::path FolderOf(int run);
 
   std::mutex mutex_;
   std::vector<Answer> answers_;
@@ -78,6 +82,8 @@ class WebJobs {
   std::list<Kept> kept_;
   size_t kept_bytes_ = 0;
   Scenes scenes_;
+  // Held while notes are written: each note replaces the whole file.
+  std::mutex notes_mutex_;
 
   // Declared last, because its jobs use all other members.
   ReaderThreads threads_{ReaderThreads::Limits{}};

@@ -25,6 +25,7 @@ Json Labeled(const RunLabel& label) {
           {"name", label.name},
           {"policy", label.policy},
           {"is_live", label.is_live},
+          {"is_replaced", label.is_replaced},
           {"remarks", label.remarks},
           {"task", nullptr},
           {"variation", nullptr},
@@ -150,6 +151,14 @@ EpisodeRow RowOf(const episode_summary_t& summary, const std::string& task, cons
   row.text = summary.explanation.text;
   row.cause_time = summary.cause.time_s;
   row.cause_text = summary.cause.text;
+  row.slips = summary.metrics.slip_count;
+  const extended_metrics_t& extended = summary.extended;
+  for (size_t k = 0; k < extended.name.size() && k < extended.value_mixed.size(); ++k) {
+    if (extended.name[k].starts_with("grasp_count")) row.grasps += std::llround(extended.value_mixed[k]);
+  }
+  row.collisions = summary.metrics.env_collision_count + summary.metrics.self_collision_count;
+  row.stages =
+      std::ranges::count_if(summary.metrics.stage_reached, [](auto is_reached) { return is_reached; });
   return row;
 }
 
@@ -171,9 +180,22 @@ std::string EpisodesBlock(int run, size_t from, const std::vector<EpisodeRow>& r
                     {"text", row.text},
                     {"cause_time_s", row.cause_text.empty() ? Json() : Json(row.cause_time)},
                     {"cause_text", row.cause_text.empty() ? Json() : Json(row.cause_text)},
+                    {"slips", row.slips},
+                    {"grasps", row.grasps},
+                    {"collisions", row.collisions},
+                    {"stages", row.stages},
                     {"has_track", row.has_track},
                     {"video", row.video.empty() ? Json() : Json(row.video)}});
   }
+  return block.Bytes();
+}
+
+std::string NotesBlock(int run, const std::map<int, std::string>& notes, bool can_write) {
+  BlockWriter block("notes");
+  block.head()["run"] = run;
+  block.head()["can_write"] = can_write;
+  Json& list = block.head()["notes"] = Json::array();
+  for (const auto& [episode, text] : notes) list.push_back({episode, text});
   return block.Bytes();
 }
 

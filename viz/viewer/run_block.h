@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ struct RunLabel {
   std::string policy;
   // The run is or may be active; false if it is read from disk.
   bool is_live = false;
+  // Other runs on the page now contain its episodes.
+  bool is_replaced = false;
   // One sentence each.
   std::vector<std::string> remarks;
 };
@@ -52,6 +55,8 @@ struct EpisodeRow {
   // Decisive moment (docs/failures.md) and its sentence; the text is empty in runs of versions before 0.3.
   double cause_time = 0;  // s
   std::string cause_text;
+  // Counts of the episode; `stages`: number of stages that were reached.
+  int64_t slips = 0, grasps = 0, collisions = 0, stages = 0;
   // Whether its ticks can be shown.
   bool has_track = true;
   // URL of a video, relative to the page; empty if there is none.
@@ -60,6 +65,9 @@ struct EpisodeRow {
 EpisodeRow RowOf(const episode_summary_t& summary, const std::string& task, const std::string& variation);
 // from: index of the first row in the run's list.
 std::string EpisodesBlock(int run, size_t from, const std::vector<EpisodeRow>& rows);
+
+// notes: text by episode. can_write: the page may change the notes.
+std::string NotesBlock(int run, const std::map<int, std::string>& notes, bool can_write);
 
 // A log line with its time of arrival as displayed ("14:03:07").
 struct LogLine {

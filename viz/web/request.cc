@@ -9,6 +9,8 @@ namespace evalbus::viz {
 namespace {
 
 constexpr size_t kMaxName = 64, kIdLength = 64;
+// Largest index of a run or episode in a message.
+constexpr uint64_t kMaxNumber = 99'999'999;
 
 std::optional<int> WholeNumber(std::string_view text) {
   int number = 0;
@@ -99,7 +101,25 @@ std::optional<int> ParseWatch(std::string_view message) {
   const auto watch = json.find("watch");
   if (watch == json.end() || !watch->is_number_unsigned()) return std::nullopt;
   const auto run = watch->get<uint64_t>();
-  return run <= 1'000'000 ? std::optional(static_cast<int>(run)) : std::nullopt;
+  return run <= kMaxNumber ? std::optional(static_cast<int>(run)) : std::nullopt;
+}
+
+std::optional<WebNote> ParseNote(std::string_view message) {
+  const auto json = nlohmann::json::parse(message, nullptr, false);
+  if (!json.is_object() || json.size() != 1 || !json.contains("note")) return std::nullopt;
+  const auto& note = json["note"];
+  if (!note.is_object() || note.size() != 3 || !note.contains("text") || !note["text"].is_string()) {
+    return std::nullopt;
+  }
+  WebNote parsed{.text = note["text"].get<std::string>()};
+  for (const auto& [key, number] : {std::pair("run", &parsed.run), {"episode", &parsed.episode}}) {
+    const auto value = note.find(key);
+    if (value == note.end() || !value->is_number_unsigned() || value->get<uint64_t>() > kMaxNumber) {
+      return std::nullopt;
+    }
+    *number = value->get<int>();
+  }
+  return parsed;
 }
 
 }  // namespace evalbus::viz

@@ -32,7 +32,13 @@ bool IsLoopbackHost(std::string_view host);
 // Returns whether a page with this Origin header (empty: none was sent) was served by the server at `host`.
 bool IsOwnOrigin(std::string_view origin, std::string_view host);
 
-// Parses {"watch": RUN}, the only message that a page sends; returns nothing for any other text.
+// The messages that a page sends: {"watch": RUN}, and {"note": {"run": RUN, "episode": EPISODE, "text":
+// TEXT}}, which sets a user's note on an episode. Both return nothing for any other text.
 std::optional<int> ParseWatch(std::string_view message);
+struct WebNote {
+  int run = -1, episode = -1;
+  std::string text;
+};
+std::optional<WebNote> ParseNote(std::string_view message);
 
 }  // namespace evalbus::viz

@@ -37,7 +37,7 @@ using boost::system::error_code;
 using std::chrono::steady_clock;
 
 constexpr uint32_t kMaxHeader = 8192;
-constexpr size_t kMaxMessage = 256;
+constexpr size_t kMaxMessage = 8192;
 
 // Generates a token of 128 random bits.
 std::string DrawToken() {
@@ -97,8 +97,9 @@ struct WebServer::Core {
   const std::shared_ptr<UpdateBroadcaster> broadcaster;
   const Limits limits;
   std::string token;
-  bool is_ipv6 = false, is_any = false;
+  bool is_ipv6 = false, is_any = false, is_loopback = true;
   Handler handler;
+  NoteHandler on_note;
   int connections = 0;
   // Connections that wait for their client; the one that has made no progress for longest is in front.
   std::list<Connection*> waiting;
@@ -133,9 +134,14 @@ class WebServer::Core::ViewerSession : public WebSocketSession {
   }
 
   bool OnMessage(std::string_view bytes, bool) override {
-    const auto run = ParseWatch(bytes);
-    if (!run || !allowance_.Take()) return false;
-    core_->broadcaster->Watch(&viewer_, *run);  // unknown runs are ignored
+    if (!allowance_.Take()) return false;
+    if (const auto run = ParseWatch(bytes)) {
+      core_->broadcaster->Watch(&viewer_, *run);  // unknown runs are ignored
+      return true;
+    }
+    std::optional<WebNote> note = core_->on_note ? ParseNote(bytes) : std::nullopt;
+    if (!note) return false;
+    core_->on_note(std::move(*note));
     return true;
   }
 
@@ -320,6 +326,7 @@ void WebServer::Core::Listen() {
   const tcp::endpoint endpoint = found.begin()->endpoint();
   is_ipv6 = endpoint.address().is_v6();
   is_any = endpoint.address().is_unspecified();
+  is_loopback = endpoint.address().is_loopback();
   if (!address.host.empty()) token = DrawToken();
   listener.Listen(endpoint, host());
 }
@@ -368,8 +375,11 @@ std::string WebServer::url() const {
                      core_->token.empty() ? "" : core_->token + "/");
 }
 
-void WebServer::Start(Handler handler) {
+bool WebServer::is_loopback() const { return core_->is_loopback; }
+
+void WebServer::Start(Handler handler, NoteHandler on_note) {
   core_->handler = std::move(handler);
+  core_->on_note = std::move(on_note);
   core_->listener.Start([core = core_.get()](tcp::socket socket) { core->Take(std::move(socket)); });
 }
 

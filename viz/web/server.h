@@ -57,6 +57,8 @@ class WebServer {
   // block; it may call `reply` later and from any thread. All copies of `reply` must be destroyed before the
   // server.
   using Handler = std::function<void(const WebTarget& target, Reply reply)>;
+  // Called on the server's thread with each note that a page sends; must not block.
+  using NoteHandler = std::function<void(WebNote note)>;
 
   // Listens in the current network namespace; does not start a thread yet. Throws InputError if the address
   // does not belong to this machine or its port is in use.
@@ -76,8 +78,11 @@ class WebServer {
   // URL to show to the user: "http://127.0.0.1:8080/".
   std::string url() const;
 
-  // Starts serving until Stop or destruction.
-  void Start(Handler handler);
+  // Whether the server listens on the loopback interface only.
+  bool is_loopback() const;
+
+  // Starts serving until Stop or destruction. Without `on_note`, viewers that send a note are disconnected.
+  void Start(Handler handler, NoteHandler on_note = nullptr);
   void Stop();
   // Must be called when the broadcaster has updates.
   void Wake();

@@ -23,6 +23,19 @@ UpdateBroadcaster::Run& UpdateBroadcaster::At(int run) {
   return *runs_[static_cast<size_t>(run)];
 }
 
+void UpdateBroadcaster::SetBoard(std::string block) {
+  const std::lock_guard lock(mutex_);
+  board_ = Shared(std::move(block));
+  ++board_version_;
+}
+
+void UpdateBroadcaster::SetNotes(int run, std::string block) {
+  const std::lock_guard lock(mutex_);
+  Run& to = At(run);
+  to.notes = Shared(std::move(block));
+  ++to.notes_version;
+}
+
 void UpdateBroadcaster::SetRun(int run, std::string block) {
   const std::lock_guard lock(mutex_);
   Run& to = At(run);
@@ -132,6 +145,11 @@ void UpdateBroadcaster::StopWaiting(Viewer* viewer) {
 SharedBytes UpdateBroadcaster::Next(Viewer* viewer) {
   const std::lock_guard lock(mutex_);
   viewer->seen_.resize(runs_.size());
+  // First, because the page decides by it which view it opens.
+  if (viewer->board_ != board_version_) {
+    viewer->board_ = board_version_;
+    return board_;
+  }
   for (size_t i = 0; i < runs_.size(); ++i) {
     if (!runs_[i]->block || viewer->seen_[i].run == runs_[i]->version) continue;
     viewer->seen_[i].run = runs_[i]->version;
@@ -144,6 +162,10 @@ SharedBytes UpdateBroadcaster::Next(Viewer* viewer) {
   }
   for (size_t i = 0; i < runs_.size(); ++i) {
     const int number = static_cast<int>(i);
+    if (viewer->seen_[i].notes != runs_[i]->notes_version) {
+      viewer->seen_[i].notes = runs_[i]->notes_version;
+      return runs_[i]->notes;
+    }
     if (SharedBytes block = NextOfList(number, runs_[i].get(), &viewer->seen_[i])) return block;
     if (SharedBytes block = NextOfLog(number, *runs_[i], &viewer->seen_[i])) return block;
   }

@@ -34,17 +34,21 @@ class UpdateBroadcaster {
    private:
     friend class UpdateBroadcaster;
     struct Seen {
-      uint64_t run = 0, list = 0;
+      uint64_t run = 0, notes = 0, list = 0;
       size_t episodes = 0;
       uint64_t lines = 0;
     };
     std::vector<Seen> seen_;
+    uint64_t board_ = 0;
     int watched_ = 0;
     // Index of the next tick block of the watched run; not used before a whole episode has been sent.
     bool has_episode_ = false;
     uint64_t next_ticks_ = 0;
     bool waits_for_episode_ = false;
   };
+
+  // Replaces the `board` block, which covers all runs.
+  void SetBoard(std::string block);
 
   // Runs are numbered from 0; using a new number creates the run.
 
@@ -53,6 +57,8 @@ class UpdateBroadcaster {
   // Replaces the episodes from index `from` on.
   void SetEpisodes(int run, size_t from, std::vector<EpisodeRow> episodes);
   size_t num_episodes(int run) const;
+  // Replaces the run's `notes` block.
+  void SetNotes(int run, std::string block);
   // Appends log lines.
   void AddLines(int run, const std::vector<LogLine>& lines);
   // Sets the `episode` block of the current episode, which contains all ticks so far; is_new: it belongs to a
@@ -80,6 +86,8 @@ class UpdateBroadcaster {
   struct Run {
     SharedBytes block;
     uint64_t version = 0;
+    SharedBytes notes;
+    uint64_t notes_version = 0;
     std::vector<EpisodeRow> episodes;
     // A viewer with an older version of the list receives the whole list again.
     uint64_t list_version = 1;
@@ -109,6 +117,8 @@ class UpdateBroadcaster {
   void StopWaiting(Viewer* viewer);
 
   mutable std::mutex mutex_;
+  SharedBytes board_;
+  uint64_t board_version_ = 0;
   std::vector<std::unique_ptr<Run>> runs_;
   int num_viewers_ = 0;
 };

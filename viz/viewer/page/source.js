@@ -1,5 +1,6 @@
 // Sources of blocks: a server (LiveSource) or the page itself (PackedSource). Both notify `listener` with
-// {run, episodes, log, track, ticks, connection} and load blocks and episodes on demand.
+// {run, episodes, log, track, ticks, connection}, a server also with {board, notes}; they load blocks and episodes on
+// demand.
 "use strict";
 
 // Cache of asynchronously created values by key. Failures are not cached.
@@ -60,6 +61,8 @@ Evalbus.LiveSource = class {
     if (block.kind === "run") this.listener.run(block.head);
     if (block.kind === "episodes") this.listener.episodes(block.head);
     if (block.kind === "log") this.listener.log(block.head);
+    if (block.kind === "board") this.listener.board(block.head);
+    if (block.kind === "notes") this.listener.notes(block.head);
     if (block.kind === "episode") {
       const track = new Evalbus.Track(block);
       this.tracks.set(run, track);
@@ -74,6 +77,10 @@ Evalbus.LiveSource = class {
 
   watch(run) {
     if (this.socket && this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ watch: run }));
+  }
+
+  sendNote(run, episode, text) {
+    if (this.socket && this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ note: { run, episode, text } }));
   }
 
   async fetchBlock(path) {

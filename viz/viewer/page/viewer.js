@@ -34,12 +34,17 @@ Evalbus.Viewer = class {
     this.source = new Source({
       run: (head) => this.hearRun(head), episodes: (head) => this.hearEpisodes(head), log: (head) => this.hearLog(head),
       track: (track) => this.hearTrack(track), ticks: (track) => this.hearTicks(track),
+      board: (head) => this.views && this.views.hearBoard(head), notes: (head) => this.hearNotes(head),
       connection: (state) => this.hearConnection(state),
     });
     this.assets = new Evalbus.Assets(this.source);
+    this.notes = new Evalbus.Notes((run, episode, text) => this.source.sendNote(run, episode, text));
+    // A report has no overview and no list of several runs.
+    this.views = this.isPacked ? null : new Evalbus.Views(this);
     this.bindParts();
     // data-open: what a page without a selection in its URL opens.
     this.wanted = this.readHash() || this.readHash(place.dataset.open);
+    if (this.views) this.views.followHash();
     this.player.isFollowing = !this.isPacked && !this.wanted;
     this.player.isPlaying = this.player.isFollowing;
     // Renders only while the viewer is visible: several viewers on a page must not all hold GPU resources.
@@ -113,6 +118,13 @@ Evalbus.Viewer = class {
     if (this.shownRun === null) this.shownRun = head.run;
     this.showRun();
     this.showHead();
+    if (this.views) this.views.update();
+  }
+
+  hearNotes(head) {
+    this.notes.hear(head);
+    if (this.views) this.views.update();
+    this.showTracks();
   }
 
   hearEpisodes(head) {
@@ -120,6 +132,7 @@ Evalbus.Viewer = class {
     run.episodes.length = Math.min(run.episodes.length, head.from);
     for (const row of head.episodes) run.episodes.push({ ...row, run: head.run });
     this.showRun();
+    if (this.views) this.views.update();
     this.openFirst();
   }
 
@@ -291,7 +304,7 @@ Evalbus.Viewer = class {
   // Opens the episode that the URL selects. Without a selection: in a report the first failure, for a
   // finished run its first episode.
   openFirst() {
-    if (this.tracks.length || this.isOpening !== null) return;
+    if (this.tracks.length || this.isOpening !== null || (this.views && !this.views.isPlayer)) return;
     if (this.wanted) {
       const { run, episode, time, other } = this.wanted;
       const row = this.runs.has(run) && this.runs.get(run).episodes.find((one) => one.episode === episode);
@@ -399,6 +412,15 @@ Evalbus.Viewer = class {
     }
   }
 
+  // Resolves to the scene as it is shown, as PNG; to null without an image.
+  imageOfScene() {
+    if (!this.scene || !this.isSceneReady) return Promise.resolve(null);
+    // The browser may clear the canvas after it has shown it.
+    this.scene.isDirty = true;
+    this.scene.draw();
+    return new Promise((done) => this.scene.canvas.toBlob(done, "image/png"));
+  }
+
   noteScene(text) {
     Evalbus.setText(this.parts.note, Evalbus.words(text));
     this.parts.note.hidden = text === "";
@@ -426,7 +448,7 @@ Evalbus.Viewer = class {
 
   showHead() {
     const run = this.runs.get(this.shownRun);
-    const info = run ? run.info : {};
+    const info = this.views && !this.views.isPlayer ? this.views.info() : run ? run.info : {};
     const p = this.parts;
     Evalbus.setText(p.title, Evalbus.words(info.name) || (this.isPacked ? "Episodes" : "evalbus"));
     const task = [Evalbus.words(info.task), Evalbus.words(info.variation)].filter(Boolean).join("/");
@@ -452,7 +474,7 @@ Evalbus.Viewer = class {
     requestAnimationFrame(() => {
       this.isRunDue = false;
       const now = this.runs.get(this.shownRun);
-      if (now) this.runPanel.show([...this.runs.values()], now, this.tracks[0] && this.tracks[0].key, this.tracks[1] && this.tracks[1].key);
+      if (now) this.runPanel.show([...this.runs.values()].filter((one) => !one.info.is_replaced), now, this.tracks[0] && this.tracks[0].key, this.tracks[1] && this.tracks[1].key);
     });
   }
 
@@ -643,7 +665,8 @@ Evalbus.Viewer = class {
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const at = event.target;
-    if (at instanceof HTMLInputElement && at.type !== "checkbox" || at instanceof HTMLSelectElement || this.parts.keys.open) return;
+    if (at instanceof HTMLInputElement && at.type !== "checkbox" || at instanceof HTMLSelectElement || at instanceof HTMLTextAreaElement || this.parts.keys.open) return;
+    if (this.views && (this.views.key(event) || (!this.views.isPlayer && event.key !== "?"))) return;
     // Space and Enter activate the focused control.
     if ((event.key === " " || event.key === "Enter") && at instanceof Element && at.closest("button, summary, input, a")) return;
     const actions = {
@@ -678,6 +701,7 @@ Evalbus.Viewer = class {
   }
 
   followHash() {
+    if (this.views && this.views.followHash()) return;
     const wanted = this.readHash();
     if (!wanted) return;
     this.open(wanted.run, wanted.episode, wanted.time, false)

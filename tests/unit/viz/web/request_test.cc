@@ -102,4 +102,23 @@ TEST(WebRequest, APageSendsOnlyTheRunThatItWatches) {
   }
 }
 
+TEST(WebRequest, NotesAreParsedStrictly) {
+  const auto note = ParseNote(R"({"note": {"run": 2, "episode": 7, "text": "odd \"start\""}})");
+  ASSERT_TRUE(note);
+  EXPECT_EQ(note->run, 2);
+  EXPECT_EQ(note->episode, 7);
+  EXPECT_EQ(note->text, "odd \"start\"");
+  for (const char* other : {"", "{}", "[]", R"({"note": 1})", R"({"note": {"run": 2, "episode": 7}})",
+                            R"({"note": {"run": 2, "episode": 7, "text": 1}})",
+                            R"({"note": {"run": -2, "episode": 7, "text": "a"}})",
+                            R"({"note": {"run": 2, "episode": "7", "text": "a"}})",
+                            R"({"note": {"run": 2, "episode": 7.5, "text": "a"}})",
+                            R"({"note": {"run": 2, "episode": 99999999999, "text": "a"}})",
+                            R"({"note": {"run": 2, "episode": 7, "text": "a", "file": "b"}})",
+                            R"({"note": {"run": 2, "episode": 7, "text": "a"}, "watch": 0})",
+                            "{\"note\": {\"run\": 2, \"episode\": 7, \"text\": \"\xff\"}}"}) {
+    EXPECT_FALSE(ParseNote(other)) << other;
+  }
+}
+
 }  // namespace evalbus::viz::request_test

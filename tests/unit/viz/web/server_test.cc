@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include <future>
 #include <optional>
 
 #include "base/errors.h"
@@ -169,6 +170,32 @@ TEST_F(Server, APageThatSendsAnythingElseIsDisconnected) {
   EXPECT_TRUE(chatty.error());
 }
 
+constexpr char kNote[] = R"({"note": {"run": 0, "episode": 3, "text": "odd"}})";
+
+TEST(WebServer, HandsOverNotesOfItsOwnPageOnly) {
+  WebServer server(WebServer::Address{}, std::make_shared<UpdateBroadcaster>());
+  EXPECT_TRUE(server.is_loopback());
+  std::promise<WebNote> received;
+  server.Start([](const WebTarget&, const WebServer::Reply&) {},
+               [&](WebNote note) { received.set_value(std::move(note)); });
+  const std::string own = "http://localhost:" + std::to_string(server.port());
+  WebClient foreign(server.port(), "http://elsewhere");
+  EXPECT_EQ(foreign.status(), 403);
+  WebClient client(server.port(), own);
+  client.Publish(kNote);
+  std::future<WebNote> note = received.get_future();
+  ASSERT_EQ(note.wait_for(kDeadline), std::future_status::ready);
+  EXPECT_EQ(note.get().text, "odd");
+}
+
+TEST_F(Server, ThatTakesNoNotesDisconnectsAPageThatSendsOne) {
+  Begin();
+  WebClient client(port_, Origin());
+  client.Publish(kNote);
+  client.Read();
+  EXPECT_TRUE(client.error());
+}
+
 TEST_F(Server, TheRunThatIsWatchedIsTheOneThatComes) {
   Begin();
   broadcaster_->SetRun(1, "run 1");
@@ -289,6 +316,11 @@ TEST_F(Server, AViewerThatLeavesIsForgotten) {
   const auto give_up = std::chrono::steady_clock::now() + kDeadline;
   while (broadcaster_->num_viewers() > 0 && std::chrono::steady_clock::now() < give_up) Get(port_, "/");
   EXPECT_EQ(broadcaster_->num_viewers(), 0);
+}
+
+TEST_F(Server, KnowsWhetherOtherMachinesReachIt) {
+  Begin({}, "0.0.0.0");
+  EXPECT_FALSE(server_->is_loopback());
 }
 
 TEST_F(Server, AnyAddressOfTheUsersChoiceHasAToken) {

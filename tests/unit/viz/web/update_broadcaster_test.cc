@@ -192,4 +192,20 @@ TEST(UpdateBroadcaster, TheLastLinesOfALogAreKept) {
   EXPECT_EQ(Head(blocks[0])["lines"][1]["text"], "b");
 }
 
+TEST(UpdateBroadcaster, TheBoardComesFirstAndNotesOncePerChange) {
+  UpdateBroadcaster broadcaster;
+  UpdateBroadcaster::Viewer viewer, late;
+  broadcaster.Enter(&viewer);
+  broadcaster.SetRun(0, "run");
+  broadcaster.SetNotes(0, "notes");
+  broadcaster.SetBoard("board");
+  EXPECT_THAT(TakeAll(&broadcaster, &viewer), ElementsAre("board", "run", "notes"));
+  broadcaster.SetNotes(0, "more notes");
+  broadcaster.SetBoard("board 2");
+  EXPECT_THAT(TakeAll(&broadcaster, &viewer), ElementsAre("board 2", "more notes"));
+  EXPECT_THAT(TakeAll(&broadcaster, &viewer), ElementsAre());
+  broadcaster.Enter(&late);
+  EXPECT_THAT(TakeAll(&broadcaster, &late), ElementsAre("board 2", "run", "more notes"));
+}
+
 }  // namespace evalbus::viz::update_broadcaster_test

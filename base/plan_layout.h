@@ -1,0 +1,25 @@
+// Names in the folder of a plan's results (plans/plan_folder.h), which pages read as well.
+#pragma once
+
+#include <algorithm>
+#include <string>
+
+namespace evalbus {
+
+// The plan, resolved. A folder with this file is a plan's folder.
+inline constexpr char kPlanJson[] = "plan.json";
+// Run folders of single shards, until they are merged.
+inline constexpr char kPartsFolder[] = "parts";
+
+// Name of a task's run folder in a suite: "lift_pot/position" becomes "lift_pot-position".
+inline std::string FolderOfTask(std::string task) {
+  std::replace(task.begin(), task.end(), '/', '-');
+  return task;
+}
+
+// Beginning of the names of a run's shards: "ckpt-1000+lift_pot-position+".
+inline std::string ShardPrefix(const std::string& policy, const std::string& task) {
+  return policy + "+" + FolderOfTask(task) + "+";
+}
+
+}  // namespace evalbus

@@ -1,0 +1,219 @@
+#include "report/web/board.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/errors.h"
+#include "metrics/statistics/holm.h"
+#include "results/comparison.h"
+#include "results/tally.h"
+#include "viz/viewer/block.h"
+
+namespace evalbus::report {
+namespace {
+
+using nlohmann::ordered_json;
+using results::RecordedRun;
+
+// A row of the board.
+struct Policy {
+  std::string name;
+  // One run per task; the finished shards of a run are put together.
+  results::RecordedRuns runs;
+  std::vector<int> numbers;
+  int planned = 0;
+  bool is_over = true;
+};
+
+// Names of the policies that have evaluated a task in more than one of the user's folders.
+std::set<std::string> PoliciesInSeveralSources(const std::vector<BoardRun>& runs) {
+  std::map<std::pair<std::string, std::string>, std::string> source_of;
+  std::set<std::string> names;
+  for (const BoardRun& run : runs) {
+    const auto [entry, is_new] = source_of.emplace(std::pair(run.policy, run.run->task_name()), run.source);
+    if (!is_new && entry->second != run.source) names.insert(run.policy);
+  }
+  return names;
+}
+
+void AddRun(const BoardRun& run, Policy* policy) {
+  policy->numbers.push_back(run.number);
+  policy->is_over = policy->is_over && run.is_over;
+  const auto only = run.run->info.find("only");
+  const bool is_shard = only != run.run->info.end() && only->is_array() && !only->empty();
+  policy->planned += is_shard ? static_cast<int>(only->size()) : run.run->planned;
+  auto same = std::ranges::find(policy->runs.runs, run.run->task_name(), &RecordedRun::task_name);
+  if (same == policy->runs.runs.end()) {
+    policy->runs.runs.push_back(*run.run);
+    policy->runs.runs.back().name = policy->name;
+    return;
+  }
+  same->episodes.insert(same->episodes.end(), run.run->episodes.begin(), run.run->episodes.end());
+  std::ranges::sort(same->episodes, {}, &results::RecordedEpisode::episode);
+}
+
+std::vector<Policy> PoliciesOf(const std::vector<BoardRun>& runs) {
+  const std::set<std::string> ambiguous = PoliciesInSeveralSources(runs);
+  std::vector<Policy> policies;
+  for (const BoardRun& run : runs) {
+    const std::string name =
+        ambiguous.contains(run.policy) ? fmt::format("{} ({})", run.policy, run.source) : run.policy;
+    auto policy = std::ranges::find(policies, name, &Policy::name);
+    if (policy == policies.end()) {
+      policies.push_back({.name = name, .runs = {}, .numbers = {}});
+      policies.back().runs.name = name;
+      policy = std::prev(policies.end());
+    }
+    AddRun(run, &*policy);
+  }
+  return policies;
+}
+
+ordered_json Counted(const metrics::RunSummary& summary, bool is_over) {
+  const metrics::Interval& interval = is_over ? summary.wilson : summary.anytime;
+  const metrics::MetricSummary* time = summary.Find("completion_time");
+  ordered_json json = {{"done", summary.episodes},
+                       {"judged", summary.judged},
+                       {"successes", summary.successes},
+                       {"rate", viz::NumberOrNull(summary.success_rate)},
+                       {"interval", nullptr},
+                       {"time_s", nullptr}};
+  if (summary.judged > 0) json["interval"] = {interval.lower, interval.upper};
+  if (time) json["time_s"] = time->mean;
+  return json;
+}
+
+// Share of slips among the grasps of the complete episodes; null without grasps.
+ordered_json SlipsPerGrasp(const results::RecordedRuns& runs) {
+  double slips = 0, grasps = 0;
+  for (const RecordedRun& run : runs.runs) {
+    for (const results::RecordedEpisode& episode : run.episodes) {
+      if (!episode.complete) continue;
+      for (const auto& [name, value] : episode.result.values) {
+        if (name == "slip_count") slips += value;
+        if (name.starts_with("extended.grasp_count")) grasps += value;
+      }
+    }
+  }
+  return grasps > 0 ? ordered_json(slips / grasps) : ordered_json();
+}
+
+ordered_json Stages(const metrics::RunSummary& summary) {
+  ordered_json stages = ordered_json::array();
+  for (const metrics::StageSummary& stage : summary.stages) {
+    stages.push_back({stage.index, stage.reached});
+  }
+  return stages;
+}
+
+ordered_json Against(const results::SuccessComparison& success, bool is_final) {
+  return {{"difference", viz::NumberOrNull(success.difference)},
+          {"interval",
+           {viz::NumberOrNull(success.difference_95.lower), viz::NumberOrNull(success.difference_95.upper)}},
+          {"paired", success.paired},
+          {"trials", success.trials},
+          {"p", is_final ? ordered_json(success.p_adjusted) : ordered_json()},
+          {"judgment", is_final ? results::Word(success.judgment()) : ""}};
+}
+
+bool HasJudged(const Policy& policy) {
+  return std::ranges::any_of(policy.runs.runs, [](const RecordedRun& run) {
+    return std::ranges::any_of(run.episodes,
+                               [](const auto& episode) { return episode.complete && episode.judged(); });
+  });
+}
+
+// Compares each policy with the baseline; entries that are not comparable have the reason as "remark".
+std::vector<ordered_json> Comparisons(const std::vector<Policy>& policies, size_t baseline, bool is_final) {
+  std::vector<ordered_json> entries(policies.size());
+  std::vector<std::pair<size_t, results::SuccessComparison>> compared;
+  std::vector<double> p;
+  for (size_t i = 0; i < policies.size(); ++i) {
+    if (i == baseline || !HasJudged(policies[i]) || !HasJudged(policies[baseline])) continue;
+    try {
+      compared.emplace_back(i, results::CompareVerdicts(policies[i].runs, policies[baseline].runs).success);
+      p.push_back(compared.back().second.p);
+    } catch (const InputError& error) {
+      entries[i] = {{"remark", error.what()}};
+    }
+  }
+  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
+  for (size_t k = 0; k < compared.size(); ++k) {
+    auto& [i, success] = compared[k];
+    success.SetAdjusted(adjusted[k], compared.size());
+    entries[i] = Against(success, is_final);
+  }
+  return entries;
+}
+
+std::vector<std::string> TasksOf(const std::vector<Policy>& policies) {
+  std::vector<std::string> tasks;
+  for (const Policy& policy : policies) {
+    for (const RecordedRun& run : policy.runs.runs) {
+      if (std::ranges::find(tasks, run.task_name()) == tasks.end()) tasks.push_back(run.task_name());
+    }
+  }
+  return tasks;
+}
+
+ordered_json PolicyJson(const Policy& policy, const std::vector<std::string>& tasks) {
+  ordered_json json = {{"name", policy.name},
+                       {"runs", policy.numbers},
+                       {"planned", policy.planned},
+                       {"is_over", policy.is_over}};
+  ordered_json cells = ordered_json::array();
+  results::Tally all;
+  for (const std::string& task : tasks) {
+    const auto run = std::ranges::find(policy.runs.runs, task, &RecordedRun::task_name);
+    if (run == policy.runs.runs.end()) {
+      cells.push_back(nullptr);
+      continue;
+    }
+    const metrics::RunSummary summary = run->Statistics().Summary(false);
+    cells.push_back(Counted(summary, policy.is_over));
+    cells.back()["stages"] = Stages(summary);
+    all.Add(*run);
+  }
+  json["cells"] = std::move(cells);
+  json["all"] = Counted(all.Summary(), policy.is_over);
+  json["slips_per_grasp"] = SlipsPerGrasp(policy.runs);
+  return json;
+}
+
+}  // namespace
+
+std::string BoardBlock(const std::vector<BoardRun>& runs, const BoardFacts& facts) {
+  const std::vector<Policy> policies = PoliciesOf(runs);
+  const std::vector<std::string> tasks = TasksOf(policies);
+  const bool is_over = std::ranges::all_of(policies, &Policy::is_over);
+  const auto named = std::ranges::find(policies, facts.baseline, &Policy::name);
+  const auto baseline = named == policies.end() ? size_t{0} : static_cast<size_t>(named - policies.begin());
+  const std::vector<ordered_json> against = Comparisons(policies, baseline, is_over && !facts.is_sequential);
+
+  viz::BlockWriter block("board");
+  ordered_json& head = block.head();
+  head["is_over"] = is_over;
+  head["is_sequential"] = facts.is_sequential;
+  head["baseline"] = baseline;
+  head["tasks"] = ordered_json::array();
+  for (const std::string& task : tasks) {
+    std::map<int, std::string> names;
+    for (const BoardRun& run : runs) {
+      if (run.run->task_name() == task) names.insert(run.stage_names.begin(), run.stage_names.end());
+    }
+    ordered_json stages = ordered_json::array();
+    for (const auto& [index, name] : names) stages.push_back({index, name});
+    head["tasks"].push_back({{"name", task}, {"stage_names", std::move(stages)}});
+  }
+  head["policies"] = ordered_json::array();
+  for (size_t i = 0; i < policies.size(); ++i) {
+    head["policies"].push_back(PolicyJson(policies[i], tasks));
+    head["policies"].back()["against"] = against[i];
+  }
+  return block.Bytes();
+}
+
+}  // namespace evalbus::report

@@ -1,0 +1,86 @@
+#include "results/found_runs.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/plan_layout.h"
+#include "base/run_layout.h"
+#include "base/text.h"
+#include "results/run_reader.h"
+
+namespace evalbus::results {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Returns the finished shards of a run, ordered by episode.
+std::vector<FoundRun> ShardsOfRun(const fs::path& plan, const std::string& policy, const std::string& task) {
+  std::vector<FoundRun> shards;
+  std::error_code gone;
+  for (auto entry = fs::directory_iterator(plan / kPartsFolder, gone);
+       !gone && entry != fs::directory_iterator(); entry.increment(gone)) {
+    const std::string name = entry->path().filename().string();
+    if (!name.starts_with(ShardPrefix(policy, task)) || !fs::exists(entry->path() / kRunJson)) continue;
+    shards.push_back({entry->path(), policy, name});
+  }
+  std::ranges::sort(shards, {}, &FoundRun::name);
+  return shards;
+}
+
+// Throws InputError unless `name` can be the name of a folder in the plan's folder.
+void CheckFolderName(const std::string& name, const fs::path& file) {
+  if (!name.empty() && name[0] != '.' && name.find('/') == std::string::npos) return;
+  throw InputError(file.string() + ": \"" + Printable(name) + "\" is not the name of a policy or a task");
+}
+
+FoundRuns FindRunsOfPlan(const fs::path& folder) {
+  const fs::path file = folder / kPlanJson;
+  const auto json = ReadJsonFile(file);
+  FoundRuns found;
+  try {
+    found.baseline = json.at("baseline").get<std::string>();
+    const auto until = json.find("until");
+    found.is_sequential = until != json.end() && !until->is_null();
+    for (const auto& listed : json.at("policies")) {
+      const auto policy = listed.at("name").get<std::string>();
+      CheckFolderName(policy, file);
+      for (const auto& task : json.at("tasks").get<std::vector<std::string>>()) {
+        CheckFolderName(FolderOfTask(task), file);
+        const FoundRun whole = {folder / policy / FolderOfTask(task), policy,
+                                policy + "/" + FolderOfTask(task)};
+        std::vector<FoundRun> shards;
+        if (!fs::exists(whole.folder / kRunJson)) shards = ShardsOfRun(folder, policy, task);
+        if (shards.empty()) shards.push_back(whole);
+        std::ranges::move(shards, std::back_inserter(found.runs));
+      }
+    }
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(file.string() +
+                     ": not a plan that evalbus has written; it needs \"policies\", \"tasks\" "
+                     "and \"baseline\"");
+  }
+  return found;
+}
+
+}  // namespace
+
+bool IsEvaluation(const fs::path& folder) {
+  return fs::exists(folder / kRunJson) || fs::exists(folder / kSuiteJson) || fs::exists(folder / kPlanJson);
+}
+
+FoundRuns FindRuns(const fs::path& folder) {
+  if (fs::exists(folder / kPlanJson)) return FindRunsOfPlan(folder);
+  FoundRuns found;
+  if (!fs::exists(folder / kSuiteJson)) {
+    found.runs.push_back({folder, "", NameOfRun(folder)});
+    return found;
+  }
+  for (const std::string& name : RunsInSuite(folder)) {
+    found.runs.push_back({folder / name, "", NameOfRun(folder) + "/" + name});
+  }
+  return found;
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,239 @@
+#!/usr/bin/env python3
+"""Uses the overview and the list of episodes of `evalbus web` in headless Chromium.
+
+usage: check_board.py EVALBUS PLAN LARGE [FOLDER]
+
+PLAN is the finished folder of a plan with two policies and one task, LARGE a run folder with many episodes and no
+logs. Fails (exit code 1) if the overview shows other results than the run folders, if a link leads elsewhere, if
+keys, filter, notes or saved images do not work, or if the console is not empty. Writes images into FOLDER. Exit
+code 77: skipped, Chromium is not installed.
+"""
+import contextlib
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+from check_viewer import frame, own_addresses, wait_until
+from chromium import SOFTWARE_GL, Browser, complaints, find_chromium
+
+VIEWS = "evalbusViewer.views"
+
+
+@contextlib.contextmanager
+def served(evalbus, *arguments):
+    """Starts `evalbus web` with these arguments; yields its URL."""
+    web = subprocess.Popen([evalbus, "web", *map(str, arguments), "--port", "0"], stdout=subprocess.PIPE, text=True)
+    try:
+        yield re.search(r"http://\S+", web.stdout.readline())[0]
+    finally:
+        web.terminate()
+        web.wait()
+
+
+def open_url(browser, url, width=1280, scheme="light"):
+    browser.screen(width, 900, scheme)
+    browser.call("Page.navigate", url="about:blank")
+    browser.events.clear()
+    browser.call("Page.navigate", url=url)
+    browser.wait_for("Page.loadEventFired")
+    wait_until(browser, f"Boolean(window.evalbusViewer && {VIEWS} && {VIEWS}.board.head)", "there is no board")
+
+
+def press(browser, key, text=None):
+    for kind in ("keyDown", "keyUp"):
+        browser.call("Input.dispatchKeyEvent", type=kind, key=key, **({"text": text or key} if kind == "keyDown" else {}))
+    frame(browser)
+
+
+def episodes_of(run):
+    return [json.loads(line) for line in (run / "episodes.jsonl").read_text().splitlines()]
+
+
+def check_table(browser, plan, policies, found):
+    rows = browser.evaluate("[...document.querySelectorAll('.ev-board-table tbody tr')].map((row) => row.textContent)")
+    if len(rows) != len(policies):
+        found.append(f"the table has {rows}")
+    for row, (policy, run) in zip(rows, policies):
+        summary = json.loads((run / "summary.json").read_text())
+        counts = f"{summary['successes']} of {summary['complete']}"
+        if policy not in row or counts not in row:
+            found.append(f"{policy} has {counts}, its row is {row!r}")
+
+
+def check_seeds(browser, policies, found):
+    cells = browser.evaluate("[...document.querySelectorAll('.ev-seed-line')].map((line) =>"
+                             " [...line.querySelectorAll('a.ev-cell')].map((cell) => cell.dataset.outcome)).filter((line) => line.length)")
+    expected = [["success" if one["metrics"]["success"] else "failure" for one in episodes_of(run)] for _, run in policies]
+    if cells != expected:
+        found.append(f"the matrix has {cells}, the runs {expected}")
+
+
+def check_links(browser, policies, found):
+    """A click on a failure opens it beside the other policy's success, one second before its decisive moment."""
+    failures = [one for one in episodes_of(policies[1][1]) if not one["metrics"]["success"]]
+    first = failures[0]
+    browser.evaluate("document.querySelector('a.ev-cell[data-outcome=failure]').click()")
+    wait_until(browser, "evalbusViewer.tracks.length === 2 && evalbusViewer.summary().hasImage", "the pair is not shown")
+    shown = browser.evaluate("evalbusViewer.tracks.map((track) => [track.head.policy, track.episode])")
+    if shown[0][1] != first["episode"] or shown[1][1] != first["episode"] or shown[0][0] == shown[1][0]:
+        found.append(f"the pair is {shown}")
+    cause = first.get("cause") or {}
+    start_s = max(0, (cause.get("time_s") or first["metrics"]["completion_time"]) - 1)
+    time_s = browser.evaluate("evalbusViewer.tick * evalbusViewer.tracks[0].tickSeconds")
+    if abs(time_s - start_s) > 0.011:
+        found.append(f"it opens at {time_s} s, not at {start_s} s")
+    if not browser.evaluate("location.hash").startswith("#view:"):
+        found.append("the address does not name the episode")
+    browser.evaluate("history.back()")
+    wait_until(browser, f"{VIEWS}.name === 'board' && location.hash === '#/board'", "back does not lead to the overview")
+
+
+def check_keys(browser, policies, found):
+    browser.evaluate("location.hash = '#view:run=0,episode=0,t=0.100'")
+    wait_until(browser, "evalbusViewer.summary().shown[0] === '0/0' && evalbusViewer.summary().hasImage", "the episode is not shown")
+    press(browser, "2")
+    wait_until(browser, "evalbusViewer.summary().shown[0] === '1/0'", "the key 2 does not open the second policy")
+    failing = [one["episode"] for one in episodes_of(policies[1][1]) if not one["metrics"]["success"]]
+    if len(failing) > 1:
+        browser.evaluate(f"location.hash = '#view:run=1,episode={failing[0]},t=0'")
+        wait_until(browser, f"evalbusViewer.summary().shown[0] === '1/{failing[0]}'", "the failure is not shown")
+        press(browser, "j")
+        wait_until(browser, f"evalbusViewer.summary().shown[0] === '1/{failing[1]}'", "j does not lead to the next failure")
+        press(browser, "k")
+        wait_until(browser, f"evalbusViewer.summary().shown[0] === '1/{failing[0]}'", "k does not lead back")
+    image = browser.evaluate("evalbusViewer.imageOfScene().then((blob) => blob.arrayBuffer())"
+                             ".then((bytes) => [...new Uint8Array(bytes.slice(0, 4)), bytes.byteLength])")
+    if image[:4] != [0x89, 0x50, 0x4E, 0x47] or image[4] < 10000:
+        found.append(f"the image of the scene is {image}")
+
+
+def check_filter(browser, policies, found):
+    press(browser, "/")
+    if not browser.evaluate("document.activeElement.classList.contains('ev-filter-text')"):
+        found.append("/ does not lead to the filter")
+    for text, expected in (("slips>0 and time<6", lambda one: one["metrics"]["slip_count"] > 0 and one["metrics"]["completion_time"] < 6),
+                           ("result=failure", lambda one: not one["metrics"]["success"])):
+        browser.evaluate("document.activeElement.select()")
+        browser.call("Input.insertText", text=text)
+        frame(browser)
+        got = browser.evaluate(f"{VIEWS}.episodes.rows.map((row) => [row.run, row.episode])")
+        wanted = [[k, one["episode"]] for k, (_, run) in enumerate(policies) for one in episodes_of(run) if expected(one)]
+        if got != wanted:
+            found.append(f"{text}: {got}, expected {wanted}")
+    browser.evaluate("document.activeElement.select()")
+    browser.call("Input.insertText", text="sips>0")
+    frame(browser)
+    problem = browser.evaluate("document.querySelector('.ev-filter-problem').textContent")
+    if not problem.startswith('character 1: "sips" is not a field'):
+        found.append(f"a wrong filter is reported as {problem!r}")
+    browser.evaluate(f"{VIEWS}.episodes.setFilter('')")
+    browser.evaluate(f"{VIEWS}.episodes.sortBy('time')")
+    times = browser.evaluate(f"{VIEWS}.episodes.rows.map((row) => row.time_s)")
+    if times != sorted(times):
+        found.append(f"sorted by time: {times}")
+    image = browser.evaluate("Evalbus.imageOf(evalbusViewer.parts.app).then((blob) => blob.size)")
+    if image < 5000:
+        found.append(f"the image of the list has {image} bytes")
+
+
+def check_note(browser, run, found):
+    browser.evaluate("location.hash = '#view:run=1,episode=0,t=0.100'")
+    wait_until(browser, "evalbusViewer.summary().shown[0] === '1/0'", "the episode is not shown")
+    press(browser, "m")
+    browser.call("Input.insertText", text="odd <b>start</b>")
+    press(browser, "Enter", "\r")
+    wait_until(browser, "evalbusViewer.notes.of(1, 0) === 'odd <b>start</b>'", "the note does not come back")
+    if json.loads((run / "notes.json").read_text()) != {"0": "odd <b>start</b>"}:
+        found.append(f"the note was kept as {(run / 'notes.json').read_text()!r}")
+    browser.evaluate("location.hash = '#/episodes:note:odd'")
+    wait_until(browser, f"{VIEWS}.episodes.rows.length === 1", "the filter does not find the note")
+    if browser.evaluate("document.querySelectorAll('.ev-table-box b').length"):
+        found.append("a note has become markup")
+
+
+def check_plan(browser, evalbus, plan, folder, found):
+    info = json.loads((plan / "plan.json").read_text())
+    task = info["tasks"][0].replace("/", "-")
+    policies = [(one["name"], plan / one["name"] / task) for one in info["policies"]]
+    with served(evalbus, plan) as url:
+        open_url(browser, url)
+        wait_until(browser, f"{VIEWS}.name === 'board' && document.querySelector('a.ev-cell[data-outcome=failure]')"
+                   f" && {VIEWS}.board.head.is_over", "the overview is not shown")
+        check_table(browser, plan, policies, found)
+        check_seeds(browser, policies, found)
+        for width, scheme in ((390, "light"), (1280, "light"), (1280, "dark"), (1920, "light")):
+            browser.screen(width, 900, scheme)
+            frame(browser)
+            if browser.evaluate("document.documentElement.scrollWidth") > width:
+                found.append(f"wider than {width} pixels")
+            if folder:
+                browser.image(folder / f"board-{width}-{scheme}.png")
+        browser.screen(1280, 900, "light")
+        check_links(browser, policies, found)
+        check_keys(browser, policies, found)
+        check_filter(browser, policies, found)
+        check_note(browser, policies[1][1], found)
+        found += complaints(browser.events, own_addresses(url))
+    with served(evalbus, plan, "--listen", "0.0.0.0") as url:
+        open_url(browser, re.sub(r"//[^:/]+", "//127.0.0.1", url))
+        wait_until(browser, "evalbusViewer.notes.of(1, 0) !== ''", "other machines do not see the note")
+        if browser.evaluate("evalbusViewer.notes.canWrite"):
+            found.append("other machines may write notes")
+    with served(evalbus, policies[0][1]) as url:
+        open_url(browser, url)
+        wait_until(browser, "evalbusViewer.summary().hasImage", "a single run does not open with its episode")
+        if browser.evaluate(f"{VIEWS}.name") != "player":
+            found.append("a single run does not open in the player")
+
+
+def check_large(browser, evalbus, large, folder, found):
+    count = len(episodes_of(large))
+    with served(evalbus, large) as url:
+        # The server has read the folder.
+        open_url(browser, url + "#/board")
+        wait_until(browser, f"{VIEWS}.board.head.policies[0].all.done === {count}", "the server does not read the run")
+        open_url(browser, url + "#/board")
+        wait_until(browser, f"{VIEWS}.board.rows().length === {count} && Boolean(document.querySelector('.ev-band .ev-cell[data-outcome=success]'))",
+                   "the overview is not ready")
+        ready_ms = browser.evaluate("performance.now()")
+        browser.evaluate("location.hash = '#/episodes:result=failure'")
+        wait_until(browser, f"{VIEWS}.episodes.rows.length > 0", "the list is not ready")
+        rows = browser.evaluate("document.querySelectorAll('.ev-table-box .ev-table-row').length")
+        nodes = browser.evaluate("document.querySelectorAll('*').length")
+        if rows > 100 or nodes > 5000:
+            found.append(f"the page has {nodes} elements, the list {rows} rows")
+        if folder:
+            browser.image(folder / "large.png")
+        print(f"{count} episodes: ready {ready_ms:.0f} ms after the request, {nodes} elements")
+        found += complaints(browser.events, own_addresses(url))
+
+
+def main():
+    if len(sys.argv) not in (4, 5):
+        sys.exit("usage: check_board.py EVALBUS PLAN LARGE [FOLDER]")
+    program = find_chromium()
+    evalbus, plan, large = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+    folder = pathlib.Path(sys.argv[4]) if len(sys.argv) == 5 else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    found = []
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        browser = Browser(program, profile, SOFTWARE_GL)
+        try:
+            for domain in ("Page", "Runtime", "Log", "Network"):
+                browser.call(f"{domain}.enable")
+            check_plan(browser, evalbus, plan, folder, found)
+            check_large(browser, evalbus, large, folder, found)
+        finally:
+            browser.close()
+    for complaint in found:
+        print(complaint)
+    print(f"{len(found)} complaints about the overview")
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()

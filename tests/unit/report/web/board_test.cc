@@ -1,0 +1,146 @@
+// The scoreboard of `evalbus web`. Its statistics are those of `results`, so that counts are checked by hand
+// and differences against CompareVerdicts().
+#include "report/web/board.h"
+
+#include <gmock/gmock.h>
+
+#include "metrics/statistics/confidence_sequence.h"
+#include "metrics/statistics/wilson.h"
+#include "results/comparison.h"
+#include "tests/unit/results/compare_fixture.h"
+#include "viz/viewer/block.h"
+
+namespace evalbus::report::board_test {
+
+using nlohmann::ordered_json;
+using results::RecordedRun;
+
+class BoardTest : public results::CompareTest {
+ protected:
+  // An episode's line has three stages, of which a failure reaches the first; grasps and slips as given.
+  RecordedRun Make(const std::string& name, const std::vector<bool>& success, int slips = 0,
+                   const ordered_json& info = results::Info(10)) {
+    std::vector<ordered_json> lines;
+    for (size_t i = 0; i < success.size(); ++i) {
+      const int n = static_cast<int>(i);
+      lines.push_back(results::EpisodeLine(n, success[i],
+                                           {{"completion_time", success[i] ? 4.0 + n : 20.0},
+                                            {"slip_count", slips},
+                                            {"task_stage_reached", {{"1", true}, {"2", success[i]}}}}));
+      lines.back()["extended"]["grasp_count"] = {{"left", 1}, {"right", 1}};
+    }
+    results::WriteRun(folder_.path() / name, info, lines);
+    return results::ReadRun(folder_.path() / name);
+  }
+  static ordered_json Board(const std::vector<BoardRun>& runs, const BoardFacts& facts = {}) {
+    return viz::BlockReader(BoardBlock(runs, facts)).head();
+  }
+};
+
+TEST_F(BoardTest, CountsAndDifferences) {
+  const RecordedRun a = Make("a", First(9, 10)), b = Make("b", First(4, 10), 1);
+  const ordered_json board =
+      Board({{.number = 0,
+              .policy = "expert",
+              .source = "x",
+              .is_over = true,
+              .run = &a,
+              .stage_names = {{2, "pot_lifted"}}},
+             {.number = 1, .policy = "noisy", .source = "y", .is_over = true, .run = &b}});
+  EXPECT_EQ(board["tasks"][0]["name"], "lift_pot/position");
+  EXPECT_EQ(board["tasks"][0]["stage_names"], ordered_json::parse(R"([[2, "pot_lifted"]])"));
+  EXPECT_EQ(board["is_over"], true);
+  const ordered_json &expert = board["policies"][0], &noisy = board["policies"][1];
+  EXPECT_EQ(expert["name"], "expert");
+  EXPECT_EQ(expert["runs"], ordered_json({0}));
+  EXPECT_EQ(expert["against"], nullptr);
+  EXPECT_EQ(expert["cells"][0]["successes"], 9);
+  EXPECT_EQ(expert["cells"][0]["judged"], 10);
+  EXPECT_EQ(expert["cells"][0]["interval"][0], metrics::WilsonInterval(9, 10).lower);
+  EXPECT_EQ(expert["cells"][0]["stages"], ordered_json::parse("[[1, 10], [2, 9]]"));
+  EXPECT_DOUBLE_EQ(expert["all"]["time_s"], 8);  // mean of 4 to 12
+  EXPECT_EQ(expert["slips_per_grasp"], 0.0);
+  EXPECT_EQ(noisy["all"]["rate"], 0.4);
+  EXPECT_EQ(noisy["slips_per_grasp"], 0.5);  // one slip in two grasps
+  const results::SuccessComparison expected =
+      results::CompareVerdicts({.folder = {}, .name = "b", .is_suite = false, .runs = {b}, .missing = {}},
+                               {.folder = {}, .name = "a", .is_suite = false, .runs = {a}, .missing = {}})
+          .success;
+  EXPECT_EQ(noisy["against"]["difference"], -0.5);
+  EXPECT_EQ(noisy["against"]["paired"], true);
+  EXPECT_EQ(noisy["against"]["interval"][0], expected.difference_95.lower);
+  EXPECT_EQ(noisy["against"]["p"], expected.p);
+  EXPECT_EQ(noisy["against"]["judgment"], results::Word(expected.judgment()));
+}
+
+// While episodes are missing, intervals are valid at any time, and nothing is called better or worse.
+TEST_F(BoardTest, ActiveRunsAreNotJudged) {
+  const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10));
+  const std::vector<BoardRun> runs = {
+      {.number = 0, .policy = "a", .source = "x", .is_over = true, .run = &a},
+      {.number = 1, .policy = "b", .source = "x", .is_over = false, .run = &b}};
+  const ordered_json board = Board(runs);
+  EXPECT_EQ(board["is_over"], false);
+  EXPECT_EQ(board["policies"][0]["all"]["interval"][0], metrics::WilsonInterval(10, 10).lower);
+  EXPECT_NE(board["policies"][1]["all"]["interval"][1], metrics::WilsonInterval(0, 10).upper);
+  EXPECT_EQ(board["policies"][1]["against"]["difference"], -1.0);
+  EXPECT_EQ(board["policies"][1]["against"]["p"], nullptr);
+  EXPECT_EQ(board["policies"][1]["against"]["judgment"], "");
+}
+
+TEST_F(BoardTest, APlanThatTestsItselfIsNotTestedAgain) {
+  const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10));
+  const std::vector<BoardRun> runs = {
+      {.number = 0, .policy = "a", .source = "x", .is_over = true, .run = &a},
+      {.number = 1, .policy = "b", .source = "x", .is_over = true, .run = &b}};
+  EXPECT_NE(Board(runs)["policies"][1]["against"]["judgment"], "");
+  EXPECT_EQ(Board(runs, {.baseline = "a", .is_sequential = true})["policies"][1]["against"]["judgment"], "");
+}
+
+TEST_F(BoardTest, TheBaselineIsTheOneOfThePlan) {
+  const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10));
+  const ordered_json board = Board({{.number = 0, .policy = "a", .source = "x", .is_over = true, .run = &a},
+                                    {.number = 1, .policy = "b", .source = "x", .is_over = true, .run = &b}},
+                                   {.baseline = "b", .is_sequential = false});
+  EXPECT_EQ(board["baseline"], 1);
+  EXPECT_EQ(board["policies"][0]["against"]["difference"], 1.0);
+}
+
+// Shards of one run are one cell; runs of one policy in two folders are two rows.
+TEST_F(BoardTest, ShardsAreOneRunAndFoldersAreApart) {
+  ordered_json first_info = results::Info(10), second_info = first_info;
+  first_info["only"] = {0, 1};
+  second_info["only"] = {2, 3, 4};
+  RecordedRun first = Make("first", First(2, 2), 0, first_info),
+              second = Make("second", First(3, 3), 0, second_info);
+  for (results::RecordedEpisode& episode : second.episodes) episode.episode += 2;
+  const ordered_json shards =
+      Board({{.number = 0, .policy = "a", .source = "plan", .is_over = true, .run = &first},
+             {.number = 1, .policy = "a", .source = "plan", .is_over = true, .run = &second}});
+  ASSERT_EQ(shards["policies"].size(), 1u);
+  EXPECT_EQ(shards["policies"][0]["cells"][0]["successes"], 5);
+  EXPECT_EQ(shards["policies"][0]["planned"], 5);
+  EXPECT_EQ(shards["policies"][0]["runs"], ordered_json({0, 1}));
+  const ordered_json apart =
+      Board({{.number = 0, .policy = "a", .source = "runs/x", .is_over = true, .run = &first},
+             {.number = 1, .policy = "a", .source = "runs/y", .is_over = true, .run = &second}});
+  ASSERT_EQ(apart["policies"].size(), 2u);
+  EXPECT_EQ(apart["policies"][1]["name"], "a (runs/y)");
+}
+
+TEST_F(BoardTest, RunsThatCannotBeComparedHaveTheReason) {
+  const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10), 0, results::Info(10, 7, 25));
+  const RecordedRun none = Make("none", {true});
+  RecordedRun empty = none;
+  empty.episodes.clear();
+  const ordered_json board =
+      Board({{.number = 0, .policy = "a", .source = "x", .is_over = true, .run = &a},
+             {.number = 1, .policy = "b", .source = "x", .is_over = true, .run = &b},
+             {.number = 2, .policy = "c", .source = "x", .is_over = true, .run = &empty}});
+  EXPECT_THAT(std::string(board["policies"][1]["against"]["remark"]), testing::HasSubstr("control rate"));
+  EXPECT_EQ(board["policies"][2]["against"], nullptr);
+  EXPECT_EQ(board["policies"][2]["all"]["rate"], nullptr);
+  EXPECT_EQ(board["policies"][2]["all"]["interval"], nullptr);
+}
+
+}  // namespace evalbus::report::board_test

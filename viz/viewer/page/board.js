@@ -1,0 +1,157 @@
+// The overview: policies by tasks with success rates, differences from the baseline, the seeds, and how far the
+// episodes get. Its numbers are those of the block "board"; rows of the lists of episodes fill the matrix of seeds.
+"use strict";
+
+Evalbus.Board = class {
+  // viewer: provides `runs` and `notes`; hover(row, node): shows a tooltip, hover(null) hides it.
+  constructor(place, viewer, hover) {
+    const e = Evalbus.element;
+    this.viewer = viewer;
+    this.progress = e("p", { class: "ev-note" });
+    this.table = e("table", { class: "ev-board-table" });
+    this.remarks = e("div", { class: "ev-board-notes" });
+    this.seeds = new Evalbus.Seeds(viewer, hover);
+    this.funnel = e("div", { class: "ev-funnels" });
+    place.append(e("h1", { class: "ev-board-title" }, "Overview"), this.progress,
+      e("div", { class: "ev-scroll", tabindex: "0", role: "region", "aria-label": "success of the policies" }, this.table), this.remarks,
+      e("h2", {}, "Seeds"), this.seeds.place, e("h2", {}, "How far the episodes get"), this.funnel);
+  }
+
+  hear(head) {
+    this.head = head;
+  }
+
+  // Number of combinations of policy and task.
+  get cells() {
+    return this.head ? this.head.policies.reduce((sum, policy) => sum + policy.cells.filter(Boolean).length, 0) : 0;
+  }
+
+  // The policy that a run belongs to; -1 if none.
+  policyOf(run) {
+    return this.head ? this.head.policies.findIndex((policy) => policy.runs.includes(run)) : -1;
+  }
+
+  // Rows of a policy's episodes, with the policy's name and the note.
+  rowsOf(k) {
+    const policy = this.head.policies[k];
+    return policy.runs.flatMap((run) => (this.viewer.runs.has(run) ? this.viewer.runs.get(run).episodes : []))
+      .map((row) => ({ ...row, policy: policy.name, note: this.viewer.notes.of(row.run, row.episode) }));
+  }
+
+  rows() {
+    return this.head ? this.head.policies.flatMap((_, k) => this.rowsOf(k)) : [];
+  }
+
+  show() {
+    if (!this.head) return;
+    const { policies } = this.head;
+    const done = policies.reduce((sum, policy) => sum + policy.all.done, 0);
+    const planned = policies.reduce((sum, policy) => sum + policy.planned, 0);
+    const count = (n) => n.toLocaleString("en");
+    Evalbus.setText(this.progress, done < planned ? `${count(done)} of ${count(planned)} episodes; intervals are valid at any time`
+      : `${count(done)} episodes; 95 % intervals (Wilson)`);
+    const layout = JSON.stringify(this.head);
+    if (layout !== this.layout) {
+      this.layout = layout;
+      this.showTable();
+      this.showFunnel();
+    }
+    this.seeds.show(this);
+  }
+
+  showTable() {
+    const e = Evalbus.element, { tasks, policies } = this.head;
+    const many = tasks.length > 1;
+    const title = (text, hint) => e("th", { scope: "col", title: hint }, text);
+    const head = e("tr", {}, title("policy"), many ? tasks.map((task) => title(Evalbus.spaced(task.name))) : null,
+      title(many ? "all" : Evalbus.spaced(tasks[0].name)),
+      policies.length > 1 ? title(`vs ${Evalbus.words(policies[this.head.baseline].name)}`, "difference of the success rates in percentage points, with its 95 % interval; over equal seeds if both have them") : null,
+      title("time to success", "mean over the successes"), title("slips per grasp"));
+    this.table.replaceChildren(e("thead", {}, head), e("tbody", {}, policies.map((policy, k) => this.policyRow(policy, k))));
+    const remarks = policies.filter((policy) => policy.against && policy.against.remark)
+      .map((policy) => `${Evalbus.words(policy.name)}: ${Evalbus.words(policy.against.remark)}`);
+    if (this.head.is_sequential) remarks.push("The plan tests its results while it runs; its report has the verdicts.");
+    this.remarks.replaceChildren(...remarks.map((text) => e("p", { class: "ev-remark" }, text)));
+  }
+
+  policyRow(policy, k) {
+    const e = Evalbus.element, { tasks } = this.head;
+    const many = tasks.length > 1;
+    const cell = (label, node, kind) => e("td", { class: kind, "data-label": label }, node);
+    const against = policy.against;
+    return e("tr", {},
+      e("th", { scope: "row" }, e("span", { class: "ev-key" }, String(k + 1)), " ",
+        e("a", { href: Evalbus.listLink(`policy=${Evalbus.filterValue(policy.name)}`) }, Evalbus.words(policy.name))),
+      many ? policy.cells.map((one, t) => cell(Evalbus.spaced(tasks[t].name), this.rate(one, policy, tasks[t].name))) : null,
+      cell(many ? "all" : "success", this.rate(policy.all, policy, many ? null : tasks[0].name), "ev-all"),
+      this.head.policies.length > 1 ? cell("difference", this.difference(against, k), "ev-against") : null,
+      cell("time to success", policy.all.time_s === null ? "–" : `${policy.all.time_s.toFixed(2)} s`, "ev-figure"),
+      cell("slips per grasp", policy.slips_per_grasp === null ? "–" : policy.slips_per_grasp.toFixed(2), "ev-figure"));
+  }
+
+  // A success rate with its counts and a bar with the interval.
+  rate(counted, policy, task) {
+    const e = Evalbus.element;
+    if (!counted) return "";
+    if (!counted.judged) return e("span", { class: "ev-note" }, counted.done ? "not judged" : "no episode yet");
+    const [lower, upper] = counted.interval;
+    const interval = e("i", { class: "ev-interval" }), mark = e("i", { class: "ev-rate-mark" });
+    interval.style.left = `${100 * lower}%`;
+    interval.style.width = `${100 * (upper - lower)}%`;
+    mark.style.left = `${100 * counted.rate}%`;
+    const filter = `policy=${Evalbus.filterValue(policy.name)}${task ? ` task=${Evalbus.filterValue(task)}` : ""}`;
+    const range = Evalbus.percentRange(lower, upper);
+    return e("a", { class: "ev-rate-cell", href: Evalbus.listLink(filter), title: `95 % interval ${range}` },
+      e("span", {}, e("b", {}, Evalbus.percent(counted.rate)), e("span", { class: "ev-counts" }, `${counted.successes.toLocaleString("en")} of ${counted.judged.toLocaleString("en")}`)),
+      e("span", { class: "ev-rate", "aria-hidden": "true" }, interval, mark), e("span", { class: "ev-range" }, range));
+  }
+
+  difference(against, k) {
+    const e = Evalbus.element;
+    if (k === this.head.baseline) return e("span", { class: "ev-note" }, "baseline");
+    if (!against || against.remark || against.difference === null) return "–";
+    const points = (share) => `${share > 0 ? "+" : ""}${(100 * share).toFixed(0)}`.replace(/^-?0$/, "0").replace(/^\+0$/, "0").replace("-", "−");
+    const [lower, upper] = against.interval;
+    const word = against.judgment || (this.head.is_over && !this.head.is_sequential ? "not shown to differ" : "so far");
+    return e("span", {}, e("b", { class: `ev-${against.judgment || "open"}` }, `${points(against.difference)} points`),
+      e("span", { class: "ev-counts" }, `${points(lower)} to ${points(upper)}`),
+      e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, p ${against.p < 0.001 ? "< 0.001" : `= ${against.p.toFixed(3)}`}`}`));
+  }
+
+  // Per task: one line per policy, with the share of its episodes that reached each stage.
+  showFunnel() {
+    const e = Evalbus.element, { tasks, policies } = this.head;
+    this.funnel.replaceChildren(...tasks.map((task, t) => {
+      const names = new Map(task.stage_names);
+      const indices = [...new Set(policies.flatMap((policy) => (policy.cells[t] ? policy.cells[t].stages.map(([index]) => index) : [])))]
+        .sort((a, b) => a - b);
+      if (!indices.length) return null;
+      const bar = (share) => {
+        const fill = e("i", {});
+        fill.style.transform = `scaleX(${share})`;
+        return e("td", {}, e("span", { class: "ev-funnel-bar" }, fill), e("span", { class: "ev-figure" }, Evalbus.percent(share)));
+      };
+      const line = (policy) => {
+        const counted = policy.cells[t];
+        if (!counted || !counted.judged) return null;
+        const reached = new Map(counted.stages);
+        return e("tr", {}, e("th", { scope: "row" }, Evalbus.words(policy.name)),
+          indices.map((index) => bar((reached.get(index) || 0) / counted.judged)), bar(counted.rate));
+      };
+      const stage = (index) => e("th", { scope: "col" }, names.has(index) ? `${index} ${Evalbus.spaced(names.get(index))}` : `stage ${index}`);
+      return e("div", { class: "ev-scroll", tabindex: "0", role: "region", "aria-label": `stages of ${Evalbus.spaced(task.name)}` },
+        e("table", { class: "ev-funnel" }, e("caption", {}, Evalbus.spaced(task.name)),
+          e("thead", {}, e("tr", {}, e("td", {}), indices.map(stage), e("th", { scope: "col" }, "success"))),
+          e("tbody", {}, policies.map(line))));
+    }).filter(Boolean));
+  }
+};
+
+// An interval of shares: "72 to 100 %"; with one decimal if it is narrower than two points.
+Evalbus.percentRange = (lower, upper) => {
+  const decimals = upper - lower < 0.02 ? 1 : 0;
+  return `${(100 * lower).toFixed(decimals)} to ${(100 * upper).toFixed(decimals)} %`;
+};
+
+// Address of the list of episodes with a filter.
+Evalbus.listLink = (filter) => `#/episodes${filter ? `:${encodeURIComponent(filter)}` : ""}`;

@@ -1,0 +1,248 @@
+// The list of all episodes on the page, with filter and sort, and the wall of failures.
+"use strict";
+
+Evalbus.Episodes = class {
+  // board: provides the rows. actions: {hover, changed(filter), edit(row)}.
+  constructor(place, board, thumbnails, actions) {
+    const e = Evalbus.element;
+    this.board = board;
+    this.actions = actions;
+    this.rows = [];
+    this.sort = { name: "", isDown: false };
+    this.filter = e("input", { type: "search", class: "ev-filter-text", placeholder: "slips>0 and time<6", spellcheck: "false",
+      autocomplete: "off", "aria-label": "filter", title: "filter (/)" });
+    this.filter.addEventListener("input", () => {
+      this.apply();
+      actions.changed(this.filter.value);
+    });
+    this.filter.addEventListener("keydown", (event) => {
+      if (event.key === "Escape" || event.key === "Enter") this.box.focus();
+    });
+    this.problem = e("p", { class: "ev-filter-problem", role: "status" });
+    this.count = e("span", { class: "ev-note" });
+    this.asList = e("button", { type: "button", onclick: () => this.setWall(false) }, "List");
+    this.asWall = e("button", { type: "button", onclick: () => this.setWall(true) }, "Failure wall");
+    this.head = e("div", { class: "ev-table-row ev-table-head", role: "row" }, Evalbus.Episodes.COLUMNS.map((column) => {
+      const button = e("button", { type: "button", onclick: () => this.sortBy(column.name) }, column.title);
+      return e("span", { class: `ev-col-${column.name}`, role: "columnheader" }, button);
+    }));
+    this.filler = e("div", { class: "ev-filler" });
+    this.window = e("div", { class: "ev-rows" });
+    this.box = e("div", { class: "ev-table-box", tabindex: "0", role: "rowgroup", "aria-label": "episodes" }, this.filler, this.window);
+    this.table = e("div", { class: "ev-table", role: "table", "aria-label": "episodes" }, e("div", { role: "rowgroup" }, this.head), this.box);
+    this.wall = new Evalbus.Wall(thumbnails, actions.hover);
+    place.append(e("h1", { class: "ev-hidden" }, "Episodes"), e("div", { class: "ev-filter-bar" }, this.filter, this.count, e("span", { class: "ev-segments" }, this.asList, this.asWall)),
+      this.problem, this.table, this.wall.place);
+    this.pool = [];
+    this.box.addEventListener("scroll", () => this.draw(), { passive: true });
+    new ResizeObserver(() => this.draw()).observe(this.box);
+    this.setWall(false);
+  }
+
+  setWall(isWall) {
+    this.isWall = isWall;
+    this.asList.setAttribute("aria-pressed", String(!isWall));
+    this.asWall.setAttribute("aria-pressed", String(isWall));
+    this.table.hidden = isWall;
+    this.wall.place.hidden = !isWall;
+    this.showRows();
+  }
+
+  setFilter(text) {
+    if (this.filter.value === text) return;
+    this.filter.value = text;
+    this.apply();
+  }
+
+  // Takes the current rows of the board.
+  show() {
+    this.all = this.board.rows();
+    this.apply();
+  }
+
+  apply() {
+    let accepts = () => true;
+    try {
+      accepts = Evalbus.parseFilter(this.filter.value);
+      Evalbus.setText(this.problem, "");
+    } catch (error) {
+      if (!(error instanceof Evalbus.FilterError)) throw error;
+      Evalbus.setText(this.problem, error.message);
+    }
+    this.filter.setAttribute("aria-invalid", String(this.problem.textContent !== ""));
+    this.rows = (this.all || []).filter(accepts);
+    const column = Evalbus.Episodes.COLUMNS.find((one) => one.name === this.sort.name);
+    if (column) this.rows.sort((a, b) => Evalbus.Episodes.compare(column.value(a), column.value(b), this.sort.isDown));
+    const count = (list) => list.length.toLocaleString("en");
+    Evalbus.setText(this.count, this.rows.length === (this.all || []).length ? `${count(this.rows)} episodes`
+      : `${count(this.rows)} of ${count(this.all)} episodes`);
+    this.showRows();
+  }
+
+  // Missing values come last in both directions.
+  static compare(a, b, isDown) {
+    const isNone = (value) => value === null || value === undefined || value === "" || Number.isNaN(value);
+    if (isNone(a) || isNone(b)) return isNone(a) - isNone(b);
+    const order = typeof a === "string" ? a.localeCompare(b) : a - b;
+    return isDown ? -order : order;
+  }
+
+  // First click ascending, second descending, third the original order.
+  sortBy(name) {
+    const isSame = this.sort.name === name;
+    this.sort = isSame && this.sort.isDown ? { name: "", isDown: false } : { name, isDown: isSame };
+    this.head.childNodes.forEach((cell, k) => {
+      const isSorted = Evalbus.Episodes.COLUMNS[k].name === this.sort.name;
+      cell.setAttribute("aria-sort", isSorted ? (this.sort.isDown ? "descending" : "ascending") : "none");
+    });
+    this.apply();
+  }
+
+  showRows() {
+    if (this.isWall) {
+      this.wall.show(this.rows.filter((row) => Evalbus.FILTER_TEXTS.result(row) === "failure"));
+      return;
+    }
+    this.filler.style.height = `${this.rows.length * Evalbus.Episodes.ROW}px`;
+    this.draw();
+  }
+
+  // Only the visible rows exist in the DOM.
+  draw() {
+    const { ROW } = Evalbus.Episodes;
+    const first = Math.max(0, Math.floor(this.box.scrollTop / ROW) - 4);
+    const count = Math.min(this.rows.length - first, Math.ceil(Math.min(this.box.clientHeight, 3000) / ROW) + 8);
+    while (this.pool.length < count) this.pool.push(this.makeRow());
+    this.pool.forEach((slot, k) => {
+      slot.node.hidden = k >= count;
+      if (k < count) this.fill(slot, this.rows[first + k]);
+    });
+    this.window.style.transform = `translateY(${first * ROW}px)`;
+  }
+
+  makeRow() {
+    const e = Evalbus.element;
+    const slot = { cells: Evalbus.Episodes.COLUMNS.map((column) => e("span", { class: `ev-col-${column.name}`, role: "cell" })) };
+    // The link covers the whole row (board.css).
+    slot.link = e("a", { class: "ev-row-link" });
+    slot.link.addEventListener("focus", () => this.select(slot.row));
+    slot.cells[0].append(slot.link);
+    slot.node = e("div", { class: "ev-table-row", role: "row" }, slot.cells);
+    this.window.append(slot.node);
+    return slot;
+  }
+
+  fill(slot, row) {
+    slot.row = row;
+    const canOpen = row.has_track !== false;
+    const link = canOpen ? Evalbus.episodeLink(row) : null;
+    if (link) slot.link.href = link;
+    else slot.link.removeAttribute("href");
+    slot.link.setAttribute("aria-label", `${Evalbus.words(row.policy)}, episode ${row.episode}: ${Evalbus.FILTER_TEXTS.result(row)}`);
+    Evalbus.Episodes.COLUMNS.forEach((column, k) => Evalbus.setText(k === 0 ? slot.link : slot.cells[k], column.text(row)));
+    slot.cells[0].dataset.outcome = Evalbus.FILTER_TEXTS.result(row);
+    slot.node.title = Evalbus.words(row.cause_text || row.text);
+    slot.node.setAttribute("aria-selected", String(Boolean(this.selected) && Evalbus.keyOf(row) === this.selected));
+  }
+
+  select(row) {
+    this.selected = row ? Evalbus.keyOf(row) : null;
+    this.draw();
+  }
+
+  // The next row in this direction, from the episode `key` ("run/episode") on, that `accepts` returns true for.
+  neighbor(key, way, accepts) {
+    const at = this.rows.findIndex((row) => Evalbus.keyOf(row) === key);
+    for (let k = at < 0 && way < 0 ? this.rows.length - 1 : at + way; k >= 0 && k < this.rows.length; k += way) {
+      if (accepts(this.rows[k])) return this.rows[k];
+    }
+    return null;
+  }
+
+  reveal(row) {
+    const { ROW } = Evalbus.Episodes;
+    const top = this.rows.indexOf(row) * ROW;
+    if (top < this.box.scrollTop) this.box.scrollTop = top;
+    if (top + ROW > this.box.scrollTop + this.box.clientHeight) this.box.scrollTop = top + ROW - this.box.clientHeight;
+    this.select(row);
+  }
+};
+
+Evalbus.keyOf = (row) => `${row.run}/${row.episode}`;
+Evalbus.isFailure = (row) => row.complete && !row.success && row.has_track !== false;
+
+Evalbus.Episodes.ROW = 30;  // px; as in board.css
+Evalbus.Episodes.COLUMNS = [
+  { name: "result", title: "result", value: Evalbus.FILTER_TEXTS.result,
+    text: (row) => ({ success: "✓", failure: "✕", incomplete: "–" }[Evalbus.FILTER_TEXTS.result(row)]) },
+  { name: "policy", title: "policy", value: (row) => row.policy, text: (row) => Evalbus.words(row.policy) },
+  { name: "task", title: "task", value: Evalbus.FILTER_TEXTS.task, text: (row) => Evalbus.spaced(Evalbus.FILTER_TEXTS.task(row)) },
+  { name: "episode", title: "episode", value: (row) => row.episode, text: (row) => String(row.episode) },
+  { name: "reason", title: "reason", value: Evalbus.FILTER_TEXTS.reason, text: (row) => Evalbus.spaced(Evalbus.FILTER_TEXTS.reason(row)) },
+  { name: "time", title: "time", value: (row) => row.time_s, text: (row) => Evalbus.seconds(row.time_s) },
+  { name: "slips", title: "slips", value: (row) => row.slips, text: (row) => String(row.slips) },
+  { name: "grasps", title: "grasps", value: (row) => row.grasps, text: (row) => String(row.grasps) },
+  { name: "stages", title: "stages", value: (row) => row.stages, text: (row) => String(row.stages) },
+  { name: "text", title: "note, cause", value: (row) => row.note || "",
+    text: (row) => (row.note ? `✎ ${Evalbus.words(row.note)}` : Evalbus.words(row.cause_text || row.text)) },
+];
+
+// Failures as images of their decisive moments, grouped by reason; the one under the pointer moves.
+Evalbus.Wall = class {
+  constructor(thumbnails, hover) {
+    this.thumbnails = thumbnails;
+    this.hover = hover;
+    this.place = Evalbus.element("div", { class: "ev-wall" });
+    this.waiting = [];
+    thumbnails.onIdle = () => this.drawNext();
+  }
+
+  show(rows) {
+    const layout = rows.map(Evalbus.keyOf).join();
+    if (layout === this.layout) return;
+    this.layout = layout;
+    const groups = new Map();
+    for (const row of rows) {
+      const reason = Evalbus.FILTER_TEXTS.reason(row);
+      groups.set(reason, [...(groups.get(reason) || []), row]);
+    }
+    this.waiting = [];
+    const e = Evalbus.element;
+    this.place.replaceChildren(...[...groups].sort((a, b) => b[1].length - a[1].length).flatMap(([reason, list]) => {
+      const more = list.length - Evalbus.Wall.PER_REASON;
+      return [e("h3", {}, `${Evalbus.spaced(reason)} (${list.length.toLocaleString("en")})`),
+        e("div", { class: "ev-cards" }, list.slice(0, Evalbus.Wall.PER_REASON).map((row) => this.card(row))),
+        more > 0 ? e("p", {}, e("a", { href: Evalbus.listLink(`reason=${Evalbus.filterValue(reason)}`) }, `${more.toLocaleString("en")} more in the list`)) : null];
+    }).filter(Boolean));
+    if (!rows.length) this.place.replaceChildren(e("p", { class: "ev-note" }, "No failure matches."));
+    this.drawNext();
+  }
+
+  card(row) {
+    const e = Evalbus.element;
+    const canvas = e("canvas", { width: "240", height: "180", "aria-hidden": "true" });
+    const image = e("span", { class: "ev-card-image" }, canvas);
+    const link = row.has_track === false ? null : Evalbus.episodeLink(row);
+    const card = e("a", { class: "ev-failure", href: link }, image,
+      e("b", {}, `${Evalbus.words(row.policy)} · episode ${row.episode}`), e("span", {}, Evalbus.words(row.cause_text || row.text)));
+    if (link) {
+      this.waiting.push([row, canvas]);
+      card.addEventListener("pointerenter", () => this.thumbnails.play(row, image));
+      card.addEventListener("pointerleave", () => this.thumbnails.stop());
+    }
+    return card;
+  }
+
+  async drawNext() {
+    if (this.isDrawing) return;
+    this.isDrawing = true;
+    while (this.waiting.length && !this.thumbnails.isPlaying && this.place.offsetParent !== null) {
+      const [row, canvas] = this.waiting[0];
+      const isDrawn = await this.thumbnails.still(row, canvas);
+      if (isDrawn !== null && this.waiting.length && this.waiting[0][1] === canvas) this.waiting.shift();
+    }
+    this.isDrawing = false;
+  }
+};
+
+Evalbus.Wall.PER_REASON = 12;

@@ -1,0 +1,129 @@
+// Filters of the list of episodes: "slips>0 and time<6", "reason:slip not policy=expert", "seed=7 or note:odd".
+// Pure: a filter is parsed into a function of a row.
+"use strict";
+
+// Fields by name; rows without a value match no comparison. `time` and `moment` are in seconds.
+Evalbus.FILTER_NUMBERS = {
+  time: (row) => row.time_s, moment: (row) => row.cause_time_s, slips: (row) => row.slips, grasps: (row) => row.grasps,
+  collisions: (row) => row.collisions, stages: (row) => row.stages, seed: (row) => row.seed, episode: (row) => row.episode,
+};
+Evalbus.FILTER_TEXTS = {
+  policy: (row) => row.policy, task: (row) => `${row.task}/${row.variation}`,
+  result: (row) => (!row.complete ? "incomplete" : row.success ? "success" : "failure"),
+  reason: (row) => row.failure_reason || (row.success ? "" : row.end_reason), note: (row) => row.note,
+  text: (row) => row.cause_text || row.text,
+};
+
+// Thrown by parseFilter; `at` is the index of the character in the text.
+Evalbus.FilterError = class extends Error {
+  constructor(at, message) {
+    super(`character ${at + 1}: ${message}`);
+    this.at = at;
+  }
+};
+
+// Case and the difference between "_" and " " do not matter.
+Evalbus.plainText = (text) => String(text === null || text === undefined ? "" : text).toLowerCase().replace(/_/g, " ");
+
+Evalbus.filterTokens = (text) => {
+  const pattern = /\s*(?:(\()|(\))|(<=|>=|!=|[<>=:])|"([^"]*)"|([^\s()<>=:!"]+))/y;
+  const tokens = [];
+  while (text.slice(pattern.lastIndex).trim() !== "") {
+    const from = pattern.lastIndex;
+    const match = pattern.exec(text);
+    const at = from + /^\s*/.exec(text.slice(from))[0].length;
+    if (!match) {
+      throw new Evalbus.FilterError(at, text[at] === "\"" ? "the quotation mark is not closed" : `"${text[at]}" is not expected here`);
+    }
+    const [, open, close, operator, quoted, word] = match;
+    tokens.push(open || close ? { kind: open || close, at } : operator ? { kind: "operator", text: operator, at }
+      : quoted !== undefined ? { kind: "text", text: quoted, at } : { kind: "word", text: word, at });
+  }
+  return tokens;
+};
+
+// Parses terms joined by "and" (which may be omitted) and "or", with "not" and parentheses. A term is FIELD
+// OPERATOR VALUE, or a word that any text of the row contains. Returns a function of a row; throws FilterError.
+Evalbus.parseFilter = (text) => {
+  const tokens = Evalbus.filterTokens(text);
+  let next = 0;
+  const isWord = (word) => next < tokens.length && tokens[next].kind === "word" && tokens[next].text.toLowerCase() === word;
+  const either = () => {
+    const parts = [all()];
+    while (isWord("or")) {
+      ++next;
+      parts.push(all());
+    }
+    return parts.length === 1 ? parts[0] : (row) => parts.some((part) => part(row));
+  };
+  const all = () => {
+    const parts = [term()];
+    while (next < tokens.length && tokens[next].kind !== ")" && !isWord("or")) {
+      if (isWord("and")) ++next;
+      parts.push(term());
+    }
+    return parts.length === 1 ? parts[0] : (row) => parts.every((part) => part(row));
+  };
+  const term = () => {
+    if (next >= tokens.length || isWord("and") || isWord("or") || ["operator", ")"].includes(tokens[next].kind)) {
+      const token = tokens[next];
+      throw new Evalbus.FilterError(token ? token.at : text.length, "expected a condition, for example slips>0 or reason:slip");
+    }
+    if (isWord("not")) {
+      ++next;
+      const part = term();
+      return (row) => !part(row);
+    }
+    const token = tokens[next++];
+    if (token.kind === "(") {
+      const part = either();
+      if (next >= tokens.length) throw new Evalbus.FilterError(token.at, "the parenthesis is not closed");
+      ++next;
+      return part;
+    }
+    const operator = tokens[next];
+    if (token.kind !== "word" || !operator || operator.kind !== "operator") return Evalbus.containsText(token.text);
+    const value = tokens[++next];
+    if (!value || !["word", "text"].includes(value.kind)) {
+      throw new Evalbus.FilterError(value ? value.at : text.length, `expected a value after ${token.text}${operator.text}`);
+    }
+    ++next;
+    return Evalbus.filterTerm(token, operator, value);
+  };
+  if (!tokens.length) return () => true;
+  const filter = either();
+  if (next < tokens.length) throw new Evalbus.FilterError(tokens[next].at, "there is no parenthesis to close");
+  return filter;
+};
+
+Evalbus.containsText = (text) => {
+  const wanted = Evalbus.plainText(text);
+  const fields = Object.values(Evalbus.FILTER_TEXTS);
+  return (row) => fields.some((field) => Evalbus.plainText(field(row)).includes(wanted));
+};
+
+Evalbus.filterTerm = (name, operator, value) => {
+  const key = name.text.toLowerCase();
+  const number = Object.hasOwn(Evalbus.FILTER_NUMBERS, key) && Evalbus.FILTER_NUMBERS[key];
+  const field = Object.hasOwn(Evalbus.FILTER_TEXTS, key) && Evalbus.FILTER_TEXTS[key];
+  if (number) {
+    const limit = Number(value.text);
+    if (value.text.trim() === "" || Number.isNaN(limit)) {
+      throw new Evalbus.FilterError(value.at, `${key} is a number; "${value.text}" is not`);
+    }
+    const compare = { "<": (a) => a < limit, ">": (a) => a > limit, "<=": (a) => a <= limit, ">=": (a) => a >= limit,
+      "=": (a) => a === limit, ":": (a) => a === limit, "!=": (a) => a !== limit }[operator.text];
+    return (row) => Number.isFinite(number(row)) && compare(number(row));
+  }
+  if (!field) {
+    const known = [...Object.keys(Evalbus.FILTER_NUMBERS), ...Object.keys(Evalbus.FILTER_TEXTS)].join(", ");
+    throw new Evalbus.FilterError(name.at, `"${name.text}" is not a field; the fields are ${known}`);
+  }
+  const wanted = Evalbus.plainText(value.text);
+  const compare = { ":": (text) => text.includes(wanted), "=": (text) => text === wanted, "!=": (text) => text !== wanted }[operator.text];
+  if (!compare) throw new Evalbus.FilterError(operator.at, `${key} is a text; use : (contains), = or !=`);
+  return (row) => compare(Evalbus.plainText(field(row)));
+};
+
+// A value as a filter's term writes it.
+Evalbus.filterValue = (text) => `"${String(text).replace(/"/g, "")}"`;

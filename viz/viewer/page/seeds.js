@@ -1,0 +1,137 @@
+// The matrix of seeds: rows are policies, columns seeds; a cell is a check mark, or the letter of the failure
+// reason. A click shows the episode beside the best policy on its seed.
+"use strict";
+
+// Returns a letter for each reason, most frequent first: the initial of one of its words if that is free, else the
+// first free letter.
+Evalbus.lettersOf = (reasons) => {
+  const letters = new Map(), used = new Set();
+  for (const reason of reasons) {
+    const words = Evalbus.spaced(reason).toUpperCase().split(" ");
+    const wanted = [...words.map((word) => word[0]), ...words.join(""), ..."ABCDEFGHIJKLMNOPQRSTUVWXYZ"];
+    const letter = wanted.find((one) => /[A-Z]/.test(one || "") && !used.has(one)) || "?";
+    used.add(letter);
+    letters.set(reason, letter);
+  }
+  return letters;
+};
+
+// Returns the row to show beside `row`: among the other policies' episodes with its seed the fastest success, else
+// the first; null if there is none.
+Evalbus.partnerOf = (row, rows) => {
+  const others = rows.filter((one) => one && one !== row && one.policy !== row.policy && one.has_track !== false);
+  const best = others.filter((one) => one.success && one.complete).sort((a, b) => a.time_s - b.time_s)[0];
+  return best || others[0] || null;
+};
+
+Evalbus.episodeLink = (row, other) => `#view:run=${row.run},episode=${row.episode},t=${Evalbus.startOf(row).toFixed(3)}`
+  + (other ? `,other=${other.run}/${other.episode}/beside` : "");
+
+Evalbus.Seeds = class {
+  constructor(viewer, hover) {
+    const e = Evalbus.element;
+    this.viewer = viewer;
+    this.hover = hover;
+    this.most = Evalbus.Seeds.PAGE;
+    this.onlyDifferent = e("input", { type: "checkbox" });
+    this.onlyDifferent.addEventListener("change", () => this.redraw());
+    this.legend = e("p", { class: "ev-legend" });
+    this.tasks = e("div", { class: "ev-matrices" });
+    this.place = e("div", { class: "ev-seeds" }, e("div", { class: "ev-seed-tools" }, this.legend,
+      e("label", {}, this.onlyDifferent, " only seeds on which the policies differ")), this.tasks);
+    this.rowOf = new WeakMap();  // by cell
+    for (const kind of ["pointerover", "focusin"]) {
+      this.tasks.addEventListener(kind, (event) => this.hover(this.rowOf.get(event.target) || null, event.target));
+    }
+    for (const kind of ["pointerleave", "focusout"]) this.tasks.addEventListener(kind, () => this.hover(null));
+    new ResizeObserver(() => this.place.clientWidth !== this.width && this.redraw()).observe(this.place);
+  }
+
+  show(board) {
+    this.board = board;
+    const state = JSON.stringify([board.head.policies.map((policy) => [policy.name, policy.runs.map((run) =>
+      (this.viewer.runs.has(run) ? this.viewer.runs.get(run).episodes.length : 0))]), board.head.tasks.length]);
+    if (state === this.state) return;
+    this.state = state;
+    this.redraw();
+  }
+
+  redraw() {
+    if (!this.board || !this.place.clientWidth) return;
+    this.width = this.place.clientWidth;
+    const { policies, tasks } = this.board.head;
+    const rows = policies.map((_, k) => this.board.rowsOf(k));
+    const counts = new Map();
+    for (const row of rows.flat()) {
+      const reason = Evalbus.FILTER_TEXTS.reason(row);
+      if (row.complete && !row.success) counts.set(reason, (counts.get(reason) || 0) + 1);
+    }
+    const reasons = [...counts].sort((a, b) => b[1] - a[1] || (a[0] < b[0] ? -1 : 1));
+    this.letters = Evalbus.lettersOf(reasons.map(([reason]) => reason));
+    this.showLegend(reasons, rows.flat().some((row) => !row.complete));
+    this.onlyDifferent.parentElement.hidden = policies.length < 2;
+    this.tasks.replaceChildren(...tasks.map((task) => this.matrix(task.name, policies,
+      rows.map((list) => list.filter((row) => `${row.task}/${row.variation}` === task.name)))));
+  }
+
+  showLegend(reasons, hasIncomplete) {
+    const e = Evalbus.element;
+    this.legend.replaceChildren(e("span", {}, e("i", { class: "ev-cell", "data-outcome": "success" }, "✓"), " success"),
+      ...reasons.map(([reason, count]) => e("a", { href: Evalbus.listLink(`reason=${Evalbus.filterValue(reason)}`) },
+        e("i", { class: "ev-cell", "data-outcome": "failure" }, this.letters.get(reason)), ` ${Evalbus.spaced(reason)} (${count.toLocaleString("en")})`)),
+      hasIncomplete ? e("span", {}, e("i", { class: "ev-cell", "data-outcome": "incomplete" }, "–"), " not scored") : "");
+  }
+
+  // rows: of each policy.
+  matrix(task, policies, rows) {
+    const e = Evalbus.element;
+    const bySeed = new Map();
+    rows.forEach((list, k) => list.forEach((row) => {
+      if (!bySeed.has(row.seed)) bySeed.set(row.seed, []);
+      bySeed.get(row.seed)[k] = row;
+    }));
+    let columns = [...bySeed.values()].sort((a, b) => a.find(Boolean).episode - b.find(Boolean).episode);
+    if (this.onlyDifferent.checked) {
+      columns = columns.filter((column) => new Set(column.filter((row) => row && row.complete).map((row) => row.success)).size > 1);
+    }
+    const shown = columns.slice(0, this.most);
+    const perBand = Math.max(5, 5 * Math.floor((this.width - Evalbus.Seeds.NAME) / Evalbus.Seeds.CELL / 5));
+    const bands = [];
+    for (let from = 0; from < shown.length; from += perBand) bands.push(this.band(shown.slice(from, from + perBand), policies));
+    const more = columns.length - shown.length;
+    const showMore = () => {
+      this.most += 5 * Evalbus.Seeds.PAGE;
+      this.redraw();
+    };
+    return e("div", {}, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, "no such seed"),
+      more > 0 ? e("p", { class: "ev-segments" }, e("button", { type: "button", onclick: showMore }, `${more.toLocaleString("en")} more seeds`)) : null);
+  }
+
+  band(columns, policies) {
+    const e = Evalbus.element;
+    const line = (policy, k) => e("div", { class: "ev-seed-line" }, e("span", { class: "ev-seed-policy", title: Evalbus.words(policy.name) },
+      Evalbus.words(policy.name)), columns.map((column) => this.cell(column[k], column)));
+    const first = columns.map((column) => column.find(Boolean).episode);
+    return e("div", { class: "ev-band" }, e("div", { class: "ev-seed-line", "aria-hidden": "true" },
+      e("span", { class: "ev-seed-policy ev-note" }, "episode"),
+      first.map((episode, i) => e("span", { class: "ev-cell ev-seed-number" }, i % 5 === 0 ? String(episode) : ""))),
+    policies.map(line));
+  }
+
+  cell(row, column) {
+    if (!row) return Evalbus.element("span", { class: "ev-cell", "data-outcome": "none" });
+    const outcome = Evalbus.FILTER_TEXTS.result(row);
+    const reason = Evalbus.FILTER_TEXTS.reason(row);
+    const sign = outcome === "success" ? "✓" : outcome === "failure" ? this.letters.get(reason) : "–";
+    const canOpen = row.has_track !== false;
+    const cell = Evalbus.element(canOpen ? "a" : "span", { class: row.note ? "ev-cell ev-noted" : "ev-cell", "data-outcome": outcome,
+      href: canOpen ? Evalbus.episodeLink(row, Evalbus.partnerOf(row, column)) : null,
+      "aria-label": `${Evalbus.words(row.policy)}, episode ${row.episode}: ${Evalbus.spaced(outcome === "success" ? "success" : reason)}` }, sign);
+    this.rowOf.set(cell, row);
+    return cell;
+  }
+};
+
+Evalbus.Seeds.PAGE = 200;  // seeds that are shown at first
+Evalbus.Seeds.CELL = 20;  // px; as in board.css
+Evalbus.Seeds.NAME = 132;

@@ -1,0 +1,101 @@
+// Small 3D images of the seconds around the moment that decided an episode. One renderer draws them all, one at a
+// time.
+"use strict";
+
+// The moment that decided the episode (s): that of its cause, else its end; null if neither is known.
+Evalbus.momentOf = (row) => (Number.isFinite(row.cause_time_s) ? row.cause_time_s : row.time_s);
+
+// Links lead to one second before that moment.
+Evalbus.startOf = (row) => Math.max(0, (Evalbus.momentOf(row) || 0) - 1);
+
+Evalbus.Thumbnails = class {
+  // load(run, episode): resolves to a Track.
+  constructor(source, load, palette) {
+    this.source = source;
+    this.load = load;
+    this.palette = palette;
+    this.place = Evalbus.element("div", { class: "ev-thumbnail", "aria-hidden": "true" });
+    // Holds the place, outside the window, while nothing is played: the renderer needs its size.
+    this.home = Evalbus.element("div", { class: "ev-thumbnail-home" }, this.place);
+    this.isPlaying = false;
+    this.onIdle = () => {};
+    this.queue = Promise.resolve();
+  }
+
+  // Returns whether this browser can draw them.
+  begin() {
+    if (this.scene || this.isUnable) return Boolean(this.scene);
+    try {
+      this.scene = new Evalbus.SceneView(this.place, new Evalbus.Assets(this.source), this.palette());
+      Object.assign(this.scene.layers, { trails: false, shadows: false, highlight: false, contacts: false });
+      this.scene.ratio = 1;
+    } catch (error) {
+      this.isUnable = true;
+    }
+    return Boolean(this.scene);
+  }
+
+  // Shows a row's decisive seconds in `parent`, in a loop, until another call or stop().
+  async play(row, parent) {
+    const turn = this.turn = (this.turn || 0) + 1;
+    if (!this.begin()) return;
+    this.isPlaying = true;
+    parent.append(this.place);
+    this.place.classList.remove("ev-ready");
+    const isShown = await this.enqueue(() => (turn === this.turn ? this.prepare(row) : false));
+    if (!isShown || turn !== this.turn) return;
+    const from = Evalbus.startOf(row), span = 2, begin = performance.now();
+    const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const frame = (now) => {
+      if (turn !== this.turn || !this.track) return;
+      const elapsed = isCalm ? 1 : ((now - begin) / 1000) % (span + 0.4);
+      this.draw(from + Math.min(span, elapsed));
+      this.place.classList.add("ev-ready");
+      if (!isCalm) requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  stop() {
+    this.turn = (this.turn || 0) + 1;
+    if (!this.isPlaying) return;
+    this.isPlaying = false;
+    this.place.classList.remove("ev-ready");
+    this.home.append(this.place);
+    this.onIdle();
+  }
+
+  // Draws the decisive moment of a row into a canvas of the same shape. Resolves to false if there is no image,
+  // and to null if play() came in between.
+  still(row, canvas) {
+    if (!this.begin()) return Promise.resolve(false);
+    return this.enqueue(async () => {
+      if (this.isPlaying || !canvas.isConnected) return null;
+      if (!await this.prepare(row)) return false;
+      if (this.isPlaying) return null;
+      this.draw(Evalbus.momentOf(row) || 0);
+      canvas.getContext("2d").drawImage(this.scene.canvas, 0, 0, canvas.width, canvas.height);
+      return true;
+    });
+  }
+
+  // Runs one job after another, because they share the scene; a failed one counts as false.
+  enqueue(job) {
+    const done = this.queue.then(job).catch(() => false);
+    this.queue = done;
+    return done;
+  }
+
+  async prepare(row) {
+    const track = await this.load(row.run, row.episode);
+    if (!track.head.scene || !await this.scene.show([track], false)) return false;
+    this.track = track;
+    this.scene.home();
+    return true;
+  }
+
+  draw(time_s) {
+    this.scene.update([Math.min(time_s / this.track.tickSeconds, this.track.last)], [-1]);
+    this.scene.draw();
+  }
+};

@@ -1,0 +1,217 @@
+// The views of the page: overview, list of episodes, player. The address selects one: #/board, #/episodes:FILTER,
+// #view:...
+"use strict";
+
+Evalbus.Views = class {
+  constructor(viewer) {
+    const e = Evalbus.element;
+    this.viewer = viewer;
+    this.app = viewer.parts.app;
+    this.name = "player";
+    const link = (name, text, href) => e("a", { href, "data-view": name }, text);
+    this.nav = e("nav", { class: "ev-nav", hidden: "", "aria-label": "views" }, link("board", "Overview", "#/board"),
+      link("episodes", "Episodes", "#/episodes"), link("player", "Player", "#/player"));
+    this.boardPlace = e("section", { class: "ev-board", "aria-label": "overview" });
+    this.listPlace = e("section", { class: "ev-all-episodes", "aria-label": "episodes" });
+    this.tip = e("div", { class: "ev-hover", role: "tooltip", hidden: "" });
+    viewer.parts.app.querySelector(".ev-head").insertBefore(this.nav, viewer.parts.rate);
+    this.app.append(this.boardPlace, this.listPlace, this.tip, viewer.notes.dialog);
+    this.thumbnails = new Evalbus.Thumbnails(viewer.source, (run, episode) => viewer.trackOf(run, episode), () => viewer.palette);
+    this.app.append(this.thumbnails.home);
+    const hover = (row, node) => this.hover(row, node);
+    this.board = new Evalbus.Board(this.boardPlace, viewer, hover);
+    this.episodes = new Evalbus.Episodes(this.listPlace, this.board, this.thumbnails, {
+      changed: (filter) => history.replaceState(null, "", Evalbus.listLink(filter)),
+    });
+    this.choose("player");
+  }
+
+  get isPlayer() {
+    return this.name === "player";
+  }
+
+  hearBoard(head) {
+    const isFirst = !this.board.head;
+    this.board.hear(head);
+    this.nav.hidden = false;
+    // A page of several runs opens with the overview, unless its address or the user has chosen something else.
+    if (isFirst && this.board.cells > 1 && !location.hash && !this.viewer.tracks.length) {
+      history.replaceState(null, "", "#/board");
+      this.choose("board");
+    }
+    this.viewer.showHead();
+    this.update();
+  }
+
+  // Shows new data, at most ten times per second.
+  update() {
+    if (this.isPlayer || this.timer) return;
+    this.timer = setTimeout(() => {
+      this.timer = null;
+      this.show();
+    }, 100);
+  }
+
+  show() {
+    if (this.name === "board") this.board.show();
+    if (this.name === "episodes") this.episodes.show();
+  }
+
+  // All runs together, like the head of a "run" block, for the head of the page.
+  info() {
+    const { policies, tasks, is_over } = this.board.head || { policies: [], tasks: [] };
+    const count = (list, one, more) => `${list.length} ${list.length === 1 ? one : more}`;
+    return { name: "evalbus", task: `${count(policies, "policy", "policies")}, ${count(tasks, "task", "tasks")}`, is_over,
+      is_live: [...this.viewer.runs.values()].some((run) => run.info.is_live) };
+  }
+
+  choose(name) {
+    // A hidden field must not take the keys of the new view.
+    const focused = document.activeElement;
+    if (name !== this.name && focused && this.app.contains(focused)) focused.blur();
+    this.name = name;
+    this.app.dataset.view = name;
+    for (const link of this.nav.children) {
+      if (link.dataset.view === name) link.setAttribute("aria-current", "page");
+      else link.removeAttribute("aria-current");
+    }
+    this.hover(null);
+    this.show();
+    this.viewer.showHead();
+    if (name === "player") this.viewer.openFirst();
+  }
+
+  // Returns whether the address selects a view other than an episode.
+  followHash() {
+    let hash = location.hash;
+    try {
+      hash = decodeURIComponent(hash);
+    } catch (error) {
+      // Ignores fragments that are not validly percent-encoded, as the player does.
+    }
+    const match = /^#\/(board|episodes|player)(?::(.*))?$/.exec(hash);
+    if (!match) {
+      if (hash.startsWith("#view:")) this.choose("player");
+      return false;
+    }
+    if (match[1] === "episodes") this.episodes.setFilter(match[2] || "");
+    this.choose(match[1]);
+    return true;
+  }
+
+  // Shows a row's outcome and its decisive seconds beside a node; null hides it.
+  hover(row, node) {
+    clearTimeout(this.hoverTimer);
+    if (!row) {
+      this.tip.hidden = true;
+      this.thumbnails.stop();
+      return;
+    }
+    const e = Evalbus.element;
+    const outcome = Evalbus.FILTER_TEXTS.result(row);
+    const image = e("div", { class: "ev-tip-image" });
+    this.tip.replaceChildren(e("b", {}, `${Evalbus.words(row.policy)} · episode ${row.episode}`),
+      e("span", { class: "ev-note" }, `seed ${row.seed}`),
+      e("span", {}, Evalbus.words(row.cause_text || row.text) || Evalbus.spaced(outcome)),
+      ...(row.note ? [e("span", { class: "ev-noted-text" }, `✎ ${Evalbus.words(row.note)}`)] : []), image);
+    this.tip.hidden = false;
+    const box = node.getBoundingClientRect(), tip = this.tip.getBoundingClientRect();
+    const left = Math.max(8, Math.min(box.left, window.innerWidth - tip.width - 8));
+    const isAbove = box.bottom + tip.height + 8 > window.innerHeight && box.top > tip.height + 8;
+    this.tip.style.transform = `translate(${left}px, ${isAbove ? box.top - tip.height - 6 : box.bottom + 6}px)`;
+    image.hidden = row.has_track === false;
+    // Waits until the pointer rests, because the server reads the episode's log.
+    if (!image.hidden) this.hoverTimer = setTimeout(() => this.thumbnails.play(row, image), 250);
+  }
+
+  // ---- keys of the page; returns whether it was one of them
+
+  key(event) {
+    const { key } = event;
+    if (!this.board.head) return false;
+    const actions = {
+      j: () => this.goToFailure(1), k: () => this.goToFailure(-1), "/": () => this.search(),
+      s: () => this.save(), m: () => this.editNote(), b: () => { location.hash = "#/board"; },
+    };
+    const policy = /^[1-9]$/.test(key) ? Number(key) - 1 : -1;
+    if (policy >= 0 && policy < this.board.head.policies.length) this.goToPolicy(policy);
+    else if (Object.hasOwn(actions, key)) actions[key]();
+    else return false;
+    event.preventDefault();
+    return true;
+  }
+
+  search() {
+    if (this.name !== "episodes") location.hash = Evalbus.listLink(this.episodes.filter.value);
+    this.episodes.filter.focus();
+    this.choose("episodes");
+    this.episodes.filter.select();
+  }
+
+  // In the player: opens the next failure that the filter accepts. Elsewhere: selects it in the list.
+  goToFailure(way) {
+    this.episodes.show();
+    const shown = this.isPlayer && this.viewer.tracks[0] ? this.viewer.tracks[0].key : this.episodes.selected;
+    const row = this.episodes.neighbor(shown, way, Evalbus.isFailure);
+    if (!row) return;
+    this.episodes.select(row);
+    if (this.isPlayer) location.hash = Evalbus.episodeLink(row);
+    else if (this.name === "board") location.hash = Evalbus.listLink(this.episodes.filter.value);
+    this.episodes.reveal(row);
+  }
+
+  // In the player: the same task and seed of another policy. Elsewhere: the list of its episodes.
+  goToPolicy(k) {
+    const track = this.viewer.tracks[0];
+    if (!this.isPlayer || !track) {
+      location.hash = Evalbus.listLink(`policy=${Evalbus.filterValue(this.board.head.policies[k].name)}`);
+      return;
+    }
+    const row = this.board.rowsOf(k).find((one) => one.seed === track.head.seed && one.task === track.head.task
+      && one.variation === track.head.variation && one.has_track !== false);
+    if (row) location.hash = Evalbus.episodeLink(row);
+  }
+
+  editNote() {
+    const key = this.isPlayer ? this.viewer.tracks[0] && this.viewer.tracks[0].key : this.episodes.selected;
+    const row = key && this.board.rows().find((one) => Evalbus.keyOf(one) === key);
+    if (!row) return;
+    if (!this.viewer.notes.canWrite) this.viewer.complain(new Error("notes can be written only from the machine of the server"));
+    else this.viewer.notes.edit(row.run, row.episode, `${Evalbus.words(row.policy)}, episode ${row.episode}`);
+  }
+
+  // Saves an image of the scene, or of the whole view.
+  async save() {
+    const blob = this.isPlayer ? await this.viewer.imageOfScene() : await Evalbus.imageOf(this.app);
+    if (!blob) return;
+    const track = this.viewer.tracks[0];
+    const name = this.isPlayer ? `${Evalbus.words(track.head.policy)}-episode-${track.episode}-tick-${this.viewer.tick}` : this.name;
+    const link = Evalbus.element("a", { href: URL.createObjectURL(blob), download: `${name.replace(/[^\w.-]+/g, "_")}.png` });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  }
+};
+
+// Renders an element as PNG: a copy of it, with the style sheets, inside an SVG image.
+Evalbus.imageOf = async (node) => {
+  const width = node.clientWidth, height = node.scrollHeight;
+  const copy = node.cloneNode(true);
+  const canvases = copy.querySelectorAll("canvas");
+  node.querySelectorAll("canvas").forEach((canvas, k) => {
+    canvases[k].replaceWith(Evalbus.element("img", { src: canvas.toDataURL(), width: canvas.clientWidth, height: canvas.clientHeight }));
+  });
+  const rules = [...document.styleSheets].flatMap((sheet) => [...sheet.cssRules]).map((rule) => rule.cssText).join("\n");
+  const outer = Evalbus.element("div", { class: "evalbus-viewer ev-whole-page" }, Evalbus.element("style", {}, rules), copy);
+  const markup = new XMLSerializer().serializeToString(outer);
+  const svg = `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}">`
+    + `<foreignObject width="100%" height="100%">${markup}</foreignObject></svg>`;
+  const image = new Image();
+  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
+  await image.decode();
+  const canvas = Evalbus.element("canvas", { width, height });
+  const context = canvas.getContext("2d");
+  context.fillStyle = getComputedStyle(node).backgroundColor;
+  context.fillRect(0, 0, width, height);
+  context.drawImage(image, 0, 0);
+  return new Promise((done) => canvas.toBlob(done, "image/png"));
+};
