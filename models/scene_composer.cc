@@ -5,6 +5,7 @@
 #include <map>
 
 #include "base/errors.h"
+#include "models/inferred_inertials.h"
 #include "models/mjcf_file.h"
 #include "models/mjcf_part.h"
 #include "models/mjcf_schema.h"
@@ -311,23 +312,7 @@ void SceneComposer::Exclude(const std::string& body, const std::string& other) {
 }
 
 void SceneComposer::SetInertials(const mjModel& model) {
-  // Body ids are in document order, starting with the world.
-  int id = -1;
-  ForEach(impl_->sections["worldbody"], [&](XMLElement* element) {
-    if (!Is(element, "body") && !Is(element, "worldbody")) return;
-    ++id;
-    if (id == 0 || model.body_mass[id] == 0 || element->FirstChildElement("inertial")) return;
-    const auto numbers = [id](const mjtNum* values, int n) {
-      return Join(std::vector<double>(values + n * id, values + n * (id + 1)));
-    };
-    XMLElement* inertial = impl_->document.NewElement("inertial");
-    element->InsertFirstChild(inertial);
-    Set(inertial, kSourceAttribute, SourceOf(element));
-    Set(inertial, "mass", NumberText(model.body_mass[id]));
-    Set(inertial, "pos", numbers(model.body_ipos, 3));
-    Set(inertial, "quat", numbers(model.body_iquat, 4));
-    Set(inertial, "diaginertia", numbers(model.body_inertia, 3));
-  });
+  mjcf::AddInferredInertials(impl_->sections["worldbody"], model);
 }
 
 std::string SceneComposer::ToXml(bool discard_visual) const {

@@ -7,6 +7,7 @@
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/run_layout.h"
+#include "models/inferred_inertials.h"
 #include "models/model_info.h"
 #include "models/mujoco_errors.h"
 
@@ -15,27 +16,16 @@ namespace {
 
 // MuJoCo 2.2 has no implicitfast, so the composed scene has implicit where RoboEval has implicitfast.
 constexpr bool kHasImplicitFast = mjVERSION_HEADER >= 233;
+// Versions infer different volumes, and so masses, from meshes that are not convex. 2.2 wrote the composed
+// scene.
+constexpr bool kInfersOtherVolumes = mjVERSION_HEADER / 10 != 22;
 
-std::string XmlFor(const std::filesystem::path& file, bool discard_visual) {
-  tinyxml2::XMLDocument document;
-  if (document.Parse(ReadInput(file, "composed scene").c_str()) != tinyxml2::XML_SUCCESS) {
-    throw InputError(file.string() + ": not valid XML (" + document.ErrorName() + ")");
-  }
-  tinyxml2::XMLElement* root = document.RootElement();
-  if (discard_visual) root->FirstChildElement("compiler")->SetAttribute("discardvisual", "true");
-  tinyxml2::XMLElement* option = root->FirstChildElement("option");
-  if (const char* integrator = option->Attribute("integrator");
-      kHasImplicitFast && integrator && std::string(integrator) == "implicit") {
-    option->SetAttribute("integrator", "implicitfast");
-  }
+ModelPtr Compile(const tinyxml2::XMLDocument& document, const std::filesystem::path& file,
+                 std::vector<std::string>* warnings) {
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
-  return printer.CStr();
-}
-
-ModelPtr Compile(const std::filesystem::path& file, bool discard_visual, std::vector<std::string>* warnings) {
   const VfsPtr vfs = MakeVfs();
-  AddToVfs("scene.xml", XmlFor(file, discard_visual), vfs.get());
+  AddToVfs("scene.xml", printer.CStr(), vfs.get());
   const MujocoCompileGuard guard(warnings);
   char message[2000] = "";
   ModelPtr model(mj_loadXML("scene.xml", vfs.get(), message, sizeof(message)));
@@ -54,9 +44,24 @@ Scene BuildScene(const TaskDescription&, const RobotDescription&) {
 Scene LoadScene(const TaskDescription& task, const RobotDescription& robot, const std::filesystem::path& run,
                 const std::string&, const std::string&) {
   const std::filesystem::path file = run / kModelFolder / kSceneXml;
+  tinyxml2::XMLDocument document;
+  if (document.Parse(ReadInput(file, "composed scene").c_str()) != tinyxml2::XML_SUCCESS) {
+    throw InputError(file.string() + ": not valid XML (" + document.ErrorName() + ")");
+  }
+  tinyxml2::XMLElement* root = document.RootElement();
+  tinyxml2::XMLElement* option = root->FirstChildElement("option");
+  if (const char* integrator = option->Attribute("integrator");
+      kHasImplicitFast && integrator && std::string(integrator) == "implicit") {
+    option->SetAttribute("integrator", "implicitfast");
+  }
+  tinyxml2::XMLElement* worldbody = root->FirstChildElement("worldbody");
+  const bool infer = kInfersOtherVolumes && mjcf::RemoveInferredInertials(worldbody);
+
   Scene scene;
-  scene.physics = Compile(file, true, &scene.warnings);
-  scene.visual = Compile(file, false, &scene.warnings);
+  scene.visual = Compile(document, file, &scene.warnings);
+  if (infer) mjcf::AddInferredInertials(worldbody, *scene.visual);
+  root->FirstChildElement("compiler")->SetAttribute("discardvisual", "true");
+  scene.physics = Compile(document, file, &scene.warnings);
   scene.info = DescribeModel(task, robot, *scene.physics);
   return scene;
 }
