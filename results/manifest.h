@@ -20,7 +20,7 @@ inline constexpr char kManifestJson[] = "manifest.json";
 bool IsResultsFolder(const std::filesystem::path& folder);
 
 // The files of a results folder, as paths relative to it and in order, and the results folders below it.
-// Without manifest.json and temporary files.
+// Without manifest.json, temporary files, and users' notes, which may change at any time.
 struct FolderContents {
   std::vector<std::string> files;
   std::vector<std::string> folders;
