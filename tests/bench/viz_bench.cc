@@ -40,7 +40,8 @@ viz::OverlayText Text() {
   viz::OverlayText text;
   text.title = "lift_pot/position";
   text.subtitle = "episode 3, seed 1234567890";
-  text.stages = {{"left_gripper_touches_pot", true}, {"right_gripper_touches_pot", true}, {"pot_lifted", false}};
+  text.stages = {
+      {"left_gripper_touches_pot", true}, {"right_gripper_touches_pot", true}, {"pot_lifted", false}};
   text.counts = {{"slips", 2}, {"collisions with the scene", 0}, {"self collisions", 0}};
   return text;
 }
