@@ -30,8 +30,8 @@ void WriteNote(const std::filesystem::path& run, int episode, const std::string&
 class NotesFollower {
  public:
   explicit NotesFollower(std::filesystem::path run) : run_(std::move(run)) {}
-  // Returns nothing if the file is unchanged since the last call; the first call returns all notes. Throws InputError as ReadNotes() does, once per
-  // change.
+  // Returns nothing if the file is unchanged since the last call; the first call returns all notes. Throws
+  // InputError as ReadNotes() does, once per change.
   std::optional<Notes> Update();
 
  private:
