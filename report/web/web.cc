@@ -92,6 +92,9 @@ class ShownRun {
     follower_.reset();
     Publish();
   }
+  // Whether this entry shows the folder's run; false after SetReplaced(), since a merged run may take the
+  // folder of one that its shards replaced.
+  bool shows(const fs::path& path) const { return found_.folder == path && !is_replaced_; }
   bool has_bus() const { return bus_ != nullptr; }
   const std::string& url() const { return url_; }
   bool is_on(const LiveRun& run) const { return has_bus() && url_ == run.url; }
@@ -387,7 +390,7 @@ class WebPage {
       if (!found.baseline.empty()) board_facts_ = {found.baseline, found.is_sequential};
       for (const results::FoundRun& run : found.runs) {
         if (runs_.size() >= kMaxRuns) continue;
-        const auto is_same = [&](const auto& shown) { return shown->folder() == run.folder; };
+        const auto is_same = [&](const auto& shown) { return shown->shows(run.folder); };
         if (std::ranges::none_of(runs_, is_same)) Add(run, source, "");
         FollowBuses(run, source, LiveRunsOf(live, run.folder));
       }
@@ -413,7 +416,7 @@ class WebPage {
       bool is_followed = false;
       int workers = 0;
       for (const auto& run : runs_) {
-        if (run->folder() != found.folder) continue;
+        if (!run->shows(found.folder)) continue;
         ++workers;
         is_followed = is_followed || run->is_on(bus);
         const bool is_gone =
