@@ -696,7 +696,7 @@ Evalbus.Viewer = class {
     const episode = Number(values.episode);
     if (!Number.isInteger(episode)) return null;
     const other = /^(\d+)\/(\d+)(?:\/(beside))?$/.exec(values.other || "");
-    return { run: Number(values.run || 0), episode, time: values.t === undefined ? 0 : Number(values.t) || 0,
+    return { run: Number(values.run || 0), episode, time: values.t === undefined ? undefined : Number(values.t) || 0,
       other: other && [Number(other[1]), Number(other[2]), Boolean(other[3])] };
   }
 
