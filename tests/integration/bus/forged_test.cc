@@ -85,7 +85,7 @@ class Forger {
     for (const int64_t session : {int64_t{0}, model_.session + 1}) {
       model_info_t model = model_;
       model.session = session;
-      model.message_version = 7;
+      model.message_version = model_info_t::VERSION + 1;
       Publish(channels::kModel, model);
       model = model_;
       model.session = session;
