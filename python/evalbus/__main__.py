@@ -5,19 +5,9 @@ import pathlib
 import signal
 import sys
 
+from evalbus.program import environment
+
 PROGRAM = pathlib.Path(__file__).resolve().parent / "bin" / "evalbus"
-
-
-def environment():
-    """Environment for the program: the process's own, and where PyPI's ffmpeg is, for machines without ffmpeg."""
-    own = dict(os.environ)
-    try:
-        import imageio_ffmpeg
-
-        own.setdefault("EVALBUS_FFMPEG", imageio_ffmpeg.get_ffmpeg_exe())
-    except (ImportError, RuntimeError):
-        pass  # The program reports a missing ffmpeg when it needs one.
-    return own
 
 
 def main():

@@ -37,6 +37,18 @@ def find_program() -> str:
     raise ProgramError("the program evalbus was not found: add its folder to PATH, or set EVALBUS_BIN to it")
 
 
+def environment():
+    """Environment for the program: the process's own, and where PyPI's ffmpeg is, for machines without ffmpeg."""
+    own = dict(os.environ)
+    try:
+        import imageio_ffmpeg
+
+        own.setdefault("EVALBUS_FFMPEG", imageio_ffmpeg.get_ffmpeg_exe())
+    except (ImportError, RuntimeError):
+        pass  # The program reports a missing ffmpeg when it needs one.
+    return own
+
+
 def words(options: dict) -> List[str]:
     """Command-line options: {"workers": 2, "in_process": True} is --workers 2 --in-process; None is left out."""
     result = []
@@ -62,6 +74,7 @@ class Program:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._errors,
+                env=environment(),
                 # Ctrl-C reaches this process only, which then stops the program in order.
                 start_new_session=True,
             )
