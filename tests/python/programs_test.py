@@ -31,7 +31,8 @@ class ProgramsTest(unittest.TestCase):
         self.package = self.folder / "evalbus"
         self.package.mkdir()
         (self.package / "__init__.py").touch()
-        shutil.copy(support.SOURCE / "python/evalbus/__main__.py", self.package)
+        for file in ("__main__.py", "program.py", "errors.py"):
+            shutil.copy(support.SOURCE / "python/evalbus" / file, self.package)
 
     def add_program(self):
         program = self.package / "bin/evalbus"
