@@ -4,13 +4,14 @@
 #include <array>
 #include <charconv>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 namespace evalbus::viz {
 namespace {
 
 constexpr size_t kMaxName = 64, kIdLength = 64;
-// Largest index of a run or episode in a message.
-constexpr uint64_t kMaxNumber = 99'999'999;
+// Largest index of a run, and of an episode, in a message.
+constexpr uint64_t kMaxRun = 1'000'000, kMaxEpisode = 99'999'999;
 
 std::optional<int> WholeNumber(std::string_view text) {
   int number = 0;
@@ -101,7 +102,7 @@ std::optional<int> ParseWatch(std::string_view message) {
   const auto watch = json.find("watch");
   if (watch == json.end() || !watch->is_number_unsigned()) return std::nullopt;
   const auto run = watch->get<uint64_t>();
-  return run <= kMaxNumber ? std::optional(static_cast<int>(run)) : std::nullopt;
+  return run <= kMaxRun ? std::optional(static_cast<int>(run)) : std::nullopt;
 }
 
 std::optional<WebNote> ParseNote(std::string_view message) {
@@ -112,9 +113,10 @@ std::optional<WebNote> ParseNote(std::string_view message) {
     return std::nullopt;
   }
   WebNote parsed{.text = note["text"].get<std::string>()};
-  for (const auto& [key, number] : {std::pair("run", &parsed.run), {"episode", &parsed.episode}}) {
+  for (const auto& [key, number, max] :
+       {std::tuple("run", &parsed.run, kMaxRun), {"episode", &parsed.episode, kMaxEpisode}}) {
     const auto value = note.find(key);
-    if (value == note.end() || !value->is_number_unsigned() || value->get<uint64_t>() > kMaxNumber) {
+    if (value == note.end() || !value->is_number_unsigned() || value->get<uint64_t>() > max) {
       return std::nullopt;
     }
     *number = value->get<int>();

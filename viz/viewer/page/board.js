@@ -100,7 +100,7 @@ Evalbus.Board = class {
     interval.style.width = `${100 * (upper - lower)}%`;
     mark.style.left = `${100 * counted.rate}%`;
     const filter = `policy=${Evalbus.filterValue(policy.name)}${task ? ` task=${Evalbus.filterValue(task)}` : ""}`;
-    const range = Evalbus.percentRange(lower, upper);
+    const range = Evalbus.percentRange([lower, upper]);
     return e("a", { class: "ev-rate-cell", href: Evalbus.listLink(filter), title: `95 % interval ${range}` },
       e("span", {}, e("b", {}, Evalbus.percent(counted.rate)), e("span", { class: "ev-counts" }, `${counted.successes.toLocaleString("en")} of ${counted.judged.toLocaleString("en")}`)),
       e("span", { class: "ev-rate", "aria-hidden": "true" }, interval, mark), e("span", { class: "ev-range" }, range));
@@ -145,12 +145,6 @@ Evalbus.Board = class {
           e("tbody", {}, policies.map(line))));
     }).filter(Boolean));
   }
-};
-
-// An interval of shares: "72 to 100 %"; with one decimal if it is narrower than two points.
-Evalbus.percentRange = (lower, upper) => {
-  const decimals = upper - lower < 0.02 ? 1 : 0;
-  return `${(100 * lower).toFixed(decimals)} to ${(100 * upper).toFixed(decimals)} %`;
 };
 
 // Address of the list of episodes with a filter.
