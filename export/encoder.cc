@@ -23,8 +23,6 @@ using Kind = viz::TrackEvent::Kind;
 
 constexpr int64_t kNsPerUs = 1000;
 constexpr char kWorld[] = "world";
-// Indexed by TrackEvent::Kind.
-constexpr const char* kKinds[] = {"stage", "slip", "grasp", "release", "collision", "self_collision", "end"};
 // Levels of foxglove.Log, indexed by log_t.level.
 constexpr int kLevels[] = {1, 2, 3, 4};
 constexpr double kMarkDiameter_m = 0.008, kNormalLength_m = 0.05;
@@ -354,14 +352,14 @@ void Encoder::EmitEvents() {
   // The summary knows some events more precisely, but published events cannot be changed.
   const bool only_end = track_->summary() != nullptr;
   for (const viz::TrackEvent& event : track_->Events()) {
-    if ((event.kind == Kind::kEnd) != only_end) continue;
-    const auto kind = static_cast<int>(event.kind);
-    if (!emitted_events_.emplace(kind, event.tick, event.text).second) continue;
+    const bool is_of_end = event.kind == Kind::kEnd || event.kind == Kind::kCause;
+    if (is_of_end != only_end) continue;
+    if (!emitted_events_.emplace(static_cast<int>(event.kind), event.tick, event.text).second) continue;
     const int64_t time = std::max<int64_t>(0, std::llround(event.time * 1e6) * kNsPerUs);
     EmitJson(kEvents, time,
              {{"timestamp", TimeJson(time)},
               {"tick", event.tick},
-              {"kind", kKinds[kind]},
+              {"kind", viz::Word(event.kind)},
               {"text", event.text},
               {"gripper", event.gripper},
               {"object", event.object},

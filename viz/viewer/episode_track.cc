@@ -24,10 +24,6 @@ constexpr int64_t kSameTouch_us = 100'000;
 // If scores are missing or were lost, ticks this far behind the newest STATE are output without scores.
 constexpr int64_t kMaxUnscoredTicks = 50;
 
-// In the order of TrackEvent::Kind.
-constexpr const char* kKindWords[] = {"stage",     "slip",           "grasp", "release",
-                                      "collision", "self_collision", "cause", "end"};
-
 int16_t Fraction(double value) {
   return static_cast<int16_t>(std::lround(std::clamp(value, -1.0, 1.0) * kUnit));
 }
@@ -39,6 +35,12 @@ bool IsFinite(std::span<const double> values) {
 const char* BetterWord(Better better) { return better == Better::kHigher ? "higher" : "lower"; }
 
 }  // namespace
+
+const char* Word(TrackEvent::Kind kind) {
+  constexpr const char* kWords[] = {"stage",     "slip",           "grasp", "release",
+                                    "collision", "self_collision", "cause", "end"};
+  return kWords[static_cast<size_t>(kind)];
+}
 
 EpisodeTrack::EpisodeTrack(std::shared_ptr<const model_info_t> model, const header_t& episode, About about)
     : model_(std::move(model)),
@@ -429,8 +431,8 @@ void EpisodeTrack::AddChanging(Json* head_in) const {
   }
   Json& events = head["events"] = Json::array();
   for (const TrackEvent& event : Events()) {
-    Json& json = events.emplace_back(
-        Json{{"tick", event.tick}, {"kind", kKindWords[static_cast<int>(event.kind)]}, {"text", event.text}});
+    Json& json =
+        events.emplace_back(Json{{"tick", event.tick}, {"kind", Word(event.kind)}, {"text", event.text}});
     if (!event.gripper.empty()) json["gripper"] = event.gripper;
     if (!event.object.empty()) json["object"] = event.object;
     if (event.duration > 0) json["duration_s"] = event.duration;

@@ -39,6 +39,8 @@ struct TrackEvent {
   std::string gripper, object;
   double duration = 0;  // s; of a grasp that has ended
 };
+// The kind in files and in the browser's data: "stage", "self_collision", ...
+const char* Word(TrackEvent::Kind kind);
 
 class EpisodeTrack {
  public:
