@@ -88,7 +88,9 @@ class Shell:
     def run(self, command):
         shell = subprocess.run(["/bin/bash", "-c", self.exports + command], cwd=self.folder, capture_output=True,
                                text=True, timeout=support.DEADLINE_S, stdin=subprocess.DEVNULL)  # fmt: skip
-        assert shell.returncode == 0, f"{command}: exit code {shell.returncode}\n{shell.stdout}{shell.stderr}"
+        # With so few episodes, a gate may not be able to tell.
+        accepted = (0, 11) if command.startswith("evalbus gate ") else (0,)
+        assert shell.returncode in accepted, f"{command}: exit code {shell.returncode}\n{shell.stdout}{shell.stderr}"
         return shell.stdout
 
     def run_until_ctrl_c(self, command, pattern, needs_run):
