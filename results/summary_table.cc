@@ -159,17 +159,19 @@ std::string InvalidText(int invalid, const std::string& folder) {
       invalid == 1 ? "it" : "them");
 }
 
-std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const std::string& folder,
+std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const std::string& folder, int width,
                                bool colors) {
-  constexpr size_t kShown = 10;
+  constexpr size_t kShown = 10, kIndent = 9;
   if (failed.empty()) return "";
   std::string text = "failures\n";
   for (size_t i = 0; i < std::min(failed.size(), kShown); ++i) {
     const FailedEpisode& one = failed[i];
-    text +=
-        fmt::format("{:>7}  {}  {:>7}  {}\n", one.episode, Styled(Pad(one.reason, -14), Style::kBad, colors),
-                    one.cause.text.empty() ? "" : fmt::format("{:.2f} s", one.cause.time_s),
-                    ShellWords({"evalbus", "web", folder, "--episode", std::to_string(one.episode)}));
+    text += fmt::format("{:>7}  {}  {}\n", one.episode, Styled(Pad(one.reason, -14), Style::kBad, colors),
+                        ShellWords({"evalbus", "web", folder, "--episode", std::to_string(one.episode)}));
+    if (!one.cause.text.empty()) {
+      text += std::string(kIndent, ' ') +
+              Wrapped(Printable(one.cause.text), kIndent, static_cast<size_t>(width)) + "\n";
+    }
   }
   if (failed.size() > kShown) text += fmt::format("         and {} more\n", failed.size() - kShown);
   return text;

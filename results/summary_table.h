@@ -37,9 +37,9 @@ struct FailedEpisode {
   std::string reason;
   Cause cause;
 };
-// One line for each of the first ten with the command that shows the episode in this run's folder; empty if
-// there are none.
-std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const std::string& folder,
+// For each of the first ten: the command that shows the episode in this run's folder, and the sentence of its
+// cause, wrapped at `width`. Empty if there are none.
+std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const std::string& folder, int width,
                                bool colors);
 
 }  // namespace evalbus::results

@@ -100,7 +100,8 @@ void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, do
     fmt::print("\n{}", note);
   }
   if (!summary.failed.empty()) {
-    fmt::print("\n{}", results::FailedEpisodesText(summary.failed, shown.string(), colors));
+    fmt::print("\n{}", results::FailedEpisodesText(summary.failed, shown.string(), viz::TerminalWidth(stdout),
+                                                   colors));
   }
   const size_t added = static_cast<size_t>(summary.statistics.episodes) - run.finished.size();
   fmt::print("\n{} in {:.1f} s{}\n", Plural(added, "episode"), wall_s,

@@ -116,15 +116,17 @@ TEST(SummaryTable, HasColorsOnRequestOnly) {
 }
 
 TEST(FailedEpisodesText, HasACommandForEach) {
-  EXPECT_EQ(FailedEpisodesText({}, "runs/a", false), "");
+  EXPECT_EQ(FailedEpisodesText({}, "runs/a", 80, false), "");
   std::vector<FailedEpisode> failed = {
       {3, "grasp_slip", {"lost_object", 3.62, "Right gripper lost the pot."}}, {12, "timeout", {}}};
-  EXPECT_EQ(FailedEpisodesText(failed, "runs/a b", false),
+  EXPECT_EQ(FailedEpisodesText(failed, "runs/a b", 30, false),
             "failures\n"
-            "      3  grasp_slip       3.62 s  evalbus web 'runs/a b' --episode 3\n"
-            "     12  timeout                  evalbus web 'runs/a b' --episode 12\n");
+            "      3  grasp_slip      evalbus web 'runs/a b' --episode 3\n"
+            "         Right gripper lost\n"
+            "         the pot.\n"
+            "     12  timeout         evalbus web 'runs/a b' --episode 12\n");
   failed.resize(11, {20, "timeout", {}});
-  EXPECT_TRUE(FailedEpisodesText(failed, "a", false).ends_with("and 1 more\n"));
+  EXPECT_TRUE(FailedEpisodesText(failed, "a", 80, false).ends_with("and 1 more\n"));
 }
 
 TEST(SummaryTable, FitsEveryWidth) {
