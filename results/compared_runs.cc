@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
@@ -43,11 +44,41 @@ RecordedRuns RemoveBaseline(const std::string& name, std::vector<RecordedRuns>* 
                    known.substr(2));
 }
 
-void NameApart(std::vector<RecordedRuns>* runs) {
+std::vector<std::string> DistinctNames(const std::vector<fs::path>& folders) {
+  std::vector<std::vector<std::string>> parts;
+  for (const fs::path& folder : folders) {
+    const fs::path whole = folder.lexically_normal();
+    parts.emplace_back(whole.begin(), whole.end());
+  }
+  const auto all_equal = [&parts](const auto& part) {
+    return std::ranges::all_of(parts,
+                               [&](const auto& one) { return !one.empty() && part(one) == part(parts[0]); });
+  };
+  while (all_equal([](const auto& one) { return one.back(); })) {
+    for (auto& one : parts) one.pop_back();
+  }
+  while (all_equal([](const auto& one) { return one.front(); })) {
+    for (auto& one : parts) one.erase(one.begin());
+  }
+  const bool is_short = std::ranges::none_of(parts, [](const auto& one) { return one.empty(); });
   std::vector<std::string> names;
-  for (const RecordedRuns& run : *runs) names.push_back(run.name);
-  for (RecordedRuns& run : *runs) {
-    if (std::ranges::count(names, run.name) > 1) run.name = run.folder.lexically_normal().string();
+  for (size_t i = 0; i < folders.size(); ++i) {
+    fs::path name;
+    for (const std::string& part : parts[i]) name /= part;
+    names.push_back((is_short ? name : folders[i].lexically_normal()).string());
+  }
+  return names;
+}
+
+void NameApart(std::vector<RecordedRuns>* runs) {
+  std::map<std::string, std::vector<RecordedRuns*>> by_name;
+  for (RecordedRuns& run : *runs) by_name[run.name].push_back(&run);
+  for (const auto& [name, equal] : by_name) {
+    if (equal.size() < 2) continue;
+    std::vector<fs::path> folders;
+    for (const RecordedRuns* run : equal) folders.push_back(run->folder);
+    const std::vector<std::string> names = DistinctNames(folders);
+    for (size_t i = 0; i < equal.size(); ++i) equal[i]->name = names[i];
   }
 }
 

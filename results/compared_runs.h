@@ -23,7 +23,10 @@ void SetPhysicsHash(RecordedRun* run);
 // name, policy or folder; empty: the first run. Throws InputError if it is unknown or ambiguous.
 RecordedRuns RemoveBaseline(const std::string& name, std::vector<RecordedRuns>* runs);
 
-// Runs with equal names are named by their folders.
+// The parts of paths in which they differ: {"plan/a/lift_pot", "plan/b/lift_pot"} are "a" and "b". The whole
+// paths if one of these parts would be empty.
+std::vector<std::string> DistinctNames(const std::vector<std::filesystem::path>& folders);
+// Names runs with equal names by the parts in which their folders differ.
 void NameApart(std::vector<RecordedRuns>* runs);
 
 // Two episodes of one task with the same seed, one of each run.
