@@ -198,7 +198,9 @@ class EvaluateTest(unittest.TestCase):
                 with self.subTest(code=code, signal=number):
                     out = tempfile.mkdtemp(dir=self.folder)
                     command = [sys.executable, "-B", "-c", code, out]
-                    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+                    # A shell without job control starts background jobs with SIGINT ignored.
+                    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)) as process:  # fmt: skip
                         pid = int(process.stdout.readline())
                         process.send_signal(number)
                         process.wait(support.DEADLINE_S)
