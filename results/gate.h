@@ -1,6 +1,7 @@
 // Decides whether a run may replace its baseline: by non-inferiority on episodes with equal seeds. PASS and
-// FAIL are both shown by the data with an error of at most 5 %; everything else is CANNOT TELL. Pure: text
-// and files are generated elsewhere (gate_text.h, report/gate_files.h). docs/gate.md describes the rules.
+// FAIL are both shown by the data with an error of at most 5 % (more for few pairs of strongly skewed
+// metrics); everything else is CANNOT TELL. Pure: text and files are generated elsewhere (gate_text.h,
+// report/gate_files.h). docs/gate.md describes the rules and their measured errors.
 #pragma once
 
 #include <optional>
