@@ -267,6 +267,8 @@ TEST(Faults, ForeignAndMalformedMessagesChangeNoScore) {
     return !launcher.running();
   }));
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
+  // Components publish their counts when they stop.
+  heckler.Listen();
   EXPECT_GT(heckler.said(), 1000);
   EXPECT_EQ(launcher.out().find("retrying"), std::string::npos) << launcher.out();
   ExpectSameScores(run, reference);
