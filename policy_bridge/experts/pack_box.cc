@@ -15,16 +15,19 @@ using Eigen::Translation3d;
 using Eigen::Vector3d;
 
 // Size of the flaps, m.
-constexpr double kFlapLength = 0.212;
+constexpr double kFlapLengths[] = {0.2124, 0.2226};  // left, right
 constexpr double kFlapHalfWidth = 0.21;
 constexpr double kFlapHalfThickness = 0.002;
 // A flap resists with 10 N m s/rad, which at this rate is about 27 N at the fingers, 0.19 m from the fold.
 constexpr double kTurnRate = 0.5;  // rad/s
-// A lid counts as closed within a tenth of the flap's range of 160 degrees.
-constexpr double kClosedLid = 0.1;
+// A lid counts as closed within a twentieth of the range of 160 degrees (the right one a little earlier).
+constexpr double kClosedLid = 0.05;
 constexpr double kRest = 5 * kDegree;  // remaining angle at the end of the push
 constexpr double kBeside = 0.08;       // m, along the fingers, from beside the flap to under it
 constexpr double kBack = 0.03;         // m, retreat after the push
+// The flaps overlap by 7 mm when both are closed: the right one waits at this angle above its end until the left one is down,
+// and comes to rest on it.
+constexpr double kWait = 30 * kDegree;
 // Half extents of a closed pair of fingers along and across their closing direction, and clearance to the
 // flap, m.
 constexpr double kFingers[] = {0.026, 0.0105};
@@ -32,13 +35,13 @@ constexpr double kRoom = 0.006;
 // The palm touches the flap if more of the fingers than this is under it, m.
 constexpr double kMaxCovered = 0.05;
 
-// Where the fingers push: distance from the fold, and position along it toward the robot, m. The palm must
+// Where the fingers push: distance from the free edge, and position along it toward the robot, m. The palm must
 // stay clear of the flap, so the spots are near the free edge or near the end on the robot's side.
 struct Spot {
-  double radius, along;
+  double inset, along;
 };
-constexpr Spot kSpots[] = {{0.195, 0},    {0.195, 0.1}, {0.195, -0.1},
-                           {0.195, 0.19}, {0.16, 0.19}, {0.12, 0.19}};
+constexpr Spot kSpots[] = {{0.017, 0},    {0.017, 0.1}, {0.017, -0.1},
+                           {0.017, 0.19}, {0.052, 0.19}, {0.092, 0.19}};
 // Side from which the hand comes, from across the free edge (0) to along the fold from the robot; and the
 // angle of the fingers above the horizontal.
 constexpr double kSides[] = {0, 45 * kDegree, 90 * kDegree};
@@ -51,6 +54,10 @@ constexpr double kOvers[] = {0, 0.1};
 
 // Upper bound of the effort for trying one way, in knots.
 constexpr int kEffortPerWay = 300;
+
+GripGoal Back(const Plan& plan, int arm) {
+  return {arm, plan.GripPose(arm) * Translation3d(0, 0, -kBack)};
+}
 
 }  // namespace
 
@@ -81,17 +88,21 @@ Plan PackBoxExpert::GoUnder(const Plan& plan, const std::vector<Way>& ways) {
 }
 
 Plan PackBoxExpert::CloseFlaps(const Plan& under, const std::vector<Way>& ways) {
-  std::vector<int> arms;
-  std::vector<Turning> turnings;
-  std::vector<GripGoal> back;
+  std::vector<Turning> first, last;
   for (const Way& way : ways) {
-    arms.push_back(way.turning.arm);
-    turnings.push_back(way.turning);
+    first.push_back(way.turning);
+    if (ways.size() == 1 || way.turning.arm != kRight) continue;
+    first.back().angle += kWait;
+    last.push_back({.arm = kRight, .body = way.turning.body, .angle = -kWait, .follow = way.turning.follow});
   }
+  const double speed = kTurnRate * kFlapLengths[kRight];
   Plan attempt = under;
-  attempt.Turn(turnings, kTurnRate * kFlapLength);
-  for (const int arm : arms) back.push_back({arm, attempt.GripPose(arm) * Translation3d(0, 0, -kBack)});
-  attempt.Approach(back).CheckContacts(arms);
+  attempt.Turn(first, speed);
+  if (!last.empty()) attempt.Approach({Back(attempt, kLeft)}).Turn(last, speed);
+  attempt.Approach({Back(attempt, last.empty() ? first.front().arm : kRight)});
+  std::vector<int> arms;
+  for (const Turning& turning : first) arms.push_back(turning.arm);
+  attempt.CheckContacts(arms);
   return attempt;
 }
 
@@ -103,6 +114,7 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int ar
   const Vector3d outwards = flap.linear().col(0), upwards = flap.linear().col(2);
   std::vector<Way> ways;
   for (const Spot& spot : kSpots) {
+    const double radius = kFlapLengths[arm] - spot.inset;
     for (const double side : kSides) {
       for (const double steepness : kSteepness) {
         // Direction from the finger tips to the wrist; its components across the flap, along it and
@@ -111,7 +123,7 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int ar
             std::cos(steepness) * (std::cos(side) * out + std::sin(side) * nearer) + std::sin(steepness) * up;
         const double across = hand.dot(outwards), along = hand.dot(nearer), off = hand.dot(upwards);
         // Length of the fingers under the flap, and the edge that they cross.
-        const double to_edge = across > 0 ? (kFlapLength - spot.radius) / across : 1;
+        const double to_edge = across > 0 ? spot.inset / across : 1;
         const double to_end = along > 0 ? (kFlapHalfWidth - spot.along) / along : 1;
         const double covered = std::min(to_edge, to_end);
         if (covered > kMaxCovered) continue;
@@ -127,10 +139,10 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int ar
               kFlapHalfThickness +
               std::max((half(normal) + kRoom) / std::abs(normal.dot(upwards)) + covered * off,
                        half(upwards) + kRoom);
-          const double slack = std::atan2(depth - kFlapHalfThickness - half(upwards), spot.radius);
+          const double slack = std::atan2(depth - kFlapHalfThickness - half(upwards), radius);
           Way way;
           way.under =
-              GripFrame(flap * Vector3d(spot.radius, 0, -depth) + spot.along * nearer, -hand, closing);
+              GripFrame(flap * Vector3d(radius, 0, -depth) + spot.along * nearer, -hand, closing);
           way.beside = way.under * Translation3d(0, 0, -kBeside);
           way.turning = {.arm = arm,
                          .body = flaps_[arm],

@@ -254,7 +254,12 @@ Plan& Plan::Turn(const std::vector<Turning>& turnings, double speed) {
   Contacts contacts;
   double distance = 0, turn = 0;
   for (const Turning& turning : turnings) {
-    const Hinge hinge = context_->probe.HingeOf(turning.body, *state_);
+    Hinge hinge = context_->probe.HingeOf(turning.body, *state_);
+    for (const Contacts& earlier : contacts_) {
+      for (const Turned& turned : earlier.turned) {
+        if (turned.hinge.qpos == hinge.qpos) hinge.angle = turned.to;
+      }
+    }
     arms.push_back(turning.arm);
     hinges.push_back(hinge);
     starts.push_back(GripPose(turning.arm));

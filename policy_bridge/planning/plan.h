@@ -121,7 +121,7 @@ class Plan {
   // Slides an object along its support to a pose, with the arms that press on it.
   Plan& Drag(int body, const Eigen::Isometry3d& pose);
   // Moves the grips along arcs about the hinges of bodies, as to turn a wheel or push a lid. The bodies turn
-  // along from their angles in the state. Pads may touch them.
+  // along from where the state or an earlier turn left them. Pads may touch them.
   Plan& Turn(const std::vector<Turning>& turnings, double speed);
   // Moves the grips to their goals, straight in joint space, to the solutions nearest to the current joints.
   // For large rotations of a hand, which a straight line of the grip does not allow.
