@@ -25,8 +25,8 @@ constexpr double kClosedLid = 0.05;
 constexpr double kRest = 5 * kDegree;  // remaining angle at the end of the push
 constexpr double kBeside = 0.08;       // m, along the fingers, from beside the flap to under it
 constexpr double kBack = 0.03;         // m, retreat after the push
-// The flaps overlap by 7 mm when both are closed: the right one waits at this angle above its end until the left one is down,
-// and comes to rest on it.
+// The flaps overlap by 7 mm when both are closed: the right one waits at this angle above its end until the
+// left one is down, and comes to rest on it.
 constexpr double kWait = 30 * kDegree;
 // Half extents of a closed pair of fingers along and across their closing direction, and clearance to the
 // flap, m.
@@ -35,12 +35,12 @@ constexpr double kRoom = 0.006;
 // The palm touches the flap if more of the fingers than this is under it, m.
 constexpr double kMaxCovered = 0.05;
 
-// Where the fingers push: distance from the free edge, and position along it toward the robot, m. The palm must
-// stay clear of the flap, so the spots are near the free edge or near the end on the robot's side.
+// Where the fingers push: distance from the free edge, and position along it toward the robot, m. The palm
+// must stay clear of the flap, so the spots are near the free edge or near the end on the robot's side.
 struct Spot {
   double inset, along;
 };
-constexpr Spot kSpots[] = {{0.017, 0},    {0.017, 0.1}, {0.017, -0.1},
+constexpr Spot kSpots[] = {{0.017, 0},    {0.017, 0.1},  {0.017, -0.1},
                            {0.017, 0.19}, {0.052, 0.19}, {0.092, 0.19}};
 // Side from which the hand comes, from across the free edge (0) to along the fold from the robot; and the
 // angle of the fingers above the horizontal.
@@ -55,9 +55,7 @@ constexpr double kOvers[] = {0, 0.1};
 // Upper bound of the effort for trying one way, in knots.
 constexpr int kEffortPerWay = 300;
 
-GripGoal Back(const Plan& plan, int arm) {
-  return {arm, plan.GripPose(arm) * Translation3d(0, 0, -kBack)};
-}
+GripGoal Back(const Plan& plan, int arm) { return {arm, plan.GripPose(arm) * Translation3d(0, 0, -kBack)}; }
 
 }  // namespace
 
@@ -141,8 +139,7 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int ar
                        half(upwards) + kRoom);
           const double slack = std::atan2(depth - kFlapHalfThickness - half(upwards), radius);
           Way way;
-          way.under =
-              GripFrame(flap * Vector3d(radius, 0, -depth) + spot.along * nearer, -hand, closing);
+          way.under = GripFrame(flap * Vector3d(radius, 0, -depth) + spot.along * nearer, -hand, closing);
           way.beside = way.under * Translation3d(0, 0, -kBeside);
           way.turning = {.arm = arm,
                          .body = flaps_[arm],

@@ -13,36 +13,43 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-// Distance from a pad's middle to its end, m.
+// Distance from a pad's middle to its end, and half the thickness of a finger, m.
 constexpr double kPadEnd = 0.0085;
-// Depth below the book's surface to which a pressing pad is commanded, m: about 25 N at the arm's stiffness.
-constexpr double kPress = 0.003;
-// A book trails straight behind the pad if the pad presses this far (m) ahead of the book's middle.
-constexpr double kPressAhead = 0.01;
-// Height above the book from which a hand comes down, and to which it rises to have room to turn, m.
-constexpr double kBeforePress = 0.05;
-constexpr double kAfterPress = 0.15;
-// Distance of a pad's middle from the counter's edge, m; the pad and the finger behind it need 14 mm.
-constexpr double kEdgeGap = 0.02;
-// Distance of a pad's middle from the book's edge, m; a pad is 17 mm square. Any deeper, the palm of a hand
-// that comes from the side would touch the book.
-constexpr double kInset = 0.016;
-// Accepted deviation from the intended overhang, m.
-constexpr double kOverhangTolerance = 0.006;
-// The task requires 0.77 - 0.7135 m.
-constexpr double kBookLift = 0.085;
-// Height above the board at which a book arrives, m; higher than where Place starts.
-constexpr double kAboveBoard = 0.05;
-// How much deeper than on the counter the book is put on the shelf, m.
-constexpr double kDeeper = 0.006;
+constexpr double kFinger = 0.0105;
+// A face of the book can be pushed if its normal is within this angle of the direction toward the robot.
+constexpr double kMaxOblique = 50 * kDegree;
+// Angles between a pulling hand and the vertical, its wrist toward the robot. The less upright, the less
+// torque at the wrist.
+constexpr double kLeans[] = {30 * kDegree, 40 * kDegree, 20 * kDegree};
+// Height of the finger tips above the counter, and distance of the fingers from the book before they pull, m.
+constexpr double kAboveCounter = 0.005;
+constexpr double kBehind = 0.015;
+// How far the fingers are commanded into the book, m: what the arm yields to the friction of 59 N.
+constexpr double kYield = 0.004;
+// Height from which a hand comes down behind the book, and to which it rises, m.
+constexpr double kOver = 0.05;
+// Distance of a pad's middle from the counter's edge, m; the finger needs 10.5 mm, and 13.4 mm when oblique.
+constexpr double kEdgeGap = 0.0165;
+// Distances of a pad's middle from the book's edge, m: the least at which a pad, 17 mm square, holds it, and
+// the most that leaves room for the palm, which a pulled book is given.
+constexpr double kMinInset = 0.016;
+constexpr double kMaxInset = 0.03;
+// Distance that a pulled book's center of mass keeps from the counter's edge, so that it does not tip, m.
+constexpr double kBalance = 0.008;
+// The task requires 0.77 - 0.7157 m, and the arm sags by 0.02 m under the book.
+constexpr double kBookLift = 0.12;
+// Height above the board at which a book arrives, and at which it is put down, m: the arm sags.
+constexpr double kAboveBoard = 0.07;
+constexpr double kOnBoard = 0.012;
+// From this far in front of the place behind the book the hand comes, and there it returns, below the shelf's
+// board; m.
+constexpr double kAway = 0.12;
+// Heights to which it then rises to have room to turn, m.
+constexpr double kRises[] = {0.12, 0.06, 0};
 // A book that is higher than this above the counter (m) does not lie on it.
 constexpr double kLies = 0.001;
-// Headings of a hand, in degrees from the world x axis: when it takes the book, and (closing direction of its
-// pads) when it presses on it.
-constexpr double kBookHeadings[] = {60, -60, 40, -40, 20, -20, 0};
-constexpr double kPressHeadings[] = {90, 45, 135, 0};
-// Sideways displacements of a dragged book to try, m.
-constexpr double kSideways[] = {0, 0.06, -0.06, 0.12, -0.12, 0.2, -0.2, 0.3, -0.3};
+// Headings of a hand that takes the book, in degrees from the world x axis.
+constexpr double kBookHeadings[] = {60, -60, 75, -75, 45, -45, 30, -30, 15, -15, 0};
 
 Vector3d Heading(double degrees) { return {std::cos(degrees * kDegree), std::sin(degrees * kDegree), 0}; }
 
@@ -68,65 +75,101 @@ SingleBookExpert::SingleBookExpert(bool to_shelf, const mjModel& model, const mo
   const int geom = mj_name2id(&model, mjOBJ_GEOM, "book/book");
   if (geom < 0) throw InputError("the model has no geom \"book/book\"");
   half_size_ = Vector3d(model.geom_size + 3 * geom);
+  middle_ = Vector3d(model.geom_pos + 3 * geom);
+  center_of_mass_ = Vector3d(model.body_ipos + 3 * model.geom_bodyid[geom]);
 }
 
-double SingleBookExpert::OverhangingX(const Isometry3d& book) const {
+double SingleBookExpert::Overhang(const Isometry3d& book) const {
   const double half_extent = std::min(half_size_.x() / std::max(std::abs(book.linear()(0, 0)), 1e-9),
                                       half_size_.y() / std::max(std::abs(book.linear()(0, 1)), 1e-9));
-  return counter_edge_.x() - kEdgeGap + half_extent - kInset;
+  return counter_edge_.x() - (book * middle_).x() + half_extent;
 }
 
-std::optional<Plan> SingleBookExpert::Drag(const Plan& plan, int arm) {
+std::optional<Plan> SingleBookExpert::Pull(const Plan& plan, int arm) {
   const Isometry3d book = plan.PoseOf(book_);
-  const Vector3d pad = book.translation() + Vector3d(-kPressAhead, 0, half_size_.z() + kPadEnd - kPress);
-  for (double heading : kPressHeadings) {
-    const Isometry3d press = GripFrame(pad, -Vector3d::UnitZ(), Heading(heading));
-    Plan pressing = plan;
-    pressing.Close({arm})
-        .Reach({{arm, Moved(press, {0, 0, kBeforePress})}})
-        .Press(book_, {{arm, press}})
-        .CheckContacts(arms_);
-    if (!pressing.feasible()) continue;
-    for (double sideways : kSideways) {
-      Isometry3d there = book;
-      there.translation().x() = OverhangingX(book);
-      there.translation().y() += sideways;
-      const Vector3d way = there.translation() - book.translation() + Vector3d(0, 0, kAfterPress);
-      Plan attempt = pressing;
-      // The hand opens while it moves away. If it opened later, it would look as if it had lost the book.
-      attempt.Drag(book_, there)
-          .Approach({{arm, Moved(press, way)}})
-          .OpenMeanwhile({arm})
-          .CheckContacts(arms_);
-      if (attempt.feasible() && Take(attempt, arm)) return attempt;
+  const Vector3d up = Vector3d::UnitZ();
+  for (const int axis : {0, 1}) {
+    for (const double side : {1.0, -1.0}) {
+      // Away from the robot, out of the face behind which the fingers go.
+      const Vector3d out = side * book.linear().col(axis);
+      if (out.x() < std::cos(kMaxOblique)) continue;
+      const double balance = (book * center_of_mass_).x() - counter_edge_.x() - kBalance;
+      const double way = std::min(kEdgeGap + kMaxInset - Overhang(book), balance) / out.x();
+      if (way <= 0) continue;
+      const Isometry3d there = Moved(book, -way * out);
+      const Vector3d face = book * middle_ + half_size_[axis] * out;
+      const Vector3d along = up.cross(out);
+      const Vector3d line = face + along.dot(book * center_of_mass_ - face) * along;
+      const double top = face.z() + half_size_.z();
+      for (const double lean : kLeans) {
+        for (const double turned : {1.0, -1.0}) {
+          const Vector3d approach = -std::cos(lean) * up + std::sin(lean) * out;
+          const double tip = counter_edge_.z() + kAboveCounter + kFinger * std::sin(lean);
+          // The finger touches the book's upper edge.
+          const double behind = (top - tip) * std::tan(lean) + kFinger / std::cos(lean);
+          const auto hook = [&](double gap) {
+            Vector3d end = line + (behind + gap) * out;
+            end.z() = tip;
+            return GripFrame(end - kPadEnd * approach, approach, turned * along);
+          };
+          const Isometry3d before = hook(kBehind), pulling = hook(-kYield);
+          const Isometry3d after = Moved(before, there.translation() - book.translation());
+          const Vector3d over = kOver * up, away = over - kAway * out;
+          Plan attempt = plan;
+          // The hand opens while it moves away. If it opened later, it would look as if it had lost the book.
+          attempt.Close({arm})
+              .Reach({{arm, Moved(before, away)}})
+              .Reach({{arm, Moved(before, over)}})
+              .Approach({{arm, before}})
+              .Press(book_, {{arm, pulling}})
+              .Drag(book_, there)
+              .Approach({{arm, after}})
+              .Approach({{arm, Moved(after, over)}})
+              .OpenMeanwhile({arm})
+              .Reach({{arm, Moved(after, away)}})
+              .CheckContacts(arms_);
+          for (const double rise : kRises) {
+            if (!attempt.feasible()) break;
+            Plan risen = attempt;
+            risen.Reach({{arm, Moved(after, away + rise * up)}}).CheckContacts(arms_);
+            if (auto taken = Take(risen, arm)) return taken;
+          }
+        }
+      }
     }
   }
   return std::nullopt;
 }
 
 std::optional<Plan> SingleBookExpert::Take(const Plan& plan, int arm) {
+  if (!plan.feasible()) return std::nullopt;
   const Isometry3d book = plan.PoseOf(book_);
-  const Vector3d pinch(counter_edge_.x() - kEdgeGap, book.translation().y(), book.translation().z());
-  for (double heading : kBookHeadings) {
-    const Vector3d approach = Heading(heading);
-    for (double side : {1.0, -1.0}) {
-      const Isometry3d at = GripFrame(pinch, approach, side * Vector3d::UnitZ());
-      const Isometry3d before = Moved(at, -kGraspApproach * approach);
-      Plan attempt = plan;
-      attempt.Swing({{arm, before}})
-          .CheckContacts(arms_)
-          .Take({{arm, book_, {book.inverse() * before, book.inverse() * at}}})
-          .CheckContacts(arms_);
-      if (to_shelf_) {
-        const Isometry3d on_board = Moved(book, board_edge_ - counter_edge_ + Vector3d(kDeeper, 0, 0));
-        attempt.Lift(book_, on_board.translation().z() + kAboveBoard - book.translation().z())
-            .Place(book_, on_board)
-            .Release({arm});
-      } else {
-        attempt.Lift(book_, kBookLift);
+  const Vector3d middle = book * middle_;
+  const double edge = counter_edge_.x() - Overhang(book);
+  const double most = std::min(Overhang(book) - kEdgeGap, kMaxInset);
+  for (const double inset : {most, (most + kMinInset) / 2, kMinInset}) {
+    const Vector3d pinch(edge + inset, middle.y(), middle.z());
+    for (double heading : kBookHeadings) {
+      const Vector3d approach = Heading(heading);
+      for (double side : {1.0, -1.0}) {
+        const Isometry3d at = GripFrame(pinch, approach, side * Vector3d::UnitZ());
+        const Isometry3d before = Moved(at, -kGraspApproach * approach);
+        Plan attempt = plan;
+        attempt.Swing({{arm, before}})
+            .CheckContacts(arms_)
+            .Take({{arm, book_, {book.inverse() * before, book.inverse() * at}}})
+            .CheckContacts(arms_);
+        if (to_shelf_) {
+          const Isometry3d on_board = Moved(book, board_edge_ - counter_edge_ + Vector3d(0, 0, kOnBoard));
+          attempt.Lift(book_, on_board.translation().z() + kAboveBoard - book.translation().z())
+              .Place(book_, on_board)
+              .Release({arm});
+        } else {
+          attempt.Lift(book_, kBookLift);
+        }
+        attempt.CheckContacts(arms_);
+        if (attempt.feasible()) return attempt;
       }
-      attempt.CheckContacts(arms_);
-      if (attempt.feasible()) return attempt;
     }
   }
   return std::nullopt;
@@ -135,23 +178,25 @@ std::optional<Plan> SingleBookExpert::Take(const Plan& plan, int arm) {
 std::vector<Motion> SingleBookExpert::Next(const Configuration& now, const state_t& state) {
   const Isometry3d book = BodyPose(state, book_);
   // The book is falling, or a hand holds it.
-  if (book.translation().z() - half_size_.z() - counter_edge_.z() > kLies) return {};
+  if ((book * middle_).z() - half_size_.z() - counter_edge_.z() > kLies) return {};
   if (gives_up()) return {};
   ++attempts_;
   const Plan start = MakePlan(now, state);
-  const bool overhangs = std::abs(book.translation().x() - OverhangingX(book)) < kOverhangTolerance;
+  const bool overhangs = Overhang(book) >= kEdgeGap + kMinInset;
   // Try the nearer arm first.
   std::vector<int> arms = arms_;
   const auto away = [&](int arm) {
     return std::abs(context().arms[arm].GripPose(context().home.joints[arm]).translation().y() -
-                    book.translation().y());
+                    (book * middle_).y());
   };
   std::sort(arms.begin(), arms.end(), [&](int a, int b) { return away(a) < away(b); });
+  // A tick's effort may not suffice for the whole search, so every second attempt starts with the other arm.
+  if (attempts_ % 2 == 0) std::reverse(arms.begin(), arms.end());
   for (int arm : arms) {
     if (overhangs) {
       if (auto plan = Take(start, arm)) return plan->motions();
     }
-    if (auto plan = Drag(start, arm)) return plan->motions();
+    if (auto plan = Pull(start, arm)) return plan->motions();
   }
   return {};
 }

@@ -1,6 +1,7 @@
-// Scripted expert for the tasks with one book. The book is wider than a hand opens, so a hand presses on it,
-// drags it until it overhangs the counter's front edge, grasps it there by its thickness, and lifts it or
-// puts it on the lower shelf. One arm does everything; with two arms, the one that can.
+// Scripted expert for the tasks with one book. The book is wider than a hand opens, so it must overhang the
+// counter's front edge. If it does not overhang enough, the fingers go down behind it and pull it. Then a
+// hand grasps it there by its thickness, and lifts it or puts it on the lower shelf. One arm does everything;
+// with two arms, the one that can.
 #pragma once
 
 #include <optional>
@@ -19,17 +20,18 @@ class SingleBookExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // x coordinate (world frame) of the book's middle at which it overhangs just as far as a hand needs, m.
-  double OverhangingX(const Eigen::Isometry3d& book) const;
-  // Extends `plan`: the arm drags the book to where Take is possible.
-  std::optional<Plan> Drag(const Plan& plan, int arm);
+  // How far the book overhangs the counter's front edge, on the line through its middle, m; negative behind
+  // the edge.
+  double Overhang(const Eigen::Isometry3d& book) const;
+  // Extends `plan`: the arm pulls the book to where Take is possible.
+  std::optional<Plan> Pull(const Plan& plan, int arm);
   // Extends `plan`: the arm takes the overhanging book, and lifts it or puts it on the shelf.
   std::optional<Plan> Take(const Plan& plan, int arm);
 
   bool to_shelf_;
   int book_;
-  // Half extents of the book, m.
-  Eigen::Vector3d half_size_;
+  // Half extents of the book, its middle and its center of mass in its frame, m.
+  Eigen::Vector3d half_size_, middle_, center_of_mass_;
   // Middle of the front edge of the counter and of the lower board, in the world frame; m.
   Eigen::Vector3d counter_edge_, board_edge_;
 };
