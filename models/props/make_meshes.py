@@ -418,55 +418,21 @@ def finger():
 
 # ---- pot -------------------------------------------------------------------------------------------------------------
 def pot_body():
-    outside = [(0, -0.137), (0.112, -0.137), None, (0.118, -0.135), (0.1225, -0.130), (0.125, -0.122), None, (0.125, 0.058), None,
-               (0.1275, 0.0605), (0.1285, 0.0635), (0.127, 0.0662), (0.124, 0.067), (0.1215, 0.0655), (0.121, 0.062), None,
-               (0.121, -0.118), None, (0.116, -0.127), (0.106, -0.131), None, (0, -0.131)]
-    return turned(2, (0, 0, 0), outside, 40)
+    outside = [(0, -0.1366), (0.165, -0.1366), None, (0.171, -0.1345), (0.1755, -0.1295), (0.178, -0.1215), None, (0.178, 0.066), None,
+               (0.1805, 0.0685), (0.1815, 0.0715), (0.18, 0.0742), (0.177, 0.075), (0.1745, 0.0735), (0.174, 0.07), None,
+               (0.174, -0.118), None, (0.169, -0.127), (0.159, -0.131), None, (0, -0.131)]
+    return turned(2, (0, 0, 0), outside, 48)
 
 
-def pot_handle(side):
-    """Loop handle; its bar is 20 mm wide and 25 mm high, centered at y = 0.225 side."""
-    path, corner = [(0.072, 0.108), (0.072, 0.199)], 0.026
-    path += [(0.072 - corner + corner * math.cos(a), 0.199 + corner * math.sin(a)) for a in (math.pi / 10 * x for x in range(1, 5))]
-    path += [(0.046, 0.225)]
+def pot_handle(side, middle):
+    """Loop handle; its bar is 34 mm wide and 28 mm high, centered at y = middle side."""
+    corner = 0.026
+    path = [(0.075, 0.155), (0.075, middle - corner)]
+    path += [(0.075 - corner + corner * math.cos(a), middle - corner + corner * math.sin(a)) for a in (math.pi / 10 * x for x in range(1, 5))]
+    path += [(0.049, middle)]
     path += [(-x, y) for x, y in reversed(path)]
-    mesh = swept([(x, y, 0.035) for x, y in path], rounded_rectangle(0.01, 0.0125, 0.005))
+    mesh = swept([(x, y, 0.041) for x, y in path], rounded_rectangle(0.0172, 0.0142, 0.006))
     return mesh if side > 0 else moved(mesh, ((-1, 0, 0), (0, -1, 0), (0, 0, 1)), (0, 0, 0))
-
-
-def pot_brackets():
-    """Plates that hold the handles, tangential to the wall."""
-    plate = surface(box((0, 0, 0), (0.019, 0.005, 0.02), 0.004), (-0.022, -0.008, -0.023), (0.022, 0.008, 0.023), 0.0085)
-    plates = []
-    for x in (0.072, -0.072):
-        for y in (0.103, -0.103):
-            size = math.hypot(x, y)
-            c, d = x / size, y / size
-            plates.append(moved(plate, ((d, c, 0), (-c, d, 0), (0, 0, 1)), (0.1265 * c, 0.1265 * d, 0.035)))
-    return joined(*plates)
-
-
-# ---- tray ------------------------------------------------------------------------------------------------------------
-def tray_frame():
-    """Rim of 10 by 30 mm around 0.33 by 0.55 m, with round edges and corners."""
-    x, y, corner = 0.16, 0.27, 0.02
-    path = [(x, 0.0)]
-    for quarter, (cx, cy) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
-        angles = (math.pi / 2 * (quarter + k / 5) for k in range(6))
-        path += [(cx * (x - corner) + corner * math.cos(a), cy * (y - corner) + corner * math.sin(a)) for a in angles]
-    path += [(x, 0.0)]
-    return swept([(*p, -0.015) for p in path], rounded_rectangle(0.005, 0.015, 0.0035))
-
-
-def tray_handle(side):
-    """Bow over an end of the tray; its bar is 20 mm wide and 25 mm high, centered at (0, 0.265 side, 0.0475)."""
-    corner = 0.022
-    path = [(0.086, -0.002), (0.086, 0.0475 - corner)]
-    path += [(0.086 - corner + corner * math.cos(a), 0.0475 - corner + corner * math.sin(a)) for a in (math.pi / 10 * x for x in range(1, 5))]
-    path += [(0.086 - corner, 0.0475)]
-    path += [(-x, z) for x, z in reversed(path)]
-    mesh = swept([(x, z, 0.0) for x, z in path], rounded_rectangle(0.0125, 0.01, 0.005))
-    return moved(mesh, ((1, 0, 0), (0, 0, -1), (0, 1, 0)), (0, 0.265 * side, 0))
 
 
 # ---- valve -----------------------------------------------------------------------------------------------------------
@@ -570,10 +536,7 @@ def main():
     write(panda / "finger.obj", finger())
     pot = MODELS / "props/pot/meshes"
     write(pot / "body.obj", pot_body())
-    write(pot / "handles.obj", joined(pot_handle(1), pot_handle(-1), pot_brackets()))
-    tray = MODELS / "props/tray/meshes"
-    write(tray / "frame.obj", tray_frame())
-    write(tray / "handles.obj", joined(tray_handle(1), tray_handle(-1)))
+    write(pot / "handles.obj", joined(pot_handle(1, 0.234), pot_handle(-1, 0.246)))
     (MODELS / "props/base_cabinet/oak.png").write_bytes(oak())
     write(MODELS / "props/valve/meshes/body.obj", valve_body())
     write(MODELS / "props/valve/meshes/wheel.obj", valve_wheel())
