@@ -18,8 +18,6 @@
 namespace evalbus::policy {
 
 struct MotionLimits {
-  // This also limits the wrist's joints: 12 N m against a joint damping of 10 N m s/rad allow at most 1.2
-  // rad/s.
   double joint_speed = 1.1;     // rad/s
   double grip_speed = 0.6;      // m/s
   double approach_speed = 0.2;  // m/s

@@ -35,18 +35,20 @@ def main():
     parser.add_argument("--variation", default="position_and_orientation")
     parser.add_argument("--policies", default=_POLICIES)
     parser.add_argument("--engine", default="3.3.3")
+    # own: our scenes; 2.2 and engine: the same commands in RoboEval's scenes.
+    parser.add_argument("--scenes", default="own,2.2,engine")
     # The policies act in RoboEval's scenes, with --engine only; otherwise in ours, and their commands are replayed.
     parser.add_argument("--native", action="store_true")
     args = parser.parse_args()
     rows, states = [], []
     for family in args.families.split(","):
         for policy in args.policies.split(","):
-            for scene in ["engine"] if args.native else ["own", "2.2", "engine"]:
+            for scene in ["engine"] if args.native else args.scenes.split(","):
                 run = evaluate(args, family, policy, scene)
                 rows += compare(run, scene, policy, states)
     (args.out / "roboeval.json").write_text(json.dumps({"episodes": rows, "states": states}, indent=1))
     summarize(rows)
-    return report_states(states) + report_verdicts(rows)
+    return (report_states(states) if states else 0) + report_verdicts(rows)
 
 
 def evaluate(args, family, policy, scene):

@@ -69,7 +69,7 @@ TEST_F(NamedContactsTest, TheNormalPointsFromAToBAndTheDeepestContactOfAPairIsKe
 }
 
 TEST_F(NamedContactsTest, KnowsPartsBodiesAndGeomsButNoArms) {
-  for (const char* name : {"world", "floor", "table", "first_valve", "left/link0", "left/pedestal"})
+  for (const char* name : {"world", "floor", "table", "first_valve", "left/link0", "left/stand/torso"})
     EXPECT_TRUE(names_.Has(name)) << name;
   EXPECT_FALSE(names_.Has("left"));
   EXPECT_FALSE(names_.Has(""));

@@ -53,14 +53,17 @@ double Sag(bool compensation) {
 
 // RoboEval's arms have the same stiffness and masses: 6.7 mm.
 TEST(GravityCompensation, KeepsTheArmsFromSagging) {
-  EXPECT_LT(std::abs(Sag(true)), 1e-5);
+  EXPECT_LT(std::abs(Sag(true)), 1e-4);
   EXPECT_NEAR(Sag(false), 0.0067, 0.0005);
 }
 
 TEST(Gripper, StartsWithItsStartOpening) {
-  Started open([](RobotDescription*) {}), closed([](RobotDescription*robot) {
-    for (GripperDescription& gripper : robot->grippers) gripper.start_opening = 0.25;
-  });
+  const auto with = [](double opening) {
+    return [=](RobotDescription* robot) {
+      for (GripperDescription& gripper : robot->grippers) gripper.start_opening = opening;
+    };
+  };
+  Started open(with(1)), closed(with(0.25));
   EXPECT_EQ(open.State().gripper[0].opening, 1);
   EXPECT_DOUBLE_EQ(closed.State().gripper[0].opening, 0.25);
   EXPECT_DOUBLE_EQ(closed.State().ctrl_mixed.back(), 0.25 * 0.04);

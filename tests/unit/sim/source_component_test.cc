@@ -661,7 +661,7 @@ TEST_F(JointsOfObjects, AreAcceptedJustBeyondTheirSoftLimitsAndCounted) {
 }
 
 TEST_F(JointsOfObjects, AreRefusedFurtherBeyond) {
-  for (const double position : {-0.2356, 4.9456}) {
+  for (const double position : {-0.2357, 4.9481}) {
     states_.clear();
     ends_.clear();
     scored_ = 0;
@@ -676,7 +676,7 @@ TEST_F(JointsOfObjects, AreRefusedFurtherBeyond) {
     EXPECT_EQ(Ticks(), (std::vector<int64_t>{0, 2})) << position;
     ASSERT_EQ(ends_.size(), 1u);
     EXPECT_THAT(ends_[0].detail, HasSubstr("1 sample refused, the first: sample 1: "));
-    EXPECT_THAT(ends_[0].detail, HasSubstr("is beyond the range of first_valve/wheel, 0.000 to 4.710"));
+    EXPECT_THAT(ends_[0].detail, HasSubstr("is beyond the range of first_valve/wheel, 0.000 to 4.712"));
   }
 }
 
@@ -736,7 +736,7 @@ TEST_F(ContactsOfTheSource, ArePublishedBeforeTheStateOfTheirTick) {
   SendContacts(0, {});
   Send(Sample(0));
   ScoreAll();
-  SendContacts(1, {Contact("left/hand/hand", "pot"), Contact("floor", "pot/base")});
+  SendContacts(1, {Contact("left/hand/hand", "pot"), Contact("floor", "pot/wall")});
   source_state_t last = Sample(1);
   last.is_last = 1;
   Send(last);
@@ -747,7 +747,7 @@ TEST_F(ContactsOfTheSource, ArePublishedBeforeTheStateOfTheirTick) {
   EXPECT_EQ(contacts_[1].header.tick, 1);
   ASSERT_EQ(contacts_[1].num_contacts, 2);
   EXPECT_EQ(Name(contacts_[1].contact[0].geom_a), "floor");
-  EXPECT_EQ(Name(contacts_[1].contact[0].geom_b), "pot/base");
+  EXPECT_EQ(Name(contacts_[1].contact[0].geom_b), "pot/wall");
   EXPECT_EQ(Name(contacts_[1].contact[1].geom_a), "left/hand/hand");
   EXPECT_EQ(contacts_[1].contact[1].distance_m, -0.001);
   EXPECT_FALSE(contacts_[1].has_clearance);
@@ -865,7 +865,7 @@ contacts:
   EXPECT_NEAR(states_[0].body[pot].position_m[2], 1.1, 1e-12);
   EXPECT_NEAR(std::abs(states_[0].body[pot].quat_wxyz[2]), 1, 1e-12) << "k times i is j";
   ASSERT_EQ(contacts_.at(0).num_contacts, 1);
-  EXPECT_EQ(Name(contacts_[0].contact[0].geom_b), "pot/base");
+  EXPECT_EQ(Name(contacts_[0].contact[0].geom_b), "pot/wall");
 }
 
 TEST_F(MappedSource, NamesThatDoNotExistAreOneLine) {
