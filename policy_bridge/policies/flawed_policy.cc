@@ -17,9 +17,9 @@ namespace {
 // An object counts as moved beyond these thresholds.
 constexpr double kMoved = 0.01;   // m
 constexpr double kTurned = 0.1;   // rad
-constexpr double kRaised = 0.04;  // m
+constexpr double kRaised = 0.02;  // m
 constexpr double kClosed = 0.99;
-constexpr double kSqueeze = 0.001;  // fraction of a gripper's travel
+constexpr double kSqueeze = 0;  // fraction of a gripper's travel
 
 constexpr double kShortBy = 0.08;  // m, distance by which a grasp is missed
 constexpr double kMissTime = 1;    // s

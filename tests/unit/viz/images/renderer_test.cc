@@ -215,7 +215,7 @@ TEST_F(RendererTest, ShadowsAreDrawn) {
   };
   const int with_pot = brightness();
   qpos[static_cast<size_t>(QposIndex(model(), "pot"))] = 50;
-  EXPECT_GT(with_pot, brightness() + 300);
+  EXPECT_GT(with_pot, brightness() + 200);
 }
 
 TEST_F(RendererTest, AnEpisodesColorsAreThoseOfItsSeed) {
