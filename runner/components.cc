@@ -18,9 +18,8 @@ namespace {
 
 constexpr bool kRequired = true;
 
-template <class Type>
-std::unique_ptr<Component> Make(Bus* bus, const RunOptions&) {
-  return std::make_unique<Type>(bus);
+std::unique_ptr<Component> MakeCameras(Bus* bus, const RunOptions& options) {
+  return std::make_unique<viz::CameraComponent>(bus, options.gl);
 }
 std::unique_ptr<Component> MakeCollision(Bus* bus, const RunOptions& options) {
   return std::make_unique<collision::CollisionComponent>(bus, options.sim.contacts == contacts_from::kSource);
@@ -52,7 +51,7 @@ constexpr ComponentType kComponents[] = {
     {"recorder", "evalbus-recorder", "", kRequired, 0, MakeRecorder},
     {"collision", "evalbus-collision", "", kRequired, 10, MakeCollision},
     {"metrics", "evalbus-metrics", "", kRequired, 10, MakeMetrics},
-    {"cameras", "evalbus-viz", "--answer-image-requests", kRequired, 10, Make<viz::CameraComponent>},
+    {"cameras", "evalbus-viz", "--answer-image-requests", kRequired, 10, MakeCameras},
     {"policy", "evalbus-policy", "", kRequired, 10, MakePolicy},
     {"sim", "evalbus-sim", "", !kRequired, kSimRealtimePriority, MakeSim},
     {"sim", "evalbus-sim", kSource, !kRequired, 0, MakeSource},

@@ -16,6 +16,7 @@
 #include "runner/engines.h"
 #include "runner/run_json.h"
 #include "runner/workers.h"
+#include "viz/images/painter/gl_context.h"
 #include "viz/images/video.h"
 
 namespace evalbus::runner {
@@ -58,6 +59,20 @@ TaskSelection Resolve(RunOptions* options) {
     if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
   }
   return selection;
+}
+
+// Replaces "auto" by the library that it selects. Returns library and device, or nothing if the run renders
+// no images.
+std::string ChooseRenderer(RunOptions* options) {
+  const auto contract = policy::FindContractOf(options->policy);
+  if (options->video.empty() && !(contract && contract->needs_images())) {
+    options->gl = viz::ResolveGl(options->gl);
+    return "";
+  }
+  const viz::GlChoice choice = viz::ChooseGl(options->gl);
+  if (!choice.warning.empty()) fmt::print(stderr, "warning: {}\n", choice.warning);
+  options->gl = choice.library;
+  return fmt::format("{} ({})", choice.library, choice.device);
 }
 
 [[noreturn]] void FailDiffers(const fs::path& file, const std::string& key,
@@ -162,7 +177,9 @@ PreparedRun PrepareRun(RunOptions options) {
   if (!rate.empty()) fmt::print("{}\n", rate);
   options.sim.scene_warnings = prepared.scene.warnings;
   std::erase(options.sim.scene_warnings, rate);
+  const std::string renderer = ChooseRenderer(&options);
   nlohmann::ordered_json facts = RunFacts(prepared, options);
+  if (!renderer.empty()) facts["renderer"] = renderer;
   results::RunFolder folder = results::RunFolder::OfRun(
       options.out,
       fmt::format("{}-{}-{}", selection.task.name, selection.variation, ShortPolicyName(options)),

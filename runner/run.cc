@@ -153,7 +153,7 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
       events->Begin(BeginEvent(run));
       listener = &*events;
     }
-    video_recording.emplace(run.folder, run.options.video, listener);
+    video_recording.emplace(run.folder, run.options.video, run.options.gl, listener);
     Evaluate(run, &*view, &*video_recording);
   } catch (...) {
     run.folder.Remove();

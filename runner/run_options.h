@@ -13,6 +13,7 @@
 #include "bus/recorder/recorder_options.h"
 #include "policy_bridge/policy_options.h"
 #include "sim/sim_options.h"
+#include "viz/images/painter/gl_context.h"
 
 namespace evalbus::runner {
 
@@ -35,6 +36,8 @@ struct RunOptions {
   bool in_process = false;
   bool by_hand = false;
   std::vector<std::string> video;
+  // Renderer of a policy's images and of videos. run.json has the library that "auto" has selected.
+  std::string gl = "osmesa";
   // A source replaces sim and policy (`evalbus watch`).
   bool watch = false;
 
@@ -87,6 +90,7 @@ void ForEachOption(Options& options, const F& f) {
           Option{&RunOptions::video, "video",
                  "cameras, separated by commas: record a video of each episode while the next one runs\n"
                  "('evalbus render' does it later); none: no videos (default)"},
+          Option{&RunOptions::gl, "gl", viz::kGlHelp, Range{}, kFixed},
           Option{&RunOptions::watch, "watch", "", Range{}, kFixed},
       },
       options, f);

@@ -23,7 +23,8 @@ namespace evalbus::runner {
 
 namespace {
 
-VideoRecording::Render Rendering(const std::filesystem::path& run, const std::vector<std::string>& cameras) {
+VideoRecording::Render Rendering(const std::filesystem::path& run, const std::vector<std::string>& cameras,
+                                 const std::string& gl) {
   return [=](int episode) -> std::vector<std::string> {
     return {(Processes::BinaryFolder() / "evalbus").string(),
             "render",
@@ -32,6 +33,8 @@ VideoRecording::Render Rendering(const std::filesystem::path& run, const std::ve
             std::to_string(episode),
             "--camera",
             fmt::format("{}", fmt::join(cameras, ",")),
+            "--gl",
+            gl,
             "--report-progress"};
   };
 }
@@ -39,8 +42,8 @@ VideoRecording::Render Rendering(const std::filesystem::path& run, const std::ve
 }  // namespace
 
 VideoRecording::VideoRecording(const results::RunFolder& folder, const std::vector<std::string>& cameras,
-                               RunListener* next)
-    : VideoRecording(folder, cameras, next, Rendering(folder.path(), cameras)) {}
+                               const std::string& gl, RunListener* next)
+    : VideoRecording(folder, cameras, next, Rendering(folder.path(), cameras, gl)) {}
 
 VideoRecording::VideoRecording(const results::RunFolder& folder, std::vector<std::string> cameras,
                                RunListener* next, Render render)

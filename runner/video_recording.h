@@ -23,8 +23,9 @@ class VideoRecording : public RunListener {
   using Render = std::function<std::vector<std::string>(int episode)>;
 
   // Forwards all events to `next`. Without cameras, it does nothing else.
+  // gl: the renderer (--gl).
   VideoRecording(const results::RunFolder& folder, const std::vector<std::string>& cameras,
-                 RunListener* next);
+                 const std::string& gl, RunListener* next);
   VideoRecording(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next,
                  Render render);
   // Stops rendering and removes unfinished videos.

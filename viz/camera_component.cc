@@ -23,8 +23,8 @@ constexpr size_t kMaxViews = 32;
 
 }  // namespace
 
-CameraComponent::CameraComponent(Bus* bus) : Component(bus, "cameras") {
-  UseGl("osmesa");
+CameraComponent::CameraComponent(Bus* bus, const std::string& gl) : Component(bus, "cameras") {
+  UseGl(gl);
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });

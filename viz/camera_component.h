@@ -10,6 +10,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "bus/component.h"
@@ -25,9 +26,9 @@ class CameraComponent : public Component {
  public:
   static constexpr size_t kKeptStates = 64;
 
-  // Throws EnvironmentError if OSMesa is missing. If a REQUEST_IMAGE of this episode cannot be drawn (e.g.
-  // unknown camera, more than 2048 pixels per side), Bus::Handle throws InputError.
-  explicit CameraComponent(Bus* bus);
+  // gl: see UseGl. Throws EnvironmentError if its library is missing. If a REQUEST_IMAGE of this episode
+  // cannot be drawn (e.g. unknown camera, more than 2048 pixels per side), Bus::Handle throws InputError.
+  explicit CameraComponent(Bus* bus, const std::string& gl = "osmesa");
 
   // Number of images drawn since the start.
   int64_t num_drawn() const { return num_drawn_; }

@@ -16,10 +16,16 @@
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "--answer-image-requests") {
+    std::string gl = "osmesa";
     return evalbus::HostMain(
         argc - 1, argv + 1, "Renders only the images that a policy requests with REQUEST_IMAGE.",
-        [](CLI::App*) {},
-        [](evalbus::Bus* bus) { return std::make_unique<evalbus::viz::CameraComponent>(bus); });
+        [&](CLI::App* app) {
+          // run.json of an earlier version has no such key.
+          evalbus::AddOptionsFile(
+              app, [&](const std::string& file) { gl = evalbus::ReadJsonFile(file).value("gl", gl); });
+          app->add_option("--gl", gl, evalbus::viz::kGlHelp)->capture_default_str();
+        },
+        [&](evalbus::Bus* bus) { return std::make_unique<evalbus::viz::CameraComponent>(bus, gl); });
   }
   CLI::App app{
       "Renders an active run or replay off screen, and publishes JPEG frames on\n"

@@ -6,8 +6,10 @@
 #include "base/errors.h"
 #include "bus/channels.h"
 #include "bus/message.h"
+#include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 #include "models/physics_model.h"
+#include "viz/images/video_timing.h"
 
 namespace evalbus::viz {
 
@@ -142,7 +144,7 @@ SteadyTime VizComponent::next_poll() const { return renderer_ && undrawn_ ? next
 
 void VizComponent::Draw() {
   undrawn_ = passing_ = false;
-  text_.time_s = static_cast<double>(state_.header.sim_time_us) * 1e-6;
+  text_.clock = ClockText({Seconds(state_.header.sim_time_us), 1});
   renderer_->SetState(state_);
   for (View& view : views_) {
     renderer_->Render(view.camera, &frame_);

@@ -15,6 +15,7 @@
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/video_timing_options.h"
 #include "report/comparison_report.h"
 #include "report/viewer_pack.h"
 #include "results/comparability.h"
@@ -44,6 +45,7 @@ struct CompareOptions {
   double megabytes = report::kPageMegabytes;
   // Video of both runs on one seed, side by side; empty: no video is made.
   std::filesystem::path video;
+  viz::VideoTiming timing;
   // Seed of the video's episodes; unset: the first seed on which only one of the runs succeeded.
   std::optional<int64_t> seed;
   // Compare runs that were simulated by different versions of MuJoCo.
@@ -64,6 +66,7 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
       ->capture_default_str();
   app->add_option("--video", options->video,
                   "video of the two runs or suites on one seed, side by side: .mp4, .gif or .webp");
+  AddVideoTiming(app, &options->timing);
   app->add_option("--seed", options->seed,
                   "seed of the video's episodes; default: the first on which only one of the two succeeded");
   app->add_flag("--across-engines", options->across_engines,
@@ -72,9 +75,10 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
 }
 
 // Reads an episode of a run and labels it with the run's name.
-viz::VideoEpisode ReadVideoEpisode(const fs::path& run, const std::string& name, int episode) {
+viz::VideoEpisode ReadVideoEpisode(const fs::path& run, const std::string& name, int episode,
+                                   const viz::VideoTiming& timing) {
   const std::string policy = results::ReadRunInfo(run).policy;
-  auto video_episodes = viz::ReadVideoEpisodes(EpisodeLog(run, episode), {episode}, policy);
+  auto video_episodes = viz::ReadVideoEpisodes(EpisodeLog(run, episode), {episode}, policy, timing);
   video_episodes.back().name = name;
   return std::move(video_episodes.back());
 }
@@ -93,11 +97,18 @@ void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& ba
   if (options.video.extension() != ".mp4") video.size = {640, 360};
   const std::string ours = pair->run->policy, theirs = pair->baseline->policy;
   const bool same = ours == theirs;
+  viz::VideoTiming timing = options.timing;
+  if (timing.highlight_s > 0) {
+    // Both sides have one clock, which runs at normal speed around the decisive moments of both.
+    timing.moments_s = {viz::ReadDecisiveMoment(EpisodeLog(pair->baseline->folder, pair->baseline_episode),
+                                                pair->baseline_episode),
+                        viz::ReadDecisiveMoment(EpisodeLog(pair->run->folder, pair->episode), pair->episode)};
+  }
   InstallStopSignals();
-  viz::MakePairVideo(
-      {ReadVideoEpisode(pair->baseline->folder, same ? baseline.name : theirs, pair->baseline_episode),
-       ReadVideoEpisode(pair->run->folder, same ? run.name : ours, pair->episode)},
-      video, options.video);
+  viz::MakePairVideo({ReadVideoEpisode(pair->baseline->folder, same ? baseline.name : theirs,
+                                       pair->baseline_episode, timing),
+                      ReadVideoEpisode(pair->run->folder, same ? run.name : ours, pair->episode, timing)},
+                     video, options.video);
   fmt::print("\nvideo    {}  (seed {})\n", options.video.string(), pair->seed);
 }
 
@@ -109,6 +120,10 @@ int Compare(const CompareOptions& options) {
   if (!options.video.empty() && runs.size() != 2) throw InputError("--video: expected two runs or suites");
   if (!options.video.empty()) viz::CheckVideoEnding(options.video.extension().string());
   if (options.seed && options.video.empty()) throw InputError("--seed requires --video");
+  if (options.timing != viz::VideoTiming() && options.video.empty()) {
+    throw InputError("--highlight, --speed and --trim require --video");
+  }
+  viz::CheckVideoTiming(options.timing);
   const results::RecordedRuns baseline = results::RemoveBaseline(options.baseline, &runs);
   if (runs.empty()) throw InputError("expected two or more runs, got only " + baseline.folder.string());
   std::vector<const results::RecordedRuns*> all = {&baseline};

@@ -40,12 +40,20 @@ std::string LibraryOf(const char* symbol) {
 void PrintVideos() {
   std::string renderer;
   try {
+    const viz::GlChoice choice = viz::ChooseGl("osmesa");
+    if (!choice.warning.empty()) fmt::print("note  {}\n", choice.warning);
     const std::string gl = viz::GlInUse();
     renderer = fmt::format(": {}, {}", gl, LibraryOf("OSMesaCreateContextExt"));
   } catch (const EnvironmentError&) {
     // The library is missing; the fix below names its package.
   }
   Print(!renderer.empty(), "OSMesa, which renders videos" + renderer, "apt-get install libosmesa6");
+  // EGL is optional.
+  try {
+    fmt::print("ok    EGL, for --gl egl: {}\n", viz::ChooseGl("egl").device);
+  } catch (const EnvironmentError& error) {
+    fmt::print("      EGL, for --gl egl, is missing: {}\n", error.what());
+  }
   const std::string ffmpeg = FindFfmpeg().string();
   Print(!ffmpeg.empty(), "ffmpeg, which encodes videos" + (ffmpeg.empty() ? "" : ": " + ffmpeg),
         kInstallFfmpeg);

@@ -16,6 +16,7 @@
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/video_timing_options.h"
 #include "results/episode_logs.h"
 #include "runner/progress_line.h"
 #include "runner/video_recording.h"
@@ -48,6 +49,8 @@ struct RenderOptions {
   std::filesystem::path out;
   std::string format = "mp4";
   std::string gl = "osmesa";
+  std::string overlay = "full";
+  viz::VideoTiming timing;
   // Prints lines with the progress for the process that started this one and reads its log.
   bool report_progress = false;
 };
@@ -76,6 +79,10 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
   app->add_option("--format", options->format, "mp4, gif or webp; READMEs can show gif and webp")
       ->capture_default_str();
   app->add_option("--gl", options->gl, viz::kGlHelp)->capture_default_str();
+  app->add_option("--overlay", options->overlay,
+                  "text in the plain layout: full; small: time and outcome; none, for papers and slides")
+      ->capture_default_str();
+  AddVideoTiming(app, &options->timing);
   app->add_option("-o,--out", options->out,
                   "video file, whose extension selects the format; default: beside the log");
   app->add_flag("--report-progress", options->report_progress)->group("");
@@ -117,6 +124,8 @@ void PrintVideo(const fs::path& file) {
 void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs, viz::FrameSize size,
                 const std::string& ending) {
   if (options.cameras.size() > 1) throw InputError("--grid: expected one --camera");
+  // The clock is common to all cells, the decisive moments are not.
+  if (options.timing.highlight_s > 0) throw InputError("--highlight: not possible with --grid");
   viz::JointVideoOptions joint;
   joint.size = size;
   if (!options.cameras.empty()) joint.camera = options.cameras[0];
@@ -132,7 +141,8 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
     if (episodes.size() >= cells) break;
     const auto run = results::RunOf(log);
     const std::vector<int> wanted = logs.size() == 1 ? options.episodes : std::vector<int>();
-    for (viz::VideoEpisode& episode : viz::ReadVideoEpisodes(log, wanted, run ? run->policy : "")) {
+    for (viz::VideoEpisode& episode :
+         viz::ReadVideoEpisodes(log, wanted, run ? run->policy : "", options.timing)) {
       tasks.insert(episode.facts.task);
       makers.insert(episode.facts.maker);
       episodes.push_back(std::move(episode));
@@ -173,7 +183,13 @@ int Render(const RenderOptions& options) {
       throw InputError("--out " + options.out.string() + ": no such folder: " + folder.string());
     }
   }
+  viz::CheckVideoTiming(options.timing);
+  video.timing = options.timing;
+  video.overlay = viz::ParseOverlay(options.overlay);
   const bool has_panels = options.has_grid || video.layout == viz::VideoLayout::kFull;
+  if (has_panels && video.overlay != viz::OverlayAmount::kFull) {
+    throw InputError("--overlay: expected --layout plain without --grid");
+  }
   const std::string usual = !has_panels ? "640x480" : video.ending == ".mp4" ? "1280x720" : "640x360";
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? usual : options.size);
   const std::vector<fs::path> logs = results::EpisodeLogs(options.recording, options.episodes);

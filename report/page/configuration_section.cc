@@ -41,6 +41,7 @@ void MainSettings(const ReportRun& run, Markup* html) {
   const std::string rate = SettingOf(info, "control_hz");
   if (!rate.empty()) row("pace", fmt::format("{} Hz, {}", rate, run.run.clock()));
   row("MuJoCo", run.run.engine());
+  row("renderer", SettingOf(info, "renderer"));
   const std::string commit = SettingOf(info, "git_commit");
   row("evalbus", SettingOf(info, "evalbus_version") + (commit.empty() ? "" : " (" + commit + ")"));
 }

@@ -14,10 +14,9 @@ import pathlib
 import re
 import subprocess
 import sys
-import tempfile
 
 from check_viewer import frame, own_addresses, wait_until
-from chromium import SOFTWARE_GL, Browser, complaints, find_chromium
+from chromium import complaints, find_chromium, opened
 
 VIEWS = "evalbusViewer.views"
 
@@ -220,15 +219,9 @@ def main():
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
     found = []
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        browser = Browser(program, profile, SOFTWARE_GL)
-        try:
-            for domain in ("Page", "Runtime", "Log", "Network"):
-                browser.call(f"{domain}.enable")
-            check_plan(browser, evalbus, plan, folder, found)
-            check_large(browser, evalbus, large, folder, found)
-        finally:
-            browser.close()
+    with opened(program) as browser:
+        check_plan(browser, evalbus, plan, folder, found)
+        check_large(browser, evalbus, large, folder, found)
     for complaint in found:
         print(complaint)
     print(f"{len(found)} complaints about the overview")

@@ -19,11 +19,10 @@ import socket
 import struct
 import subprocess
 import sys
-import tempfile
 
 from check_viewer import (HOSTILE, compare_poses, compare_values, frame, open_page, own_addresses, read_log, shown,
                           wait_until)
-from chromium import SOFTWARE_GL, Browser, complaints, find_chromium
+from chromium import complaints, find_chromium, opened
 
 POLICY_NAME = "<b onclick=alert(1)>noisy</b>"
 RUN = "evalbusViewer.runs.get(0)"
@@ -151,17 +150,13 @@ def main():
         sys.exit("usage: check_live.py EVALBUS FOLDER")
     program = find_chromium()
     found, processes = [], []
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        browser = Browser(program, profile, SOFTWARE_GL)
+    with opened(program) as browser:
         try:
-            for domain in ("Page", "Runtime", "Log", "Network"):
-                browser.call(f"{domain}.enable")
             check(browser, sys.argv[1], pathlib.Path(sys.argv[2]), processes, found)
         finally:
             for process in processes:
                 with contextlib.suppress(ProcessLookupError):
                     os.killpg(process.pid, signal.SIGKILL)
-            browser.close()
     for one in found:
         print(one)
     print(f"{len(found)} complaints about a run that was watched")

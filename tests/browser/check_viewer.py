@@ -23,7 +23,7 @@ import zlib
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "python"))
 
-from chromium import SOFTWARE_GL, Browser, complaints, find_chromium  # noqa: E402
+from chromium import Browser, complaints, find_chromium, opened  # noqa: E402
 from evalbus.log import read_log  # noqa: E402
 
 SIZES = ((1280, 900), (400, 850), (2500, 1300))
@@ -343,16 +343,10 @@ def main():
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
     found = []
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        browser = Browser(program, profile, SOFTWARE_GL)
-        try:
-            for domain in ("Page", "Runtime", "Log", "Network"):
-                browser.call(f"{domain}.enable")
-            bodies, metrics = check(browser, url, run, folder, found)
-            if is_page:
-                check_hostile(browser, pathlib.Path(sys.argv[1]), folder or pathlib.Path(profile), folder is not None, found)
-        finally:
-            browser.close()
+    with opened(program) as browser, tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
+        bodies, metrics = check(browser, url, run, folder, found)
+        if is_page:
+            check_hostile(browser, pathlib.Path(sys.argv[1]), folder or pathlib.Path(scratch), folder is not None, found)
     if is_page:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
             check_without_gl(program, url, profile, found)

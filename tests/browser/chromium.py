@@ -1,11 +1,13 @@
 """Headless Chromium, operated as a user would; needs no Python package."""
 import base64
+import contextlib
 import json
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
+import tempfile
 
 
 # WebGL rendered by the processor, for pages with 3D images.
@@ -96,6 +98,19 @@ def find_chromium():
         print("skipped: this check needs chromium (apt-get install chromium)")
         sys.exit(77)
     return program
+
+
+@contextlib.contextmanager
+def opened(program):
+    """Yields a browser with 3D images, which reports the events of page, scripts, log and network."""
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        browser = Browser(program, profile, SOFTWARE_GL)
+        try:
+            for domain in ("Page", "Runtime", "Log", "Network"):
+                browser.call(f"{domain}.enable")
+            yield browser
+        finally:
+            browser.close()
 
 
 # Returns the page's errors and warnings, and its requests outside itself and its `own` addresses.

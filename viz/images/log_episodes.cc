@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/run_layout.h"
+#include "lcmtypes/clock.h"
 #include "models/physics_model.h"
 
 namespace evalbus::viz {
@@ -35,6 +36,22 @@ void CheckEpisodes(const std::filesystem::path& log, const std::vector<int>& num
     throw InputError(fmt::format("{} has no episode {}; it has {}", log.string(), number,
                                  fmt::join(std::set(numbers.begin(), numbers.end()), ", ")));
   }
+}
+
+double DecisiveMoment(const EpisodeMessages& episode) {
+  if (episode.summary && !episode.summary->cause.kind.empty()) return episode.summary->cause.time_s;
+  throw InputError(
+      fmt::format("--highlight: the log has no decisive moment of episode {}; 'evalbus rescore' finds it",
+                  episode.number()));
+}
+
+std::vector<FrameTime> TimesOf(const EpisodeMessages& episode, VideoTiming timing) {
+  if (timing.highlight_s > 0 && timing.moments_s.empty()) timing.moments_s = {DecisiveMoment(episode)};
+  return FrameTimes(timing, episode.states.back().header.sim_time_us);
+}
+
+bool ShowsEnd(const EpisodeMessages& episode, const VideoTiming& timing) {
+  return episode.end && (!timing.to_s || *timing.to_s >= Seconds(episode.states.back().header.sim_time_us));
 }
 
 ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log) {

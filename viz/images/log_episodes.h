@@ -6,6 +6,7 @@
 
 #include "bus/episode_reader.h"
 #include "models/mujoco_ptr.h"
+#include "viz/images/video_timing.h"
 
 namespace evalbus::viz {
 
@@ -20,6 +21,13 @@ std::vector<int> EpisodesOf(const std::filesystem::path& log);
 // Throws InputError, with the available numbers, if a wanted episode is not in the log.
 void CheckEpisodes(const std::filesystem::path& log, const std::vector<int>& numbers,
                    const std::vector<int>& wanted);
+
+// Returns the time of the decisive moment, s. Throws InputError if the log does not have it.
+double DecisiveMoment(const EpisodeMessages& episode);
+// Returns the times of a video's frames. Throws InputError as FrameTimes and DecisiveMoment.
+std::vector<FrameTime> TimesOf(const EpisodeMessages& episode, VideoTiming timing);
+// Returns whether a video with this timing shows how the episode ended.
+bool ShowsEnd(const EpisodeMessages& episode, const VideoTiming& timing);
 
 // Loads the visual model from the run folder that contains the log, even if the folder has been moved since.
 // For a log outside of a run folder, loads the file that MODEL names. Throws InputError.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/errors.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
@@ -29,6 +30,22 @@ void Dot(Canvas* canvas, double x, double y, bool filled, const Color& color) {
   filled ? canvas->Disc({x, y}, kDot, color) : canvas->Ring({x, y}, kDot - 0.7, 1.4, color);
 }
 
+// Draws the time at the top right, with the outcome beside it once the episode has ended.
+void DrawTime(const OverlayText& text, Canvas* canvas) {
+  const std::string verdict = EndLabel(text.end_reason);
+  const double time_width = std::max(58.0, canvas->TextWidth(text.clock, Font::kBold, kBold));
+  double right = canvas->width - kMargin;
+  canvas->Panel({right - time_width - 2 * kPadding, kMargin, time_width + 2 * kPadding, 26}, kRadius, kPanel);
+  canvas->TextBefore(right - kPadding, kMargin + 18, text.clock, Font::kBold, kBold, kText);
+  if (!verdict.empty()) {
+    right -= time_width + 2 * kPadding + 6;
+    const double width = canvas->TextWidth(verdict, Font::kBold, kBold) + 2 * kPadding;
+    canvas->Panel({right - width, kMargin, width, 26}, kRadius,
+                  text.end_reason == end_reason::kSuccess ? kSuccessColor : kFailureColor);
+    canvas->Text(right - width + kPadding, kMargin + 18, verdict, Font::kBold, kBold, kText);
+  }
+}
+
 }  // namespace
 
 std::string EpisodeSubtitle(int32_t episode) { return fmt::format("episode {}", episode); }
@@ -52,10 +69,23 @@ void AddScores(const metric_values_t& metrics, OverlayText* text) {
   }
 }
 
-Overlay::Overlay(FrameSize size) : scale_(std::max(0.5, size.height / 480.0)) { LoadFonts(); }
+OverlayAmount ParseOverlay(const std::string& name) {
+  if (name == "none") return OverlayAmount::kNone;
+  if (name == "small") return OverlayAmount::kSmall;
+  if (name == "full") return OverlayAmount::kFull;
+  throw InputError("--overlay " + name + ": expected none, small or full");
+}
+
+Overlay::Overlay(FrameSize size, OverlayAmount amount)
+    : scale_(std::max(0.5, size.height / 480.0)), amount_(amount) {
+  LoadFonts();
+}
 
 void Overlay::Draw(const OverlayText& text, Frame* frame) const {
+  if (amount_ == OverlayAmount::kNone) return;
   Canvas canvas(frame, scale_);
+  DrawTime(text, &canvas);
+  if (amount_ == OverlayAmount::kSmall) return;
 
   // Top left: title, subtitle, policy and robot.
   const double title_width = std::max({canvas.TextWidth(text.title, Font::kBold, kBold),
@@ -66,22 +96,6 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
   canvas.Text(kMargin + kPadding, kMargin + 18, text.title, Font::kBold, kBold, kText);
   canvas.Text(kMargin + kPadding, kMargin + 34, text.subtitle, Font::kNormal, kSmall, kDim);
   canvas.Text(kMargin + kPadding, kMargin + 50, text.maker, Font::kNormal, kSmall, kDim);
-
-  // Top right: the time, and the outcome once the episode has ended.
-  const std::string time = fmt::format("{:.2f} s", text.time_s);
-  const std::string verdict = EndLabel(text.end_reason);
-  const double time_width = std::max(58.0, canvas.TextWidth(time, Font::kBold, kBold));
-  double right = canvas.width - kMargin;
-  canvas.Panel({right - time_width - 2 * kPadding, kMargin, time_width + 2 * kPadding, 26}, kRadius, kPanel);
-  canvas.Text(right - kPadding - canvas.TextWidth(time, Font::kBold, kBold), kMargin + 18, time, Font::kBold,
-              kBold, kText);
-  if (!verdict.empty()) {
-    right -= time_width + 2 * kPadding + 6;
-    const double width = canvas.TextWidth(verdict, Font::kBold, kBold) + 2 * kPadding;
-    canvas.Panel({right - width, kMargin, width, 26}, kRadius,
-                 text.end_reason == end_reason::kSuccess ? kSuccessColor : kFailureColor);
-    canvas.Text(right - width + kPadding, kMargin + 18, verdict, Font::kBold, kBold, kText);
-  }
 
   // Bottom left: the stages.
   if (!text.stages.empty()) {

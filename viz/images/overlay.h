@@ -15,7 +15,7 @@ struct OverlayText {
   std::string title;     // "lift_pot/position"
   std::string subtitle;  // "episode 3"
   std::string maker;     // "expert on bimanual_panda"
-  double time_s = 0;
+  std::string clock;     // "4.60 s"
   struct Stage {
     std::string name;
     bool reached = false;
@@ -34,15 +34,21 @@ std::string MakerText(const std::string& policy, const std::string& robot);
 // Sets the stages and counts of `text` from these metrics.
 void AddScores(const metric_values_t& metrics, OverlayText* text);
 
+// kSmall: only time and outcome; for pages that have the other facts in their text.
+enum class OverlayAmount { kNone, kSmall, kFull };
+// Throws InputError for other names than "none", "small" and "full".
+OverlayAmount ParseOverlay(const std::string& name);
+
 class Overlay {
  public:
   // Sizes scale with the frame's height. Throws EnvironmentError if the font is missing.
-  explicit Overlay(FrameSize size);
+  explicit Overlay(FrameSize size, OverlayAmount amount = OverlayAmount::kFull);
 
   void Draw(const OverlayText& text, Frame* frame) const;
 
  private:
   double scale_;
+  OverlayAmount amount_;
 };
 
 }  // namespace evalbus::viz

@@ -16,7 +16,12 @@
 namespace evalbus::viz {
 namespace {
 
-double TimeOf(size_t frame) { return static_cast<double>(frame) / kVideoRate; }
+// "left wrist" for the camera "left/hand/wrist".
+std::string CameraWords(const std::string& camera) {
+  const size_t first = camera.find('/'), last = camera.rfind('/');
+  if (first == std::string::npos) return Printable(camera);
+  return Printable(camera.substr(0, first) + " " + camera.substr(last + 1));
+}
 
 FrameSize SizeOf(const Box& box) { return {static_cast<int>(box.width), static_cast<int>(box.height)}; }
 
@@ -66,13 +71,19 @@ struct Sheet {
   Shots shots;
 };
 
-size_t LongestOf(const std::vector<VideoEpisode>& episodes) {
-  size_t frames = 0;
-  for (const VideoEpisode& episode : episodes) frames = std::max(frames, episode.states.size());
-  return frames;
+// Times of the frames of several episodes: those of the longest, then the last one's end.
+std::vector<FrameTime> JointTimes(const std::vector<VideoEpisode>& episodes, double end_s) {
+  const auto longest = std::ranges::max_element(
+      episodes, {}, [](const VideoEpisode& episode) { return episode.states.size(); });
+  std::vector<FrameTime> times = longest->times;
+  times.push_back(longest->shows_end ? FrameTime{end_s, 1} : times.back());
+  return times;
 }
 
-std::string ClockText(double time_s) { return fmt::format("{:.2f} s", time_s); }
+// Returns whether an episode has ended before this frame.
+bool IsOver(const VideoEpisode& episode, size_t frame) {
+  return episode.shows_end && frame >= episode.states.size();
+}
 
 // Writes `longest` frames, then the end frame kPanelHold times.
 void WriteJoint(size_t longest, const JointVideoOptions& options, const std::filesystem::path& file,
@@ -88,11 +99,13 @@ void WriteJoint(size_t longest, const JointVideoOptions& options, const std::fil
 }  // namespace
 
 VideoEpisode ToVideoEpisode(const EpisodeMessages& episode, const std::string& policy,
-                            const std::filesystem::path& log) {
+                            const std::filesystem::path& log, const VideoTiming& timing) {
   std::vector<int64_t> sim_time_us;
   for (const state_t& state : episode.states) sim_time_us.push_back(state.header.sim_time_us);
-  const std::vector<size_t> schedule = VideoSchedule(sim_time_us);
   VideoEpisode video_episode;
+  video_episode.times = TimesOf(episode, timing);
+  video_episode.shows_end = ShowsEnd(episode, timing);
+  const std::vector<size_t> schedule = VideoSchedule(sim_time_us, video_episode.times);
   video_episode.log = log;
   video_episode.model = *episode.model;
   if (episode.begin) video_episode.seed = episode.begin->seed;
@@ -102,7 +115,8 @@ VideoEpisode ToVideoEpisode(const EpisodeMessages& episode, const std::string& p
 }
 
 std::vector<VideoEpisode> ReadVideoEpisodes(const std::filesystem::path& log,
-                                            const std::vector<int>& episodes, const std::string& policy) {
+                                            const std::vector<int>& episodes, const std::string& policy,
+                                            const VideoTiming& timing) {
   const std::vector<int> numbers = EpisodesOf(log);
   CheckEpisodes(log, numbers, episodes);
   const auto is_wanted = [&](int number) {
@@ -113,9 +127,18 @@ std::vector<VideoEpisode> ReadVideoEpisodes(const std::filesystem::path& log,
   for (EpisodeMessages episode; reader.Next(&episode, is_wanted);) {
     if (episode.states.empty()) continue;
     if (!episode.model) throw InputError(log.string() + ": no whole MODEL message before the first STATE");
-    video_episodes.push_back(ToVideoEpisode(episode, policy, log));
+    video_episodes.push_back(ToVideoEpisode(episode, policy, log, timing));
   }
   return video_episodes;
+}
+
+double ReadDecisiveMoment(const std::filesystem::path& log, int number) {
+  EpisodeReader reader(log, {});
+  EpisodeMessages episode;
+  if (!reader.Next(&episode, [number](int other) { return other == number; })) {
+    throw InputError(fmt::format("{} has no episode {}", log.string(), number));
+  }
+  return DecisiveMoment(episode);
 }
 
 std::vector<std::string> FullCameras(const mjModel& model) {
@@ -145,7 +168,7 @@ void MakeFullVideo(const VideoEpisode& episode, const std::vector<std::string>& 
       LayOutFull(size, static_cast<int>(cameras.size()) - 1, static_cast<int>(facts.curves.size()));
   const std::string subtitle = facts.maker + ", " + EpisodeSubtitle(facts.episode);
   const size_t num_states = episode.states.size();
-  const bool has_end = EndOf(facts) != VideoEnd::kNone;
+  const bool has_end = episode.shows_end && EndOf(facts) != VideoEnd::kNone;
   const size_t num_frames = num_states + (has_end ? 1 : 0);
   const auto begin = [&](VideoScenes* scenes) {
     Renderer* const renderer = RendererOf(episode, scenes);
@@ -156,15 +179,16 @@ void MakeFullVideo(const VideoEpisode& episode, const std::vector<std::string>& 
       VideoPanels& panels = sheet->panels;
       const bool is_end = n == num_states;
       const size_t shown = is_end ? n - 1 : n;
-      const double time = is_end ? facts.duration_s : TimeOf(n);
+      const FrameTime frame_time = is_end ? FrameTime{facts.duration_s, 1} : episode.times[n];
+      const double time = frame_time.time_s;
       panels.Page();
-      panels.Header(layout.header, facts.task, subtitle, ClockText(time));
+      panels.Header(layout.header, facts.task, subtitle, ClockText(frame_time));
       renderer->SetState(episode.states[shown]);
       for (size_t i = 0; i < ids.size(); ++i) {
         const Box& box = i == 0 ? layout.main : layout.insets[i - 1];
         sheet->shots.Draw(renderer, ids[i], box, &sheet->frame);
         panels.Places(box, PlacesOf(episode, shown, *renderer, ids[i], box), i == 0);
-        if (i > 0) panels.Caption(box, Printable(cameras[i]));
+        if (i > 0) panels.Caption(box, CameraWords(cameras[i]));
       }
       panels.Stages(layout.stages, facts, time);
       for (size_t i = 0; i < layout.curves.size(); ++i) {
@@ -200,21 +224,20 @@ void MakePairVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
     }
     return most;
   };
-  const size_t longest = LongestOf(episodes);
+  const std::vector<FrameTime> times = JointTimes(episodes, to_s);
   const auto begin = [&](VideoScenes* scenes) {
     const auto sheet = std::make_shared<Sheet>(options.size, layout.scale);
     return [&, scenes, sheet](size_t n) {
       VideoPanels& panels = sheet->panels;
       panels.Page();
-      const double time = n < longest ? TimeOf(n) : to_s;
-      panels.Header(layout.header, options.title, options.subtitle, ClockText(time));
+      panels.Header(layout.header, options.title, options.subtitle, ClockText(times[n]));
       for (size_t i = 0; i < episodes.size(); ++i) {
         const VideoEpisode& episode = episodes[i];
         const PairLayout::Side& side = layout.side[i];
         const VideoFacts& facts = episode.facts;
-        const bool is_over = n >= episode.states.size();
+        const bool is_over = IsOver(episode, n);
         const size_t shown = std::min(n, episode.states.size() - 1);
-        const double own_time = is_over ? facts.duration_s : time;
+        const double own_time = is_over ? facts.duration_s : times[n].time_s;
         Renderer* const renderer = RendererOf(episode, scenes);
         const int camera = FindCamera(renderer->model(), options.camera);
         panels.Title(side.title, facts, episode.name, is_over);
@@ -227,13 +250,13 @@ void MakePairVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
           panels.Curve(side.curve, facts, curve, own_time, to_s, highest(curve.label));
         }
         panels.TimeLine(side.time_line, facts, own_time, to_s);
-        if (is_over) panels.EndCard(side.image, facts);
+        if (is_over) panels.Ending(side.image, facts);
       }
       return std::vector{sheet->frame};
     };
   };
   ParallelFrameRenderer frame_renderer(options.size);
-  WriteJoint(longest, options, file, &frame_renderer, begin);
+  WriteJoint(times.size() - 1, options, file, &frame_renderer, begin);
 }
 
 void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOptions& options,
@@ -245,10 +268,10 @@ void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
     return Box{cell.x + layout.frame, cell.y + layout.frame, cell.width - 2 * layout.frame,
                cell.height - 2 * layout.frame};
   };
-  const size_t longest = LongestOf(episodes);
   const size_t cells = std::min(episodes.size(), layout.cells.size());
   double to_s = 0;
   for (const VideoEpisode& episode : episodes) to_s = std::max(to_s, episode.facts.duration_s);
+  const std::vector<FrameTime> times = JointTimes(episodes, to_s);
   const auto begin = [&](VideoScenes* scenes) {
     const auto sheet = std::make_shared<Sheet>(options.size, layout.scale);
     sheet->panels.Page();
@@ -257,7 +280,7 @@ void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
       size_t succeeded = 0, failed = 0;
       for (size_t i = 0; i < cells; ++i) {
         const VideoEpisode& episode = episodes[i];
-        const bool is_over = n >= episode.states.size();
+        const bool is_over = IsOver(episode, n);
         if (is_over) {
           succeeded += EndOf(episode.facts) == VideoEnd::kSuccess;
           failed += EndOf(episode.facts) == VideoEnd::kFailure;
@@ -278,13 +301,12 @@ void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
       }
       panels.Blank(layout.header);
       panels.Header(layout.header, options.title, options.subtitle,
-                    fmt::format("{} succeeded, {} failed    {}", succeeded, failed,
-                                ClockText(n < longest ? TimeOf(n) : to_s)));
+                    fmt::format("{} succeeded, {} failed    {}", succeeded, failed, ClockText(times[n])));
       return std::vector{sheet->frame};
     };
   };
   ParallelFrameRenderer frame_renderer(SizeOf(image(0)));
-  WriteJoint(longest, options, file, &frame_renderer, begin);
+  WriteJoint(times.size() - 1, options, file, &frame_renderer, begin);
 }
 
 }  // namespace evalbus::viz

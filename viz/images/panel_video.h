@@ -1,6 +1,6 @@
 // Videos with panels: one episode with all its scores and events, two episodes side by side, or many in a
-// grid. Frame n shows simulated time n / 30 s. An episode that has ended keeps showing its last image; after
-// the last episode has ended, the final image is held for kPanelHold frames.
+// grid. Frame n shows simulated time n / 30 s, or that of another timing. An episode that has ended keeps
+// showing its last image; after the last episode has ended, the final image is held for kPanelHold frames.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +15,7 @@
 #include "viz/images/parallel_frame_renderer.h"
 #include "viz/images/video_facts.h"
 #include "viz/images/video_layout.h"
+#include "viz/images/video_timing.h"
 
 namespace evalbus::viz {
 
@@ -25,8 +26,11 @@ struct VideoEpisode {
   std::filesystem::path log;
   model_info_t model;
   std::optional<int64_t> seed;
-  // One state per frame.
+  // One state and its time per frame.
   std::vector<state_t> states;
+  std::vector<FrameTime> times;
+  // Whether the video shows how the episode ended, or is cut before that.
+  bool shows_end = true;
   VideoFacts facts;
   // Label in a grid or pair, e.g. the policy.
   std::string name;
@@ -34,11 +38,14 @@ struct VideoEpisode {
 
 // Throws InputError if MODEL is inconsistent.
 VideoEpisode ToVideoEpisode(const EpisodeMessages& episode, const std::string& policy,
-                            const std::filesystem::path& log);
+                            const std::filesystem::path& log, const VideoTiming& timing);
 // Returns the episodes of a log with these numbers; all if `episodes` is empty. Throws InputError as
 // MakeLogVideos does.
 std::vector<VideoEpisode> ReadVideoEpisodes(const std::filesystem::path& log,
-                                            const std::vector<int>& episodes, const std::string& policy);
+                                            const std::vector<int>& episodes, const std::string& policy,
+                                            const VideoTiming& timing = {});
+// Returns the decisive moment of an episode in a log, s. Throws InputError if the log does not have it.
+double ReadDecisiveMoment(const std::filesystem::path& log, int episode);
 
 // Returns the default cameras of a full video: overview, head, wrists.
 std::vector<std::string> FullCameras(const mjModel& model);

@@ -126,7 +126,7 @@ Renderer* VideoScenes::Of(const model_info_t& model, const std::filesystem::path
   Scene& scene = scenes_[model.visual_sha256 + model.variation + model.task_yaml];
   scene.is_used = true;
   if (!scene.renderer) {
-    scene.renderer = std::make_unique<Renderer>(VisualModel(model, log), largest_);
+    scene.renderer = std::make_unique<Renderer>(VisualModel(model, log), largest_, Look::kVideo);
     const TaskDescription task = ParseTask(model.task_yaml, model.task_file, false);
     scene.varies = !task.variation(model.variation).appearance.empty();
   }

@@ -117,7 +117,7 @@ struct Kept {
 };
 
 struct Renderer::Gl {
-  Gl(const mjModel& model, bool mujoco_paints)
+  Gl(const mjModel& model, bool mujoco_paints, Look look)
       : buffer{model.vis.global.offwidth, model.vis.global.offheight} {
     mjv_defaultScene(&scene);
     mjr_defaultContext(&context);
@@ -137,7 +137,7 @@ struct Renderer::Gl {
         throw EnvironmentError("OpenGL offers no offscreen buffer of this size");
       }
       mujoco_painter = std::make_unique<MujocoPainter>(context);
-      if (!mujoco_paints) scene_painter = std::make_unique<ScenePainter>(context, model);
+      if (!mujoco_paints) scene_painter = std::make_unique<ScenePainter>(context, model, look);
     } catch (...) {
       Free();
       throw;
@@ -189,8 +189,8 @@ struct Renderer::Gl {
   std::list<Kept> kept;
 };
 
-Renderer::Renderer(ModelPtr model, FrameSize size)
-    : model_(std::move(model)), size_(size), mujoco_paints_(MujocoPaints()) {
+Renderer::Renderer(ModelPtr model, FrameSize size, Look look)
+    : model_(std::move(model)), size_(size), mujoco_paints_(MujocoPaints()), look_(look) {
   CheckFrameSize(size);
   InstallMujocoHandlers();
   model_->vis.global.offwidth = size.width / kShown * kDrawn;
@@ -198,7 +198,7 @@ Renderer::Renderer(ModelPtr model, FrameSize size)
   model_->vis.quality.offsamples = 0;
   data_.reset(mj_makeData(model_.get()));
   mj_kinematics(model_.get(), data_.get());
-  gl_ = std::make_unique<Gl>(*model_, mujoco_paints_);
+  gl_ = std::make_unique<Gl>(*model_, mujoco_paints_, look_);
 }
 
 Renderer::~Renderer() = default;
@@ -248,7 +248,7 @@ void Renderer::Prepare(FrameSize buffer) {
     global.offwidth = gl_ ? std::max(buffer.width, gl_->buffer.width) : buffer.width;
     global.offheight = gl_ ? std::max(buffer.height, gl_->buffer.height) : buffer.height;
     gl_.reset();
-    gl_ = std::make_unique<Gl>(*model_, mujoco_paints_);
+    gl_ = std::make_unique<Gl>(*model_, mujoco_paints_, look_);
   }
   gl_->gl.MakeCurrent();
 }

@@ -14,11 +14,10 @@
 #include "evalbus/state_t.hpp"
 #include "models/mujoco_ptr.h"
 #include "viz/images/frame.h"
+#include "viz/images/painter/painter.h"
 #include "viz/images/projection.h"
 
 namespace evalbus::viz {
-
-class Painter;
 
 // Default camera of images and videos. Every scene has it.
 inline constexpr char kDefaultCamera[] = "overview";
@@ -41,8 +40,9 @@ struct Shot {
 class Renderer {
  public:
   // model: must have visual geoms; light and shadow settings are taken from its <visual>. Throws InputError
-  // for an odd or out-of-range size, EnvironmentError if OpenGL is missing or fails.
-  Renderer(ModelPtr model, FrameSize size);
+  // for an odd or out-of-range size, EnvironmentError if OpenGL is missing or fails. look: a policy's images
+  // must have kPlain.
+  Renderer(ModelPtr model, FrameSize size, Look look = Look::kPlain);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
@@ -88,6 +88,7 @@ class Renderer {
   FrameSize size_;
   // The painter is chosen once: later changes of the environment have no effect.
   bool mujoco_paints_;
+  Look look_;
   DataPtr data_;
   std::unique_ptr<Gl> gl_;
 };

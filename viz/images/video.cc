@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "lcmtypes/clock.h"
 #include "viz/images/log_episodes.h"
 #include "viz/images/overlay.h"
 #include "viz/images/panel_video.h"
@@ -18,8 +19,6 @@
 namespace evalbus::viz {
 namespace {
 
-constexpr int64_t kSecond = 1000000;  // us
-
 // What one frame shows.
 struct Shown {
   const state_t* state;
@@ -27,29 +26,30 @@ struct Shown {
 };
 
 // Returns one entry per frame. The last entry, with the end of the episode, is shown kVideoHold times.
-std::vector<Shown> WhatIsShown(const EpisodeMessages& episode, const std::string& policy) {
+std::vector<Shown> WhatIsShown(const EpisodeMessages& episode, const VideoOptions& options) {
   OverlayText text;
   text.title = episode.model->task + "/" + episode.model->variation;
   text.subtitle = EpisodeSubtitle(episode.number());
-  text.maker = MakerText(policy, episode.model->robot);
+  text.maker = MakerText(options.policy, episode.model->robot);
   std::vector<int64_t> sim_time_us;
   for (const state_t& state : episode.states) sim_time_us.push_back(state.header.sim_time_us);
   std::vector<Shown> shown;
   size_t num_scored = 0;
-  const auto show = [&](size_t state, double time_s) {
+  const auto show = [&](size_t state, const std::string& clock) {
     while (num_scored < episode.partials.size() &&
            episode.partials[num_scored].header.tick <= episode.states[state].header.tick) {
       ++num_scored;
     }
     if (num_scored > 0) AddScores(episode.partials[num_scored - 1].metrics, &text);
-    text.time_s = time_s;
+    text.clock = clock;
     shown.push_back({&episode.states[state], text});
   };
-  const std::vector<size_t> schedule = VideoSchedule(sim_time_us);
-  for (size_t n = 0; n < schedule.size(); ++n) show(schedule[n], static_cast<double>(n) / kVideoRate);
-  if (episode.end) {
+  const std::vector<FrameTime> times = TimesOf(episode, options.timing);
+  const std::vector<size_t> schedule = VideoSchedule(sim_time_us, times);
+  for (size_t n = 0; n < schedule.size(); ++n) show(schedule[n], ClockText(times[n]));
+  if (ShowsEnd(episode, options.timing)) {
     text.end_reason = episode.outcome();
-    show(episode.states.size() - 1, static_cast<double>(sim_time_us.back()) / kSecond);
+    show(episode.states.size() - 1, ClockText({Seconds(sim_time_us.back()), 1}));
   }
   return shown;
 }
@@ -64,8 +64,8 @@ void MakePlainVideo(const EpisodeMessages& episode, const VideoOptions& options,
   for (const std::filesystem::path& file : files) {
     videos.push_back(std::make_unique<VideoWriter>(file, size, kVideoRate));
   }
-  const std::vector<Shown> shown = WhatIsShown(episode, options.policy);
-  const Overlay overlay(size);
+  const std::vector<Shown> shown = WhatIsShown(episode, options);
+  const Overlay overlay(size, options.overlay);
   const auto begin = [&](VideoScenes* scenes) {
     Renderer* const renderer =
         scenes->Of(*episode.model, log, episode.begin ? std::optional(episode.begin->seed) : std::nullopt);
@@ -81,7 +81,7 @@ void MakePlainVideo(const EpisodeMessages& episode, const VideoOptions& options,
     };
   };
   frame_renderer->Render(shown.size(), begin, [&](size_t n, const std::vector<Frame>& frames) {
-    const bool is_end = episode.end && n + 1 == shown.size();
+    const bool is_end = ShowsEnd(episode, options.timing) && n + 1 == shown.size();
     for (size_t i = 0; i < videos.size(); ++i) {
       for (int times = 0; times < (is_end ? kVideoHold : 1); ++times) videos[i]->Write(frames[i]);
     }
@@ -112,17 +112,6 @@ void CheckCameras(const mjModel& model, const std::vector<std::string>& cameras)
                        VideoName(camera));
     }
   }
-}
-
-std::vector<size_t> VideoSchedule(const std::vector<int64_t>& sim_time_us) {
-  std::vector<size_t> shown;
-  size_t i = 0;
-  // Integer arithmetic avoids off-by-one frames when n / 30 s is compared with microseconds.
-  for (int64_t n = 0; !sim_time_us.empty() && n * kSecond <= sim_time_us.back() * kVideoRate; ++n) {
-    while (i + 1 < sim_time_us.size() && sim_time_us[i + 1] * kVideoRate <= n * kSecond) ++i;
-    shown.push_back(i);
-  }
-  return shown;
 }
 
 std::vector<std::filesystem::path> MakeLogVideos(const std::filesystem::path& log,
@@ -168,11 +157,13 @@ std::vector<std::filesystem::path> MakeLogVideos(const std::filesystem::path& lo
       if (options.progress) options.progress((done + share) / wanted);
     };
     const auto file = [&](const std::string& what) {
-      return options.file.empty() ? folder / (before + VideoName(what, options.ending)) : options.file;
+      return options.file.empty()
+                 ? folder / (before + VideoName(what, NameSuffix(options.timing) + options.ending))
+                 : options.file;
     };
     if (options.layout == VideoLayout::kFull) {
       files.push_back(file(kFullLayout));
-      MakeFullVideo(ToVideoEpisode(episode, options.policy, log),
+      MakeFullVideo(ToVideoEpisode(episode, options.policy, log, options.timing),
                     cameras.empty() ? FullCameras(*model) : cameras, frame_renderer, files.back(), progress);
     } else {
       std::vector<std::filesystem::path> videos;

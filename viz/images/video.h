@@ -1,7 +1,8 @@
 // Records videos of episodes from their logs.
 //
-// Frame n shows the world at simulated time n / 30 s: the last STATE at or before it, with the scores of that
-// tick. If the log contains the episode's end, 30 more frames show the last STATE with the outcome.
+// Frame n shows the world at simulated time n / 30 s, or at that of another timing (video_timing.h): the last
+// STATE at or before it, with the scores of that tick. If the video shows the episode's end, 30 more frames
+// show the last STATE with the outcome.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -14,18 +15,14 @@
 #include <vector>
 
 #include "viz/images/frame.h"
+#include "viz/images/overlay.h"
+#include "viz/images/video_timing.h"
 
 namespace evalbus::viz {
 
 class ParallelFrameRenderer;
 
-inline constexpr int kVideoRate = 30;  // frames per second of simulated time
 inline constexpr int kVideoHold = 30;  // frames at the end
-
-// Returns the index of the STATE that each frame shows, without the frames held at the end: for each n up to
-// floor(30 T), where T is the last time, the index of the last time at or before n / 30 s. sim_time_us:
-// increasing.
-std::vector<size_t> VideoSchedule(const std::vector<int64_t>& sim_time_us);
 
 // kPlain: one camera's image with an overlay. kFull: a main camera, insets, curves and an end card
 // (viz/images/panel_video.h).
@@ -47,6 +44,9 @@ struct VideoOptions {
   // Policy name, written into the image; empty if unknown.
   std::string policy;
   VideoLayout layout = VideoLayout::kPlain;
+  // Used by the plain layout only.
+  OverlayAmount overlay = OverlayAmount::kFull;
+  VideoTiming timing;
   // File format: .mp4, .gif or .webp (video_writer.h).
   std::string ending = ".mp4";
   // Output file if only one video is made; empty: a file in the folder, named after its content.
@@ -58,9 +58,10 @@ struct VideoOptions {
 // Records one video per camera, in the size of the frame_renderer's frames, as FOLDER/<VideoName>, and
 // returns the files. The full layout makes a single video, "full.mp4"; without cameras it uses FullCameras.
 // If a log has several episodes, each has its own video: "episode_0007_front.mp4", or
-// "episode_0007_2_front.mp4" for a second attempt or a second run. The visual model is the file that MODEL
-// names or, if the run has been moved, ../../model/visual.mjb relative to the log. Throws InputError (no such
-// log or episode, cameras as above, log without MODEL or STATE), EnvironmentError.
+// "episode_0007_2_front.mp4" for a second attempt or a second run. A video with a timing has the NameSuffix
+// of that timing, so that it does not replace the video of the whole episode. The visual model is the file
+// that MODEL names or, if the run has been moved, ../../model/visual.mjb relative to the log. Throws
+// InputError (no such log or episode, cameras as above, log without MODEL or STATE), EnvironmentError.
 std::vector<std::filesystem::path> MakeLogVideos(const std::filesystem::path& log,
                                                  const std::vector<std::string>& cameras,
                                                  ParallelFrameRenderer* frame_renderer,

@@ -66,7 +66,7 @@ struct VideoFacts {
   std::vector<std::pair<std::string, std::string>> numbers;
 };
 
-// schedule: which STATE each frame shows (VideoSchedule). Throws InputError if MODEL is inconsistent.
+// schedule: which STATE each frame shows (video_timing.h). Throws InputError if MODEL is inconsistent.
 VideoFacts FactsOf(const EpisodeMessages& episode, const std::vector<size_t>& schedule,
                    const std::string& policy);
 

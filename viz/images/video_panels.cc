@@ -20,7 +20,7 @@ constexpr Color kPage{0.984, 0.984, 0.98}, kText{0.12, 0.14, 0.16}, kDim{0.40, 0
 constexpr Color kSky{0.337, 0.706, 0.914}, kSlipColor{0.725, 0.529, 0};
 constexpr Color kLines[] = {kLeftArmColor, kRightArmColor, kDim, {0.416, 0.353, 0.804}};
 // Font sizes in layout units.
-constexpr double kBold = 17, kNormal = 14.5, kSmall = 13;
+constexpr double kBold = 17, kNormal = 14.5, kSmall = 13, kAxis = 11;
 
 Color Faded(Color color, double share) {
   color.a = share;
@@ -146,10 +146,10 @@ void VideoPanels::Curve(const Box& box, const VideoFacts& facts, const VideoCurv
     // Each value has a fixed column, so that it does not move as digits change.
     x = box.x + (box.width / static_cast<double>(curve.value.size())) * static_cast<double>(line + 1);
   }
-  const Box plot{box.x, box.y + 42 * s_, box.width, box.height - 44 * s_};
-  const Point base[] = {{plot.x, plot.bottom()}, {plot.right(), plot.bottom()}};
-  canvas_.Line(base, 1 * s_, kRule);
   const double low = std::min(0., curve.lowest), high = highest > low ? highest : low + 1;
+  const Box plot =
+      Axes({box.x, box.y + 42 * s_, box.width, box.height - 42 * s_}, Fixed(low, low < 0 ? decimals : 0),
+           Fixed(high, decimals), fmt::format("{:.4g} s", to_s));
   canvas_.Clip({plot.x - 2 * s_, plot.y - 3 * s_, plot.width + 5 * s_, plot.height + 6 * s_});
   for (size_t line = 0; line < curve.value.size(); ++line) {
     std::vector<Point> points;
@@ -165,6 +165,22 @@ void VideoPanels::Curve(const Box& box, const VideoFacts& facts, const VideoCurv
     canvas_.Disc(points.back(), 3.2 * s_, color);
   }
   canvas_.Unclip();
+}
+
+Box VideoPanels::Axes(const Box& box, const std::string& low, const std::string& high,
+                      const std::string& right) {
+  const double size = kAxis * s_, gap = 5 * s_;
+  const double left = gap + std::max(canvas_.TextWidth(low, Font::kNormal, size),
+                                     canvas_.TextWidth(high, Font::kNormal, size));
+  const Box plot{box.x + left, box.y + 3 * s_, box.width - left, box.height - 3 * s_ - 1.3 * size};
+  for (const auto& [y, text] : {std::pair(plot.y, high), std::pair(plot.bottom(), low)}) {
+    const Point rule[] = {{plot.x, y}, {plot.right(), y}};
+    canvas_.Line(rule, 1 * s_, kRule);
+    canvas_.TextBefore(plot.x - gap, y + 0.36 * size, text, Font::kNormal, size, kDim);
+  }
+  canvas_.Text(plot.x, box.bottom(), "0", Font::kNormal, size, kDim);
+  canvas_.TextBefore(plot.right(), box.bottom(), right, Font::kNormal, size, kDim);
+  return plot;
 }
 
 void VideoPanels::TimeLine(const Box& box, const VideoFacts& facts, double time_s, double to_s) {
@@ -375,6 +391,24 @@ void VideoPanels::EndCard(const Box& box, const VideoFacts& facts) {
                  canvas_.Fitted(label, Font::kNormal, kSmall * s_, column - value_width - 10 * s_),
                  Font::kNormal, kSmall * s_, kDim);
     canvas_.TextBefore(left + column, base, value, Font::kBold, kSmall * s_, kText);
+  }
+}
+
+void VideoPanels::Ending(const Box& box, const VideoFacts& facts) {
+  constexpr size_t kMaxLines = 2;
+  const double line = 19 * s_, padding = 10 * s_, left = box.x + 40 * s_;
+  std::vector<std::string> lines = canvas_.Wrapped(Capital(facts.reason), Font::kNormal, kSmall * s_,
+                                                   box.right() - padding - left, kMaxLines);
+  if (lines.empty()) lines = {OutcomeWords(facts)};
+  const double height = static_cast<double>(lines.size()) * line + padding;
+  const double top = box.bottom() - height;
+  canvas_.Fill({box.x, top, box.width, height}, Faded(kWhite, 0.88));
+  if (const VideoEnd end = EndOf(facts); end != VideoEnd::kNone) {
+    Verdict({box.x + 20 * s_, top + height / 2}, 10 * s_, end);
+  }
+  double y = top + padding / 2 - 5 * s_;
+  for (const std::string& words : lines) {
+    canvas_.Text(left, y += line, words, Font::kNormal, kSmall * s_, kText);
   }
 }
 

@@ -42,10 +42,16 @@ class VideoPanels {
   void Caption(const Box& box, const std::string& text);
   // Draws over the image in this box: verdict, reason and, if there is room, numbers.
   void EndCard(const Box& box, const VideoFacts& facts);
+  // Draws verdict and reason in a strip at the lower edge of the image in this box, so that the end of the
+  // episode stays visible.
+  void Ending(const Box& box, const VideoFacts& facts);
   // Draws the frame and text of a grid cell.
   void Cell(const Box& box, double frame, const std::string& name, const VideoFacts& facts, bool is_over);
 
  private:
+  // Draws the axes of a curve with numbers at their ends; the time axis begins at 0. Returns the box between
+  // them.
+  Box Axes(const Box& box, const std::string& low, const std::string& high, const std::string& right);
   void Mark(VideoMark::Kind kind, const Point& center, double radius);
   void Check(const Point& center, double radius, const Color& color);
   void Cross(const Point& center, double radius, const Color& color);

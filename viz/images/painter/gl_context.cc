@@ -8,15 +8,16 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <vector>
 
 #include "base/errors.h"
+#include "base/forked_work.h"
 
 namespace evalbus::viz {
 namespace {
@@ -146,32 +147,42 @@ bool IsSoftware(const std::string& renderer) {
   return false;
 }
 
-// Returns whether EGL can draw OpenGL on a graphics processor. The check runs in a child process: once EGL is
-// loaded, MuJoCo would use it for drawing, and it cannot be unloaded.
-bool HasGraphicsProcessor() {
-  std::error_code none;
-  if (!std::filesystem::exists("/dev/dri/renderD128", none) &&
-      !std::filesystem::exists("/dev/nvidiactl", none))
-    return false;
-  const pid_t child = fork();
-  if (child < 0) throw EnvironmentError("cannot check for a GPU: no process can be started");
-  if (child == 0) {
-    int code = 1;
-    try {
-      g_kind = GlKind::kEgl;
-      GlContext context;
-      code = IsSoftware(RendererName()) ? 1 : 0;
-    } catch (const std::exception&) {
+// Returns the device that the library draws with. A child process finds it: once a library is loaded, MuJoCo
+// would use it for drawing, and it cannot be unloaded. Throws EnvironmentError.
+std::string DeviceOf(const std::string& library) {
+  constexpr size_t kMaxBytes = 256;
+  constexpr int kTimeoutMs = 60000, kPollMs = 10;
+  const SharedMemory name(kMaxBytes);
+  ForkedWork check("the check of " + library, [&] {
+    g_kind = library == kEglName ? GlKind::kEgl : GlKind::kOsMesa;
+    const GlContext context;
+    const std::string renderer = RendererName();
+    std::copy_n(renderer.data(), std::min(renderer.size(), kMaxBytes - 1), static_cast<char*>(name.get()));
+  });
+  for (int waited_ms = 0; !check.HasEnded(); waited_ms += kPollMs) {
+    if (waited_ms > kTimeoutMs) {
+      throw EnvironmentError(fmt::format("{} does not respond within {} s", library, kTimeoutMs / 1000));
     }
-    _exit(code);
+    poll(nullptr, 0, kPollMs);
   }
-  // A driver that does not respond within 10 s counts as missing.
-  int status = 1;
-  for (int waited_ms = 0; waitpid(child, &status, WNOHANG) == 0; waited_ms += 10) {
-    if (waited_ms > 10000) kill(child, SIGKILL);
-    poll(nullptr, 0, 10);
+  check.CheckEnd();
+  return static_cast<const char*>(name.get());
+}
+
+bool HasGpuDevice() {
+  std::error_code none;
+  return std::filesystem::exists("/dev/dri/renderD128", none) ||
+         std::filesystem::exists("/dev/nvidiactl", none);
+}
+
+// Returns whether EGL can draw OpenGL on a graphics processor.
+bool HasGraphicsProcessor() {
+  if (!HasGpuDevice()) return false;
+  try {
+    return !IsSoftware(DeviceOf(kEglName));
+  } catch (const EnvironmentError&) {
+    return false;
   }
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 }  // namespace
@@ -180,6 +191,18 @@ std::string ResolveGl(const std::string& name) {
   if (name == kOsMesaName || name == kEglName) return name;
   if (name == kAutoName) return HasGraphicsProcessor() ? kEglName : kOsMesaName;
   throw InputError("--gl " + name + ": expected osmesa, egl or auto");
+}
+
+GlChoice ChooseGl(const std::string& name) {
+  GlChoice choice;
+  choice.library = ResolveGl(name);
+  choice.device = DeviceOf(choice.library);
+  if (IsSoftware(choice.device) && HasGpuDevice()) {
+    choice.warning = HasGraphicsProcessor()
+                         ? "images are rendered in software; --gl auto uses the GPU of this machine"
+                         : "images are rendered in software: EGL cannot use the GPU of this machine";
+  }
+  return choice;
 }
 
 void UseGl(const std::string& name) {

@@ -17,6 +17,15 @@ namespace evalbus::viz {
 void UseGl(const std::string& name);
 // Returns "osmesa" or "egl": what `name` resolves to on this machine. Loads no library into this process.
 std::string ResolveGl(const std::string& name);
+// The renderer of a run.
+struct GlChoice {
+  std::string library;  // "osmesa" or "egl"
+  std::string device;   // e.g. "llvmpipe (LLVM 15.0.6, 256 bits)"
+  // A line for the user if software renders although this machine has a GPU; empty otherwise.
+  std::string warning;
+};
+// Returns what `name` resolves to on this machine. Loads no library into this process. Throws as UseGl.
+GlChoice ChooseGl(const std::string& name);
 // Returns whether contexts consist of process memory only, so that a fork copies them: true for OSMesa.
 bool IsGlInMemory();
 // Returns a description of the renderer in use, e.g. "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))". Throws as

@@ -14,6 +14,10 @@
 
 namespace evalbus::viz {
 
+// kPlain: for policies, the same with both painters. kVideo: for people, with soft shadows, one more fill
+// light and a floor that fades into the sky, as far as ScenePainter draws the scene.
+enum class Look { kPlain, kVideo };
+
 // An image that its painter updates. Must be destroyed before its painter.
 class PaintedImage {
  public:

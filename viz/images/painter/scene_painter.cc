@@ -51,8 +51,11 @@ void KeptImage::Free() {
   gl_.DeleteRenderbuffers(2, renderbuffers_);
 }
 
-ScenePainter::ScenePainter(const mjrContext& context, const mjModel& model)
-    : context_(context), boxes_(model) {
+ScenePainter::ScenePainter(const mjrContext& context, const mjModel& model, Look look)
+    : context_(context),
+      boxes_(model),
+      look_(look),
+      shaders_(gl_, look == Look::kVideo ? context.shadowSize : 0) {
   for (int i = 0; i < context.ntexture && sky_ < 0; ++i) {
     if (context.textureType[i] == mjTEXTURE_SKYBOX) sky_ = i;
   }
@@ -110,6 +113,14 @@ SceneLights ScenePainter::LightsOf(const mjvScene& scene, int shadow_light, Vec 
   for (int i = 0; i < scene.nlight; ++i) {
     if (i != shadow_light) add(i);
   }
+  if (look_ == Look::kVideo) {
+    // Brightens the faces that look at a viewer in front of the robot, and hardly those that look up.
+    const Vec d = Turn(eye_from_world, Unit({0.8f, -0.5f, 0.15f}));
+    lights.direction.push_back(d);
+    lights.ambient.push_back({0, 0, 0});
+    lights.diffuse.push_back({0.1f, 0.1f, 0.1f});
+    lights.specular.push_back({0, 0, 0});
+  }
   if (shadow_light >= 0) add(shadow_light);
   lights.shadow_from_eye = shadow_from_world_ * Inverse(eye_from_world);
   return lights;
@@ -138,6 +149,28 @@ void ScenePainter::PlaceTexture(const SceneShaders::Program& program, const mjvG
   gl_.Uniform4fv(program.plane_t, 1, t);
 }
 
+bool ScenePainter::FadesIntoSky(const mjvGeom& geom) const {
+  return look_ == Look::kVideo && sky_ >= 0 && geom.type == mjGEOM_PLANE && geom.category == mjCAT_STATIC &&
+         geom.texid < 0 && geom.dataid >= 0;
+}
+
+void ScenePainter::BindSky() {
+  gl_.BindTexture(GL_TEXTURE_CUBE_MAP, context_.texture[sky_]);
+  // The sky texture is never minified; selecting a mipmap level would take half of the time.
+  gl_.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+}
+
+void ScenePainter::PlaceSky(const SceneShaders::Program& program, const mjvGeom& geom) {
+  const float* const r = geom.mat;
+  const Vec d = Of(geom.pos) - eye_;
+  const float s[4] = {r[0], r[1], r[2], d.x}, t[4] = {r[6], r[7], r[8], d.z},
+              u[4] = {-r[3], -r[4], -r[5], -d.y}, size[3] = {geom.size[0], geom.size[1], 0};
+  gl_.Uniform4fv(program.plane_s, 1, s);
+  gl_.Uniform4fv(program.plane_t, 1, t);
+  gl_.Uniform4fv(program.plane_r, 1, u);
+  gl_.Uniform3fv(program.floor_size, 1, size);
+}
+
 void ScenePainter::Paint(const mjvGeom& geom, bool with_shadow) {
   const bool is_behind = IsBehind(geom);
   const int type = geom.texid >= 0 ? context_.textureType[geom.texid] : -1;
@@ -145,8 +178,12 @@ void ScenePainter::Paint(const mjvGeom& geom, bool with_shadow) {
                           : geom.texcoord        ? Texture::kExplicit
                           : type == mjTEXTURE_2D ? Texture::kFlat
                                                  : Texture::kCube;
-  const SceneShaders::Program& program = shaders_.Use(texture, with_shadow);
-  if (texture != Texture::kNone) {
+  const bool fades = FadesIntoSky(geom);
+  const SceneShaders::Program& program = shaders_.Use(fades ? Texture::kFloor : texture, with_shadow);
+  if (fades) {
+    BindSky();
+    PlaceSky(program, geom);
+  } else if (texture != Texture::kNone) {
     const bool is_cube = texture == Texture::kCube;
     gl_.BindTexture(is_cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D, context_.texture[geom.texid]);
     if (texture != Texture::kExplicit) PlaceTexture(program, geom, is_cube);
@@ -191,9 +228,7 @@ void ScenePainter::PaintTransparent(const mjvScene& scene) {
 
 void ScenePainter::PaintSky(float far) {
   const SceneShaders::Program& program = shaders_.Use(Texture::kSky, false);
-  gl_.BindTexture(GL_TEXTURE_CUBE_MAP, context_.texture[sky_]);
-  // The sky texture is never minified; selecting a mipmap level would take half of the time.
-  gl_.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  BindSky();
   const float s[4] = {1, 0, 0, 0}, t[4] = {0, 0, 1, 0}, r[4] = {0, -1, 0, 0};
   gl_.Uniform4fv(program.plane_s, 1, s);
   gl_.Uniform4fv(program.plane_t, 1, t);
@@ -302,6 +337,11 @@ void ScenePainter::PaintPart(const mjvScene& scene, bool with_shadow, float far)
   gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   gl_.ActiveTexture(GL_TEXTURE1);
   gl_.BindTexture(GL_TEXTURE_2D, context_.shadowTex);
+  if (look_ == Look::kVideo) {
+    for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) {
+      gl_.TexParameteri(GL_TEXTURE_2D, filter, GL_LINEAR);
+    }
+  }
   gl_.ActiveTexture(GL_TEXTURE0);
   // Draws moving geoms first and planes last: moving geoms are mostly in front, planes behind everything.
   // Hidden surfaces are then rejected by the depth test instead of being shaded.

@@ -45,7 +45,7 @@ class ScenePainter : public Painter {
  public:
   // context: created by mjr_makeContext. The OpenGL context must be current here and in every call. Throws
   // EnvironmentError if its OpenGL version is too old.
-  ScenePainter(const mjrContext& context, const mjModel& model);
+  ScenePainter(const mjrContext& context, const mjModel& model, Look look);
 
   // False for scenes with mirrors, fog, spot lights, skins or two lights with shadows.
   bool Supports(const mjvScene& scene) const override;
@@ -63,7 +63,12 @@ class ScenePainter : public Painter {
                    const std::function<bool(const mjvGeom&)>& wanted);
   void PaintTransparent(const mjvScene& scene);
   void PaintSky(float far);
+  void BindSky();
   void Paint(const mjvGeom& geom, bool with_shadow);
+  // Sets the direction from the eye to each point of a floor, in the coordinates of the sky's texture.
+  void PlaceSky(const SceneShaders::Program& program, const mjvGeom& geom);
+  // Returns whether the geom's edge fades into the sky.
+  bool FadesIntoSky(const mjvGeom& geom) const;
   void PlaceTexture(const SceneShaders::Program& program, const mjvGeom& geom, bool is_cube);
   // Returns whether the geom is a plane that is seen from behind.
   bool IsBehind(const mjvGeom& geom) const;
@@ -74,8 +79,9 @@ class ScenePainter : public Painter {
   const GlFunctions gl_;
   const mjrContext& context_;
   const GeomBoxes boxes_;
+  const Look look_;
   SceneGeoms geoms_{gl_, context_};
-  SceneShaders shaders_{gl_};
+  SceneShaders shaders_;
   // Index of the sky's texture; -1 if there is none.
   int sky_ = -1;
   Matrix shadow_from_world_{};

@@ -12,7 +12,8 @@
 namespace evalbus::viz {
 
 // Source of a vertex's color and texture coordinates; each has its own program.
-enum class Texture { kNone, kFlat, kExplicit, kCube, kSky };
+// kFloor: untextured, with an edge that fades into the sky, whose texture is bound.
+enum class Texture { kNone, kFlat, kExplicit, kCube, kSky, kFloor };
 
 // All lights are directional; `direction` points toward the light, in the eye frame.
 struct SceneLights {
@@ -28,11 +29,14 @@ class SceneShaders {
     // plane_s, plane_t, plane_r: texture coordinate generation planes. material: emission, specular,
     // shininess.
     GLint plane_s, plane_t, plane_r, material;
+    // Half the size of a floor.
+    GLint floor_size;
     GLint light_direction, light_ambient, light_diffuse, light_specular, shadow_from_eye;
     bool knows_lights = false;
   };
 
-  explicit SceneShaders(const GlFunctions& gl) : gl_(gl) {}
+  // soft_shadow_size: width of the shadow map in texels, for shadows with soft edges; 0: hard shadows.
+  SceneShaders(const GlFunctions& gl, int soft_shadow_size) : gl_(gl), soft_shadow_size_(soft_shadow_size) {}
   ~SceneShaders();
   SceneShaders(const SceneShaders&) = delete;
   SceneShaders& operator=(const SceneShaders&) = delete;
@@ -50,6 +54,7 @@ class SceneShaders {
   Program Make(Texture texture, bool with_shadow, int lights);
 
   const GlFunctions& gl_;
+  const int soft_shadow_size_;
   std::map<std::tuple<Texture, bool, int>, Program> programs_;
   SceneLights lights_;
   GLuint in_use_ = 0;

@@ -121,7 +121,7 @@ TEST_F(RendererTest, GoldenOverlay) {
   text.title = "lift_pot/position";
   text.subtitle = "episode 3";
   text.maker = MakerText("noisy_expert", "bimanual_panda");
-  text.time_s = 12.3;
+  text.clock = "12.30 s";
   metric_values_t scores{};
   scores.stage_name = {"left_gripper_touches_pot", "right_gripper_touches_pot", "pot_lifted"};
   scores.stage_reached = {1, 1, 0};
