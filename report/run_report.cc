@@ -15,6 +15,7 @@
 #include "report/page_links.h"
 #include "report/stills.h"
 #include "report/viewer_pack.h"
+#include "results/circumstances.h"
 #include "results/episode_logs.h"
 #include "results/pacing.h"
 #include "results/policy_calls.h"
@@ -120,6 +121,13 @@ ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, b
   return report;
 }
 
+void AddCircumstances(Report* report) {
+  std::vector<const results::RecordedRun*> runs;
+  for (const ReportRun& run : report->runs) runs.push_back(&run.run);
+  std::vector<results::RunCircumstances> found = results::FindCircumstances(runs);
+  for (size_t k = 0; k < found.size(); ++k) report->runs[k].circumstances = std::move(found[k]);
+}
+
 // Adds images of the decisive moments of failures, of at most kMaxStills in all.
 void AddStills(Report* report) {
   const size_t of_each = std::max<size_t>(1, kMaxStills / report->runs.size());
@@ -199,6 +207,7 @@ BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& fil
   for (results::RecordedRun& run : runs.runs) {
     report.runs.push_back(Describe(std::move(run), episodes, runs.is_suite, links, command_of));
   }
+  AddCircumstances(&report);
   for (const std::string& missing : runs.missing) report.remarks.push_back("no finished episode: " + missing);
   std::string note;
   if (most > 0) {
