@@ -24,8 +24,6 @@ std::string WithUnit(const std::string& number, const ParameterName& name) {
   return name.unit.empty() ? number : number + " " + name.unit;
 }
 
-std::string PEquals(double p) { return (p < 0.001 ? "p " : "p = ") + PText(p); }
-
 // The values at which success is less frequent: "pot y is above 0.100 m".
 std::string WhereItFails(const Circumstance& parameter) {
   const ParameterName name = NameOfParameter(parameter.name);
@@ -46,7 +44,8 @@ std::string WhereItFails(const Circumstance& parameter) {
 }
 
 std::string Sentence(const Circumstance& parameter, int tested) {
-  const auto [low, high] = std::minmax(parameter.inside_rate(), parameter.outside_rate());
+  const double low = std::min(parameter.inside_rate(), parameter.outside_rate());
+  const double high = std::max(parameter.inside_rate(), parameter.outside_rate());
   return fmt::format("Success falls from {} to {} where {} ({}; {} tested).", Percent(high), Percent(low),
                      WhereItFails(parameter), PEquals(parameter.p_holm), Plural(tested, "parameter"));
 }
@@ -123,6 +122,8 @@ std::string BinText(const Circumstance& parameter, const CircumstanceBin& bin) {
   const std::string from = ParameterText(parameter, bin.from), to = ParameterText(parameter, bin.to);
   return WithUnit(from == to ? from : from + " to " + to, name);
 }
+
+std::string PEquals(double p) { return p < 0.001 ? "p < 0.001" : "p = " + PText(p); }
 
 std::vector<std::string> CircumstanceSentences(const RunCircumstances& run) {
   std::vector<std::string> sentences;

@@ -8,7 +8,6 @@
 #include "report/page/folded.h"
 #include "report/page/report_sections.h"
 #include "results/circumstances_text.h"
-#include "results/comparison_text.h"
 
 namespace evalbus::report {
 namespace {
@@ -38,8 +37,7 @@ void ParameterCard(const results::Circumstance& parameter, Markup* html) {
   html->Element("figure", {{"class", "card"}}, [&] {
     html->Element("figcaption", {}, [&] {
       html->Element("b", {}, name.label);
-      html->Text(parameter.p_holm < 0.001 ? ", p " : ", p = ");
-      html->Text(results::PText(parameter.p_holm));
+      html->Text(", " + results::PEquals(parameter.p_holm));
     });
     DrawRates(figure, html);
   });
