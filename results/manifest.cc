@@ -16,6 +16,7 @@
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/write_whole.h"
+#include "results/no_return.h"
 #include "results/notes.h"
 #include "results/rescorer.h"
 
@@ -90,7 +91,7 @@ FolderContents ContentsOf(const fs::path& folder) {
     if (entry->is_directory() && IsResultsFolder(entry->path())) {
       contents.folders.push_back(path);
       entry.disable_recursion_pending();
-    } else if (entry->is_regular_file() && path != kManifestJson && path != kNotesJson &&
+    } else if (entry->is_regular_file() && path != kManifestJson && path != kNotesJson && path != kNoReturnJson &&
                !ParseTemporaryName(entry->path().filename())) {
       contents.files.push_back(path);
     }

@@ -1,12 +1,14 @@
-// evalbus why: which start parameters influence success.
+// evalbus why: which start parameters influence success, and from when on episodes were lost.
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
@@ -16,7 +18,9 @@
 #include "results/circumstances.h"
 #include "results/circumstances_text.h"
 #include "results/found_runs.h"
+#include "results/no_return.h"
 #include "results/run_reader.h"
+#include "runner/no_return_finder.h"
 
 namespace evalbus::commands {
 namespace {
@@ -25,6 +29,9 @@ namespace fs = std::filesystem;
 
 struct WhyOptions {
   std::vector<fs::path> runs;
+  // Episodes whose point of no return is searched for; all failures if `failures`.
+  std::vector<int> episodes;
+  bool failures = false;
   // Empty: no JSON file is written.
   fs::path json;
 };
@@ -44,14 +51,46 @@ std::vector<results::RecordedRun> ReadAll(const std::vector<fs::path>& folders) 
   return runs;
 }
 
+// Finds points of no return, adds them to the run's no_return.json, and prints them. Throws InputError.
+void FindNoReturns(const results::RecordedRun& run, const WhyOptions& options) {
+  const auto has_failed = [](const results::RecordedEpisode& episode) {
+    return episode.complete && episode.judged() && !episode.success;
+  };
+  std::vector<int> wanted = options.episodes;
+  for (const int episode : wanted) {
+    const auto found = std::ranges::find(run.episodes, episode, &results::RecordedEpisode::episode);
+    if (found == run.episodes.end() || !has_failed(*found))
+      throw InputError(
+          fmt::format("--episode {}: expected a failed episode of {}", episode, run.folder.string()));
+  }
+  for (const results::RecordedEpisode& episode : run.episodes)
+    if (options.failures && has_failed(episode)) wanted.push_back(episode.episode);
+  runner::NoReturnFinder finder(run);
+  results::NoReturns points = results::ReadNoReturns(run.folder);
+  for (const int episode : wanted) {
+    points[episode] = finder.Find(episode);
+    results::WriteNoReturns(run.folder, points);
+  }
+}
+
+void PrintNoReturns(const results::RecordedRun& run) {
+  const results::NoReturns points = results::ReadNoReturns(run.folder);
+  if (!points.empty()) fmt::print("\nepisode\n");
+  for (const auto& [episode, point] : points)
+    fmt::print("{:>7}  {}\n", episode, results::NoReturnText(point));
+}
+
 // Returns the exit code: 0, whatever is found. Throws InputError.
 int Explain(const WhyOptions& options) {
   const std::vector<results::RecordedRun> runs = ReadAll(options.runs);
   std::vector<const results::RecordedRun*> all;
   for (const results::RecordedRun& run : runs) all.push_back(&run);
   const std::vector<results::RunCircumstances> found = results::FindCircumstances(all);
+  if (!options.episodes.empty() && runs.size() != 1) throw InputError("--episode: expected one run");
   for (size_t i = 0; i < found.size(); ++i) {
     fmt::print("{}{}", i == 0 ? "" : "\n", results::CircumstancesText(found[i], UsesColors(stdout)));
+    if (options.failures || !options.episodes.empty()) FindNoReturns(runs[i], options);
+    PrintNoReturns(runs[i]);
   }
   if (!options.json.empty()) {
     WriteWhole(options.json, ToText(results::CircumstancesJson(found), 2) + "\n");
@@ -65,6 +104,11 @@ int Explain(const WhyOptions& options) {
 Action AddWhy(CLI::App* app) {
   const auto options = std::make_shared<WhyOptions>();
   app->add_option("runs", options->runs, "folders of runs, suites or plans")->required();
+  AddList(
+      app, "--episode", &options->episodes,
+      "also find the point of no return of these failed episodes: the last tick from which the expert still "
+      "succeeds;\nit is kept in RUN/no_return.json, for the page and the report")
+      ->excludes(app->add_flag("--failures", options->failures, "the same for all failed episodes"));
   app->add_option("--json", options->json, "also write the results to this file");
   return [options] { return Explain(*options); };
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <stdexcept>
@@ -17,6 +18,12 @@
 #include "policy_bridge/experts/stack_two_blocks.h"
 
 namespace evalbus::policy {
+namespace {
+
+// Largest distance of a joint from its home position at which the arm counts as at home, rad.
+constexpr double kAtHome = 0.02;
+
+}  // namespace
 
 Expert::Expert(const mjModel& model, const model_info_t& info, int max_attempts)
     : context_(model, info), max_attempts_(max_attempts), servo_lead_(model, info) {
@@ -42,7 +49,10 @@ void Expert::TakeOver(const state_t& state, const std::vector<double>& closing) 
   }
   now.closing = closing;
   player_.Reset(now);
-  takes_over_ = true;
+  double away = 0;  // rad
+  for (size_t arm = 0; arm < now.joints.size(); ++arm)
+    away = std::max(away, (now.joints[arm] - context_.home.joints[arm]).cwiseAbs().maxCoeff());
+  takes_over_ = away > kAtHome || !ClosedGrippers(now).empty();
 }
 
 std::vector<Motion> Expert::GoHomeFrom(const Configuration& now, const state_t& state) {

@@ -29,7 +29,7 @@ class Expert : public Policy {
   void Act(const state_t& state, action_t* action) override;
 
   // Continues an episode that another policy has begun, after Begin() and before the first Act(). First opens
-  // the grippers, retreats and goes home, as no plan holds what another policy grasped. state: of the first
+  // the grippers, retreats and goes home, because plans begin with free hands. state: of the first
   // Act(); closing: the grippers' last commands, 0 open to 1 closed.
   void TakeOver(const state_t& state, const std::vector<double>& closing);
   // Whether all plans have been made and executed.
