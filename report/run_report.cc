@@ -102,6 +102,7 @@ ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, b
   report.summary = run.Statistics().Summary(true);
   report.remarks = run.Remarks();
   report.notes = results::PolicyNotes(run);
+  report.no_returns = results::ReadNoReturns(run.folder);
   report.pacing = Pacing(run);
   for (const results::RecordedEpisode& episode : run.episodes) {
     report.files.push_back(

@@ -26,6 +26,8 @@ struct NoReturn {
   double time_s = 0;
   // False if an earlier tick was found from which the expert fails.
   bool is_monotone = true;
+
+  bool has_point() const { return kind == Kind::kLost || kind == Kind::kOutOfTime; }
 };
 
 // One sentence.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace evalbus::metrics::range_scan_test {
 
@@ -42,7 +43,7 @@ double Enumerated(const std::vector<RateBin>& observed) {
     double scan, trend;
   };
   const auto values = [](unsigned placement) {
-    Values result{-1, 0};
+    Values result{-std::numeric_limits<double>::infinity(), 0};
     const auto count = [&](int from, int to) {
       int successes = 0;
       for (int i = from; i < to; ++i) successes += static_cast<int>(placement >> i & 1);
