@@ -58,6 +58,7 @@ class NoReturnFinder::Impl {
   NoReturn Find(int episode) {
     Read(episode);
     Repeat();
+    needed_ticks_ = 0;
     const int64_t last = static_cast<int64_t>(log_.states.size()) - 1;
     if (Succeeds(last, 1)) return PointAt(last, NoReturn::Kind::kOpen, true);
     int64_t good = 0, bad = last;
@@ -80,11 +81,27 @@ class NoReturnFinder::Impl {
     return {kind, tick, static_cast<double>(tick * world_.tick_us()) * 1e-6, is_monotone};
   }
 
-  // Narrows down to neighboring ticks: the expert succeeds from `good`, not from `bad`.
+  // Narrows down to neighboring ticks: the expert succeeds from `good`, not from `bad`. Where only the time
+  // limit matters, the ticks that the expert needed show where the last good tick is; it is tried first, then
+  // the ticks above it, in growing steps.
   void Bisect(int64_t* good, int64_t* bad) {
+    int64_t step = 0;
     while (*bad - *good > 1) {
-      const int64_t middle = std::midpoint(*good, *bad);
-      (Succeeds(middle, 1) ? *good : *bad) = middle;
+      int64_t tick = std::midpoint(*good, *bad);
+      const int64_t expected = scene_.info.time_limit_us / world_.tick_us() - needed_ticks_;
+      if (needed_ticks_ > 0 && expected > *good && expected < *bad) {
+        tick = expected;
+        step = 1;
+      } else if (step > 0 && *good + step < *bad) {
+        tick = *good + step;
+        step *= 2;
+      }
+      if (Succeeds(tick, 1)) {
+        *good = tick;
+      } else {
+        *bad = tick;
+        step = 0;
+      }
     }
   }
 
@@ -149,6 +166,7 @@ class NoReturnFinder::Impl {
       world_.Fill(&state_);
       FindContacts();
       scorer_.Tick(state_, contacts_);
+      if (scorer_.verdict() == partial_metrics_t::SUCCESS) needed_ticks_ = state_.header.tick - first;
       if (scorer_.verdict() != partial_metrics_t::UNDECIDED)
         return scorer_.verdict() == partial_metrics_t::SUCCESS;
       const int64_t now = state_.header.sim_time_us;
@@ -177,6 +195,8 @@ class NoReturnFinder::Impl {
   std::unique_ptr<policy::Expert> expert_;
   EpisodeMessages log_;
   std::vector<sim::World::Snapshot> snapshots_;  // by tick
+  // Ticks that the expert needed when it last succeeded; 0 before.
+  int64_t needed_ticks_ = 0;
   state_t state_{};
   contacts_t contacts_{};
 };
