@@ -91,8 +91,8 @@ FolderContents ContentsOf(const fs::path& folder) {
     if (entry->is_directory() && IsResultsFolder(entry->path())) {
       contents.folders.push_back(path);
       entry.disable_recursion_pending();
-    } else if (entry->is_regular_file() && path != kManifestJson && path != kNotesJson && path != kNoReturnJson &&
-               !ParseTemporaryName(entry->path().filename())) {
+    } else if (entry->is_regular_file() && path != kManifestJson && path != kNotesJson &&
+               path != kNoReturnJson && !ParseTemporaryName(entry->path().filename())) {
       contents.files.push_back(path);
     }
   }
