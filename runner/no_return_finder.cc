@@ -78,7 +78,7 @@ class NoReturnFinder::Impl {
 
  private:
   NoReturn PointAt(int64_t tick, NoReturn::Kind kind, bool is_monotone) const {
-    return {kind, tick, static_cast<double>(tick * world_.tick_us()) * 1e-6, is_monotone};
+    return {kind, tick, static_cast<double>(tick * world_.tick_us()) / 1e6, is_monotone};
   }
 
   // Narrows down to neighboring ticks: the expert succeeds from `good`, not from `bad`. Where only the time
