@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/errors.h"
@@ -81,7 +80,7 @@ NoReturns ReadNoReturns(const fs::path& run) {
   return points;
 }
 
-void WriteNoReturns(const fs::path& run, const NoReturns& points) {
+nlohmann::ordered_json NoReturnsJson(const NoReturns& points) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const auto& [episode, point] : points) {
     json[std::to_string(episode)] = {{"kind", WordOf(point.kind)},
@@ -90,7 +89,11 @@ void WriteNoReturns(const fs::path& run, const NoReturns& points) {
                                      {"monotone", point.is_monotone},
                                      {"text", NoReturnText(point)}};
   }
-  WriteWhole(run / kNoReturnJson, ToText(json, 2) + "\n");
+  return json;
+}
+
+void WriteNoReturns(const fs::path& run, const NoReturns& points) {
+  WriteWhole(run / kNoReturnJson, ToText(NoReturnsJson(points), 2) + "\n");
 }
 
 }  // namespace evalbus::results

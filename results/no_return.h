@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <optional>
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace evalbus::results {
@@ -38,5 +38,7 @@ std::string NoReturnText(const NoReturn& point);
 using NoReturns = std::map<int, NoReturn>;
 NoReturns ReadNoReturns(const std::filesystem::path& run);
 void WriteNoReturns(const std::filesystem::path& run, const NoReturns& points);
+// The content of the file.
+nlohmann::ordered_json NoReturnsJson(const NoReturns& points);
 
 }  // namespace evalbus::results

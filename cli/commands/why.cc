@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/styled_text.h"
+#include "base/text.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
 #include "results/circumstances.h"
@@ -73,9 +75,14 @@ void FindNoReturns(const results::RecordedRun& run, const WhyOptions& options) {
   }
 }
 
-void PrintNoReturns(const results::RecordedRun& run) {
+void PrintNoReturns(const results::RecordedRun& run, const results::RunCircumstances& found) {
   const results::NoReturns points = results::ReadNoReturns(run.folder);
-  if (!points.empty()) fmt::print("\nepisode\n");
+  if (!points.empty()) {
+    fmt::print("\nepisode\n");
+  } else if (found.episodes.successes < found.episodes.trials) {
+    fmt::print("\npoints of no return: {}\n",
+               ShellWords({"evalbus", "why", run.folder.string(), "--failures"}));
+  }
   for (const auto& [episode, point] : points)
     fmt::print("{:>7}  {}\n", episode, results::NoReturnText(point));
 }
@@ -90,10 +97,13 @@ int Explain(const WhyOptions& options) {
   for (size_t i = 0; i < found.size(); ++i) {
     fmt::print("{}{}", i == 0 ? "" : "\n", results::CircumstancesText(found[i], UsesColors(stdout)));
     if (options.failures || !options.episodes.empty()) FindNoReturns(runs[i], options);
-    PrintNoReturns(runs[i]);
+    PrintNoReturns(runs[i], found[i]);
   }
   if (!options.json.empty()) {
-    WriteWhole(options.json, ToText(results::CircumstancesJson(found), 2) + "\n");
+    nlohmann::ordered_json json = results::CircumstancesJson(found);
+    for (size_t i = 0; i < runs.size(); ++i)
+      json[i]["no_return"] = results::NoReturnsJson(results::ReadNoReturns(runs[i].folder));
+    WriteWhole(options.json, ToText(json, 2) + "\n");
     fmt::print("\njson     {}\n", options.json.string());
   }
   return 0;
