@@ -44,7 +44,9 @@ std::vector<EpisodeEvent> Events(const viz::EpisodeTrack& track) {
   using Kind = EpisodeEvent::Kind;
   std::vector<EpisodeEvent> events;
   for (const viz::TrackEvent& event : track.Events()) {
-    if (event.kind == From::kGrasp || event.kind == From::kRelease || event.kind == From::kCause) continue;
+    if (event.kind == From::kGrasp || event.kind == From::kRelease || event.kind == From::kCause ||
+        event.kind == From::kNoReturn)
+      continue;
     const Kind kind = event.kind == From::kStage  ? Kind::kStage
                       : event.kind == From::kSlip ? Kind::kSlip
                       : event.kind == From::kEnd  ? Kind::kEnd

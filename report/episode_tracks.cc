@@ -12,6 +12,7 @@
 #include "metrics/statistics/run_statistics.h"
 #include "models/physics_model.h"
 #include "results/episode_logs.h"
+#include "results/no_return.h"
 #include "results/rescorer.h"
 
 namespace evalbus::report {
@@ -94,6 +95,10 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
   if (track->model().source != source_name::kSim) ReceiveImages(log, track.get());
   track->Receive(criteria);
   track->Receive(scores.episodes.back().summary);
+  const results::NoReturns points = results::ReadNoReturns(RunFolderOf(log));
+  const auto point = points.find(track->episode().episode);
+  if (point != points.end() && point->second.has_point())
+    track->AddNoReturn(point->second.tick, results::NoReturnText(point->second));
   return track;
 }
 

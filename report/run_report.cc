@@ -15,6 +15,7 @@
 #include "report/page_links.h"
 #include "report/stills.h"
 #include "report/viewer_pack.h"
+#include "results/circumstances.h"
 #include "results/episode_logs.h"
 #include "results/pacing.h"
 #include "results/policy_calls.h"
@@ -101,6 +102,7 @@ ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, b
   report.summary = run.Statistics().Summary(true);
   report.remarks = run.Remarks();
   report.notes = results::PolicyNotes(run);
+  report.no_returns = results::ReadNoReturns(run.folder);
   report.pacing = Pacing(run);
   for (const results::RecordedEpisode& episode : run.episodes) {
     report.files.push_back(
@@ -118,6 +120,13 @@ ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, b
     }
   }
   return report;
+}
+
+void AddCircumstances(Report* report) {
+  std::vector<const results::RecordedRun*> runs;
+  for (const ReportRun& run : report->runs) runs.push_back(&run.run);
+  std::vector<results::RunCircumstances> found = results::FindCircumstances(runs);
+  for (size_t k = 0; k < found.size(); ++k) report->runs[k].circumstances = std::move(found[k]);
 }
 
 // Adds images of the decisive moments of failures, of at most kMaxStills in all.
@@ -199,6 +208,7 @@ BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& fil
   for (results::RecordedRun& run : runs.runs) {
     report.runs.push_back(Describe(std::move(run), episodes, runs.is_suite, links, command_of));
   }
+  AddCircumstances(&report);
   for (const std::string& missing : runs.missing) report.remarks.push_back("no finished episode: " + missing);
   std::string note;
   if (most > 0) {

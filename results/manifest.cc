@@ -16,6 +16,7 @@
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/write_whole.h"
+#include "results/no_return.h"
 #include "results/notes.h"
 #include "results/rescorer.h"
 
@@ -91,7 +92,7 @@ FolderContents ContentsOf(const fs::path& folder) {
       contents.folders.push_back(path);
       entry.disable_recursion_pending();
     } else if (entry->is_regular_file() && path != kManifestJson && path != kNotesJson &&
-               !ParseTemporaryName(entry->path().filename())) {
+               path != kNoReturnJson && !ParseTemporaryName(entry->path().filename())) {
       contents.files.push_back(path);
     }
   }

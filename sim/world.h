@@ -46,6 +46,15 @@ class World {
   bool Step();
   const std::string& instability() const { return instability_; }
 
+  // The state of the simulation, for Restore() within the same episode. Equal actions lead to equal bits.
+  struct Snapshot {
+    std::vector<double> qpos, qvel, act, ctrl, warm_start, mocap_pos, mocap_quat, work;
+    double time = 0;
+    int64_t action_clips = 0, unreachable_poses = 0, singular_poses = 0;
+  };
+  Snapshot Save() const;
+  void Restore(const Snapshot& snapshot);
+
   // Fills everything except header and deadline_misses. Reuses the storage of `state`.
   void Fill(state_t* state) const;
 

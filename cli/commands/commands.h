@@ -61,6 +61,10 @@ using AddCommand = Action(CLI::App* app);
           "  evalbus gate runs/baseline runs/new\n"                                                          \
           "  evalbus gate runs/baseline runs/new --margin 3 --on slips:0.2,completion_time:10%\n"            \
           "  evalbus gate runs/baseline runs/new --junit gate.xml --markdown gate.md")                       \
+  COMMAND(AddWhy, "Compare", "why", "find what drives failure: start parameters, points of no return",       \
+          "  evalbus why runs/noisy\n"                                                                       \
+          "  evalbus why runs/noisy --json why.json\n"                                                       \
+          "  evalbus why runs/noisy --episode 3")                                                            \
   COMMAND(AddCertify, "Compare", "certify", "test whether verdicts depend on the version of MuJoCo",         \
           "  evalbus certify lift_pot/position --engines 2.2,3.3.3 --out runs/certified\n"                   \
           "  evalbus certify lift_pot/all --engines 2.2,3.3.3 --policies expert,hold --out runs/all\n"       \

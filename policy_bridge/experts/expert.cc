@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <stdexcept>
@@ -17,6 +18,12 @@
 #include "policy_bridge/experts/stack_two_blocks.h"
 
 namespace evalbus::policy {
+namespace {
+
+// Largest distance of a joint from its home position at which the arm counts as at home, rad.
+constexpr double kAtHome = 0.02;
+
+}  // namespace
 
 Expert::Expert(const mjModel& model, const model_info_t& info, int max_attempts)
     : context_(model, info), max_attempts_(max_attempts), servo_lead_(model, info) {
@@ -30,7 +37,37 @@ void Expert::Begin(const episode_begin_t&) {
   player_.Reset(context_.home);
   attempts_ = 0;
   has_planned_ = false;
+  takes_over_ = false;
   context_.obstacle.reset();
+}
+
+void Expert::TakeOver(const state_t& state, const std::vector<double>& closing) {
+  Configuration now = context_.home;
+  for (size_t arm = 0; arm < now.joints.size(); ++arm) {
+    const std::vector<double>& measured = state.arm[arm].joint_position_rad;
+    now.joints[arm] = JointVector::Map(measured.data(), static_cast<Eigen::Index>(measured.size()));
+  }
+  now.closing = closing;
+  player_.Reset(now);
+  double away = 0;  // rad
+  for (size_t arm = 0; arm < now.joints.size(); ++arm)
+    away = std::max(away, (now.joints[arm] - context_.home.joints[arm]).cwiseAbs().maxCoeff());
+  takes_over_ = away > kAtHome || !ClosedGrippers(now).empty();
+}
+
+std::vector<Motion> Expert::GoHomeFrom(const Configuration& now, const state_t& state) {
+  constexpr double kRetreats[] = {0.08, 0.04, 0};  // m
+  for (const double retreat : kRetreats) {
+    Plan plan = MakePlan(now, state);
+    if (const std::vector<int> closed = ClosedGrippers(now); !closed.empty()) plan.Open(closed);
+    std::vector<GripGoal> back;
+    for (const int arm : arms_)
+      back.push_back({arm, plan.GripPose(arm) * Eigen::Translation3d(0, 0, -retreat)});
+    if (retreat > 0) plan.Approach(back);
+    plan.GoHome(arms_);
+    if (plan.feasible()) return plan.motions();
+  }
+  return {};
 }
 
 void Expert::Act(const state_t& state, action_t* action) {
@@ -39,8 +76,9 @@ void Expert::Act(const state_t& state, action_t* action) {
   if (player_.done()) {
     context_.effort_left = PlanningContext::kEffort;
     const int attempts = attempts_;
-    std::vector<Motion> motions = Next(*commanded, state);
-    has_planned_ |= !motions.empty();
+    const bool goes_home = std::exchange(takes_over_, false);
+    std::vector<Motion> motions = goes_home ? GoHomeFrom(*commanded, state) : Next(*commanded, state);
+    has_planned_ |= !goes_home && !motions.empty();
     if (!has_planned_ && attempts_ > attempts && gives_up()) {
       throw std::runtime_error("no plan: " + WhyNoPlan(*commanded, state));
     }
@@ -86,7 +124,7 @@ void SetAction(const Configuration& configuration, action_t* action) {
 
 namespace {
 
-using Factory = std::function<std::unique_ptr<Policy>(const mjModel&, const model_info_t&)>;
+using Factory = std::function<std::unique_ptr<Expert>(const mjModel&, const model_info_t&)>;
 
 Factory LiftByHandles(const HandledObject& object) {
   return [object](const mjModel& model, const model_info_t& info) {
@@ -95,7 +133,7 @@ Factory LiftByHandles(const HandledObject& object) {
 }
 
 template <class T>
-std::unique_ptr<Policy> New(const mjModel& model, const model_info_t& info) {
+std::unique_ptr<Expert> New(const mjModel& model, const model_info_t& info) {
   return std::make_unique<T>(model, info);
 }
 
@@ -133,7 +171,7 @@ void CheckExpert(const std::string& task) {
                    " (expert:TASK uses the expert of another task)");
 }
 
-std::unique_ptr<Policy> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info) {
+std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info) {
   CheckExpert(task);
   return Experts().at(FamilyOf(task))(model, info);
 }

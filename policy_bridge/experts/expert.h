@@ -28,6 +28,13 @@ class Expert : public Policy {
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;
 
+  // Continues an episode that another policy has begun, after Begin() and before the first Act(). First opens
+  // the grippers, retreats and goes home, because plans begin with free hands. state: of the first
+  // Act(); closing: the grippers' last commands, 0 open to 1 closed.
+  void TakeOver(const state_t& state, const std::vector<double>& closing);
+  // Whether all plans have been made and executed.
+  bool has_given_up() const { return gives_up() && player_.done(); }
+
  protected:
   // Returns the motions from configuration `now` in state `state`. Empty: rest; Next() is called again at the
   // next tick. If this was the last attempt and no plan of the episode was feasible, Act() throws with the
@@ -46,6 +53,8 @@ class Expert : public Policy {
   Plan MakePlan(const Configuration& now, const state_t& state) { return Plan(&context_, now, state); }
 
  private:
+  // Motions from anywhere to the home configuration.
+  std::vector<Motion> GoHomeFrom(const Configuration& now, const state_t& state);
   // Obstacle that prevents a plan from `now`.
   std::string WhyNoPlan(const Configuration& now, const state_t& state);
 
@@ -53,6 +62,8 @@ class Expert : public Policy {
   int max_attempts_;
   // Names of the arms.
   std::vector<std::string> names_;
+  // Whether the expert takes over and has not gone home yet.
+  bool takes_over_ = false;
   // Whether any plan of this episode was feasible.
   bool has_planned_ = false;
   Player player_;
@@ -71,6 +82,6 @@ void CheckExpert(const std::string& task);
 
 // Creates the scripted expert for a task, by the name of its family; it also works for a copy of the task
 // under another name. Throws as CheckExpert() does.
-std::unique_ptr<Policy> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info);
+std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info);
 
 }  // namespace evalbus::policy

@@ -36,6 +36,9 @@ void FailureCard(const RunSection& section, const results::RecordedEpisode& epis
       html->Text(" ");
       html->Element("b", {{"class", "sign bad"}}, "✗ " + episode.failure_reason);
       html->Element("div", {}, episode.cause.text.empty() ? episode.explanation : episode.cause.text);
+      const auto point = section.run.no_returns.find(episode.episode);
+      if (point != section.run.no_returns.end())
+        html->Element("div", {{"class", "note"}}, results::NoReturnText(point->second));
     });
   });
 }

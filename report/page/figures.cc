@@ -287,6 +287,41 @@ void DrawShare(double share, double lower, double upper, bool scale, Markup* htm
   html->Close();
 }
 
+void DrawRates(const RateFigure& figure, Markup* html) {
+  constexpr double kWidth = 260, kHeight = 130, kLeft = 34, kRight = 250, kTop = 10, kBottom = 108;
+  const double first = figure.bins.front().from, last = figure.bins.back().to;
+  const Axis x{first, last, kLeft, kRight};
+  const Axis y{0, 1, kBottom, kTop};
+  std::string rates;
+  for (const RateFigure::Bin& bin : figure.bins) rates += (rates.empty() ? "" : ", ") + Percent(bin.rate);
+  html->Open("svg", {{"class", "figure"},
+                     {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
+                     {"role", "img"},
+                     {"aria-label", "success by " + figure.name + ": " + rates}});
+  const double from = x(std::clamp(figure.from, first, last)), to = x(std::clamp(figure.to, first, last));
+  html->Empty("rect", {{"class", "shaded"},
+                       {"x", Px(from)},
+                       {"y", Px(kTop)},
+                       {"width", Px(to - from)},
+                       {"height", Px(kBottom - kTop)}});
+  for (const double mark : {0.0, 0.5, 1.0}) {
+    Line("grid", kLeft, y(mark), kRight, y(mark), html);
+    Label(kLeft - 5, y(mark) + 4, "end", Percent(mark), html);
+  }
+  for (const RateFigure::Bin& bin : figure.bins) {
+    const double middle = (x(bin.from) + x(bin.to)) / 2;
+    html->Element("g", {{"class", "rate"}}, [&] {
+      html->Element("title", {}, bin.title);
+      Line("whisker", middle, y(bin.lower), middle, y(bin.upper), html);
+      // A bin of equal values is a dot only.
+      Line("range", x(bin.from), y(bin.rate), x(bin.to), y(bin.rate), html);
+      html->Empty("circle", {{"cx", Px(middle)}, {"cy", Px(y(bin.rate))}, {"r", "3.5"}});
+    });
+  }
+  DrawScale(x, TicksWithin(first, last, 5), kBottom, figure.unit, html);
+  html->Close();
+}
+
 void DrawBar(double share, const std::string& css_class, Markup* html) {
   html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}}, [&] {
     html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});

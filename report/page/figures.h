@@ -53,6 +53,21 @@ void DrawShare(double share, double lower, double upper, bool scale, Markup* htm
 // Draws a share without interval.
 void DrawBar(double share, const std::string& css_class, Markup* html);
 
+// Success rate by the value of a parameter.
+struct RateFigure {
+  std::string name;
+  std::string unit;
+  struct Bin {
+    double from = 0, to = 0;
+    double rate = 0, lower = 0, upper = 0;
+    std::string title;  // for a mouse over the bin
+  };
+  std::vector<Bin> bins;  // ascending; the first and the last differ
+  // Range that is shaded, clipped to the axis.
+  double from = 0, to = 0;
+};
+void DrawRates(const RateFigure& figure, Markup* html);
+
 // Draws a difference with its interval around a line at 0. All values are within -1 to 1.
 void DrawDifference(double difference, double lower, double upper, const std::string& css_class,
                     Markup* html);

@@ -93,6 +93,7 @@ std::string ReportPage(const Report& report) {
       WriteSummary(section);
       WriteFailures(section);
       if (!suite && report.viewer) WriteViewer(*report.viewer, html, report.opened);
+      WriteCircumstances(section);
       WriteStages(section);
       WriteDistributions(section);
       WriteEpisodes(section);

@@ -12,6 +12,8 @@
 #include "metrics/statistics/run_statistics.h"
 #include "report/page/figures.h"
 #include "report/page/page.h"
+#include "results/circumstances.h"
+#include "results/no_return.h"
 #include "results/run_reader.h"
 
 namespace evalbus::report {
@@ -43,6 +45,10 @@ struct ReportRun {
   std::vector<std::string> remarks;
   // How the policy was run, one sentence each.
   std::vector<std::string> notes;
+  // Influence of the start parameters on success; p-values are adjusted for all runs of the report.
+  results::RunCircumstances circumstances;
+  // By episode; empty unless `evalbus why` has searched for them.
+  results::NoReturns no_returns;
   // Pacing of a realtime run (results::RunPacing); null if it is not one.
   nlohmann::ordered_json pacing;
   // Command line that repeats the run; empty if there is none.

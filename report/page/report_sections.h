@@ -28,6 +28,8 @@ inline std::string EpisodeId(const RunSection& section, const results::RecordedE
 void WriteSummary(const RunSection& section);
 // The first failures: image of the decisive moment, and the cause in a sentence.
 void WriteFailures(const RunSection& section);
+// Which start parameters influence success.
+void WriteCircumstances(const RunSection& section);
 // Stages, failure reasons, collisions.
 void WriteStages(const RunSection& section);
 // A histogram of each metric that varies, and all statistics as a table.

@@ -37,8 +37,8 @@ const char* BetterWord(Better better) { return better == Better::kHigher ? "high
 }  // namespace
 
 const char* Word(TrackEvent::Kind kind) {
-  constexpr const char* kWords[] = {"stage",     "slip",           "grasp", "release",
-                                    "collision", "self_collision", "cause", "end"};
+  constexpr const char* kWords[] = {"stage",          "slip",      "grasp", "release", "collision",
+                                    "self_collision", "no_return", "cause", "end"};
   return kWords[static_cast<size_t>(kind)];
 }
 
@@ -330,6 +330,7 @@ std::vector<TrackEvent> EpisodeTrack::Events() const {
   if (summary_ && !summary_->failure_reason.empty() && !summary_->cause.text.empty()) {
     events.push_back(MakeEvent(Kind::kCause, summary_->cause.tick, summary_->cause.text));
   }
+  if (no_return_) events.push_back(MakeEvent(Kind::kNoReturn, no_return_->first, no_return_->second));
   events.insert(events.end(), touches_.begin(), touches_.end());
   std::stable_sort(events.begin(), events.end(),
                    [](const TrackEvent& a, const TrackEvent& b) { return a.tick < b.tick; });

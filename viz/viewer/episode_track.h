@@ -31,7 +31,7 @@ namespace evalbus::viz {
 
 // An event. Gripper and object are empty if they are not known (yet).
 struct TrackEvent {
-  enum class Kind { kStage, kSlip, kGrasp, kRelease, kCollision, kSelfCollision, kCause, kEnd };
+  enum class Kind { kStage, kSlip, kGrasp, kRelease, kCollision, kSelfCollision, kNoReturn, kCause, kEnd };
   Kind kind = Kind::kEnd;
   int64_t tick = 0;
   double time = 0;  // s since the start of the episode
@@ -75,6 +75,8 @@ class EpisodeTrack {
   void Receive(const episode_summary_t& summary);
   // An image of a source's camera, forwarded by the sim.
   void Receive(const image_t& image);
+  // Adds an event that is not in the messages: the last tick from which the expert succeeds.
+  void AddNoReturn(int64_t tick, const std::string& text) { no_return_ = {tick, text}; }
 
   const model_info_t& model() const { return *model_; }
   const header_t& episode() const { return episode_; }
@@ -177,6 +179,7 @@ class EpisodeTrack {
   nlohmann::ordered_json criteria_joined_;
   std::vector<CriteriaAt> criteria_at_;
   std::optional<episode_end_t> end_;
+  std::optional<std::pair<int64_t, std::string>> no_return_;
   std::optional<episode_summary_t> summary_;
   // Cameras of the source: names, and the number of images received from each.
   std::vector<std::string> cameras_;

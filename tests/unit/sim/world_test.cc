@@ -165,6 +165,34 @@ TEST_F(WorldTest, EqualSeedsGiveEqualBitsWhateverCameBefore) {
   }
 }
 
+TEST_F(WorldTest, ARestoredStateContinuesWithEqualBits) {
+  World world = MakeWorld();
+  world.Reset(5, VariationOf("position"));
+  const auto play = [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      action_t action = Home();
+      // Moves the arms into the pot and closes the hands.
+      action.joint_position_rad[1] += 0.02 * i;
+      action.joint_position_rad[8] += 0.02 * i;
+      action.gripper_closing[0] = i / 60.0;
+      ASSERT_EQ(world.Apply(action), "");
+      ASSERT_TRUE(world.Step());
+    }
+  };
+  play(0, 30);
+  const World::Snapshot snapshot = world.Save();
+  play(30, 60);
+  const state_t expected = StateOf(world);
+  world.Restore(snapshot);
+  EXPECT_EQ(StateOf(world).qpos_mixed, snapshot.qpos);
+  play(30, 60);
+  const state_t repeated = StateOf(world);
+  EXPECT_EQ(repeated.qpos_mixed, expected.qpos_mixed);
+  EXPECT_EQ(repeated.qvel_mixed, expected.qvel_mixed);
+  EXPECT_EQ(repeated.arm[0].joint_torque_Nm, expected.arm[0].joint_torque_Nm);
+  EXPECT_EQ(repeated.arm[0].mechanical_work_J, expected.arm[0].mechanical_work_J);
+}
+
 TEST_F(WorldTest, RandomizedPosesStayInTheirRegionAndDiffer) {
   World world = MakeWorld();
   std::vector<double> xs;

@@ -1,4 +1,4 @@
-// The cause of a failure: its mark on the time line, and the time from which a failed episode is shown.
+// The cause of a failure and the point of no return: their marks on the time line, and the time from which a failed episode is shown.
 "use strict";
 
 // Seconds before the decisive moment at which a failed episode opens.
@@ -7,6 +7,13 @@ Evalbus.BEFORE_CAUSE = 1;
 // head: that of an episode's block. Successes, and episodes without a cause, open at their start.
 Evalbus.openingTime = (head) => (head.failure_reason && Number.isFinite(head.cause_time_s)
   ? Math.max(0, head.cause_time_s - Evalbus.BEFORE_CAUSE) : 0);
+
+// The last tick from which the expert succeeds.
+Evalbus.eventMarks.no_return = (context, x, y, palette) => {
+  context.fillStyle = palette.text;
+  for (let dy = -12; dy < 12; dy += 5) context.fillRect(x - 1, y + dy, 2, 3);
+  Evalbus.polygon(context, [[x + 1, y + 4], [x + 9, y + 8], [x + 1, y + 12]], palette.text, true);
+};
 
 Evalbus.eventMarks.cause = (context, x, y, palette) => {
   context.fillStyle = palette.bad;

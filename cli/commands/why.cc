@@ -1,0 +1,126 @@
+// evalbus why: which start parameters influence success, and from when on episodes were lost.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "base/arguments.h"
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/run_layout.h"
+#include "base/styled_text.h"
+#include "base/text.h"
+#include "base/write_whole.h"
+#include "cli/commands/commands.h"
+#include "results/circumstances.h"
+#include "results/circumstances_text.h"
+#include "results/found_runs.h"
+#include "results/no_return.h"
+#include "results/run_reader.h"
+#include "runner/no_return_finder.h"
+
+namespace evalbus::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct WhyOptions {
+  std::vector<fs::path> runs;
+  // Episodes whose point of no return is searched for; all failures if `failures`.
+  std::vector<int> episodes;
+  bool failures = false;
+  // Empty: no JSON file is written.
+  fs::path json;
+};
+
+// Reads the runs, suites and plans that have finished episodes.
+std::vector<results::RecordedRun> ReadAll(const std::vector<fs::path>& folders) {
+  std::vector<results::RecordedRun> runs;
+  for (const fs::path& folder : folders) {
+    const size_t before = runs.size();
+    for (const results::FoundRun& found : results::FindRuns(folder).runs) {
+      if (!fs::exists(found.folder / kEpisodesJsonl)) continue;
+      runs.push_back(results::ReadRun(found.folder));
+      runs.back().name = found.name;
+    }
+    if (runs.size() == before) throw InputError(folder.string() + ": no finished episode");
+  }
+  return runs;
+}
+
+// Finds points of no return, adds them to the run's no_return.json, and prints them. Throws InputError.
+void FindNoReturns(const results::RecordedRun& run, const WhyOptions& options) {
+  const auto has_failed = [](const results::RecordedEpisode& episode) {
+    return episode.complete && episode.judged() && !episode.success;
+  };
+  std::vector<int> wanted = options.episodes;
+  for (const int episode : wanted) {
+    const auto found = std::ranges::find(run.episodes, episode, &results::RecordedEpisode::episode);
+    if (found == run.episodes.end() || !has_failed(*found))
+      throw InputError(
+          fmt::format("--episode {}: expected a failed episode of {}", episode, run.folder.string()));
+  }
+  for (const results::RecordedEpisode& episode : run.episodes)
+    if (options.failures && has_failed(episode)) wanted.push_back(episode.episode);
+  runner::NoReturnFinder finder(run);
+  results::NoReturns points = results::ReadNoReturns(run.folder);
+  for (const int episode : wanted) {
+    points[episode] = finder.Find(episode);
+    results::WriteNoReturns(run.folder, points);
+  }
+}
+
+void PrintNoReturns(const results::RecordedRun& run, const results::RunCircumstances& found) {
+  const results::NoReturns points = results::ReadNoReturns(run.folder);
+  if (!points.empty()) {
+    fmt::print("\nepisode\n");
+  } else if (found.episodes.successes < found.episodes.trials) {
+    fmt::print("\npoints of no return: {}\n",
+               ShellWords({"evalbus", "why", run.folder.string(), "--failures"}));
+  }
+  for (const auto& [episode, point] : points)
+    fmt::print("{:>7}  {}\n", episode, results::NoReturnText(point));
+}
+
+// Returns the exit code: 0, whatever is found. Throws InputError.
+int Explain(const WhyOptions& options) {
+  const std::vector<results::RecordedRun> runs = ReadAll(options.runs);
+  std::vector<const results::RecordedRun*> all;
+  for (const results::RecordedRun& run : runs) all.push_back(&run);
+  const std::vector<results::RunCircumstances> found = results::FindCircumstances(all);
+  if (!options.episodes.empty() && runs.size() != 1) throw InputError("--episode: expected one run");
+  for (size_t i = 0; i < found.size(); ++i) {
+    fmt::print("{}{}", i == 0 ? "" : "\n", results::CircumstancesText(found[i], UsesColors(stdout)));
+    if (options.failures || !options.episodes.empty()) FindNoReturns(runs[i], options);
+    PrintNoReturns(runs[i], found[i]);
+  }
+  if (!options.json.empty()) {
+    nlohmann::ordered_json json = results::CircumstancesJson(found);
+    for (size_t i = 0; i < runs.size(); ++i)
+      json[i]["no_return"] = results::NoReturnsJson(results::ReadNoReturns(runs[i].folder));
+    WriteWhole(options.json, ToText(json, 2) + "\n");
+    fmt::print("\njson     {}\n", options.json.string());
+  }
+  return 0;
+}
+
+}  // namespace
+
+Action AddWhy(CLI::App* app) {
+  const auto options = std::make_shared<WhyOptions>();
+  app->add_option("runs", options->runs, "folders of runs, suites or plans")->required();
+  AddList(
+      app, "--episode", &options->episodes,
+      "also find the point of no return of these failed episodes: the last tick from which the expert still "
+      "succeeds;\nit is kept in RUN/no_return.json, for the page and the report")
+      ->excludes(app->add_flag("--failures", options->failures, "the same for all failed episodes"));
+  app->add_option("--json", options->json, "also write the results to this file");
+  return [options] { return Explain(*options); };
+}
+
+}  // namespace evalbus::commands

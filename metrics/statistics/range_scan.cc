@@ -1,0 +1,159 @@
+#include "metrics/statistics/range_scan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "base/random.h"
+
+namespace evalbus::metrics {
+namespace {
+
+// Seed of the permutations.
+constexpr int64_t kScanSeed = 1997;
+// Statistics that differ by less than rounding are equal.
+constexpr double kEqual = 1e-9;
+
+// Evaluates both statistics for one number of trials and successes in all.
+class Statistics {
+ public:
+  explicit Statistics(std::span<const RateBin> bins) {
+    for (const RateBin& bin : bins) {
+      // Twice the mean rank of the bin's trials, from the middle.
+      middle_.push_back(2 * trials_ + bin.trials);
+      trials_ += bin.trials;
+      successes_ += bin.successes;
+    }
+    for (double& middle : middle_) middle -= trials_;
+    for (int i = 0; i <= trials_; ++i) log_.push_back(i == 0 ? 0 : i * std::log(i));
+  }
+
+  int trials() const { return trials_; }
+  int successes() const { return successes_; }
+
+  // Log likelihood ratio of a range with its own rate against one common rate.
+  double Ratio(int trials, int successes) const {
+    const auto of = [this](int n, int k) { return log_[k] + log_[n - k] - log_[n]; };
+    return of(trials, successes) + of(trials_ - trials, successes_ - successes) - of(trials_, successes_);
+  }
+
+  // Largest ratio of any range of bins.
+  double Scan(std::span<const RateBin> bins, BinRange* range = nullptr) const {
+    double largest = -1;
+    for (size_t first = 0; first < bins.size(); ++first) {
+      int trials = 0, successes = 0;
+      for (size_t last = first; last < bins.size(); ++last) {
+        trials += bins[last].trials;
+        successes += bins[last].successes;
+        if (trials == trials_) break;
+        const double ratio = Ratio(trials, successes);
+        if (ratio <= largest + kEqual) continue;
+        largest = ratio;
+        if (range) *range = {static_cast<int>(first), static_cast<int>(last)};
+      }
+    }
+    return largest;
+  }
+
+  // Distance of the rank sum of the successes from its expected value.
+  double Trend(std::span<const RateBin> bins) const {
+    double sum = 0;
+    for (size_t i = 0; i < bins.size(); ++i) sum += bins[i].successes * middle_[i];
+    return std::abs(sum);
+  }
+
+ private:
+  int trials_ = 0, successes_ = 0;
+  std::vector<double> middle_;
+  std::vector<double> log_;  // i log i
+};
+
+// Number of values that are at least `value`; ascending values.
+double CountFrom(const std::vector<double>& values, double value) {
+  return static_cast<double>(values.end() - std::ranges::lower_bound(values, value - kEqual));
+}
+
+}  // namespace
+
+std::vector<int> RankBins(std::span<const double> values, int most) {
+  std::vector<size_t> order(values.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::sort(order, {}, [&](size_t i) { return values[i]; });
+  const std::set<double> distinct(values.begin(), values.end());
+  const bool has_few = distinct.size() <= static_cast<size_t>(most);
+  std::vector<int> bins(values.size());
+  int bin = -1;
+  size_t quantile = 0;
+  for (size_t first = 0, end = 0; first < order.size(); first = end) {
+    while (end < order.size() && values[order[end]] == values[order[first]]) ++end;
+    // Quantile of the middle of the equal values.
+    const size_t now = (first + end - 1) * static_cast<size_t>(most) / (2 * order.size());
+    if (bin < 0 || now > quantile || has_few) {
+      ++bin;
+      quantile = now;
+    }
+    for (size_t i = first; i < end; ++i) bins[order[i]] = bin;
+  }
+  return bins;
+}
+
+BinRange FindRange(std::span<const RateBin> bins) {
+  BinRange range;
+  Statistics(bins).Scan(bins, &range);
+  return range;
+}
+
+int RangeScan::BinsFor(size_t trials) {
+  return std::clamp(static_cast<int>(trials) / kTrialsPerBin, 2, kMaxBins);
+}
+
+const RangeScan::Null& RangeScan::NullOf(std::span<const RateBin> bins) {
+  const Statistics statistics(bins);
+  std::vector<int> trials, bin_of;
+  for (size_t i = 0; i < bins.size(); ++i) {
+    trials.push_back(bins[i].trials);
+    bin_of.insert(bin_of.end(), static_cast<size_t>(bins[i].trials), static_cast<int>(i));
+  }
+  const auto [entry, is_new] = nulls_.try_emplace({trials, statistics.successes()});
+  Null& null = entry->second;
+  if (!is_new) return null;
+  // Draws whichever of successes and failures are fewer.
+  const int total = statistics.trials(), successes = statistics.successes();
+  const bool draws_failures = 2 * successes > total;
+  const int draws = draws_failures ? total - successes : successes;
+  Random random(kScanSeed, 0);
+  std::vector<RateBin> permuted(bins.begin(), bins.end());
+  std::vector<std::pair<double, double>> drawn(kPermutations);
+  for (auto& [scan, trend] : drawn) {
+    for (RateBin& bin : permuted) bin.successes = draws_failures ? bin.trials : 0;
+    for (int i = 0; i < draws; ++i) {
+      std::swap(bin_of[static_cast<size_t>(i)], bin_of[static_cast<size_t>(i + random.Index(total - i))]);
+      permuted[static_cast<size_t>(bin_of[static_cast<size_t>(i)])].successes += draws_failures ? -1 : 1;
+    }
+    scan = statistics.Scan(permuted);
+    trend = statistics.Trend(permuted);
+    null.scan.push_back(scan);
+    null.trend.push_back(trend);
+  }
+  std::ranges::sort(null.scan);
+  std::ranges::sort(null.trend);
+  for (const auto& [scan, trend] : drawn)
+    null.smallest_tail.push_back(std::min(CountFrom(null.scan, scan), CountFrom(null.trend, trend)));
+  std::ranges::sort(null.smallest_tail);
+  return null;
+}
+
+double RangeScan::P(std::span<const RateBin> bins) {
+  const Statistics statistics(bins);
+  if (bins.size() < 2 || statistics.successes() == 0 || statistics.successes() == statistics.trials())
+    return 1;
+  const Null& null = NullOf(bins);
+  // The observed bins count as one more permutation.
+  const double tail = 1 + std::min(CountFrom(null.scan, statistics.Scan(bins)),
+                                   CountFrom(null.trend, statistics.Trend(bins)));
+  const auto more_uneven = std::ranges::upper_bound(null.smallest_tail, tail) - null.smallest_tail.begin();
+  return (1 + static_cast<double>(more_uneven)) / (kPermutations + 1);
+}
+
+}  // namespace evalbus::metrics

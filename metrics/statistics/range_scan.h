@@ -1,0 +1,59 @@
+// Permutation test of whether a success rate depends on a number that was drawn at random. It combines two
+// statistics over bins of equal numbers of trials: the largest log likelihood ratio over all ranges of bins
+// (Kulldorff 1997, "A spatial scan statistic", Communications in Statistics 26; Bernoulli model), which also
+// finds effects that are not monotone, and the rank-sum of Mann and Whitney 1947, which finds slow trends.
+#pragma once
+
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace evalbus::metrics {
+
+// Assigns each value to one of at most `most` bins with about equal numbers of values, in ascending order;
+// equal values share a bin. There are at least two bins if there are two different values and most >= 2; if
+// there are at most `most` different values, each has a bin. Returns indices without gaps, from 0.
+std::vector<int> RankBins(std::span<const double> values, int most);
+
+// Trials in a bin, and how many of them succeeded.
+struct RateBin {
+  int trials = 0, successes = 0;
+};
+
+// Bins first..last differ most from the other bins.
+struct BinRange {
+  int first = 0, last = 0;
+};
+// Expects at least two bins.
+BinRange FindRange(std::span<const RateBin> bins);
+
+// Computes p-values. Every null distribution is drawn with the same random numbers, so that equal bins have
+// equal p-values, whatever was tested before.
+class RangeScan {
+ public:
+  static constexpr int kMaxBins = 20;
+  // A bin has at least this number of values on average, unless there are fewer than twice as many.
+  static constexpr int kTrialsPerBin = 5;
+  // Number of permutations; no p-value is below 1 / (kPermutations + 1).
+  static constexpr int kPermutations = 20'000;
+
+  // Number of bins for so many trials.
+  static int BinsFor(size_t trials);
+
+  // Probability, if all trials have the same rate, of bins that are at least as uneven. 1 if there are fewer
+  // than two bins, no success or no failure.
+  double P(std::span<const RateBin> bins);
+
+ private:
+  // Values of the statistics in the permutations, each in ascending order.
+  struct Null {
+    std::vector<double> scan, trend, smallest_tail;
+  };
+  const Null& NullOf(std::span<const RateBin> bins);
+
+  // By trials of each bin, and the total number of successes.
+  std::map<std::pair<std::vector<int>, int>, Null> nulls_;
+};
+
+}  // namespace evalbus::metrics

@@ -1,0 +1,72 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <vector>
+
+#include "base/percent.h"
+#include "report/page/folded.h"
+#include "report/page/report_sections.h"
+#include "results/circumstances_text.h"
+
+namespace evalbus::report {
+namespace {
+
+// Number of figures that are initially visible; the rest can be expanded.
+constexpr size_t kParametersShown = 4;
+
+void ParameterCard(const results::Circumstance& parameter, Markup* html) {
+  const results::ParameterName name = results::NameOfParameter(parameter.name);
+  RateFigure figure{.name = name.label,
+                    .unit = name.unit,
+                    .bins = {},
+                    .from = parameter.from * name.scale,
+                    .to = parameter.to * name.scale};
+  for (const results::CircumstanceBin& bin : parameter.bins) {
+    const metrics::Interval interval = bin.wilson();
+    figure.bins.push_back(
+        {.from = bin.from * name.scale,
+         .to = bin.to * name.scale,
+         .rate = bin.rate(),
+         .lower = interval.lower,
+         .upper = interval.upper,
+         .title = fmt::format("{}: {} of {} succeeded, {} (95 % interval {:.0f} to {:.0f} %)",
+                              results::BinText(parameter, bin), bin.episodes.successes, bin.episodes.trials,
+                              Percent(bin.rate()), 100 * interval.lower, 100 * interval.upper)});
+  }
+  html->Element("figure", {{"class", "card"}}, [&] {
+    html->Element("figcaption", {}, [&] {
+      html->Element("b", {}, name.label);
+      html->Text(", " + results::PEquals(parameter.p_holm));
+    });
+    DrawRates(figure, html);
+  });
+}
+
+}  // namespace
+
+void WriteCircumstances(const RunSection& section) {
+  const results::RunCircumstances& found = section.run.circumstances;
+  // Without both successes and failures there is nothing to explain.
+  const bool has_both = found.episodes.successes > 0 && found.episodes.successes < found.episodes.trials;
+  if (found.parameters.empty() || !has_both) return;
+  std::vector<const results::Circumstance*> parameters;
+  for (const results::Circumstance& parameter : found.parameters) parameters.push_back(&parameter);
+  std::ranges::stable_sort(parameters, {}, &results::Circumstance::p);
+  Markup* html = section.html;
+  std::vector<std::function<void()>> figures;
+  for (const results::Circumstance* parameter : parameters)
+    figures.push_back([parameter, html] { ParameterCard(*parameter, html); });
+  html->Element("section", {}, [&] {
+    html->Element(section.heading, {{"id", section.id + "circumstances"}}, "Circumstances of failure");
+    for (const std::string& sentence : results::CircumstanceSentences(found))
+      html->Element("p", {}, sentence);
+    html->Element(
+        "p", {{"class", "note"}},
+        "Success rate by the start's random parameters, with 95 % intervals; most significant first. "
+        "Shaded: the range that differs most from the rest. Permutation tests, p adjusted by Holm.");
+    Folded(figures, kParametersShown, "more parameters", "cards", html);
+  });
+}
+
+}  // namespace evalbus::report

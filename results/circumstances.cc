@@ -1,0 +1,146 @@
+#include "results/circumstances.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "base/text.h"
+#include "metrics/statistics/holm.h"
+#include "metrics/statistics/wilson.h"
+
+namespace evalbus::results {
+namespace {
+
+// Number of bins that are shown of a parameter with many values.
+constexpr int kShownBins = 5;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// A value of each episode that has one, and whether the episode succeeded.
+struct Values {
+  std::string name;
+  std::vector<double> value;
+  std::vector<bool> success;
+
+  bool is_constant() const {
+    return std::ranges::adjacent_find(value, std::ranges::not_equal_to()) == value.end();
+  }
+};
+
+bool Counts(const RecordedEpisode& episode) { return episode.complete && episode.judged(); }
+
+// "mug" of "mug_x_m".
+std::string PartOf(const std::string& name) {
+  const size_t end = name.rfind("_x_m");
+  return end == std::string::npos ? name : name.substr(0, end);
+}
+
+// All parameters of a run, in the order in which they first occur. A parameter that some episodes lack also
+// has a 0 or 1 for each episode; parameters that are present in the same episodes share it.
+std::vector<Values> ValuesOf(const RecordedRun& run) {
+  std::vector<std::string> names;
+  for (const RecordedEpisode& episode : run.episodes) {
+    for (const auto& [name, value] : episode.result.parameters) {
+      if (std::ranges::find(names, name) == names.end()) names.emplace_back(name);
+    }
+  }
+  std::vector<Values> all;
+  std::set<std::vector<double>> presences;
+  for (const std::string& name : names) {
+    Values values{.name = name, .value = {}, .success = {}};
+    Values presence{.name = PartOf(name) + "_present", .value = {}, .success = {}};
+    for (const RecordedEpisode& episode : run.episodes) {
+      if (!Counts(episode)) continue;
+      const auto& parameters = episode.result.parameters;
+      const auto found = std::ranges::find(parameters, name, [](const auto& entry) { return entry.first; });
+      const bool has = found != parameters.end();
+      presence.value.push_back(has ? 1 : 0);
+      presence.success.push_back(episode.success);
+      if (!has) continue;
+      values.value.push_back(found->second);
+      values.success.push_back(episode.success);
+    }
+    if (!presence.is_constant() && presences.insert(presence.value).second) all.push_back(presence);
+    if (!values.is_constant()) all.push_back(std::move(values));
+  }
+  return all;
+}
+
+// Bins of the values, ascending.
+std::vector<CircumstanceBin> BinsOf(const Values& values, int most) {
+  const std::vector<int> bin_of = metrics::RankBins(values.value, most);
+  std::vector<CircumstanceBin> bins(static_cast<size_t>(std::ranges::max(bin_of)) + 1,
+                                    {kInfinity, -kInfinity, {}});
+  for (size_t i = 0; i < bin_of.size(); ++i) {
+    CircumstanceBin& bin = bins[static_cast<size_t>(bin_of[i])];
+    bin.from = std::min(bin.from, values.value[i]);
+    bin.to = std::max(bin.to, values.value[i]);
+    ++bin.episodes.trials;
+    bin.episodes.successes += values.success[i];
+  }
+  return bins;
+}
+
+Circumstance Test(const Values& values, metrics::RangeScan* scan) {
+  Circumstance result{.name = values.name, .episodes = {}, .inside = {}, .bins = BinsOf(values, kShownBins)};
+  const std::vector<CircumstanceBin> fine = BinsOf(values, metrics::RangeScan::BinsFor(values.value.size()));
+  std::vector<metrics::RateBin> rates;
+  for (const CircumstanceBin& bin : fine) {
+    rates.push_back(bin.episodes);
+    result.episodes.trials += bin.episodes.trials;
+    result.episodes.successes += bin.episodes.successes;
+  }
+  result.p = scan->P(rates);
+  const metrics::BinRange range = metrics::FindRange(rates);
+  const auto first = static_cast<size_t>(range.first), last = static_cast<size_t>(range.last);
+  result.from = first == 0 ? -kInfinity : std::midpoint(fine[first - 1].to, fine[first].from);
+  result.to = last + 1 == fine.size() ? kInfinity : std::midpoint(fine[last].to, fine[last + 1].from);
+  for (size_t i = first; i <= last; ++i) {
+    result.inside.trials += rates[i].trials;
+    result.inside.successes += rates[i].successes;
+  }
+  return result;
+}
+
+}  // namespace
+
+ParameterName NameOfParameter(const std::string& name) {
+  const auto stem = [&](size_t ending) { return Words(name.substr(0, name.size() - ending)); };
+  if (name.ends_with("_rad")) return {stem(4), "deg", 180 / std::numbers::pi};
+  if (name.ends_with("_m")) return {stem(2), "m"};
+  return {Words(name), ""};
+}
+
+metrics::Interval CircumstanceBin::wilson() const {
+  return metrics::WilsonInterval(episodes.successes, episodes.trials);
+}
+
+std::vector<RunCircumstances> FindCircumstances(const std::vector<const RecordedRun*>& runs) {
+  std::vector<RunCircumstances> all;
+  std::vector<double> p;
+  metrics::RangeScan scan;
+  for (const RecordedRun* run : runs) {
+    RunCircumstances found{
+        .run = run->name, .policy = run->policy, .task = run->task_name(), .episodes = {}, .parameters = {}};
+    for (const RecordedEpisode& episode : run->episodes) {
+      if (!Counts(episode)) continue;
+      ++found.episodes.trials;
+      found.episodes.successes += episode.success;
+    }
+    for (const Values& values : ValuesOf(*run)) {
+      found.parameters.push_back(Test(values, &scan));
+      p.push_back(found.parameters.back().p);
+    }
+    all.push_back(std::move(found));
+  }
+  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
+  size_t next = 0;
+  for (RunCircumstances& run : all) {
+    run.tested = static_cast<int>(p.size());
+    for (Circumstance& parameter : run.parameters) parameter.p_holm = adjusted[next++];
+  }
+  return all;
+}
+
+}  // namespace evalbus::results

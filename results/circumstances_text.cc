@@ -1,0 +1,177 @@
+#include "results/circumstances_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/percent.h"
+#include "base/plural.h"
+#include "base/styled_text.h"
+#include "base/text.h"
+#include "results/comparison_text.h"
+
+namespace evalbus::results {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr char kPresent[] = " present";
+
+bool IsPresence(const ParameterName& name) { return name.label.ends_with(kPresent); }
+
+std::string WithUnit(const std::string& number, const ParameterName& name) {
+  return name.unit.empty() ? number : number + " " + name.unit;
+}
+
+// The values at which success is less frequent: "pot y is above 0.100 m".
+std::string WhereItFails(const Circumstance& parameter) {
+  const ParameterName name = NameOfParameter(parameter.name);
+  const bool fails_inside = parameter.inside_rate() < parameter.outside_rate();
+  const bool has_lower = std::isfinite(parameter.from), has_upper = std::isfinite(parameter.to);
+  if (IsPresence(name)) {
+    const std::string part = name.label.substr(0, name.label.size() - std::string(kPresent).size());
+    return part + (has_lower == fails_inside ? " is present" : " is absent");
+  }
+  const auto text = [&](double value) { return ParameterText(parameter, value); };
+  if (has_lower && has_upper) {
+    return fmt::format("{} is {} {}", name.label, fails_inside ? "within" : "outside",
+                       WithUnit(text(parameter.from) + " to " + text(parameter.to), name));
+  }
+  const bool is_above = has_lower == fails_inside;
+  return fmt::format("{} is {} {}", name.label, is_above ? "above" : "below",
+                     WithUnit(text(has_lower ? parameter.from : parameter.to), name));
+}
+
+std::string Sentence(const Circumstance& parameter, int tested) {
+  const double low = std::min(parameter.inside_rate(), parameter.outside_rate());
+  const double high = std::max(parameter.inside_rate(), parameter.outside_rate());
+  return fmt::format("Success falls from {} to {} where {} ({}; {} tested).", Percent(high), Percent(low),
+                     WhereItFails(parameter), PEquals(parameter.p_holm), Plural(tested, "parameter"));
+}
+
+std::string SentenceOfNone(const RunCircumstances& run) {
+  const std::string episodes = Plural(run.episodes.trials, "episode");
+  if (run.episodes.trials == 0) return "No complete episode to test.";
+  if (run.episodes.successes == run.episodes.trials)
+    return "Nothing to explain: all " + episodes + " succeeded.";
+  if (run.episodes.successes == 0)
+    return "No parameter of the start separates successes from failures: all " + episodes + " failed.";
+  if (run.parameters.empty()) return "No parameter of the start differs between the episodes.";
+  double smallest = 1;
+  for (const Circumstance& parameter : run.parameters) smallest = std::min(smallest, parameter.p_holm);
+  return fmt::format("No parameter of the start is shown to drive failure ({}, {} tested; smallest {}).",
+                     episodes, Plural(run.tested, "parameter"), PEquals(smallest));
+}
+
+std::vector<const Circumstance*> Shown(const RunCircumstances& run) {
+  std::vector<const Circumstance*> shown;
+  for (const Circumstance& parameter : run.parameters) {
+    if (parameter.is_shown()) shown.push_back(&parameter);
+  }
+  std::ranges::stable_sort(shown, {}, [](const Circumstance* parameter) { return parameter->p; });
+  return shown;
+}
+
+std::string LabelOf(const Circumstance& parameter) {
+  const ParameterName name = NameOfParameter(parameter.name);
+  return name.unit.empty() ? name.label : name.label + ", " + name.unit;
+}
+
+std::string BinRow(const Circumstance& parameter, const CircumstanceBin& bin) {
+  const metrics::Interval interval = bin.wilson();
+  return fmt::format("    {}  {:>4} of {:<4}  {:>5}  (95 % interval {:.0f} to {:.0f} %)\n",
+                     Pad(BinText(parameter, bin), -24), bin.episodes.successes, bin.episodes.trials,
+                     Percent(bin.rate()), 100 * interval.lower, 100 * interval.upper);
+}
+
+ordered_json Bound(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); }
+
+ordered_json RateJson(const metrics::RateBin& episodes) {
+  return {{"episodes", episodes.trials}, {"successes", episodes.successes}};
+}
+
+ordered_json ParameterJson(const Circumstance& parameter) {
+  ordered_json json = {{"name", parameter.name}};
+  json.update(RateJson(parameter.episodes));
+  json["p"] = parameter.p;
+  json["p_holm"] = parameter.p_holm;
+  json["range"] = {{"from", Bound(parameter.from)}, {"to", Bound(parameter.to)}};
+  json["range"].update(RateJson(parameter.inside));
+  for (const CircumstanceBin& bin : parameter.bins) {
+    ordered_json entry = {{"from", bin.from}, {"to", bin.to}};
+    entry.update(RateJson(bin.episodes));
+    entry["rate_wilson_95"] = {bin.wilson().lower, bin.wilson().upper};
+    json["bins"].push_back(std::move(entry));
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string ParameterText(const Circumstance& parameter, double value) {
+  const double scale = NameOfParameter(parameter.name).scale;
+  // One hundredth of the range of the values.
+  const double step = scale * (parameter.bins.back().to - parameter.bins.front().from) / 100;
+  return Fixed(scale * value, std::clamp(static_cast<int>(std::ceil(-std::log10(step))), 0, 6));
+}
+
+std::string BinText(const Circumstance& parameter, const CircumstanceBin& bin) {
+  const ParameterName name = NameOfParameter(parameter.name);
+  if (IsPresence(name)) return bin.to > 0 ? "present" : "absent";
+  const std::string from = ParameterText(parameter, bin.from), to = ParameterText(parameter, bin.to);
+  return WithUnit(from == to ? from : from + " to " + to, name);
+}
+
+std::string PEquals(double p) { return p < 0.001 ? "p < 0.001" : "p = " + PText(p); }
+
+std::vector<std::string> CircumstanceSentences(const RunCircumstances& run) {
+  std::vector<std::string> sentences;
+  for (const Circumstance* parameter : Shown(run)) sentences.push_back(Sentence(*parameter, run.tested));
+  if (sentences.empty()) sentences.push_back(SentenceOfNone(run));
+  return sentences;
+}
+
+std::string CircumstancesText(const RunCircumstances& run, bool colors) {
+  std::string text;
+  for (const std::string& sentence : CircumstanceSentences(run))
+    text += Styled(sentence, Style::kStrong, colors) + "\n";
+  text += fmt::format("{}, {}: {} of {} succeeded\n", Printable(run.task), Printable(run.policy),
+                      run.episodes.successes, Plural(run.episodes.trials, "episode"));
+  if (run.parameters.empty()) return text;
+  int width = 9;
+  for (const Circumstance& parameter : run.parameters) width = std::max(width, Width(LabelOf(parameter)));
+  text +=
+      fmt::format("\n{}  {:>6}  {:>8}  {}\n", Pad("parameter", -width), "p", "p (Holm)", "success by value");
+  for (const Circumstance& parameter : run.parameters) {
+    std::vector<double> rates;
+    for (const CircumstanceBin& bin : parameter.bins) rates.push_back(bin.rate());
+    text += fmt::format("{}  {:>6}  {:>8}  {}  {} to {}\n", Pad(Printable(LabelOf(parameter)), -width),
+                        PText(parameter.p), PText(parameter.p_holm),
+                        Sparkline(rates, static_cast<int>(rates.size())),
+                        ParameterText(parameter, parameter.bins.front().from),
+                        ParameterText(parameter, parameter.bins.back().to));
+  }
+  for (const Circumstance* parameter : Shown(run)) {
+    text += "\n" + Printable(LabelOf(*parameter)) + "\n";
+    for (const CircumstanceBin& bin : parameter->bins) text += BinRow(*parameter, bin);
+  }
+  return text;
+}
+
+ordered_json CircumstancesJson(const std::vector<RunCircumstances>& runs) {
+  ordered_json json = ordered_json::array();
+  for (const RunCircumstances& run : runs) {
+    ordered_json entry = {{"run", run.run}, {"policy", run.policy}, {"task", run.task}};
+    entry.update(RateJson(run.episodes));
+    entry["sentences"] = CircumstanceSentences(run);
+    entry["parameters_tested"] = run.tested;
+    entry["parameters"] = ordered_json::array();
+    for (const Circumstance& parameter : run.parameters)
+      entry["parameters"].push_back(ParameterJson(parameter));
+    json.push_back(std::move(entry));
+  }
+  return json;
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,32 @@
+// Finds the point of no return of recorded episodes: repeats an episode from its seed and the logged actions,
+// lets the task's expert take over at a tick, and bisects over the ticks.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+
+#include "results/no_return.h"
+#include "results/run_reader.h"
+
+namespace evalbus::runner {
+
+class NoReturnFinder {
+ public:
+  // Throws InputError if the run was not simulated in lockstep, its task has no expert, or its models differ
+  // from those of this program.
+  explicit NoReturnFinder(const results::RecordedRun& run);
+  ~NoReturnFinder();
+  NoReturnFinder(const NoReturnFinder&) = delete;
+  NoReturnFinder& operator=(const NoReturnFinder&) = delete;
+
+  // The episode must have failed. Throws InputError if its log lacks ticks or the repeated states differ from
+  // the logged ones.
+  results::NoReturn Find(int episode);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace evalbus::runner

@@ -1,0 +1,60 @@
+// evalbus why: start parameters and points of no return of real runs.
+#include <nlohmann/json.hpp>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus::why_test {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class Why : public testing::Test {
+ protected:
+  fs::path Run(const std::string& policy) {
+    const fs::path out = folder_.path() / policy;
+    Evaluate({"lift_pot/position", "--policy", policy, "--episodes", "2", "--seed", "1", "--in-process"},
+             out);
+    return out;
+  }
+
+  const TemporaryFolder folder_;
+};
+
+// A policy that does nothing leaves the start as it was, so that the expert needs as long from every tick as
+// from the start.
+TEST_F(Why, ThePointOfNoReturnLeavesTheExpertItsTime) {
+  const fs::path expert = Run("expert"), still = Run("hold");
+  const std::string lines = ReadText(expert / "episodes.jsonl");
+  const double needed = json::parse(lines.substr(0, lines.find('\n')))["metrics"]["completion_time"];
+  const Result result =
+      RunProgram({"evalbus", "why", still, "--episode", "0", "--json", folder_.path() / "why.json"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const json points = json::parse(ReadText(still / "no_return.json"));
+  ASSERT_EQ(points.size(), 1);
+  EXPECT_EQ(points["0"]["kind"], "out_of_time");
+  EXPECT_TRUE(points["0"]["monotone"]);
+  // The limit is 20 s. The pot falls by some 0.1 mm at the start, for which the expert waits up to 0.1 s.
+  const double time_s = points["0"]["time_s"];
+  EXPECT_NEAR(time_s, 20 - needed, 0.11);
+  EXPECT_SAYS(result.out,
+              "No parameter of the start separates successes from failures: all 2 episodes failed.");
+  EXPECT_SAYS(result.out, points["0"]["text"].get<std::string>());
+  EXPECT_EQ(json::parse(ReadText(folder_.path() / "why.json"))[0]["episodes"], 2);
+  const fs::path page = folder_.path() / "page.html";
+  ASSERT_EQ(RunProgram({"evalbus", "report", still, "--mb", "0", "--out", page}).code, 0);
+  EXPECT_SAYS(ReadText(page), points["0"]["text"].get<std::string>());
+  // Points are no result of the run: they change nothing that `verify` checks.
+  EXPECT_EQ(RunProgram({"evalbus", "verify", still, "--write"}).code, 0);
+  fs::remove(still / "no_return.json");
+  EXPECT_EQ(RunProgram({"evalbus", "verify", still}).code, 0);
+}
+
+TEST_F(Why, RefusesEpisodesThatDidNotFail) {
+  const fs::path expert = Run("expert");
+  const Result result = RunProgram({"evalbus", "why", expert, "--episode", "1"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.err, "--episode 1: expected a failed episode of ");
+  EXPECT_EQ(RunProgram({"evalbus", "why", folder_.path()}).code, 1);
+}
+
+}  // namespace evalbus::why_test

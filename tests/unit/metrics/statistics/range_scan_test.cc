@@ -1,0 +1,109 @@
+#include "metrics/statistics/range_scan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace evalbus::metrics::range_scan_test {
+
+using testing::ElementsAre;
+
+TEST(RangeScan, BinsHaveAboutEqualCountsAndShareEqualValues) {
+  EXPECT_THAT(RankBins(std::vector<double>{6, 5, 4, 3, 2, 1}, 3), ElementsAre(2, 2, 1, 1, 0, 0));
+  // As many values as bins: each has its own, however rare.
+  EXPECT_THAT(RankBins(std::vector<double>{0, 1, 1, 1, 1}, 2), ElementsAre(0, 1, 1, 1, 1));
+  EXPECT_THAT(RankBins(std::vector<double>{0, 1, 2, 2, 2, 2, 2, 2}, 2), ElementsAre(0, 0, 1, 1, 1, 1, 1, 1));
+  EXPECT_THAT(RankBins(std::vector<double>{7, 7}, 5), ElementsAre(0, 0));
+}
+
+TEST(RangeScan, FindsTheRangeThatDiffersMost) {
+  const std::vector<RateBin> bins = {{5, 5}, {5, 4}, {5, 0}, {5, 1}, {5, 5}};
+  const BinRange range = FindRange(bins);
+  EXPECT_EQ(range.first, 2);
+  EXPECT_EQ(range.last, 3);
+}
+
+// Log likelihood of a bin's outcomes at its own rate.
+double LogLikelihood(int trials, int successes) {
+  double sum = 0;
+  for (const int k : {successes, trials - successes})
+    if (k > 0) sum += k * std::log(static_cast<double>(k) / trials);
+  return sum;
+}
+
+// The p-value over all placements of the successes on nine trials in three bins, computed from the
+// definition.
+double Enumerated(const std::vector<RateBin>& observed) {
+  constexpr int kTrials = 9;
+  struct Values {
+    double scan, trend;
+  };
+  const auto values = [](unsigned placement) {
+    Values result{-std::numeric_limits<double>::infinity(), 0};
+    const auto count = [&](int from, int to) {
+      int successes = 0;
+      for (int i = from; i < to; ++i) successes += static_cast<int>(placement >> i & 1);
+      return successes;
+    };
+    const int all = count(0, kTrials);
+    for (int from = 0; from < kTrials; from += 3) {
+      for (int to = from + 3; to <= kTrials; to += 3) {
+        if (to - from == kTrials) continue;
+        const int inside = count(from, to);
+        result.scan = std::max(
+            result.scan, LogLikelihood(to - from, inside) + LogLikelihood(kTrials - to + from, all - inside));
+      }
+    }
+    result.trend = std::abs(count(6, 9) - count(0, 3));
+    return result;
+  };
+  unsigned mine = 0;
+  int successes = 0;
+  for (size_t bin = 0; bin < 3; ++bin) {
+    successes += observed[bin].successes;
+    for (int i = 0; i < observed[bin].successes; ++i) mine |= 1u << (3 * bin + static_cast<size_t>(i));
+  }
+  std::vector<Values> all;
+  for (unsigned placement = 0; placement < 1u << kTrials; ++placement)
+    if (std::popcount(placement) == successes) all.push_back(values(placement));
+  const auto tail = [&](const Values& value) {
+    const auto scans =
+        std::ranges::count_if(all, [&](const Values& x) { return x.scan >= value.scan - 1e-9; });
+    const auto trends =
+        std::ranges::count_if(all, [&](const Values& x) { return x.trend >= value.trend - 1e-9; });
+    return std::min(scans, trends);
+  };
+  const auto limit = tail(values(mine));
+  const auto more = std::ranges::count_if(all, [&](const Values& x) { return tail(x) <= limit; });
+  return static_cast<double>(more) / static_cast<double>(all.size());
+}
+
+TEST(RangeScan, PIsThatOfAllPermutations) {
+  RangeScan scan;
+  for (const std::vector<RateBin>& bins :
+       {std::vector<RateBin>{{3, 3}, {3, 1}, {3, 0}}, {{3, 0}, {3, 3}, {3, 1}}, {{3, 2}, {3, 1}, {3, 1}}}) {
+    const double exact = Enumerated(bins);
+    // Four standard errors of 20,000 permutations.
+    EXPECT_NEAR(scan.P(bins), exact, 4 * std::sqrt(exact * (1 - exact) / RangeScan::kPermutations));
+  }
+}
+
+TEST(RangeScan, PDoesNotDependOnEarlierTests) {
+  const std::vector<RateBin> bins = {{10, 9}, {10, 5}, {10, 7}};
+  RangeScan first, second;
+  second.P(std::vector<RateBin>{{10, 2}, {10, 1}, {10, 7}});
+  EXPECT_EQ(first.P(bins), second.P(bins));
+}
+
+TEST(RangeScan, WithoutFailuresOrSecondBinPIsOne) {
+  RangeScan scan;
+  EXPECT_EQ(scan.P(std::vector<RateBin>{{5, 5}, {5, 5}}), 1);
+  EXPECT_EQ(scan.P(std::vector<RateBin>{{5, 0}, {5, 0}}), 1);
+  EXPECT_EQ(scan.P(std::vector<RateBin>{{5, 3}}), 1);
+}
+
+}  // namespace evalbus::metrics::range_scan_test
