@@ -9,7 +9,7 @@
 #include "base/write_whole.h"
 #include "plans/plan_run.h"
 #include "policy_bridge/remote/latency.h"
-#include "report/latency_picture.h"
+#include "report/latency_figure.h"
 #include "results/run_reader.h"
 #include "runner/suite.h"
 
@@ -58,7 +58,7 @@ std::vector<results::DelayPoint> RunLatencyPlan(const PlanFolder& folder, int wo
                                        {"points", results::DelayJson(points)}};
   WriteWhole(folder.path() / "latency.json", ToText(json, 2) + "\n");
   WriteWhole(folder.path() / "latency.csv", results::DelayCsv(points));
-  WriteWhole(folder.path() / "latency.svg", report::LatencyPicture(title, points));
+  WriteWhole(folder.path() / "latency.svg", report::LatencyFigure(title, points));
   return points;
 }
 

@@ -49,8 +49,8 @@ void ForEachOption(Options& options, const F& f) {
               Range{}, kFixed},
           Option{&PolicyOptions::execution, "execution",
                  "what the robot does during an inference: synchronous (it holds its last command), "
-                 "asynchronous (it\n"
-                 "goes on with the last action chunk), rtc (the same, and the next chunk is joined to it)",
+                 "asynchronous\n"
+                 "(it executes the last action chunk), rtc (the same, and the next chunk is joined to it)",
                  Range{}, kFixed},
       },
       options, f);

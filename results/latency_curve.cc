@@ -21,7 +21,7 @@ MeasuredMean MeanOf(const metrics::MetricSummary* metric) {
   return {metric->mean, metric->mean_95};
 }
 
-// Of both arms together, if there are two.
+// Joint jerk of both arms together, if there are two.
 const metrics::MetricSummary* FindJointJerk(const metrics::RunSummary& summary) {
   if (const auto* both = summary.Find("overall_rms_joint_jerk")) return both;
   for (const metrics::MetricSummary& metric : summary.metrics) {

@@ -25,8 +25,8 @@ struct DelayPoint {
   int64_t delay_ticks = 0;
   double applied_ms = 0;
   int complete = 0;
-  // Of all complete episodes; of the successful ones, s; root of the mean square over all complete episodes,
-  // rad/s^3.
+  // Success over all complete episodes; time over the successful ones, s; joint jerk (root of the mean
+  // square) over all complete episodes, rad/s^3.
   MeasuredMean success, completion_time_s, joint_jerk_radps3;
   DelayFigures figures;
 };

@@ -66,7 +66,7 @@ int MeasureLatency(LatencyOptions options, const CLI::App& app) {
       out);
   const std::vector<results::DelayPoint> points = plans::RunLatencyPlan(folder, workers);
   const fs::path written = fs::proximate(folder.path());
-  fmt::print("\n{}\npicture  {}\ntable    {}\njson     {}\n", results::DelayTable(points),
+  fmt::print("\n{}\nfigure   {}\ntable    {}\njson     {}\n", results::DelayTable(points),
              (written / "latency.svg").string(), (written / "latency.csv").string(),
              (written / "latency.json").string());
   return 0;

@@ -12,7 +12,8 @@ namespace evalbus::policy {
 
 // What the robot does during an inference.
 //   synchronous: it holds its last command; the next inference begins when the rows to execute are used up.
-//   asynchronous: it goes on with the last chunk. The new chunk replaces the rest of the last one as soon as
+//   asynchronous: it continues with the last chunk. The new chunk replaces the rest of the last one as soon
+//   as
 //     it arrives. Its rows for the ticks that passed during the inference are skipped.
 //   rtc: real-time chunking (Black et al. 2025, arXiv 2506.07339): as asynchronous, but the new chunk is
 //     joined to the rows of the last one that were committed when the inference began (OlderWeight()).

@@ -14,7 +14,7 @@ namespace evalbus::policy {
 // Treats another policy as one that returns action chunks: each chunk is what the policy commands from a tick
 // on if it observes nothing after that tick. The wrapped policy is therefore called with the state observed,
 // at times that advance by one tick with each action. Its clock stands still while the robot holds its last
-// command. A scripted policy goes on with its own plan from one chunk to the next, so its chunks need no
+// command. A scripted policy continues with its own plan from one chunk to the next, so its chunks need no
 // joining: `rtc` and `asynchronous` are equal.
 class DelayedPolicy : public Policy {
  public:

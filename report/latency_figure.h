@@ -1,4 +1,4 @@
-// Curves of success, time and jerk against inference delay, as one picture.
+// Curves of success, time and jerk against inference delay, as one figure.
 #pragma once
 
 #include <string>
@@ -10,6 +10,6 @@ namespace evalbus::report {
 
 // Returns a stand-alone SVG image with one line per rule of execution, in the order of `points`, and 95 %
 // intervals.
-std::string LatencyPicture(const std::string& title, const std::vector<results::DelayPoint>& points);
+std::string LatencyFigure(const std::string& title, const std::vector<results::DelayPoint>& points);
 
 }  // namespace evalbus::report

@@ -1,4 +1,4 @@
-#include "report/latency_picture.h"
+#include "report/latency_figure.h"
 
 #include <fmt/format.h>
 
@@ -38,7 +38,7 @@ MeasuredMean InPercent(const MeasuredMean& rate) {
 
 }  // namespace
 
-std::string LatencyPicture(const std::string& title, const std::vector<DelayPoint>& points) {
+std::string LatencyFigure(const std::string& title, const std::vector<DelayPoint>& points) {
   const std::vector<RangeFigure> figures = {
       FigureOf(points, "success, %", [](const DelayPoint& p) { return InPercent(p.success); }),
       FigureOf(points, "time to success, s", [](const DelayPoint& p) { return p.completion_time_s; }),
