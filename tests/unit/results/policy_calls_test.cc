@@ -119,8 +119,9 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
             "Its server was called 3 times: 20 ms median, 1.5 s 99th percentile, 1.5 s longest; 2 ms median "
             "as reported by the server; the robot held its last command for 3 ticks.");
   // 27 of 30 ticks at 50 Hz; 45 + 21 + 75 ticks.
-  EXPECT_EQ(notes[3],
-            "45.0 new actions per second; 10.0 % of the ticks had none; an action was 104 ms old on average.");
+  EXPECT_EQ(
+      notes[3],
+      "45.0 new actions per second; 10.0 % of the ticks had none; an action was 104 ms old on average.");
 }
 
 // Called at most once a second on a realtime clock: the answer for tick 0 is executed at tick 8.
