@@ -60,10 +60,12 @@ PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
   if (value.is_scalar()) {
     policy.policy = FromPlan(value.Text(), file);
   } else {
-    const YamlMap map(value, {"policy"}, {"name", "contract"});
+    const YamlMap map(value, {"policy"}, {"name", "contract", "latency", "execution"});
     policy.policy = FromPlan(map["policy"].Text(), file);
     if (const YamlValue* contract = map.Find("contract")) policy.contract = FromPlan(contract->Text(), file);
     if (const YamlValue* name = map.Find("name")) policy.name = name->Text();
+    if (const YamlValue* latency = map.Find("latency")) policy.latency = latency->Text();
+    if (const YamlValue* execution = map.Find("execution")) policy.execution = execution->Text();
   }
   if (policy.policy == policy::kExternalPolicy) {
     value.Fail("your own policy process requires one task on one bus: use 'evalbus run' with --policy lcm");
@@ -72,7 +74,10 @@ PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
   if (policy.name.empty()) value.Fail("expected 'name' with the address of a server");
   CheckPolicyName(value, policy.name);
   try {
-    policy::FindPolicy({policy.policy, policy.contract});
+    policy::PolicyOptions options{.policy = policy.policy, .contract = policy.contract};
+    if (!policy.latency.empty()) options.latency = policy.latency;
+    if (!policy.execution.empty() && !policy.latency.empty()) options.execution = policy.execution;
+    policy::FindPolicy(options);
   } catch (const InputError& error) {
     value.Fail(error.what());
   }
@@ -116,11 +121,23 @@ Until ReadUntil(const YamlValue& value, int least) {
   Until until;
   const std::string text = value.Text();
   int end = 0;
-  if (std::sscanf(text.c_str(), "decided(alpha %lf, max %d)%n", &until.alpha, &until.max_episodes, &end) !=
-          2 ||
-      end != static_cast<int>(text.size())) {
-    value.Fail("expected decided(alpha A, max EPISODES), for example decided(alpha 0.05, max 200), got '" +
-               text + "'");
+  double width = 0;
+  const auto is_whole = [&] { return end == static_cast<int>(text.size()); };
+  if (std::sscanf(text.c_str(), "width(%lf, max %d)%n", &width, &until.max_episodes, &end) == 2 &&
+      is_whole()) {
+    until.width = width;
+    if (!(width > 0 && width < 1)) value.Fail("expected a width above 0 and below 1, of a rate from 0 to 1");
+  } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %d, on progress)%n", &until.alpha,
+                         &until.max_episodes, &end) == 2 &&
+             is_whole()) {
+    until.on_progress = true;
+  } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %d)%n", &until.alpha, &until.max_episodes,
+                         &end) != 2 ||
+             !is_whole()) {
+    value.Fail(
+        "expected decided(alpha A, max EPISODES), decided(alpha A, max EPISODES, on progress) or "
+        "width(W, max EPISODES), for example decided(alpha 0.05, max 200), got '" +
+        text + "'");
   }
   if (!(until.alpha > 0 && until.alpha <= 0.5)) value.Fail("expected alpha above 0 and at most 0.5");
   if (until.max_episodes < least || until.max_episodes > kMaxEpisodes) {
@@ -190,12 +207,18 @@ bool IsPlanFile(const std::string& name) {
   }
 }
 
-std::string Until::Text() const { return fmt::format("decided(alpha {:g}, max {})", alpha, max_episodes); }
+std::string Until::Text() const {
+  if (width) return fmt::format("width({:g}, max {})", *width, max_episodes);
+  return fmt::format("decided(alpha {:g}, max {}{})", alpha, max_episodes,
+                     on_progress ? ", on progress" : "");
+}
 
 runner::RunOptions Plan::OptionsOf(const PlannedPolicy& policy) const {
   runner::RunOptions result = options;
   result.policy.policy = policy.policy;
   result.policy.contract = policy.contract;
+  if (!policy.latency.empty()) result.policy.latency = policy.latency;
+  if (!policy.execution.empty()) result.policy.execution = policy.execution;
   result.policy_name = policy.name;
   if (until) result.until = until->Text();
   runner::FollowContract(rate_is_given, timeout_is_given, &result);
@@ -257,7 +280,7 @@ Plan ReadPlan(const fs::path& file) {
   }
   if (const YamlValue* value = map.Find("until")) {
     plan.until = ReadUntil(*value, plan.options.episodes);
-    if (plan.policies.size() < 2)
+    if (plan.policies.size() < 2 && !plan.until->width)
       value->Fail("expected two policies, one of which is compared with the other");
   }
   const std::string engine =
@@ -270,7 +293,7 @@ Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
   Plan plan;
   plan.name = name;
   for (const std::string& policy : policies) {
-    const PlannedPolicy planned{DefaultName(policy), policy, ""};
+    const PlannedPolicy planned{DefaultName(policy), policy, "", "", ""};
     if (planned.name.empty()) {
       throw InputError("--policies " + policy + ": a server needs a plan that names it (docs/plans.md)");
     }
@@ -307,6 +330,8 @@ ordered_json PlanJson(const Plan& plan) {
   for (const PlannedPolicy& policy : plan.policies) {
     json["policies"].push_back(
         {{"name", policy.name}, {"policy", policy.policy}, {"contract", policy.contract}});
+    if (!policy.latency.empty()) json["policies"].back()["latency"] = policy.latency;
+    if (!policy.execution.empty()) json["policies"].back()["execution"] = policy.execution;
   }
   json["tasks"] = plan.tasks;
   json["baseline"] = plan.baseline;
@@ -314,7 +339,11 @@ ordered_json PlanJson(const Plan& plan) {
                    {"first", plan.videos.first},
                    {"cameras", plan.videos.cameras}};
   json["until"] = nullptr;
-  if (plan.until) json["until"] = {{"alpha", plan.until->alpha}, {"max_episodes", plan.until->max_episodes}};
+  if (plan.until) {
+    json["until"] = {{"alpha", plan.until->alpha}, {"max_episodes", plan.until->max_episodes}};
+    if (plan.until->on_progress) json["until"]["on_progress"] = true;
+    if (plan.until->width) json["until"]["width"] = *plan.until->width;
+  }
   json["shard_episodes"] = plan.shard_episodes;
   json["rate_is_given"] = plan.rate_is_given;
   json["timeout_is_given"] = plan.timeout_is_given;
@@ -327,7 +356,8 @@ Plan PlanOfJson(const nlohmann::json& json, const std::string& file) {
   plan.name = Get<std::string>(json, "plan", file);
   for (const auto& policy : Get<nlohmann::json>(json, "policies", file)) {
     plan.policies.push_back({Get<std::string>(policy, "name", file), Get<std::string>(policy, "policy", file),
-                             Get<std::string>(policy, "contract", file)});
+                             Get<std::string>(policy, "contract", file), policy.value("latency", ""),
+                             policy.value("execution", "")});
   }
   plan.tasks = Get<std::vector<std::string>>(json, "tasks", file);
   plan.baseline = Get<std::string>(json, "baseline", file);
@@ -336,7 +366,10 @@ Plan PlanOfJson(const nlohmann::json& json, const std::string& file) {
   plan.videos = {static_cast<PlannedVideos::Which>(which - std::begin(kWhichVideos)),
                  Get<int>(videos, "first", file), Get<std::vector<std::string>>(videos, "cameras", file)};
   if (const auto until = Get<nlohmann::json>(json, "until", file); !until.is_null()) {
-    plan.until = {Get<double>(until, "alpha", file), Get<int>(until, "max_episodes", file)};
+    plan.until = {.alpha = Get<double>(until, "alpha", file),
+                  .max_episodes = Get<int>(until, "max_episodes", file),
+                  .on_progress = until.value("on_progress", false)};
+    if (until.contains("width")) plan.until->width = Get<double>(until, "width", file);
   }
   plan.shard_episodes = Get<int>(json, "shard_episodes", file);
   plan.rate_is_given = Get<bool>(json, "rate_is_given", file);

@@ -17,6 +17,8 @@ struct PlannedPolicy {
   std::string name;
   // Values for --policy and --contract.
   std::string policy, contract;
+  // Values for --latency and --execution; empty: those of Plan::options.
+  std::string latency{}, execution{};
 };
 
 struct PlannedVideos {
@@ -27,13 +29,19 @@ struct PlannedVideos {
   std::vector<std::string> cameras;
 };
 
-// Compares each policy with the baseline while they run, and stops as soon as the comparison is decided.
+// Tests the results while the plan runs, and stops a policy early: as soon as its comparison with the
+// baseline is decided, or, if `width` is set, as soon as the interval of its success rate on each task is
+// that narrow.
 struct Until {
   double alpha = 0.05;
   // Maximum number of episodes per task.
   int max_episodes = 0;
+  // Whether the comparison uses stages and time to success beside success.
+  bool on_progress = false;
+  // Width of the 95 % interval, 0 to 1.
+  std::optional<double> width = std::nullopt;
 
-  // For example "decided(alpha 0.05, max 200)".
+  // For example "decided(alpha 0.05, max 200)", "width(0.1, max 2000)".
   std::string Text() const;
 };
 

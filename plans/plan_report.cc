@@ -106,13 +106,20 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
     results.ranking = results::RankBySuccess(all);
     return results;
   }
-  if (!fs::exists(stops_file)) return results;
+  // With `width`, the comparisons are those of runs whose number of episodes depends on their results.
+  if (plan.until->width || !fs::exists(stops_file)) return results;
   const auto stops = ReadJsonFile(stops_file);
   for (results::Comparison& comparison : results.comparisons) {
     const auto stop = std::ranges::find_if(
         stops, [&](const auto& entry) { return entry.at("policy") == comparison.run.name; });
     if (stop == stops.end()) continue;
-    comparison.success.SetSequential(stop->at("p_unadjusted"), stop->at("p"), stop->at("is_decided"));
+    // A plan of an older evalbus tested success only.
+    const auto of_success = [&](const char* key, const char* older) {
+      return stop->contains(key) ? stop->at(key) : stop->at(older);
+    };
+    comparison.success.SetSequential(of_success("success_p_unadjusted", "p_unadjusted"),
+                                     of_success("success_p", "p"),
+                                     of_success("is_success_decided", "is_decided"));
     results.stops.push_back(stop->at("text"));
     comparison.remarks.clear();
     comparison.remarks.push_back(

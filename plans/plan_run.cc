@@ -18,8 +18,8 @@
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
-#include "metrics/statistics/sequential_mcnemar.h"
 #include "plans/plan_report.h"
+#include "plans/stop_rule.h"
 #include "results/comparison.h"
 #include "results/conclusion.h"
 #include "results/run_reader.h"
@@ -99,61 +99,54 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
                                      fs::proximate(folder.path()).string()));
 }
 
-// num_comparisons: number of comparisons that p is adjusted for (Bonferroni).
-Stop Look(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes,
-          double num_comparisons) {
-  const results::SuccessCounts counts =
-      results::CompareVerdicts(results::ReadRuns(folder.policy_folder(policy)),
-                               results::ReadRuns(folder.policy_folder(folder.plan().baseline)))
-          .success.samples;
-  Stop stop = before;
-  stop.policy = policy;
-  stop.episodes = episodes;
-  stop.only_policy = counts.pairs.only_a;
-  stop.only_baseline = counts.pairs.only_b;
-  stop.p = std::min(before.p, metrics::SequentialMcNemar(stop.only_policy, stop.only_baseline));
-  stop.p_adjusted = std::min(1.0, stop.p * num_comparisons);
-  stop.is_decided = stop.p_adjusted <= folder.plan().until->alpha;
-  return stop;
-}
-
-// Adds episodes until each comparison is decided. The baseline runs as long as any policy does.
-std::vector<Stop> RunUntilDecided(const PlanFolder& folder, int workers) {
+// Adds episodes, as many as `episodes` of the plan at a time, while Ended(policy, episodes) is false for any
+// policy. The baseline of a comparison runs as long as any other policy does.
+template <class Ended>
+void RunInSteps(const PlanFolder& folder, int workers, const Ended& ended) {
   const Plan& plan = folder.plan();
-  std::map<std::string, Stop> stops;
   std::set<std::string> going;
-  for (const PlannedPolicy& policy : plan.policies) {
-    going.insert(policy.name);
-    if (policy.name != plan.baseline) stops[policy.name];
-  }
+  for (const PlannedPolicy& policy : plan.policies) going.insert(policy.name);
+  const bool keeps_baseline = !plan.until->width;
   for (int episodes = plan.options.episodes;;
        episodes = std::min(episodes + plan.options.episodes, plan.until->max_episodes)) {
     RunSuites(folder, going, episodes, workers);
-    for (auto& [policy, stop] : stops) {
-      if (!going.contains(policy)) continue;
-      stop = Look(folder, policy, stop, episodes, static_cast<double>(stops.size()));
-      if (!stop.is_decided && episodes < plan.until->max_episodes) continue;
-      fmt::print("{}: {}\n", policy, stop.Text(plan.baseline, *plan.until));
-      going.erase(policy);
-    }
-    if (going.size() <= 1) break;
+    std::erase_if(going, [&](const std::string& policy) {
+      return !(keeps_baseline && policy == plan.baseline) && ended(policy, episodes);
+    });
+    if (going.size() <= (keeps_baseline ? 1 : 0)) return;
     fmt::print("\n");
   }
-  std::vector<Stop> result;
+}
+
+// Adds episodes until each comparison is decided.
+void RunUntilDecided(const PlanFolder& folder, int workers) {
+  const Plan& plan = folder.plan();
+  std::map<std::string, Stop> stops;
+  const auto num_comparisons = static_cast<double>(plan.policies.size() - 1);
+  RunInSteps(folder, workers, [&](const std::string& policy, int episodes) {
+    Stop& stop = stops[policy];
+    stop = LookAtDifference(folder, policy, stop, episodes, num_comparisons);
+    if (!stop.is_decided && episodes < plan.until->max_episodes) return false;
+    fmt::print("{}: {}\n", policy, stop.Text(plan.baseline, *plan.until));
+    return true;
+  });
   ordered_json json = ordered_json::array();
-  for (const auto& [policy, stop] : stops) {
-    result.push_back(stop);
-    json.push_back({{"policy", policy},
-                    {"episodes", stop.episodes},
-                    {"only_policy", stop.only_policy},
-                    {"only_baseline", stop.only_baseline},
-                    {"p", stop.p_adjusted},
-                    {"p_unadjusted", stop.p},
-                    {"is_decided", stop.is_decided},
-                    {"text", stop.Text(plan.baseline, *plan.until)}});
-  }
+  for (const auto& [policy, stop] : stops) json.push_back(stop.Json(policy, plan.baseline, *plan.until));
   WriteWhole(folder.path() / kStopsJson, ToText(json, 2) + "\n");
-  return result;
+}
+
+// Adds episodes until the intervals of each policy are narrow enough.
+void RunUntilNarrow(const PlanFolder& folder, int workers) {
+  const Plan& plan = folder.plan();
+  ordered_json json = ordered_json::array();
+  RunInSteps(folder, workers, [&](const std::string& policy, int episodes) {
+    const WidthStop stop = LookAtWidth(folder, policy, episodes);
+    if (!stop.is_narrow && episodes < plan.until->max_episodes) return false;
+    fmt::print("{}: {}\n", policy, stop.Text(*plan.until));
+    json.push_back(stop.Json(policy, *plan.until));
+    return true;
+  });
+  WriteWhole(folder.path() / kStopsJson, ToText(json, 2) + "\n");
 }
 
 std::vector<int> EpisodesForVideo(const PlannedVideos& videos, const results::RecordedRun& run) {
@@ -195,25 +188,13 @@ void MakeVideos(const PlanFolder& folder, int workers) {
 
 }  // namespace
 
-std::string Stop::Text(const std::string& baseline, const Until& until) const {
-  const std::string counts =
-      fmt::format("{} pairs won and {} lost, p = {:.2g} at any look", only_policy, only_baseline, p_adjusted);
-  if (!is_decided) {
-    return fmt::format("not decided against {} after {} episodes of each task, the plan's maximum: {}",
-                       baseline, until.max_episodes, counts);
-  }
-  return fmt::format("{} than {}, decided after {} of {} episodes of each task: {}",
-                     only_policy > only_baseline ? "better" : "worse", baseline, episodes, until.max_episodes,
-                     counts);
-}
-
 void RunPlan(const PlanFolder& folder, int workers) {
   InstallStopSignals();
   const Plan& plan = folder.plan();
   fmt::print("plan {}: {} polic{} on {}\n", plan.name, plan.policies.size(),
              plan.policies.size() == 1 ? "y" : "ies", Plural(plan.tasks.size(), "task"));
   if (plan.until) {
-    RunUntilDecided(folder, workers);
+    (plan.until->width ? RunUntilNarrow : RunUntilDecided)(folder, workers);
   } else {
     RunAllEpisodes(folder, workers);
   }

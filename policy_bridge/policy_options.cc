@@ -4,6 +4,7 @@
 
 #include "base/errors.h"
 #include "models/task_description.h"
+#include "policy_bridge/policies/delayed_policy.h"
 #include "policy_bridge/remote/remote_policy.h"
 
 namespace evalbus::policy {
@@ -38,15 +39,28 @@ std::unique_ptr<PolicyPool> OpenPool(const PolicyOptions& options, int num_clien
 }
 
 PolicyMaker FindPolicy(const PolicyOptions& options) {
-  const Latency latency = ParseLatency(options.latency);
+  Latency latency = ParseLatency(options.latency);
+  latency.execution = ParseExecution(options.execution);
   if (const std::optional<Contract> contract = FindContractOf(options)) {
     MakePolicyClient(ClientOptionsOf(*contract));  // throws if the address is invalid
+    CheckExecution(*contract, latency.execution);
     return [contract = *contract, latency](const mjModel& model, const model_info_t& info) {
       return std::make_unique<RemotePolicy>(contract, latency, model, info);
     };
   }
-  if (latency.kind != Latency::Kind::kNone) throw InputError("--latency requires a policy behind a server");
-  return FindPolicy(options.policy);
+  const PolicyMaker make = FindPolicy(options.policy);
+  if (latency.kind == Latency::Kind::kMeasured) {
+    throw InputError("--latency measured requires a policy behind a server; expected milliseconds");
+  }
+  if (latency.kind == Latency::Kind::kFixed) {
+    return [make, latency](const mjModel& model, const model_info_t& info) {
+      return std::make_unique<DelayedPolicy>(make(model, info), latency, info);
+    };
+  }
+  if (latency.execution != Execution::kSynchronous) {
+    throw InputError("--execution requires --latency, or a policy behind a server");
+  }
+  return make;
 }
 
 }  // namespace evalbus::policy

@@ -20,6 +20,8 @@ struct PolicyOptions {
   std::string contract{};
   // As accepted by ParseLatency.
   std::string latency = "none";
+  // As accepted by ParseExecution.
+  std::string execution = "synchronous";
 };
 
 template <class Options, class F>
@@ -39,10 +41,16 @@ void ForEachOption(Options& options, const F& f) {
                  "contract (observations and actions) of the server at --policy ws://...: a file, or one of "
                  "'evalbus policy list'",
                  Range{}, kFixed},
-          Option{&PolicyOptions::latency, "latency",
-                 "lockstep: simulated time that the server's computation takes, during which the robot holds "
-                 "its last\n"
-                 "command: none (time stands still), measured, or milliseconds; rounded up to whole ticks",
+          Option{
+              &PolicyOptions::latency, "latency",
+              "lockstep: simulated time that an inference takes: none (time stands still), measured (servers "
+              "only),\n"
+              "or milliseconds; rounded up to whole ticks (docs/latency.md)",
+              Range{}, kFixed},
+          Option{&PolicyOptions::execution, "execution",
+                 "what the robot does during an inference: synchronous (it holds its last command), "
+                 "asynchronous\n"
+                 "(it executes the last action chunk), rtc (the same, and the next chunk is joined to it)",
                  Range{}, kFixed},
       },
       options, f);

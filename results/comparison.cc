@@ -9,6 +9,7 @@
 #include <set>
 #include <span>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "base/errors.h"
@@ -204,6 +205,12 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
   return metrics;
 }
 
+// Orders episodes by success, then by the stages reached, then, if successful, by time: more is better.
+std::tuple<bool, double, double> HowFar(const RecordedEpisode& episode) {
+  return {episode.success, Side::Value(episode, Side::kProgress).value_or(0),
+          episode.success ? -episode.completion_time : 0};
+}
+
 SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired) {
   SuccessCounts counts;
   for (const auto& [seed, scored] : run.episodes) {
@@ -215,6 +222,9 @@ SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired)
     if (!partner.judged()) continue;
     const bool a = scored->success, b = partner.success;
     ++(a && b ? counts.pairs.both : a ? counts.pairs.only_a : b ? counts.pairs.only_b : counts.pairs.neither);
+    const auto order = HowFar(*scored) <=> HowFar(partner);
+    counts.ahead.a += order > 0;
+    counts.ahead.b += order < 0;
   }
   for (const auto& [seed, scored] : baseline.episodes) {
     counts.baseline_trials += scored->judged();
@@ -233,7 +243,8 @@ SuccessCounts CountSamples(SuccessCounts counts, const Side& run, const Side& ba
   if (paired && !(is_one && baseline_is_one)) return counts;
   if (is_one) one(&counts.successes, &counts.trials);
   if (baseline_is_one) one(&counts.baseline_successes, &counts.baseline_trials);
-  for (int* pairs : {&counts.pairs.both, &counts.pairs.only_a, &counts.pairs.only_b, &counts.pairs.neither}) {
+  for (int* pairs : {&counts.pairs.both, &counts.pairs.only_a, &counts.pairs.only_b, &counts.pairs.neither,
+                     &counts.ahead.a, &counts.ahead.b}) {
     *pairs = std::min(1, *pairs);
   }
   return counts;
@@ -453,6 +464,8 @@ void SuccessCounts::Add(const SuccessCounts& other) {
   pairs.only_a += other.pairs.only_a;
   pairs.only_b += other.pairs.only_b;
   pairs.neither += other.pairs.neither;
+  ahead.a += other.ahead.a;
+  ahead.b += other.ahead.b;
 }
 
 void SuccessComparison::Add(const SuccessComparison& other) {

@@ -10,6 +10,7 @@
 #include "lcmtypes/metric_catalog.h"
 #include "metrics/statistics/interval.h"
 #include "metrics/statistics/newcombe.h"
+#include "metrics/statistics/sequential_mcnemar.h"
 #include "results/run_reader.h"
 
 namespace evalbus::results {
@@ -26,6 +27,9 @@ struct SuccessCounts {
   int baseline_successes = 0, baseline_trials = 0;
   // a: the run, b: the baseline; set only if paired.
   metrics::PairCounts pairs;
+  // Pairs in which one side is ahead: it alone succeeded; else it reached more stages; else, if both
+  // succeeded, it took less time. Set only if paired.
+  metrics::Wins ahead;
 
   void Add(const SuccessCounts& other);
 };

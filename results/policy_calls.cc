@@ -26,18 +26,33 @@ double Percentile(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<size_t>(std::max(rank, 1.0)) - 1];
 }
 
+// For example " while the robot held its last command".
+std::string ExecutionInWords(const ordered_json& info) {
+  switch (policy::ParseExecution(info.value("execution", "synchronous"))) {
+    case policy::Execution::kSynchronous:
+      break;
+    case policy::Execution::kAsynchronous:
+      return ", while the robot continued with the last action chunk (asynchronous)";
+    case policy::Execution::kRealTimeChunking:
+      return ", while the robot continued with the last action chunk, to which the next one was joined (rtc)";
+  }
+  return "";
+}
+
 std::string ThinkingInWords(const ordered_json& info) {
   if (info.value("realtime", false))
-    return "simulated time continued during the policy's computation (real time)";
+    return "simulated time continued during the policy's computation (real time)" + ExecutionInWords(info);
   const std::string latency = info.value("latency", "none");
   if (latency == "none") return "simulated time was paused during the policy's computation";
   if (latency == "measured") {
-    return "the policy's computation took simulated time, as measured, rounded up to whole ticks";
+    return "the policy's computation took simulated time, as measured, rounded up to whole ticks" +
+           ExecutionInWords(info);
   }
   const double tick_s = 1 / info.at("control_hz").get<double>();
   const int64_t ticks = policy::HeldTicks(policy::ParseLatency(latency).fixed_s, tick_s);
-  return fmt::format("each call took {} ms of simulated time: {} = {:.5g} ms", latency, Plural(ticks, "tick"),
-                     static_cast<double>(ticks) * tick_s * 1e3);
+  return fmt::format("each call took {} ms of simulated time: {} = {:.5g} ms{}", latency,
+                     Plural(ticks, "tick"), static_cast<double>(ticks) * tick_s * 1e3,
+                     ExecutionInWords(info));
 }
 
 std::vector<ordered_json> ReadCalls(const RecordedRun& run) {
@@ -72,7 +87,30 @@ std::string CallsInWords(const std::vector<ordered_json>& episodes) {
   return words + ".";
 }
 
+std::string FiguresInWords(const RecordedRun& run) {
+  const auto figures = ReadDelayFigures(run);
+  if (!figures) return "";
+  return fmt::format(
+      "{:.1f} new actions per second; {:.1f} % of the ticks had none; an action was {} old on average.",
+      figures->effective_hz, 100 * figures->stale_action_ratio, TimeInWords(figures->action_age_s));
+}
+
 }  // namespace
+
+std::optional<DelayFigures> ReadDelayFigures(const RecordedRun& run) {
+  int64_t ticks = 0, held = 0, age = 0;
+  for (const ordered_json& episode : ReadCalls(run)) {
+    if (!episode.contains("age_ticks")) return std::nullopt;  // made by an older evalbus
+    ticks += episode.at("ticks").get<int64_t>();
+    held += episode.at("held_ticks").get<int64_t>();
+    age += episode.at("age_ticks").get<int64_t>();
+  }
+  if (ticks == 0) return std::nullopt;
+  const double hz = run.info.at("control_hz").get<double>();
+  const double stale = static_cast<double>(held) / static_cast<double>(ticks);
+  const int64_t executed = std::max<int64_t>(ticks - held, 1);
+  return DelayFigures{stale, hz * (1 - stale), static_cast<double>(age) / static_cast<double>(executed) / hz};
+}
 
 void PolicyCalls::RemoveUndecided(int64_t last_tick) {
   std::erase_if(calls_, [&](const Call& call) { return call.tick >= last_tick; });
@@ -80,18 +118,32 @@ void PolicyCalls::RemoveUndecided(int64_t last_tick) {
 
 ordered_json PolicyCalls::Json(const CallSchedule& schedule, int64_t num_ticks) const {
   ordered_json tick = ordered_json::array(), answered_s = tick, server_s = tick;
-  const int64_t ticks = std::max<int64_t>(num_ticks - schedule.settle_steps, 0);
-  int64_t executed = 0;
   for (const Call& call : calls_) {
     tick.push_back(call.tick);
     answered_s.push_back(call.answered_s);
     server_s.push_back(call.server_s);
-    executed += std::clamp<int64_t>(num_ticks - call.executed_from, 0, schedule.execute_steps);
   }
-  return {
-      {"tick", tick},         {"answered_s", answered_s},
-      {"server_s", server_s}, {"held_ticks", std::max<int64_t>(ticks - executed, 0)},
-      {"ticks", ticks},       {"due_calls", (ticks + schedule.execute_steps - 1) / schedule.execute_steps}};
+  const int64_t ticks = std::max<int64_t>(num_ticks - schedule.settle_steps, 0);
+  policy::ChunkSchedule chunks(schedule.execution, schedule.execute_steps);
+  int64_t executed = 0, age_ticks = 0;
+  auto call = calls_.begin();
+  for (int64_t now = 0; now < num_ticks; ++now) {
+    for (; call != calls_.end() && call->tick <= now; ++call) {
+      chunks.At(call->tick);
+      chunks.Ask(call->tick);
+      chunks.Arrive(call->executed_from, schedule.chunk_steps > 0 ? schedule.chunk_steps : call->num_steps);
+    }
+    if (!chunks.At(now)) continue;
+    ++executed;
+    age_ticks += now - chunks.observed_tick();
+  }
+  return {{"tick", tick},
+          {"answered_s", answered_s},
+          {"server_s", server_s},
+          {"held_ticks", std::max<int64_t>(ticks - executed, 0)},
+          {"ticks", ticks},
+          {"age_ticks", age_ticks},
+          {"due_calls", (ticks + schedule.execute_steps - 1) / schedule.execute_steps}};
 }
 
 std::string RareCallsWarning(const std::vector<ordered_json>& episodes) {
@@ -110,12 +162,17 @@ std::string RareCallsWarning(const std::vector<ordered_json>& episodes) {
 }
 
 std::vector<std::string> PolicyNotes(const RecordedRun& run) {
+  std::vector<std::string> notes;
   const auto found = run.info.find("policy_contract");
-  if (found == run.info.end() || !found->is_object()) return {};
+  if (found == run.info.end() || !found->is_object()) {
+    if (run.info.value("latency", "none") == "none") return notes;
+    notes.push_back(fmt::format("Scripted policy with an inference delay: {}.", ThinkingInWords(run.info)));
+    if (std::string figures = FiguresInWords(run); !figures.empty()) notes.push_back(std::move(figures));
+    return notes;
+  }
   const ordered_json& contract = *found;
   const ordered_json& action = contract.at("action");
   const std::vector<ordered_json> episodes = ReadCalls(run);
-  std::vector<std::string> notes;
   if (std::string warning = RareCallsWarning(episodes); !warning.empty()) notes.push_back(warning + ".");
   notes.push_back(
       fmt::format("Policy behind a server, contract {} ({}): {}, {} of each answer executed at {:g} Hz; {}.",
@@ -126,6 +183,7 @@ std::vector<std::string> PolicyNotes(const RecordedRun& run) {
     notes.push_back("The policy received poses of objects, which a real robot cannot measure.");
   }
   if (std::string calls = CallsInWords(episodes); !calls.empty()) notes.push_back(std::move(calls));
+  if (std::string figures = FiguresInWords(run); !figures.empty()) notes.push_back(std::move(figures));
   return notes;
 }
 

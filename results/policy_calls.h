@@ -1,29 +1,34 @@
-// How often a policy's server was called, how long it took, and the resulting delay. Reported separately from
-// the scores, because it differs between identical runs.
+// How often a policy computed, how long it took, and the resulting delay. Reported separately from the
+// scores, because the times of a server differ between identical runs.
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "evalbus/policy_action_t.hpp"
+#include "policy_bridge/actions/chunk_schedule.h"
 #include "results/run_reader.h"
 
 namespace evalbus::results {
 
-// Schedule by which a contract calls its server: from tick settle_steps on, each time after execute_steps
-// actions of the last answer were executed.
+// Schedule by which a policy is called: from tick settle_steps on, each time after execute_steps actions of
+// the last answer were executed, and what the robot does meanwhile.
 struct CallSchedule {
   int execute_steps = 1;
   int settle_steps = 0;
+  policy::Execution execution = policy::Execution::kSynchronous;
+  // Number of rows of a chunk; 0: as many as each answer has.
+  int chunk_steps = 0;
 };
 
 // The calls of an episode, for episodes/0007/policy_calls.json (docs/run_folder.md).
 class PolicyCalls {
  public:
   void Add(const policy_action_t& action) {
-    calls_.push_back(
-        {action.header.tick, action.header.tick + action.held_ticks, action.answered_s, action.server_s});
+    calls_.push_back({action.header.tick, action.header.tick + action.held_ticks, action.num_steps,
+                      action.answered_s, action.server_s});
   }
   // Removes the call for the tick at which a verdict or the time limit ended the episode. The policy is
   // called while that tick is scored, so whether the answer arrives in time is random, and it has no effect.
@@ -37,17 +42,31 @@ class PolicyCalls {
     int64_t tick;
     // First tick at which the answer was executed.
     int64_t executed_from;
+    int num_steps;
     double answered_s, server_s;
   };
   std::vector<Call> calls_;
 };
 
+// What a delay did to a run's commands, over all its episodes; docs/latency.md defines it.
+struct DelayFigures {
+  // Share of the control ticks at which there was no new action, so that the robot held its last command.
+  double stale_action_ratio = 0;
+  // New actions per second of simulated time.
+  double effective_hz = 0;
+  // Mean time from an observation to the execution of an action that follows from it, s.
+  double action_age_s = 0;
+};
+// Nothing if the run has no policy_calls.json with these numbers.
+std::optional<DelayFigures> ReadDelayFigures(const RecordedRun& run);
+
 // Returns a warning if the policy was called less than half as often as scheduled; otherwise empty.
 // `episodes`: values of PolicyCalls::Json().
 std::string RareCallsWarning(const std::vector<nlohmann::ordered_json>& episodes);
 
-// Notes on the scores of a policy behind a server, one sentence each: RareCallsWarning(), properties of its
-// contract, its delay in simulated time, its server's response time. Empty for other policies.
+// Notes on the scores of a policy that takes time to compute, one sentence each: RareCallsWarning(), its
+// delay in simulated time, and, for a policy behind a server, properties of its contract and its server's
+// response time. Empty for other policies.
 std::vector<std::string> PolicyNotes(const RecordedRun& run);
 
 }  // namespace evalbus::results

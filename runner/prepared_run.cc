@@ -11,6 +11,7 @@
 #include "base/options_json.h"
 #include "base/run_layout.h"
 #include "bus/private_network.h"
+#include "policy_bridge/policies/delayed_policy.h"
 #include "results/run_reader.h"
 #include "runner/components.h"
 #include "runner/engines.h"
@@ -124,7 +125,14 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   plan.is_watched = options.watch;
   plan.policy_is_external = options.policy.policy == policy::kExternalPolicy;
   if (const auto contract = policy::FindContractOf(options.policy)) {
-    plan.calls = {contract->execute_steps, contract->settle_steps};
+    plan.calls = {.execute_steps = contract->execute_steps,
+                  .settle_steps = contract->settle_steps,
+                  .execution = policy::ParseExecution(options.policy.execution)};
+  } else if (policy::ParseLatency(options.policy.latency).kind != policy::Latency::Kind::kNone) {
+    const int execute_steps = policy::DelayedPolicy::ExecuteSteps(1 / options.sim.control_hz);
+    plan.calls = {.execute_steps = execute_steps,
+                  .execution = policy::ParseExecution(options.policy.execution),
+                  .chunk_steps = policy::DelayedPolicy::kChunkFactor * execute_steps};
   }
   plan.policy_timeout_s = options.sim.policy_timeout_s;
   for (int episode = 0; episode < options.episodes; ++episode) {

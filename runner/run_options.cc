@@ -80,7 +80,15 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   if (options.workers > 1 && !options.url.empty()) {
     throw InputError("--workers and --url exclude each other: each worker has its own bus");
   }
+  if (options.sim.realtime && options.policy.latency != "none") {
+    throw InputError(
+        "--latency and --realtime exclude each other: in real time, an inference takes the time it takes");
+  }
   if (options.policy.policy == policy::kExternalPolicy) {
+    if (options.policy.latency != "none" || options.policy.execution != "synchronous") {
+      throw InputError(
+          "--latency and --execution do not apply to --policy lcm, which decides itself when it acts");
+    }
     if (options.url.empty() || num_tasks > 1) {
       throw InputError(
           "--policy lcm: expected one task, and with --url or EVALBUS_URL the bus on which the policy is, "

@@ -40,6 +40,10 @@ using AddCommand = Action(CLI::App* app);
           "  evalbus merge results\n"                                                                        \
           "  evalbus merge runs/all runs/first_half runs/second_half\n"                                      \
           "  evalbus status results && evalbus merge results")                                               \
+  COMMAND(AddLatency, "Evaluate", "latency", "measure how a policy copes with its inference delay",          \
+          "  evalbus latency lift_pot/position --policy noisy_expert --workers 2\n"                          \
+          "  evalbus latency lift_pot --policy ws://127.0.0.1:8000 --contract plain --delays 0,100,200\n"    \
+          "  evalbus latency stack_two_blocks/position --execution all --out runs/latency")                  \
   COMMAND(AddWeb, "Watch", "web", "show active or finished runs in a browser, in 3D",                        \
           "  evalbus web\n"                                                                                  \
           "  evalbus web runs/expert runs/noisy\n"                                                           \

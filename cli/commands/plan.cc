@@ -73,13 +73,19 @@ void Show(const Plan& plan, bool probe) {
   const int64_t all = int64_t{runs} * episodes;
   fmt::print("episodes  {} of each, seed {}: {} runs, {} episodes\n", episodes, plan.options.seed, runs, all);
   fmt::print("videos    {}\n", plans::VideosText(plan.videos));
-  if (plan.until) {
+  const bool has_width = plan.until && plan.until->width;
+  if (has_width) {
     fmt::print(
-        "until     decided at alpha {:g} over all comparisons, tested every {} episodes of each task, at "
+        "until     the 95 % interval of each success rate is at most {:g} points wide, at most {} episodes\n",
+        100 * *plan.until->width, plan.until->max_episodes);
+  } else if (plan.until) {
+    fmt::print(
+        "until     decided{} at alpha {:g} over all comparisons, tested every {} episodes of each task, at "
         "most {}\n",
-        plan.until->alpha, episodes, plan.until->max_episodes);
+        plan.until->on_progress ? " by success or progress" : "", plan.until->alpha, episodes,
+        plan.until->max_episodes);
   }
-  if (plan.policies.size() > 1) fmt::print("{}", PowerText(plan));
+  if (plan.policies.size() > 1 && !has_width) fmt::print("{}", PowerText(plan));
   if (!probe) return;
   constexpr int kProbes = 6;
   const plans::Probe found = plans::ProbePlan(plan, kProbes);

@@ -108,6 +108,10 @@ std::string InWords(const ObservationEntry& entry) {
       return entry.counter == ObservationEntry::Counter::kEpisode ? "index of the episode"
              : entry.counter == ObservationEntry::Counter::kTick  ? "control tick of the episode"
                                                                   : "number of previous observations";
+    case Source::kCommitted:
+      return entry.committed == ObservationEntry::Committed::kActions
+                 ? "actions of the last chunk that are left to execute"
+                 : "number of actions that are executed before the answer arrives";
   }
   return "";
 }

@@ -163,14 +163,15 @@ Action AddRun(CLI::App* app) {
   AddPlanOptions(app, plan.get());
   // Only for worker processes.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");
-  GroupOptions(app,
-               {{"Policy", {"--policy", "--contract", "--policy-name", "--latency", "--policy-timeout-s"}},
-                {"Episodes", {"--episodes", "--only", "--seed", "--workers", "--like", "--resume"}},
-                {"Simulation",
-                 {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
-                  "--after-success-s"}},
-                {"Output", {"--out", "--video", "--web", "--json", "--quiet", "--log", "--log-level"}},
-                {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
+  GroupOptions(
+      app, {{"Policy",
+             {"--policy", "--contract", "--policy-name", "--latency", "--execution", "--policy-timeout-s"}},
+            {"Episodes", {"--episodes", "--only", "--seed", "--workers", "--like", "--resume"}},
+            {"Simulation",
+             {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
+              "--after-success-s"}},
+            {"Output", {"--out", "--video", "--web", "--json", "--quiet", "--log", "--log-level"}},
+            {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
   return [options, plan, like, output, app] {
     if (options->tasks.empty()) options->tasks = *like;
     if (options->worker >= 0) {

@@ -100,7 +100,7 @@ double SequentialPower(int step, int most, const DiscordantShares& shares, doubl
       only_a += drawn < shares.only_a;
       only_b += drawn >= shares.only_a && drawn < shares.only_a + shares.only_b;
       if (pair % step != 0 && pair != most) continue;
-      if (SequentialMcNemar(only_a, only_b) > alpha) continue;
+      if (SequentialP({only_a, only_b}, std::nullopt, pair == most) > alpha) continue;
       found += only_a > only_b;
       break;
     }

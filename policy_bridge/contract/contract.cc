@@ -35,6 +35,9 @@ constexpr Named<ClientOptions::GrootDialect> kDialects[] = {
 constexpr Named<const char*> kTypes[] = {{"float32", "<f4"}, {"float64", "<f8"}, {"uint8", "|u1"}};
 constexpr Named<bool> kLayouts[] = {{"hwc", false}, {"chw", true}};
 constexpr Named<bool> kColors[] = {{"rgb", false}, {"bgr", true}};
+constexpr Named<ObservationEntry::Committed> kCommitted[] = {
+    {"actions", ObservationEntry::Committed::kActions},
+    {"delay_steps", ObservationEntry::Committed::kDelaySteps}};
 constexpr Named<ObservationEntry::Counter> kCounters[] = {
     {"episode", ObservationEntry::Counter::kEpisode},
     {"tick", ObservationEntry::Counter::kTick},
@@ -173,16 +176,18 @@ Value ReadConstant(const YamlValue& value) {
 }
 
 ObservationEntry ReadEntry(const YamlValue& value) {
-  const std::vector<const char*> sources = {"camera", "depth", "state", "prompt", "constant", "counter"};
-  const YamlMap map(
-      value, {"key"},
-      {"camera", "depth", "state", "prompt", "constant", "counter", "size_px", "fovy_deg", "shadows",
-       "rotate_deg", "mirror", "resize_px", "resize", "color", "layout", "type", "shape", "history_ticks"});
+  const std::vector<const char*> sources = {"camera",   "depth",   "state",    "prompt",
+                                            "constant", "counter", "committed"};
+  const YamlMap map(value, {"key"},
+                    {"camera", "depth", "state", "prompt", "constant", "counter", "committed", "size_px",
+                     "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize", "color", "layout",
+                     "type", "shape", "history_ticks"});
   ObservationEntry entry;
   entry.key = Key(map["key"]);
   int found = 0;
   for (const char* source : sources) found += map.Find(source) != nullptr;
-  if (found != 1) map.value().Fail("expected one of camera, depth, state, prompt, constant, counter");
+  if (found != 1)
+    map.value().Fail("expected one of camera, depth, state, prompt, constant, counter, committed");
 
   const bool is_image = map.Find("camera") || map.Find("depth");
   for (const char* key :
@@ -221,6 +226,9 @@ ObservationEntry ReadEntry(const YamlValue& value) {
   } else if (const YamlValue* counter = map.Find("counter")) {
     entry.source = ObservationEntry::Source::kCounter;
     entry.counter = Choose(*counter, kCounters);
+  } else if (const YamlValue* committed = map.Find("committed")) {
+    entry.source = ObservationEntry::Source::kCommitted;
+    entry.committed = Choose(*committed, kCommitted);
   } else {
     entry.source = ObservationEntry::Source::kConstant;
     entry.constant = ReadConstant(map["constant"]);
@@ -389,6 +397,9 @@ nlohmann::ordered_json EntryJson(const ObservationEntry& entry) {
     case Source::kCounter:
       json["counter"] = WordOf(entry.counter, kCounters);
       break;
+    case Source::kCommitted:
+      json["committed"] = WordOf(entry.committed, kCommitted);
+      break;
   }
   if (!entry.history_ticks.empty()) json["history_ticks"] = entry.history_ticks;
   return json;
@@ -440,6 +451,13 @@ std::string ObservationEntry::KeyText() const {
 bool Contract::is_privileged() const {
   return std::ranges::any_of(observation, [](const ObservationEntry& entry) {
     return std::ranges::any_of(entry.signals, &Signal::is_privileged);
+  });
+}
+
+bool Contract::takes_committed_actions() const {
+  return std::ranges::any_of(observation, [](const ObservationEntry& entry) {
+    return entry.source == ObservationEntry::Source::kCommitted &&
+           entry.committed == ObservationEntry::Committed::kActions;
   });
 }
 

@@ -23,10 +23,13 @@ namespace evalbus::policy {
 
 // One entry of the observation.
 struct ObservationEntry {
-  enum class Source { kCamera, kDepth, kState, kPrompt, kConstant, kCounter };
+  enum class Source { kCamera, kDepth, kState, kPrompt, kConstant, kCounter, kCommitted };
   // The episode's index in its run; the control tick; the number of observations already sent in the episode,
   // 0 for the first one.
   enum class Counter { kEpisode, kTick, kObservation };
+  // For real-time chunking: the rows of the last chunk from the observed tick on (rows x values, without rows
+  // for the first chunk); the number of them that are executed before the answer arrives.
+  enum class Committed { kActions, kDelaySteps };
 
   // Position in the observation: a key, or the keys of the nested maps down to the entry.
   std::vector<std::string> key;
@@ -46,6 +49,7 @@ struct ObservationEntry {
   // For kConstant.
   Value constant;
   Counter counter = Counter::kEpisode;
+  Committed committed = Committed::kActions;
 
   bool is_image() const { return source == Source::kCamera || source == Source::kDepth; }
   // "observation/image", "images.cam_high"
@@ -100,6 +104,9 @@ struct Contract {
   bool is_privileged() const;
   // Whether the observation contains images.
   bool needs_images() const;
+  // Whether the server is sent the rows that are executed while it computes, so that it joins its chunks
+  // itself.
+  bool takes_committed_actions() const;
   std::string PromptFor(const std::string& task, const std::string& instruction) const;
 };
 

@@ -7,22 +7,24 @@
 #include <string>
 
 #include "base/errors.h"
+#include "policy_bridge/actions/chunk_schedule.h"
 
 namespace evalbus::policy {
 
 // In lockstep, an inference costs no simulated time (the simulation stands still), its measured wall-clock
-// time, or a fixed time. Meanwhile the robot holds its last command, as on a realtime clock.
+// time, or a fixed time. `execution` decides what the robot does meanwhile, also on a realtime clock.
 struct Latency {
   enum class Kind { kNone, kMeasured, kFixed };
   Kind kind = Kind::kNone;
   double fixed_s = 0;
+  Execution execution = Execution::kSynchronous;
 };
 
 // Parses "none", "measured" or milliseconds, as in --latency. Throws InputError.
 inline Latency ParseLatency(const std::string& text) {
   constexpr double kLongest = 60e3;  // ms
   if (text == "none") return {};
-  if (text == "measured") return {Latency::Kind::kMeasured, 0};
+  if (text == "measured") return {Latency::Kind::kMeasured};
   double ms = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ms);
   if (error != std::errc() || end != text.data() + text.size() || !(ms >= 0 && ms <= kLongest)) {
@@ -31,8 +33,7 @@ inline Latency ParseLatency(const std::string& text) {
   return {Latency::Kind::kFixed, ms / 1e3};
 }
 
-// Number of ticks for which the robot holds its last command if a call costs this much simulated time;
-// rounded up.
+// Number of ticks that pass during a call that costs this much simulated time; rounded up.
 inline int64_t HeldTicks(double charged_s, double tick_s) {
   return static_cast<int64_t>(std::ceil(charged_s / tick_s - 1e-9));
 }

@@ -56,11 +56,16 @@ void Put(std::span<const std::string> key, Value value, Map* map) {
   Put(key.subspan(1), std::move(value), inner);
 }
 
+void Record(const std::string& key, std::vector<double> numbers, observation_t* record) {
+  const auto count = static_cast<int32_t>(numbers.size());
+  record->array.push_back({key, count, std::move(numbers)});
+}
+
 }  // namespace
 
 ObservationBuilder::ObservationBuilder(const Contract& contract, const mjModel& model,
                                        const model_info_t& info)
-    : prompt_(contract.PromptFor(info.task, info.instruction)) {
+    : prompt_(contract.PromptFor(info.task, info.instruction)), num_values_(contract.actions.num_values) {
   for (const ObservationEntry& form : contract.observation) {
     Entry entry{.form = &form, .signals = SignalReader(form.signals, model, info), .ticks = {}};
     if (!form.history_ticks.empty()) entry.reach = static_cast<size_t>(1 - form.history_ticks.front());
@@ -107,7 +112,7 @@ Array ObservationBuilder::Stacked(const Entry& entry) const {
   return stacked;
 }
 
-Value ObservationBuilder::Build(observation_t* record) {
+Value ObservationBuilder::Build(const Committed& committed, observation_t* record) {
   Map observation;
   *record = {};
   record->header = header_;
@@ -126,8 +131,21 @@ Value ObservationBuilder::Build(observation_t* record) {
       const int64_t value = form.counter == ObservationEntry::Counter::kEpisode ? header_.episode
                             : form.counter == ObservationEntry::Counter::kTick  ? header_.tick
                                                                                 : num_built_;
-      record->array.push_back({form.KeyText(), 1, {static_cast<double>(value)}});
+      Record(form.KeyText(), {static_cast<double>(value)}, record);
       Put(form.key, value, &observation);
+      continue;
+    }
+    if (form.source == Source::kCommitted && form.committed == ObservationEntry::Committed::kDelaySteps) {
+      Record(form.KeyText(), {static_cast<double>(committed.delay_steps)}, record);
+      Put(form.key, committed.delay_steps, &observation);
+      continue;
+    }
+    if (form.source == Source::kCommitted) {
+      std::vector<double> numbers;
+      for (const auto& row : committed.rows) numbers.insert(numbers.end(), row.begin(), row.end());
+      Put(form.key, FloatArray(numbers, {static_cast<int64_t>(committed.rows.size()), num_values_}),
+          &observation);
+      Record(form.KeyText(), std::move(numbers), record);
       continue;
     }
     Array array = Stacked(entry);

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,9 +32,14 @@ class ObservationBuilder {
   // Adds a tick: its state and, if needed, the images of views(), in their order.
   void Add(const state_t& state, const std::vector<image_t>& images);
 
+  // What the robot executes while the policy computes (ObservationEntry::Committed).
+  struct Committed {
+    std::span<const std::vector<double>> rows;
+    int64_t delay_steps = 0;
+  };
   // Builds the observation of the last tick added. *record: what is logged of it (header, prompt, arrays,
   // digests). While the history is too short, its oldest tick is repeated.
-  Value Build(observation_t* record);
+  Value Build(const Committed& committed, observation_t* record);
 
   // Images of the last Build() as they were sent, for display.
   struct Sent {
@@ -57,6 +63,8 @@ class ObservationBuilder {
   Array Stacked(const Entry& entry) const;
 
   std::string prompt_;
+  // Numbers in a row of an action chunk.
+  int64_t num_values_;
   std::vector<view_t> views_;
   bool needs_every_tick_ = false, needs_every_image_ = false;
   std::vector<Entry> entries_;

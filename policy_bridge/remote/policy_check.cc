@@ -308,7 +308,7 @@ CheckReport CheckPolicyServer(const Contract& contract, PolicyClient* client, co
   observations->Begin();
   observations->Add(state, images);
   observation_t record{};
-  const Value observation = observations->Build(&record);
+  const Value observation = observations->Build({}, &record);
   return Check(contract, client, model, info, state).Run(observation);
 }
 

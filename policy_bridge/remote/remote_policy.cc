@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/message_equality.h"
+#include "policy_bridge/actions/holding_action.h"
 #include "policy_bridge/remote/server_claims.h"
 
 namespace evalbus::policy {
@@ -31,6 +32,22 @@ Contract Fitting(const Contract& contract, const model_info_t& info) {
 
 }  // namespace
 
+void CheckExecution(const Contract& contract, Execution execution) {
+  if (execution != Execution::kRealTimeChunking || contract.takes_committed_actions()) return;
+  const ActionSpace& space = contract.actions;
+  const RotationForm form = space.rotation;
+  const bool is_pose = space.kind == ActionKind::kEefPose || space.kind == ActionKind::kEefDelta;
+  const bool is_linear = form == RotationForm::kNone || form == RotationForm::kRotation6d ||
+                         form == RotationForm::kRotation6dInterleaved ||
+                         form == RotationForm::kRotation6dRows;
+  const bool is_quaternion = form == RotationForm::kQuaternionWxyz || form == RotationForm::kQuaternionXyzw;
+  // Small rotations may be averaged in each form except quaternions, whose sign is arbitrary.
+  if (!is_pose || is_linear || (space.kind == ActionKind::kEefDelta && !is_quaternion)) return;
+  throw InContract(contract,
+                   "--execution rtc: the numbers of this rotation cannot be averaged to join two chunks; "
+                   "expected joints, deltas or rotation_6d, or an observation entry 'committed: actions'");
+}
+
 RemotePolicy::RemotePolicy(const Contract& contract, Latency latency, const mjModel& model,
                            const model_info_t& info, std::unique_ptr<PolicyClient> client)
     : contract_(Fitting(contract, info)),
@@ -43,7 +60,8 @@ RemotePolicy::RemotePolicy(const Contract& contract, Latency latency, const mjMo
                                   : Clock::duration::max()),
       observations_(Fitted(contract_, [&] { return ObservationBuilder(contract_, model, info); })),
       converter_(Fitted(contract_, [&] { return ActionConverter(contract_.actions, model, info); })),
-      conversation_(client ? std::move(client) : MakePolicyClient(ClientOptionsOf(contract_))) {}
+      conversation_(client ? std::move(client) : MakePolicyClient(ClientOptionsOf(contract_))),
+      schedule_(latency.execution, contract_.execute_steps) {}
 
 void RemotePolicy::SetCallbacks(const PolicyCallbacks& callbacks) {
   callbacks_ = callbacks;
@@ -59,12 +77,12 @@ void RemotePolicy::Begin(const episode_begin_t& begin) {
   image_request_.reset();
   images_.clear();
   failure_ = nullptr;
-  rows_.clear();
-  held_until_tick_ = contract_.settle_steps;
+  asks_ = false;
+  schedule_.Begin();
+  last_delay_ = 0;
   observations_.Begin();
   converter_.Begin();
   last_ = {};
-  last_.mode = action_t::JOINT_POSITION;
 }
 
 bool RemotePolicy::IsReady() {
@@ -128,22 +146,14 @@ bool RemotePolicy::IsReady() {
 void RemotePolicy::OnTick(const state_t& state) {
   tick_ = state.header.tick;
   tick_began_ = Clock::now();
-  if (last_.joint_position_rad.empty()) {
-    for (const arm_state_t& arm : state.arm) {
-      last_.joint_position_rad.insert(last_.joint_position_rad.end(), arm.joint_position_rad.begin(),
-                                      arm.joint_position_rad.end());
-    }
-    last_.num_joints = static_cast<int32_t>(last_.joint_position_rad.size());
-    last_.gripper_closing.assign(state.gripper.size(), 0.0);
-    last_.num_grippers = static_cast<int32_t>(last_.gripper_closing.size());
-  }
+  if (last_.joint_position_rad.empty()) last_ = HoldingAction(state);
   // An inference for an earlier tick is running, or its images are being rendered (realtime).
   if (image_request_ || conversation_.is_busy()) return;
-  const bool asks = rows_.empty() && tick_ >= contract_.settle_steps;
-  if (!asks && !observations_.needs_every_tick()) return;
+  asks_ = tick_ >= contract_.settle_steps && schedule_.IsDue(tick_);
+  if (!asks_ && !observations_.needs_every_tick()) return;
   image_request_.emplace();
   image_request_->header = state.header;
-  if (asks || observations_.needs_every_image()) image_request_->view = observations_.views();
+  if (asks_ || observations_.needs_every_image()) image_request_->view = observations_.views();
   image_request_->num_views = static_cast<int32_t>(image_request_->view.size());
   observed_ = state;
   images_.assign(image_request_->view.size(), std::nullopt);
@@ -181,12 +191,23 @@ void RemotePolicy::PollAnswer() {
   for (auto& image : images_) images.push_back(std::move(*image));
   observations_.Add(observed_, images);
   image_request_.reset();
-  if (rows_.empty() && observed_.header.tick >= contract_.settle_steps) StartCall();
+  if (asks_) StartCall();
 }
 
 void RemotePolicy::StartCall() {
   observation_t record;
-  Value observation = observations_.Build(&record);
+  const int64_t tick = observed_.header.tick;
+  const ChunkSchedule::Rest rest = schedule_.RestAt(tick);
+  ObservationBuilder::Committed committed;
+  if (rest.count > 0 && latency_.execution == Execution::kRealTimeChunking) {
+    committed.rows = std::span(rows_[static_cast<size_t>(rest.chunk % 2)])
+                         .subspan(static_cast<size_t>(rest.first), static_cast<size_t>(rest.count));
+    committed.delay_steps = std::min<int64_t>(expected_delay(), rest.count);
+  }
+  Value observation = observations_.Build(committed, &record);
+  asked_ = observed_.header;
+  schedule_.Ask(tick);
+  asks_ = false;
   if (callbacks_.on_observation) callbacks_.on_observation(record);
   conversation_.Start(
       [observation = std::move(observation)](PolicyClient& client) { return client.Infer(observation); });
@@ -206,7 +227,7 @@ bool RemotePolicy::Think(const state_t& state) {
     }
   }
   if (!image_request_ && !conversation_.is_busy()) return true;
-  return is_realtime_ && (!rows_.empty() || Clock::now() >= think_again_at());
+  return is_realtime_ && (schedule_.At(tick_) || Clock::now() >= think_again_at());
 }
 
 std::chrono::steady_clock::time_point RemotePolicy::think_again_at() const {
@@ -227,15 +248,20 @@ Chunk RemotePolicy::ChunkOf(const Reply& reply) {
   }
 }
 
+int64_t RemotePolicy::expected_delay() const {
+  return latency_.kind == Latency::Kind::kFixed && !is_realtime_ ? HeldTicks(latency_.fixed_s, step_s_)
+                                                                 : last_delay_;
+}
+
 void RemotePolicy::OnAnswer(const Conversation::Answer& answer) {
-  const Chunk chunk = ChunkOf(answer.reply);
+  Chunk chunk = ChunkOf(answer.reply);
   const double charged_s = latency_.kind == Latency::Kind::kMeasured ? answer.took_s
                            : latency_.kind == Latency::Kind::kFixed  ? latency_.fixed_s
                                                                      : 0;
-  const auto held = is_realtime_ ? tick_ - observed_.header.tick : HeldTicks(charged_s, step_s_);
-  held_until_tick_ = observed_.header.tick + held;
+  const int64_t delay = is_realtime_ ? tick_ - asked_.tick : HeldTicks(charged_s, step_s_);
+  last_delay_ = delay;
   policy_action_t policy_action{};
-  policy_action.header = observed_.header;
+  policy_action.header = asked_;
   policy_action.kind = NameOf(contract_.actions.kind);
   policy_action.num_steps = static_cast<int32_t>(chunk.rows.size());
   policy_action.num_values = contract_.actions.num_values;
@@ -243,16 +269,19 @@ void RemotePolicy::OnAnswer(const Conversation::Answer& answer) {
   policy_action.execute_steps = contract_.execute_steps;
   policy_action.answered_s = answer.took_s;
   policy_action.server_s = answer.reply.server_s.value_or(-1);
-  policy_action.held_ticks = static_cast<int32_t>(held);
+  policy_action.held_ticks = static_cast<int32_t>(delay);
   if (callbacks_.on_policy_action) callbacks_.on_policy_action(policy_action);
-  rows_.assign(chunk.rows.begin(), chunk.rows.begin() + contract_.execute_steps);
+  const int64_t number = schedule_.Arrive(asked_.tick + delay, static_cast<int>(chunk.rows.size()));
+  if (latency_.execution == Execution::kRealTimeChunking && !contract_.takes_committed_actions()) {
+    JoinRows(rows_[static_cast<size_t>((number + 1) % 2)], schedule_.overlap(), &chunk.rows);
+  }
+  rows_[static_cast<size_t>(number % 2)] = std::move(chunk.rows);
 }
 
 void RemotePolicy::Act(const state_t& state, action_t* action) {
-  if (!rows_.empty() && state.header.tick >= held_until_tick_) {
-    const std::vector<double> row = std::move(rows_.front());
-    rows_.pop_front();
-    converter_.Convert(row, state, step_s_, &last_);
+  if (const auto step = schedule_.At(state.header.tick)) {
+    const auto& rows = rows_[static_cast<size_t>(step->chunk % 2)];
+    converter_.Convert(rows[static_cast<size_t>(step->row)], state, step_s_, &last_);
     if (!std::exchange(has_acted_, true)) CheckFirstStep(state, last_);
     *action = last_;
     return;

@@ -1,9 +1,9 @@
 // A policy behind a server: sends it the observations described by its contract, and executes its action
-// chunks with a receding horizon.
+// chunks with a receding horizon (actions/chunk_schedule.h).
 #pragma once
 
+#include <array>
 #include <chrono>
-#include <deque>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "policy_bridge/actions/action_converter.h"
+#include "policy_bridge/actions/chunk_schedule.h"
 #include "policy_bridge/contract/contract.h"
 #include "policy_bridge/interface/policy.h"
 #include "policy_bridge/remote/chunk.h"
@@ -19,6 +20,10 @@
 #include "policy_bridge/remote/observation_builder.h"
 
 namespace evalbus::policy {
+
+// Throws InputError, with the contract's file, if the policy's chunks cannot be joined as `execution`
+// requires.
+void CheckExecution(const Contract& contract, Execution execution);
 
 class RemotePolicy : public Policy {
  public:
@@ -48,6 +53,8 @@ class RemotePolicy : public Policy {
   void StartCall();
   Chunk ChunkOf(const Reply& reply);
   void OnAnswer(const Conversation::Answer& answer);
+  // Ticks that pass during an inference, as far as it is known when it begins.
+  int64_t expected_delay() const;
   // Throws if the episode's first action, of a kind that sets an absolute position, is too far from the
   // robot's state.
   void CheckFirstStep(const state_t& state, const action_t& action);
@@ -81,9 +88,16 @@ class RemotePolicy : public Policy {
   std::vector<std::optional<image_t>> images_;
   // Exception of a Look() between two ticks; rethrown by Think().
   std::exception_ptr failure_;
-  std::deque<std::vector<double>> rows_;
-  // First tick at which the next row may be executed.
-  int64_t held_until_tick_ = 0;
+  // Whether the tick being observed is to be sent to the server.
+  bool asks_ = false;
+  // Header of the last observation that was sent.
+  header_t asked_{};
+  ChunkSchedule schedule_;
+  // Rows of the chunks with even and with odd numbers. Two chunks are known at the same time while the newer
+  // one has not arrived.
+  std::array<std::vector<std::vector<double>>, 2> rows_;
+  // Ticks that the last inference took.
+  int64_t last_delay_ = 0;
   action_t last_{};
 };
 

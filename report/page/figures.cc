@@ -251,6 +251,58 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
   html->Close();
 }
 
+void DrawRanges(const RangeFigure& figure, Markup* html) {
+  constexpr double kWidth = 360, kHeight = 168, kLeft = 44, kRight = 350, kTop = 22, kBottom = 144;
+  double low = std::numeric_limits<double>::infinity(), high = -low, end = 0;
+  const auto include = [&](double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  };
+  for (const RangeFigure::Line& line : figure.lines) {
+    for (size_t i = 0; i < line.x.size(); ++i) {
+      end = std::max(end, line.x[i]);
+      for (const double value : {line.value[i], line.interval[i].lower, line.interval[i].upper})
+        include(value);
+    }
+  }
+  html->Open("svg", {{"class", "figure"},
+                     {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
+                     {"role", "img"},
+                     {"aria-label", figure.name}});
+  Label(kLeft, 12, "start", figure.name, html);
+  if (!std::isfinite(low)) {
+    Label((kLeft + kRight) / 2, (kTop + kBottom) / 2, "middle", "no values", html);
+    html->Close();
+    return;
+  }
+  if (low > 0 && low < 0.5 * high) low = 0;
+  if (!IsRange(low, high)) high = low + std::max(1.0, std::abs(low) * 0.5);
+  const Ticks values = TicksAround(low, high, 5);
+  const Axis x{0, end > 0 ? end : 1, kLeft + 8, kRight - 8};
+  const Axis y{values.at.front(), values.at.back(), kBottom, kTop};
+  for (const double value : values.at) {
+    Line("grid", kLeft, y(value), kRight, y(value), html);
+    Label(kLeft - 5, y(value) + 4, "end", TickLabel(value, values.step), html);
+  }
+  DrawScale(x, TicksWithin(x.from, x.to, 6), kBottom, figure.x_unit, html);
+  for (size_t k = 0; k < figure.lines.size(); ++k) {
+    const RangeFigure::Line& line = figure.lines[k];
+    const std::string color = fmt::format("c{}", k % 6);
+    // Lines of equal values would hide each other.
+    const double shift = 3 * (static_cast<double>(k) - static_cast<double>(figure.lines.size() - 1) / 2);
+    const Axis shifted{x.from, x.to, x.pixel_from + shift, x.pixel_to + shift};
+    html->Element("path", {{"class", "line " + color}, {"d", PathOf(line.x, line.value, shifted, y)}},
+                  [&] { html->Element("title", {}, line.name); });
+    for (size_t i = 0; i < line.x.size(); ++i) {
+      if (!std::isfinite(line.interval[i].lower)) continue;
+      const double at = shifted(line.x[i]);
+      Line("whisker " + color, at, y(line.interval[i].lower), at, y(line.interval[i].upper), html);
+    }
+  }
+  html->Close();
+}
+
 void DrawShare(double share, double lower, double upper, bool scale, Markup* html, const char* css_class) {
   const std::string middle = "9";
   html->Open("svg", {{"class", scale ? "share scale" : "share"},

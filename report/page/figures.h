@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "metrics/statistics/interval.h"
 #include "report/page/markup.h"
 
 namespace evalbus::report {
@@ -46,6 +47,20 @@ struct CurveFigure {
 };
 // At least one value must be finite.
 void DrawCurves(const CurveFigure& figure, Markup* html);
+
+// Means with intervals against a quantity that is not negative.
+struct RangeFigure {
+  std::string name;    // of the values, with their unit
+  std::string x_unit;  // of the horizontal axis
+  struct Line {
+    std::string name;
+    std::vector<double> x;      // ascending
+    std::vector<double> value;  // NaN if unavailable
+    std::vector<metrics::Interval> interval;
+  };
+  std::vector<Line> lines;
+};
+void DrawRanges(const RangeFigure& figure, Markup* html);
 
 // Draws a share with its interval on a scale from 0 to 100 %. scale: whether tick marks are drawn.
 void DrawShare(double share, double lower, double upper, bool scale, Markup* html,

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "base/errors.h"
+#include "plans/latency.h"
 #include "plans/plan_folder.h"
 #include "tests/unit/temporary_folder.h"
 
@@ -122,10 +123,51 @@ TEST_F(PlanTest, MadeFromOptionsHasTheirPolicies) {
   EXPECT_THROW(make({"nonsense"}), InputError);
 }
 
+TEST_F(PlanTest, StopsAtAWidthOrByProgress) {
+  const Plan narrow = Read(std::string(kSmall) + "until: width(0.1, max 2000)\n");
+  EXPECT_EQ(narrow.until->width, 0.1);
+  EXPECT_EQ(narrow.until->max_episodes, 2000);
+  EXPECT_EQ(narrow.until->Text(), "width(0.1, max 2000)");
+  const Plan progress =
+      Read("policies: [expert, hold]\ntasks: lift_pot\nuntil: decided(alpha 0.05, max 90, on progress)\n");
+  EXPECT_TRUE(progress.until->on_progress);
+  EXPECT_EQ(progress.until->Text(), "decided(alpha 0.05, max 90, on progress)");
+  EXPECT_THAT(ErrorOf(std::string(kSmall) + "until: width(10, max 2000)\n"), HasSubstr("expected a width"));
+}
+
+TEST_F(PlanTest, PoliciesMayDifferInTheirDelay) {
+  const Plan plan = Read(
+      "policies:\n  - expert\n  - {name: late, policy: expert, latency: 200, execution: asynchronous}\n"
+      "tasks: lift_pot\n");
+  EXPECT_EQ(plan.OptionsOf(plan.policies[0]).policy.latency, "none");
+  EXPECT_EQ(plan.OptionsOf(plan.policies[1]).policy.latency, "200");
+  EXPECT_EQ(plan.OptionsOf(plan.policies[1]).policy.execution, "asynchronous");
+  EXPECT_THAT(ErrorOf("policies: [{policy: expert, latency: long}]\ntasks: lift_pot\n"),
+              HasSubstr("expected none, measured or milliseconds"));
+}
+
+TEST_F(PlanTest, OfALatencyCurveHasAnEntryForEachDelay) {
+  runner::RunOptions options;
+  options.tasks = {"lift_pot/position"};
+  const Plan plan = LatencyPlan(options, {"0", "100"}, {"synchronous", "rtc"}, false);
+  ASSERT_EQ(plan.policies.size(), 4u);
+  EXPECT_EQ(plan.policies[3].name, "rtc-100ms");
+  EXPECT_EQ(plan.OptionsOf(plan.policies[3]).policy.latency, "100");
+  EXPECT_EQ(plan.OptionsOf(plan.policies[3]).policy.execution, "rtc");
+  EXPECT_THROW(LatencyPlan(options, {"none"}, {"rtc"}, false), InputError);
+  EXPECT_THROW(LatencyPlan(options, {"0", "0.0"}, {"rtc"}, false), InputError);
+  options.tasks = {"lift_pot/all"};
+  EXPECT_THROW(LatencyPlan(options, {"0"}, {"rtc"}, false), InputError);
+}
+
 TEST_F(PlanTest, IsKeptAsJsonAndReadBack) {
   for (const char* text : {kSmall,
                            "policies: [expert, hold]\ntasks: lift_pot/all\nvideo: failures\n"
-                           "until: decided(alpha 0.05, max 90)\nshard_episodes: 7\n"}) {
+                           "until: decided(alpha 0.05, max 90)\nshard_episodes: 7\n",
+                           "policies: [expert, hold]\ntasks: lift_pot/all\n"
+                           "until: decided(alpha 0.05, max 90, on progress)\n",
+                           "policies: [{policy: expert, latency: 100, execution: rtc}]\ntasks: lift_pot\n"
+                           "until: width(0.1, max 90)\n"}) {
     const Plan plan = Read(text);
     const auto json = PlanJson(plan);
     EXPECT_EQ(PlanJson(PlanOfJson(nlohmann::json::parse(json.dump()), "plan.json")), json);

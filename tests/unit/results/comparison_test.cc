@@ -30,6 +30,9 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_EQ(success.pairs.only_a, 15);
   EXPECT_EQ(success.pairs.only_b, 3);
   EXPECT_EQ(success.pairs.neither, 4);
+  // Where both succeeded, b took more time.
+  EXPECT_EQ(success.ahead.a, 15);
+  EXPECT_EQ(success.ahead.b, 3 + 28);
   EXPECT_DOUBLE_EQ(success.difference, 0.24);
   EXPECT_NEAR(success.p, 0.0075378, 5e-8);  // scipy's binomtest(3, 18)
   const metrics::Interval expected = metrics::NewcombePairedInterval(success.pairs);

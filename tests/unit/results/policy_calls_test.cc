@@ -20,6 +20,7 @@ using testing::IsEmpty;
 policy_action_t Call(int64_t tick, double answered_s, double server_s, int held_ticks = 0) {
   policy_action_t call{};
   call.header.tick = tick;
+  call.num_steps = 10;
   call.answered_s = answered_s;
   call.server_s = server_s;
   call.held_ticks = held_ticks;
@@ -34,10 +35,26 @@ TEST(PolicyCalls, TheCallAboutTheLastTickIsNotCounted) {
   const CallSchedule schedule{.execute_steps = 10, .settle_steps = 0};
   EXPECT_EQ(calls.Json(schedule, 20)["tick"].dump(), "[0,10,20]");
   calls.RemoveUndecided(20);
-  // Held at ticks 10 and 11, before the second answer.
+  // Held at ticks 10 and 11, before the second answer. The actions of ticks 0 to 9 are 0 to 9 ticks old,
+  // those of ticks 12 to 19 are 2 to 9 ticks old: 45 + 44.
   EXPECT_EQ(calls.Json(schedule, 20).dump(),
             R"({"tick":[0,10],"answered_s":[0.5,0.25],"server_s":[-1.0,0.125],"held_ticks":2,)"
-            R"("ticks":20,"due_calls":2})");
+            R"("ticks":20,"age_ticks":89,"due_calls":2})");
+}
+
+TEST(PolicyCalls, AsynchronousActionsAreOlderAndFewTicksAreHeld) {
+  PolicyCalls calls;
+  calls.Add(Call(0, 0, -1, 2));
+  calls.Add(Call(5, 0, -1, 2));
+  CallSchedule schedule{.execute_steps = 3, .execution = policy::Execution::kAsynchronous, .chunk_steps = 6};
+  // Held at ticks 0 and 1. Ticks 2 to 6 execute the first chunk, of tick 0; ticks 7 and 8 the second, of tick
+  // 5: 2 + 3 + 4 + 5 + 6 + 2 + 3.
+  const ordered_json json = calls.Json(schedule, 9);
+  EXPECT_EQ(json["held_ticks"], 2);
+  EXPECT_EQ(json["age_ticks"], 25);
+  // Without chunk_steps the 10 rows of each answer count, and ticks 9 and 10 are commanded, too.
+  schedule.chunk_steps = 0;
+  EXPECT_EQ(calls.Json(schedule, 11)["held_ticks"], 2);
 }
 
 class PolicyNotesTest : public testing::Test {
@@ -96,11 +113,15 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
   write(0, first, 17);
   write(1, second, 13);
   const auto notes = PolicyNotes(run);
-  ASSERT_EQ(notes.size(), 3u);
+  ASSERT_EQ(notes.size(), 4u);
   EXPECT_EQ(notes[1], "The policy received poses of objects, which a real robot cannot measure.");
   EXPECT_EQ(notes[2],
             "Its server was called 3 times: 20 ms median, 1.5 s 99th percentile, 1.5 s longest; 2 ms median "
             "as reported by the server; the robot held its last command for 3 ticks.");
+  // 27 of 30 ticks at 50 Hz; 45 + 21 + 75 ticks.
+  EXPECT_EQ(
+      notes[3],
+      "45.0 new actions per second; 10.0 % of the ticks had none; an action was 104 ms old on average.");
 }
 
 // Called at most once a second on a realtime clock: the answer for tick 0 is executed at tick 8.

@@ -198,9 +198,9 @@ TEST(Coverage, DifferencesShownByAPlanThatStopsWhenDecided) {
           only_b += b && !a;
           successes += a;
         }
-      } while (pairs < 200 && SequentialMcNemar(only_a, only_b) > kAlpha);
+      } while (pairs < 200 && SequentialP({only_a, only_b}, std::nullopt, false) > kAlpha);
       wilson.Add(WilsonInterval(successes, pairs), 0.5 + difference / 2);
-      if (SequentialMcNemar(only_a, only_b) > kAlpha) continue;
+      if (SequentialP({only_a, only_b}, std::nullopt, pairs == 200) > kAlpha) continue;
       ++decided;
       shown += (only_a - only_b) / static_cast<double>(pairs);
     }
@@ -223,7 +223,7 @@ TEST(ErrorRate, OfMetricsOfAPlanThatStopsWhenDecided) {
       Values differences;
       int only_a = 0, only_b = 0;
       while (differences.size() < 200 &&
-             (differences.size() % 20 != 0 || SequentialMcNemar(only_a, only_b) > kAlpha)) {
+             (differences.size() % 20 != 0 || SequentialP({only_a, only_b}, std::nullopt, false) > kAlpha)) {
         const double luck_a = Uniform(random), luck_b = Uniform(random);
         const bool a = luck_a < better, b = luck_b < 0.5;
         only_a += a && !b;

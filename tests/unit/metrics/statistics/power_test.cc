@@ -72,7 +72,8 @@ TEST(Power, OfTheSequentialTestIsThatOfAllWays) {
     if (pair % kStep != 0) continue;
     for (size_t a = 0; a <= kMax; ++a) {
       for (size_t b = 0; b <= kMax; ++b) {
-        if (SequentialMcNemar(static_cast<int>(a), static_cast<int>(b)) > kAlpha) continue;
+        const Wins wins{static_cast<int>(a), static_cast<int>(b)};
+        if (SequentialP(wins, std::nullopt, pair == kMax) > kAlpha) continue;
         if (a > b) found += open[a][b];
         open[a][b] = 0;
       }

@@ -189,6 +189,83 @@ TEST_F(RemotePolicyTest, ThinkingIsChargedInTicks) {
   EXPECT_EQ(said_.at(1).held_ticks, 3);
 }
 
+TEST_F(RemotePolicyTest, AsynchronousGoesOnDuringAnInference) {
+  Serve([calls = 0](const Value&) mutable { return ChunkOf(6, ++calls); });
+  contract_.first_step_rad.reset();
+  contract_.execute_steps = 3;
+  Latency latency = ParseLatency("100");
+  latency.execution = Execution::kAsynchronous;
+  Make(latency);
+  Begin();
+  EXPECT_EQ(Act(0), 0);
+  EXPECT_EQ(Act(1), 0);
+  for (int k = 0; k < 5; ++k) EXPECT_FLOAT_EQ(Act(2 + k), 1 + 0.1f * static_cast<float>(k));
+  // The second answer was asked at tick 5, so that its third row belongs to tick 7.
+  EXPECT_FLOAT_EQ(Act(7), 2.2);
+  EXPECT_FLOAT_EQ(Act(8), 2.3);
+  EXPECT_EQ(said_.at(1).header.tick, 5);
+  EXPECT_EQ(said_.at(1).held_ticks, 2);
+}
+
+TEST_F(RemotePolicyTest, RtcJoinsTheChunkToWhatIsCommitted) {
+  Serve([calls = 0](const Value&) mutable {
+    const double value = ++calls;
+    std::vector<double> numbers(size_t{6} * 8, value);
+    return Value(Map{{"actions", FloatArray(numbers, {6, 8})}});
+  });
+  contract_.first_step_rad.reset();
+  contract_.execute_steps = 3;
+  Latency latency = ParseLatency("50");
+  latency.execution = Execution::kRealTimeChunking;
+  Make(latency);
+  Begin();
+  EXPECT_EQ(Act(0), 0);
+  for (int tick = 1; tick < 5; ++tick) EXPECT_FLOAT_EQ(Act(tick), 1);
+  // The second chunk observed tick 4. The first one still has rows for ticks 4, 5 and 6, of which that of
+  // tick 4 was executed. The weights of its other rows are those of chunk_schedule_test.cc.
+  EXPECT_NEAR(Act(5), 2 - 0.367706, 1e-6);
+  EXPECT_NEAR(Act(6), 2 - 0.076746, 1e-6);
+  EXPECT_EQ(saw_.at(1).header.tick, 4);
+}
+
+TEST_F(RemotePolicyTest, RtcLeavesJoiningToAServerThatIsShownWhatIsCommitted) {
+  Serve([calls = 0](const Value&) mutable {
+    const double value = ++calls;
+    std::vector<double> numbers(size_t{6} * 8, value);
+    return Value(Map{{"actions", FloatArray(numbers, {6, 8})}});
+  });
+  std::string text = kContract;
+  text.insert(text.find("  - {key: prompt"),
+              "  - {key: prefix, committed: actions}\n  - {key: delay, committed: delay_steps}\n");
+  contract_ = ParseContract(text, "mine.yaml");
+  contract_.url = server_->url();
+  contract_.first_step_rad.reset();
+  contract_.execute_steps = 3;
+  Latency latency = ParseLatency("50");
+  latency.execution = Execution::kRealTimeChunking;
+  Make(latency);
+  Begin();
+  for (int tick = 0; tick < 5; ++tick) Act(tick);
+  EXPECT_FLOAT_EQ(Act(5), 2);
+  const auto requests = server_->Requests();
+  ASSERT_EQ(requests.size(), 2u);
+  EXPECT_EQ(requests[0].Find("prefix")->As<Array>()->shape, (std::vector<int64_t>{0, 8}));
+  EXPECT_EQ(*requests[0].Find("delay"), Value(0));
+  EXPECT_EQ(requests[1].Find("prefix")->As<Array>()->shape, (std::vector<int64_t>{3, 8}));
+  EXPECT_EQ(*requests[1].Find("delay"), Value(1));
+}
+
+TEST(CheckExecution, RtcRequiresNumbersThatCanBeAveraged) {
+  Contract contract = ParseContract(kContract, "mine.yaml");
+  EXPECT_NO_THROW(CheckExecution(contract, Execution::kRealTimeChunking));
+  contract.actions.kind = ActionKind::kEefPose;
+  contract.actions.rotation = RotationForm::kQuaternionWxyz;
+  EXPECT_THROW(CheckExecution(contract, Execution::kRealTimeChunking), InputError);
+  EXPECT_NO_THROW(CheckExecution(contract, Execution::kAsynchronous));
+  contract.actions.rotation = RotationForm::kRotation6d;
+  EXPECT_NO_THROW(CheckExecution(contract, Execution::kRealTimeChunking));
+}
+
 TEST_F(RemotePolicyTest, OnARealtimeClockItHoldsUntilTheAnswerIsThere) {
   std::promise<void> go;
   Serve([go = go.get_future().share()](const Value&) {

@@ -1,0 +1,22 @@
+// A policy's success against its inference delay: a plan with one entry for each delay and rule of execution.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "plans/plan_folder.h"
+#include "results/latency_curve.h"
+
+namespace evalbus::plans {
+
+// options: of every run; `tasks` names one task, `policy` the policy. delays_ms: as for --latency;
+// executions: as for --execution. Throws InputError.
+Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::string>& delays_ms,
+                 const std::vector<std::string>& executions, bool rate_is_given);
+
+// Runs the missing episodes of such a plan, at most `workers` runs at a time, and writes latency.json,
+// latency.csv and latency.svg into its folder. Throws InputError, EnvironmentError.
+std::vector<results::DelayPoint> RunLatencyPlan(const PlanFolder& folder, int workers);
+
+}  // namespace evalbus::plans

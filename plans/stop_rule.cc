@@ -1,0 +1,91 @@
+#include "plans/stop_rule.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "results/comparison.h"
+#include "results/run_reader.h"
+
+namespace evalbus::plans {
+
+using nlohmann::ordered_json;
+
+Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes,
+                      double num_comparisons) {
+  const Until& until = *folder.plan().until;
+  const results::SuccessCounts counts =
+      results::CompareVerdicts(results::ReadRuns(folder.policy_folder(policy)),
+                               results::ReadRuns(folder.policy_folder(folder.plan().baseline)))
+          .success.samples;
+  const bool is_last = episodes >= until.max_episodes;
+  Stop stop = before;
+  stop.episodes = episodes;
+  stop.success = {counts.pairs.only_a, counts.pairs.only_b};
+  stop.progress = counts.ahead;
+  stop.success_p = std::min(before.success_p, metrics::SequentialP(stop.success, std::nullopt, is_last));
+  stop.p = until.on_progress ? std::min(before.p, metrics::SequentialP(stop.success, stop.progress, is_last))
+                             : stop.success_p;
+  stop.p_adjusted = std::min(1.0, stop.p * num_comparisons);
+  stop.success_p_adjusted = std::min(1.0, stop.success_p * num_comparisons);
+  stop.is_decided = stop.p_adjusted <= until.alpha;
+  // With progress, both tests together have the error rate alpha, so success alone must not add its own.
+  stop.is_success_decided = stop.is_decided && (!until.on_progress || stop.success_p_adjusted <= until.alpha);
+  return stop;
+}
+
+std::string Stop::Text(const std::string& baseline, const Until& until) const {
+  std::string counts = fmt::format("{} pairs won and {} lost", success.a, success.b);
+  if (until.on_progress) counts += fmt::format(" by success, {} ahead and {} behind", progress.a, progress.b);
+  counts += fmt::format(", p = {:.2g} at any look", p_adjusted);
+  if (!is_decided) {
+    return fmt::format("not decided against {} after {} episodes of each task, the plan's maximum: {}",
+                       baseline, until.max_episodes, counts);
+  }
+  const bool is_by_progress = until.on_progress && !is_success_decided;
+  const metrics::Wins& wins = is_by_progress ? progress : success;
+  return fmt::format("{} than {}{}, decided after {} of {} episodes of each task: {}",
+                     wins.a > wins.b ? "better" : "worse", baseline,
+                     is_by_progress ? " in progress (stages and time; success alone is not decided)" : "",
+                     episodes, until.max_episodes, counts);
+}
+
+ordered_json Stop::Json(const std::string& policy, const std::string& baseline, const Until& until) const {
+  return {{"policy", policy},
+          {"episodes", episodes},
+          {"only_policy", success.a},
+          {"only_baseline", success.b},
+          {"ahead_policy", progress.a},
+          {"ahead_baseline", progress.b},
+          {"p", p_adjusted},
+          {"p_unadjusted", p},
+          {"is_decided", is_decided},
+          {"success_p", success_p_adjusted},
+          {"success_p_unadjusted", success_p},
+          {"is_success_decided", is_success_decided},
+          {"text", Text(baseline, until)}};
+}
+
+WidthStop LookAtWidth(const PlanFolder& folder, const std::string& policy, int episodes) {
+  WidthStop stop{.episodes = episodes, .widest = {0, 0}};
+  const auto width = [](const metrics::Interval& interval) { return interval.upper - interval.lower; };
+  for (const results::RecordedRun& run : results::ReadRuns(folder.policy_folder(policy)).runs) {
+    const metrics::Interval interval = run.Statistics().Summary(false).anytime;
+    if (width(interval) > width(stop.widest)) stop.widest = interval;
+  }
+  stop.is_narrow = width(stop.widest) <= folder.plan().until->width;
+  return stop;
+}
+
+std::string WidthStop::Text(const Until& until) const {
+  return fmt::format("success {:.1f} to {:.1f} % (95 %, valid at any look) after {} of at most {} episodes{}",
+                     100 * widest.lower, 100 * widest.upper, episodes, until.max_episodes,
+                     is_narrow ? "" : ", wider than the plan asks for");
+}
+
+ordered_json WidthStop::Json(const std::string& policy, const Until& until) const {
+  return {{"policy", policy},      {"episodes", episodes},   {"lower", widest.lower},
+          {"upper", widest.upper}, {"is_narrow", is_narrow}, {"text", Text(until)}};
+}
+
+}  // namespace evalbus::plans

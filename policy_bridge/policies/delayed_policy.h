@@ -1,0 +1,53 @@
+// Makes a scripted policy take simulated time to compute, as a policy behind a server does (docs/latency.md).
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "evalbus/model_info_t.hpp"
+#include "policy_bridge/actions/chunk_schedule.h"
+#include "policy_bridge/interface/policy.h"
+#include "policy_bridge/remote/latency.h"
+
+namespace evalbus::policy {
+
+// Treats another policy as one that returns action chunks: each chunk is what the policy commands from a tick
+// on if it observes nothing after that tick. The wrapped policy is therefore called with the state observed,
+// at times that advance by one tick with each action. Its clock stands still while the robot holds its last
+// command. A scripted policy continues with its own plan from one chunk to the next, so its chunks need no
+// joining: `rtc` and `asynchronous` are equal.
+class DelayedPolicy : public Policy {
+ public:
+  // Length of what is executed of each chunk before the next inference begins, if it costs no time, and
+  // length of a chunk as a multiple of that. pi0 executes 25 of 50 steps at 50 Hz.
+  static constexpr double kExecutedPart = 0.5;  // s
+  static constexpr int kChunkFactor = 2;
+
+  // latency: of a fixed duration.
+  DelayedPolicy(std::unique_ptr<Policy> policy, const Latency& latency, const model_info_t& info);
+
+  void Begin(const episode_begin_t& begin) override;
+  void Act(const state_t& state, action_t* action) override;
+  bool IsReady() override { return policy_->IsReady(); }
+  void SetCallbacks(const PolicyCallbacks& callbacks) override;
+
+  // Steps of a chunk that are executed before the next inference begins.
+  static int ExecuteSteps(double tick_s);
+
+ private:
+  void Infer(const state_t& state);
+
+  std::unique_ptr<Policy> policy_;
+  PolicyCallbacks callbacks_;
+  int64_t tick_us_;
+  int execute_steps_;
+  int64_t delay_;  // ticks
+  ChunkSchedule schedule_;
+  // States observed for the chunks with even and with odd numbers.
+  std::array<state_t, 2> observed_;
+  // Number of actions of the wrapped policy in this episode.
+  int64_t num_acted_ = 0;
+  action_t last_{};
+};
+
+}  // namespace evalbus::policy

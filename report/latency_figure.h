@@ -1,0 +1,15 @@
+// Curves of success, time and jerk against inference delay, as one figure.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "results/latency_curve.h"
+
+namespace evalbus::report {
+
+// Returns a stand-alone SVG image with one line per rule of execution, in the order of `points`, and 95 %
+// intervals.
+std::string LatencyFigure(const std::string& title, const std::vector<results::DelayPoint>& points);
+
+}  // namespace evalbus::report

@@ -1,0 +1,124 @@
+#include "results/latency_curve.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/errors.h"
+#include "policy_bridge/remote/latency.h"
+
+namespace evalbus::results {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+
+MeasuredMean MeanOf(const metrics::MetricSummary* metric) {
+  if (!metric) return {kNoNumber, {kNoNumber, kNoNumber}};
+  return {metric->mean, metric->mean_95};
+}
+
+// Joint jerk of both arms together, if there are two.
+const metrics::MetricSummary* FindJointJerk(const metrics::RunSummary& summary) {
+  if (const auto* both = summary.Find("overall_rms_joint_jerk")) return both;
+  for (const metrics::MetricSummary& metric : summary.metrics) {
+    if (metric.name.starts_with("rms_joint_jerk")) return &metric;
+  }
+  return nullptr;
+}
+
+// For example "12.3 (11.8 to 12.9)".
+std::string Cell(const MeasuredMean& value, double scale, int decimals) {
+  if (!std::isfinite(value.mean)) return "-";
+  const std::string mean = fmt::format("{:.{}f}", value.mean * scale, decimals);
+  if (!std::isfinite(value.interval.lower)) return mean;
+  return fmt::format("{} ({:.{}f} to {:.{}f})", mean, value.interval.lower * scale, decimals,
+                     value.interval.upper * scale, decimals);
+}
+
+ordered_json Json(const MeasuredMean& value) {
+  const auto number = [](double x) { return std::isfinite(x) ? ordered_json(x) : ordered_json(); };
+  return {{"mean", number(value.mean)},
+          {"lower", number(value.interval.lower)},
+          {"upper", number(value.interval.upper)}};
+}
+
+}  // namespace
+
+DelayPoint ReadDelayPoint(const RecordedRun& run) {
+  const auto latency = policy::ParseLatency(run.info.value("latency", "none"));
+  if (latency.kind != policy::Latency::Kind::kFixed)
+    throw InputError(run.name + ": this run has no fixed --latency");
+  const double tick_s = 1 / run.info.at("control_hz").get<double>();
+  const metrics::RunSummary summary = run.Statistics().Summary(true);
+  DelayPoint point{
+      .execution = run.info.value("execution", "synchronous"),
+      .delay_ms = latency.fixed_s * 1e3,
+      .delay_ticks = policy::HeldTicks(latency.fixed_s, tick_s),
+      .complete = summary.complete,
+      .success = {summary.success_rate, {summary.wilson.lower, summary.wilson.upper}},
+      .completion_time_s = MeanOf(summary.Find("completion_time")),
+      .joint_jerk_radps3 = MeanOf(FindJointJerk(summary)),
+      .figures = ReadDelayFigures(run).value_or(DelayFigures{kNoNumber, kNoNumber, kNoNumber}),
+  };
+  point.applied_ms = static_cast<double>(point.delay_ticks) * tick_s * 1e3;
+  return point;
+}
+
+std::string DelayTable(const std::vector<DelayPoint>& points) {
+  std::string text = fmt::format("{:<12}  {:>8}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6}  {:>6}  {:>7}\n",
+                                 "execution", "delay ms", "episodes", "success %", "time s",
+                                 "joint jerk rad/s3", "stale%", "new/s", "age ms");
+  for (const DelayPoint& point : points) {
+    text += fmt::format("{:<12}  {:>8.4g}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6.1f}  {:>6.1f}  {:>7.0f}\n",
+                        point.execution, point.applied_ms, point.complete, Cell(point.success, 100, 0),
+                        Cell(point.completion_time_s, 1, 2), Cell(point.joint_jerk_radps3, 1, 1),
+                        100 * point.figures.stale_action_ratio, point.figures.effective_hz,
+                        1e3 * point.figures.action_age_s);
+  }
+  return text;
+}
+
+ordered_json DelayJson(const std::vector<DelayPoint>& points) {
+  ordered_json json = ordered_json::array();
+  for (const DelayPoint& point : points) {
+    const auto number = [](double x) { return std::isfinite(x) ? ordered_json(x) : ordered_json(); };
+    json.push_back({{"execution", point.execution},
+                    {"delay_ms", point.delay_ms},
+                    {"delay_ticks", point.delay_ticks},
+                    {"applied_ms", point.applied_ms},
+                    {"episodes", point.complete},
+                    {"success_rate", Json(point.success)},
+                    {"completion_time_s", Json(point.completion_time_s)},
+                    {"rms_joint_jerk_radps3", Json(point.joint_jerk_radps3)},
+                    {"stale_action_ratio", number(point.figures.stale_action_ratio)},
+                    {"effective_hz", number(point.figures.effective_hz)},
+                    {"action_age_s", number(point.figures.action_age_s)}});
+  }
+  return json;
+}
+
+std::string DelayCsv(const std::vector<DelayPoint>& points) {
+  std::string text;
+  const ordered_json rows = DelayJson(points);
+  for (const ordered_json& row : rows) {
+    const ordered_json flat = row.flatten();
+    std::string titles, line;
+    for (const auto& [path, value] : flat.items()) {
+      std::string title = path.substr(1);
+      std::ranges::replace(title, '/', '.');
+      titles += (titles.empty() ? "" : ",") + title;
+      line += (line.empty() ? "" : ",") + (value.is_string() ? value.get<std::string>()
+                                           : value.is_null() ? ""
+                                                             : value.dump());
+    }
+    if (text.empty()) text = titles + "\n";
+    text += line + "\n";
+  }
+  return text;
+}
+
+}  // namespace evalbus::results

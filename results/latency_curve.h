@@ -1,0 +1,42 @@
+// Success, time and jerk of a policy against its inference delay.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "metrics/statistics/interval.h"
+#include "results/policy_calls.h"
+#include "results/run_reader.h"
+
+namespace evalbus::results {
+
+// A mean, or a rate, with its 95 % interval; NaN if there is no value, or no interval.
+struct MeasuredMean {
+  double mean;
+  metrics::Interval interval;
+};
+
+// All episodes with one delay and one rule of execution.
+struct DelayPoint {
+  std::string execution;  // as in --execution
+  double delay_ms = 0;
+  // The delay in control ticks, rounded up, and their duration.
+  int64_t delay_ticks = 0;
+  double applied_ms = 0;
+  int complete = 0;
+  // Success over all complete episodes; time over the successful ones, s; joint jerk (root of the mean
+  // square) over all complete episodes, rad/s^3.
+  MeasuredMean success, completion_time_s, joint_jerk_radps3;
+  DelayFigures figures;
+};
+
+// Throws InputError if the run has no fixed delay.
+DelayPoint ReadDelayPoint(const RecordedRun& run);
+
+// A table for the terminal; JSON; CSV with one line per point, with empty fields where there is no number.
+std::string DelayTable(const std::vector<DelayPoint>& points);
+nlohmann::ordered_json DelayJson(const std::vector<DelayPoint>& points);
+std::string DelayCsv(const std::vector<DelayPoint>& points);
+
+}  // namespace evalbus::results

@@ -1,0 +1,70 @@
+#include "results/latency_curve.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "tests/unit/results/run_folders.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::results::latency_curve_test {
+
+using nlohmann::ordered_json;
+using testing::HasSubstr;
+
+class LatencyCurveTest : public testing::Test {
+ protected:
+  // Three of four episodes succeed, after 3, 4 and 5 s.
+  RecordedRun Run(const ordered_json& more) {
+    ordered_json info = RunInfo(4);
+    info.update(more);
+    std::vector<ordered_json> lines;
+    for (int i = 0; i < 4; ++i) {
+      lines.push_back(
+          EpisodeLine(i, i < 3, {{"completion_time", 3 + i}, {"overall_rms_joint_jerk", 10.0 * (i + 1)}}));
+    }
+    const auto folder = folder_.path() / "run";
+    WriteRun(folder, info, lines);
+    // 100 ticks at 50 Hz of each episode; 25 without a new action; the others 10 ticks old.
+    for (int i = 0; i < 4; ++i) {
+      const ordered_json calls = {{"tick", {0}},  {"answered_s", {0}}, {"server_s", {-1}}, {"held_ticks", 25},
+                                  {"ticks", 100}, {"age_ticks", 750},  {"due_calls", 1}};
+      WriteFile(EpisodeFolder(folder, i) / kPolicyCallsJson, calls.dump());
+    }
+    return ReadRun(folder);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(LatencyCurveTest, HasTheNumbersOfARun) {
+  const DelayPoint point = ReadDelayPoint(Run({{"latency", "90"}, {"execution", "rtc"}}));
+  EXPECT_EQ(point.execution, "rtc");
+  EXPECT_EQ(point.delay_ms, 90);
+  EXPECT_EQ(point.delay_ticks, 5);
+  EXPECT_DOUBLE_EQ(point.applied_ms, 100);
+  EXPECT_EQ(point.complete, 4);
+  EXPECT_EQ(point.success.mean, 0.75);
+  EXPECT_EQ(point.completion_time_s.mean, 4);
+  EXPECT_EQ(point.joint_jerk_radps3.mean, 25);
+  EXPECT_EQ(point.figures.stale_action_ratio, 0.25);
+  EXPECT_EQ(point.figures.effective_hz, 37.5);
+  EXPECT_DOUBLE_EQ(point.figures.action_age_s, 0.2);
+
+  const std::vector<DelayPoint> points = {point};
+  EXPECT_THAT(DelayTable(points), HasSubstr("rtc                100         4  75 ("));
+  EXPECT_EQ(DelayJson(points)[0]["success_rate"]["mean"], 0.75);
+  const std::string csv = DelayCsv(points);
+  EXPECT_EQ(std::ranges::count(csv, '\n'), 2);
+  EXPECT_EQ(std::ranges::count(csv, ','), 2 * 16);
+  EXPECT_THAT(csv, HasSubstr("success_rate.upper"));
+}
+
+TEST_F(LatencyCurveTest, ARunWithoutAFixedDelayHasNoPoint) {
+  EXPECT_THROW(ReadDelayPoint(Run({{"latency", "none"}})), InputError);
+  EXPECT_THROW(ReadDelayPoint(Run({{"latency", "measured"}})), InputError);
+}
+
+}  // namespace evalbus::results::latency_curve_test
