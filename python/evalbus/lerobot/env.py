@@ -1,7 +1,7 @@
 """Environments of evalbus for lerobot-eval and lerobot-train: --env.type=evalbus.
 
 LeRobot finds them by the package lerobot_env_evalbus (python/plugins), by
---env.discover_packages_path=evalbus.integrations.lerobot_env, or by make_env() below in an EnvHub repository's env.py.
+--env.discover_packages_path=evalbus.lerobot, or by make_env() below in an EnvHub repository's env.py.
 """
 
 import dataclasses
@@ -16,7 +16,7 @@ from lerobot.envs.utils import freeze_after_episode_end
 from evalbus.environment import Environment
 from evalbus.errors import InputError
 from evalbus.gym import EvalbusEnv
-from evalbus.integrations import lerobot_keys
+from evalbus.lerobot import keys
 
 
 class LeRobotEnv(gymnasium.ObservationWrapper):
@@ -36,7 +36,7 @@ class LeRobotEnv(gymnasium.ObservationWrapper):
             )
         )
         self._run_seed = run_seed
-        self._image_names = dict(zip(cameras, lerobot_keys.image_names(cameras)))
+        self._image_names = dict(zip(cameras, keys.image_names(cameras)))
         spaces = {"agent_pos": self.env.observation_space["state"]}
         if cameras:
             images = self.env.observation_space["images"].spaces
@@ -89,12 +89,12 @@ class EvalbusEnvConfig(EnvConfig):
             action = environment.action_lower.shape
         width, height = self.image_size
         self.features = {
-            lerobot_keys.ACTION: PolicyFeature(FeatureType.ACTION, action),
+            keys.ACTION: PolicyFeature(FeatureType.ACTION, action),
             "agent_pos": PolicyFeature(FeatureType.STATE, state),
         }
-        self.features_map = {lerobot_keys.ACTION: lerobot_keys.ACTION, "agent_pos": lerobot_keys.STATE}
-        for name in lerobot_keys.image_names(self.cameras):
-            key = lerobot_keys.IMAGES + name
+        self.features_map = {keys.ACTION: keys.ACTION, "agent_pos": keys.STATE}
+        for name in keys.image_names(self.cameras):
+            key = keys.IMAGES + name
             self.features[key] = PolicyFeature(FeatureType.VISUAL, (height, width, 3))
             self.features_map[key] = key
 
@@ -133,6 +133,6 @@ class EvalbusEnvConfig(EnvConfig):
 
 
 def make_env(n_envs: int = 1, use_async_envs: bool = False, cfg: Optional[EnvConfig] = None):
-    """Entry point of an EnvHub repository: its env.py contains `from evalbus.integrations.lerobot_env import make_env`."""
+    """Entry point of an EnvHub repository: its env.py contains `from evalbus.lerobot.env import make_env`."""
     cfg = cfg if isinstance(cfg, EvalbusEnvConfig) else EvalbusEnvConfig()
     return cfg.create_envs(n_envs, use_async_envs)

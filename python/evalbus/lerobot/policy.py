@@ -12,13 +12,13 @@ from typing import Any, Dict, List, Optional
 import numpy as np
 
 from evalbus.errors import InputError
-from evalbus.integrations import lerobot_keys
-from evalbus.integrations.command import parser, run_module
+from evalbus.lerobot import keys
+from evalbus.command import parser, run_module
 from evalbus.server import serve
 
 # Names of images that data sets of `evalbus export --lerobot` have, and their cameras.
 _CAMERAS = {
-    lerobot_keys.image_name(camera): camera
+    keys.image_name(camera): camera
     for camera in (
         "roboeval/head", "roboeval/left_wrist", "roboeval/right_wrist", "roboeval/external", "front", "overview",
         "left/hand/wrist", "right/hand/wrist",
@@ -68,7 +68,7 @@ class LeRobotPolicy:
         torch = self._torch
         batch: Dict[str, Any] = {"task": [observation.get("prompt", "")]}
         for key, value in observation.items():
-            if key.startswith(lerobot_keys.IMAGES):
+            if key.startswith(keys.IMAGES):
                 batch[key] = torch.from_numpy(value.copy()).permute(2, 0, 1)[None].contiguous().float() / 255
             elif key != "prompt":
                 batch[key] = torch.from_numpy(np.array(value, np.float32))[None]
@@ -93,7 +93,7 @@ def proposed_contract(config, name: str, rate_hz: float = 20, cameras: Optional[
     cameras: camera for each name of images ("head" of observation.images.head) that is not one of evalbus' own.
     Raises InputError if the configuration does not describe joint positions of one or two arms of seven joints.
     """
-    state, action = _size(config.input_features, lerobot_keys.STATE), _size(config.output_features, lerobot_keys.ACTION)
+    state, action = _size(config.input_features, keys.STATE), _size(config.output_features, keys.ACTION)
     if action not in _ARMS or state not in (None, action):
         raise InputError(
             f"no contract can be proposed for a state of {state} and an action of {action} numbers: expected 8 or 16, the "
@@ -112,7 +112,7 @@ def proposed_contract(config, name: str, rate_hz: float = 20, cameras: Optional[
     ]
     if state:
         signals = [f"{arm}.joint_position_rad" for arm in arms] + [f"{arm}.gripper_opening" for arm in arms]
-        lines += [f"  - key: {lerobot_keys.STATE}", f"    state: [{', '.join(signals)}]"]
+        lines += [f"  - key: {keys.STATE}", f"    state: [{', '.join(signals)}]"]
     lines += ["  - {key: prompt, prompt: true}", "action:", "  kind: joint_position", f"  values: {action}", "  arms:"]
     for k, arm in enumerate(arms):
         lines.append(
@@ -125,17 +125,17 @@ def proposed_contract(config, name: str, rate_hz: float = 20, cameras: Optional[
 def _image_lines(features, cameras: Dict[str, str]) -> List[str]:
     lines = []
     for key, feature in features.items():
-        if not key.startswith(lerobot_keys.IMAGES):
+        if not key.startswith(keys.IMAGES):
             continue
-        name = key.removeprefix(lerobot_keys.IMAGES)
+        name = key.removeprefix(keys.IMAGES)
         camera = cameras.get(name, _CAMERAS.get(name))
         if not camera:
             raise InputError(f"{key}: the camera is unknown: add --image {name}=CAMERA, for example --image {name}=roboeval/head")
         _, height, width = feature.shape
         lines.append(f"  - {{key: {key}, camera: {camera}, size_px: [{width}, {height}]}}")
-    unknown = [name for name in cameras if lerobot_keys.IMAGES + name not in features]
+    unknown = [name for name in cameras if keys.IMAGES + name not in features]
     if unknown:
-        raise InputError(f"--image {unknown[0]}: the checkpoint has no {lerobot_keys.IMAGES}{unknown[0]}")
+        raise InputError(f"--image {unknown[0]}: the checkpoint has no {keys.IMAGES}{unknown[0]}")
     return lines
 
 

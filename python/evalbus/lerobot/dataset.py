@@ -16,8 +16,8 @@ from typing import Any, Dict, List
 import numpy as np
 
 from evalbus.errors import InputError
-from evalbus.integrations import lerobot_keys
-from evalbus.integrations.command import parser, run_module
+from evalbus.lerobot import keys
+from evalbus.command import parser, run_module
 from evalbus.program import Program, words
 
 
@@ -35,7 +35,7 @@ def write_dataset(run, out, cameras: List[str] = (), size: str = "256x256", succ
         raise InputError(f"{out}: exists; choose another name")
     if not out.absolute().parent.is_dir():
         raise InputError(f"{out}: no such folder: {out.absolute().parent}")
-    names = lerobot_keys.image_names(cameras)
+    names = keys.image_names(cameras)
     # Beside `out`, so that the finished data set is renamed into place.
     with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.absolute().parent) as scratch:
         training_set = pathlib.Path(scratch) / "set.hdf5"
@@ -59,12 +59,12 @@ def _convert(demos: Any, images: Dict[str, str], folder: pathlib.Path) -> int:
     fps = kwargs["control_hz"]
     if fps != round(fps):
         raise InputError(f"the run has {fps:g} steps per second; LeRobot requires a whole number")
-    keys = {camera.replace("/", "_") + "_image": lerobot_keys.IMAGES + name for camera, name in images.items()}
+    sources = {camera.replace("/", "_") + "_image": keys.IMAGES + name for camera, name in images.items()}
     order = sorted(demos, key=lambda name: int(name.split("_")[1]))
     dataset = LeRobotDataset.create(
         f"evalbus/{folder.name}",
         fps=round(fps),
-        features=_features(kwargs, {name: demos[order[0]]["obs"][key].shape[1:] for key, name in keys.items()}),
+        features=_features(kwargs, {name: demos[order[0]]["obs"][key].shape[1:] for key, name in sources.items()}),
         root=folder,
         robot_type=kwargs["robot"],
         use_videos=True,
@@ -75,8 +75,8 @@ def _convert(demos: Any, images: Dict[str, str], folder: pathlib.Path) -> int:
             state = np.hstack([demo["obs/joint_position"][:], demo["obs/gripper_opening"][:]]).astype(np.float32)
             action = demo["actions_raw"][:].astype(np.float32)
             for step in range(len(action)):
-                frame = {key: demo["obs"][source][step] for source, key in keys.items()}
-                frame |= {lerobot_keys.STATE: state[step], lerobot_keys.ACTION: action[step]}
+                frame = {key: demo["obs"][source][step] for source, key in sources.items()}
+                frame |= {keys.STATE: state[step], keys.ACTION: action[step]}
                 dataset.add_frame({**frame, "task": kwargs["instruction"] or task["env_name"]})
             dataset.save_episode()
     finally:
@@ -90,8 +90,8 @@ def _features(kwargs: dict, images: Dict[str, tuple]) -> dict:
     vector = {"dtype": "float32", "shape": (len(names),), "names": names}
     video = {"dtype": "video", "names": ["height", "width", "channels"]}
     return {
-        lerobot_keys.STATE: vector,
-        lerobot_keys.ACTION: vector,
+        keys.STATE: vector,
+        keys.ACTION: vector,
         **{name: {**video, "shape": shape} for name, shape in images.items()},
     }
 
@@ -99,7 +99,7 @@ def _features(kwargs: dict, images: Dict[str, tuple]) -> dict:
 def main():
     options = parser(__doc__, "evalbus export --lerobot")
     options.add_argument("run", help="folder of a run or a suite")
-    options.add_argument("--out", required=True, help="folder to write")
+    options.add_argument("--lerobot", dest="out", required=True, help="folder to write")
     options.add_argument("--camera", default="", help="cameras, separated by commas")
     options.add_argument("--size", default="256x256", help="size of their images, WIDTHxHEIGHT")
     options.add_argument("--successes", action="store_true", help="successful episodes only")
