@@ -15,8 +15,8 @@ class EvalbusBenchmark(StepBenchmark):
 
     tasks: "lift_pot/position", ... seed: episode K of a task is episode K of `evalbus run --seed SEED`. The other
     arguments are those of evalbus.Environment. Observations: "images" by camera, "state" and "task_description";
-    an action's "actions" has the numbers that `control` describes. Mode "sync" only: in mode "live", an environment
-    must go on while the policy computes, and simulated time stands still here.
+    an action's "actions" has the numbers that `control` describes. Only mode "sync" is supported: in mode "live", time
+    must pass while the policy computes, and simulated time stands still here.
     """
 
     # evalbus draws images in software.
