@@ -36,7 +36,7 @@ void ExecPythonModule(const std::string& module, const std::vector<std::string>&
   setenv("PYTHONPATH", (PackageParent().string() + (path && *path ? std::string(":") + path : "")).c_str(),
          1);
   setenv("EVALBUS_BIN", ProgramFolder().c_str(), 1);
-  std::vector<std::string> words = {python, "-m", module};
+  std::vector<std::string> words = {python, "-B", "-m", module};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
