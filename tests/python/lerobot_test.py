@@ -5,7 +5,7 @@ usage: lerobot_test.py BIN   (the folder of evalbus' programs); see scripts/inte
 
 import support
 
-support.need("lerobot", "numpy", "msgpack", "websockets", "gymnasium", "h5py")
+support.need("torch", "lerobot", "numpy", "msgpack", "websockets", "gymnasium", "h5py")
 
 import json
 import os
@@ -19,6 +19,7 @@ import unittest
 
 import evalbus
 import numpy as np
+import torch
 
 BIN = os.path.abspath(sys.argv.pop(1))
 SEED = 9
@@ -46,6 +47,60 @@ def program(name, *arguments, check=True):
     done = subprocess.run(command, capture_output=True, text=True, timeout=support.DEADLINE_S)
     assert not check or done.returncode == 0, f"{command}\n{done.stdout[-3000:]}{done.stderr[-3000:]}"
     return done
+
+
+class ReplayTest(unittest.TestCase):
+    def test_verdicts_in_the_loop_of_lerobot(self):
+        """A policy that replays the actions of a success in lift_pot/base succeeds there, and not everywhere."""
+        from lerobot.envs import close_envs
+        from lerobot.policies import PreTrainedPolicy
+        from lerobot.policies.act.configuration_act import ACTConfig
+        from lerobot.processor import PolicyProcessorPipeline
+        from lerobot.scripts.lerobot_eval import eval_policy_all
+
+        from evalbus.lerobot.env import EvalbusEnvConfig
+
+        class Replay(PreTrainedPolicy):
+            config_class, name = ACTConfig, "replay"
+
+            def __init__(self, rows):
+                super().__init__(ACTConfig(device="cpu"))
+                self.rows = torch.from_numpy(rows.astype(np.float32))
+
+            def reset(self):
+                self.step = -1
+
+            def select_action(self, batch):
+                self.step += 1
+                action = self.rows[min(self.step, len(self.rows) - 1)]
+                return action.expand(len(batch["observation.state"]), -1)
+
+            def __call__(self, observation):
+                return self.select_action({"observation.state": [0]})[0].numpy()
+
+            forward = predict_action_chunk = get_optim_params = None
+
+        tasks, episodes = ["lift_pot/base", "lift_pot/position"], 3
+        with tempfile.TemporaryDirectory() as folder:
+            here = pathlib.Path(folder)
+            run = evalbus.run("lift_pot/base", episodes=1, control_hz=20, in_process=True, out=here / "expert")
+            action = evalbus.read_log(run.logs[0])["EVALBUS_ACTION"]
+            policy = Replay(np.hstack([action["joint_position_rad"], action["gripper_closing"]]))
+            config = EvalbusEnvConfig(task=",".join(tasks), run_seed=7, cameras=[], render_mode=None)
+            envs = config.create_envs(n_envs=episodes)
+            none = PolicyProcessorPipeline(steps=[], to_transition=lambda x: x, to_output=lambda x: x)
+            found = eval_policy_all(envs, policy, none, none, none, none, n_episodes=episodes, start_seed=0)
+            close_envs(envs)
+            verdicts = set()
+            for task, theirs in zip(tasks, found["per_task"]):
+                ours = evalbus.run(
+                    task, policy, episodes=episodes, seed=7, in_process=True, out=here / task.replace("/", "_")
+                )
+                print(task, theirs["metrics"]["successes"])
+                self.assertEqual(theirs["task_group"], task)
+                self.assertEqual(theirs["metrics"]["successes"], [episode.success for episode in ours.episodes])
+                verdicts |= set(theirs["metrics"]["successes"])
+        self.assertEqual(verdicts, {True, False})
 
 
 class LeRobotTest(unittest.TestCase):

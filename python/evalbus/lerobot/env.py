@@ -25,13 +25,13 @@ class LeRobotEnv(gymnasium.ObservationWrapper):
     reset(seed=K) starts episode K of `evalbus run --seed RUN_SEED`: lerobot-eval counts its seeds up from --seed.
     """
 
-    def __init__(self, run_seed: int, cameras: List[str], **options):
+    def __init__(self, run_seed: int, cameras: List[str], render_mode: Optional[str] = "rgb_array", **options):
         super().__init__(
             EvalbusEnv(
                 cameras=cameras,
                 # An image that the policy receives anyway costs nothing.
                 render_camera=cameras[0] if cameras else "front",
-                render_mode="rgb_array",
+                render_mode=render_mode,
                 **options,
             )
         )
@@ -69,7 +69,7 @@ class EvalbusEnvConfig(EnvConfig):
     task: "lift_pot/position", or several tasks, separated by commas. fps: steps per simulated second. run_seed, robot,
     control, cameras, image_size (width, height): as in evalbus.Environment. State and action are the joint positions
     of all arms (rad), then all grippers (state: 1 open; action: 1 closed), as in data sets of
-    `evalbus export --lerobot`.
+    `evalbus export --lerobot`. render_mode: None draws no images for videos, which policies without cameras do not need.
     """
 
     task: str = "lift_pot/position"
@@ -79,6 +79,7 @@ class EvalbusEnvConfig(EnvConfig):
     cameras: List[str] = dataclasses.field(default_factory=lambda: ["roboeval/head"])
     image_size: List[int] = dataclasses.field(default_factory=lambda: [224, 224])
     robot: Optional[str] = None
+    render_mode: Optional[str] = "rgb_array"
 
     def __post_init__(self):
         if not self.task or len(self.image_size) != 2:
@@ -107,6 +108,7 @@ class EvalbusEnvConfig(EnvConfig):
             "image_size": tuple(self.image_size),
             "control_hz": self.fps,
             "robot": self.robot,
+            "render_mode": self.render_mode,
         }
 
     def create_envs(
