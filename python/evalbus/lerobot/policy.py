@@ -38,6 +38,8 @@ class LeRobotPolicy:
     """
 
     def __init__(self, checkpoint, device: Optional[str] = None):
+        if not (pathlib.Path(checkpoint) / "config.json").is_file():
+            raise InputError(f"{checkpoint}: expected a folder with config.json, as lerobot-train writes it")
         import torch
         from lerobot.configs import PreTrainedConfig
         from lerobot.policies import make_pre_post_processors
@@ -45,8 +47,6 @@ class LeRobotPolicy:
         from lerobot.utils.import_utils import register_third_party_plugins
 
         register_third_party_plugins()
-        if not (pathlib.Path(checkpoint) / "config.json").is_file():
-            raise InputError(f"{checkpoint}: expected a folder with config.json, as lerobot-train writes it")
         self._torch = torch
         self.config = PreTrainedConfig.from_pretrained(checkpoint)
         if device:
