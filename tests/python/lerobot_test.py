@@ -21,7 +21,8 @@ import evalbus
 import numpy as np
 import torch
 
-BIN = os.path.abspath(sys.argv.pop(1))
+# Processes of vector environments import this file, too.
+BIN = os.path.abspath(sys.argv.pop(1)) if __name__ == "__main__" else os.environ["EVALBUS_BIN"]
 SEED = 9
 EPISODES = 2
 STEPS = int(os.environ.get("EVALBUS_LEROBOT_STEPS", "200"))
@@ -49,7 +50,27 @@ def program(name, *arguments, check=True):
     return done
 
 
-class ReplayTest(unittest.TestCase):
+class EnvironmentTest(unittest.TestCase):
+    def test_the_environment(self):
+        """Shapes, text, seeds; an episode in which another environment has ended before does not continue."""
+        from evalbus.lerobot.env import EvalbusEnvConfig
+
+        config = EvalbusEnvConfig(cameras=["roboeval/head", "left/hand/wrist"], image_size=[48, 32], run_seed=SEED)
+        self.assertEqual(sorted(config.features_map.values()), [
+            "action", "observation.images.head", "observation.images.left_hand_wrist", "observation.state",
+        ])  # fmt: skip
+        envs = config.create_envs(n_envs=2, use_async_envs=True)["lift_pot/position"][0]
+        try:
+            seen, _ = envs.reset(seed=[0, 3], options={"lerobot_new_rollout": True})
+            self.assertEqual(seen["pixels"]["left_hand_wrist"].shape, (2, 32, 48, 3))
+            self.assertEqual(envs.call("task_description"), ("lift the pot by the handles",) * 2)
+            self.assertEqual(envs.call("_max_episode_steps"), (401, 401))
+        finally:
+            envs.close()
+        with evalbus.Environment("lift_pot/position") as reference:
+            for index, episode in enumerate((0, 3)):
+                np.testing.assert_array_equal(seen["agent_pos"][index], reference.reset(SEED, episode).observation["state"])
+
     def test_verdicts_in_the_loop_of_lerobot(self):
         """A policy that replays the actions of a success in lift_pot/base succeeds there, and not everywhere."""
         from lerobot.envs import close_envs
@@ -174,26 +195,6 @@ class LeRobotTest(unittest.TestCase):
             server.wait()
             server.stdout.close()
 
-    def test_the_environment(self):
-        """Shapes, text, seeds; an episode in which another environment has ended before does not continue."""
-        from evalbus.lerobot.env import EvalbusEnvConfig
-
-        config = EvalbusEnvConfig(cameras=["roboeval/head", "left/hand/wrist"], image_size=[48, 32], run_seed=SEED)
-        self.assertEqual(sorted(config.features_map.values()), [
-            "action", "observation.images.head", "observation.images.left_hand_wrist", "observation.state",
-        ])  # fmt: skip
-        envs = config.create_envs(n_envs=2, use_async_envs=True)["lift_pot/position"][0]
-        try:
-            seen, _ = envs.reset(seed=[0, 3], options={"lerobot_new_rollout": True})
-            self.assertEqual(seen["pixels"]["left_hand_wrist"].shape, (2, 32, 48, 3))
-            self.assertEqual(envs.call("task_description"), ("lift the pot by the handles",) * 2)
-            self.assertEqual(envs.call("_max_episode_steps"), (401, 401))
-        finally:
-            envs.close()
-        with evalbus.Environment("lift_pot/position") as reference:
-            for index, episode in enumerate((0, 3)):
-                np.testing.assert_array_equal(seen["agent_pos"][index], reference.reset(SEED, episode).observation["state"])
-
     def test_an_envhub_repository(self):
         from lerobot.envs import utils
 
@@ -245,4 +246,5 @@ def iter_until(stream, beginning):
     raise AssertionError(f"no line begins with {beginning}")
 
 
-support.main()
+if __name__ == "__main__":
+    support.main()
