@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "report/page/markup.h"
+#include "report/text_table.h"
 
 namespace evalbus::report {
 namespace {
@@ -18,24 +19,10 @@ using results::Word;
 
 std::string NumberOrDash(double value) { return std::isfinite(value) ? Fixed(value, 2) : "-"; }
 
-// Text of a table's cell: names of runs are chosen by users.
-std::string Cell(const std::string& text) {
-  std::string escaped;
-  for (const char c : Printable(text)) {
-    if (c == '<') {
-      escaped += "&lt;";
-      continue;
-    }
-    if (std::string_view("\\`*_[]|#>").find(c) != std::string_view::npos) escaped += '\\';
-    escaped += c;
-  }
-  return escaped;
-}
-
 std::string Row(const GateCriterion& criterion) {
   const auto with_unit = [&](double value) { return NumberOrDash(value) + " " + criterion.unit; };
   return fmt::format("| {} | {} | {} | {} {} | {} | {} to {} | {:.4g} {} | {} |\n", Word(criterion.verdict),
-                     Cell(criterion.what), NumberOrDash(criterion.baseline_mean),
+                     MarkdownCell(criterion.what), NumberOrDash(criterion.baseline_mean),
                      NumberOrDash(criterion.mean), criterion.mean_unit, with_unit(criterion.loss),
                      NumberOrDash(criterion.loss_lower), NumberOrDash(criterion.loss_upper), criterion.margin,
                      criterion.unit, criterion.pairs);
@@ -68,8 +55,8 @@ std::string GateJunit(const Gate& gate) {
 }
 
 std::string GateMarkdown(const Gate& gate) {
-  std::string text = fmt::format("### {}: {} against {}\n\n{}\n\n", Word(gate.verdict), Cell(gate.run),
-                                 Cell(gate.baseline), Cell(gate.why));
+  std::string text = fmt::format("### {}: {} against {}\n\n{}\n\n", Word(gate.verdict),
+                                 MarkdownCell(gate.run), MarkdownCell(gate.baseline), MarkdownCell(gate.why));
   text +=
       "| verdict | value | baseline | run | loss | bounds of the loss | margin | pairs |\n"
       "|---|---|---|---|---|---|---|---|\n";
@@ -78,11 +65,11 @@ std::string GateMarkdown(const Gate& gate) {
       "\n| task | pairs | baseline succeeded | run succeeded | only baseline | only run |\n"
       "|---|---|---|---|---|---|\n";
   for (const results::GateTask& task : gate.tasks) {
-    text += fmt::format("| {} | {} | {} | {} | {} | {} |\n", Cell(task.name), task.pairs,
+    text += fmt::format("| {} | {} | {} | {} | {} | {} |\n", MarkdownCell(task.name), task.pairs,
                         task.baseline_successes, task.successes, task.lost, task.gained);
   }
   if (!gate.remarks.empty()) text += "\n";
-  for (const std::string& remark : gate.remarks) text += "- " + Cell(remark) + "\n";
+  for (const std::string& remark : gate.remarks) text += "- " + MarkdownCell(remark) + "\n";
   return text;
 }
 

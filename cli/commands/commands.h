@@ -98,7 +98,7 @@ using AddCommand = Action(CLI::App* app);
           "  evalbus verify runs/noisy\n"                                                                    \
           "  evalbus verify runs/noisy --write\n"                                                            \
           "  evalbus verify results --hashes")                                                               \
-  COMMAND(AddExport, "Record", "export", "export episodes as CSV, MCAP, HDF5 or safetensors",                \
+  COMMAND(AddExport, "Record", "export", "export episodes: tables, training sets, results",                  \
           "  evalbus export runs/noisy --csv noisy.csv\n"                                                    \
           "  evalbus export runs/noisy --mcap\n"                                                             \
           "  evalbus export runs/set --hdf5 set.hdf5 --camera head")                                         \
@@ -114,7 +114,7 @@ using AddCommand = Action(CLI::App* app);
           "  evalbus robots list\n"                                                                          \
           "  evalbus robots show single_panda --image robot.png\n"                                           \
           "  evalbus robots check my_robot.yaml")                                                            \
-  COMMAND(AddPolicy, "Extend", "policy", "list, show or check contracts of policy servers",                  \
+  COMMAND(AddPolicy, "Extend", "policy", "list, show or check contracts; serve checkpoints",                 \
           "  evalbus policy list\n"                                                                          \
           "  evalbus policy show plain\n"                                                                    \
           "  evalbus policy check ws://127.0.0.1:8000 --contract plain")                                     \

@@ -17,6 +17,7 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/video_timing_options.h"
 #include "report/comparison_report.h"
+#include "report/comparison_tables.h"
 #include "report/viewer_pack.h"
 #include "results/comparability.h"
 #include "results/compared_runs.h"
@@ -39,6 +40,8 @@ struct CompareOptions {
   std::string baseline;
   // Empty: no JSON file is written.
   std::filesystem::path json;
+  // Tables for other documents; empty: not written.
+  std::filesystem::path markdown, latex;
   // Empty: no HTML page is written.
   std::filesystem::path report;
   // Maximum size of that page with its viewer; 0: no viewer.
@@ -58,6 +61,10 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
                   "name, policy or folder of the run that the others are compared with, also in effort;\n"
                   "default: the first");
   app->add_option("--json", options->json, "also write the comparison to this file");
+  app->add_option("--markdown", options->markdown, "also write a table of success to this file, as Markdown")
+      ->type_name("FILE");
+  app->add_option("--latex", options->latex, "the same as a LaTeX tabular, for the package booktabs")
+      ->type_name("FILE");
   app->add_option("--report", options->report, "also write the comparison to this file, as one HTML page");
   app->add_option("--mb", options->megabytes,
                   "maximum size of that page in megabytes; as many pairs of episodes as fit can be played in "
@@ -140,6 +147,8 @@ int Compare(const CompareOptions& options) {
     WriteWhole(options.json, ToText(results::ComparisonJson(comparisons, ranking), 2) + "\n");
     fmt::print("\njson     {}\n", options.json.string());
   }
+  if (!options.markdown.empty()) WriteWhole(options.markdown, report::ComparisonMarkdown(comparisons));
+  if (!options.latex.empty()) WriteWhole(options.latex, report::ComparisonLatex(comparisons));
   if (!options.report.empty()) {
     const report::BuiltPage page =
         report::ComparisonReport(comparisons, options.report, fmt::format("{} ({})", kVersion, kGitCommit),

@@ -1,5 +1,5 @@
-// evalbus export: writes the episodes of a run, or of a suite, for other programs: as a table, a training set
-// or MCAP files.
+// evalbus export: writes the episodes of a run, or of a suite, for other programs: as a table, a training
+// set, MCAP files, or results for leaderboards and experiment trackers.
 
 #include <fmt/format.h>
 
@@ -14,6 +14,7 @@
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/python_module.h"
 #include "export/episode_table.h"
 #include "export/recording.h"
 #include "export/training_set.h"
@@ -27,6 +28,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Kinds of output that modules of python/evalbus write.
+struct PythonOutput {
+  const char* option;
+  const char* module;
+  const char* type;
+  const char* what;
+};
+constexpr PythonOutput kPythonOutputs[] = {
+    {"--lerobot", "evalbus.lerobot.dataset", "FOLDER",
+     "LeRobot data set with videos of --camera, by the installed LeRobot"},
+    {"--inspect", "evalbus.inspect_log", "FILE",
+     "log of Inspect (.eval or .json), by the installed inspect_ai"},
+    {"--hf", "evalbus.hugging_face", "FOLDER",
+     "results for leaderboards of Hugging Face; requires --dataset"},
+    {"--wandb", "evalbus.trackers", "PROJECT", "send to Weights & Biases, by the installed wandb"},
+    {"--trackio", "evalbus.trackers", "PROJECT", "the same for Trackio"},
+    {"--mlflow", "evalbus.trackers", "EXPERIMENT", "the same for MLflow"},
+    {"--tensorboard", "evalbus.trackers", "FOLDER", "write event files, by the installed tensorboard"},
+};
+
 struct ExportOptions {
   fs::path run;
   fs::path csv, hdf5, safetensors;
@@ -38,6 +59,11 @@ struct ExportOptions {
   // Empty: the default size of the kind of file.
   std::string size;
   bool only_successes = false;
+  // The kind of kPythonOutputs that was requested, if any, and its value.
+  std::vector<std::pair<PythonOutput, CLI::Option*>> python;
+  std::string python_value;
+  // Id of a benchmark's data set on the Hub.
+  std::string dataset;
 };
 
 void AddOptions(CLI::App* app, ExportOptions* options) {
@@ -57,16 +83,37 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
                                    "episode; without a name:\nepisode.mcap beside each episode's log")
                       ->type_name("[FILE]")
                       ->expected(0, 1);
+  for (const PythonOutput& output : kPythonOutputs) {
+    options->python.emplace_back(
+        output, kinds->add_option(output.option, options->python_value, output.what)->type_name(output.type));
+  }
   // More than one is refused by the parser.
   kinds->require_option(0, 1);
   app->add_flag("--successes", options->only_successes, "training sets: successful episodes only");
   AddList(app, "--episode", &options->episodes,
           "--mcap: numbers of episodes, separated by commas; default: all")
       ->needs(options->mcap);
-  AddList(app, "--camera", &options->cameras,
-          "--hdf5, --mcap: add images of these cameras, separated by commas, rendered from the logs");
+  AddList(
+      app, "--camera", &options->cameras,
+      "--hdf5, --lerobot, --mcap: add images of these cameras, separated by commas, rendered from the logs");
   app->add_option("--size", options->size,
-                  "size of images, WIDTHxHEIGHT in pixels; default: 256x256 for --hdf5, 640x480 for --mcap");
+                  "size of images, WIDTHxHEIGHT in pixels; default: 640x480 for --mcap, otherwise 256x256");
+  app->add_option("--dataset", options->dataset, "--hf: data set of the benchmark on the Hub")
+      ->type_name("OWNER/NAME");
+}
+
+[[noreturn]] void ExportByPython(const ExportOptions& options, const PythonOutput& output) {
+  std::vector<std::string> arguments = {options.run.string(), output.option, options.python_value};
+  const auto add = [&](const char* option, const std::string& value) {
+    if (!value.empty()) arguments.insert(arguments.end(), {option, value});
+  };
+  std::string cameras;
+  for (const std::string& camera : options.cameras) cameras += (cameras.empty() ? "" : ",") + camera;
+  add("--camera", cameras);
+  add("--size", options.size);
+  add("--dataset", options.dataset);
+  if (options.only_successes) arguments.emplace_back("--successes");
+  ExecPythonModule(output.module, arguments);
 }
 
 int ExportTable(const ExportOptions& options) {
@@ -168,9 +215,12 @@ Action AddExport(CLI::App* app) {
   const auto options = std::make_shared<ExportOptions>();
   AddOptions(app, options.get());
   return [options] {
+    for (const auto& [output, option] : options->python) {
+      if (option->count() > 0) ExportByPython(*options, output);
+    }
     if (options->mcap->count() > 0) return ExportMcap(*options);
     if (options->csv.empty() && options->hdf5.empty() && options->safetensors.empty())
-      throw InputError("export: expected one of --csv, --hdf5, --safetensors and --mcap");
+      throw InputError("export: expected what to write, for example --csv FILE ('evalbus export --help')");
     return options->csv.empty() ? ExportTrainingSet(*options) : ExportTable(*options);
   };
 }

@@ -1,4 +1,5 @@
-// evalbus policy: lists contracts, shows one, and checks whether a server fulfills it.
+// evalbus policy: lists contracts, shows one, checks whether a server fulfills it, and serves checkpoints of
+// LeRobot.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/python_module.h"
 #include "cli/commands/scene_words.h"
 #include "policy_bridge/policy_options.h"
 #include "policy_bridge/remote/policy_check.h"
@@ -36,6 +38,9 @@ struct PolicyCommandOptions {
   const CLI::App* list = nullptr;
   const CLI::App* show = nullptr;
   const CLI::App* check = nullptr;
+  const CLI::App* serve = nullptr;
+  // Checkpoint of `serve`; its other options are those of the Python module.
+  std::string lerobot;
   policy::PolicyOptions policy;
   sim::SimOptions sim;
   int64_t seed = 0;
@@ -297,7 +302,22 @@ Action AddPolicy(CLI::App* app) {
   check->add_option("--out", options->out, "folder for images and check.json; default policy_check/CONTRACT");
   check->add_flag("--json", options->json, "print check.json instead of text");
   options->check = check;
+  CLI::App* serve = app->add_subcommand(
+      "serve",
+      "serve a checkpoint of LeRobot, by the installed LeRobot; --contract FILE proposes a contract");
+  serve->add_option("--lerobot", options->lerobot, "folder of the checkpoint")
+      ->type_name("CHECKPOINT")
+      ->required();
+  serve->allow_extras();
+  serve->footer("More options: --port, --host, --device, --contract, --rate-hz, --image (docs/lerobot.md)");
+  options->serve = serve;
   return [options] {
+    if (options->serve->parsed()) {
+      std::vector<std::string> arguments = {options->lerobot};
+      const std::vector<std::string> more = options->serve->remaining();
+      arguments.insert(arguments.end(), more.begin(), more.end());
+      ExecPythonModule("evalbus.lerobot.policy", arguments);
+    }
     if (options->list->parsed()) return ListContracts();
     if (options->show->parsed()) return Show(*options);
     return Check(*options);

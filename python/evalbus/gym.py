@@ -86,6 +86,11 @@ class EvalbusEnv(gymnasium.Env):
         """Text of the contract, with which `evalbus run` evaluates a server equally."""
         return self._environment.contract
 
+    @property
+    def max_steps(self) -> int:
+        """No episode has more steps."""
+        return round(self._environment.time_limit_s * self._environment.control_hz) + 1
+
     def reset(self, *, seed: Optional[int] = None, options: Optional[dict] = None):
         super().reset(seed=seed)
         if seed is not None or self._run_seed is None:

@@ -5,6 +5,7 @@ import pathlib
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 from typing import IO, Any, List, Optional, Sequence
 
@@ -38,8 +39,10 @@ def find_program() -> str:
 
 
 def environment():
-    """Environment for the program: the process's own, and where PyPI's ffmpeg is, for machines without ffmpeg."""
+    """Environment for the program: the process's own, this Python for commands that need one, and where PyPI's ffmpeg is,
+    for machines without ffmpeg."""
     own = dict(os.environ)
+    own.setdefault("EVALBUS_PYTHON", sys.executable)
     try:
         import imageio_ffmpeg
 

@@ -166,6 +166,14 @@ def read_run(folder) -> Run:
     )
 
 
+def read_runs(folder) -> List[Run]:
+    """Reads each run of a suite, or a single run. Raises InputError as read_run() does."""
+    folder = pathlib.Path(folder)
+    if not (folder / "suite.json").exists():
+        return [read_run(folder)]
+    return [read_run(folder / name) for name in _json(folder / "suite.json")["runs"]]
+
+
 def _interval(value):
     return tuple(value) if isinstance(value, list) else value
 

@@ -8,7 +8,6 @@ import support
 support.need("numpy", "msgpack", "websockets")
 
 import asyncio
-import importlib.util
 import pathlib
 import sys
 import tempfile
@@ -73,24 +72,6 @@ class ExamplesTest(unittest.TestCase):
                 )
             run = evalbus.read_run(learnt)
         self.assertEqual([episode.end_reason for episode in run.episodes], ["success"])
-
-    def test_lerobot(self):
-        if importlib.util.find_spec("lerobot") is None:
-            self.skipTest("needs LeRobot: scripts/interop lerobot")
-        observation = {"observation.state": AT_HOME, "observation.images.head": np.zeros((224, 224, 3), np.uint8)}
-        chunk = actions("lerobot_policy.py", **observation)
-        self.assertEqual((chunk.shape, chunk.dtype), ((20, 16), np.float32))
-        self.assertTrue(np.isfinite(chunk).all())
-        # Random weights under the example's own contract do nothing useful, but the run ends regularly.
-        with tempfile.TemporaryDirectory() as folder:
-            out = pathlib.Path(folder) / "run"
-            with support.Server("-c", RUN, support.EXAMPLES / "lerobot_policy.py") as server:
-                contract = support.EXAMPLES / "lerobot_policy.yaml"
-                support.evaluate(
-                    BIN, "lift_pot", "--policy", server.url, "--contract", str(contract), "--episodes", "1", out=out
-                )
-            run = evalbus.read_run(out)
-        self.assertEqual([episode.complete for episode in run.episodes], [True])
 
 
 support.main()

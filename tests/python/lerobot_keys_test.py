@@ -1,4 +1,4 @@
-"""A policy that was trained on to_lerobot.py's output receives the same observations under lerobot_policy.yaml.
+"""A policy that was trained on `evalbus export --lerobot` receives the same observations under the proposed contract.
 
 Keys, shapes and, at the first tick, numbers are the same. LeRobot itself is not needed (scripts/interop data
 and lerobot test with it).
@@ -16,9 +16,11 @@ import pickle
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 
 import numpy as np
+from evalbus.lerobot.policy import proposed_contract
 
 BIN = sys.argv.pop(1)
 # Replaces LeRobot's writer.
@@ -35,6 +37,8 @@ class LeRobotDataset:
         self.frames.append(frame)
     def save_episode(self):
         pickle.dump((self.features, self.frames[0]), open(self.root, "wb"))
+    def finalize(self):
+        pass
 """
 # A policy that holds still and stores its first observation.
 POLICY = """
@@ -52,19 +56,30 @@ evalbus.serve(act, port=0)
 
 
 def first_frame(here, task, export, *options):
-    """What to_lerobot.py writes for an episode of the expert: the features, and the values of the first frame."""
-    run, set_file = here / "run", here / "set.hdf5"
-    support.evaluate(BIN, task, "--control-hz", "20", "--seed", "5", "--episodes", "1", *options, out=run)
-    subprocess.run([f"{BIN}/evalbus", "export", run, "--hdf5", set_file, *export], check=True, capture_output=True,
-                   timeout=support.DEADLINE_S)  # fmt: skip
+    """What is written for an episode of the expert: the features, and the values of the first frame."""
+    support.evaluate(BIN, task, "--control-hz", "20", "--seed", "5", "--episodes", "1", *options, out=here / "run")
     package = here / "stub" / "lerobot" / "datasets"
     package.mkdir(parents=True)
     for folder in (package, package.parent):
         (folder / "__init__.py").touch()
     (package / "lerobot_dataset.py").write_text(WRITER)
-    subprocess.run([sys.executable, "-B", support.EXAMPLES / "to_lerobot.py", set_file, "--out", here / "frames"],
-                   check=True, env={**os.environ, "PYTHONPATH": str(here / "stub")})  # fmt: skip
+    path = f"{here / 'stub'}:{os.environ.get('PYTHONPATH', '')}"
+    subprocess.run([f"{BIN}/evalbus", "export", here / "run", "--lerobot", here / "frames", *export], check=True,
+                   capture_output=True, timeout=support.DEADLINE_S,
+                   env={**os.environ, "PYTHONPATH": path, "EVALBUS_PYTHON": sys.executable})  # fmt: skip
     return pickle.loads((here / "frames").read_bytes())
+
+
+def contract_for(features):
+    """The contract that is proposed for an ACT with these features."""
+    shaped = {
+        key: types.SimpleNamespace(shape=value["shape"] if len(value["shape"]) == 1 else (3, *value["shape"][:2]))
+        for key, value in features.items()
+    }
+    config = types.SimpleNamespace(
+        type="act", input_features=shaped, output_features={"action": shaped.pop("action")}, n_action_steps=10
+    )
+    return proposed_contract(config, "test")
 
 
 class LeRobotKeysTest(unittest.TestCase):
@@ -77,8 +92,9 @@ class LeRobotKeysTest(unittest.TestCase):
 
     def test_the_contract_shows_what_the_data_set_has(self):
         with tempfile.TemporaryDirectory() as name:
-            here, contract = pathlib.Path(name), support.EXAMPLES / "lerobot_policy.yaml"
+            here, contract = pathlib.Path(name), pathlib.Path(name) / "act.yaml"
             features, frame = first_frame(here, "lift_pot/position", ["--camera", "roboeval/head", "--size", "224x224"])
+            contract.write_text(contract_for(features))
             (here / "policy.py").write_text(POLICY)
             with support.Server(here / "policy.py", here / "observation") as server:
                 support.evaluate(BIN, "lift_pot/position", "--policy", server.url, "--contract", str(contract), "--seed",

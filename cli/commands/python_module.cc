@@ -1,0 +1,48 @@
+#include "cli/commands/python_module.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "base/errors.h"
+#include "base/installed.h"
+
+namespace evalbus::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Folder of the package `evalbus`: of an installation, the source tree, or a wheel, whose programs it
+// contains.
+fs::path PackageParent() {
+  const fs::path programs = ProgramFolder();
+  for (const fs::path& folder : {SharedData("python", ""), programs.parent_path().parent_path() / "python",
+                                 programs.parent_path().parent_path()}) {
+    if (fs::exists(folder / "evalbus/__init__.py")) return folder;
+  }
+  throw EnvironmentError(programs.string() +
+                         ": the Python package evalbus is not installed with this program");
+}
+
+}  // namespace
+
+void ExecPythonModule(const std::string& module, const std::vector<std::string>& arguments) {
+  const char* const chosen = std::getenv("EVALBUS_PYTHON");
+  const std::string python = chosen && *chosen ? chosen : "python3";
+  const char* const path = std::getenv("PYTHONPATH");
+  setenv("PYTHONPATH", (PackageParent().string() + (path && *path ? std::string(":") + path : "")).c_str(),
+         1);
+  setenv("EVALBUS_BIN", ProgramFolder().c_str(), 1);
+  std::vector<std::string> words = {python, "-B", "-m", module};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  execvp(argv[0], argv.data());
+  throw EnvironmentError(python + ": " + std::strerror(errno) + "; EVALBUS_PYTHON names another Python");
+}
+
+}  // namespace evalbus::commands

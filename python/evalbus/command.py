@@ -1,0 +1,35 @@
+"""What the modules have in common that the program evalbus starts: their errors are one line, as its own are."""
+
+import argparse
+import sys
+from typing import Callable
+
+from evalbus.errors import EvalbusError, InputError
+
+
+def run_module(main: Callable[[], None]) -> None:
+    """Calls main(). Exit codes: 1 for wrong input, 2 for other failures."""
+    try:
+        main()
+    except ImportError as error:
+        package = (error.name or str(error)).partition(".")[0]
+        _exit(2, f"{sys.executable} has no {package}: install it, or set EVALBUS_PYTHON to a Python that has it")
+    except EvalbusError as error:
+        _exit(1 if isinstance(error, InputError) else 2, str(error))
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+def parser(module_doc: str, command: str) -> argparse.ArgumentParser:
+    """A parser whose program name is that of the command which starts the module."""
+
+    class Parser(argparse.ArgumentParser):
+        def error(self, message):
+            _exit(1, message)
+
+    return Parser(prog=command, description=module_doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def _exit(code: int, line: str) -> None:
+    print(f"error: {line}", file=sys.stderr)
+    sys.exit(code)

@@ -1,0 +1,1 @@
+"""LeRobot: environments (env), data sets (dataset) and checkpoints (policy). docs/lerobot.md."""

@@ -1,0 +1,147 @@
+"""Results for other programs: Hugging Face's parser, Inspect's reader and experiment trackers read what evalbus writes.
+
+usage: results_test.py BIN   (the folder of evalbus' programs); see scripts/interop trackers
+"""
+
+import support
+
+support.need("numpy")
+
+import importlib.util
+import os
+import pathlib
+import shutil
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import evalbus
+import evalbus.trackers
+
+BIN = os.path.abspath(sys.argv.pop(1))
+os.environ |= {"EVALBUS_BIN": BIN, "EVALBUS_PYTHON": sys.executable}
+
+
+def export(*arguments, **environment):
+    command = [f"{BIN}/evalbus", "export", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, env={**os.environ, **environment})
+
+
+def needs(module):
+    return unittest.skipUnless(importlib.util.find_spec(module), f"needs {module}: scripts/interop trackers")
+
+
+class ResultsTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.here = pathlib.Path(cls.folder.name)
+        support.evaluate(BIN, "lift_pot/position", "--policy", "noisy_expert", "--episodes", "4", out=cls.here / "run")
+        cls.recorded = evalbus.read_run(cls.here / "run")
+        cls.rate = cls.recorded.summary.success_rate
+        # The run as it was after two episodes: that it is continued changes its options.
+        shutil.copytree(cls.recorded.folder, cls.here / "half" / "run", ignore=shutil.ignore_patterns("summary.json", "episodes"))
+        lines = (cls.recorded.folder / "episodes.jsonl").read_text().splitlines(keepends=True)
+        (cls.here / "half/run/episodes.jsonl").write_text("".join(lines[:2]))
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def send(self, *arguments, **environment):
+        """Sends half of the run, then the whole run twice."""
+        for folder in (self.here / "half/run", self.recorded.folder, self.recorded.folder):
+            done = export(folder, *arguments, **environment)
+            self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_hugging_face(self):
+        out = self.here / "hf"
+        done = export(self.recorded.folder, "--hf", out, "--dataset", "me/pots")
+        self.assertEqual((done.returncode, done.stdout), (0, f"{out}\n"), done.stderr)
+        text = (out / "model/.eval_results/evalbus.yaml").read_text()
+        self.assertIn(f'    id: "me/pots"\n    task_id: "lift_pot_position"\n  value: {100 * self.rate:.4g}\n', text)
+        self.assertIn('  - id: "lift_pot_position"\n', (out / "dataset/eval.yaml").read_text())
+        for arguments, words in (
+            (("--hf", out, "--dataset", "me/pots"), f"{out}: exists; choose another name"),
+            (("--hf", self.here / "x", "--dataset", "pots"), "--dataset pots: expected OWNER/NAME"),
+            (("--hf", self.here / "x"), "the following arguments are required: --dataset"),
+        ):
+            done = export(self.recorded.folder, *arguments)
+            self.assertEqual((done.returncode, done.stderr), (1, f"error: {words}\n"))
+        done = export(self.here / "half/run", "--hf", self.here / "x", "--dataset", "me/pots")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("the run is not finished", done.stderr)
+        self.assertFalse((self.here / "x").exists())
+
+    @needs("huggingface_hub")
+    def test_the_parser_of_hugging_face(self):
+        import yaml
+        from huggingface_hub import parse_eval_result_entries
+
+        out = self.here / "parsed"
+        self.assertEqual(export(self.recorded.folder, "--hf", out, "--dataset", "me/pots").returncode, 0)
+        (entry,) = parse_eval_result_entries(yaml.safe_load((out / "model/.eval_results/evalbus.yaml").read_text()))
+        self.assertEqual((entry.dataset_id, entry.task_id, entry.value), ("me/pots", "lift_pot_position", 100 * self.rate))
+        benchmark = yaml.safe_load((out / "dataset/eval.yaml").read_text())
+        self.assertEqual([task["id"] for task in benchmark["tasks"]], [entry.task_id])
+
+    @needs("inspect_ai")
+    def test_inspect(self):
+        from inspect_ai.log import read_eval_log
+
+        for name in ("log.eval", "log.json"):
+            done = export(self.recorded.folder, "--inspect", self.here / name)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            log = read_eval_log(str(self.here / name))
+            self.assertEqual((log.status, log.results.scores[0].metrics["accuracy"].value), ("success", self.rate))
+            self.assertEqual(
+                [bool(sample.scores["success"].value) for sample in log.samples], [episode.success for episode in self.recorded.episodes]
+            )
+
+    @needs("trackio")
+    def test_trackio(self):
+        self.send("--trackio", "pots", TRACKIO_DIR=str(self.here / "trackio"))
+        with sqlite3.connect(self.here / "trackio/pots.db") as database:
+            rows = database.execute("select run_name, step from metrics order by step").fetchall()
+        self.assertEqual(rows, [(f"run-{evalbus.trackers.run_id(self.recorded)}", step) for step in range(4)])
+
+    @needs("wandb")
+    def test_wandb(self):
+        self.send("--wandb", "pots", WANDB_MODE="offline", WANDB_DIR=str(self.here / "wandb"), WANDB_SILENT="true")
+        found = list((self.here / "wandb").rglob(f"run-{evalbus.trackers.run_id(self.recorded)}.wandb"))
+        # Each is a part of the run of this id; `wandb sync` combines them.
+        self.assertEqual(len(found), 3)
+
+    @needs("mlflow")
+    def test_mlflow(self):
+        store = self.here / "mlflow"
+        self.send("--mlflow", "pots", MLFLOW_TRACKING_URI=f"file://{store}", MLFLOW_ALLOW_FILE_STORE="true")
+        (points,) = store.glob("*/*/metrics/success")
+        steps = [int(line.split()[2]) for line in points.read_text().splitlines()]
+        self.assertEqual(steps, [0, 1, 2, 3])
+
+    @needs("tensorboard")
+    def test_tensorboard(self):
+        from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+        self.send("--tensorboard", self.here / "board")
+        (folder,) = (self.here / "board").iterdir()
+        events = EventAccumulator(str(folder)).Reload()
+        steps = [event.step for event in events.Tensors("success")]
+        self.assertEqual((folder.name, steps), (f"run-{evalbus.trackers.run_id(self.recorded)}", [0, 1, 2, 3]))
+
+    def test_a_missing_package(self):
+        done = export(self.recorded.folder, "--wandb", "pots", EVALBUS_PYTHON="/nonexistent/python")
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(
+            done.stderr, "error: /nonexistent/python: No such file or directory; EVALBUS_PYTHON names another Python\n"
+        )
+        if importlib.util.find_spec("wandb") is None:
+            done = export(self.recorded.folder, "--wandb", "pots")
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+            self.assertIn("has no wandb: install it", done.stderr)
+
+
+support.main()
