@@ -20,7 +20,7 @@ constexpr double kFinger = 0.0105;
 constexpr double kMaxOblique = 50 * kDegree;
 // Angles between a pulling hand and the vertical, its wrist toward the robot. The less upright, the less
 // torque at the wrist.
-constexpr double kLeans[] = {30 * kDegree, 40 * kDegree, 20 * kDegree};
+constexpr double kPullLeans[] = {30 * kDegree, 40 * kDegree, 20 * kDegree};
 // Height of the finger tips above the counter, and distance of the fingers from the book before they pull, m.
 constexpr double kAboveCounter = 0.005;
 constexpr double kBehind = 0.015;
@@ -101,7 +101,7 @@ std::optional<Plan> SingleBookExpert::Pull(const Plan& plan, int arm) {
       const Vector3d along = up.cross(out);
       const Vector3d line = face + along.dot(book * center_of_mass_ - face) * along;
       const double top = face.z() + half_size_.z();
-      for (const double lean : kLeans) {
+      for (const double lean : kPullLeans) {
         for (const double turned : {1.0, -1.0}) {
           const Vector3d approach = -std::cos(lean) * up + std::sin(lean) * out;
           const double tip = counter_edge_.z() + kAboveCounter + kFinger * std::sin(lean);

@@ -167,7 +167,7 @@ TEST_F(VizComponentTest, ShowsTheSameAsAVideo) {
   text.title = "lift_pot/base";
   text.subtitle = "episode 0";
   text.maker = "bimanual_panda";
-  text.time_s = 0.1;
+  text.clock = "0.10 s";
   text.stages = {{"pot_lifted", true}};
   Overlay(kSize).Draw(text, &frame);
   EXPECT_TRUE(images[0].data == JpegEncoder().Encode(frame));

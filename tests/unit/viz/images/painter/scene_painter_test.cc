@@ -60,7 +60,7 @@ class Stage {
     mjv_makeScene(model_.get(), &scene_, 2000);
     mjr_makeContext(model_.get(), &context_, mjFONTSCALE_50);
     mjr_setBuffer(mjFB_OFFSCREEN, &context_);
-    painter_.emplace(context_, *model_);
+    painter_.emplace(context_, *model_, Look::kPlain);
     Move();
   }
   ~Stage() {
