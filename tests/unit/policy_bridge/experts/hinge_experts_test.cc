@@ -81,7 +81,8 @@ TEST(CardboardBox, FlapsStayOpenAndClosed) {
   EXPECT_NEAR(AngleAtRest(scene, "box/right_flap", 0.5236), 0.5236, 1e-3);
   EXPECT_NEAR(AngleAtRest(scene, "box/left_flap", -2.0944), -2.0944, 1e-3);
   EXPECT_NEAR(AngleAtRest(scene, "box/right_flap", -2.2689), -2.2689, 1e-3);
-  // A flap that is released 0.1 rad before its end sinks to it: 1.13 kg at 0.12 m against 10 N m s/rad are 0.13 rad/s.
+  // A flap that is released 0.1 rad before its end sinks to it: 1.13 kg at 0.12 m against 10 N m s/rad are
+  // 0.13 rad/s.
   EXPECT_NEAR(AngleAtRest(scene, "box/left_flap", -1.994), -2.0944, 1e-3);
 }
 
