@@ -27,7 +27,8 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
       tick_us_(substeps * info.timestep_us),
       gravity_compensation_(CompensatesGravity(*model)),
       start_steps_(robot.start_steps),
-      data_(mj_makeData(model)) {
+      data_(mj_makeData(model)),
+      stepped_qpos_(static_cast<size_t>(model->nq)) {
   for (const ArmDescription& description : robot.arms) {
     const std::string prefix = description.prefix();
     Arm arm;
@@ -156,6 +157,7 @@ std::string World::Apply(const action_t& action) {
 }
 
 void World::Prepare() {
+  std::copy(data_->qpos, data_->qpos + model_->nq, stepped_qpos_.begin());
   mj_step1(model_, data_.get());
   for (const Arm& arm : arms_) {
     if (!gravity_compensation_) break;

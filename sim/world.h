@@ -143,6 +143,9 @@ class World {
   bool gravity_compensation_;
   int start_steps_;
   DataPtr data_;
+  // qpos as the last physics step left it. Then MuJoCo normalizes its quaternions; to do so twice would
+  // change their bits.
+  std::vector<double> stepped_qpos_;
   std::vector<Arm> arms_;
   std::vector<Gripper> grippers_;
   std::vector<Part> parts_;

@@ -9,7 +9,7 @@ World::Snapshot World::Save() const {
   const auto copy = [](const mjtNum* values, int count) {
     return std::vector<double>(values, values + count);
   };
-  Snapshot snapshot{.qpos = copy(d.qpos, model_->nq),
+  Snapshot snapshot{.qpos = stepped_qpos_,
                     .qvel = copy(d.qvel, model_->nv),
                     .act = copy(d.act, model_->na),
                     .ctrl = copy(d.ctrl, model_->nu),

@@ -19,7 +19,6 @@ constexpr double kMoved = 0.01;   // m
 constexpr double kTurned = 0.1;   // rad
 constexpr double kRaised = 0.02;  // m
 constexpr double kClosed = 0.99;
-constexpr double kSqueeze = 0;  // fraction of a gripper's travel
 
 constexpr double kShortBy = 0.08;  // m, distance by which a grasp is missed
 constexpr double kMissTime = 1;    // s
@@ -135,10 +134,10 @@ void FlawedPolicy::Act(const state_t& state, action_t* action) {
       Shift(0, std::min(kDownSpeed * time, kMaxDown), action);
       break;
     case Flaw::kSlip:
-      // Commands the fingers barely beyond their current opening, so that they exert hardly any force.
+      // Commands the fingers to where they are, so that they exert hardly any force.
       for (size_t k = 0; k < action->gripper_closing.size(); ++k) {
         double& closing = action->gripper_closing[k];
-        if (closing >= kClosed) closing = std::clamp(1 + kSqueeze - state.gripper[k].opening, 0.0, 1.0);
+        if (closing >= kClosed) closing = std::clamp(1 - state.gripper[k].opening, 0.0, 1.0);
       }
       break;
     case Flaw::kEarly:

@@ -17,7 +17,7 @@ enum class Flaw {
   kMiss,     // the hands stay 8 cm short of their targets
   kSlip,     // the fingers close with hardly any force
   kEarly,    // the grippers open as soon as an object has moved
-  kDrop,     // the grippers open when an object has risen by 4 cm
+  kDrop,     // the grippers open when an object has risen by 2 cm
   kStop,     // the arms stop as soon as an object has moved
   kCollide,  // the hands press down from the home position
   kSlow,     // everything takes ten times as long
