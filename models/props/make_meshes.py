@@ -427,7 +427,7 @@ def pot_body():
 def pot_handle(side, middle):
     """Loop handle; its bar is 34 mm wide and 28 mm high, centered at y = middle side."""
     corner = 0.026
-    path = [(0.075, 0.155), (0.075, middle - corner)]
+    path = [(0.075, 0.158), (0.075, middle - corner)]
     path += [(0.075 - corner + corner * math.cos(a), middle - corner + corner * math.sin(a)) for a in (math.pi / 10 * x for x in range(1, 5))]
     path += [(0.049, middle)]
     path += [(-x, y) for x, y in reversed(path)]
