@@ -223,7 +223,8 @@ TEST_F(Recorded, LowerThresholdEndsTheEpisodeAtTheTickThatReachesIt) {
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_SAYS(result.out, "completion_time");
   const nlohmann::json score = FirstScore(run_, {"--task", TaskWithThreshold("1.05")});
-  EXPECT_EQ(score["metrics"]["completion_time"], static_cast<double>(first->header.sim_time_us) * 1e-6);
+  EXPECT_DOUBLE_EQ(score["metrics"]["completion_time"].get<double>(),
+                   static_cast<double>(first->header.sim_time_us) * 1e-6);
   EXPECT_EQ(score["metrics"]["success"], 1.0);
   EXPECT_EQ(score["end_reason"], "success");
   EXPECT_EQ(score["complete"], true);
