@@ -170,7 +170,7 @@ Action AddRun(CLI::App* app) {
             {"Simulation",
              {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
               "--after-success-s"}},
-            {"Output", {"--out", "--video", "--web", "--json", "--quiet", "--log", "--log-level"}},
+            {"Output", {"--out", "--video", "--gl", "--web", "--json", "--quiet", "--log", "--log-level"}},
             {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
   return [options, plan, like, output, app] {
     if (options->tasks.empty()) options->tasks = *like;

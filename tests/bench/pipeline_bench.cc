@@ -74,13 +74,7 @@ class BareStepping {
         model_(scene_.physics.get()),
         world_(model_, scene_.info, robot_, selection_.task, substeps),
         data_(mj_makeData(model_)),
-        substeps_(substeps) {
-    for (const arm_info_t& arm : scene_.info.arm) {
-      for (const std::string& joint : arm.joint_name) {
-        arm_dofs_.push_back(model_->jnt_dofadr[mj_name2id(model_, mjOBJ_JOINT, joint.c_str())]);
-      }
-    }
-  }
+        substeps_(substeps) {}
 
   double Time(const std::vector<Recorded>& episodes) {
     double wall = 0, steps = 0;
@@ -91,11 +85,8 @@ class BareStepping {
       for (size_t tick = 1; tick < episode.states.size(); ++tick) {
         mju_copy(data_->ctrl, episode.states[tick].ctrl_mixed.data(), model_->nu);
         for (int i = 0; i < substeps_; ++i) {
-          // The two halves of mj_step, with gravity compensation computed between them, as in the controller
-          // of a real arm.
           mj_step2(model_, data_.get());
           mj_step1(model_, data_.get());
-          for (const int dof : arm_dofs_) data_->qfrc_applied[dof] = data_->qfrc_bias[dof];
         }
       }
       wall += SecondsSince(start);
@@ -115,7 +106,6 @@ class BareStepping {
   sim::World world_;
   DataPtr data_;
   int substeps_;
-  std::vector<int> arm_dofs_;
 };
 
 // Round-trip time of a message of STATE's size between two processes over bare LCM, without other load: the

@@ -19,6 +19,13 @@ struct Setting {
     sim::World world(scene.physics.get(), scene.info, robot, task, 10);
     world.Reset(1, task.variation("position_and_orientation"));
     world.Fill(&state);
+    // The hands start closed, which blocks every plan.
+    for (const std::string hand : {"left/hand/", "right/hand/"}) {
+      for (const std::string finger : {"finger_joint1", "finger_joint2"}) {
+        const int joint = mj_name2id(scene.physics.get(), mjOBJ_JOINT, (hand + finger).c_str());
+        state.qpos_mixed[static_cast<size_t>(scene.physics->jnt_qposadr[joint])] = 0.04;
+      }
+    }
   }
   policy::ArmChain Chain() const { return policy::ArmChain(*scene.physics, scene.info.arm[0]); }
 };

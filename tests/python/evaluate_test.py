@@ -215,7 +215,7 @@ class EnvironmentTest(unittest.TestCase):
             out = pathlib.Path(folder) / "run"
             support.evaluate(
                 BIN, "lift_pot/position", "--policy", "noisy_expert", "--control-hz", "20", "--episodes", "10",
-                "--only", "8,9", "--seed", str(seed), out=out
+                "--only", "1,4", "--seed", str(seed), out=out
             )  # fmt: skip
             run = evalbus.read_run(out)
             self.assertEqual({episode.success for episode in run.episodes}, {True, False})
@@ -254,7 +254,7 @@ class EnvironmentTest(unittest.TestCase):
                     # Without a delta, the arms stay where they are; grippers open.
                     for _ in range(3):
                         step = environment.step(np.zeros(size))
-                    np.testing.assert_allclose(step.observation["state"][:14], home[:14], atol=1e-3)
+                    np.testing.assert_allclose(step.observation["state"][:14], home[:14], atol=8e-3)
                     # The first joint turns, or the left flange rises.
                     delta = np.zeros(size)
                     delta[0 if control == "joint_delta" else 2] = 0.02

@@ -159,7 +159,7 @@ TEST_F(ResumeRefuses, OtherFiles) {
     Expect(words);
     WriteText(file, text);
   };
-  expect(pot, "mass=\"0.8", "mass=\"9.8",
+  expect(pot, "mass=\"3.363", "mass=\"9.363",
          "the run was made with another physics model (physics_sha256); restore the changed file");
   expect(pot, "handles.obj\"", "handles.obj\" scale=\"1.1 1.1 1.1\"",
          "the run was made with another ");  // includes models that are only visual

@@ -24,6 +24,7 @@ class Score : public testing::Test {
         names += (names.empty() ? "" : ",") + joint;
       }
     }
+    names += ",left_opening,right_opening";
     for (const state_t& state : log.Messages(channels::kState)) {
       std::string row;
       for (const arm_state_t& arm : state.arm) {
@@ -33,11 +34,17 @@ class Score : public testing::Test {
           row += (row.empty() ? "" : ",") + std::string(text);
         }
       }
+      for (const gripper_state_t& gripper : state.gripper) {
+        char text[32];
+        std::snprintf(text, sizeof text, ",%.17g", gripper.opening);
+        row += text;
+      }
       rows += row + "\n";
     }
     WriteText(table_, names + "\n" + rows);
     WriteText(map_, "task: lift_pot/base\nrate_hz: 50\njoints: {unit: rad, columns: {" + columns +
-                        "}}\ngrippers: {left: open, right: open}\n");
+                        "}}\ngrippers: {left: {column: left_opening, open: 1, closed: 0}, "
+                        "right: {column: right_opening, open: 1, closed: 0}}\n");
   }
 
   TemporaryFolder folder_;
