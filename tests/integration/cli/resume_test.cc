@@ -163,7 +163,8 @@ TEST_F(ResumeRefuses, OtherFiles) {
          "the run was made with another physics model (physics_sha256); restore the changed file");
   expect(pot, "handles.obj\"", "handles.obj\" scale=\"1.1 1.1 1.1\"",
          "the run was made with another ");  // includes models that are only visual
-  expect(robot, "home_rad: [0, ", "home_rad: [0.1, ", "the run was made with another robot description");
+  expect(robot, "home_rad: &home [0, ", "home_rad: &home [0.1, ",
+         "the run was made with another robot description");
   expect(task, "time_limit_s: ", "time_limit_s: 1", "the run was made with another task description");
   Expect("the run was made with seed 3, not 4", "4");
   // With the original files the run resumes.

@@ -41,9 +41,9 @@ TEST(Robots, CheckHoldsThemAtHomeAndUsesTheirGrippers) {
     EXPECT_TRUE(wrong.err.starts_with("error: ")) << wrong.err;
     return wrong.err;
   };
-  // The fingers press with 0.25 N/m x 20^2 (the gear) x 0.04 m / 2; then the arms overlap.
+  // The fingers press with 0.25 N/m x 20^2 (the gear) x 0.02 m / 2; then the arms overlap.
   EXPECT_NE(error("command_closed: 0", "position_gain_N_per_m: 0.25\n      command_closed: 0")
-                .find("presses with 2 N per finger"),
+                .find("presses with 1 N per finger"),
             std::string::npos);
   EXPECT_NE(error("[0, -0.3, 0.6]", "[0, 0.2, 0.6]").find(" overlap by "), std::string::npos);
 }

@@ -25,7 +25,7 @@ constexpr int kWidth = 320, kHeight = 240;
 // Both compute the light at the vertices, in different shaders that may round differently: colors differ by
 // at most this much, except at the edges of shadows, where a few pixels may be on the other side.
 constexpr int kTolerance = 4;
-constexpr double kDiffering = 0.001;
+constexpr double kDiffering = 0.002;
 
 using Image = std::vector<uint8_t>;
 
