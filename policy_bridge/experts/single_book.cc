@@ -87,56 +87,59 @@ double SingleBookExpert::Overhang(const Isometry3d& book) const {
 
 std::optional<Plan> SingleBookExpert::Pull(const Plan& plan, int arm) {
   const Isometry3d book = plan.PoseOf(book_);
-  const Vector3d up = Vector3d::UnitZ();
   for (const int axis : {0, 1}) {
     for (const double side : {1.0, -1.0}) {
-      // Away from the robot, out of the face behind which the fingers go.
       const Vector3d out = side * book.linear().col(axis);
       if (out.x() < std::cos(kMaxOblique)) continue;
       const double balance = (book * center_of_mass_).x() - counter_edge_.x() - kBalance;
       const double way = std::min(kEdgeGap + kMaxInset - Overhang(book), balance) / out.x();
       if (way <= 0) continue;
-      const Isometry3d there = Moved(book, -way * out);
       const Vector3d face = book * middle_ + half_size_[axis] * out;
-      const Vector3d along = up.cross(out);
-      const Vector3d line = face + along.dot(book * center_of_mass_ - face) * along;
-      const double top = face.z() + half_size_.z();
       for (const double lean : kPullLeans) {
         for (const double turned : {1.0, -1.0}) {
-          const Vector3d approach = -std::cos(lean) * up + std::sin(lean) * out;
-          const double tip = counter_edge_.z() + kAboveCounter + kFinger * std::sin(lean);
-          // The finger touches the book's upper edge.
-          const double behind = (top - tip) * std::tan(lean) + kFinger / std::cos(lean);
-          const auto hook = [&](double gap) {
-            Vector3d end = line + (behind + gap) * out;
-            end.z() = tip;
-            return GripFrame(end - kPadEnd * approach, approach, turned * along);
-          };
-          const Isometry3d before = hook(kBehind), pulling = hook(-kYield);
-          const Isometry3d after = Moved(before, there.translation() - book.translation());
-          const Vector3d over = kOver * up, away = over - kAway * out;
-          Plan attempt = plan;
-          // The hand opens while it moves away. If it opened later, it would look as if it had lost the book.
-          attempt.Close({arm})
-              .Reach({{arm, Moved(before, away)}})
-              .Reach({{arm, Moved(before, over)}})
-              .Approach({{arm, before}})
-              .Press(book_, {{arm, pulling}})
-              .Drag(book_, there)
-              .Approach({{arm, after}})
-              .Approach({{arm, Moved(after, over)}})
-              .OpenMeanwhile({arm})
-              .Reach({{arm, Moved(after, away)}})
-              .CheckContacts(arms_);
-          for (const double rise : kRises) {
-            if (!attempt.feasible()) break;
-            Plan risen = attempt;
-            risen.Reach({{arm, Moved(after, away + rise * up)}}).CheckContacts(arms_);
-            if (auto taken = Take(risen, arm)) return taken;
-          }
+          if (auto taken = PullAndTake(plan, arm, {face, out, way, lean, turned})) return taken;
         }
       }
     }
+  }
+  return std::nullopt;
+}
+
+std::optional<Plan> SingleBookExpert::PullAndTake(const Plan& plan, int arm, const Hook& hook) {
+  const Isometry3d book = plan.PoseOf(book_);
+  const Vector3d &out = hook.out, up = Vector3d::UnitZ(), along = up.cross(out);
+  const Vector3d line = hook.face + along.dot(book * center_of_mass_ - hook.face) * along;
+  const Vector3d approach = -std::cos(hook.lean) * up + std::sin(hook.lean) * out;
+  const double tip = counter_edge_.z() + kAboveCounter + kFinger * std::sin(hook.lean);
+  // The finger touches the book's upper edge.
+  const double top = hook.face.z() + half_size_.z();
+  const double behind = (top - tip) * std::tan(hook.lean) + kFinger / std::cos(hook.lean);
+  const auto grip = [&](double gap) {
+    Vector3d end = line + (behind + gap) * out;
+    end.z() = tip;
+    return GripFrame(end - kPadEnd * approach, approach, hook.turned * along);
+  };
+  const Isometry3d there = Moved(book, -hook.way * out), before = grip(kBehind), pulling = grip(-kYield);
+  const Isometry3d after = Moved(before, there.translation() - book.translation());
+  const Vector3d over = kOver * up, away = over - kAway * out;
+  Plan pulled = plan;
+  // The hand opens while it moves away. If it opened later, it would look as if it had lost the book.
+  pulled.Close({arm})
+      .Reach({{arm, Moved(before, away)}})
+      .Reach({{arm, Moved(before, over)}})
+      .Approach({{arm, before}})
+      .Press(book_, {{arm, pulling}})
+      .Drag(book_, there)
+      .Approach({{arm, after}})
+      .Approach({{arm, Moved(after, over)}})
+      .OpenMeanwhile({arm})
+      .Reach({{arm, Moved(after, away)}})
+      .CheckContacts(arms_);
+  for (const double rise : kRises) {
+    if (!pulled.feasible()) break;
+    Plan risen = pulled;
+    risen.Reach({{arm, Moved(after, away + rise * up)}}).CheckContacts(arms_);
+    if (auto taken = Take(risen, arm)) return taken;
   }
   return std::nullopt;
 }

@@ -25,6 +25,16 @@ class SingleBookExpert : public Expert {
   double Overhang(const Eigen::Isometry3d& book) const;
   // Extends `plan`: the arm pulls the book to where Take is possible.
   std::optional<Plan> Pull(const Plan& plan, int arm);
+  // How the fingers go behind the book, world frame.
+  struct Hook {
+    Eigen::Vector3d face;  // middle of the face behind which they go, m
+    Eigen::Vector3d out;   // out of that face, away from the robot; unit vector
+    double way;            // by which they pull the book, m
+    double lean;           // of the hand from the vertical, its wrist toward the robot, rad
+    double turned;         // 1 or -1: which finger is on which side
+  };
+  // Extends `plan`: the arm pulls the book in this way, then takes it.
+  std::optional<Plan> PullAndTake(const Plan& plan, int arm, const Hook& hook);
   // Extends `plan`: the arm takes the overhanging book, and lifts it or puts it on the shelf.
   std::optional<Plan> Take(const Plan& plan, int arm);
 
