@@ -47,6 +47,22 @@ class RemotePolicyTest : public testing::Test {
     contract_ = ParseContract(kContract, "mine.yaml");
     contract_.url = server_->url();
   }
+  // Serves chunks of six steps, all of whose numbers are the number of the call.
+  void ServeConstantChunks() {
+    Serve([calls = 0](const Value&) mutable {
+      const double value = ++calls;
+      std::vector<double> numbers(size_t{6} * 8, value);
+      return Value(Map{{"actions", FloatArray(numbers, {6, 8})}});
+    });
+  }
+  // Makes a policy that executes three steps of a chunk and computes for this time (ms).
+  void MakeDelayed(const std::string& latency_ms, Execution rule) {
+    contract_.first_step_rad.reset();
+    contract_.execute_steps = 3;
+    Latency latency = ParseLatency(latency_ms);
+    latency.execution = rule;
+    Make(latency);
+  }
   void Make(Latency latency = {}, const std::string& clock = "lockstep", double realtime_factor = 1) {
     model_info_t info = GetPolicyScene().info();
     info.timestep_us = 2000;
@@ -191,11 +207,7 @@ TEST_F(RemotePolicyTest, ThinkingIsChargedInTicks) {
 
 TEST_F(RemotePolicyTest, AsynchronousGoesOnDuringAnInference) {
   Serve([calls = 0](const Value&) mutable { return ChunkOf(6, ++calls); });
-  contract_.first_step_rad.reset();
-  contract_.execute_steps = 3;
-  Latency latency = ParseLatency("100");
-  latency.execution = Execution::kAsynchronous;
-  Make(latency);
+  MakeDelayed("100", Execution::kAsynchronous);
   Begin();
   EXPECT_EQ(Act(0), 0);
   EXPECT_EQ(Act(1), 0);
@@ -208,16 +220,8 @@ TEST_F(RemotePolicyTest, AsynchronousGoesOnDuringAnInference) {
 }
 
 TEST_F(RemotePolicyTest, RtcJoinsTheChunkToWhatIsCommitted) {
-  Serve([calls = 0](const Value&) mutable {
-    const double value = ++calls;
-    std::vector<double> numbers(size_t{6} * 8, value);
-    return Value(Map{{"actions", FloatArray(numbers, {6, 8})}});
-  });
-  contract_.first_step_rad.reset();
-  contract_.execute_steps = 3;
-  Latency latency = ParseLatency("50");
-  latency.execution = Execution::kRealTimeChunking;
-  Make(latency);
+  ServeConstantChunks();
+  MakeDelayed("50", Execution::kRealTimeChunking);
   Begin();
   EXPECT_EQ(Act(0), 0);
   for (int tick = 1; tick < 5; ++tick) EXPECT_FLOAT_EQ(Act(tick), 1);
@@ -229,21 +233,13 @@ TEST_F(RemotePolicyTest, RtcJoinsTheChunkToWhatIsCommitted) {
 }
 
 TEST_F(RemotePolicyTest, RtcLeavesJoiningToAServerThatIsShownWhatIsCommitted) {
-  Serve([calls = 0](const Value&) mutable {
-    const double value = ++calls;
-    std::vector<double> numbers(size_t{6} * 8, value);
-    return Value(Map{{"actions", FloatArray(numbers, {6, 8})}});
-  });
+  ServeConstantChunks();
   std::string text = kContract;
   text.insert(text.find("  - {key: prompt"),
               "  - {key: prefix, committed: actions}\n  - {key: delay, committed: delay_steps}\n");
   contract_ = ParseContract(text, "mine.yaml");
   contract_.url = server_->url();
-  contract_.first_step_rad.reset();
-  contract_.execute_steps = 3;
-  Latency latency = ParseLatency("50");
-  latency.execution = Execution::kRealTimeChunking;
-  Make(latency);
+  MakeDelayed("50", Execution::kRealTimeChunking);
   Begin();
   for (int tick = 0; tick < 5; ++tick) Act(tick);
   EXPECT_FLOAT_EQ(Act(5), 2);
