@@ -36,7 +36,7 @@ AT_THE_END = ("extended.spectral_arc_length",)
 HOSTILE = "<img src=x onerror=alert(1)><b>&amp;\u202e\u0007" + "long " * 40
 
 
-def wait_until(browser, expression, what, limit_s=900):
+def wait_until(browser, expression, what, limit_s=300):
     end = time.monotonic() + limit_s
     while not browser.evaluate(expression):
         if time.monotonic() > end:

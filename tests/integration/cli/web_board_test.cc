@@ -27,8 +27,8 @@ TEST(WebBoard, BrowserShowsAPlanAndManyEpisodes) {
   const TemporaryFolder folder;
   const fs::path plan = folder.path() / "plan", large = folder.path() / "large";
   results::WriteFile(folder.path() / "plan.yaml",
-                     "policies: [expert, {name: slippery, policy: 'flawed_expert:slip'}]\n"
-                     "tasks: [lift_pot/position]\nepisodes: 3\nseed: 1\n");
+                     "policies: [expert, {name: dropping, policy: 'flawed_expert:drop'}]\n"
+                     "tasks: [lift_pot/position]\nepisodes: 4\nseed: 1\n");
   const Result run = RunProgram({"evalbus", "run", folder.path() / "plan.yaml", "--out", plan});
   ASSERT_EQ(run.code, 0) << run.err;
   WriteLargeRun(large, 5000);
