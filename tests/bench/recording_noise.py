@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """How much the noise of a recording changes each metric: docs/watch.md has the table.
 
     PYTHONPATH=python /usr/bin/python3 tests/bench/recording_noise.py [EPISODES]
