@@ -22,7 +22,6 @@
 #include "results/pacing.h"
 #include "results/run_summary.h"
 #include "results/summary_table.h"
-#include "runner/json_events.h"
 #include "runner/launch.h"
 #include "runner/live_view.h"
 #include "runner/prepared_run.h"
@@ -226,8 +225,7 @@ void Run(RunOptions options, const RunOutput& output) {
   unsetenv(kUrlVariable);
   CheckRunOptions(options, tasks.size());
   if (tasks.size() > 1) {
-    if (output.json) throw InputError("--json: expected one task");
-    return RunSuite(options, tasks);
+    return RunSuite(options, tasks, output);
   }
   options.sim.task = tasks[0];
   RunOne(std::move(options), output);

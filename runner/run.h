@@ -1,15 +1,10 @@
 // Implements `evalbus run`: from options to results, videos and the final table.
 #pragma once
 
+#include "runner/json_events.h"
 #include "runner/run_options.h"
 
 namespace evalbus::runner {
-
-// What a run prints. json: events for programs (json_events.h); text for people then goes to standard error.
-// quiet: no text for people.
-struct RunOutput {
-  bool json = false, quiet = false;
-};
 
 // Runs the tasks in options.tasks: a single run, or a suite. Throws InputError, EnvironmentError.
 void Run(RunOptions options, const RunOutput& output = {});

@@ -21,6 +21,7 @@
 #include "models/task_description.h"
 #include "results/run_reader.h"
 #include "results/summary_table.h"
+#include "runner/json_events.h"
 #include "runner/prepared_run.h"
 #include "runner/web_child.h"
 #include "runner/workers.h"
@@ -45,6 +46,13 @@ void CheckResumable(const std::filesystem::path& folder, const RunOptions& optio
 
 results::RunFolder OpenFolder(const RunOptions& options) {
   return results::RunFolder::OfSuite(options.out, "suite-" + ShortPolicyName(options), options.resume);
+}
+
+// The run of a task has finished.
+void WriteRun(const std::filesystem::path& folder, const std::string& task, EventLines* events) {
+  events->Write("run", {{"task", task},
+                        {"run", folder.string()},
+                        {"summary", ReadJsonFile<nlohmann::ordered_json>(folder / kSummaryJson)}});
 }
 
 }  // namespace
@@ -115,7 +123,9 @@ const results::Tally& Suite::Ended(const std::string& task) {
   return tally_.of_task(task);
 }
 
-void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
+void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const RunOutput& output) {
+  std::optional<EventLines> events;
+  if (output.json) events.emplace(output.quiet);
   Suite suite(options, tasks);
   size_t width = 0;
   for (const std::string& task : tasks) width = std::max(width, task.size());
@@ -135,10 +145,18 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
              Plural(options.episodes, "episode"), PolicyName(options), options.seed, options.workers);
   fmt::print("{}", results::Tally::Title("task", width));
   std::fflush(stdout);
+  if (events) {
+    events->Write("suite_begin", {{"suite", suite.folder().path().string()},
+                                  {"tasks", tasks},
+                                  {"policy", PolicyName(options)},
+                                  {"seed", options.seed},
+                                  {"episodes", options.episodes}});
+  }
   const bool is_terminal = isatty(fileno(stdout)) != 0;
   const auto policy_pool = policy::OpenPool(options.policy, options.workers);
   JobPool pool(suite.Jobs(), options.workers, [&](const std::string& why) {
     fmt::print("{}retrying: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
+    if (events) events->Write("remark", {{"text", why}});
   });
   const auto progress = [&] {
     if (!is_terminal) return;
@@ -149,13 +167,19 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
     if (const auto ended = pool.Poll()) {
       fmt::print("{}{}", is_terminal ? "\x1b[K" : "", suite.Ended(*ended).Line(*ended, width));
       std::fflush(stdout);
+      if (events) WriteRun(suite.run_folder(*ended), *ended, &*events);
     } else {
+      if (events) events->CheckReader();
       progress();
       std::this_thread::sleep_for(kJobPoll);
     }
   }
   if (is_terminal) fmt::print("\x1b[K");
   suite.WriteSummary();
+  if (events) {
+    events->Write("suite_summary",
+                  {{"summary", ReadJsonFile<nlohmann::ordered_json>(suite.folder().path() / kSummaryJson)}});
+  }
   const results::SuiteTally& tally = suite.tally();
   fmt::print("\n{}", results::Tally::Title("family", width));
   for (const auto& [name, family] : tally.families()) fmt::print("{}", family.Line(name, width));

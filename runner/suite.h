@@ -9,6 +9,7 @@
 #include "results/run_folder.h"
 #include "results/run_summary.h"
 #include "runner/job_pool.h"
+#include "runner/json_events.h"
 #include "runner/run_options.h"
 
 namespace evalbus::runner {
@@ -44,6 +45,6 @@ class Suite {
 };
 
 // Runs the tasks, options.workers at the same time. Throws InputError, EnvironmentError.
-void RunSuite(RunOptions options, const std::vector<std::string>& tasks);
+void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const RunOutput& output);
 
 }  // namespace evalbus::runner

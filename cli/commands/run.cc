@@ -7,11 +7,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "base/arguments.h"
 #include "base/errors.h"
 #include "base/help.h"
 #include "base/json_file.h"
+#include "base/reserved_stdout.h"
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "bus/host.h"
@@ -154,10 +156,10 @@ Action AddRun(CLI::App* app) {
       ->type_name("FOLDER");
   app->add_flag("--resume", options->resume, "continue the interrupted run in --out");
   app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
-  app->add_flag(
-      "--json", output->json,
-      "print the events of the run as JSON, one in each line, for programs; text for people goes to\n"
-      "standard error, and the run ends when the reader of standard output exits");
+  app->add_flag("--json", output->json,
+                "print the events of the run or suite as JSON, one in each line, for programs; text for "
+                "people goes to\n"
+                "standard error, and the run ends when the reader of standard output exits");
   app->add_flag("--quiet", output->quiet, "print errors only; with --json, also the events");
   AddLogLevel(app);
   AddPlanOptions(app, plan.get());
@@ -177,7 +179,9 @@ Action AddRun(CLI::App* app) {
     if (options->worker >= 0) {
       runner::RunWorker(*options);
     } else if (IsPlan(options->tasks)) {
-      if (output->json || output->quiet) throw InputError("--json, --quiet: expected tasks, not a plan");
+      if (output->json) throw InputError("--json: expected tasks, not a plan");
+      std::optional<ReservedStdout> no_text;
+      if (output->quiet) no_text.emplace(true);
       RunPlanOrPart(*options, *plan);
     } else if (!plan->part.empty() || plan->slurm.submit || plan->slurm.dry_run) {
       throw InputError("--part, --slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)");

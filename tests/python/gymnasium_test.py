@@ -156,9 +156,14 @@ class GymnasiumTest(unittest.TestCase):
             command = [f"{BIN}/evalbus", "run", "lift_pot", "--policy", "hold", "--episodes", "2", "--in-process",
                        "--json", "--quiet", "--out", f"{folder}/run"]  # fmt: skip
             done = subprocess.run(command, capture_output=True, text=True, check=True)
+            command[2:3] = ["lift_pot", "cube_handover"]
+            command[-1] = f"{folder}/suite"
+            suite = subprocess.run(command, capture_output=True, text=True, check=True)
         lines = [json.loads(line) for line in done.stdout.splitlines()]
         self.assertEqual((len(lines), done.stderr), (6, ""))
-        for line in [*lines, {"schema_version": 1, "event": "remark", "text": "again"}]:
+        suite_lines = [json.loads(line) for line in suite.stdout.splitlines()]
+        self.assertEqual([line["event"] for line in suite_lines], ["suite_begin", "run", "run", "suite_summary"])
+        for line in [*lines, *suite_lines, {"schema_version": 1, "event": "remark", "text": "again"}]:
             validator.validate(line)
         for broken in ({"event": "begin"}, {**lines[0], "schema_version": 2}, {**lines[2], "result": {}}):
             self.assertFalse(validator.is_valid(broken))

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
+#include <sstream>
 
 #include "tests/integration/harness.h"
 
@@ -375,6 +376,29 @@ TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
   EXPECT_EQ(twice.code, 1);
   EXPECT_EQ(twice.err, "error: task 'lift_pot/base' is given twice\n");
   EXPECT_FALSE(fs::exists(folder.path() / "twice"));
+}
+
+TEST(Suite, EventsAreLinesOfJson) {
+  TemporaryFolder folder;
+  const fs::path suite = folder.path() / "suite";
+  const auto run = RunProgram({"evalbus", "run", "lift_pot/base", "lift_pot/position", "--policy", "hold",
+                               "--episodes", "1", "--in-process", "--json", "--quiet", "--out", suite});
+  EXPECT_EQ(run.code, 0);
+  EXPECT_EQ(run.err, "");
+  std::istringstream lines(run.out);
+  std::vector<nlohmann::json> events;
+  for (std::string line; std::getline(lines, line);) events.push_back(nlohmann::json::parse(line));
+  ASSERT_EQ(events.size(), 4u) << run.out;
+  EXPECT_EQ(events[0]["event"], "suite_begin");
+  EXPECT_EQ(events[0]["tasks"], nlohmann::json({"lift_pot/base", "lift_pot/position"}));
+  for (const size_t i : {size_t{1}, size_t{2}}) {
+    EXPECT_EQ(events[i]["event"], "run");
+    EXPECT_EQ(events[i]["task"], events[0]["tasks"][i - 1]);
+    const fs::path file = fs::path(events[i]["run"].get<std::string>()) / "summary.json";
+    EXPECT_EQ(events[i]["summary"], nlohmann::json::parse(ReadText(file)));
+  }
+  EXPECT_EQ(events[3]["event"], "suite_summary");
+  EXPECT_EQ(events[3]["summary"], nlohmann::json::parse(ReadText(suite / "summary.json")));
 }
 
 TEST(Suite, ResumeRefusesToForgetRuns) {
