@@ -17,14 +17,17 @@ constexpr int kLonger = 2;
 constexpr double kSameTime = 0.2;
 // An object fell if it is this much (m) lower than when it was last held.
 constexpr double kFallen = 0.02;
+// An object was lifted if it rose by this much (m) while it was held.
+constexpr double kLifted = 0.01;
 // A gripper closes on nothing where it wanted to hold an object if it is this close (m) to its nearest point.
 constexpr double kNear = 0.1;
-// A collision: the arm presses for this long (s), or, if its effort is unknown, touches the scene for this
+// A collision: the arm presses for this long (s), or, if its torques are unknown, touches the scene for this
 // long (s), or pushes an object that it should hold this far (m).
 constexpr double kPressed = 0.5, kTouched = 1, kPushed = 0.02;
 // A robot that is at rest for this last share of the episode, and at least kStill (s), has stalled if it made
 // progress at most kPatience (s) before it came to rest. Otherwise, progress in this last share means that
 // time ran out.
+// An object that slides out of a hand while the robot has been at rest for kStill is lost because of that.
 constexpr double kLastShare = 0.2, kStill = 2, kPatience = 1.5;
 
 bool IsOfHold(const condition_t& condition) { return condition.kind == condition_t::HOLDING; }
@@ -49,6 +52,7 @@ void CauseFinder::Start() {
   collisions_.Start();
   progress_.Start();
   rest_.Start();
+  rest_at_end_.clear();
   stage_tick_.clear();
   conditions_ = {};
 }
@@ -115,11 +119,15 @@ void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_
   holds_.Add(sample);
   closings_.Add(sample);
   held_.assign(held_.size(), 0);
-  for (const CauseHold& hold : holds_.holds()) {
-    if (!hold.is_over) held_[hold.object * config_.arms.size() + config_.gripper_arm[hold.gripper]] = 1;
+  rest_.Add(sample.tick, sample.joints);
+  rest_at_end_.resize(holds_.holds().size());
+  for (size_t k = 0; k < rest_at_end_.size(); ++k) {
+    const CauseHold& hold = holds_.holds()[k];
+    if (hold.is_over) continue;
+    held_[hold.object * config_.arms.size() + config_.gripper_arm[hold.gripper]] = 1;
+    if (hold.last_tick == sample.tick) rest_at_end_[k] = rest_.since();
   }
   collisions_.Add(sample, held_);
-  rest_.Add(sample.tick, sample.joints, sample.opening);
   for (size_t o = 0; o < height_.size(); ++o) height_[o] = sample.object[o][2];
   stage_tick_.resize(stage_reached.size(), -1);
   for (size_t k = 0; k < stage_reached.size(); ++k) {
@@ -176,6 +184,14 @@ bool CauseFinder::AsksForHold(size_t object, const std::string& gripper) const {
   });
 }
 
+// Whether a gripper pulled the object without lifting it, before a hold that lifted it.
+bool CauseFinder::IsPullBeforeLift(const CauseHold& pull) const {
+  const auto lifts = [](const CauseHold& hold) { return hold.last_height - hold.first_height >= kLifted; };
+  return !lifts(pull) && std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
+    return hold.object == pull.object && hold.first_tick > pull.last_tick && lifts(hold);
+  });
+}
+
 // Whether, after the end of this hold, the object was held at least as well: by another gripper at that time,
 // or later, until the end or for much longer. Another gripper does not count if the task names this one.
 bool CauseFinder::IsMadeGood(const CauseHold& lost) const {
@@ -190,14 +206,19 @@ bool CauseFinder::IsMadeGood(const CauseHold& lost) const {
 }
 
 void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const {
-  for (const CauseHold& hold : holds_.holds()) {
+  for (size_t k = 0; k < holds_.holds().size(); ++k) {
+    const CauseHold& hold = holds_.holds()[k];
     const auto object = static_cast<size_t>(hold.object);
     if (!hold.is_over || Length(hold) < Ticks(kShortestHold)) continue;
     if (std::ranges::none_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); })) continue;
     const bool fell = height_[object] <= hold.last_height - kFallen;
     if (!AsksForHold(object) && !(fell && hold.pinched_ticks >= Ticks(kShortestHold))) continue;
-    if (IsMadeGood(hold)) continue;
+    if (IsMadeGood(hold) || IsPullBeforeLift(hold)) continue;
     if (StageAbout(object, hold.last_tick + Ticks(kSameTime))) continue;
+    if (!hold.opened && hold.last_tick - rest_at_end_[k] >= Ticks(kStill)) {
+      moments->push_back({.kind = cause_kind::kStall, .tick = rest_at_end_[k]});
+      continue;
+    }
     moments->push_back({.kind = cause_kind::kLostObject,
                         .tick = hold.last_tick,
                         .gripper = hold.gripper,
@@ -229,6 +250,15 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
   }
 }
 
+// Whether a gripper of this arm held the object until just before.
+bool CauseFinder::IsRestOfHold(const ArmTouch& touch) const {
+  return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
+    return config_.object_entity[hold.object] == touch.pair.entity &&
+           config_.gripper_arm[hold.gripper] == touch.pair.arm && hold.first_tick <= touch.first_tick &&
+           hold.last_tick >= touch.first_tick - Ticks(CauseCollisions::kInterruption);
+  });
+}
+
 void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
                                 std::vector<CauseMoment>* moments) const {
   for (const ArmTouch& touch : collisions_.touches()) {
@@ -236,8 +266,9 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
     const int64_t later = touch.first_tick + Ticks(kSameTime);
     const bool is_stuck = 2 * touch.pressed_ticks >= last_tick - touch.first_tick;
     if (!is_stuck && std::ranges::any_of(stage_tick_, [&](int64_t tick) { return tick > later; })) continue;
+    if (IsRestOfHold(touch)) continue;
     bool is_collision = touch.pressed_ticks >= Ticks(kPressed);
-    if (object < 0 && !collisions_.knows_effort())
+    if (object < 0 && !collisions_.knows_torque())
       is_collision |= touch.last_tick - touch.first_tick >= Ticks(kTouched);
     if (object >= 0 && touch.displacement >= kPushed && AsksForHold(object)) {
       is_collision |=

@@ -17,6 +17,7 @@ namespace evalbus::metrics {
 struct CauseConfig {
   double dt = 0;  // s, time between ticks
   std::vector<std::string> arms;
+  std::vector<int> joint_arm;  // by joint: index of its arm
   std::vector<std::string> grippers;
   std::vector<int> gripper_arm;  // by gripper: index of its arm
   std::vector<std::string> objects;
@@ -43,7 +44,7 @@ struct CauseSample {
   std::span<const std::array<double, 3>> wrist;   // m, by arm
   std::span<const body_pose_t> body;
   std::span<const double> joints;        // rad, of all arms
-  std::span<const double> effort;        // N m, by arm: its largest joint torque; empty if unknown
+  std::span<const double> torque;        // N m, by joint; empty if unknown
   std::span<const ArmContact> contacts;  // each pair once
 };
 

@@ -17,19 +17,25 @@ struct EmptyClosing {
 };
 
 // A gripper closes on nothing if its opening falls from at least kOpen to at most kShut while its pads touch
-// no object.
+// no object. After a touch, it must first open by kReopened, or to kWide: it also closes when an object slips
+// out.
 class Closings {
  public:
-  static constexpr double kOpen = 0.25, kShut = 0.05;  // fractions of the gripper's travel
+  static constexpr double kOpen = 0.25, kShut = 0.1, kReopened = 0.05,
+                          kWide = 0.9;  // fractions of the gripper's travel
 
   explicit Closings(const CauseConfig& config)
-      : arm_(config.gripper_arm), was_open_(arm_.size()), nearest_(config.objects.size() * arm_.size()) {
+      : arm_(config.gripper_arm),
+        was_open_(arm_.size()),
+        touched_at_(arm_.size()),
+        nearest_(config.objects.size() * arm_.size()) {
     closings_.reserve(64);
   }
 
   void Start() {
     closings_.clear();
     was_open_.assign(was_open_.size(), 0);
+    touched_at_.assign(touched_at_.size(), 0);
     nearest_.assign(nearest_.size(), INFINITY);
   }
 
@@ -42,8 +48,11 @@ class Closings {
         double& nearest = nearest_[o * grippers + k];
         nearest = std::min(nearest, Distance(sample, o, k));
       }
-      if (touching) was_open_[k] = 0;
-      if (sample.opening[k] >= kOpen) was_open_[k] = 1;
+      if (touching) {
+        was_open_[k] = 0;
+        touched_at_[k] = sample.opening[k];
+      }
+      if (sample.opening[k] >= std::clamp(touched_at_[k] + kReopened, kOpen, kWide)) was_open_[k] = 1;
       if (sample.opening[k] > kShut || !was_open_[k]) continue;
       was_open_[k] = 0;
       closings_.push_back({static_cast<int>(k), sample.tick, {}});
@@ -62,8 +71,9 @@ class Closings {
     return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
   }
 
-  std::vector<int> arm_;           // by gripper
-  std::vector<uint8_t> was_open_;  // by gripper: open, without contact, since the last closing
+  std::vector<int> arm_;            // by gripper
+  std::vector<uint8_t> was_open_;   // by gripper: open, without contact, since the last closing
+  std::vector<double> touched_at_;  // by gripper: its opening at the last touch
   std::vector<double> nearest_;
   std::vector<EmptyClosing> closings_;
 };

@@ -24,14 +24,17 @@ struct ArmTouch {
   std::array<double, 3> start{};
 };
 
-// An arm presses while its effort is at least kTimes its largest effort without contact, and at least
-// kMinEffort. Contacts of an arm with an object that its gripper holds are ignored.
+// An arm presses while the torque of one of its joints is outside the range of this joint's torques without
+// contact, by at least kMinExcess and by at least the width of that range. The range contains 0. Without
+// gravity compensation, it contains the weight of the arm. Contacts of an arm with an object that its gripper
+// holds are ignored.
 class CauseCollisions {
  public:
-  static constexpr double kTimes = 3, kMinEffort = 10;  // N m
-  static constexpr double kInterruption = 1;            // s
+  static constexpr double kMinExcess = 10;    // N m
+  static constexpr double kInterruption = 1;  // s
 
-  explicit CauseCollisions(const CauseConfig& config) : config_(config), free_effort_(config.arms.size()) {
+  explicit CauseCollisions(const CauseConfig& config)
+      : config_(config), free_torque_(config.joint_arm.size()) {
     touches_.reserve(256);
     last_contact_.resize(config.arms.size(), -1);
   }
@@ -39,12 +42,12 @@ class CauseCollisions {
   void Start() {
     touches_.clear();
     last_contact_.assign(last_contact_.size(), -1);
-    free_effort_.assign(free_effort_.size(), 0);
+    free_torque_.assign(free_torque_.size(), {});
   }
 
   // held: [object * arms + arm].
   void Add(const CauseSample& sample, const std::vector<uint8_t>& held) {
-    knows_effort_ = !sample.effort.empty();
+    knows_torque_ = !sample.torque.empty();
     for (const ArmContact& contact : sample.contacts) {
       last_contact_[contact.arm] = sample.tick;
       const int object = ObjectOf(contact.entity);
@@ -57,15 +60,17 @@ class CauseCollisions {
         touch.displacement = std::max(touch.displacement, std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]));
       }
     }
-    for (size_t arm = 0; arm < sample.effort.size(); ++arm) {
-      if (last_contact_[arm] >= 0 && !IsInterrupted(last_contact_[arm], sample.tick)) continue;
-      free_effort_[arm] = std::max(free_effort_[arm], sample.effort[arm]);
+    for (size_t joint = 0; joint < sample.torque.size(); ++joint) {
+      const int64_t last_contact = last_contact_[config_.joint_arm[joint]];
+      if (last_contact >= 0 && !IsInterrupted(last_contact, sample.tick)) continue;
+      Range& range = free_torque_[joint];
+      range = {std::min(range.low, sample.torque[joint]), std::max(range.high, sample.torque[joint])};
     }
   }
 
   // In order of their first tick.
   const std::vector<ArmTouch>& touches() const { return touches_; }
-  bool knows_effort() const { return knows_effort_; }
+  bool knows_torque() const { return knows_torque_; }
   // Index of the object that the entity is; -1: none.
   int ObjectOf(int entity) const {
     const auto found = std::ranges::find(config_.object_entity, entity);
@@ -74,12 +79,22 @@ class CauseCollisions {
   }
 
  private:
+  struct Range {
+    double low = 0, high = 0;  // N m
+  };
+
   bool IsInterrupted(int64_t last_tick, int64_t tick) const {
     return TickTime(tick - last_tick, config_.dt) >= kInterruption;
   }
 
   bool Presses(const CauseSample& sample, int arm) const {
-    return !sample.effort.empty() && sample.effort[arm] >= std::max(kMinEffort, kTimes * free_effort_[arm]);
+    for (size_t joint = 0; joint < sample.torque.size(); ++joint) {
+      if (config_.joint_arm[joint] != arm) continue;
+      const Range& range = free_torque_[joint];
+      const double excess = std::max(sample.torque[joint] - range.high, range.low - sample.torque[joint]);
+      if (excess >= std::max(kMinExcess, range.high - range.low)) return true;
+    }
+    return false;
   }
 
   ArmTouch& Current(const ArmContact& pair, const CauseSample& sample, int object) {
@@ -94,8 +109,8 @@ class CauseCollisions {
   }
 
   const CauseConfig& config_;
-  bool knows_effort_ = false;
-  std::vector<double> free_effort_;    // N m, by arm
+  bool knows_torque_ = false;
+  std::vector<Range> free_torque_;     // by joint, without contact
   std::vector<int64_t> last_contact_;  // tick, by arm; -1: none
   std::vector<ArmTouch> touches_;
 };

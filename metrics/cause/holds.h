@@ -31,8 +31,9 @@ struct CauseHold {
 };
 
 // A hold begins when a pad of a gripper that has closed by kClosed since it was widest touches the object. It
-// ends if there is no contact for kInterruption, or if the gripper opens by kOpened within kOpening. An
-// opened gripper must close by kClosed before the next hold of the same object.
+// ends if there is no contact for kInterruption, or if the gripper opens by kOpened within kOpening and not
+// both fingers touch the object: a strong gripper bounces on it. An opened gripper must close by kClosed
+// before the next hold of the same object.
 class Holds {
  public:
   static constexpr double kClosed = 0.05, kOpened = 0.1;        // fractions of the gripper's travel
@@ -135,7 +136,7 @@ class Holds {
       pair.last_opening = opening;
     }
     const double lowest = Lowest(hold);
-    if (opening >= lowest + kOpened) {
+    if (opening >= lowest + kOpened && !sample.pinched[index]) {
       hold.opened = true;
       hold.last_tick = std::min(hold.last_tick, LastAtMost(lowest + kYield, hold));
       End(&pair, &hold);

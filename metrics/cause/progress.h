@@ -59,28 +59,26 @@ class ConditionProgress {
   std::vector<Track> tracks_;
 };
 
-// The robot is at rest while no joint and no gripper differs by more than kJoint (rad) or kOpening (fraction
-// of its travel) from where it was when the rest began.
+// The robot is at rest while no joint differs by more than kJoint (rad) from where it was when the rest
+// began. That is more than an arm yields when it loses its load. Grippers are not considered: they close when
+// an object slips out.
 class Rest {
  public:
-  static constexpr double kJoint = 0.003, kOpening = 0.01;
+  static constexpr double kJoint = 0.05;
 
   void Start() { joints_.clear(); }
 
-  void Add(int64_t tick, std::span<const double> joints, std::span<const double> opening) {
-    const auto moved = [](std::span<const double> a, std::span<const double> b, double by) {
-      return !std::ranges::equal(a, b, [by](double x, double y) { return std::abs(x - y) <= by; });
-    };
-    if (!moved(joints, joints_, kJoint) && !moved(opening, opening_, kOpening)) return;
+  void Add(int64_t tick, std::span<const double> joints) {
+    if (std::ranges::equal(joints, joints_, [](double x, double y) { return std::abs(x - y) <= kJoint; }))
+      return;
     joints_.assign(joints.begin(), joints.end());
-    opening_.assign(opening.begin(), opening.end());
     since_ = tick;
   }
 
   int64_t since() const { return since_; }
 
  private:
-  std::vector<double> joints_, opening_;
+  std::vector<double> joints_;
   int64_t since_ = 0;
 };
 

@@ -14,6 +14,7 @@ namespace {
 CauseConfig MakeCauseConfig(const model_info_t& model) {
   CauseConfig config{.dt = ControlPeriod(model),
                      .arms = {},
+                     .joint_arm = {},
                      .grippers = {},
                      .gripper_arm = {},
                      .objects = model.object_name,
@@ -21,7 +22,10 @@ CauseConfig MakeCauseConfig(const model_info_t& model) {
                      .object_entity = {model.object_entity.begin(), model.object_entity.end()},
                      .bodies = model.body_name,
                      .body_entity = {model.body_entity.begin(), model.body_entity.end()}};
-  for (const arm_info_t& arm : model.arm) config.arms.push_back(arm.name);
+  for (const arm_info_t& arm : model.arm) {
+    config.joint_arm.insert(config.joint_arm.end(), arm.num_joints, static_cast<int>(config.arms.size()));
+    config.arms.push_back(arm.name);
+  }
   for (const gripper_info_t& gripper : model.gripper) {
     config.grippers.push_back(gripper.name);
     config.gripper_arm.push_back(gripper.arm);
@@ -72,14 +76,14 @@ void CauseRecorder::Add(const Sample& sample, const state_t& state, std::span<co
   }
   wrist_.clear();
   joints_.clear();
-  effort_.clear();
+  torque_.clear();
   for (size_t k = 0; k < sample.arm.size(); ++k) {
     const ArmSample& arm = sample.arm[k];
     wrist_.push_back(arm.wrist_position);
     joints_.insert(joints_.end(), arm.joint_position.begin(), arm.joint_position.end());
     if (!names_.model().has_physics) continue;
-    double& effort = effort_.emplace_back(0);
-    for (const double torque : state.arm[k].joint_torque_Nm) effort = std::max(effort, std::abs(torque));
+    const std::vector<double>& torque = state.arm[k].joint_torque_Nm;
+    torque_.insert(torque_.end(), torque.begin(), torque.end());
   }
   SetContacts(contacts);
   if (sample.tick > 0) evaluator.ConditionsByStage(&conditions_);
@@ -91,7 +95,7 @@ void CauseRecorder::Add(const Sample& sample, const state_t& state, std::span<co
                .wrist = wrist_,
                .body = state.body,
                .joints = joints_,
-               .effort = effort_,
+               .torque = torque_,
                .contacts = contacts_},
               evaluator.stage_reached(), conditions_);
 }

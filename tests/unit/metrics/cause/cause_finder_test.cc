@@ -58,12 +58,12 @@ class CauseFinderTest : public testing::Test {
       dut_.Add({.tick = tick_,
                 .opening = opening_,
                 .touching = touching_,
-                .pinched = touching_,
+                .pinched = with_both_fingers_ ? touching_ : none_,
                 .object = object_,
                 .wrist = wrist_,
                 .body = body_,
                 .joints = joints_,
-                .effort = effort_,
+                .torque = torque_,
                 .contacts = contacts_},
                reached_, conditions_);
     }
@@ -101,6 +101,7 @@ class CauseFinderTest : public testing::Test {
 
   CauseFinder dut_{{.dt = 0.02,
                     .arms = {"left", "right"},
+                    .joint_arm = {0, 1},
                     .grippers = {"left", "right"},
                     .gripper_arm = {0, 1},
                     .objects = {"kitchen_pot"},
@@ -112,10 +113,12 @@ class CauseFinderTest : public testing::Test {
   int64_t tick_ = -1;
   std::vector<double> opening_ = {1, 1};
   std::vector<uint8_t> touching_ = {0, 0};
+  const std::vector<uint8_t> none_ = {0, 0};
+  bool with_both_fingers_ = true;
   std::vector<std::array<double, 3>> object_ = {{0.5, 0, 1}};
   std::vector<std::array<double, 3>> wrist_ = {{0, 0, 1}, {1, 0, 1}};
   std::vector<double> joints_ = {0, 0};
-  std::vector<double> effort_ = {2, 2};
+  std::vector<double> torque_ = {2, 2};
   std::vector<ArmContact> contacts_;
   std::vector<uint8_t> reached_ = {0, 0, 0};
   std::vector<std::vector<condition_t>> conditions_ = {
@@ -151,9 +154,52 @@ TEST_F(CauseFinderTest, AGripperOpens) {
 TEST_F(CauseFinderTest, AnObjectThatStaysOnAnOpenedFingerIsReleased) {
   HoldWithBoth();
   opening_[kLeft] = 1;
+  with_both_fingers_ = false;
   Move(300);
   EXPECT_EQ(Find().kind, "lost_object");
   EXPECT_EQ(Find().tick, 20);
+}
+
+TEST_F(CauseFinderTest, AGripperThatBouncesOnTheObjectDoesNotLetGo) {
+  HoldWithBoth();
+  opening_[kLeft] = 0.55;
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition");
+}
+
+TEST_F(CauseFinderTest, APullBeforeALiftIsNoLoss) {
+  HoldWithBoth();
+  touching_ = {0, 0};
+  Move(50);  // up to tick 70
+  touching_ = {1, 1};
+  Move(5);
+  object_[0][2] = 1.05;
+  Move(5);  // up to tick 80
+  touching_[kLeft] = 0;
+  Move(300);
+  EXPECT_EQ(Find().kind, "lost_object");
+  EXPECT_EQ(Find().tick, 80);
+}
+
+TEST_F(CauseFinderTest, AnObjectThatSlidesOutOfAHandAtRestIsLostByTheStop) {
+  HoldWithBoth();
+  Tick(110);  // up to tick 130: 2.2 s at rest
+  touching_[kLeft] = 0;
+  Move(300);
+  Expect("stall", 20,
+         "Robot stopped moving at 0.40 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least "
+         "1.1 m is "
+         "needed.");
+}
+
+TEST_F(CauseFinderTest, AGripperThatClosesWhereAnObjectSlippedOutDidNotCloseOnNothing) {
+  touching_[kRight] = 1;  // the open hand touches the pot, whose handle is as wide as half of its travel
+  opening_[kRight] = 0.5;
+  Move(3);
+  Close(kRight, 0.5, false);
+  Close(kRight, 0.05, false);
+  Move(300);
+  EXPECT_NE(Find().kind, "empty_grasp");
 }
 
 TEST_F(CauseFinderTest, TheFirstLossDecidesUnlessTheObjectWasHeldAgain) {
@@ -218,7 +264,21 @@ TEST_F(CauseFinderTest, AnArmPressesOnTheScene) {
   Move(10);
   contacts_ = {{kLeft, kCounter}};
   Move(5);
-  effort_[kLeft] = 80;
+  torque_[kLeft] = 80;
+  Move(300);
+  Expect("collision", 11,
+         "Left arm hit the big counter at 0.22 s (0 of 3 stages); not met: left holds kitchen pot.");
+}
+
+// The torques that hold the arm up are no pressure; 50 N m more than they ever were are.
+TEST_F(CauseFinderTest, AHeavyArmPressesOnTheScene) {
+  torque_[kLeft] = -40;
+  Move(10);
+  contacts_ = {{kLeft, kCounter}};
+  torque_[kLeft] = -70;  // 30 below a range of 40
+  Move(100);
+  EXPECT_EQ(Find().kind, "missed_condition");
+  torque_[kLeft] = 50;
   Move(300);
   Expect("collision", 11,
          "Left arm hit the big counter at 0.22 s (0 of 3 stages); not met: left holds kitchen pot.");
@@ -228,13 +288,13 @@ TEST_F(CauseFinderTest, ALightTouchIsNoCollision) {
   contacts_ = {{kLeft, kCounter}};
   Move(300);
   contacts_ = {};
-  effort_[kLeft] = 80;  // without contact
+  torque_[kLeft] = 80;  // without contact
   Move(300);
   EXPECT_EQ(Find().kind, "missed_condition");
 }
 
-TEST_F(CauseFinderTest, WithoutEffortALongTouchIsACollision) {
-  effort_ = {};
+TEST_F(CauseFinderTest, WithoutTorquesALongTouchIsACollision) {
+  torque_ = {};
   contacts_ = {{kLeft, kCounter}};
   Move(50);
   contacts_ = {};
