@@ -1,7 +1,6 @@
 #include "export/drawn_images.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -11,7 +10,6 @@
 #include <exception>
 #include <list>
 #include <memory>
-#include <new>
 #include <thread>
 
 #include "base/errors.h"

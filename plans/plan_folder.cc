@@ -9,8 +9,6 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
-#include <map>
-#include <utility>
 
 #include "base/errors.h"
 #include "base/file_errors.h"

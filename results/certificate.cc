@@ -1,7 +1,5 @@
 #include "results/certificate.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 

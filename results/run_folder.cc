@@ -18,7 +18,6 @@
 #include "base/file_errors.h"
 #include "base/input_file.h"
 #include "base/json_file.h"
-#include "base/run_layout.h"
 #include "base/write_whole.h"
 
 namespace evalbus::results {

@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "runner/processes.h"
 #include "viz/web/server.h"

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 

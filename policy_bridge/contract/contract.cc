@@ -1,12 +1,10 @@
 #include "policy_bridge/contract/contract.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "base/errors.h"
 #include "base/input_file.h"
 #include "models/task_description.h"
 #include "models/yaml_reader.h"

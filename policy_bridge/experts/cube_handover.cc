@@ -1,6 +1,5 @@
 #include "policy_bridge/experts/cube_handover.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/errors.h"

@@ -1,6 +1,5 @@
 #include "policy_bridge/experts/lift_by_handles.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/angles.h"

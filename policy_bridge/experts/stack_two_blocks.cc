@@ -1,6 +1,5 @@
 #include "policy_bridge/experts/stack_two_blocks.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

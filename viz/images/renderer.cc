@@ -6,7 +6,6 @@
 #include <iterator>
 #include <list>
 #include <mutex>
-#include <vector>
 
 #include "base/errors.h"
 #include "base/suggestion.h"

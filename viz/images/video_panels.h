@@ -2,7 +2,6 @@
 // Okabe-Ito palette; everything shown by color is also shown by a shape or a word.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 

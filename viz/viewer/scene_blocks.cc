@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <tuple>
 
 #include "base/errors.h"
 #include "base/sha256.h"
