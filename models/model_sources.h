@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "models/yaml_reader.h"
+
 namespace evalbus {
 
 // The two options of commands that compose a scene.

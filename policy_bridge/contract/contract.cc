@@ -58,14 +58,6 @@ void Choose(const YamlMap& map, const char* key, const Named<Choice> (&words)[N]
   if (const YamlValue* value = map.Find(key)) *choice = Choose(*value, words);
 }
 
-template <class Choice, size_t N>
-const char* WordOf(Choice choice, const Named<Choice> (&words)[N]) {
-  for (const auto& word : words) {
-    if (word.value == choice) return word.name;
-  }
-  return "";
-}
-
 std::vector<int> Integers(const YamlValue& value, int min, int max) {
   std::vector<int> numbers;
   for (const YamlValue& element : value.List()) numbers.push_back(element.Integer(min, max));
