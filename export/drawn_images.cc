@@ -1,6 +1,7 @@
 #include "export/drawn_images.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <zlib.h>
 
 #include <algorithm>

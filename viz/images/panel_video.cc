@@ -1,6 +1,7 @@
 #include "viz/images/panel_video.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
