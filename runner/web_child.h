@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "runner/processes.h"
 #include "viz/web/server.h"
