@@ -2,8 +2,6 @@
 
 #include <openssl/evp.h>
 
-#include <algorithm>
-
 namespace evalbus {
 
 std::string Base64(std::string_view bytes) {

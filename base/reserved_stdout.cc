@@ -8,7 +8,6 @@
 #include <csignal>
 #include <cstdio>
 
-#include "base/errors.h"
 #include "base/file_errors.h"
 
 namespace evalbus {

@@ -1,7 +1,6 @@
 #include "base/write_whole.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,7 +9,6 @@
 #include <cstdlib>
 #include <utility>
 
-#include "base/errors.h"
 #include "base/file_errors.h"
 #include "base/this_process.h"
 

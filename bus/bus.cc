@@ -3,11 +3,9 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <lcm/lcm-cpp.hpp>
 #include <random>
 #include <system_error>
-#include <utility>
 
 #include "base/environment_choice.h"
 #include "base/errors.h"

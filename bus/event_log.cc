@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "base/input_file.h"
 #include "base/run_layout.h"
 #include "bus/message.h"
 #include "bus/packed_log.h"

@@ -8,9 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
-#include <chrono>
 #include <cstdlib>
-#include <mutex>
 #include <optional>
 
 #include "base/errors.h"

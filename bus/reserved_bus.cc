@@ -7,7 +7,6 @@
 
 #include <cerrno>
 #include <random>
-#include <utility>
 
 #include "base/errors.h"
 #include "bus/udpm/multicast_receiver.h"

@@ -2,8 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
-#include <limits>
 #include <numbers>
 #include <string>
 #include <utility>

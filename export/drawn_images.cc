@@ -11,7 +11,6 @@
 #include <exception>
 #include <list>
 #include <memory>
-#include <new>
 #include <thread>
 
 #include "base/errors.h"

@@ -2,7 +2,6 @@
 // cached in a folder, so that an interrupted export can resume.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>

@@ -2,7 +2,6 @@
 
 #include <hdf5.h>
 
-#include <string_view>
 #include <utility>
 
 #include "base/errors.h"

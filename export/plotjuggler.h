@@ -1,7 +1,6 @@
 // Converts the numbers of a topic for PlotJuggler's UDP server: one JSON object per datagram.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 

@@ -13,7 +13,6 @@
 #include "export/scene.h"
 #include "export/schemas.h"
 #include "models/physics_model.h"
-#include "results/episode_logs.h"
 #include "viz/images/jpeg.h"
 #include "viz/images/renderer.h"
 #include "viz/images/video.h"

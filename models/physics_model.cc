@@ -2,7 +2,6 @@
 
 #include <mujoco/mujoco.h>
 
-#include <filesystem>
 #include <string>
 
 #include "base/errors.h"

@@ -1,7 +1,6 @@
 #include "models/randomized_model.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/errors.h"
 #include "base/random.h"

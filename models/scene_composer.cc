@@ -2,8 +2,6 @@
 
 #include <tinyxml2.h>
 
-#include <map>
-
 #include "base/errors.h"
 #include "models/inferred_inertials.h"
 #include "models/mjcf_file.h"

@@ -1,8 +1,5 @@
 #include "models/task_description.h"
 
-#include <algorithm>
-#include <optional>
-
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "lcmtypes/metric_catalog.h"

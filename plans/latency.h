@@ -1,7 +1,6 @@
 // A policy's success against its inference delay: a plan with one entry for each delay and rule of execution.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 

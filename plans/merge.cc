@@ -1,6 +1,5 @@
 #include "plans/merge.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -227,15 +226,6 @@ void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, co
   results::WriteRunSummary(out);
 }
 
-// Syncs the file system of a folder to disk.
-void SyncDisk(const fs::path& folder) {
-  const int fd = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  const bool good = fd >= 0 && syncfs(fd) == 0;
-  const int error = errno;
-  if (fd >= 0) close(fd);
-  if (!good) ThrowFileError("cannot write " + folder.string(), error);
-}
-
 // Merges the parts into `out`, which appears atomically. When this returns, everything is synced to disk, so
 // that the parts may be removed.
 void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
@@ -248,9 +238,9 @@ void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
     for (const fs::path& part : parts) {
       for (const auto& [episode, note] : results::ReadNotes(part)) results::WriteNote(coming, episode, note);
     }
-    SyncDisk(coming);
+    SyncToDisk(coming, syncfs);
     if (rename(coming.c_str(), out.c_str()) != 0) ThrowFileError("cannot write " + out.string(), errno);
-    SyncDisk(out.parent_path());
+    SyncToDisk(out.parent_path(), syncfs);
   } catch (...) {
     fs::remove_all(coming, ignored);
     throw;

@@ -8,9 +8,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
-#include <map>
-#include <utility>
 
 #include "base/errors.h"
 #include "base/file_errors.h"
@@ -18,6 +15,7 @@
 #include "base/run_layout.h"
 #include "base/this_process.h"
 #include "base/write_whole.h"
+#include "results/run_folder.h"
 #include "runner/suite.h"
 
 namespace evalbus::plans {
@@ -27,22 +25,6 @@ namespace fs = std::filesystem;
 
 fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string& ending) {
   return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
-}
-
-// Contents are synced before the rename: other machines must not see a name without its contents.
-void Sync(const fs::path& path) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool good = fd >= 0 && fsync(fd) == 0;
-  const int error = errno;
-  if (fd >= 0) close(fd);
-  if (!good) ThrowFileError("cannot write " + path.string(), error);
-}
-
-fs::path NewFolder(const std::string& name) {
-  char stamp[32];
-  const std::time_t now = std::time(nullptr);
-  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", std::localtime(&now));
-  return fs::path("runs") / (name + "-" + stamp);
 }
 
 }  // namespace
@@ -73,7 +55,8 @@ std::vector<Shard> ShardsOfPart(const std::vector<Shard>& shards, int part, int 
 }
 
 PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
-    : plan_(plan), path_(fs::absolute(out.empty() ? NewFolder(plan.name) : out).lexically_normal()) {
+    : plan_(plan),
+      path_(fs::absolute(out.empty() ? results::DatedFolder(plan.name) : out).lexically_normal()) {
   if (!path_.has_filename()) path_ = path_.parent_path();
   const fs::path file = path_ / kPlanJson;
   if (!make && !fs::exists(file)) return;
@@ -127,7 +110,8 @@ void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
     fs::remove_all(coming);
     fs::create_directories(coming.parent_path());
     fs::copy(finished, coming, fs::copy_options::recursive);
-    for (const auto& entry : fs::recursive_directory_iterator(coming)) Sync(entry.path());
+    // Contents are synced before the rename: other machines must not see a name without its contents.
+    for (const auto& entry : fs::recursive_directory_iterator(coming)) SyncToDisk(entry.path(), fsync);
   } catch (const fs::filesystem_error& error) {
     fs::remove_all(coming, ignored);
     // The other process' copy has been merged, and the merge removed this one.
@@ -173,6 +157,14 @@ std::pair<std::string, std::string> ParseHidden(const std::string& name) {
   if (!name.starts_with(".") || plus == std::string::npos) return {};
   const size_t dot = std::min(name.find('.', plus), name.size());
   return {name.substr(1, dot - 1), dot < name.size() ? name.substr(dot + 1) : ""};
+}
+
+void SyncToDisk(const fs::path& path, int (*sync)(int)) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool good = fd >= 0 && sync(fd) == 0;
+  const int error = errno;
+  if (fd >= 0) close(fd);
+  if (!good) ThrowFileError("cannot write " + path.string(), error);
 }
 
 void CheckOutIsNew(const fs::path& out) {

@@ -92,6 +92,9 @@ class AtWork {
 // "HOST-PID.coming" (being copied) or "failed". Both are empty for other names.
 std::pair<std::string, std::string> ParseHidden(const std::string& name);
 
+// Syncs a file or folder to disk by fsync, or its whole file system by syncfs.
+void SyncToDisk(const std::filesystem::path& path, int (*sync)(int));
+
 // Throws InputError if the folder of --out exists and is not an empty folder.
 void CheckOutIsNew(const std::filesystem::path& out);
 

@@ -14,7 +14,6 @@
 #include "report/comparison_report.h"
 #include "report/page/plan_page.h"
 #include "report/viewer_pack.h"
-#include "results/comparison.h"
 #include "results/conclusion.h"
 #include "results/run_reader.h"
 #include "results/run_summary.h"

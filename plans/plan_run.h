@@ -1,9 +1,6 @@
 // Runs a whole plan on this machine.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "plans/plan_folder.h"
 
 namespace evalbus::plans {

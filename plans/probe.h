@@ -1,7 +1,6 @@
 // Estimates the duration and disk usage of a plan from a few sample episodes.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "plans/plan.h"

@@ -1,6 +1,5 @@
 #include "report/episode_trace.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

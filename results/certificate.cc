@@ -1,12 +1,9 @@
 #include "results/certificate.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 
 #include "base/errors.h"
-#include "metrics/statistics/holm.h"
 
 namespace evalbus::results {
 namespace {
@@ -99,19 +96,16 @@ bool Certificate::ranking_survives() const {
 Certificate Certify(const std::vector<EngineResults>& engines) {
   if (engines.size() < 2) throw InputError("expected two or more engines");
   Certificate certificate;
-  std::vector<double> p;
   for (size_t i = 0; i < engines.size(); ++i) {
     certificate.engines.push_back(engines[i].engine);
     if (i == 0) continue;
     for (size_t policy = 0; policy < engines[0].policies.size(); ++policy) {
       certificate.comparisons.push_back(CompareWithReference(engines[i], engines[0], policy));
-      p.push_back(certificate.comparisons.back().comparison.success.p);
     }
   }
-  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
-  for (size_t k = 0; k < p.size(); ++k) {
-    certificate.comparisons[k].comparison.success.SetAdjusted(adjusted[k], p.size());
-  }
+  std::vector<SuccessComparison*> family;
+  for (auto& compared : certificate.comparisons) family.push_back(&compared.comparison.success);
+  AdjustByHolm(family);
   certificate.pairs = PairsOfPolicies(engines);
   return certificate;
 }

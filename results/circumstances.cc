@@ -1,7 +1,6 @@
 #include "results/circumstances.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numbers>
 #include <set>

@@ -413,17 +413,14 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool w
   }
   result.success.paired = std::all_of(result.tasks.begin(), result.tasks.end(),
                                       [](const TaskComparison& task) { return task.paired; });
-  std::vector<double> p;
-  for (const TaskComparison& task : result.tasks) {
+  std::vector<SuccessComparison*> family;
+  for (TaskComparison& task : result.tasks) {
     result.success.Add(task.success);
-    p.push_back(task.success.p);
+    family.push_back(&task.success);
   }
   result.remarks.insert(result.remarks.end(), task_remarks.begin(), task_remarks.end());
   result.success.Test();
-  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
-  for (size_t i = 0; i < adjusted.size(); ++i) {
-    result.tasks[i].success.SetAdjusted(adjusted[i], adjusted.size());
-  }
+  AdjustByHolm(family);
   AddRemarks(baseline, &result.remarks);
   AddRemarks(run, &result.remarks);
   const auto until = [](const RecordedRun& of) { return of.info.value("until", ""); };
@@ -477,6 +474,13 @@ void SuccessComparison::SetAdjusted(double p_holm, size_t comparisons) {
   p_adjusted = p_holm;
   is_shown = p_holm < metrics::kAlpha;
   family = static_cast<int>(comparisons);
+}
+
+void AdjustByHolm(const std::vector<SuccessComparison*>& family) {
+  std::vector<double> p;
+  for (const SuccessComparison* comparison : family) p.push_back(comparison->p);
+  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
+  for (size_t i = 0; i < family.size(); ++i) family[i]->SetAdjusted(adjusted[i], family.size());
 }
 
 void SuccessComparison::SetSequential(double sequential_p, double adjusted, bool is_decided) {
@@ -619,29 +623,23 @@ Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline
 
 std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedRuns*>& runs) {
   std::vector<SuccessComparison> pairs;
-  std::vector<double> p;
   for (size_t i = 0; i < runs.size(); ++i) {
     for (size_t j = i + 1; j < runs.size(); ++j) {
       pairs.push_back(CompareVerdicts(*runs[i], *runs[j]).success);
-      p.push_back(pairs.back().p);
     }
   }
-  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
-  for (size_t k = 0; k < pairs.size(); ++k) pairs[k].SetAdjusted(adjusted[k], pairs.size());
+  std::vector<SuccessComparison*> family;
+  for (SuccessComparison& pair : pairs) family.push_back(&pair);
+  AdjustByHolm(family);
   return pairs;
 }
 
 std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline) {
   std::vector<Comparison> comparisons;
-  std::vector<double> p;
-  for (const RecordedRuns& run : runs) {
-    comparisons.push_back(CompareRuns(run, baseline));
-    p.push_back(comparisons.back().success.p);
-  }
-  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
-  for (size_t i = 0; i < adjusted.size(); ++i) {
-    comparisons[i].success.SetAdjusted(adjusted[i], adjusted.size());
-  }
+  for (const RecordedRuns& run : runs) comparisons.push_back(CompareRuns(run, baseline));
+  std::vector<SuccessComparison*> family;
+  for (Comparison& comparison : comparisons) family.push_back(&comparison.success);
+  AdjustByHolm(family);
   return comparisons;
 }
 

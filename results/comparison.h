@@ -66,6 +66,9 @@ struct SuccessComparison : SuccessCounts {
   Judgment judgment() const;
 };
 
+// Adjusts the p values of a family of comparisons by Holm.
+void AdjustByHolm(const std::vector<SuccessComparison*>& family);
+
 // Statistical power of a number of episodes or pairs. For independent samples: number of episodes per side.
 struct Outlook {
   // Smallest true difference that the present number detects with 80 % power; nullopt if it cannot detect

@@ -7,7 +7,6 @@
 
 #include "base/errors.h"
 #include "base/run_layout.h"
-#include "bus/recorder/recorder.h"
 
 namespace evalbus::results {
 namespace {

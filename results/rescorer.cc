@@ -10,7 +10,6 @@
 #include "bus/bus.h"
 #include "bus/channels.h"
 #include "bus/message.h"
-#include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/source_name.h"
 #include "results/episode_json.h"

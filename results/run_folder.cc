@@ -18,7 +18,6 @@
 #include "base/file_errors.h"
 #include "base/input_file.h"
 #include "base/json_file.h"
-#include "base/run_layout.h"
 #include "base/write_whole.h"
 
 namespace evalbus::results {
@@ -125,10 +124,7 @@ void Make(const fs::path& folder, std::vector<fs::path>* made) {
 
 // Creates runs/NAME-DATE-TIME, with a suffix if several runs start in the same second.
 fs::path MakeNew(const std::string& name, std::vector<fs::path>* made) {
-  char stamp[32];
-  const std::time_t now = std::time(nullptr);
-  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", std::localtime(&now));
-  const fs::path wish = fs::absolute(fs::path("runs") / (name + "-" + stamp));
+  const fs::path wish = fs::absolute(DatedFolder(name));
   fs::path folder = wish;
   for (int i = 2;; ++i) {
     Make(wish.parent_path(), made);
@@ -142,6 +138,13 @@ fs::path MakeNew(const std::string& name, std::vector<fs::path>* made) {
 }
 
 }  // namespace
+
+fs::path DatedFolder(const std::string& name) {
+  char stamp[32];
+  const std::time_t now = std::time(nullptr);
+  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", std::localtime(&now));
+  return fs::path("runs") / (name + "-" + stamp);
+}
 
 RunFolder::RunFolder(const fs::path& out, const std::string& name, bool resume, const std::string& mark) {
   path_ = out.empty() ? MakeNew(name, &made_) : fs::absolute(out).lexically_normal();

@@ -16,6 +16,9 @@
 
 namespace evalbus::results {
 
+// runs/NAME-DATE-TIME
+std::filesystem::path DatedFolder(const std::string& name);
+
 // Reads the lines of a file that may still be growing.
 class NewLines {
  public:

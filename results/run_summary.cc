@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "base/json_file.h"
 #include "base/percent.h"
 #include "base/run_layout.h"

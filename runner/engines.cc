@@ -5,7 +5,6 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <string_view>
 #include <vector>

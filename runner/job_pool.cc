@@ -1,6 +1,5 @@
 #include "runner/job_pool.h"
 
-#include "base/errors.h"
 #include "bus/host.h"
 
 namespace evalbus::runner {

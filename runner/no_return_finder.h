@@ -2,8 +2,6 @@
 // lets the task's expert take over at a tick, and bisects over the ticks.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <memory>
 
 #include "results/no_return.h"

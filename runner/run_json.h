@@ -1,7 +1,6 @@
 // The contents of run.json (docs/run_folder.md): how a run was made.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>

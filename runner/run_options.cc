@@ -13,7 +13,6 @@
 #include "bus/packed_log.h"
 #include "policy_bridge/policies/demonstration.h"
 #include "policy_bridge/policies/replay_policy.h"
-#include "policy_bridge/policy_options.h"
 #include "results/run_reader.h"
 
 namespace evalbus::runner {

@@ -6,9 +6,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "models/yaml_reader.h"
 #include "sim/source_map.h"

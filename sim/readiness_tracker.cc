@@ -1,7 +1,6 @@
 #include "sim/readiness_tracker.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace evalbus::sim {
 namespace {

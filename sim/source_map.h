@@ -2,10 +2,8 @@
 // --map FILE`, and the same keys in the maps of `evalbus score`. docs/watch.md describes the format.
 #pragma once
 
-#include <array>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "evalbus/body_pose_t.hpp"
 #include "models/pose.h"

@@ -1,6 +1,5 @@
 #include "viz/viz_component.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/errors.h"

@@ -5,7 +5,6 @@
 #include "base/errors.h"
 #include "base/plural.h"
 #include "base/run_layout.h"
-#include "bus/channels.h"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"

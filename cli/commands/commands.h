@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <memory>
 
 namespace evalbus::commands {
 
@@ -12,6 +13,14 @@ using Action = std::function<int()>;
 
 // Adds the arguments of a command to its subcommand of CLI11.
 using AddCommand = Action(CLI::App* app);
+
+// The action of a command whose options are `Options`, which `add_options` adds.
+template <class Options>
+Action ActionOf(CLI::App* app, void (*add_options)(CLI::App*, Options*), int (*run)(const Options&)) {
+  const auto options = std::make_shared<Options>();
+  add_options(app, options.get());
+  return [options, run] { return run(*options); };
+}
 
 // COMMAND(function, group, name, description, examples), in the order of --help. Each command has three
 // examples.

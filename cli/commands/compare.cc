@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -165,10 +164,6 @@ int Compare(const CompareOptions& options) {
 
 }  // namespace
 
-Action AddCompare(CLI::App* app) {
-  const auto options = std::make_shared<CompareOptions>();
-  AddOptions(app, options.get());
-  return [options] { return Compare(*options); };
-}
+Action AddCompare(CLI::App* app) { return ActionOf<CompareOptions>(app, AddOptions, Compare); }
 
 }  // namespace evalbus::commands

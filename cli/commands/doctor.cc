@@ -4,7 +4,6 @@
 #include <mujoco/mujoco.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "base/arguments.h"

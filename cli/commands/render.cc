@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -236,10 +235,6 @@ int Render(const RenderOptions& options) {
 
 }  // namespace
 
-Action AddRender(CLI::App* app) {
-  const auto options = std::make_shared<RenderOptions>();
-  AddOptions(app, options.get());
-  return [options] { return Render(*options); };
-}
+Action AddRender(CLI::App* app) { return ActionOf<RenderOptions>(app, AddOptions, Render); }
 
 }  // namespace evalbus::commands

@@ -11,7 +11,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -408,10 +407,6 @@ int Replay(const ReplayOptions& options) {
 
 }  // namespace
 
-Action AddReplay(CLI::App* app) {
-  const auto options = std::make_shared<ReplayOptions>();
-  AddOptions(app, options.get());
-  return [options] { return Replay(*options); };
-}
+Action AddReplay(CLI::App* app) { return ActionOf<ReplayOptions>(app, AddOptions, Replay); }
 
 }  // namespace evalbus::commands

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -85,10 +84,6 @@ int WriteReport(const ReportOptions& options) {
 
 }  // namespace
 
-Action AddReport(CLI::App* app) {
-  const auto options = std::make_shared<ReportOptions>();
-  AddOptions(app, options.get());
-  return [options] { return WriteReport(*options); };
-}
+Action AddReport(CLI::App* app) { return ActionOf<ReportOptions>(app, AddOptions, WriteReport); }
 
 }  // namespace evalbus::commands

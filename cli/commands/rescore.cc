@@ -6,7 +6,6 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
-#include <memory>
 
 #include "base/errors.h"
 #include "base/input_file.h"
@@ -21,6 +20,7 @@
 #include "results/kept_results.h"
 #include "results/rescorer.h"
 #include "runner/run_controller.h"
+#include "viz/watch/score_rows.h"
 
 namespace evalbus::commands {
 namespace {
@@ -68,11 +68,6 @@ std::string Damage(const results::RescoredLog& log) {
   return text;
 }
 
-std::string Stages(const metric_values_t& metrics) {
-  return fmt::format("{}/{}", std::count(metrics.stage_reached.begin(), metrics.stage_reached.end(), 1),
-                     metrics.num_stages);
-}
-
 std::string Outcome(const episode_summary_t& summary) { return end_reason::Outcome(summary.failure_reason); }
 
 std::string Arrow(const std::string& before, const std::string& after) {
@@ -100,7 +95,7 @@ std::string ChangedMetrics(const std::vector<results::Difference>& differences) 
 void PrintScore(const results::RescoredEpisode& episode) {
   const episode_summary_t& summary = episode.summary;
   fmt::print("{:>7}  {:<14} {:>6.2f} s  {:>6}  {}\n", summary.header.episode, Outcome(summary),
-             summary.metrics.completion_time_s, Stages(summary.metrics),
+             summary.metrics.completion_time_s, viz::StageCount(summary.metrics),
              results::DescribeDifference(episode.recorded, summary));
 }
 
@@ -112,7 +107,8 @@ void PrintChanges(const results::RescoredEpisode& episode) {
   };
   fmt::print(
       "{:>7}  {:<28}  {:<14}  {:<10}  {}\n", after.header.episode, Arrow(Outcome(before), Outcome(after)),
-      Arrow(time(before), time(after)), Arrow(Stages(before.metrics), Stages(after.metrics)),
+      Arrow(time(before), time(after)),
+      Arrow(viz::StageCount(before.metrics), viz::StageCount(after.metrics)),
       episode.recorded ? ChangedMetrics(results::Differences(before, after)) : "no score was recorded");
   if (Outcome(before) != Outcome(after)) fmt::print("         {}\n", after.explanation.text);
 }
@@ -233,10 +229,6 @@ int Rescore(const RescoreOptions& options) {
 
 }  // namespace
 
-Action AddRescore(CLI::App* app) {
-  const auto options = std::make_shared<RescoreOptions>();
-  AddOptions(app, options.get());
-  return [options] { return Rescore(*options); };
-}
+Action AddRescore(CLI::App* app) { return ActionOf<RescoreOptions>(app, AddOptions, Rescore); }
 
 }  // namespace evalbus::commands

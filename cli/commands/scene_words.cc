@@ -25,11 +25,7 @@ std::string PoseInWords(const Pose& pose) {
   return yaw == 0 ? text : text + fmt::format(", yaw {:.6g} degrees", yaw);
 }
 
-std::string Joined(const Lines& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
+std::string Joined(const Lines& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
 void PrintSection(const std::string& title, const Lines& lines) {
   std::string head = title;

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
 
 #include "base/angles.h"
@@ -318,10 +316,6 @@ int Tasks(const TasksOptions& options) {
 
 }  // namespace
 
-Action AddTasks(CLI::App* app) {
-  const auto options = std::make_shared<TasksOptions>();
-  AddOptions(app, options.get());
-  return [options] { return Tasks(*options); };
-}
+Action AddTasks(CLI::App* app) { return ActionOf<TasksOptions>(app, AddOptions, Tasks); }
 
 }  // namespace evalbus::commands

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 
 #include "base/plural.h"
@@ -69,10 +68,6 @@ int Verify(const VerifyOptions& options) {
 
 }  // namespace
 
-Action AddVerify(CLI::App* app) {
-  const auto options = std::make_shared<VerifyOptions>();
-  AddOptions(app, options.get());
-  return [options] { return Verify(*options); };
-}
+Action AddVerify(CLI::App* app) { return ActionOf<VerifyOptions>(app, AddOptions, Verify); }
 
 }  // namespace evalbus::commands

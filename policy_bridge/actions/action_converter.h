@@ -3,7 +3,6 @@
 
 #include <mujoco/mujoco.h>
 
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>

@@ -22,11 +22,4 @@ int NumValues(RotationForm form) {
   return 0;
 }
 
-const char* NameOf(ActionKind kind) {
-  for (const Named<ActionKind>& named : kActionKinds) {
-    if (named.value == kind) return named.name;
-  }
-  return "";
-}
-
 }  // namespace evalbus::policy

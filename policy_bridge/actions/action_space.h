@@ -2,9 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -95,6 +93,13 @@ struct Named {
   const char* name;
   T value;
 };
+template <class Choice, size_t N>
+const char* WordOf(Choice choice, const Named<Choice> (&words)[N]) {
+  for (const auto& word : words) {
+    if (word.value == choice) return word.name;
+  }
+  return "";
+}
 inline constexpr Named<ActionKind> kActionKinds[] = {{"joint_position", ActionKind::kJointPosition},
                                                      {"joint_delta", ActionKind::kJointDelta},
                                                      {"joint_velocity", ActionKind::kJointVelocity},
@@ -116,6 +121,6 @@ inline constexpr Named<RotationForm> kRotationForms[] = {
     {"rotation_6d", RotationForm::kRotation6d},
     {"rotation_6d_interleaved", RotationForm::kRotation6dInterleaved},
     {"rotation_6d_rows", RotationForm::kRotation6dRows}};
-const char* NameOf(ActionKind kind);
+inline const char* NameOf(ActionKind kind) { return WordOf(kind, kActionKinds); }
 
 }  // namespace evalbus::policy

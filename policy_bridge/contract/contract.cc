@@ -1,12 +1,10 @@
 #include "policy_bridge/contract/contract.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "base/errors.h"
 #include "base/input_file.h"
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
@@ -58,14 +56,6 @@ Choice Choose(const YamlValue& value, const Named<Choice> (&words)[N]) {
 template <class Choice, size_t N>
 void Choose(const YamlMap& map, const char* key, const Named<Choice> (&words)[N], Choice* choice) {
   if (const YamlValue* value = map.Find(key)) *choice = Choose(*value, words);
-}
-
-template <class Choice, size_t N>
-const char* WordOf(Choice choice, const Named<Choice> (&words)[N]) {
-  for (const auto& word : words) {
-    if (word.value == choice) return word.name;
-  }
-  return "";
 }
 
 std::vector<int> Integers(const YamlValue& value, int min, int max) {

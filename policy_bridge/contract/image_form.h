@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
 
 #include "evalbus/image_t.hpp"
 #include "evalbus/view_t.hpp"

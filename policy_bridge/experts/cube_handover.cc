@@ -1,9 +1,11 @@
-#include "policy_bridge/experts/cube_handover.h"
-
-#include <algorithm>
+// Scripted expert for CubeHandover: one arm takes the rod at one end and brings it to the middle, the other
+// arm takes it at the other end, and the first arm releases it.
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "base/errors.h"
+#include "policy_bridge/experts/experts.h"
 
 namespace evalbus::policy {
 namespace {
@@ -26,6 +28,25 @@ constexpr double kReceive = 0.07;
 
 // Part of the rod around this distance from its middle; too long to be grasped lengthwise.
 GraspBox Part(double y) { return {{0.02, 0.037, 0.02}, {0, y, 0}}; }
+
+class CubeHandoverExpert : public Expert {
+ public:
+  // Throws InputError if the model has no rod, or does not have two arms.
+  CubeHandoverExpert(const mjModel& model, const model_info_t& info);
+
+ protected:
+  std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
+
+ private:
+  // Extends `plan`: the giver takes the rod at an end (1: its +y, -1: its -y) and hands it over.
+  std::optional<Plan> HandOver(const Plan& plan, int giver, double end) const;
+  // Poses of the rod at which the other arm may take it, after the giver has lifted it by its end.
+  std::vector<Eigen::Isometry3d> Meetings(const Eigen::Isometry3d& rod, int giver, double end) const;
+
+  int rod_;
+  // By arm: 1 if it stands on the left (+y), else -1.
+  double side_[2];
+};
 
 }  // namespace
 
@@ -94,6 +115,10 @@ std::vector<Motion> CubeHandoverExpert::Next(const Configuration& now, const sta
     }
   }
   return {};
+}
+
+std::unique_ptr<Expert> MakeCubeHandoverExpert(const mjModel& model, const model_info_t& info) {
+  return std::make_unique<CubeHandoverExpert>(model, info);
 }
 
 }  // namespace evalbus::policy

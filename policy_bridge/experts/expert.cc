@@ -10,12 +10,7 @@
 
 #include "base/errors.h"
 #include "models/task_family.h"
-#include "policy_bridge/experts/cube_handover.h"
-#include "policy_bridge/experts/lift_by_handles.h"
-#include "policy_bridge/experts/pack_box.h"
-#include "policy_bridge/experts/rotate_valve.h"
-#include "policy_bridge/experts/single_book.h"
-#include "policy_bridge/experts/stack_two_blocks.h"
+#include "policy_bridge/experts/experts.h"
 
 namespace evalbus::policy {
 namespace {
@@ -128,35 +123,30 @@ using Factory = std::function<std::unique_ptr<Expert>(const mjModel&, const mode
 
 Factory LiftByHandles(const HandledObject& object) {
   return [object](const mjModel& model, const model_info_t& info) {
-    return std::make_unique<LiftByHandlesExpert>(object, model, info);
+    return MakeLiftByHandlesExpert(object, model, info);
   };
-}
-
-template <class T>
-std::unique_ptr<Expert> New(const mjModel& model, const model_info_t& info) {
-  return std::make_unique<T>(model, info);
 }
 
 Factory Book(bool to_shelf) {
   return [to_shelf](const mjModel& model, const model_info_t& info) {
-    return std::make_unique<SingleBookExpert>(to_shelf, model, info);
+    return MakeSingleBookExpert(to_shelf, model, info);
   };
 }
 
 // Experts by task.
 const std::map<std::string, Factory>& Experts() {
   static const std::map<std::string, Factory> experts = {
-      {"cube_handover", New<CubeHandoverExpert>},
+      {"cube_handover", MakeCubeHandoverExpert},
       {"lift_pot",
        LiftByHandles({.name = "pot", .sweet_spot = {0.62, 0}, .drags = {0.25, 0.5, 0.75, 1}, .max_y = 1})},
       {"lift_tray",
        LiftByHandles(
            {.name = "tray", .sweet_spot = {0.6, -0.325}, .drags = {0.25, 0.5, 0.75, 1}, .max_y = -0.02})},
-      {"pack_box", New<PackBoxExpert>},
-      {"rotate_valve", New<RotateValveExpert>},
+      {"pack_box", MakePackBoxExpert},
+      {"rotate_valve", MakeRotateValveExpert},
       {"pick_single_book_from_table", Book(false)},
       {"stack_single_book_shelf", Book(true)},
-      {"stack_two_blocks", New<StackTwoBlocksExpert>},
+      {"stack_two_blocks", MakeStackTwoBlocksExpert},
   };
   return experts;
 }

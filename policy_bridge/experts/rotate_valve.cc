@@ -1,11 +1,14 @@
-#include "policy_bridge/experts/rotate_valve.h"
-
+// Scripted expert for RotateValve: each hand takes the hand wheel on its side. Both turn at once, or one
+// after the other if the hands would collide.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "base/angles.h"
 #include "base/errors.h"
+#include "policy_bridge/experts/experts.h"
 
 namespace evalbus::policy {
 namespace {
@@ -22,6 +25,28 @@ constexpr double kSpeed = 0.05;  // m/s of a grip
 // The hand comes from above, or leans about its closing axis if an arm or the board is in its way.
 constexpr double kLeans[] = {0, 15 * kDegree, -15 * kDegree, 30 * kDegree, -30 * kDegree};
 constexpr int kDirections = 12;
+
+class RotateValveExpert : public Expert {
+ public:
+  // Throws InputError unless the model has the bodies first_valve/wheel and second_valve/wheel on hinges.
+  RotateValveExpert(const mjModel& model, const model_info_t& info);
+
+ protected:
+  std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
+
+ private:
+  // Extends `plan`: the arms take and turn wheels, release them and go home. `moving`: the arms whose
+  // contacts are checked, including those with each other.
+  static Plan TurnWheels(const Plan& plan, const std::vector<Hold>& holds, const std::vector<int>& moving);
+  // Grasps with which the arm can take and turn a wheel alone; at most `count`.
+  std::vector<Hold> Holds(const Plan& plan, int arm, int wheel, const std::vector<int>& moving,
+                          size_t count) const;
+  // Extends `plan`: each arm turns one wheel, both at once.
+  std::optional<Plan> TurnBoth(const Plan& plan, const std::array<int, 2>& wheel_of_arm) const;
+
+  // Bodies of the two wheels.
+  std::array<int, 2> wheels_;
+};
 
 }  // namespace
 
@@ -101,6 +126,10 @@ std::vector<Motion> RotateValveExpert::Next(const Configuration& now, const stat
     }
   }
   return {};
+}
+
+std::unique_ptr<Expert> MakeRotateValveExpert(const mjModel& model, const model_info_t& info) {
+  return std::make_unique<RotateValveExpert>(model, info);
 }
 
 }  // namespace evalbus::policy

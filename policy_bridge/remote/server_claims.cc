@@ -16,9 +16,7 @@ std::string TextOf(const Value* value) {
 }
 
 std::string Listed(const std::set<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return list.empty() ? "none" : list;
+  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
 // Reports names that only the server or only the contract has.

@@ -9,7 +9,6 @@
 
 #include "base/base64.h"
 #include "base/errors.h"
-#include "base/text.h"
 #include "policy_bridge/wire/checked_array.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/tree_builder.h"

@@ -1,9 +1,16 @@
-#include "policy_bridge/wire/openpi_client.h"
-
+// Protocol of openpi's websocket policy server and compatible servers
+// (github.com/Physical-Intelligence/openpi, src/openpi/serving/websocket_policy_server.py), and RoboArena's
+// dialect of it (github.com/robo-arena/roboarena, roboarena/policy_server.py).
+//
+// The server first sends its metadata; then requests and replies alternate. An error is sent as a text and
+// ends the connection. RoboArena's dialect is used if the server's metadata contain "action_space", or if the
+// wire is Wire::kRoboArena: "endpoint" in every request, a reset at the beginning of an episode, and
+// "session_id" if "needs_session_id" is set.
 #include <fmt/format.h>
 
 #include <random>
 
+#include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/websocket_client.h"
 
 namespace evalbus::policy {

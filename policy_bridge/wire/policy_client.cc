@@ -1,10 +1,7 @@
 #include "policy_bridge/wire/policy_client.h"
 
-#include "policy_bridge/wire/groot_client.h"
-#include "policy_bridge/wire/openpi_client.h"
+#include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/policy_pool.h"
-#include "policy_bridge/wire/rest_client.h"
-#include "policy_bridge/wire/vla_eval_client.h"
 
 namespace evalbus::policy {
 

@@ -1,5 +1,10 @@
-#include "policy_bridge/wire/rest_client.h"
-
+// Client of policy servers that answer POST /act with json-numpy: OpenVLA, OpenVLA-OFT.
+//
+// An observation is sent as one JSON object with its keys in the map's order, which is the order of a model's
+// inputs. An answer is one array (D,) or (H, D), or a list of H arrays (D,); Infer() returns it as "actions"
+// (H, D). These servers have no session and do not describe themselves. Each request uses a new connection,
+// because the servers close connections that are idle while the simulation runs;
+// Connect() only checks that there is a server.
 #include <fmt/format.h>
 
 #include <boost/asio/connect.hpp>
@@ -10,6 +15,7 @@
 #include <chrono>
 #include <optional>
 
+#include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/json_numpy.h"
 #include "policy_bridge/wire/resolve.h"
 #include "policy_bridge/wire/server_words.h"

@@ -1,7 +1,10 @@
-#include "policy_bridge/wire/vla_eval_client.h"
-
+// Version 1 of the protocol of vla-eval's model servers (github.com/allenai/vla-evaluation-harness,
+// src/vla_eval/protocol, src/vla_eval/model_servers/serve.py). Connect() returns the payload of the server's
+// hello: "model_server" and, if present, "action_spec" and "observation_spec". An error message leaves the
+// connection open.
 #include <fmt/format.h>
 
+#include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/server_words.h"
 #include "policy_bridge/wire/websocket_client.h"
 

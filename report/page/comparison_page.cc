@@ -3,12 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-
-#include "base/percent.h"
-#include "base/plural.h"
 #include "report/page/comparison_sections.h"
-#include "report/page/page.h"
 #include "results/conclusion.h"
 
 namespace evalbus::report {

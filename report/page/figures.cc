@@ -74,6 +74,28 @@ void DrawScale(const Axis& axis, const Ticks& ticks, double y, const std::string
   }
 }
 
+void OpenFigure(double width, double height, const std::string& label, Markup* html) {
+  html->Open("svg", {{"class", "figure"},
+                     {"viewBox", fmt::format("0 0 {} {}", width, height)},
+                     {"role", "img"},
+                     {"aria-label", label}});
+}
+
+// Horizontal lines of a figure, with their values.
+void DrawGrid(const Ticks& ticks, const Axis& y, double left, double right, Markup* html) {
+  for (const double value : ticks.at) {
+    Line("grid", left, y(value), right, y(value), html);
+    Label(left - 5, y(value) + 4, "end", TickLabel(value, ticks.step), html);
+  }
+}
+
+// A bar in a share's figure, on its track.
+void DrawBarOnTrack(double share, const std::string& css_class, Markup* html) {
+  html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});
+  html->Empty("rect",
+              {{"class", css_class}, {"x", "0"}, {"y", "2"}, {"width", CssPercent(share)}, {"height", "14"}});
+}
+
 const char* ClassOf(Kind kind) {
   switch (kind) {
     case Kind::kStage:
@@ -149,10 +171,7 @@ void DrawHistogram(const HistogramFigure& figure, Markup* html) {
   const std::string what = WithUnit("median " + Number(figure.median), figure.unit) +
                            ", 5th to 95th percentile " +
                            WithUnit(Number(figure.p5) + " to " + Number(figure.p95), figure.unit);
-  html->Open("svg", {{"class", "figure"},
-                     {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
-                     {"role", "img"},
-                     {"aria-label", "histogram of " + figure.name + ": " + what}});
+  OpenFigure(kWidth, kHeight, "histogram of " + figure.name + ": " + what, html);
   Line("grid", kLeft, kTop, kRight, kTop, html);
   Label(kLeft - 5, kTop + 4, "end", std::to_string(highest), html);
   Label(kLeft - 5, kBottom + 1, "end", "0", html);
@@ -224,14 +243,8 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
   const Axis x{0, end, kLeft, kRight};
   const Axis y{values.at.front(), values.at.back(), kBottom, kTop};
 
-  html->Open("svg", {{"class", "figure"},
-                     {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
-                     {"role", "img"},
-                     {"aria-label", figure.name + " over episode time"}});
-  for (const double value : values.at) {
-    Line("grid", kLeft, y(value), kRight, y(value), html);
-    Label(kLeft - 5, y(value) + 4, "end", TickLabel(value, values.step), html);
-  }
+  OpenFigure(kWidth, kHeight, figure.name + " over episode time", html);
+  DrawGrid(values, y, kLeft, kRight, html);
   DrawScale(x, TicksWithin(0, end, 6), kBottom, "s", html);
   for (const EpisodeEvent& event : figure.events) {
     if (event.kind == Kind::kEnd) continue;
@@ -266,10 +279,7 @@ void DrawRanges(const RangeFigure& figure, Markup* html) {
         include(value);
     }
   }
-  html->Open("svg", {{"class", "figure"},
-                     {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
-                     {"role", "img"},
-                     {"aria-label", figure.name}});
+  OpenFigure(kWidth, kHeight, figure.name, html);
   Label(kLeft, 12, "start", figure.name, html);
   if (!std::isfinite(low)) {
     Label((kLeft + kRight) / 2, (kTop + kBottom) / 2, "middle", "no values", html);
@@ -281,10 +291,7 @@ void DrawRanges(const RangeFigure& figure, Markup* html) {
   const Ticks values = TicksAround(low, high, 5);
   const Axis x{0, end > 0 ? end : 1, kLeft + 8, kRight - 8};
   const Axis y{values.at.front(), values.at.back(), kBottom, kTop};
-  for (const double value : values.at) {
-    Line("grid", kLeft, y(value), kRight, y(value), html);
-    Label(kLeft - 5, y(value) + 4, "end", TickLabel(value, values.step), html);
-  }
+  DrawGrid(values, y, kLeft, kRight, html);
   DrawScale(x, TicksWithin(x.from, x.to, 6), kBottom, figure.x_unit, html);
   for (size_t k = 0; k < figure.lines.size(); ++k) {
     const RangeFigure::Line& line = figure.lines[k];
@@ -304,26 +311,20 @@ void DrawRanges(const RangeFigure& figure, Markup* html) {
 }
 
 void DrawShare(double share, double lower, double upper, bool scale, Markup* html, const char* css_class) {
-  const std::string middle = "9";
   html->Open("svg", {{"class", scale ? "share scale" : "share"},
                      {"role", "img"},
                      {"aria-label", fmt::format("{}, interval {:.0f} to {:.0f} %", Percent(share),
                                                 lower * 100, upper * 100)}});
-  html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});
-  html->Empty("rect",
-              {{"class", css_class}, {"x", "0"}, {"y", "2"}, {"width", CssPercent(share)}, {"height", "14"}});
-  html->Empty("line", {{"class", "whisker"},
-                       {"x1", CssPercent(lower)},
-                       {"x2", CssPercent(upper)},
-                       {"y1", middle},
-                       {"y2", middle}});
-  for (const double bound : {lower, upper}) {
+  DrawBarOnTrack(share, css_class, html);
+  const auto whisker = [&](double from, double to, const char* top, const char* bottom) {
     html->Empty("line", {{"class", "whisker"},
-                         {"x1", CssPercent(bound)},
-                         {"x2", CssPercent(bound)},
-                         {"y1", "5"},
-                         {"y2", "13"}});
-  }
+                         {"x1", CssPercent(from)},
+                         {"x2", CssPercent(to)},
+                         {"y1", top},
+                         {"y2", bottom}});
+  };
+  whisker(lower, upper, "9", "9");
+  for (const double bound : {lower, upper}) whisker(bound, bound, "5", "13");
   for (const int mark : {0, 25, 50, 75, 100}) {
     if (!scale) break;
     const std::string x = fmt::format("{}%", mark);
@@ -346,10 +347,7 @@ void DrawRates(const RateFigure& figure, Markup* html) {
   const Axis y{0, 1, kBottom, kTop};
   std::string rates;
   for (const RateFigure::Bin& bin : figure.bins) rates += (rates.empty() ? "" : ", ") + Percent(bin.rate);
-  html->Open("svg", {{"class", "figure"},
-                     {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
-                     {"role", "img"},
-                     {"aria-label", "success by " + figure.name + ": " + rates}});
+  OpenFigure(kWidth, kHeight, "success by " + figure.name + ": " + rates, html);
   const double from = x(std::clamp(figure.from, first, last)), to = x(std::clamp(figure.to, first, last));
   html->Empty("rect", {{"class", "shaded"},
                        {"x", Px(from)},
@@ -375,12 +373,8 @@ void DrawRates(const RateFigure& figure, Markup* html) {
 }
 
 void DrawBar(double share, const std::string& css_class, Markup* html) {
-  html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}}, [&] {
-    html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});
-    html->Empty(
-        "rect",
-        {{"class", css_class}, {"x", "0"}, {"y", "2"}, {"width", CssPercent(share)}, {"height", "14"}});
-  });
+  html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}},
+                [&] { DrawBarOnTrack(share, css_class, html); });
 }
 
 void DrawDifference(double difference, double lower, double upper, const std::string& css_class,

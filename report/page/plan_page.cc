@@ -9,7 +9,6 @@
 
 #include "base/percent.h"
 #include "base/plural.h"
-#include "base/text.h"
 #include "report/page/figures.h"
 
 namespace evalbus::report {

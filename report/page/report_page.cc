@@ -6,7 +6,6 @@
 
 #include "base/percent.h"
 #include "base/plural.h"
-#include "report/page/page.h"
 #include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "base/errors.h"
-#include "metrics/statistics/holm.h"
 #include "results/comparison.h"
 #include "results/tally.h"
 #include "viz/viewer/block.h"
@@ -130,22 +128,18 @@ bool HasJudged(const Policy& policy) {
 std::vector<ordered_json> Comparisons(const std::vector<Policy>& policies, size_t baseline, bool is_final) {
   std::vector<ordered_json> entries(policies.size());
   std::vector<std::pair<size_t, results::SuccessComparison>> compared;
-  std::vector<double> p;
   for (size_t i = 0; i < policies.size(); ++i) {
     if (i == baseline || !HasJudged(policies[i]) || !HasJudged(policies[baseline])) continue;
     try {
       compared.emplace_back(i, results::CompareVerdicts(policies[i].runs, policies[baseline].runs).success);
-      p.push_back(compared.back().second.p);
     } catch (const InputError& error) {
       entries[i] = {{"remark", error.what()}};
     }
   }
-  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
-  for (size_t k = 0; k < compared.size(); ++k) {
-    auto& [i, success] = compared[k];
-    success.SetAdjusted(adjusted[k], compared.size());
-    entries[i] = Against(success, is_final);
-  }
+  std::vector<results::SuccessComparison*> family;
+  for (auto& [i, success] : compared) family.push_back(&success);
+  results::AdjustByHolm(family);
+  for (const auto& [i, success] : compared) entries[i] = Against(success, is_final);
   return entries;
 }
 

@@ -23,7 +23,6 @@
 #include "results/run_reader.h"
 #include "viz/web/live_feed.h"
 #include "viz/web/page.h"
-#include "viz/web/server.h"
 
 namespace evalbus::report {
 namespace {

@@ -2,7 +2,6 @@
 // receives bus messages, so that runs never wait for it. It lowers its own priority.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>

@@ -2,11 +2,8 @@
 
 #include <cairo-ft.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <numbers>
-#include <string>
 
 #include "base/errors.h"
 #include "base/installed.h"

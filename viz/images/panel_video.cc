@@ -71,6 +71,13 @@ struct Sheet {
   Shots shots;
 };
 
+// Length of the longest episode.
+double LongestOf(const std::vector<VideoEpisode>& episodes) {
+  double longest_s = 0;
+  for (const VideoEpisode& episode : episodes) longest_s = std::max(longest_s, episode.facts.duration_s);
+  return longest_s;
+}
+
 // Times of the frames of several episodes: those of the longest, then the last one's end.
 std::vector<FrameTime> JointTimes(const std::vector<VideoEpisode>& episodes, double end_s) {
   const auto longest = std::ranges::max_element(
@@ -85,13 +92,14 @@ bool IsOver(const VideoEpisode& episode, size_t frame) {
   return episode.shows_end && frame >= episode.states.size();
 }
 
-// Writes `longest` frames, then the end frame kPanelHold times.
-void WriteJoint(size_t longest, const JointVideoOptions& options, const std::filesystem::path& file,
-                ParallelFrameRenderer* frame_renderer, const ParallelFrameRenderer::Begin& begin) {
-  VideoWriter video(file, options.size, kVideoRate);
-  frame_renderer->Render(longest + 1, begin, [&](size_t n, const std::vector<Frame>& frames) {
-    for (int times = 0; times < (n < longest ? 1 : kPanelHold); ++times) video.Write(frames[0]);
-    if (options.progress) options.progress(static_cast<double>(n + 1) / static_cast<double>(longest + 1));
+// Writes the frames; those from number `end` on, which show the end, are held for kPanelHold frames.
+void WriteFrames(size_t num_frames, size_t end, FrameSize size, const VideoProgress& progress,
+                 const std::filesystem::path& file, ParallelFrameRenderer* frame_renderer,
+                 const ParallelFrameRenderer::Begin& begin) {
+  VideoWriter video(file, size, kVideoRate);
+  frame_renderer->Render(num_frames, begin, [&](size_t n, const std::vector<Frame>& frames) {
+    for (int times = 0; times < (n < end ? 1 : kPanelHold); ++times) video.Write(frames[0]);
+    if (progress) progress(static_cast<double>(n + 1) / static_cast<double>(num_frames));
   });
   video.Close();
 }
@@ -200,12 +208,7 @@ void MakeFullVideo(const VideoEpisode& episode, const std::vector<std::string>& 
       return std::vector{sheet->frame};
     };
   };
-  VideoWriter video(file, size, kVideoRate);
-  frame_renderer->Render(num_frames, begin, [&](size_t n, const std::vector<Frame>& frames) {
-    for (int times = 0; times < (n < num_states ? 1 : kPanelHold); ++times) video.Write(frames[0]);
-    progress(static_cast<double>(n + 1) / static_cast<double>(num_frames));
-  });
-  video.Close();
+  WriteFrames(num_frames, num_states, size, progress, file, frame_renderer, begin);
 }
 
 void MakePairVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOptions& options,
@@ -213,8 +216,7 @@ void MakePairVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
   CheckPanelSize(options.size);
   const PairLayout layout = LayOutPair(options.size);
   // Both sides use the same axis ranges.
-  double to_s = 0;
-  for (const VideoEpisode& episode : episodes) to_s = std::max(to_s, episode.facts.duration_s);
+  const double to_s = LongestOf(episodes);
   const auto highest = [&](const std::string& label) {
     double most = 0;
     for (const VideoEpisode& episode : episodes) {
@@ -256,7 +258,7 @@ void MakePairVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
     };
   };
   ParallelFrameRenderer frame_renderer(options.size);
-  WriteJoint(times.size() - 1, options, file, &frame_renderer, begin);
+  WriteFrames(times.size(), times.size() - 1, options.size, options.progress, file, &frame_renderer, begin);
 }
 
 void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOptions& options,
@@ -269,9 +271,7 @@ void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
                cell.height - 2 * layout.frame};
   };
   const size_t cells = std::min(episodes.size(), layout.cells.size());
-  double to_s = 0;
-  for (const VideoEpisode& episode : episodes) to_s = std::max(to_s, episode.facts.duration_s);
-  const std::vector<FrameTime> times = JointTimes(episodes, to_s);
+  const std::vector<FrameTime> times = JointTimes(episodes, LongestOf(episodes));
   const auto begin = [&](VideoScenes* scenes) {
     const auto sheet = std::make_shared<Sheet>(options.size, layout.scale);
     sheet->panels.Page();
@@ -306,7 +306,7 @@ void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
     };
   };
   ParallelFrameRenderer frame_renderer(SizeOf(image(0)));
-  WriteJoint(times.size() - 1, options, file, &frame_renderer, begin);
+  WriteFrames(times.size(), times.size() - 1, options.size, options.progress, file, &frame_renderer, begin);
 }
 
 }  // namespace evalbus::viz

@@ -4,8 +4,6 @@
 #include <time.h>
 
 #include <algorithm>
-#include <new>
-#include <optional>
 #include <stdexcept>
 #include <thread>
 

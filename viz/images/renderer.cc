@@ -6,7 +6,6 @@
 #include <iterator>
 #include <list>
 #include <mutex>
-#include <vector>
 
 #include "base/errors.h"
 #include "base/suggestion.h"
@@ -89,15 +88,11 @@ int FindCamera(const mjModel& model, const std::string& name) {
   const int camera = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
   if (camera >= 0) return camera;
   std::vector<std::string> names;
-  std::string list;
   for (int i = 0; i < model.ncam; ++i) {
-    const char* known = mj_id2name(&model, mjOBJ_CAMERA, i);
-    if (!known) continue;
-    names.emplace_back(known);
-    list += (list.empty() ? "" : ", ") + names.back();
+    if (const char* known = mj_id2name(&model, mjOBJ_CAMERA, i)) names.emplace_back(known);
   }
-  throw InputError("no camera '" + name + "'" +
-                   Suggestion(name, names, "; this scene has " + (list.empty() ? "none" : list)));
+  const std::string list = names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+  throw InputError("no camera '" + name + "'" + Suggestion(name, names, "; this scene has " + list));
 }
 
 // The cached image of a shot: the drawn pixels and the downscaled result.

@@ -11,7 +11,6 @@
 #include "base/errors.h"
 #include "lcmtypes/clock.h"
 #include "viz/images/log_episodes.h"
-#include "viz/images/overlay.h"
 #include "viz/images/panel_video.h"
 #include "viz/images/parallel_frame_renderer.h"
 #include "viz/images/video_writer.h"

@@ -236,7 +236,6 @@ void VideoPanels::TimeLine(const Box& box, const VideoFacts& facts, double time_
 }
 
 void VideoPanels::Mark(Kind kind, const Point& center, double radius) {
-  const auto [x, y] = center;
   switch (kind) {
     case Kind::kStage:
       canvas_.Disc(center, radius + 1.2 * s_, kWhite);
@@ -260,11 +259,8 @@ void VideoPanels::Mark(Kind kind, const Point& center, double radius) {
     }
     case Kind::kCollision: {
       const double r = radius * 0.72;
-      for (const auto& [width, color] : {std::pair(6.5 * s_, kWhite), std::pair(3.2 * s_, kFailureColor)}) {
-        const Point down[] = {{x - r, y - r}, {x + r, y + r}}, up[] = {{x - r, y + r}, {x + r, y - r}};
-        canvas_.Line(down, width, color);
-        canvas_.Line(up, width, color);
-      }
+      Cross(center, r, 6.5 * s_, kWhite);
+      Cross(center, r, 3.2 * s_, kFailureColor);
       break;
     }
   }
@@ -277,17 +273,17 @@ void VideoPanels::Check(const Point& center, double radius, const Color& color) 
   canvas_.Line(points, 0.26 * radius, color);
 }
 
-void VideoPanels::Cross(const Point& center, double radius, const Color& color) {
-  const double r = 0.4 * radius;
+void VideoPanels::Cross(const Point& center, double r, double width, const Color& color) {
   const Point down[] = {{center.x - r, center.y - r}, {center.x + r, center.y + r}},
               up[] = {{center.x - r, center.y + r}, {center.x + r, center.y - r}};
-  canvas_.Line(down, 0.26 * radius, color);
-  canvas_.Line(up, 0.26 * radius, color);
+  canvas_.Line(down, width, color);
+  canvas_.Line(up, width, color);
 }
 
 void VideoPanels::Verdict(const Point& center, double radius, VideoEnd end) {
   canvas_.Disc(center, radius, ColorOf(end));
-  end == VideoEnd::kSuccess ? Check(center, radius, kWhite) : Cross(center, radius, kWhite);
+  end == VideoEnd::kSuccess ? Check(center, radius, kWhite)
+                            : Cross(center, 0.4 * radius, 0.26 * radius, kWhite);
 }
 
 void VideoPanels::Places(const Box& box, const std::vector<Place>& places, bool with_words) {

@@ -2,7 +2,6 @@
 // Okabe-Ito palette; everything shown by color is also shown by a shape or a word.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,7 +53,8 @@ class VideoPanels {
   Box Axes(const Box& box, const std::string& low, const std::string& high, const std::string& right);
   void Mark(VideoMark::Kind kind, const Point& center, double radius);
   void Check(const Point& center, double radius, const Color& color);
-  void Cross(const Point& center, double radius, const Color& color);
+  // Draws two strokes of this width; r: half of their extent in x and in y.
+  void Cross(const Point& center, double r, double width, const Color& color);
   // Draws a check mark or a cross on a disc.
   void Verdict(const Point& center, double radius, VideoEnd end);
 

@@ -1,6 +1,5 @@
 // evalbus-monitor: `evalbus monitor` as a separate program.
 #include <CLI/CLI.hpp>
-#include <iostream>
 
 #include "base/arguments.h"
 #include "base/errors.h"

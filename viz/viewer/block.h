@@ -3,9 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 #include <type_traits>
 #include <vector>

@@ -1,7 +1,6 @@
 #include "viz/viewer/curves.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "base/text.h"

@@ -395,14 +395,10 @@ void EpisodeTrack::AddChanging(Json* head_in) const {
   head["ticks"] = ticks();
   if (is_cut_) head["is_cut"] = true;
   head["is_over"] = is_over();
-  head["end_reason"] = nullptr;
-  head["failure_reason"] = nullptr;
-  head["end_detail"] = nullptr;
-  head["explanation"] = nullptr;
-  head["cause_time_s"] = nullptr;
-  head["cause_text"] = nullptr;
-  head["success"] = nullptr;
-  head["complete"] = nullptr;
+  for (const char* key : {"end_reason", "failure_reason", "end_detail", "explanation", "cause_time_s",
+                          "cause_text", "success", "complete"}) {
+    head[key] = nullptr;
+  }
   if (end_) head["end_reason"] = end_->end_reason;
   if (summary_) {
     head["end_reason"] = summary_->end_reason;

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <tuple>
 
 #include "base/errors.h"
 #include "base/sha256.h"
@@ -40,11 +39,6 @@ Json List(const T* values, int count) {
 
 Json ListAt(const float* values, int index, int count) { return List(values + count * index, count); }
 Json ListAt(const mjtNum* values, int index, int count) { return List(values + count * index, count); }
-
-std::string NameOf(const mjModel& model, mjtObj type, int id) {
-  const char* name = mj_id2name(&model, type, id);
-  return name ? name : "";
-}
 
 const char* ShapeName(int type) {
   switch (type) {
@@ -230,22 +224,17 @@ Json Material(const mjModel& m, int id) {
 }
 
 Json Light(const mjModel& m, int id) {
-  return {{"name", NameOf(m, mjOBJ_LIGHT, id)},
-          {"body", m.light_bodyid[id]},
-          {"position_m", ListAt(m.light_pos, id, 3)},
-          {"direction", ListAt(m.light_dir, id, 3)},
-          {"directional", m.light_directional[id] != 0},
-          {"shadow", m.light_castshadow[id] != 0},
-          {"diffuse", ListAt(m.light_diffuse, id, 3)},
-          {"specular", ListAt(m.light_specular, id, 3)},
-          {"ambient", ListAt(m.light_ambient, id, 3)},
-          {"attenuation", ListAt(m.light_attenuation, id, 3)},
-          {"cutoff_deg", List(m.light_cutoff + id, 1)[0]},
-          {"exponent", List(m.light_exponent + id, 1)[0]}};
+  return {
+      {"name", m.names + m.name_lightadr[id]},         {"body", m.light_bodyid[id]},
+      {"position_m", ListAt(m.light_pos, id, 3)},      {"direction", ListAt(m.light_dir, id, 3)},
+      {"directional", m.light_directional[id] != 0},   {"shadow", m.light_castshadow[id] != 0},
+      {"diffuse", ListAt(m.light_diffuse, id, 3)},     {"specular", ListAt(m.light_specular, id, 3)},
+      {"ambient", ListAt(m.light_ambient, id, 3)},     {"attenuation", ListAt(m.light_attenuation, id, 3)},
+      {"cutoff_deg", List(m.light_cutoff + id, 1)[0]}, {"exponent", List(m.light_exponent + id, 1)[0]}};
 }
 
 Json Camera(const mjModel& m, int id) {
-  return {{"name", NameOf(m, mjOBJ_CAMERA, id)},
+  return {{"name", m.names + m.name_camadr[id]},
           {"body", m.cam_bodyid[id]},
           {"position_m", ListAt(m.cam_pos, id, 3)},
           {"quat_wxyz", ListAt(m.cam_quat, id, 4)},

@@ -2,7 +2,6 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "bus/channels.h"
 #include "bus/message.h"
 
 namespace evalbus::viz {

@@ -1,6 +1,5 @@
 #include "viz/web/page.h"
 
-#include <string_view>
 #include <utility>
 
 #include "base/errors.h"

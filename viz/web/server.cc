@@ -18,7 +18,6 @@
 #include <list>
 #include <optional>
 #include <set>
-#include <thread>
 #include <utility>
 
 #include "base/errors.h"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 #include "base/errors.h"
 #include "viz/images/painter/shadow_map.h"

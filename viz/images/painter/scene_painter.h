@@ -8,11 +8,9 @@
 #include <mujoco/mujoco.h>
 
 #include <array>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "viz/images/painter/gl_functions.h"
 #include "viz/images/painter/gl_math.h"

@@ -1,7 +1,5 @@
 #include "viz/images/painter/shadow_map.h"
 
-#include <cmath>
-
 namespace evalbus::viz {
 namespace {
 

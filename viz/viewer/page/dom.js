@@ -124,3 +124,49 @@ Evalbus.roleOf = (name, k, head) => {
   const arm = (head.arms || []).findIndex((one) => words.includes(` ${Evalbus.spaced(one)} `));
   return arm === 0 ? "left" : arm === 1 ? "right" : `o${k % 4}`;
 };
+
+// List with rows of equal height. Only the visible rows exist in the DOM, because a run may have 100,000 episodes. Derived
+// classes have makeRow(), which returns an object with the row's `node`, and fill(slot, row), which sets its content.
+Evalbus.RowList = class {
+  // box, rows: properties of the element that scrolls, and of the rows' place in it.
+  constructor(box, rows) {
+    const e = Evalbus.element;
+    this.rows = [];
+    this.pool = [];
+    this.filler = e("div", { class: "ev-filler", role: "presentation" });
+    this.window = e("div", { class: "ev-rows", ...rows });
+    this.box = e("div", { tabindex: "0", "aria-label": "episodes", ...box }, this.filler, this.window);
+    this.box.addEventListener("scroll", () => this.draw(), { passive: true });
+    new ResizeObserver(() => this.draw()).observe(this.box);
+  }
+
+  // Must be called when `rows` has changed.
+  redraw() {
+    this.filler.style.height = `${this.rows.length * Evalbus.RowList.ROW}px`;
+    this.draw();
+  }
+
+  draw() {
+    const { ROW } = Evalbus.RowList;
+    const first = Math.max(0, Math.floor(this.box.scrollTop / ROW) - 4);
+    const count = Math.min(this.rows.length - first, Math.ceil(Math.min(this.box.clientHeight || 300, 3000) / ROW) + 8);
+    while (this.pool.length < count) {
+      this.pool.push(this.makeRow());
+      this.window.append(this.pool.at(-1).node);
+    }
+    this.pool.forEach((slot, k) => {
+      slot.node.hidden = k >= count;
+      if (k < count) this.fill(slot, this.rows[first + k]);
+    });
+    this.window.style.transform = `translateY(${first * ROW}px)`;
+  }
+
+  reveal(row) {
+    const { ROW } = Evalbus.RowList;
+    const top = this.rows.indexOf(row) * ROW;
+    if (top < this.box.scrollTop) this.box.scrollTop = top;
+    if (top + ROW > this.box.scrollTop + this.box.clientHeight) this.box.scrollTop = top + ROW - this.box.clientHeight;
+  }
+};
+
+Evalbus.RowList.ROW = 30;  // px; as in viewer.css and board.css

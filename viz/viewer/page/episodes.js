@@ -1,13 +1,13 @@
 // The list of all episodes on the page, with filter and sort, and the wall of failures.
 "use strict";
 
-Evalbus.Episodes = class {
+Evalbus.Episodes = class extends Evalbus.RowList {
   // board: provides the rows. actions: {hover, changed(filter), edit(row)}.
   constructor(place, board, thumbnails, actions) {
+    super({ class: "ev-table-box", role: "rowgroup" });
     const e = Evalbus.element;
     this.board = board;
     this.actions = actions;
-    this.rows = [];
     this.sort = { name: "", isDown: false };
     this.filter = e("input", { type: "search", class: "ev-filter-text", placeholder: "slips>0 and time<6", spellcheck: "false",
       autocomplete: "off", "aria-label": "filter", title: "filter (/)" });
@@ -26,16 +26,10 @@ Evalbus.Episodes = class {
       const button = e("button", { type: "button", onclick: () => this.sortBy(column.name) }, column.title);
       return e("span", { class: `ev-col-${column.name}`, role: "columnheader" }, button);
     }));
-    this.filler = e("div", { class: "ev-filler" });
-    this.window = e("div", { class: "ev-rows" });
-    this.box = e("div", { class: "ev-table-box", tabindex: "0", role: "rowgroup", "aria-label": "episodes" }, this.filler, this.window);
     this.table = e("div", { class: "ev-table", role: "table", "aria-label": "episodes" }, e("div", { role: "rowgroup" }, this.head), this.box);
     this.wall = new Evalbus.Wall(thumbnails, actions.hover);
     place.append(e("h1", { class: "ev-hidden" }, "Episodes"), e("div", { class: "ev-filter-bar" }, this.filter, this.count, e("span", { class: "ev-segments" }, this.asList, this.asWall)),
       this.problem, this.table, this.wall.place);
-    this.pool = [];
-    this.box.addEventListener("scroll", () => this.draw(), { passive: true });
-    new ResizeObserver(() => this.draw()).observe(this.box);
     this.setWall(false);
   }
 
@@ -99,25 +93,8 @@ Evalbus.Episodes = class {
   }
 
   showRows() {
-    if (this.isWall) {
-      this.wall.show(this.rows.filter((row) => Evalbus.FILTER_TEXTS.result(row) === "failure"));
-      return;
-    }
-    this.filler.style.height = `${this.rows.length * Evalbus.Episodes.ROW}px`;
-    this.draw();
-  }
-
-  // Only the visible rows exist in the DOM.
-  draw() {
-    const { ROW } = Evalbus.Episodes;
-    const first = Math.max(0, Math.floor(this.box.scrollTop / ROW) - 4);
-    const count = Math.min(this.rows.length - first, Math.ceil(Math.min(this.box.clientHeight, 3000) / ROW) + 8);
-    while (this.pool.length < count) this.pool.push(this.makeRow());
-    this.pool.forEach((slot, k) => {
-      slot.node.hidden = k >= count;
-      if (k < count) this.fill(slot, this.rows[first + k]);
-    });
-    this.window.style.transform = `translateY(${first * ROW}px)`;
+    if (this.isWall) this.wall.show(this.rows.filter((row) => Evalbus.FILTER_TEXTS.result(row) === "failure"));
+    else this.redraw();
   }
 
   makeRow() {
@@ -128,7 +105,6 @@ Evalbus.Episodes = class {
     slot.link.addEventListener("focus", () => this.select(slot.row));
     slot.cells[0].append(slot.link);
     slot.node = e("div", { class: "ev-table-row", role: "row" }, slot.cells);
-    this.window.append(slot.node);
     return slot;
   }
 
@@ -160,10 +136,7 @@ Evalbus.Episodes = class {
   }
 
   reveal(row) {
-    const { ROW } = Evalbus.Episodes;
-    const top = this.rows.indexOf(row) * ROW;
-    if (top < this.box.scrollTop) this.box.scrollTop = top;
-    if (top + ROW > this.box.scrollTop + this.box.clientHeight) this.box.scrollTop = top + ROW - this.box.clientHeight;
+    super.reveal(row);
     this.select(row);
   }
 };
@@ -171,7 +144,6 @@ Evalbus.Episodes = class {
 Evalbus.keyOf = (row) => `${row.run}/${row.episode}`;
 Evalbus.isFailure = (row) => row.complete && !row.success && row.has_track !== false;
 
-Evalbus.Episodes.ROW = 30;  // px; as in board.css
 Evalbus.Episodes.COLUMNS = [
   { name: "result", title: "result", value: Evalbus.FILTER_TEXTS.result,
     text: (row) => ({ success: "✓", failure: "✕", incomplete: "–" }[Evalbus.FILTER_TEXTS.result(row)]) },

@@ -1,29 +1,20 @@
 // Panel with a run and its episodes: success rate, failure reasons, health of the components, log.
 "use strict";
 
-// List with rows of equal height. Only the visible rows exist in the DOM, because a run may have 100,000
-// episodes.
-Evalbus.EpisodeList = class {
+Evalbus.EpisodeList = class extends Evalbus.RowList {
   constructor(place, actions) {
+    super({ class: "ev-list", role: "grid" }, { role: "rowgroup" });
     const e = Evalbus.element;
     this.actions = actions;
-    this.rows = [];
     this.filter = "all";
     this.all = e("button", { type: "button", onclick: () => this.setFilter("all") }, "All");
     this.failed = e("button", { type: "button", onclick: () => this.setFilter("failed") }, "Failures");
     this.reasonOnly = e("button", { type: "button", class: "ev-reason-only", hidden: "", title: "show all again",
       onclick: () => this.setFilter("all") });
     this.count = e("span", { class: "ev-note" });
-    this.filler = e("div", { class: "ev-filler", role: "presentation" });
-    this.window = e("div", { class: "ev-rows", role: "rowgroup" });
-    this.box = e("div", { class: "ev-list", role: "grid", tabindex: "0", "aria-label": "episodes" }, this.filler,
-      this.window);
     place.append(e("div", { class: "ev-filter" }, e("span", { class: "ev-segments" }, this.all, this.failed),
       this.reasonOnly, this.count), this.box);
-    this.pool = [];
-    this.box.addEventListener("scroll", () => this.draw(), { passive: true });
     this.box.addEventListener("keydown", (event) => this.key(event));
-    new ResizeObserver(() => this.draw()).observe(this.box);
     this.setFilter("all");
   }
 
@@ -60,20 +51,7 @@ Evalbus.EpisodeList = class {
     const whole = rows.length.toLocaleString("en");
     Evalbus.setText(this.count, this.rows.length === rows.length ? `${whole} finished`
       : `${this.rows.length.toLocaleString("en")} of ${whole}`);
-    this.filler.style.height = `${this.rows.length * Evalbus.EpisodeList.ROW}px`;
-    this.draw();
-  }
-
-  draw() {
-    const { ROW } = Evalbus.EpisodeList;
-    const first = Math.max(0, Math.floor(this.box.scrollTop / ROW) - 4);
-    const count = Math.min(this.rows.length - first, Math.ceil(Math.min(this.box.clientHeight || 300, 2000) / ROW) + 8);
-    while (this.pool.length < count) this.pool.push(this.makeRow());
-    this.pool.forEach((slot, k) => {
-      slot.node.hidden = k >= count;
-      if (k < count) this.fill(slot, this.rows[first + k]);
-    });
-    this.window.style.transform = `translateY(${first * ROW}px)`;
+    this.redraw();
   }
 
   makeRow() {
@@ -87,7 +65,6 @@ Evalbus.EpisodeList = class {
       } }, "vs");
     slot.node = e("div", { class: "ev-row", role: "row", onclick: () => this.actions.open(slot.row) }, slot.sign,
       slot.number, slot.text, slot.time, e("span", { role: "gridcell" }, slot.versus));
-    this.window.append(slot.node);
     return slot;
   }
 
@@ -119,16 +96,7 @@ Evalbus.EpisodeList = class {
     this.actions.open(row);
     this.reveal(row);
   }
-
-  reveal(row) {
-    const { ROW } = Evalbus.EpisodeList;
-    const top = this.rows.indexOf(row) * ROW;
-    if (top < this.box.scrollTop) this.box.scrollTop = top;
-    if (top + ROW > this.box.scrollTop + this.box.clientHeight) this.box.scrollTop = top + ROW - this.box.clientHeight;
-  }
 };
-
-Evalbus.EpisodeList.ROW = 30;
 
 Evalbus.RunPanel = class {
   constructor(place, actions) {

@@ -1,4 +1,4 @@
-#include "policy_bridge/wire/openpi_client.h"
+#include "policy_bridge/wire/clients.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "policy_bridge/wire/rest_client.h"
+#include "policy_bridge/wire/clients.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,17 @@
+// The clients of policy servers, one for each protocol; the top of each .cc describes its protocol.
+#pragma once
+
+#include <memory>
+
+#include "policy_bridge/wire/policy_client.h"
+
+namespace evalbus::policy {
+
+// None connects yet. Each throws InputError for a URL that its protocol does not have: tcp://HOST:PORT for
+// GR00T, http://HOST:PORT/PATH for REST (the default path is /act), else ws://HOST:PORT/PATH.
+std::unique_ptr<PolicyClient> MakeOpenpiClient(const ClientOptions& options);
+std::unique_ptr<PolicyClient> MakeVlaEvalClient(const ClientOptions& options);
+std::unique_ptr<PolicyClient> MakeGrootClient(const ClientOptions& options);
+std::unique_ptr<PolicyClient> MakeRestClient(const ClientOptions& options);
+
+}  // namespace evalbus::policy
