@@ -122,6 +122,10 @@ def check(browser, evalbus, runs, folder, found):
         browser.call("Page.navigate", url=url)
         browser.wait_for("Page.loadEventFired")
         wait_until(browser, f"Boolean(window.evalbusViewer && {JUDGE}.isShown && evalbusViewer.summary().hasImage)", "no episode is shown")
+        if not folder:
+            # The resolution does not matter here, and the processor renders it.
+            browser.evaluate("evalbusViewer.setLayer('shadows', false); evalbusViewer.scene.ratio = 0.2;"
+                             " evalbusViewer.scene.resize()")
         check_screens(browser, folder, found)
         wanted = judge_all(browser, count, secrets, folder, found)
         wait_until(browser, f"{JUDGE}.head.results", "the results are not revealed")
