@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
@@ -50,12 +51,16 @@ Scenes::Block Scenes::FindBlock(const std::string& id) const {
 
 namespace {
 
-// Adds the images of a source's cameras.
-void ReceiveImages(const std::filesystem::path& log, viz::EpisodeTrack* track) {
+// Adds the images of a source's cameras. header_of: converts their headers to those of the track.
+template <class HeaderOf>
+void ReceiveImages(const std::filesystem::path& log, const HeaderOf& header_of, viz::EpisodeTrack* track) {
   EventLogReader reader(log);
   for (LogEvent event; reader.Next(&event);) {
     if (!channels::Carries(channels::kCameraImage, event.channel)) continue;
-    if (image_t image{}; Decode(event.data, &image)) track->Receive(image);
+    image_t image{};
+    if (!Decode(event.data, &image)) continue;
+    image.header = header_of(image.header);
+    track->Receive(image);
   }
 }
 
@@ -92,13 +97,47 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
       });
   const results::RescoredLog scores = rescorer.Rescore(log);
   if (scores.episodes.empty()) throw InputError(log.string() + ": no episode in this log");
-  if (track->model().source != source_name::kSim) ReceiveImages(log, track.get());
+  if (track->model().source != source_name::kSim) ReceiveImages(log, std::identity(), track.get());
   track->Receive(criteria);
   track->Receive(scores.episodes.back().summary);
   const results::NoReturns points = results::ReadNoReturns(RunFolderOf(log));
   const auto point = points.find(track->episode().episode);
   if (point != points.end() && point->second.has_point())
     track->AddNoReturn(point->second.tick, results::NoReturnText(point->second));
+  return track;
+}
+
+std::unique_ptr<viz::EpisodeTrack> BlindTrack(const std::filesystem::path& log, int number, Scenes* scenes) {
+  std::unique_ptr<viz::EpisodeTrack> track;
+  const auto renumbered = [number](header_t header) {
+    header.episode = number;
+    header.attempt = 0;
+    return header;
+  };
+  episode_end_t end{};
+  results::Rescorer rescorer;
+  rescorer.OnBegin([&](const std::shared_ptr<const model_info_t>& model, const episode_begin_t& begin) {
+    const viz::SceneBlocks& scene = scenes->Of(*model, RunFolderOf(log));
+    episode_begin_t blind{};
+    blind.header = renumbered(begin.header);
+    track = std::make_unique<viz::EpisodeTrack>(
+        model, blind.header, viz::EpisodeTrack::About{.scene = scene.id(), .bodies = scene.moving_bodies()});
+    track->Receive(blind, scene.Appearance(begin.seed));
+  });
+  rescorer.OnTick([&](const metrics::EpisodeScorer& scorer, const state_t& state, const contacts_t&) {
+    state_t blind = state;
+    blind.header = end.header = renumbered(state.header);
+    track->Receive(blind);
+    if (state.header.tick > 0) return;
+    // The score of the start has the names of the stages.
+    partial_metrics_t start{};
+    scorer.Partial(&start);
+    start.header = blind.header;
+    track->Receive(start);
+  });
+  if (rescorer.Rescore(log).episodes.empty()) throw InputError(log.string() + ": no episode in this log");
+  if (track->model().source != source_name::kSim) ReceiveImages(log, renumbered, track.get());
+  track->Receive(end);
   return track;
 }
 

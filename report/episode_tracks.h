@@ -43,6 +43,11 @@ class Scenes {
 std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log,
                                                 viz::EpisodeTrack::About about, Scenes* scenes = nullptr);
 
+// Returns the same episode with nothing but its poses, gripper openings, images and the score of its start:
+// no outcome, no later scores, no events, no names of policy and run, no seed. number: shown as the number of
+// the episode. Throws InputError as above.
+std::unique_ptr<viz::EpisodeTrack> BlindTrack(const std::filesystem::path& log, int number, Scenes* scenes);
+
 // The blocks "run" and "episodes" of a recorded run.
 std::string RunBlock(const results::RecordedRun& run, int number);
 viz::EpisodeRow RowOf(const results::RecordedEpisode& episode, const results::RecordedRun& run);

@@ -16,6 +16,7 @@
 #include "report/viewer_pack.h"
 #include "results/circumstances.h"
 #include "results/episode_logs.h"
+#include "results/operator_results.h"
 #include "results/pacing.h"
 #include "results/policy_calls.h"
 
@@ -101,6 +102,11 @@ ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, b
   report.summary = run.Statistics().Summary(true);
   report.remarks = run.Remarks();
   report.notes = results::PolicyNotes(run);
+  for (const results::OperatorResult& result :
+       results::OperatorResults(run, results::ReadVerdicts(run.folder))) {
+    for (std::string& sentence : results::OperatorSentences(result))
+      report.operators.push_back(std::move(sentence));
+  }
   report.no_returns = results::ReadNoReturns(run.folder);
   report.pacing = Pacing(run);
   for (const results::RecordedEpisode& episode : run.episodes) {

@@ -19,6 +19,7 @@
 #include "results/no_return.h"
 #include "results/notes.h"
 #include "results/rescorer.h"
+#include "results/verdicts.h"
 
 namespace evalbus::results {
 namespace {
@@ -92,7 +93,8 @@ FolderContents ContentsOf(const fs::path& folder) {
       contents.folders.push_back(path);
       entry.disable_recursion_pending();
     } else if (entry->is_regular_file() && path != kManifestJson && path != kNotesJson &&
-               path != kNoReturnJson && !ParseTemporaryName(entry->path().filename())) {
+               path != kVerdictsJsonl && path != kNoReturnJson &&
+               !ParseTemporaryName(entry->path().filename())) {
       contents.files.push_back(path);
     }
   }

@@ -75,7 +75,8 @@ LiveView::LiveView(FILE* out, const LiveHeader& header, Clock clock)
   const std::string how = fmt::format("seed {}  {} {:g} Hz  {}", header.seed, header.clock, header.control_hz,
                                       Plural(header.episodes, "episode"));
   const bool one_line = static_cast<int>(Width(what) + 2 + Width(how)) <= width;
-  fmt::print(out_, "{}{}{}\n{}\n", what, one_line ? "  " : "\n", how, results::EpisodeHeader(width));
+  fmt::print(out_, "{}{}{}\n{}\n", what, one_line ? "  " : "\n", how,
+             header.is_blind ? "episodes wait for verdicts on the page" : results::EpisodeHeader(width));
   std::fflush(out_);
 }
 
@@ -98,7 +99,8 @@ void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   simulated_s_ += episode["metrics"]["completion_time"].get<double>();
   is_running_ = false;
   if (num_episodes_ <= header_.there_before && !header_.tells_those_before) return;
-  PrintAbove(results::EpisodeLine(episode, viz::TerminalWidth(out_), colors_));
+  PrintAbove(header_.is_blind ? fmt::format("episode {} has ended", episode["episode"].get<int>())
+                              : results::EpisodeLine(episode, viz::TerminalWidth(out_), colors_));
 }
 
 double LiveView::Progress() const {
@@ -124,14 +126,14 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) {
   std::vector<std::string> lines = {"", first};
   // Computed only when drawing, because it iterates over all episodes.
   if (!summary_) summary_ = statistics_.Summary(false);
-  if (summary_->judged > 0) {
+  if (summary_->judged > 0 && !header_.is_blind) {
     constexpr int kSparkline = 20;
     lines.push_back(fmt::format(
         "  success  {} of {}, {}  {}", summary_->successes, summary_->judged,
         viz::AnytimeRateText(summary_->success_rate, summary_->anytime.lower, summary_->anytime.upper),
         Sparkline(running_rate_, kSparkline)));
   }
-  if (has_scores()) AddScores(watch_, &lines);
+  if (has_scores() && !header_.is_blind) AddScores(watch_, &lines);
   for (std::string& line : lines) line = Cut(Printable(line), width);
   return lines;
 }

@@ -24,6 +24,8 @@ struct LiveHeader {
   // OnEpisodeDone(), unless tells_those_before is false.
   int there_before = 0;
   bool tells_those_before = true;
+  // An operator judges the episodes: no results are shown.
+  bool is_blind = false;
 };
 
 class LiveView : public RunListener {

@@ -19,6 +19,8 @@
 #include "bus/private_network.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/contacts_from.h"
+#include "report/web/judge.h"
+#include "results/operator_results.h"
 #include "results/pacing.h"
 #include "results/run_summary.h"
 #include "results/summary_table.h"
@@ -52,10 +54,11 @@ const char* ClockOf(const RunOptions& options) {
 
 LiveHeader HeaderOf(const PreparedRun& run) {
   const RunOptions& options = run.options;
-  return {
-      run.plan.task,          run.plan.variation, PolicyName(options), ClockOf(options),
-      options.sim.control_hz, options.seed,       run.num_wanted(),    static_cast<int>(run.finished.size()),
-      options.round < 1};
+  return {run.plan.task,          run.plan.variation,
+          PolicyName(options),    ClockOf(options),
+          options.sim.control_hz, options.seed,
+          run.num_wanted(),       static_cast<int>(run.finished.size()),
+          options.round < 1,      !options.judged_by.empty()};
 }
 
 // Runs the missing episodes, and records videos in parallel.
@@ -114,6 +117,28 @@ void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, do
   fmt::print("share    {}\n", ShellWords({"evalbus", "report", shown.string()}));
 }
 
+// Waits until the operator has judged all episodes; then, or without an operator at once, prints the results.
+void PrintResults(const PreparedRun& run, const results::RunSummary& summary, double wall_s, WebChild* web) {
+  const std::string& judged_by = run.options.judged_by;
+  const auto folder = run.folder.path();
+  if (judged_by.empty() || summary.statistics.episodes == 0) return PrintSummary(run, summary, wall_s);
+  const auto is_judged = [&] { return report::HasJudgedAll(folder, judged_by); };
+  if (!is_judged()) {
+    fmt::print("\nthe results are shown when {} has judged all episodes on the page\n", judged_by);
+    std::fflush(stdout);
+  }
+  web->StayUntil(is_judged);
+  if (!is_judged()) {
+    fmt::print("to continue  {}\n",
+               ShellWords({"evalbus", "judge", run.folder.shown().string(), "--operator", judged_by}));
+    return;
+  }
+  PrintSummary(run, summary, wall_s);
+  fmt::print("\n");
+  for (const std::string& line : results::JudgmentLines({results::ReadJudgedRun(folder)}))
+    fmt::print("{}\n", line);
+}
+
 nlohmann::ordered_json BeginEvent(const PreparedRun& run) {
   const LiveHeader header = HeaderOf(run);
   return {{"run", run.folder.path().string()},
@@ -141,10 +166,10 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
   std::optional<LiveView> view;
   std::optional<VideoRecording> video_recording;
   try {
-    if (run.options.web) web.emplace();
+    if (run.options.web || !run.options.judged_by.empty()) web.emplace();
     Announce(&run);
     // Started in the run's network namespace, which Announce() may have entered.
-    if (web) web->Start(run.folder.path(), run.folder.log_file("web"));
+    if (web) web->Start(run.folder.path(), run.folder.log_file("web"), run.options.judged_by);
     view.emplace(stdout, HeaderOf(run));
     RunListener* listener = &*view;
     if (events) {
@@ -161,7 +186,7 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
   run.folder.RemoveHalfWritten();
   const double wall_s = SecondsSince(started);
   const results::RunSummary summary = results::WriteRunSummary(run.folder.path());
-  if (run.options.round < 0) PrintSummary(run, summary, wall_s);
+  if (run.options.round < 0) PrintResults(run, summary, wall_s, web ? &*web : nullptr);
   if (events) events->Finish(ReadJsonFile<nlohmann::ordered_json>(run.folder.path() / kSummaryJson));
 
   const size_t without_video = video_recording->Finish();
@@ -190,6 +215,9 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
 }  // namespace
 
 void Watch(RunOptions options) {
+  if (!options.judged_by.empty()) results::CheckOperatorName(options.judged_by);
+  if (options.web && !options.judged_by.empty())
+    throw InputError("--web and --operator exclude each other: the page of --web shows the scores");
   if (options.video == std::vector<std::string>{"none"}) options.video.clear();
   if (options.url.empty()) options.url = UrlOfEnvironment();
   if (options.url.empty()) options.url = kLcmUrl;

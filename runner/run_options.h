@@ -52,6 +52,9 @@ struct RunOptions {
   int round = -1;
   // Serve a page (`evalbus web`) that remains after the run.
   bool web = false;
+  // Name of the operator who judges the episodes of a watch on a page (`evalbus judge`); until all are
+  // judged, the terminal shows no results. Empty: none.
+  std::string judged_by;
   // Index of this process if it is a worker of the run; -1 otherwise.
   int worker = -1;
 };

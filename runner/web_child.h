@@ -3,8 +3,10 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "runner/processes.h"
 #include "viz/web/server.h"
@@ -16,10 +18,14 @@ class WebChild {
   // Opens the port and prints the page's URL. Must be constructed before the process enters the run's
   // network. Throws InputError if this machine has no free port.
   WebChild();
-  // Starts the page for the run folder or log `run`. The output of `evalbus web` goes to log_file.
-  void Start(const std::filesystem::path& run, const std::filesystem::path& log_file);
+  // Starts the page for the run folder or log `run`: `evalbus web` or, for an operator, `evalbus judge`. Its
+  // output goes to log_file.
+  void Start(const std::filesystem::path& run, const std::filesystem::path& log_file,
+             const std::string& judged_by = "");
   // Returns when the user presses Ctrl-C or the page's process ends.
   void Stay();
+  // Returns also when `is_done`, which is called twice per second, returns true.
+  void StayUntil(const std::function<bool()>& is_done);
 
  private:
   // Null after Start().

@@ -82,6 +82,10 @@ Action ActionOf(CLI::App* app, void (*add_options)(CLI::App*, Options*), int (*r
           "  evalbus certify lift_pot/position --engines 2.2,3.3.3 --out runs/certified\n"                   \
           "  evalbus certify lift_pot/all --engines 2.2,3.3.3 --policies expert,hold --out runs/all\n"       \
           "  evalbus certify plan.yaml --engines 2.2,3.3.3 --workers 2 --out runs/plan")                     \
+  COMMAND(AddJudge, "Compare", "judge", "give verdicts on episodes, without knowing policy and score",       \
+          "  evalbus judge runs/watched --operator ann\n"                                                    \
+          "  evalbus judge runs/a runs/b --operator ann\n"                                                   \
+          "  evalbus judge runs/a runs/b --json judged.json")                                                \
   COMMAND(AddReport, "Compare", "report", "write a run, a suite or a plan as one HTML page",                 \
           "  evalbus report runs/noisy\n"                                                                    \
           "  evalbus report runs/noisy --out noisy.html --mb 20\n"                                           \

@@ -51,13 +51,18 @@ Action AddWatch(CLI::App* app) {
   app->add_option("--url", options->url,
                   "bus of the source; default: that of EVALBUS_URL, else udpm://239.255.76.67:7667?ttl=0")
       ->type_name("URL");
+  app->add_option("--operator", options->judged_by,
+                  "name of the person who gives a verdict on each episode after its end, on a page that does "
+                  "not show\nthe score ('evalbus judge'); results are printed when all episodes are judged")
+      ->type_name("NAME");
   app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
   AddLogLevel(app);
-  GroupOptions(app, {{"Source",
-                      {"--url", "--robot", "--gripper", "--contacts", "--map", "--source-timeout-s",
-                       "--model-path", "--assets"}},
-                     {"Episodes", {"--episodes", "--control-hz", "--after-success-s"}},
-                     {"Output", {"--out", "--policy-name", "--video", "--web", "--log-level"}}});
+  GroupOptions(
+      app, {{"Source",
+             {"--url", "--robot", "--gripper", "--contacts", "--map", "--source-timeout-s", "--model-path",
+              "--assets"}},
+            {"Episodes", {"--episodes", "--control-hz", "--after-success-s"}},
+            {"Output", {"--out", "--policy-name", "--video", "--operator", "--web", "--log-level"}}});
   return [options] {
     runner::Watch(*options);
     return 0;

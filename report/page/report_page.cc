@@ -90,6 +90,7 @@ std::string ReportPage(const Report& report) {
       Subtitle(run, html);
       const RunSection section{run, suite ? Id(i) : "", suite ? "h3" : "h2", suite ? "h4" : "h3", html};
       WriteSummary(section);
+      WriteOperators(section);
       WriteFailures(section);
       if (!suite && report.viewer) WriteViewer(*report.viewer, html, report.opened);
       WriteCircumstances(section);

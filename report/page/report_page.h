@@ -45,6 +45,9 @@ struct ReportRun {
   std::vector<std::string> remarks;
   // How the policy was run, one sentence each.
   std::vector<std::string> notes;
+  // Success rates by the verdicts of operators, and their agreement with the automatic verdicts, one sentence
+  // each; empty if there are none.
+  std::vector<std::string> operators{};
   // Influence of the start parameters on success; p-values are adjusted for all runs of the report.
   results::RunCircumstances circumstances;
   // By episode; empty unless `evalbus why` has searched for them.

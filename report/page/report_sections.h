@@ -26,6 +26,8 @@ inline std::string EpisodeId(const RunSection& section, const results::RecordedE
 
 // Success rate, failures and exclusions as sentences; the main numbers; one square per episode.
 void WriteSummary(const RunSection& section);
+// Verdicts of operators, if there are any, and their agreement with the automatic ones.
+void WriteOperators(const RunSection& section);
 // The first failures: image of the decisive moment, and the cause in a sentence.
 void WriteFailures(const RunSection& section);
 // Which start parameters influence success.

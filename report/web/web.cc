@@ -440,7 +440,9 @@ class WebPage {
   SteadyTime board_at_{};
 };
 
-void Serve(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply reply) {
+}  // namespace
+
+void AnswerPage(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply reply) {
   using Kind = viz::WebTarget::Kind;
   if (target.kind == Kind::kEpisode)
     return jobs->RequestEpisode(target.run, target.episode, std::move(reply));
@@ -453,8 +455,6 @@ void Serve(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply re
   }
   reply(viz::AnswerFile(target.kind == Kind::kPage ? "index.html" : target.name));
 }
-
-}  // namespace
 
 std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
                                                std::shared_ptr<viz::UpdateBroadcaster> broadcaster) {
@@ -512,7 +512,7 @@ int Web(const WebOptions& options) {
     };
   }
   server->Start([&jobs](const viz::WebTarget& target,
-                        viz::WebServer::Reply reply) { Serve(target, &jobs, std::move(reply)); },
+                        viz::WebServer::Reply reply) { AnswerPage(target, &jobs, std::move(reply)); },
                 on_note);
   if (!options.is_child) fmt::print("page {}{}  (Ctrl-C ends it)\n", server->url(), opened);
   std::fflush(stdout);

@@ -12,6 +12,8 @@
 
 namespace evalbus::report {
 
+class WebJobs;
+
 struct WebOptions {
   // Folders of runs, suites or plans, or a log that is being played; empty: the active run or replay on this
   // machine.
@@ -34,6 +36,9 @@ inline constexpr char kWebChildOption[] = "--on-stdin";
 // Listens on this address (empty: loopback) and port, as in WebOptions. Throws InputError.
 std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
                                                std::shared_ptr<viz::UpdateBroadcaster> broadcaster);
+
+// Answers a request of a page: its files, blocks of scenes, finished episodes.
+void AnswerPage(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply reply);
 
 // Prints the page's URL and serves until SIGINT or SIGTERM. Returns the exit code. Throws InputError,
 // EnvironmentError.

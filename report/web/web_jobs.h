@@ -29,6 +29,9 @@ class WebJobs {
 
   // Sets the folder of a run of the page. A run without a folder has no recorded episodes.
   void SetRun(int run, const std::filesystem::path& folder, const std::string& policy);
+  // Appends an episode to those of run 0, which is then served blind (BlindTrack): /episode/0/K is the K-th
+  // added one. Must not be combined with SetRun().
+  void AddBlind(const std::filesystem::path& folder, int episode);
   // Reads the block of a finished episode from its log. Concurrent requests for an episode share one read.
   void RequestEpisode(int run, int episode, viz::WebServer::Reply reply);
   // Writes a user's note into the run's folder. `answer` is delivered as those below; its text is empty if
@@ -72,6 +75,8 @@ class WebJobs {
   std::mutex mutex_;
   std::vector<Answer> answers_;
   std::vector<std::pair<std::filesystem::path, std::string>> runs_;
+  // Folder of the run and number of each episode that is served blind.
+  std::vector<std::pair<std::filesystem::path, int>> blind_;
   // Episodes that are being read, and the requests that wait for them.
   struct Asked {
     std::vector<viz::WebServer::Reply> replies;

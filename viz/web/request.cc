@@ -124,4 +124,33 @@ std::optional<WebNote> ParseNote(std::string_view message) {
   return parsed;
 }
 
+std::optional<WebVerdict> ParseVerdict(std::string_view message) {
+  constexpr int kMaxStages = 1000;
+  constexpr double kMaxRubric = 10;
+  const auto json = nlohmann::json::parse(message, nullptr, false);
+  if (!json.is_object() || json.size() != 1 || !json.contains("verdict")) return std::nullopt;
+  const auto& verdict = json["verdict"];
+  if (!verdict.is_object() || verdict.size() != 4) return std::nullopt;
+  for (const char* key : {"episode", "outcome", "stages", "rubric"}) {
+    if (!verdict.contains(key)) return std::nullopt;
+  }
+  const auto is_count = [](const nlohmann::json& value, uint64_t max) {
+    return value.is_number_unsigned() && value.get<uint64_t>() <= max;
+  };
+  const auto &episode = verdict["episode"], &outcome = verdict["outcome"], &stages = verdict["stages"],
+             &rubric = verdict["rubric"];
+  if (!is_count(episode, kMaxEpisode)) return std::nullopt;
+  if (outcome != "success" && outcome != "failure" && outcome != "abstain") return std::nullopt;
+  if (!stages.is_null() && !is_count(stages, kMaxStages)) return std::nullopt;
+  if (!rubric.is_null() &&
+      !(rubric.is_number() && rubric.get<double>() >= 0 && rubric.get<double>() <= kMaxRubric)) {
+    return std::nullopt;
+  }
+  WebVerdict parsed{
+      .episode = episode.get<int>(), .outcome = outcome.get<std::string>(), .stages = {}, .rubric = {}};
+  if (!stages.is_null()) parsed.stages = stages.get<int>();
+  if (!rubric.is_null()) parsed.rubric = rubric.get<double>();
+  return parsed;
+}
+
 }  // namespace evalbus::viz

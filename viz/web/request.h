@@ -32,13 +32,23 @@ bool IsLoopbackHost(std::string_view host);
 // Returns whether a page with this Origin header (empty: none was sent) was served by the server at `host`.
 bool IsOwnOrigin(std::string_view origin, std::string_view host);
 
-// The messages that a page sends: {"watch": RUN}, and {"note": {"run": RUN, "episode": EPISODE, "text":
-// TEXT}}, which sets a user's note on an episode. Both return nothing for any other text.
+// The messages that a page sends: {"watch": RUN}; {"note": {"run": RUN, "episode": EPISODE, "text": TEXT}},
+// which sets a user's note on an episode; {"verdict": {"episode": EPISODE, "outcome": OUTCOME, "stages":
+// STAGES, "rubric": RUBRIC}}, which gives an operator's verdict. All return nothing for any other text.
 std::optional<int> ParseWatch(std::string_view message);
 struct WebNote {
   int run = -1, episode = -1;
   std::string text;
 };
 std::optional<WebNote> ParseNote(std::string_view message);
+struct WebVerdict {
+  int episode = -1;
+  // "success", "failure" or "abstain".
+  std::string outcome;
+  // Number of stages reached, and a score from 0 to 10; null in the message if they are not given.
+  std::optional<int> stages;
+  std::optional<double> rubric;
+};
+std::optional<WebVerdict> ParseVerdict(std::string_view message);
 
 }  // namespace evalbus::viz

@@ -99,6 +99,7 @@ struct WebServer::Core {
   bool is_ipv6 = false, is_any = false, is_loopback = true;
   Handler handler;
   NoteHandler on_note;
+  VerdictHandler on_verdict;
   int connections = 0;
   // Connections that wait for their client; the one that has made no progress for longest is in front.
   std::list<Connection*> waiting;
@@ -138,9 +139,13 @@ class WebServer::Core::ViewerSession : public WebSocketSession {
       core_->broadcaster->Watch(&viewer_, *run);  // unknown runs are ignored
       return true;
     }
-    std::optional<WebNote> note = core_->on_note ? ParseNote(bytes) : std::nullopt;
-    if (!note) return false;
-    core_->on_note(std::move(*note));
+    if (std::optional<WebNote> note = core_->on_note ? ParseNote(bytes) : std::nullopt) {
+      core_->on_note(std::move(*note));
+      return true;
+    }
+    std::optional<WebVerdict> verdict = core_->on_verdict ? ParseVerdict(bytes) : std::nullopt;
+    if (!verdict) return false;
+    core_->on_verdict(std::move(*verdict));
     return true;
   }
 
@@ -376,9 +381,10 @@ std::string WebServer::url() const {
 
 bool WebServer::is_loopback() const { return core_->is_loopback; }
 
-void WebServer::Start(Handler handler, NoteHandler on_note) {
+void WebServer::Start(Handler handler, NoteHandler on_note, VerdictHandler on_verdict) {
   core_->handler = std::move(handler);
   core_->on_note = std::move(on_note);
+  core_->on_verdict = std::move(on_verdict);
   core_->listener.Start([core = core_.get()](tcp::socket socket) { core->Take(std::move(socket)); });
 }
 

@@ -59,6 +59,8 @@ class WebServer {
   using Handler = std::function<void(const WebTarget& target, Reply reply)>;
   // Called on the server's thread with each note that a page sends; must not block.
   using NoteHandler = std::function<void(WebNote note)>;
+  // The same for each verdict of an operator.
+  using VerdictHandler = std::function<void(WebVerdict verdict)>;
 
   // Listens in the current network namespace; does not start a thread yet. Throws InputError if the address
   // does not belong to this machine or its port is in use.
@@ -81,8 +83,9 @@ class WebServer {
   // Whether the server listens on the loopback interface only.
   bool is_loopback() const;
 
-  // Starts serving until Stop or destruction. Without `on_note`, viewers that send a note are disconnected.
-  void Start(Handler handler, NoteHandler on_note = nullptr);
+  // Starts serving until Stop or destruction. Viewers that send a note or a verdict are disconnected if there
+  // is no handler for it.
+  void Start(Handler handler, NoteHandler on_note = nullptr, VerdictHandler on_verdict = nullptr);
   void Stop();
   // Must be called when the broadcaster has updates.
   void Wake();

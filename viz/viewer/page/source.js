@@ -1,5 +1,5 @@
 // Sources of blocks: a server (LiveSource) or the page itself (PackedSource). Both notify `listener` with
-// {run, episodes, log, track, ticks, connection}, a server also with {board, notes}; they load blocks and episodes on
+// {run, episodes, log, track, ticks, connection}, a server also with {board, notes, judge}; they load blocks and episodes on
 // demand.
 "use strict";
 
@@ -63,6 +63,7 @@ Evalbus.LiveSource = class {
     if (block.kind === "log") this.listener.log(block.head);
     if (block.kind === "board") this.listener.board(block.head);
     if (block.kind === "notes") this.listener.notes(block.head);
+    if (block.kind === "judge") this.listener.judge(block.head);
     if (block.kind === "episode") {
       const track = new Evalbus.Track(block);
       this.tracks.set(run, track);
@@ -81,6 +82,13 @@ Evalbus.LiveSource = class {
 
   sendNote(run, episode, text) {
     if (this.socket && this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ note: { run, episode, text } }));
+  }
+
+  // Returns false if there is no connection.
+  sendVerdict(verdict) {
+    if (!this.socket || this.socket.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify({ verdict }));
+    return true;
   }
 
   async fetchBlock(path) {

@@ -35,9 +35,11 @@ Evalbus.Viewer = class {
       run: (head) => this.hearRun(head), episodes: (head) => this.hearEpisodes(head), log: (head) => this.hearLog(head),
       track: (track) => this.hearTrack(track), ticks: (track) => this.hearTicks(track),
       board: (head) => this.views && this.views.hearBoard(head), notes: (head) => this.hearNotes(head),
+      judge: (head) => this.judge.hear(head),
       connection: (state) => this.hearConnection(state),
     });
     this.assets = new Evalbus.Assets(this.source);
+    this.judge = new Evalbus.Judge(this);
     this.notes = new Evalbus.Notes((run, episode, text) => this.source.sendNote(run, episode, text));
     // A report has no overview and no list of several runs.
     this.views = this.isPacked ? null : new Evalbus.Views(this);
@@ -666,6 +668,7 @@ Evalbus.Viewer = class {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const at = event.target;
     if (at instanceof HTMLInputElement && at.type !== "checkbox" || at instanceof HTMLSelectElement || at instanceof HTMLTextAreaElement || this.parts.keys.open) return;
+    if (this.judge.key(event)) return;
     if (this.views && (this.views.key(event) || (!this.views.isPlayer && event.key !== "?"))) return;
     // Space and Enter activate the focused control.
     if ((event.key === " " || event.key === "Enter") && at instanceof Element && at.closest("button, summary, input, a")) return;

@@ -121,4 +121,38 @@ TEST(WebRequest, NotesAreParsedStrictly) {
   }
 }
 
+TEST(WebRequest, VerdictsAreParsedStrictly) {
+  const std::string whole =
+      R"({"verdict": {"episode": 7, "outcome": "success", "stages": 2, "rubric": 7.5}})";
+  const auto verdict = ParseVerdict(whole);
+  ASSERT_TRUE(verdict);
+  EXPECT_EQ(verdict->episode, 7);
+  EXPECT_EQ(verdict->outcome, "success");
+  EXPECT_EQ(verdict->stages, 2);
+  EXPECT_EQ(verdict->rubric, 7.5);
+  const auto shortest =
+      ParseVerdict(R"({"verdict": {"episode": 0, "outcome": "abstain", "stages": null, "rubric": null}})");
+  ASSERT_TRUE(shortest);
+  EXPECT_EQ(shortest->stages, std::nullopt);
+  EXPECT_EQ(shortest->rubric, std::nullopt);
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"7,", "-7,"},
+                                 {"7,", "\"7\","},
+                                 {"7,", "99999999999,"},
+                                 {"success", "good"},
+                                 {"\"success\"", "true"},
+                                 {"2", "-2"},
+                                 {"2", "2.5"},
+                                 {"2", "5000"},
+                                 {"7.5", "10.1"},
+                                 {"7.5", "-1"},
+                                 {"7.5", "\"7\""},
+                                 {"stages", "steps"},
+                                 {"\"rubric\"", "\"file\": 1, \"rubric\""}}) {
+    std::string other = whole;
+    other.replace(other.find(from), from.size(), to);
+    EXPECT_FALSE(ParseVerdict(other)) << other;
+  }
+  for (const char* other : {"", "{}", "[]", R"({"verdict": 1})"}) EXPECT_FALSE(ParseVerdict(other)) << other;
+}
+
 }  // namespace evalbus::viz::request_test

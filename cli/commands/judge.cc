@@ -1,0 +1,61 @@
+// evalbus judge: verdicts of an operator on recorded episodes, given without knowing policy and score.
+#include "report/web/judge.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/write_whole.h"
+#include "cli/commands/commands.h"
+#include "report/web/web.h"
+#include "results/operator_results.h"
+
+namespace evalbus::commands {
+namespace {
+
+struct JudgeCommandOptions {
+  report::JudgeOptions judge;
+  // Empty: the file is not written.
+  std::filesystem::path json;
+};
+
+int JudgeRuns(const JudgeCommandOptions& options) {
+  if (options.judge.runs.size() > 2) throw InputError("expected one run, or two runs of the same task");
+  if (!options.judge.operator_name.empty()) {
+    report::Judge(options.judge);
+    if (options.json.empty()) return 0;
+  }
+  std::vector<results::JudgedRun> runs;
+  for (const auto& folder : options.judge.runs) runs.push_back(results::ReadJudgedRun(folder));
+  if (options.judge.operator_name.empty()) {
+    for (const std::string& line : results::JudgmentLines(runs)) fmt::print("{}\n", line);
+  }
+  if (!options.json.empty()) WriteWhole(options.json, ToText(results::JudgmentJson(runs), 2) + "\n");
+  return 0;
+}
+
+}  // namespace
+
+Action AddJudge(CLI::App* app) {
+  const auto options = std::make_shared<JudgeCommandOptions>();
+  report::JudgeOptions& judge = options->judge;
+  app->add_option(
+         "run", judge.runs,
+         "folder of a run, finished or active; or two finished runs of one task with equal seeds, whose\n"
+         "episodes are shown in random order, without the policies' names")
+      ->required();
+  app->add_option("--operator", judge.operator_name,
+                  "name of the person who judges; without it, the results so far are printed")
+      ->type_name("NAME");
+  app->add_option("--seed", judge.seed, "seed of the order in which the episodes of two runs are shown")
+      ->capture_default_str();
+  app->add_option("--json", options->json, "also write the results to this file")->type_name("FILE");
+  app->add_option("--port", judge.port,
+                  "port to listen on; 0: any free port; default: 8080, or any free port if it is in use");
+  app->add_flag(report::kWebChildOption, judge.is_child)->group("");
+  return [options] { return JudgeRuns(*options); };
+}
+
+}  // namespace evalbus::commands

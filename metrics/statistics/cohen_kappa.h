@@ -1,0 +1,24 @@
+// Agreement of two raters on success and failure, corrected for the agreement expected by chance. Source:
+// Cohen 1960, "A coefficient of agreement for nominal scales", Educational and Psychological Measurement 20.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "metrics/statistics/newcombe.h"
+
+namespace evalbus::metrics {
+
+// kappa = (p_o - p_e) / (1 - p_e): p_o is the share of episodes with equal verdicts, p_e the share expected
+// if the raters were independent with their own rates of success. 1: always equal; 0: as by chance. nullopt
+// without episodes, or if both raters gave one and the same verdict to all of them: p_e is then 1.
+inline std::optional<double> CohenKappa(const PairCounts& verdicts) {
+  const int64_t n = verdicts.pairs(), a = verdicts.successes_a(), b = verdicts.successes_b();
+  // Both shares times n squared, which are whole numbers.
+  const int64_t observed = n * (verdicts.both + verdicts.neither);
+  const int64_t expected = a * b + (n - a) * (n - b);
+  if (expected == n * n) return std::nullopt;
+  return static_cast<double>(observed - expected) / static_cast<double>(n * n - expected);
+}
+
+}  // namespace evalbus::metrics

@@ -1,0 +1,57 @@
+// What the verdicts of operators say about runs: success rates, agreement with the automatic verdicts, and
+// the difference between two runs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "metrics/statistics/newcombe.h"
+#include "metrics/statistics/run_statistics.h"
+#include "results/comparison.h"
+#include "results/run_reader.h"
+#include "results/verdicts.h"
+
+namespace evalbus::results {
+
+// Verdicts of one operator on one run.
+struct OperatorResult {
+  std::string operator_name;
+  int abstentions = 0;
+  // Success rate over the episodes that the operator called a success or a failure, complete or not.
+  metrics::RunSummary rates;
+  // Episodes that have an automatic verdict as well; a: the operator, b: the automatic verdict.
+  metrics::PairCounts agreement;
+  // nullopt if undefined (metrics::CohenKappa).
+  std::optional<double> kappa;
+  // Means over the episodes for which they were given; nullopt if there are none.
+  std::optional<double> mean_stages, mean_rubric;
+};
+
+// A run and its verdicts.
+struct JudgedRun {
+  RecordedRun run;
+  std::vector<Verdict> verdicts;
+};
+// Throws InputError.
+JudgedRun ReadJudgedRun(const std::filesystem::path& folder);
+
+// One result for each operator, in alphabetical order.
+std::vector<OperatorResult> OperatorResults(const RecordedRun& run, const std::vector<Verdict>& verdicts);
+
+// Compares run with baseline as `evalbus compare` does, by the verdicts of one operator instead of the
+// automatic ones: over the pairs of equal seeds in which both episodes were called a success or a failure.
+// nullopt if there is no such pair. Throws InputError if the runs cannot be compared.
+std::optional<Comparison> CompareByOperator(const JudgedRun& run, const JudgedRun& baseline,
+                                            const std::string& operator_name);
+
+// The result in sentences, the first of which names the operator.
+std::vector<std::string> OperatorSentences(const OperatorResult& result);
+
+// Results of one or two runs, for people (headings, and below each its sentences, indented) and as JSON. Of
+// two runs, the first one is the baseline. Both throw InputError if two runs cannot be compared.
+std::vector<std::string> JudgmentLines(const std::vector<JudgedRun>& runs);
+nlohmann::ordered_json JudgmentJson(const std::vector<JudgedRun>& runs);
+
+}  // namespace evalbus::results

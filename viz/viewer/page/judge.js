@@ -1,0 +1,128 @@
+// Page of `evalbus judge`: plays the episodes one after another and sends an operator's verdicts.
+"use strict";
+
+Evalbus.Judge = class {
+  constructor(viewer) {
+    const e = Evalbus.element;
+    this.viewer = viewer;
+    this.head = null;  // the latest "judge" block
+    this.item = null;  // number of the episode that is shown
+    this.outcome = null;
+    this.stages = null;
+    this.saved = null;  // number of the episode whose verdict was sent last
+    const button = (text, key, action) => e("button", { type: "button", title: `key ${key}`, onclick: action }, text, " ", e("kbd", {}, key));
+    this.outcomes = new Map([["success", "Success", "s"], ["failure", "Failure", "f"], ["abstain", "Abstain", "a"]].map(
+      ([name, text, key]) => [name, button(text, key, () => this.choose(name))]));
+    this.progress = e("p", { class: "ev-note", role: "status" });
+    this.stageList = e("div", { class: "ev-judge-stages" });
+    this.rubric = e("input", { type: "number", min: "0", max: "10", step: "0.5", "aria-label": "rubric, 0 to 10" });
+    this.rubric.addEventListener("keydown", (event) => {
+      if (event.key === "Enter") this.save();
+    });
+    this.saveButton = button("Save, next", "Enter", () => this.save());
+    this.backButton = button("Back", "Backspace", () => this.back());
+    this.problem = e("p", { class: "ev-judge-problem", role: "alert" });
+    this.form = e("div", {}, e("h2", {}, "Your verdict"), e("div", { class: "ev-judge-row" }, ...this.outcomes.values()),
+      e("h2", {}, "Stages reached (optional)"), this.stageList, e("h2", {}, "Rubric, 0 to 10 (optional)"), this.rubric,
+      e("div", { class: "ev-judge-row" }, this.saveButton, this.backButton));
+    this.title = e("h2", {});
+    this.results = e("div", { hidden: "" });
+    this.place = e("section", { class: "ev-judge", "aria-label": "verdict" }, this.title, this.progress, this.form, this.problem, this.results);
+  }
+
+  hear(head) {
+    if (!this.head) {
+      this.viewer.place.classList.add("ev-judging");
+      this.viewer.parts.app.append(this.place);
+    }
+    this.head = head;
+    const count = head.verdicts.length, judged = head.verdicts.filter(Boolean).length;
+    Evalbus.setText(this.progress, `${judged} of ${count} judged by ${Evalbus.words(head.operator)}`);
+    Evalbus.setText(this.problem, Evalbus.words(head.error));
+    this.form.hidden = Boolean(head.results);
+    this.results.hidden = !head.results;
+    this.results.replaceChildren(...(head.results || []).map((line) =>
+      Evalbus.element(line.startsWith(" ") ? "p" : "h2", {}, Evalbus.words(line))));
+    const isKept = this.saved !== null && this.saved === this.item && head.verdicts[this.item] && !head.error;
+    if (head.results) Evalbus.setText(this.title, "Results");
+    else if (this.item === null || isKept) this.show(head.verdicts.indexOf(null));
+  }
+
+  // item: number of the episode; negative: there is none to judge.
+  show(item) {
+    this.item = item < 0 ? null : item;
+    this.saved = null;
+    this.form.hidden = item < 0;
+    if (item < 0) {
+      Evalbus.setText(this.title, "Waiting for the end of the next episode");
+      return;
+    }
+    const given = this.head.verdicts[item];
+    this.outcome = given && given.outcome;
+    this.stages = given && given.stages;
+    this.rubric.value = given && given.rubric !== null ? String(given.rubric) : "";
+    Evalbus.setText(this.title, `Episode ${item + 1} of ${this.head.verdicts.length}`);
+    this.showChoices();
+    this.viewer.open(0, item, 0).then(() => {
+      Evalbus.setText(this.problem, this.viewer.problem);
+      this.showChoices();
+    });
+  }
+
+  // False while the episode is being loaded, or if that failed.
+  get isShown() {
+    const track = this.viewer.tracks[0];
+    return Boolean(track) && track.episode === this.item;
+  }
+
+  stageNames() {
+    return this.isShown ? (this.viewer.tracks[0].head.stages || []).map((stage) => Evalbus.spaced(stage.name)) : [];
+  }
+
+  showChoices() {
+    for (const [name, button] of this.outcomes) button.setAttribute("aria-pressed", String(name === this.outcome));
+    const names = this.stageNames();
+    this.stageList.replaceChildren(...["none", ...names].map((name, k) => Evalbus.element("button", { type: "button",
+      "aria-pressed": String(this.stages === k), title: `key ${k}`, onclick: () => this.chooseStages(k) }, Evalbus.element("kbd", {}, String(k)), ` ${name}`)));
+    this.saveButton.disabled = !this.outcome || !this.isShown;
+    this.backButton.disabled = !this.item;
+  }
+
+  choose(outcome) {
+    this.outcome = outcome;
+    this.showChoices();
+  }
+
+  chooseStages(count) {
+    this.stages = this.stages === count ? null : count;
+    this.showChoices();
+  }
+
+  save() {
+    if (!this.outcome || !this.isShown || !this.rubric.reportValidity()) return;
+    const rubric = this.rubric.value === "" ? null : Number(this.rubric.value);
+    this.rubric.blur();
+    this.saved = this.item;
+    const isSent = this.viewer.source.sendVerdict({ episode: this.item, outcome: this.outcome, stages: this.stages, rubric });
+    Evalbus.setText(this.problem, isSent ? "" : "There is no connection to the server. Save again when it is back.");
+  }
+
+  back() {
+    if (this.item) this.show(this.item - 1);
+  }
+
+  // Returns whether the key was one of this page's.
+  key(event) {
+    if (!this.head || this.head.results || this.item === null) return false;
+    const actions = { s: () => this.choose("success"), f: () => this.choose("failure"), a: () => this.choose("abstain"),
+      Enter: () => this.save(), Backspace: () => this.back() };
+    // Keys of the player that do not apply here.
+    if (["l", "?"].includes(event.key)) return true;
+    const stages = /^[0-9]$/.test(event.key) && Number(event.key) <= this.stageNames().length ? Number(event.key) : null;
+    if (stages !== null) this.chooseStages(stages);
+    else if (Object.hasOwn(actions, event.key)) actions[event.key]();
+    else return false;
+    event.preventDefault();
+    return true;
+  }
+};
