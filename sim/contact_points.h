@@ -28,8 +28,8 @@ class ContactPoints {
  private:
   // Kind of the contact of two geoms as in contact_force_t; -1 if it is not counted.
   int8_t Kind(int geom_a, int geom_b) const;
-  // 1/2 m v^2: v is the speed at which the two surfaces approach along the normal, and m the mass that resists
-  // it (the inverse of J M^-1 J^T). 0 if they move apart.
+  // 1/2 m v^2: v is the speed at which the two surfaces approach along the normal, and m the mass that
+  // resists it (the inverse of J M^-1 J^T). 0 if they move apart.
   double TouchEnergy(const mjModel& model, mjData* data, const mjContact& contact);
 
   struct Geom {

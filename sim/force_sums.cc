@@ -108,8 +108,8 @@ void ForceSums::AddGrips() {
 }
 
 bool ForceSums::Touched(int8_t kind, int body_a, int body_b) const {
-  return std::ranges::any_of(
-      pairs_, [&](const Pair& pair) { return pair.touches && pair.Is(kind, body_a, body_b); });
+  return std::ranges::any_of(pairs_,
+                             [&](const Pair& pair) { return pair.touches && pair.Is(kind, body_a, body_b); });
 }
 
 void ForceSums::Fill(state_t* state) const {

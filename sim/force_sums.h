@@ -1,5 +1,5 @@
-// Sums the contact forces of the physics steps of a control tick: by pair of bodies, by what the robot touches,
-// and by gripper. Pure; does not allocate after construction.
+// Sums the contact forces of the physics steps of a control tick: by pair of bodies, by what the robot
+// touches, and by gripper. Pure; does not allocate after construction.
 #pragma once
 
 #include <array>

@@ -234,7 +234,7 @@ state_t MeasuredScene::At(const Sample& a, const Sample& b, double share, const 
       }
     }
     opening = std::clamp(opening, 0.0, 1.0);
-    state.gripper.push_back({opening});
+    state.gripper.emplace_back().opening = opening;
     for (const std::string& joint : its.joints) {
       const std::string name = its.prefix() + joint;
       if (Has(measured_.joints, name)) continue;

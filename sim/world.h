@@ -130,8 +130,8 @@ class World {
   // Computes everything that depends on positions and velocities. Also compensates gravity and Coriolis
   // forces on the arms, if the robot does, and on parked distractors.
   void Prepare();
-  // Adds the last physics step: the work (its torques times the motion with the velocities at its end), and the
-  // torques.
+  // Adds the last physics step: the work (its torques times the motion with the velocities at its end), and
+  // the torques.
   void AddWork();
   bool IsStable();
 
