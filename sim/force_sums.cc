@@ -20,7 +20,7 @@ ForceSums::ForceSums(std::vector<int> fingers, int objects, double timestep)
       timestep_(timestep),
       finger_force_(static_cast<size_t>(std::accumulate(fingers_.begin(), fingers_.end(), 0)) * objects_),
       grips_(fingers_.size()) {
-  pairs_.reserve(contact_force_t::MAX_PAIRS);
+  pairs_.reserve(256);
 }
 
 void ForceSums::Start() {
@@ -36,16 +36,14 @@ void ForceSums::StartTick() {
   }
   for (std::vector<double>& forces : largest_) forces.clear();
   std::ranges::fill(grips_, Grip{});
-  left_out_ = 0;
   steps_ = 0;
 }
 
-ForceSums::Pair* ForceSums::Find(const ContactPoint& point) {
+ForceSums::Pair& ForceSums::Find(const ContactPoint& point) {
   const auto found = std::ranges::find_if(
       pairs_, [&](const Pair& pair) { return pair.Is(point.kind, point.body_a, point.body_b); });
-  if (found != pairs_.end()) return &*found;
-  if (pairs_.size() == contact_force_t::MAX_PAIRS) return nullptr;
-  return &pairs_.emplace_back(Pair{.kind = point.kind, .body_a = point.body_a, .body_b = point.body_b});
+  if (found != pairs_.end()) return *found;
+  return pairs_.emplace_back(Pair{.kind = point.kind, .body_a = point.body_a, .body_b = point.body_b});
 }
 
 void ForceSums::AddStep(std::span<const ContactPoint> points) {
@@ -55,22 +53,16 @@ void ForceSums::AddStep(std::span<const ContactPoint> points) {
     pair.force = {};
   }
   std::ranges::fill(finger_force_, 0);
-  int32_t left_out = 0;
   for (const ContactPoint& point : points) {
     if (point.finger >= 0 && point.object >= 0) {
       finger_force_[static_cast<size_t>(point.finger) * objects_ + static_cast<size_t>(point.object)] +=
           point.normal_force;
     }
-    Pair* pair = Find(point);
-    if (!pair) {
-      ++left_out;
-      continue;
-    }
-    pair->touches = true;
-    for (size_t i = 0; i < 3; ++i) pair->force[i] += point.force[i];
-    pair->touch_energy = std::max(pair->touch_energy, point.touch_energy);
+    Pair& pair = Find(point);
+    pair.touches = true;
+    for (size_t i = 0; i < 3; ++i) pair.force[i] += point.force[i];
+    pair.touch_energy = std::max(pair.touch_energy, point.touch_energy);
   }
-  left_out_ = std::max(left_out_, left_out);
   std::array<double, 3> largest{};
   for (Pair& pair : pairs_) {
     if (!pair.touches) continue;
@@ -132,7 +124,6 @@ void ForceSums::Fill(state_t* state) const {
     return std::tuple(force.body_a, force.body_b, force.kind);
   });
   state->num_contact_forces = static_cast<int32_t>(forces.size());
-  state->num_contact_forces_left_out = left_out_;
   state->scene_force_N = largest_[contact_force_t::SCENE];
   state->object_force_N = largest_[contact_force_t::OBJECT];
   state->self_force_N = largest_[contact_force_t::SELF];

@@ -60,16 +60,15 @@ class ForceSums {
     int64_t steps = 0;
   };
 
-  // Null if there is no room for another pair.
-  Pair* Find(const ContactPoint& point);
+  // The pair of the point's bodies; a new one if they did not touch before in this tick.
+  Pair& Find(const ContactPoint& point);
   // Adds the grip forces of the current step.
   void AddGrips();
 
-  const std::vector<int> fingers_;
-  const size_t objects_;
-  const double timestep_;
+  std::vector<int> fingers_;
+  size_t objects_;
+  double timestep_;
   std::vector<Pair> pairs_;
-  int32_t left_out_ = 0;
   int64_t steps_ = 0;
   // By kind SCENE, OBJECT, SELF: see state_t.scene_force_N.
   std::array<std::vector<double>, 3> largest_;

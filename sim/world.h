@@ -51,6 +51,7 @@ class World {
   // The state of the simulation, for Restore() within the same episode. Equal actions lead to equal bits.
   struct Snapshot {
     std::vector<double> qpos, qvel, act, ctrl, warm_start, mocap_pos, mocap_quat, work;
+    ForceSums forces;
     double time = 0;
     int64_t action_clips = 0, unreachable_poses = 0, singular_poses = 0;
   };

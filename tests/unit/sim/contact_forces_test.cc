@@ -151,21 +151,4 @@ TEST(ContactForces, FingersPressWithTheirMotorsForceAtAnyControlRate) {
   }
 }
 
-TEST(ForceSums, LeavesOutAndCountsThePairsBeyondItsRoom) {
-  ForceSums sums({}, 0, kStep);
-  sums.Start();
-  std::vector<ContactPoint> points(contact_force_t::MAX_PAIRS + 3);
-  for (size_t k = 0; k < points.size(); ++k) {
-    points[k].kind = contact_force_t::SCENE;
-    points[k].body_b = static_cast<int>(k) + 1;
-    points[k].force = {3, 0, 4};
-  }
-  sums.AddStep(points);
-  state_t state{};
-  sums.Fill(&state);
-  EXPECT_EQ(state.num_contact_forces, contact_force_t::MAX_PAIRS);
-  EXPECT_EQ(state.num_contact_forces_left_out, 3);
-  EXPECT_EQ(state.scene_force_N, std::vector<double>{5});
-}
-
 }  // namespace evalbus::sim::contact_forces_test
