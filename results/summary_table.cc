@@ -108,9 +108,8 @@ std::string ConstantsText(const std::vector<MetricNumber>& constants, const metr
 
 // "  2 violations of force limits, first of pot at 5.62 s with 604 N"; empty if there are none.
 std::string ViolationsText(const nlohmann::ordered_json& episode) {
-  // Runs of an older evalbus have no such list.
   const auto list = nlohmann::ordered_json::json_pointer("/explanation/limit_violations");
-  if (!episode.contains(list) || episode[list].empty()) return "";
+  if (!episode.contains(list)) return "";
   const nlohmann::ordered_json& first = episode[list][0];
   return fmt::format("  {} of force limits, first of {} at {:.2f} s with {:.0f} N",
                      Plural(episode[list].size(), "violation"), Printable(first["region"].get<std::string>()),

@@ -203,7 +203,6 @@ ordered_json ExplanationJson(const explanation_t& e) {
     result["grasps"].push_back(EventJson(grasp));
     result["grasps"].back()["duration_s"] = grasp.duration_s;
   }
-  result["limit_violations"] = ordered_json::array();
   for (const limit_violation_t& violation : e.violation) {
     result["limit_violations"].push_back({{"region", violation.region},
                                           {"body", violation.body},
