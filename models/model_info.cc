@@ -190,6 +190,11 @@ arm_info_t FillArm(const TaskDescription& task, const ArmDescription& arm, const
     result.joint_qpos_index.push_back(model.jnt_qposadr[joint]);
     result.joint_lower_rad.push_back(model.jnt_limited[joint] ? lower : -kWholeTurn);
     result.joint_upper_rad.push_back(model.jnt_limited[joint] ? upper : kWholeTurn);
+    const double* range = model.actuator_forcerange + 2 * actuator;
+    result.joint_torque_limit_Nm.push_back(model.actuator_forcelimited[actuator]
+                                               ? std::min(std::abs(range[0]), std::abs(range[1])) *
+                                                     std::abs(model.actuator_gear[6 * actuator])
+                                               : 0);
     const auto start = std::ranges::find(task.joints, result.joint_name.back(), &JointStart::joint);
     result.joint_home_rad.push_back(start == task.joints.end() ? arm.home[i] : start->position);
   }

@@ -114,6 +114,17 @@ int ModelNames::Body(const std::string& operand, const SourceLocation& where) co
          "an entity (" + List(model_.entity_name) + ") or a body (" + List(model_.body_name) + ")");
 }
 
+std::vector<uint8_t> ModelNames::Bodies(const std::string& operand, const SourceLocation& where) const {
+  std::vector<uint8_t> bodies(model_.num_bodies);
+  const int entity = Find(model_.entity_name, operand);
+  if (entity < 0) {
+    bodies[Body(operand, where)] = 1;
+  } else {
+    for (int body = 0; body < model_.num_bodies; ++body) bodies[body] = model_.body_entity[body] == entity;
+  }
+  return bodies;
+}
+
 int ModelNames::Joint(const std::string& name, const SourceLocation& where) const {
   if (const int joint = Find(model_.joint_name, name); joint >= 0) return joint;
   Refuse(where, "no joint", name, model_.joint_name, List(model_.joint_name));

@@ -37,6 +37,8 @@ class ModelNames {
   // Body whose frame represents the operand: the first body of an entity. Does not accept geoms, because
   // their poses are not in STATE.
   int Body(const std::string& operand, const SourceLocation& where) const;
+  // Mask by body id: 1 for all bodies of an entity, or for the body.
+  std::vector<uint8_t> Bodies(const std::string& operand, const SourceLocation& where) const;
   // Index into the lists of joints.
   int Joint(const std::string& name, const SourceLocation& where) const;
   // Index of a gripper; -1 if there is none with this name.

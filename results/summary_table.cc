@@ -106,6 +106,16 @@ std::string ConstantsText(const std::vector<MetricNumber>& constants, const metr
          "\n";
 }
 
+// "  2 violations of force limits, first of pot at 5.62 s with 604 N"; empty if there are none.
+std::string ViolationsText(const nlohmann::ordered_json& episode) {
+  const auto list = nlohmann::ordered_json::json_pointer("/explanation/limit_violations");
+  if (!episode.contains(list)) return "";
+  const nlohmann::ordered_json& first = episode[list][0];
+  return fmt::format("  {} of force limits, first of {} at {:.2f} s with {:.0f} N",
+                     Plural(episode[list].size(), "violation"), Printable(first["region"].get<std::string>()),
+                     first["time_s"].get<double>(), first["force_N"].get<double>());
+}
+
 }  // namespace
 
 std::string FormatDuration(double seconds) {
@@ -147,7 +157,7 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool c
   }
   const auto detail = episode["end_detail"].get<std::string>();
   if (!detail.empty()) line += "  " + Printable(detail);
-  return line;
+  return line + ViolationsText(episode);
 }
 
 std::string InvalidText(int invalid, const std::string& folder) {

@@ -234,7 +234,7 @@ state_t MeasuredScene::At(const Sample& a, const Sample& b, double share, const 
       }
     }
     opening = std::clamp(opening, 0.0, 1.0);
-    state.gripper.push_back({opening});
+    state.gripper.emplace_back().opening = opening;
     for (const std::string& joint : its.joints) {
       const std::string name = its.prefix() + joint;
       if (Has(measured_.joints, name)) continue;
@@ -265,7 +265,9 @@ state_t MeasuredScene::At(const Sample& a, const Sample& b, double share, const 
       out.joint_position_rad.push_back(d.qpos[model_->jnt_qposadr[id]]);
       out.joint_velocity_radps.push_back(d.qvel[model_->jnt_dofadr[id]]);
     }
-    out.joint_torque_Nm.assign(static_cast<size_t>(arm.num_joints), 0);
+    for (auto* unknown : {&out.joint_torque_Nm, &out.joint_torque_peak_Nm, &out.joint_command_rad}) {
+      unknown->assign(static_cast<size_t>(arm.num_joints), 0);
+    }
     const int site = mj_name2id(model_, mjOBJ_SITE, arm.wrist_site.c_str());
     mju_copy3(out.wrist_position_m, d.site_xpos + 3 * site);
     mju_mat2Quat(out.wrist_quat_wxyz, d.site_xmat + 9 * site);

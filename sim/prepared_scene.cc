@@ -9,10 +9,13 @@
 
 #include "base/errors.h"
 #include "base/file_errors.h"
+#include "base/input_file.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/write_whole.h"
 #include "lcmtypes/clock.h"
+#include "models/force_limits.h"
+#include "models/model_names.h"
 #include "models/physics_model.h"
 #include "models/randomized_model.h"
 
@@ -80,6 +83,15 @@ void Describe(const SimOptions& options, PreparedScene* prepared) {
     info.substeps = Substeps(real.control_hz, info.timestep_us);
   }
   const double tick_s = ControlPeriod(info);
+  if (!options.limits.empty()) {
+    info.limits_file = options.limits;
+    info.limits_yaml = ReadInput(options.limits, "force limits");
+    // Throws InputError for names that the model does not contain.
+    const ModelNames names(info);
+    for (const ForceLimit& limit : ParseForceLimits(info.limits_yaml, info.limits_file)) {
+      for (size_t k = 0; k < limit.bodies.size(); ++k) names.Bodies(limit.bodies[k], limit.locations[k]);
+    }
+  }
   info.after_success_us = TickUs(std::llround(std::ceil(options.after_success_s / tick_s - 1e-6)), tick_s);
 }
 

@@ -30,6 +30,8 @@ struct SimOptions {
   double rtf = 1;
   double policy_timeout_s = 60;
   double after_success_s = 0;
+  // File of force limits (models/force_limits.h), or empty.
+  std::string limits;
   // As in MODEL.
   std::string run_id = "run";
   // Only for a source (`evalbus watch`). source_timeout_s: a source that is silent for this long has ended
@@ -96,6 +98,9 @@ void ForEachOption(Options& options, const F& f) {
                  "continue for this many simulated seconds (whole ticks) after the first success, and report "
                  "whether it holds",
                  Range{0, 1e6}, kFixed},
+          Option{&SimOptions::limits, "limits",
+                 "file (YAML) of force limits by region of bodies; violations are counted and explained",
+                 Range{}, kFixed},
           Option{&SimOptions::run_id, "run_id"},
           Option{&SimOptions::source_timeout_s, "source_timeout_s", "", Range{0.1, 3600}},
           Option{&SimOptions::gripper, "gripper"},

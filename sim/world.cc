@@ -28,7 +28,9 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
       gravity_compensation_(CompensatesGravity(*model)),
       start_steps_(robot.start_steps),
       data_(mj_makeData(model)),
-      stepped_qpos_(static_cast<size_t>(model->nq)) {
+      stepped_qpos_(static_cast<size_t>(model->nq)),
+      contact_points_(*model, info),
+      forces_(contact_points_.fingers(), info.num_objects, model->opt.timestep) {
   for (const ArmDescription& description : robot.arms) {
     const std::string prefix = description.prefix();
     Arm arm;
@@ -44,6 +46,7 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
     for (const std::string& actuator : description.actuators) {
       arm.actuator.push_back(Id(model, mjOBJ_ACTUATOR, prefix + actuator, "actuator"));
     }
+    arm.torque_peak.resize(arm.dof.size());
     arm.wrist_site = Id(model, mjOBJ_SITE, prefix + description.wrist_site, "site");
     arms_.push_back(std::move(arm));
   }
@@ -169,7 +172,13 @@ void World::Prepare() {
 void World::AddWork() {
   for (Arm& arm : arms_) {
     double power = 0;
-    for (const int dof : arm.dof) power += data_->qfrc_actuator[dof] * data_->qvel[dof];
+    for (size_t j = 0; j < arm.dof.size(); ++j) {
+      const int dof = arm.dof[j];
+      power += data_->qfrc_actuator[dof] * data_->qvel[dof];
+      // The applied force is gravity compensation.
+      const double torque = std::abs(data_->qfrc_actuator[dof] + data_->qfrc_applied[dof]);
+      arm.torque_peak[j] = std::max(arm.torque_peak[j], torque);
+    }
     arm.work += std::abs(power) * model_->opt.timestep;
   }
 }
@@ -195,8 +204,12 @@ void World::MakeStartSteps() {
 }
 
 bool World::Step() {
+  forces_.StartTick();
+  for (Arm& arm : arms_) std::ranges::fill(arm.torque_peak, 0);
   for (int i = 0; i < substeps_; ++i) {
+    contact_points_.BeforeStep(*model_, data_.get(), forces_);
     mj_step2(model_, data_.get());
+    forces_.AddStep(contact_points_.AfterStep(*model_, *data_));
     AddWork();
     Prepare();
     if (!IsStable()) return false;
@@ -238,10 +251,13 @@ void World::Fill(state_t* state) const {
     out.joint_position_rad.resize(arm.qpos.size());
     out.joint_velocity_radps.resize(arm.qpos.size());
     out.joint_torque_Nm.resize(arm.qpos.size());
+    out.joint_torque_peak_Nm = arm.torque_peak;
+    out.joint_command_rad.resize(arm.qpos.size());
     for (size_t j = 0; j < arm.qpos.size(); ++j) {
       out.joint_position_rad[j] = d.qpos[arm.qpos[j]];
       out.joint_velocity_radps[j] = d.qvel[arm.dof[j]];
       out.joint_torque_Nm[j] = d.qfrc_actuator[arm.dof[j]];
+      out.joint_command_rad[j] = d.ctrl[arm.actuator[j]];
     }
     out.mechanical_work_J = arm.work;
     std::copy_n(d.site_xpos + 3 * arm.wrist_site, 3, out.wrist_position_m);
@@ -257,6 +273,7 @@ void World::Fill(state_t* state) const {
     }
     state->gripper[i].opening = std::clamp(sum / static_cast<double>(gripper.qpos.size()), 0.0, 1.0);
   }
+  forces_.Fill(state);
   state->action_clips = action_clips_;
   state->unreachable_poses = unreachable_poses_;
   state->singular_poses = singular_poses_;

@@ -16,6 +16,8 @@
 #include "models/randomized_model.h"
 #include "models/robot_description.h"
 #include "models/task_description.h"
+#include "sim/contact_points.h"
+#include "sim/force_sums.h"
 
 namespace evalbus::sim {
 
@@ -49,6 +51,7 @@ class World {
   // The state of the simulation, for Restore() within the same episode. Equal actions lead to equal bits.
   struct Snapshot {
     std::vector<double> qpos, qvel, act, ctrl, warm_start, mocap_pos, mocap_quat, work;
+    ForceSums forces;
     double time = 0;
     int64_t action_clips = 0, unreachable_poses = 0, singular_poses = 0;
   };
@@ -71,6 +74,8 @@ class World {
     int wrist_site = -1;
     // Work since Reset(), J.
     double work = 0;
+    // Largest absolute torque of each joint since the last control tick, N m.
+    std::vector<double> torque_peak;
   };
   struct Gripper {
     std::vector<int> qpos;
@@ -126,7 +131,8 @@ class World {
   // Computes everything that depends on positions and velocities. Also compensates gravity and Coriolis
   // forces on the arms, if the robot does, and on parked distractors.
   void Prepare();
-  // Adds the work of the last physics step: its torques times the motion with the velocities at its end.
+  // Adds the last physics step: the work (its torques times the motion with the velocities at its end), and
+  // the torques.
   void AddWork();
   bool IsStable();
 
@@ -149,6 +155,8 @@ class World {
   std::vector<Arm> arms_;
   std::vector<Gripper> grippers_;
   std::vector<Part> parts_;
+  ContactPoints contact_points_;
+  ForceSums forces_;
   // Start positions of joints, other than the arms', that differ from their model file.
   struct Start {
     int qpos;

@@ -37,7 +37,11 @@ const World::Part& World::MovablePart(const std::string& name) const {
 std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
   action_clips_ = unreachable_poses_ = singular_poses_ = 0;
   instability_.clear();
-  for (Arm& arm : arms_) arm.work = 0;
+  forces_.Start();
+  for (Arm& arm : arms_) {
+    arm.work = 0;
+    std::ranges::fill(arm.torque_peak, 0);
+  }
   std::vector<Parameter> changes;
   model_ = compiled_;
   if (!variation.physics.empty()) {

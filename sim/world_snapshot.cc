@@ -17,6 +17,7 @@ World::Snapshot World::Save() const {
                     .mocap_pos = copy(d.mocap_pos, 3 * model_->nmocap),
                     .mocap_quat = copy(d.mocap_quat, 4 * model_->nmocap),
                     .work = {},
+                    .forces = forces_,
                     .time = d.time,
                     .action_clips = action_clips_,
                     .unreachable_poses = unreachable_poses_,
@@ -36,6 +37,7 @@ void World::Restore(const Snapshot& snapshot) {
   std::ranges::copy(snapshot.mocap_quat, data_->mocap_quat);
   data_->time = snapshot.time;
   for (size_t i = 0; i < arms_.size(); ++i) arms_[i].work = snapshot.work[i];
+  forces_ = snapshot.forces;
   action_clips_ = snapshot.action_clips;
   unreachable_poses_ = snapshot.unreachable_poses;
   singular_poses_ = snapshot.singular_poses;

@@ -28,7 +28,8 @@ MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task,
     config.arms.push_back({.name = arm.name,
                            .num_joints = arm.num_joints,
                            .joint_lower = arm.joint_lower_rad,
-                           .joint_upper = arm.joint_upper_rad});
+                           .joint_upper = arm.joint_upper_rad,
+                           .joint_torque_limit = arm.joint_torque_limit_Nm});
   }
   for (const gripper_info_t& gripper : model.gripper) config.grippers.push_back(gripper.name);
   config.objects = model.object_name;
@@ -71,6 +72,8 @@ EpisodeScorer::EpisodeScorer(const model_info_t& model, const TaskDescription& t
       evaluator_(task, names_),
       availability_(model_, evaluator_),
       metrics_(MakeConfig(names_, task, evaluator_)),
+      forces_(metrics_.config().control_dt),
+      limits_(names_),
       history_(model_.object_name.size(), model_.gripper.size()),
       grasps_(metrics_.config()) {
   for (const Stage& stage : task.stages) stage_index_.push_back(stage.index);
@@ -103,6 +106,7 @@ void EpisodeScorer::Start() {
   metrics_.Start(opening_, holding_);
   history_.Start();
   grasps_.Start();
+  limits_.Start();
   first_collision_ = {};
   cause_->Start();
 }
@@ -183,7 +187,10 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
                 .wrist_position = {p[0], p[1], p[2]},
                 .wrist_quat = {q[0], q[1], q[2], q[3]},
                 .mechanical_work = {}};
-    if (model_.has_physics) arms_[k].mechanical_work = arm.mechanical_work_J;
+    if (!model_.has_physics) continue;
+    arms_[k].mechanical_work = arm.mechanical_work_J;
+    arms_[k].joint_torque_peak = arm.joint_torque_peak_Nm;
+    arms_[k].joint_command = arm.joint_command_rad;
   }
   for (size_t k = 0; k < opening_.size(); ++k) opening_[k] = state.gripper[k].opening;
   for (size_t k = 0; k < height_.size(); ++k) height_[k] = state.body[object_body_[k]].position_m[2];
@@ -203,6 +210,7 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
                 .contacts = contacts_,
                 .clearance = {}};
   if (contacts.has_clearance) sample.clearance = contacts.clearance_m;
+  if (model_.has_physics) sample.forces = forces_.Read(state);
 
   // Tick 0, or the first tick that arrived, is the reference for slips and does not count as a sample.
   if (!started_) {
@@ -219,6 +227,7 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
     const std::span<const SceneContact> collisions = metrics_.scene_contacts();
     history_.Add(header_.tick, opening_, holding_, height_, !collisions.empty());
     grasps_.Add(header_.tick, pinched_);
+    limits_.Add(state);
     if (first_collision_.tick == 0 && !collisions.empty()) first_collision_ = {header_.tick, collisions[0]};
     evaluator_.Evaluate({state, known}, header_.tick);
     cause_->Add(sample, state, known, evaluator_);
@@ -277,14 +286,16 @@ void EpisodeScorer::FillExtended(bool is_over, extended_metrics_t* extended) con
   e.unit = metrics.units();
   const int64_t last_tick = decided_ ? decided_->tick : next_tick_ - 1;
   is_over ? metrics.FinalValues(last_tick, &e.value_mixed) : metrics.Values(&e.value_mixed);
+  const auto add = [&e](const char* name, const char* unit, double value) {
+    e.name.emplace_back(name);
+    e.unit.emplace_back(unit);
+    e.value_mixed.push_back(value);
+  };
+  if (limits_.has_limits())
+    add("limit_violations", "count", static_cast<double>(limits_.violations().size()));
   if (model_.after_success_us > 0) {
     const bool succeeded = evaluator_.verdict() == Verdict::kSuccess;
     const double held = TickTime(held_ticks_, metrics_.config().control_dt);
-    const auto add = [&e](const char* name, const char* unit, double value) {
-      e.name.emplace_back(name);
-      e.unit.emplace_back(unit);
-      e.value_mixed.push_back(value);
-    };
     add("success_once", "1", succeeded);
     add("success_end", "1", succeeded && holds_);
     add("success_held_s", "s", succeeded ? held : std::numeric_limits<double>::quiet_NaN());
@@ -330,8 +341,8 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
   metrics_.Values(&summary.metrics);
   availability_.MaskUnavailable(&summary.metrics);
   FillExtended(true, &summary.extended);
-  summary.explanation =
-      Explain(outcome, summary.failure_reason, metrics_, first_collision_, grasps_.grasps());
+  summary.explanation = Explain(outcome, summary.failure_reason, metrics_, first_collision_, grasps_.grasps(),
+                                limits_.violations());
   summary.cause = cause_->Find(summary, evaluator_.verdict(), decided_ ? decided_->tick : header_.tick);
   return summary;
 }

@@ -19,6 +19,8 @@
 #include "metrics/episode/cause_recorder.h"
 #include "metrics/episode/episode_history.h"
 #include "metrics/episode/explanation.h"
+#include "metrics/episode/force_reader.h"
+#include "metrics/episode/limit_checker.h"
 #include "metrics/episode/metric_availability.h"
 #include "metrics/episode/rollout_metrics.h"
 #include "metrics/sample/grasps.h"
@@ -31,7 +33,7 @@ namespace evalbus::metrics {
 // They change no value; after a success they only determine how long success held.
 class EpisodeScorer {
  public:
-  // Throws InputError if the task does not fit the model.
+  // Throws InputError if the task, or the force limits in `model`, do not fit the model.
   EpisodeScorer(const model_info_t& model, const TaskDescription& task);
   EpisodeScorer(const EpisodeScorer&) = delete;
   EpisodeScorer& operator=(const EpisodeScorer&) = delete;
@@ -79,6 +81,8 @@ class EpisodeScorer {
   TaskEvaluator evaluator_;
   MetricAvailability availability_;
   RolloutMetrics metrics_;
+  ForceReader forces_;
+  LimitChecker limits_;
   EpisodeHistory history_;
   Grasps grasps_;
   FirstCollision first_collision_;

@@ -9,6 +9,7 @@
 #include "base/plural.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
+#include "lcmtypes/violation_text.h"
 
 namespace evalbus::metrics {
 namespace {
@@ -67,13 +68,19 @@ std::string Text(const explanation_t& e, const std::string& reason, double time,
                         e.slip[k].time_s);
   }
   if (e.slip.size() > kSlipsInText) text += " and " + Plural(e.slip.size() - kSlipsInText, "more slip");
+  if (!e.violation.empty()) {
+    const limit_violation_t& first = e.violation[0];
+    text += fmt::format("; {} of force limits, first at {:.2f} s, {}",
+                        Plural(e.violation.size(), "violation"), first.time_s, ViolationText(first));
+  }
   return text;
 }
 
 }  // namespace
 
 explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, const RolloutMetrics& metrics,
-                      const FirstCollision& collision, const std::vector<GraspInterval>& grasps) {
+                      const FirstCollision& collision, const std::vector<GraspInterval>& grasps,
+                      const std::vector<limit_violation_t>& violations) {
   const ModelNames& names = outcome.names;
   const model_info_t& model = names.model();
   const double dt = metrics.config().control_dt;
@@ -107,6 +114,8 @@ explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, 
     e.grasp.back().duration_s = TickTime(grasp.ticks(), dt);
   }
   e.num_grasps = static_cast<int32_t>(e.grasp.size());
+  e.violation = violations;
+  e.num_violations = static_cast<int32_t>(violations.size());
   e.text = Text(e, reason, metrics.time(), !metrics.stages().stages().empty());
   return e;
 }

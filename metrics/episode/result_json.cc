@@ -203,6 +203,16 @@ ordered_json ExplanationJson(const explanation_t& e) {
     result["grasps"].push_back(EventJson(grasp));
     result["grasps"].back()["duration_s"] = grasp.duration_s;
   }
+  for (const limit_violation_t& violation : e.violation) {
+    result["limit_violations"].push_back({{"region", violation.region},
+                                          {"body", violation.body},
+                                          {"robot_body", violation.robot_body},
+                                          {"limit", violation.is_transient ? "transient" : "quasi_static"},
+                                          {"limit_N", violation.limit_N},
+                                          {"force_N", violation.force_N},
+                                          {"tick", violation.tick},
+                                          {"time_s", violation.time_s}});
+  }
   return result;
 }
 

@@ -43,6 +43,13 @@ void RolloutMetrics::Start(std::span<const double> gripper_opening, std::span<co
   extended_.Start();
 }
 
+bool RolloutMetrics::Acceptable(const ForceSample& forces) const {
+  double sum = forces.unwanted_impulse + forces.unwanted_touch_energy;
+  for (const GripSample& grip : forces.grip) sum += grip.peak + grip.impulse + grip.time;
+  return forces.grip.size() == config_.grippers.size() && std::isfinite(sum) && AllFinite(forces.scene) &&
+         AllFinite(forces.object) && AllFinite(forces.self);
+}
+
 bool RolloutMetrics::Acceptable(const Sample& sample) const {
   if (sample.arm.size() != config_.arms.size() || sample.gripper_opening.size() != config_.grippers.size() ||
       sample.holding.size() != config_.objects.size() * config_.grippers.size() ||
@@ -55,15 +62,19 @@ bool RolloutMetrics::Acceptable(const Sample& sample) const {
     if (arm.joint_position.size() != joints || arm.joint_velocity.size() != joints) return false;
     const double norm = SampleDeriver::Norm(arm.wrist_quat);
     if (!AllFinite(arm.joint_position) || !AllFinite(arm.joint_velocity) ||
-        !std::isfinite(arm.mechanical_work.value_or(0)) || !AllFinite(arm.wrist_position) || !(norm > 0) ||
+        !std::isfinite(arm.mechanical_work.value_or(0)) || !AllFinite(arm.joint_torque_peak) ||
+        !AllFinite(arm.joint_command) || !AllFinite(arm.wrist_position) || !(norm > 0) ||
         !std::isfinite(norm)) {
       return false;
     }
+    const auto fits = [joints](size_t size) { return size == 0 || size == joints; };
+    if (!fits(arm.joint_torque_peak.size()) || !fits(arm.joint_command.size())) return false;
   }
   double sum = 0;
   for (const GeomContact& contact : sample.contacts) sum += 0 * contact.distance;
   return sum == 0 && AllFinite(sample.gripper_opening) && std::isfinite(sample.time) &&
-         (!sample.clearance || std::isfinite(*sample.clearance));
+         (!sample.clearance || std::isfinite(*sample.clearance)) &&
+         (!sample.forces || Acceptable(*sample.forces));
 }
 
 bool RolloutMetrics::Step(const Sample& sample) {

@@ -71,6 +71,7 @@ class RolloutMetrics {
   };
 
   bool Acceptable(const Sample& sample) const;
+  bool Acceptable(const ForceSample& forces) const;
 
   MetricsConfig config_;
   SampleDeriver deriver_;

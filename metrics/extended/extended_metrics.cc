@@ -5,9 +5,14 @@
 
 #include "lcmtypes/metric_catalog.h"
 #include "metrics/extended/collision_events.h"
+#include "metrics/extended/contact_forces.h"
 #include "metrics/extended/contact_time.h"
+#include "metrics/extended/first_touch.h"
 #include "metrics/extended/grasp_statistics.h"
+#include "metrics/extended/grip_force.h"
+#include "metrics/extended/idle_time.h"
 #include "metrics/extended/joint_limit_margin.h"
+#include "metrics/extended/joint_torque_margin.h"
 #include "metrics/extended/log_dimensionless_jerk.h"
 #include "metrics/extended/mechanical_work.h"
 #include "metrics/extended/min_clearance.h"
@@ -15,6 +20,8 @@
 #include "metrics/extended/peak_wrist_acceleration.h"
 #include "metrics/extended/peak_wrist_speed.h"
 #include "metrics/extended/spectral_arc_length.h"
+#include "metrics/extended/tracking_error.h"
+#include "metrics/extended/unwanted_contact.h"
 
 namespace evalbus::metrics {
 namespace {
@@ -33,10 +40,24 @@ constexpr Type Of() {
 
 // In the order of their names, which is the order in the message.
 constexpr Type kTypes[] = {
-    Of<ContactTime>(),          Of<CollisionEvents>(),        Of<GraspStatistics>(),
-    Of<LogDimensionlessJerk>(), Of<MechanicalWork>(),         Of<MinClearance>(),
-    Of<JointLimitMargin>(),     Of<PeakPenetration>(),        Of<PeakWristAcceleration>(),
-    Of<PeakWristSpeed>(),       Of<WristSpectralArcLength>(),
+    Of<ContactTime>(),
+    Of<CollisionEvents>(),
+    Of<FirstTouch>(),
+    Of<GraspStatistics>(),
+    Of<GripForce>(),
+    Of<IdleTime>(),
+    Of<LogDimensionlessJerk>(),
+    Of<MechanicalWork>(),
+    Of<MinClearance>(),
+    Of<JointLimitMargin>(),
+    Of<JointTorqueMargin>(),
+    Of<ContactForces>(),
+    Of<PeakPenetration>(),
+    Of<UnwantedContact>(),
+    Of<PeakWristAcceleration>(),
+    Of<PeakWristSpeed>(),
+    Of<WristSpectralArcLength>(),
+    Of<TrackingError>(),
 };
 
 // Names of the arms or grippers that have one value each; empty if the metric is a single number.

@@ -9,11 +9,11 @@
 
 namespace evalbus::metrics {
 
-// By gripper: number of grasps (see grasps.h) of any object, their total duration (s) and the longest one
-// (s).
+// By gripper: number of grasps (see grasps.h) of any object, their total duration (s), the longest one (s),
+// and the number of grasps of an object that the same gripper had grasped before.
 class GraspStatistics : public ExtendedMetric {
  public:
-  static constexpr const char* kNames[] = {"grasp_count", "grasp_time_s", "longest_grasp_s"};
+  static constexpr const char* kNames[] = {"grasp_count", "grasp_time_s", "longest_grasp_s", "regrasp_count"};
   explicit GraspStatistics(const MetricsConfig& config)
       : grippers_(config.grippers.size()), dt_(config.control_dt), grasps_(config) {}
 
@@ -30,7 +30,11 @@ class GraspStatistics : public ExtendedMetric {
       values[grippers_ + grasp.gripper] += ticks;
       longest = std::max(longest, ticks);
     }
-    for (double& time : values.subspan(grippers_)) time = TickTime(static_cast<int64_t>(time), dt_);
+    for (double& time : values.subspan(grippers_, 2 * grippers_))
+      time = TickTime(static_cast<int64_t>(time), dt_);
+    for (size_t gripper = 0; gripper < grippers_; ++gripper) {
+      values[3 * grippers_ + gripper] = static_cast<double>(grasps_.Regrasps(static_cast<int>(gripper)));
+    }
   }
 
  private:

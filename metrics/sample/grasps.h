@@ -1,6 +1,7 @@
 // Grasps: an object held by both pads of a gripper. Defined by evalbus (docs/metrics.md).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -49,6 +50,18 @@ class Grasps {
       }
       grasps_[index].last_tick = tick;
     }
+  }
+
+  // Number of the gripper's grasps of an object that it had grasped before.
+  int64_t Regrasps(int gripper) const {
+    int64_t again = 0;
+    for (auto grasp = grasps_.begin(); grasp != grasps_.end(); ++grasp) {
+      again +=
+          grasp->gripper == gripper && std::any_of(grasps_.begin(), grasp, [&](const GraspInterval& past) {
+            return past.gripper == gripper && past.object == grasp->object;
+          });
+    }
+    return again;
   }
 
   // In order of their first tick.

@@ -22,6 +22,8 @@ struct ArmConfig {
   // Joint limits (rad) by joint; both empty if unknown.
   std::vector<double> joint_lower;
   std::vector<double> joint_upper;
+  // Torque limits (N m) by joint, 0 for a joint without limit; empty if unknown.
+  std::vector<double> joint_torque_limit = {};
 };
 
 // The tracked metrics and the sample windows (>= 1) are options of the task. A collision window of 20

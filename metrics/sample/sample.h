@@ -52,6 +52,29 @@ struct ArmSample {
   std::array<double, 3> wrist_position;    // m
   std::array<double, 4> wrist_quat;        // (w, x, y, z), any positive norm
   std::optional<double> mechanical_work;   // J since tick 0; empty if unknown
+  // Both empty if unknown: largest absolute torque of each joint during the tick (N m), and the commanded
+  // position that was in force during it (rad).
+  std::span<const double> joint_torque_peak = {};
+  std::span<const double> joint_command = {};
+};
+
+// Grip force of a gripper during a tick (state_t.gripper).
+struct GripSample {
+  double peak;     // N
+  double impulse;  // integral of the force over time, N s
+  double time;     // time for which the force was above 0, s
+};
+
+// Contact forces of the robot during a tick. Only a physics engine knows them.
+struct ForceSample {
+  // In each physics step in which the robot pressed on the scene, on a manipulated object, or on itself: the
+  // largest force of a pair of bodies, N.
+  std::span<const double> scene, object, self;
+  // Integral over time of the forces of the robot's contacts with the scene and with itself (N s), and the
+  // largest kinetic energy with which such a contact began in this tick (J).
+  double unwanted_impulse;
+  double unwanted_touch_energy;
+  std::span<const GripSample> grip;  // in the order of MetricsConfig::grippers
 };
 
 struct Sample {
@@ -62,7 +85,8 @@ struct Sample {
   std::span<const uint8_t> holding;         // [object * number of grippers + gripper]
   std::span<const uint8_t> pinched;         // same index; held by pads of both fingers; empty if unknown
   std::span<const GeomContact> contacts;
-  std::optional<double> clearance;  // m, robot to scene; empty if not evaluated
+  std::optional<double> clearance;         // m, robot to scene; empty if not evaluated
+  std::optional<ForceSample> forces = {};  // empty if unknown
 };
 
 }  // namespace evalbus::metrics

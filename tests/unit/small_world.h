@@ -80,6 +80,7 @@ inline model_info_t Model() {
     arm.joint_qpos_index = {model.num_arms};
     arm.joint_lower_rad = {-3};
     arm.joint_upper_rad = {3};
+    arm.joint_torque_limit_Nm = {87};
     arm.joint_home_rad = {0};
     gripper_info_t gripper{};
     gripper.name = name;
@@ -120,7 +121,7 @@ inline state_t State(int64_t tick, int32_t episode = 0) {
     arm.num_joints = 1;
     arm.joint_position_rad = {0};
     arm.joint_velocity_radps = {0};
-    arm.joint_torque_Nm = {0};
+    arm.joint_torque_Nm = arm.joint_torque_peak_Nm = arm.joint_command_rad = {0};
     arm.wrist_position_m[0] = 0.7;
     arm.wrist_position_m[2] = 1.5;
     arm.wrist_quat_wxyz[0] = 1;

@@ -9,6 +9,7 @@
 #include "bus/message.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
+#include "lcmtypes/violation_text.h"
 #include "models/task_description.h"
 #include "viz/viewer/condition_tree.h"
 
@@ -37,8 +38,8 @@ const char* BetterWord(Better better) { return better == Better::kHigher ? "high
 }  // namespace
 
 const char* Word(TrackEvent::Kind kind) {
-  constexpr const char* kWords[] = {"stage",          "slip",      "grasp", "release", "collision",
-                                    "self_collision", "no_return", "cause", "end"};
+  constexpr const char* kWords[] = {"stage",          "slip",  "grasp",     "release", "collision",
+                                    "self_collision", "limit", "no_return", "cause",   "end"};
   return kWords[static_cast<size_t>(kind)];
 }
 
@@ -318,6 +319,9 @@ std::vector<TrackEvent> EpisodeTrack::Events() const {
     for (const object_event_t& grasp : summary_->explanation.grasp) {
       const int64_t last_tick = grasp.tick + std::llround(grasp.duration_s / dt) - 1;
       AddGrasp(grasp.gripper, grasp.object, grasp.tick, last_tick, scored_tick, &events);
+    }
+    for (const limit_violation_t& violation : summary_->explanation.violation) {
+      events.push_back(MakeEvent(Kind::kLimit, violation.tick, ViolationText(violation)));
     }
   } else {
     events.insert(events.end(), slips_.begin(), slips_.end());

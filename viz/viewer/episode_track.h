@@ -31,7 +31,18 @@ namespace evalbus::viz {
 
 // An event. Gripper and object are empty if they are not known (yet).
 struct TrackEvent {
-  enum class Kind { kStage, kSlip, kGrasp, kRelease, kCollision, kSelfCollision, kNoReturn, kCause, kEnd };
+  enum class Kind {
+    kStage,
+    kSlip,
+    kGrasp,
+    kRelease,
+    kCollision,
+    kSelfCollision,
+    kLimit,
+    kNoReturn,
+    kCause,
+    kEnd
+  };
   Kind kind = Kind::kEnd;
   int64_t tick = 0;
   double time = 0;  // s since the start of the episode

@@ -164,6 +164,23 @@ TEST(SummaryTable, StatesTheExclusions) {
   EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes invalid: excluded from all numbers here\n");
 }
 
+TEST(EpisodeLine, NamesTheFirstViolationOfAForceLimit) {
+  nlohmann::ordered_json episode = {{"episode", 3},
+                                    {"failure_reason", ""},
+                                    {"end_reason", "success"},
+                                    {"end_detail", ""},
+                                    {"complete", true},
+                                    {"metrics", {{"completion_time", 5}}},
+                                    {"extended", {{"limit_violations", 0}}},
+                                    {"explanation", {{"text", "success"}}}};
+  EXPECT_FALSE(Has(EpisodeLine(episode, 80), "violation"));
+  const nlohmann::ordered_json first = {{"region", "hand"}, {"force_N", 310.4}, {"time_s", 1.24}};
+  episode["explanation"]["limit_violations"] = {first, {{"region", "arm"}, {"force_N", 9}, {"time_s", 2}}};
+  EXPECT_TRUE(EpisodeLine(episode, 80)
+                  .ends_with("  2 violations of force limits, first of hand at 1.24 s with 310 N"))
+      << EpisodeLine(episode, 80);
+}
+
 TEST(InvalidText, ExplainsHowToRunThemAgain) {
   EXPECT_EQ(InvalidText(0, "runs/a"), "");
   EXPECT_EQ(

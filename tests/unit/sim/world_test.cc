@@ -192,6 +192,11 @@ TEST_F(WorldTest, ARestoredStateContinuesWithEqualBits) {
   EXPECT_EQ(repeated.qvel_mixed, expected.qvel_mixed);
   EXPECT_EQ(repeated.arm[0].joint_torque_Nm, expected.arm[0].joint_torque_Nm);
   EXPECT_EQ(repeated.arm[0].mechanical_work_J, expected.arm[0].mechanical_work_J);
+  ASSERT_EQ(repeated.num_contact_forces, expected.num_contact_forces);
+  for (size_t k = 0; k < expected.contact_force.size(); ++k) {
+    EXPECT_EQ(repeated.contact_force[k].peak_force_N, expected.contact_force[k].peak_force_N);
+    EXPECT_EQ(repeated.contact_force[k].touch_energy_J, expected.contact_force[k].touch_energy_J);
+  }
 }
 
 TEST_F(WorldTest, RandomizedPosesStayInTheirRegionAndDiffer) {

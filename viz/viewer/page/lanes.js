@@ -157,6 +157,10 @@ Evalbus.eventMarks = {
     context.arc(x, y, 7, 0, 2 * Math.PI);
     context.stroke();
   },
+  // A force limit is exceeded.
+  limit(context, x, y, palette) {
+    Evalbus.polygon(context, [[x - 5, y - 5], [x + 5, y - 5], [x + 5, y + 5], [x - 5, y + 5]], palette.bad, false);
+  },
   end(context, x, y, palette, track) {
     const outcome = track.outcome();
     context.fillStyle = outcome === "failure" ? palette.bad : outcome === "success" ? palette.good : palette.soft;

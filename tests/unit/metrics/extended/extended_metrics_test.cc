@@ -37,11 +37,11 @@ class Episode {
   std::optional<double> work;
   std::vector<GeomContact> contacts;
   std::vector<uint8_t> pinched{0, 0, 0, 0};
+  std::vector<uint8_t> holding{0, 0, 0, 0};
 
   void Step(int64_t ticks = 1) {
     tick_ += ticks;
     const std::vector<double> joint = {q}, zero = {0}, opening = {1, 1};
-    const std::vector<uint8_t> holding(4, 0);
     const std::vector<ArmSample> arm = {{joint, zero, p, {1, 0, 0, 0}, work}};
     const Sample sample{.tick = tick_,
                         .time = static_cast<double>(tick_) * dt_,
@@ -81,15 +81,47 @@ class Episode {
 
 TEST(ExtendedMetrics, AreSortedByNameWithTheCatalogsUnits) {
   const ExtendedMetrics dut(Config(0.02));
-  EXPECT_EQ(dut.names(),
-            (std::vector<std::string>{
-                "contact_time_s", "env_collision_events", "self_collision_events", "grasp_count.left",
-                "grasp_count.right", "grasp_time_s.left", "grasp_time_s.right", "longest_grasp_s.left",
-                "longest_grasp_s.right", "log_dimensionless_jerk", "mechanical_work_J", "min_clearance_m",
-                "min_clearance_time_s", "min_joint_limit_margin_rad", "peak_penetration_m",
-                "peak_wrist_acceleration_mps2", "peak_wrist_speed_mps", "spectral_arc_length"}));
-  EXPECT_EQ(dut.units(), (std::vector<std::string>{"s", "count", "count", "count", "count", "s", "s", "s",
-                                                   "s", "1", "J", "m", "s", "rad", "m", "m/s²", "m/s", "1"}));
+  EXPECT_EQ(dut.names(), (std::vector<std::string>{"contact_time_s",
+                                                   "env_collision_events",
+                                                   "self_collision_events",
+                                                   "first_touch_s",
+                                                   "grasp_count.left",
+                                                   "grasp_count.right",
+                                                   "grasp_time_s.left",
+                                                   "grasp_time_s.right",
+                                                   "longest_grasp_s.left",
+                                                   "longest_grasp_s.right",
+                                                   "regrasp_count.left",
+                                                   "regrasp_count.right",
+                                                   "grip_force_mean_N.left",
+                                                   "grip_force_mean_N.right",
+                                                   "grip_force_peak_N.left",
+                                                   "grip_force_peak_N.right",
+                                                   "idle_time_s",
+                                                   "log_dimensionless_jerk",
+                                                   "mechanical_work_J",
+                                                   "min_clearance_m",
+                                                   "min_clearance_time_s",
+                                                   "min_joint_limit_margin_rad",
+                                                   "min_joint_torque_margin",
+                                                   "p95_object_force_N",
+                                                   "p95_scene_force_N",
+                                                   "p95_self_force_N",
+                                                   "peak_object_force_N",
+                                                   "peak_scene_force_N",
+                                                   "peak_self_force_N",
+                                                   "peak_penetration_m",
+                                                   "peak_touch_energy_J",
+                                                   "unwanted_impulse_Ns",
+                                                   "peak_wrist_acceleration_mps2",
+                                                   "peak_wrist_speed_mps",
+                                                   "spectral_arc_length",
+                                                   "tracking_error_rad"}));
+  EXPECT_EQ(dut.units(),
+            (std::vector<std::string>{"s", "count", "count", "s",   "count", "count", "s",   "s", "s",
+                                      "s", "count", "count", "N",   "N",     "N",     "N",   "s", "1",
+                                      "J", "m",     "s",     "rad", "1",     "N",     "N",   "N", "N",
+                                      "N", "N",     "m",     "J",   "N s",   "m/s²",  "m/s", "1", "rad"}));
 }
 
 TEST(CollisionEvents, APairCountsAgainAfterATenthOfASecondApart) {
@@ -134,8 +166,32 @@ TEST(Grasps, EndAfterATenthOfASecondWithoutBothPads) {
   EXPECT_EQ(episode.Live("grasp_count.right"), 2);
   EXPECT_NEAR(episode.Live("grasp_time_s.right"), 7 * 0.05, 1e-12);
   EXPECT_NEAR(episode.Live("longest_grasp_s.right"), 6 * 0.05, 1e-12);
+  EXPECT_EQ(episode.Live("regrasp_count.right"), 1);
+  EXPECT_EQ(episode.Live("regrasp_count.left"), 0);
   EXPECT_EQ(episode.Live("grasp_count.left"), 1);
   EXPECT_NEAR(episode.Live("grasp_time_s.left"), 5 * 0.05, 1e-12);
+}
+
+TEST(Grasps, OfAnotherObjectIsNoRegrasp) {
+  Episode episode(0.05);
+  episode.pinched = {1, 0, 0, 0};  // pot by left
+  episode.Step();
+  episode.pinched = {0, 0, 1, 0};  // lid by left
+  episode.Steps(2);
+  EXPECT_EQ(episode.Live("grasp_count.left"), 2);
+  EXPECT_EQ(episode.Live("regrasp_count.left"), 0);
+  episode.pinched = {1, 0, 0, 0};
+  episode.Step();
+  EXPECT_EQ(episode.Live("regrasp_count.left"), 1);
+}
+
+TEST(FirstTouch, IsTheFirstSampleInWhichAPadTouchesAnObject) {
+  Episode episode(0.02);
+  episode.Steps(2);
+  EXPECT_TRUE(std::isnan(episode.Live("first_touch_s")));
+  episode.holding = {0, 0, 0, 1};
+  episode.Steps(2);
+  EXPECT_NEAR(episode.Live("first_touch_s"), 0.06, 1e-12);
 }
 
 TEST(PeakWristAcceleration, IsTheSecondDifferenceOfThreeInARow) {

@@ -31,7 +31,7 @@ class SignalTest : public testing::Test {
       // A quarter turn about z.
       arm.wrist_quat_wxyz[0] = arm.wrist_quat_wxyz[3] = std::numbers::sqrt2 / 2;
       state_.arm.push_back(arm);
-      state_.gripper.push_back({0.25 + 0.5 * side});
+      state_.gripper.emplace_back().opening = 0.25 + 0.5 * side;
     }
     state_.body.resize(static_cast<size_t>(model.nbody));
   }

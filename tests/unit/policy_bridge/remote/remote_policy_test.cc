@@ -102,7 +102,7 @@ class RemotePolicyTest : public testing::Test {
       now.num_joints = arm.num_joints;
       now.wrist_quat_wxyz[0] = 1;
       state.arm.push_back(now);
-      state.gripper.push_back({1});
+      state.gripper.emplace_back().opening = 1;
     }
     return state;
   }

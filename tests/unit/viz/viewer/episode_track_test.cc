@@ -354,6 +354,15 @@ TEST(EpisodeTrack, WhatHappened) {
   object_event_t grasp{.object = "pot", .gripper = "left", .tick = 4, .time_s = 0.08, .duration_s = 0.06};
   summary.explanation.slip = {slip};
   summary.explanation.grasp = {grasp};
+  limit_violation_t violation{};
+  violation.region = "top";
+  violation.body = "counter/counter";
+  violation.robot_body = "left/hand";
+  violation.is_transient = 1;
+  violation.limit_N = 200;
+  violation.force_N = 310;
+  violation.tick = 5;
+  summary.explanation.violation = {violation};
   summary.end_detail = "the arm gave up";
   summary.explanation.text = "not lifted";
   const int layout = track.layout();
@@ -362,10 +371,11 @@ TEST(EpisodeTrack, WhatHappened) {
   texts.clear();
   for (const TrackEvent& event : track.Events())
     texts.push_back(std::to_string(event.tick) + " " + event.text);
-  EXPECT_EQ(texts, (std::vector<std::string>{"2 stage 1: held", "3 pot slips from left", "4 left grasps pot",
-                                             "6 left/link touches counter/top", "7 left releases pot",
-                                             "14 left/link touches counter/top",
-                                             "14 time_limit: not_lifted: the arm gave up"}));
+  EXPECT_EQ(texts, (std::vector<std::string>{
+                       "2 stage 1: held", "3 pot slips from left", "4 left grasps pot",
+                       "5 top: 310 N by left/hand on counter/counter, transient limit 200 N",
+                       "6 left/link touches counter/top", "7 left releases pot",
+                       "14 left/link touches counter/top", "14 time_limit: not_lifted: the arm gave up"}));
   const BlockReader block(track.EpisodeBlock());
   EXPECT_EQ(block.head()["ticks"], 15);
   EXPECT_EQ(block.head()["is_over"], true);

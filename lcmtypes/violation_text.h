@@ -1,0 +1,19 @@
+// What people read of a violation of a force limit.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+
+#include "evalbus/limit_violation_t.hpp"
+
+namespace evalbus {
+
+// "counter: 310 N by left/link7 on counter/counter, transient limit 200 N"
+inline std::string ViolationText(const limit_violation_t& violation) {
+  return fmt::format("{}: {:.0f} N by {} on {}, {} limit {:g} N", violation.region, violation.force_N,
+                     violation.robot_body, violation.body,
+                     violation.is_transient ? "transient" : "quasi-static", violation.limit_N);
+}
+
+}  // namespace evalbus

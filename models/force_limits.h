@@ -1,0 +1,27 @@
+// Force limits of a run by region of bodies, in the manner of ISO/TS 15066:2016 and ISO 10218-2:2025: one
+// limit for short (transient) contacts and one for lasting (quasi-static) ones. The user gives the values
+// (docs/limits.md).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "models/source_location.h"
+
+namespace evalbus {
+
+struct ForceLimit {
+  std::string region;
+  // Entities (all their bodies) or bodies of the model, and where each is named.
+  std::vector<std::string> bodies;
+  std::vector<SourceLocation> locations;
+  double quasi_static_force;  // N
+  double transient_force;     // N
+  // A contact that has lasted for at most this time is transient, s.
+  double transient_time;
+};
+
+// Throws InputError with file, line and key. `file` is only used in messages.
+std::vector<ForceLimit> ParseForceLimits(const std::string& text, const std::string& file);
+
+}  // namespace evalbus

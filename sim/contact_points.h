@@ -1,0 +1,51 @@
+// Reads the contact points of a MuJoCo simulation, with their forces.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <span>
+#include <vector>
+
+#include "evalbus/model_info_t.hpp"
+#include "sim/force_sums.h"
+
+namespace evalbus::sim {
+
+class ContactPoints {
+ public:
+  // `info` must describe `model`.
+  ContactPoints(const mjModel& model, const model_info_t& info);
+
+  // Number of fingers (bodies with pads) of each gripper.
+  const std::vector<int>& fingers() const { return fingers_; }
+
+  // Reads the contacts of the next physics step, after mj_step1 and before mj_step2. touched: sums up to the
+  // last step. Both are calls for the same step.
+  void BeforeStep(const mjModel& model, mjData* data, const ForceSums& touched);
+  // Reads the forces of the physics step, after mj_step2. The result is valid until the next BeforeStep().
+  std::span<const ContactPoint> AfterStep(const mjModel& model, const mjData& data);
+
+ private:
+  // Kind of the contact of two geoms as in contact_force_t; -1 if it is not counted.
+  int8_t Kind(int geom_a, int geom_b) const;
+  // 1/2 m v^2: v is the speed at which the two surfaces approach along the normal, and m the mass that
+  // resists it (the inverse of J M^-1 J^T). 0 if they move apart.
+  double TouchEnergy(const mjModel& model, mjData* data, const mjContact& contact);
+
+  struct Geom {
+    bool is_robot = false, is_object = false;
+    // True for a geom of a manipulated object that must not be touched.
+    bool is_forbidden = false;
+    // Index of its manipulated object, of its finger over all grippers, and of its gripper; -1: none.
+    int object = -1, finger = -1, gripper = -1;
+  };
+  std::vector<Geom> geoms_;
+  std::vector<int> fingers_;
+  std::vector<ContactPoint> points_;
+  // Index of the contact of each point in mjData.
+  std::vector<int> contacts_;
+  // Jacobians of the two bodies at the contact, their difference along the normal, and M^-1 times that.
+  std::vector<mjtNum> jacobian_a_, jacobian_b_, normal_, solved_;
+};
+
+}  // namespace evalbus::sim

@@ -1,0 +1,154 @@
+// Contact forces of small scenes, compared with closed forms: weight at rest, sliding friction, a drop, and a
+// press between two fingers.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "models/mujoco_ptr.h"
+#include "sim/contact_points.h"
+#include "sim/force_sums.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::sim::contact_forces_test {
+
+constexpr double kGravity = 9.81;  // m/s^2
+constexpr double kStep = 0.001;    // s
+enum Body { kWorld, kBox, kLeftFinger, kRightFinger };
+
+// A box of 2 kg with edges of 0.1 m, and two fingers of 1 kg that slide along x on both sides of it, 0.01 m
+// away.
+struct Scene {
+  explicit Scene(double box_z, double finger_z) {
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "scene.xml";
+    const auto finger = [&](const std::string& name, double x) {
+      return "<body name='" + name + "' pos='" + std::to_string(x) + " 0 " + std::to_string(finger_z) +
+             "'><joint name='" + name + "' type='slide' axis='1 0 0'/>" +
+             "<geom type='box' size='.02 .04 .04' mass='1' friction='1 .005 .0001'/></body>";
+    };
+    std::ofstream(file) << "<mujoco><option timestep='0.001' cone='elliptic' impratio='10'/><worldbody>"
+                           "<geom type='plane' size='5 5 .1' friction='.5 .005 .0001'/>"
+                           "<body name='box' pos='0 0 " +
+                               std::to_string(box_z) +
+                               "'><freejoint/><geom type='box' size='.05 .05 .05' mass='2' "
+                               "friction='.5 .005 .0001'/></body>" +
+                               finger("left", -0.08) + finger("right", 0.08) +
+                               "</worldbody><actuator><motor joint='left'/><motor joint='right'/></actuator>"
+                               "</mujoco>";
+    char error[1000] = "";
+    model.reset(mj_loadXML(file.c_str(), nullptr, error, sizeof(error)));
+    EXPECT_TRUE(model) << error;
+    data.reset(mj_makeData(model.get()));
+    info.body_entity = {0, 1, 2, 3};
+    info.entity_kind = {model_info_t::WORLD, model_info_t::OBJECT, model_info_t::ROBOT, model_info_t::ROBOT};
+    info.object_entity = {1};
+    gripper_info_t gripper{};
+    gripper.pad_geom = {2, 3};
+    info.gripper = {gripper};
+    points.emplace(*model, info);
+    sums.emplace(points->fingers(), 1, kStep);
+    sums->Start();
+    mj_step1(model.get(), data.get());
+  }
+
+  // Simulates one control tick and returns its state.
+  state_t Tick(int steps) {
+    sums->StartTick();
+    for (int i = 0; i < steps; ++i) {
+      points->BeforeStep(*model, data.get(), *sums);
+      mj_step2(model.get(), data.get());
+      sums->AddStep(points->AfterStep(*model, *data));
+      mj_step1(model.get(), data.get());
+    }
+    state_t state{};
+    state.gripper.resize(1);
+    sums->Fill(&state);
+    return state;
+  }
+
+  ModelPtr model;
+  DataPtr data;
+  model_info_t info{};
+  std::optional<ContactPoints> points;
+  std::optional<ForceSums> sums;
+};
+
+const contact_force_t& Force(const state_t& state, int a, int b) {
+  for (const contact_force_t& force : state.contact_force) {
+    if (force.body_a == a && force.body_b == b) return force;
+  }
+  static const contact_force_t none{};
+  return none;
+}
+
+TEST(ContactForces, ABoxAtRestPressesWithItsWeight) {
+  Scene scene(0.05, 1);
+  scene.Tick(2000);
+  const contact_force_t force = Force(scene.Tick(100), kWorld, kBox);
+  const double weight = 2 * kGravity;
+  EXPECT_EQ(force.kind, contact_force_t::OTHER);
+  EXPECT_NEAR(force.mean_force_N, weight, 0.02 * weight);
+  EXPECT_NEAR(force.peak_force_N, weight, 0.02 * weight);
+  EXPECT_NEAR(force.impulse_Ns[2], weight * 0.1, 0.02 * weight * 0.1);
+  EXPECT_EQ(force.touch_energy_J, 0);
+}
+
+// While the box slides, it rises a little in MuJoCo's soft contact, so that the normal force is not exactly
+// its weight. Friction is compared with the measured normal force and with the momentum that the box lost.
+TEST(ContactForces, ASlidingBoxIsBrakedByFrictionTimesTheNormalForce) {
+  Scene scene(0.05, 1);
+  scene.Tick(1000);
+  scene.data->qvel[0] = 3;
+  mj_forward(scene.model.get(), scene.data.get());
+  scene.Tick(50);
+  const double before_x = scene.data->qvel[0], before_z = scene.data->qvel[2];
+  const contact_force_t force = Force(scene.Tick(100), kWorld, kBox);
+  const double friction = -force.impulse_Ns[0], normal = force.impulse_Ns[2];
+  EXPECT_GT(friction, 0.5);
+  EXPECT_NEAR(friction, 0.5 * normal, 0.02 * friction);
+  EXPECT_NEAR(friction, 2 * (before_x - scene.data->qvel[0]), 0.02 * friction);
+  EXPECT_NEAR(normal, 2 * (kGravity * 0.1 + scene.data->qvel[2] - before_z), 0.02 * normal);
+}
+
+TEST(ContactForces, ADroppedBoxGivesItsMomentumToTheFloor) {
+  Scene scene(0.05 + 0.2, 1);
+  const double speed = std::sqrt(2 * kGravity * 0.2);
+  double impulse = 0, energy = 0;
+  for (int tick = 0; tick < 100; ++tick) {
+    const contact_force_t force = Force(scene.Tick(10), kWorld, kBox);
+    impulse += force.impulse_Ns[2];
+    energy = std::max(energy, force.touch_energy_J);
+  }
+  // The floor takes the momentum of the fall, and the weight from then on: m g t in total.
+  EXPECT_NEAR(impulse, 2 * kGravity * 1.0, 0.02 * 2 * speed);
+  EXPECT_GT(energy, 0);
+  // One corner hits first, so that less than the whole mass resists; never more than m v^2 / 2.
+  EXPECT_LE(energy, 1.02 * 2 * speed * speed / 2);
+}
+
+TEST(ContactForces, FingersPressWithTheirMotorsForceAtAnyControlRate) {
+  for (const int steps : {2, 10, 50}) {
+    SCOPED_TRACE(steps);
+    Scene scene(0.05, 0.05);
+    scene.data->ctrl[0] = 30;
+    scene.data->ctrl[1] = -30;
+    mj_forward(scene.model.get(), scene.data.get());
+    double peak = 0;
+    for (int step = 0; step < 1000; step += steps) {
+      peak = std::max(peak, scene.Tick(steps).gripper[0].grip_force_peak_N);
+    }
+    const state_t state = scene.Tick(steps);
+    EXPECT_NEAR(state.gripper[0].grip_force_mean_N, 30, 0.6);
+    EXPECT_NEAR(state.gripper[0].grip_time_s, steps * kStep, 1e-12);
+    EXPECT_NEAR(Force(state, kBox, kLeftFinger).impulse_Ns[0], -30 * steps * kStep, 0.6 * steps * kStep);
+    EXPECT_NEAR(Force(state, kBox, kRightFinger).impulse_Ns[0], 30 * steps * kStep, 0.6 * steps * kStep);
+    ASSERT_EQ(state.object_force_N.size(), static_cast<size_t>(steps));
+    static const double first_peak = peak;
+    EXPECT_EQ(peak, first_peak);
+  }
+}
+
+}  // namespace evalbus::sim::contact_forces_test
