@@ -116,6 +116,8 @@ def start(
     **options,
 ) -> ActiveRun:
     """Starts an evaluation; the arguments are those of run()."""
+    if str(task).split("/")[-1] == "all":
+        raise InputError(f"task '{task}': expected one task")
     serving = None
     if callable(policy):
         from evalbus.server import Serving

@@ -32,7 +32,8 @@ POSITION_M, QUATERNION = 2e-5, 2e-4
 # Factor from the unit of the summary to the unit that a curve shows.
 SHOWN = {"mm": 1e3, "%": 1e2}
 # Metrics that are computed at the end of an episode: their curves have no value.
-AT_THE_END = ("extended.spectral_arc_length",)
+AT_THE_END = ("extended.spectral_arc_length", "extended.p95_object_force_N", "extended.p95_scene_force_N",
+              "extended.p95_self_force_N")
 HOSTILE = "<img src=x onerror=alert(1)><b>&amp;\u202e\u0007" + "long " * 40
 
 

@@ -1,10 +1,9 @@
-#include "policy_bridge/wire/clients.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/errors.h"
+#include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/groot_codec.h"
 #include "tests/doubles/groot_server.h"
 #include "tests/doubles/rest_server.h"

@@ -1,8 +1,7 @@
-#include "policy_bridge/wire/clients.h"
-
 #include <gmock/gmock.h>
 
 #include "base/errors.h"
+#include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/websocket.h"
 #include "tests/doubles/policy_server.h"
 #include "tests/unit/allocation_count.h"

@@ -1,8 +1,7 @@
-#include "policy_bridge/wire/clients.h"
-
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
+#include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/json_numpy.h"
 #include "tests/doubles/rest_server.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"

@@ -1,7 +1,6 @@
-#include "policy_bridge/wire/clients.h"
-
 #include <gmock/gmock.h>
 
+#include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/msgpack_codec.h"
 #include "tests/doubles/policy_server.h"
 #include "tests/unit/policy_bridge/wire/hex.h"
