@@ -171,7 +171,7 @@ Action AddRun(CLI::App* app) {
             {"Episodes", {"--episodes", "--only", "--seed", "--workers", "--like", "--resume"}},
             {"Simulation",
              {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
-              "--after-success-s"}},
+              "--after-success-s", "--limits"}},
             {"Output", {"--out", "--video", "--gl", "--web", "--json", "--quiet", "--log", "--log-level"}},
             {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
   return [options, plan, like, output, app] {

@@ -215,7 +215,7 @@ TEST(Programs, HelpOfEachCommandFitsTheTerminalAndHasThreeExamples) {
     if (line.starts_with("  ") && line[2] >= 'a' && line[2] <= 'z')
       commands.push_back(line.substr(2, line.find(' ', 2) - 2));
   }
-  EXPECT_EQ(commands.size(), 27u);
+  EXPECT_EQ(commands.size(), 28u);
   Program::Setting narrow;
   narrow.before = [] { setenv("COLUMNS", "72", 1); };
   for (const std::string& command : commands) {

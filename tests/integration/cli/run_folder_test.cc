@@ -183,10 +183,13 @@ TEST_P(RunFolderTest, LogsAreWholeAndAgreeWithTheResults) {
     const ordered_json& episode = episodes[static_cast<size_t>(i)];
     EXPECT_EQ(metrics::ResultJson(summaries[0].metrics), episode["metrics"]);
     EXPECT_EQ(metrics::ResultJson(partials.back().metrics), episode["metrics"]);
-    // The one metric that needs the whole episode is only in the summary.
+    // The metrics that need the whole episode are only in the summary.
     ordered_json live = metrics::ExtendedJson(partials.back().extended, partials.back().metrics);
     EXPECT_TRUE(live["spectral_arc_length"]["left"].is_null());
-    live["spectral_arc_length"] = episode["extended"]["spectral_arc_length"];
+    for (const char* name :
+         {"spectral_arc_length", "p95_object_force_N", "p95_scene_force_N", "p95_self_force_N"}) {
+      live[name] = episode["extended"][name];
+    }
     EXPECT_EQ(live, episode["extended"]);
     EXPECT_TRUE(episode["extended"]["spectral_arc_length"]["left"].is_number());
     EXPECT_EQ(metrics::ExplanationJson(summaries[0].explanation), episode["explanation"]);
