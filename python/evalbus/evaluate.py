@@ -10,7 +10,7 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Union
 
 import numpy as np
 
-from evalbus.errors import ActionError, PolicyError, ProgramError
+from evalbus.errors import ActionError, InputError, PolicyError, ProgramError
 from evalbus.program import Program, words
 from evalbus.runs import Episode, Run, read_run
 

@@ -98,7 +98,7 @@ def check_end(browser, run, last, found):
 
 def check(browser, evalbus, folder, processes, found):
     run, run_out, web_out = folder / "run<b>", folder / "run.out", folder / "web.out"
-    command = [evalbus, "run", "lift_pot/position", "--policy", "noisy_expert", "--policy-name", POLICY_NAME, "--realtime",
+    command = [evalbus, "run", "lift_pot/position", "--policy", "expert", "--policy-name", POLICY_NAME, "--realtime",
                "--rtf", "4", "--video", "none", "--out", str(run)]
     # Far more episodes than there is time for; the resumed run makes only two more.
     processes.append(start([*command, "--episodes", "200"], run_out))
