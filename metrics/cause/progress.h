@@ -59,12 +59,11 @@ class ConditionProgress {
   std::vector<Track> tracks_;
 };
 
-// The robot is at rest while no joint differs by more than kJoint (rad) from where it was when the rest
-// began. That is more than an arm yields when it loses its load. Grippers are not considered: they close when
-// an object slips out.
+// The robot is at rest while no joint differs by more than kJoint (rad) from where it was when the rest began.
+// Grippers are not considered: they yield while an object slides in them.
 class Rest {
  public:
-  static constexpr double kJoint = 0.05;
+  static constexpr double kJoint = 0.003;
 
   void Start() { joints_.clear(); }
 
