@@ -59,8 +59,8 @@ class ConditionProgress {
   std::vector<Track> tracks_;
 };
 
-// The robot is at rest while no joint differs by more than kJoint (rad) from where it was when the rest began.
-// Grippers are not considered: they yield while an object slides in them.
+// The robot is at rest while no joint differs by more than kJoint (rad) from where it was when the rest
+// began. Grippers are not considered: they yield while an object slides in them.
 class Rest {
  public:
   static constexpr double kJoint = 0.003;
