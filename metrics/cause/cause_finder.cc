@@ -52,7 +52,6 @@ void CauseFinder::Start() {
   collisions_.Start();
   progress_.Start();
   rest_.Start();
-  rest_at_end_.clear();
   stage_tick_.clear();
   conditions_ = {};
 }
@@ -116,16 +115,12 @@ double CauseFinder::Distance(const Measure& measure, const CauseSample& sample) 
 
 void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_reached,
                       std::span<const std::vector<condition_t>> conditions) {
-  holds_.Add(sample);
+  rest_.Add(sample.tick, sample.joints);
+  holds_.Add(sample, rest_.since());
   closings_.Add(sample);
   held_.assign(held_.size(), 0);
-  rest_.Add(sample.tick, sample.joints);
-  rest_at_end_.resize(holds_.holds().size());
-  for (size_t k = 0; k < rest_at_end_.size(); ++k) {
-    const CauseHold& hold = holds_.holds()[k];
-    if (hold.is_over) continue;
-    held_[hold.object * config_.arms.size() + config_.gripper_arm[hold.gripper]] = 1;
-    if (hold.last_tick == sample.tick) rest_at_end_[k] = rest_.since();
+  for (const CauseHold& hold : holds_.holds()) {
+    if (!hold.is_over) held_[hold.object * config_.arms.size() + config_.gripper_arm[hold.gripper]] = 1;
   }
   collisions_.Add(sample, held_);
   for (size_t o = 0; o < height_.size(); ++o) height_[o] = sample.object[o][2];
@@ -206,8 +201,7 @@ bool CauseFinder::IsMadeGood(const CauseHold& lost) const {
 }
 
 void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const {
-  for (size_t k = 0; k < holds_.holds().size(); ++k) {
-    const CauseHold& hold = holds_.holds()[k];
+  for (const CauseHold& hold : holds_.holds()) {
     const auto object = static_cast<size_t>(hold.object);
     if (!hold.is_over || Length(hold) < Ticks(kShortestHold)) continue;
     if (std::ranges::none_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); })) continue;
@@ -215,8 +209,8 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
     if (!AsksForHold(object) && !(fell && hold.pinched_ticks >= Ticks(kShortestHold))) continue;
     if (IsMadeGood(hold) || IsPullBeforeLift(hold)) continue;
     if (StageAbout(object, hold.last_tick + Ticks(kSameTime))) continue;
-    if (!hold.opened && hold.last_tick - rest_at_end_[k] >= Ticks(kStill)) {
-      moments->push_back({.kind = cause_kind::kStall, .tick = rest_at_end_[k]});
+    if (!hold.opened && hold.last_tick - hold.rest_since >= Ticks(kStill)) {
+      moments->push_back({.kind = cause_kind::kStall, .tick = hold.rest_since});
       continue;
     }
     moments->push_back({.kind = cause_kind::kLostObject,
@@ -251,7 +245,7 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
 }
 
 // Whether a gripper of this arm held the object until just before.
-bool CauseFinder::IsRestOfHold(const ArmTouch& touch) const {
+bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return config_.object_entity[hold.object] == touch.pair.entity &&
            config_.gripper_arm[hold.gripper] == touch.pair.arm && hold.first_tick <= touch.first_tick &&
@@ -266,7 +260,7 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
     const int64_t later = touch.first_tick + Ticks(kSameTime);
     const bool is_stuck = 2 * touch.pressed_ticks >= last_tick - touch.first_tick;
     if (!is_stuck && std::ranges::any_of(stage_tick_, [&](int64_t tick) { return tick > later; })) continue;
-    if (IsRestOfHold(touch)) continue;
+    if (WasJustHeld(touch)) continue;
     bool is_collision = touch.pressed_ticks >= Ticks(kPressed);
     if (object < 0 && !collisions_.knows_torque())
       is_collision |= touch.last_tick - touch.first_tick >= Ticks(kTouched);

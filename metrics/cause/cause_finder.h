@@ -99,7 +99,7 @@ class CauseFinder {
   bool IsMadeGood(const CauseHold& lost) const;
   void AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
   void AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
-  bool IsRestOfHold(const ArmTouch& touch) const;
+  bool WasJustHeld(const ArmTouch& touch) const;
   void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
                      std::vector<CauseMoment>* moments) const;
   std::vector<Unmet> FindUnmet() const;
@@ -116,8 +116,7 @@ class CauseFinder {
   CauseCollisions collisions_;
   ConditionProgress progress_;
   Rest rest_;
-  std::vector<int64_t> rest_at_end_;  // by hold: since when the robot was at rest at its last contact
-  std::vector<int64_t> stage_tick_;   // by stage, -1: not reached
+  std::vector<int64_t> stage_tick_;  // by stage, -1: not reached
   std::span<const std::vector<condition_t>> conditions_;
   std::vector<Measure> measures_;  // by condition
   std::vector<uint8_t> held_;      // [object * arms + arm]

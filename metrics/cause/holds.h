@@ -19,6 +19,8 @@ struct CauseHold {
   int64_t first_tick;
   // Last tick with contact; if the gripper was opened, the tick at which it began to open.
   int64_t last_tick;
+  // Tick since which the robot had been at rest at the last contact.
+  int64_t rest_since = 0;
   // Number of ticks at which pads of both fingers touched the object.
   int64_t pinched_ticks = 0;
   bool is_over = false;
@@ -56,7 +58,9 @@ class Holds {
     pair_.assign(pair_.size(), {});
   }
 
-  void Add(const CauseSample& sample) {
+  // rest_since: tick since which the robot has been at rest.
+  void Add(const CauseSample& sample, int64_t rest_since) {
+    rest_since_ = rest_since;
     const size_t slot = samples_++ % Recent(dt_);
     for (size_t k = 0; k < widest_.size(); ++k) {
       widest_[k] = std::max(widest_[k], sample.opening[k]);
@@ -131,6 +135,7 @@ class Holds {
     const double opening = sample.opening[hold.gripper];
     if (sample.touching[index]) {
       hold.last_tick = sample.tick;
+      hold.rest_since = rest_since_;
       hold.pinched_ticks += sample.pinched[index];
       hold.last_height = sample.object[hold.object][2];
       pair.last_opening = opening;
@@ -154,6 +159,7 @@ class Holds {
   }
 
   double dt_;
+  int64_t rest_since_ = 0;
   std::vector<double> widest_;   // by gripper: its largest opening
   std::vector<Opening> recent_;  // by gripper: ring of its last Recent() openings
   size_t samples_ = 0;
