@@ -37,6 +37,8 @@ constexpr auto kDiscover = std::chrono::seconds(1);
 constexpr auto kLook = std::chrono::milliseconds(200);
 constexpr auto kBoardPeriod = std::chrono::seconds(1);
 constexpr auto kMaxBatchDelay = std::chrono::milliseconds(10);
+// After an episode is in episodes.jsonl, its last messages may still arrive for this time.
+constexpr auto kEndDelay = std::chrono::seconds(1);
 // Maximum number of messages handled from one bus before the next bus.
 constexpr int kInARow = 1000;
 // More messages than a receive buffer holds.
@@ -157,6 +159,7 @@ class ShownRun {
       return;
     }
     RequestMissing();
+    RequestLostEnd(now);
     std::vector<viz::EpisodeRow> done = feed_->TakeDone();
     if (!follower_) {
       for (viz::EpisodeRow& row : done) {
@@ -230,6 +233,25 @@ class ShownRun {
                           });
   }
 
+  // The messages at the end of an episode may be lost, and no message follows the last episode.
+  void RequestLostEnd(SteadyTime now) {
+    const viz::EpisodeTrack* track = feed_->track();
+    const results::RecordedRun* info = follower_ && !is_replay_ ? follower_->info() : nullptr;
+    if (!info || !track || track->is_over() ||
+        std::ranges::count(info->episodes, track->episode().episode, &results::RecordedEpisode::episode) ==
+            0) {
+      end_expected_at_.reset();
+      return;
+    }
+    if (!end_expected_at_) end_expected_at_ = now + kEndDelay;
+    if (now < *end_expected_at_) return;
+    end_expected_at_ = SteadyTime::max();  // once
+    jobs_->RequestHistory(folder(), track->episode().episode, 0,
+                          [this, episode = track->episode()](const auto& messages) {
+                            if (feed_) feed_->Complete(episode, messages);
+                          });
+  }
+
   const int number_;
   const results::FoundRun found_;
   const std::string source_, suffix_;
@@ -243,6 +265,9 @@ class ShownRun {
   std::unique_ptr<viz::LiveFeed> feed_;
   std::shared_ptr<const model_info_t> asked_model_;
   std::optional<header_t> asked_history_;
+  // When the end of the current episode is read from its log; none while the episode is not in
+  // episodes.jsonl.
+  std::optional<SteadyTime> end_expected_at_;
   std::string remark_;
 };
 

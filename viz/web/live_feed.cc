@@ -90,6 +90,11 @@ void LiveFeed::SetHistory(const header_t& episode, const std::vector<Message>& m
   BeginTrack();
 }
 
+void LiveFeed::Complete(const header_t& episode, const std::vector<Message>& messages) {
+  if (!track_ || !IsSame(track_->episode(), episode)) return;
+  for (const Message& message : messages) Give(message.channel, message.data);
+}
+
 void LiveFeed::BeginTrack() {
   if (!episode_ || track_ || !model_ || wanted_ || !history_is_known_) return;
   try {

@@ -73,6 +73,10 @@ class LiveFeed {
   // messages: the episode's messages recorded in its log so far; empty if unavailable.
   void SetHistory(const header_t& episode, const std::vector<Message>& messages);
 
+  // messages: those in the log of an episode that has ended. Gives the track what was lost on the network,
+  // for example the end.
+  void Complete(const header_t& episode, const std::vector<Message>& messages);
+
   const RunWatch& watch() const { return watch_; }
   const EpisodeTrack* track() const { return track_.get(); }
   // Returns the episodes that ended since the last call.

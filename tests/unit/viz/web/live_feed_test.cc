@@ -99,6 +99,25 @@ TEST_F(LiveFeedTest, AnEpisodesEndIsSentEvenIfTheNextOneHasBegun) {
   EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(2, false)));
 }
 
+TEST_F(LiveFeedTest, ALostEndIsTakenFromTheLog) {
+  UpdateBroadcaster::Viewer viewer;
+  broadcaster_.Enter(&viewer);
+  Begin(0);
+  for (int64_t tick = 0; tick < 4; ++tick) Tick(0, tick);
+  Publish();
+  EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(0, false)));
+  episode_summary_t summary{};
+  summary.header = HeaderOf(0, 4);
+  summary.end_reason = "time_limit";
+  const LiveFeed::Message end{channels::kEpisodeSummary.name, Encode(summary)};
+  feed_.Complete(HeaderOf(1, 0), {end});
+  Publish();
+  EXPECT_THAT(Given(&viewer), ElementsAre());
+  feed_.Complete(HeaderOf(0, 0), {end, end});
+  Publish();
+  EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(0, true)));
+}
+
 TEST_F(LiveFeedTest, ALateViewerDoesNotReceiveAnOldEpisode) {
   UpdateBroadcaster::Viewer first, second;
   broadcaster_.Enter(&first);
