@@ -115,7 +115,7 @@ double CauseFinder::Distance(const Measure& measure, const CauseSample& sample) 
 
 void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_reached,
                       std::span<const std::vector<condition_t>> conditions) {
-  rest_.Add(sample.tick, sample.joints);
+  rest_.Add(sample.tick, sample.joints, sample.commands);
   holds_.Add(sample, rest_.since());
   closings_.Add(sample);
   held_.assign(held_.size(), 0);

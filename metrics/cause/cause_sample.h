@@ -44,6 +44,7 @@ struct CauseSample {
   std::span<const std::array<double, 3>> wrist;   // m, by arm
   std::span<const body_pose_t> body;
   std::span<const double> joints;        // rad, of all arms
+  std::span<const double> commands;      // rad, commanded positions of these joints; empty if unknown
   std::span<const double> torque;        // N m, by joint; empty if unknown
   std::span<const ArmContact> contacts;  // each pair once
 };

@@ -59,25 +59,33 @@ class ConditionProgress {
   std::vector<Track> tracks_;
 };
 
-// The robot is at rest while no joint differs by more than kJoint (rad) from where it was when the rest
-// began. Grippers are not considered: they yield while an object slides in them.
+// The robot is at rest while the commanded positions of its joints differ by at most kCommand (rad) from
+// those at the beginning of the rest, and its joints by at most kSag: servos yield to a load. If the commands
+// are unknown, the joints must differ by at most kCommand. Grippers are not considered: they yield while an
+// object slides in them.
 class Rest {
  public:
-  static constexpr double kJoint = 0.003;
+  static constexpr double kCommand = 0.003, kSag = 0.1;
 
   void Start() { joints_.clear(); }
 
-  void Add(int64_t tick, std::span<const double> joints) {
-    if (std::ranges::equal(joints, joints_, [](double x, double y) { return std::abs(x - y) <= kJoint; }))
-      return;
+  // commands: empty if unknown.
+  void Add(int64_t tick, std::span<const double> joints, std::span<const double> commands) {
+    const double joint_tolerance = commands.empty() ? kCommand : kSag;
+    if (IsNear(joints, joints_, joint_tolerance) && IsNear(commands, commands_, kCommand)) return;
     joints_.assign(joints.begin(), joints.end());
+    commands_.assign(commands.begin(), commands.end());
     since_ = tick;
   }
 
   int64_t since() const { return since_; }
 
  private:
-  std::vector<double> joints_;
+  static bool IsNear(std::span<const double> a, std::span<const double> b, double tolerance) {
+    return std::ranges::equal(a, b, [&](double x, double y) { return std::abs(x - y) <= tolerance; });
+  }
+
+  std::vector<double> joints_, commands_;  // at the beginning of the rest
   int64_t since_ = 0;
 };
 

@@ -76,11 +76,13 @@ void CauseRecorder::Add(const Sample& sample, const state_t& state, std::span<co
   }
   wrist_.clear();
   joints_.clear();
+  commands_.clear();
   torque_.clear();
   for (size_t k = 0; k < sample.arm.size(); ++k) {
     const ArmSample& arm = sample.arm[k];
     wrist_.push_back(arm.wrist_position);
     joints_.insert(joints_.end(), arm.joint_position.begin(), arm.joint_position.end());
+    commands_.insert(commands_.end(), arm.joint_command.begin(), arm.joint_command.end());
     if (!names_.model().has_physics) continue;
     const std::vector<double>& torque = state.arm[k].joint_torque_Nm;
     torque_.insert(torque_.end(), torque.begin(), torque.end());
@@ -95,6 +97,7 @@ void CauseRecorder::Add(const Sample& sample, const state_t& state, std::span<co
                .wrist = wrist_,
                .body = state.body,
                .joints = joints_,
+               .commands = commands_,
                .torque = torque_,
                .contacts = contacts_},
               evaluator.stage_reached(), conditions_);

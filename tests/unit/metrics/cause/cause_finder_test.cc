@@ -63,6 +63,7 @@ class CauseFinderTest : public testing::Test {
                 .wrist = wrist_,
                 .body = body_,
                 .joints = joints_,
+                .commands = commands_,
                 .torque = torque_,
                 .contacts = contacts_},
                reached_, conditions_);
@@ -118,6 +119,7 @@ class CauseFinderTest : public testing::Test {
   std::vector<std::array<double, 3>> object_ = {{0.5, 0, 1}};
   std::vector<std::array<double, 3>> wrist_ = {{0, 0, 1}, {1, 0, 1}};
   std::vector<double> joints_ = {0, 0};
+  std::vector<double> commands_;
   std::vector<double> torque_ = {2, 2};
   std::vector<ArmContact> contacts_;
   std::vector<uint8_t> reached_ = {0, 0, 0};
@@ -329,6 +331,30 @@ TEST_F(CauseFinderTest, TheRobotStops) {
          "Robot stopped moving at 0.40 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least "
          "1.1 m is "
          "needed.");
+}
+
+TEST_F(CauseFinderTest, ARobotThatSagsUnderALoadHasStopped) {
+  commands_ = {0, 0};
+  Move(3);
+  HoldWithBoth();  // up to tick 23, the last commands with it
+  commands_ = {0.33, 0};
+  Tick();
+  for (int k = 0; k < 300; ++k) {
+    joints_[0] -= 0.0001;
+    Tick();
+  }
+  EXPECT_EQ(Find().kind, "stall");
+  EXPECT_EQ(Find().tick, 24);
+}
+
+TEST_F(CauseFinderTest, ARobotThatDoesNotReachWhatItIsCommandedHasNotStopped) {
+  HoldWithBoth();
+  commands_ = joints_;
+  for (int k = 0; k < 300; ++k) {
+    commands_[0] += 0.001;
+    Tick();
+  }
+  EXPECT_NE(Find().kind, "stall");
 }
 
 TEST_F(CauseFinderTest, AStopLongAfterTheLastProgressIsNotTheCause) {
