@@ -41,11 +41,20 @@ class LiveFeedTest : public testing::Test {
     partial.header = state.header;
     Receive(channels::kPartial, partial);
   }
-  void End(int episode, int64_t tick) {
+  static episode_summary_t Summary(int episode, int64_t tick) {
     episode_summary_t summary{};
     summary.header = HeaderOf(episode, tick);
     summary.end_reason = "time_limit";
-    Receive(channels::kEpisodeSummary, summary);
+    return summary;
+  }
+  void End(int episode, int64_t tick) { Receive(channels::kEpisodeSummary, Summary(episode, tick)); }
+  // Begins episode 0, of which the viewer receives four ticks.
+  void BeginWatched(UpdateBroadcaster::Viewer* viewer) {
+    broadcaster_.Enter(viewer);
+    Begin(0);
+    for (int64_t tick = 0; tick < 4; ++tick) Tick(0, tick);
+    Publish();
+    EXPECT_THAT(Given(viewer), ElementsAre(std::pair(0, false)));
   }
   // A second later.
   void Publish() {
@@ -75,11 +84,7 @@ class LiveFeedTest : public testing::Test {
 
 TEST_F(LiveFeedTest, AnEpisodesEndIsSentEvenIfTheNextOneHasBegun) {
   UpdateBroadcaster::Viewer viewer;
-  broadcaster_.Enter(&viewer);
-  Begin(0);
-  for (int64_t tick = 0; tick < 4; ++tick) Tick(0, tick);
-  Publish();
-  EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(0, false)));
+  BeginWatched(&viewer);
   Tick(0, 4);
   End(0, 4);
   Begin(1);
@@ -101,15 +106,8 @@ TEST_F(LiveFeedTest, AnEpisodesEndIsSentEvenIfTheNextOneHasBegun) {
 
 TEST_F(LiveFeedTest, ALostEndIsTakenFromTheLog) {
   UpdateBroadcaster::Viewer viewer;
-  broadcaster_.Enter(&viewer);
-  Begin(0);
-  for (int64_t tick = 0; tick < 4; ++tick) Tick(0, tick);
-  Publish();
-  EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(0, false)));
-  episode_summary_t summary{};
-  summary.header = HeaderOf(0, 4);
-  summary.end_reason = "time_limit";
-  const LiveFeed::Message end{channels::kEpisodeSummary.name, Encode(summary)};
+  BeginWatched(&viewer);
+  const LiveFeed::Message end{channels::kEpisodeSummary.name, Encode(Summary(0, 4))};
   feed_.Complete(HeaderOf(1, 0), {end});
   Publish();
   EXPECT_THAT(Given(&viewer), ElementsAre());
