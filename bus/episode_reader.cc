@@ -43,7 +43,7 @@ void RemoveDamagedTimes(std::vector<state_t>* states) {
 
 std::string EpisodeMessages::outcome() const {
   if (summary) return end_reason::Outcome(summary->failure_reason);
-  return end ? end->end_reason : "";
+  return end ? end_reason::Text(end->end_reason) : "";
 }
 
 template <class Message>

@@ -1,6 +1,7 @@
 // Why an episode ended: the values of episode_end_t.end_reason, which LCM's language cannot name.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 
@@ -36,9 +37,20 @@ inline const char* Of(int8_t verdict) {
                                                  : "";
 }
 
-// Outcome of an episode as shown to users: "success", or the reason of the failure.
+// Words that users see for an end reason or a failure reason; viz/viewer/page/dom.js has the same ones for
+// the page in the browser. Files and messages contain the names.
+inline std::string Text(std::string reason) {
+  if (reason == "grasp_slip") return "slipped from the gripper";
+  if (reason == "grasp_miss") return "missed the grasp";
+  if (reason == "wrong_pose") return "target pose not reached";
+  if (reason == "timeout") return "time limit";
+  std::ranges::replace(reason, '_', ' ');
+  return reason;
+}
+
+// Outcome of an episode in words: "success", or the reason of the failure.
 inline std::string Outcome(const std::string& failure_reason) {
-  return failure_reason.empty() ? kSuccess : failure_reason;
+  return failure_reason.empty() ? kSuccess : Text(failure_reason);
 }
 
 }  // namespace evalbus::end_reason

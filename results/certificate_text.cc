@@ -8,6 +8,7 @@
 #include "base/percent.h"
 #include "base/plural.h"
 #include "base/text.h"
+#include "lcmtypes/end_reason.h"
 #include "metrics/statistics/wilson.h"
 #include "results/comparison_json.h"
 #include "results/comparison_text.h"
@@ -105,7 +106,7 @@ std::string FlippedSeeds(const Certificate& certificate) {
                           &bad = pair.run.success ? reference : one.engine;
         lines.push_back(fmt::format("{}, {}, seed {} (episode {}): success on {}, {} on {}\n", one.policy,
                                     task.name(), pair.seed, pair.run.episode, good,
-                                    pair.failed().failure_reason, bad));
+                                    end_reason::Text(pair.failed().failure_reason), bad));
       }
     }
   }

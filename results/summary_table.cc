@@ -25,7 +25,7 @@ struct Column {
   // In characters; negative: left-aligned.
   int width;
 };
-constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -14}, Column{"time", 7},
+constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -24}, Column{"time", 7},
                                  Column{"stages", 6},    Column{"slips", 5}, Column{"collisions", 10},
                                  Column{"clearance", 9}, Column{"path", 7}};
 
@@ -176,7 +176,8 @@ std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const s
   std::string text = "failures\n";
   for (size_t i = 0; i < std::min(failed.size(), kShown); ++i) {
     const FailedEpisode& one = failed[i];
-    text += fmt::format("{:>7}  {}  {}\n", one.episode, Styled(Pad(one.reason, -14), Style::kBad, colors),
+    text += fmt::format("{:>7}  {}  {}\n", one.episode,
+                        Styled(Pad(end_reason::Text(Printable(one.reason)), -24), Style::kBad, colors),
                         ShellWords({"evalbus", "web", folder, "--episode", std::to_string(one.episode)}));
     if (!one.cause.text.empty()) {
       text += std::string(kIndent, ' ') +
@@ -190,7 +191,7 @@ std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const s
 std::string FailuresText(const metrics::RunSummary& summary) {
   std::string text;
   for (const auto& [reason, count] : summary.failure_reasons) {
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, Printable(reason));
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, end_reason::Text(Printable(reason)));
   }
   return text;
 }

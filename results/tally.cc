@@ -4,6 +4,7 @@
 
 #include "base/plural.h"
 #include "base/text.h"
+#include "lcmtypes/end_reason.h"
 #include "results/summary_table.h"
 
 namespace evalbus::results {
@@ -52,7 +53,8 @@ std::string Tally::Line(const std::string& name, size_t width) const {
   const metrics::MetricSummary* time = summary.Find("completion_time");
   std::string notes;
   const auto add = [&notes](const std::string& note) { notes += (notes.empty() ? "" : ", ") + note; };
-  for (const auto& [reason, count] : FailuresOf(summary)) add(fmt::format("{} {}", count, Printable(reason)));
+  for (const auto& [reason, count] : FailuresOf(summary))
+    add(fmt::format("{} {}", count, end_reason::Text(Printable(reason))));
   if (summary.samples < summary.complete) {
     add(fmt::format("interval of {}", Plural(summary.samples, "episode")));
   }

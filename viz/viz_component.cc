@@ -116,7 +116,7 @@ void VizComponent::OnPartial(const partial_metrics_t& partial) {
 void VizComponent::OnEpisodeEnd(const episode_end_t& end) {
   if (end.header.episode != status_.episode || newest_tick_ < 0) return;
   if (!text_.end_reason.empty()) return;  // a repetition, or the outcome is already known
-  text_.end_reason = end.end_reason;
+  text_.end_reason = end_reason::Text(end.end_reason);
   undrawn_ = true;
 }
 

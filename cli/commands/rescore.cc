@@ -94,7 +94,7 @@ std::string ChangedMetrics(const std::vector<results::Difference>& differences) 
 
 void PrintScore(const results::RescoredEpisode& episode) {
   const episode_summary_t& summary = episode.summary;
-  fmt::print("{:>7}  {:<14} {:>6.2f} s  {:>6}  {}\n", summary.header.episode, Outcome(summary),
+  fmt::print("{:>7}  {:<24} {:>6.2f} s  {:>6}  {}\n", summary.header.episode, Outcome(summary),
              summary.metrics.completion_time_s, viz::StageCount(summary.metrics),
              results::DescribeDifference(episode.recorded, summary));
 }

@@ -288,7 +288,12 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   if (end.last_tick - rest >= std::max(last_share, Ticks(kStill)) && rest - progress <= Ticks(kPatience)) {
     return {.kind = cause_kind::kStall, .tick = rest};
   }
-  if (end.last_tick - progress <= last_share) return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick};
+  // A robot that has not come closer but still moves may be slow: its approach is then not long enough to be
+  // progress.
+  const bool may_be_slow = progress == 0 && end.last_tick - rest < last_share;
+  if (may_be_slow || end.last_tick - progress <= last_share) {
+    return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick, .made_progress = progress > 0};
+  }
   return {.kind = cause_kind::kMissedCondition, .tick = progress};
 }
 

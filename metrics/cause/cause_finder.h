@@ -56,6 +56,7 @@ struct CauseMoment {
   bool tried_again = false, held_again = false;
   int lost_again = 0;       // number of later holds that ended
   double displacement = 0;  // m
+  bool made_progress = true;
 };
 
 class CauseFinder {

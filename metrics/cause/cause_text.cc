@@ -104,7 +104,9 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
     return text;
   }
   if (moment.kind == cause_kind::kStall) return "Robot stopped moving" + at;
-  if (moment.kind == cause_kind::kOutOfTime) return "Time ran out" + at;
+  if (moment.kind == cause_kind::kOutOfTime) {
+    return (moment.made_progress ? "Time ran out" : "No progress until time ran out") + at;
+  }
   if (moment.kind == cause_kind::kMissedCondition) {
     return moment.tick == 0 ? "No progress" : "Last progress" + at;
   }

@@ -18,10 +18,11 @@ namespace {
 constexpr double kMoved = 0.01;   // m
 constexpr double kTurned = 0.1;   // rad
 constexpr double kRaised = 0.02;  // m
-constexpr double kClosed = 0.99;
 
 constexpr double kShortBy = 0.08;  // m, distance by which a grasp is missed
 constexpr double kMissTime = 1;    // s
+// The grip loosens for this time once per period.
+constexpr int64_t kLooseTime_us = 100000, kLoosePeriod_us = 500000;
 // The hands move down, and by the fraction kAside of it outward, past objects in front of the robot.
 constexpr double kDownSpeed = 0.15;  // m/s
 constexpr double kMaxDown = 0.6;     // m
@@ -122,7 +123,10 @@ void FlawedPolicy::Act(const state_t& state, action_t* action) {
     return;
   }
   policy_->Act(state, action);
-  if (!wrong_) CheckTrigger(state, *action);
+  if (!wrong_) {
+    CheckTrigger(state, *action);
+    wrong_time_us_ = state.header.sim_time_us;
+  }
   const double time = static_cast<double>(state.header.sim_time_us) * 1e-6;
   switch (flaw_) {
     case Flaw::kMiss:
@@ -134,10 +138,8 @@ void FlawedPolicy::Act(const state_t& state, action_t* action) {
       Shift(0, std::min(kDownSpeed * time, kMaxDown), action);
       break;
     case Flaw::kSlip:
-      // Commands the fingers to where they are, so that they exert hardly any force.
-      for (size_t k = 0; k < action->gripper_closing.size(); ++k) {
-        double& closing = action->gripper_closing[k];
-        if (closing >= kClosed) closing = std::clamp(1 - state.gripper[k].opening, 0.0, 1.0);
+      if (wrong_ && (state.header.sim_time_us - wrong_time_us_) % kLoosePeriod_us < kLooseTime_us) {
+        action->gripper_closing.assign(action->gripper_closing.size(), 0);
       }
       break;
     case Flaw::kEarly:

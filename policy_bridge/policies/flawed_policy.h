@@ -15,7 +15,7 @@ namespace evalbus::policy {
 // time when a gripper first closed.
 enum class Flaw {
   kMiss,     // the hands stay 8 cm short of their targets
-  kSlip,     // the fingers close with hardly any force
+  kSlip,     // the grippers open for 0.1 s of every half second once an object has moved
   kEarly,    // the grippers open as soon as an object has moved
   kDrop,     // the grippers open when an object has risen by 2 cm
   kStop,     // the arms stop as soon as an object has moved
@@ -52,7 +52,9 @@ class FlawedPolicy : public Policy {
   std::vector<int> bodies_;   // objects of the task
   // Poses of `bodies_` when a gripper first closed; empty before.
   std::vector<Eigen::Isometry3d> start_;
+  // True from the tick at which the planted failure begins; the time of that tick.
   bool wrong_ = false;
+  int64_t wrong_time_us_ = 0;
   // Last targets: of everything, for kStop and kCollide; by arm, for Shift().
   action_t last_{};
   std::vector<JointVector> shifted_;

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "base/plural.h"
+#include "lcmtypes/end_reason.h"
 #include "report/page/comparison_sections.h"
 #include "report/page/page.h"
 #include "report/page/strip.h"
@@ -16,7 +17,7 @@ StripCell CellOf(const results::PairedEpisode& episode, const std::string& run, 
   return {.css_class = episode.success ? "good" : "bad",
           .text = std::to_string(episode.episode),
           .title = fmt::format("{}, episode {}, seed {}: {}", run, episode.episode, seed,
-                               episode.success ? "success" : episode.failure_reason),
+                               end_reason::Outcome(episode.failure_reason)),
           .url = url};
 }
 
@@ -58,7 +59,8 @@ std::string OneSided(const std::vector<results::ComparedPair>& flipped, bool of_
   }
   if (count == 0) return "";
   std::string text = fmt::format("{} where only {} succeeds: ", Plural(count, "seed"), name);
-  for (const auto& [reason, number] : reasons) text += fmt::format("{} {}, ", number, reason);
+  for (const auto& [reason, number] : reasons)
+    text += fmt::format("{} {}, ", number, end_reason::Text(reason));
   return text.substr(0, text.size() - 2);
 }
 
@@ -80,7 +82,7 @@ void FlippedRow(const ComparisonPageParts& parts, const results::Comparison& com
       html->Text(" " + (run_failed ? comparison.run.name : comparison.baseline.name));
     });
     html->Element("td", {{"class", "why"}}, [&] {
-      html->Element("b", {}, failed.failure_reason);
+      html->Element("b", {}, end_reason::Text(failed.failure_reason));
       if (!failed.cause.text.empty()) html->Text(": " + failed.cause.text);
     });
     html->Element("td", {{"class", "files"}}, [&] {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "lcmtypes/end_reason.h"
 #include "report/page/folded.h"
 #include "report/page/report_sections.h"
 
@@ -58,7 +59,7 @@ void EpisodeCurves(const RunSection& section, const ReportCurves& curves,
                    const results::RecordedEpisode& episode, const std::vector<ReportLink>& videos) {
   Markup* html = section.html;
   html->Element(section.subheading, {},
-                fmt::format("Episode {}: {}{}", curves.episode, episode.end_reason,
+                fmt::format("Episode {}: {}{}", curves.episode, end_reason::Text(episode.end_reason),
                             curves.why.empty() ? "" : " (" + curves.why + ")"));
   if (!episode.explanation.empty()) html->Element("p", {}, episode.explanation);
   const bool video = !videos.empty();

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "lcmtypes/end_reason.h"
 #include "report/page/page.h"
 #include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
@@ -39,7 +40,7 @@ void ReasonCell(const results::RecordedEpisode& episode, Markup* html) {
   html->Element("td", {{"class", "why"}}, [&] {
     if (!NeedsReason(episode)) return;
     // The sentence may start with the reason, which is then not repeated.
-    const std::string& reason = episode.failure_reason;
+    const std::string reason = end_reason::Text(episode.failure_reason);
     const bool begins = episode.explanation.starts_with(reason);
     if (!reason.empty()) html->Element("b", {}, reason);
     if (episode.explanation.empty()) return;
@@ -89,7 +90,7 @@ void EpisodeRow(const RunSection& section, size_t index, bool explained, bool no
     });
     html->Element("td", {{"class", "end"}}, [&] {
       html->Element("span", {{"class", std::string("sign ") + Outcome(episode)}}, OutcomeSign(episode));
-      html->Text(" " + episode.end_reason + (episode.complete ? "" : ", not complete"));
+      html->Text(" " + end_reason::Text(episode.end_reason) + (episode.complete ? "" : ", not complete"));
     });
     if (explained) ReasonCell(episode, html);
     if (noted) html->Element("td", {{"class", "why"}}, episode.note);

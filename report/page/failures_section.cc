@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/plural.h"
+#include "lcmtypes/end_reason.h"
 #include "report/page/page.h"
 #include "report/page/report_sections.h"
 
@@ -34,7 +35,7 @@ void FailureCard(const RunSection& section, const results::RecordedEpisode& epis
                                                                         : "#" + EpisodeId(section, episode)}},
                     name);
       html->Text(" ");
-      html->Element("b", {{"class", "sign bad"}}, "✗ " + episode.failure_reason);
+      html->Element("b", {{"class", "sign bad"}}, "✗ " + end_reason::Text(episode.failure_reason));
       html->Element("div", {}, episode.cause.text.empty() ? episode.explanation : episode.cause.text);
       const auto point = section.run.no_returns.find(episode.episode);
       if (point != section.run.no_returns.end())

@@ -9,6 +9,7 @@
 
 #include "base/percent.h"
 #include "base/plural.h"
+#include "lcmtypes/end_reason.h"
 #include "report/page/figures.h"
 
 namespace evalbus::report {
@@ -152,7 +153,7 @@ void Failures(const PlanReport& report, Markup* html) {
       html->Element("tbody", {}, [&] {
         for (const std::string& reason : reasons) {
           html->Element("tr", {}, [&] {
-            html->Element("th", {{"scope", "row"}}, reason);
+            html->Element("th", {{"scope", "row"}}, end_reason::Text(reason));
             for (size_t policy = 0; policy < report.all.cells.size(); ++policy) {
               double count = 0;
               for (const auto& [name, number] : report.all.cells[policy].summary.failure_reasons)

@@ -5,6 +5,7 @@
 
 #include "base/percent.h"
 #include "base/text.h"
+#include "lcmtypes/end_reason.h"
 #include "report/page/page.h"
 #include "report/page/report_sections.h"
 
@@ -66,7 +67,9 @@ void Counts(const std::vector<std::pair<std::string, Count>>& counts, Markup* ht
 
 void FailureReasons(const RunSection& section) {
   Heading(section, "Failure reasons", "failures", "Complete episodes without success, by reason.");
-  Counts(section.run.summary.failure_reasons, section.html);
+  std::vector<std::pair<std::string, int>> counts = section.run.summary.failure_reasons;
+  for (auto& [reason, count] : counts) reason = end_reason::Text(reason);
+  Counts(counts, section.html);
 }
 
 void Collisions(const RunSection& section) {

@@ -5,6 +5,7 @@
 
 #include "base/percent.h"
 #include "base/plural.h"
+#include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
 #include "report/page/page.h"
 #include "report/page/report_numbers.h"
@@ -33,7 +34,8 @@ std::string FailureSentence(const metrics::RunSummary& summary) {
   if (reasons.empty()) return "";
   std::string text = "Failures: ";
   for (size_t i = 0; i < reasons.size(); ++i) {
-    text += fmt::format("{}{} ({})", i == 0 ? "" : ", ", reasons[i].first, reasons[i].second);
+    text +=
+        fmt::format("{}{} ({})", i == 0 ? "" : ", ", end_reason::Text(reasons[i].first), reasons[i].second);
   }
   return text + ".";
 }
@@ -59,7 +61,7 @@ void FailureBars(const metrics::RunSummary& summary, Markup* html) {
     html->Element("tbody", {}, [&] {
       for (size_t i = 0; i < std::min(reasons.size(), kShown); ++i) {
         html->Element("tr", {}, [&] {
-          html->Element("th", {{"scope", "row"}}, reasons[i].first);
+          html->Element("th", {{"scope", "row"}}, end_reason::Text(reasons[i].first));
           html->Element("td", {{"class", "bar"}}, [&] {
             DrawBar(static_cast<double>(reasons[i].second) / summary.complete, "bad", html);
           });
@@ -134,7 +136,7 @@ void Strip(const RunSection& section) {
     const std::string& reason = episode.failure_reason.empty() ? episode.end_reason : episode.failure_reason;
     columns.push_back({{.css_class = Outcome(episode),
                         .text = std::to_string(episode.episode),
-                        .title = fmt::format("episode {}: {}{}", episode.episode, reason,
+                        .title = fmt::format("episode {}: {}{}", episode.episode, end_reason::Text(reason),
                                              episode.complete ? "" : ", not complete"),
                         .url = "#" + EpisodeId(section, episode)}});
   }

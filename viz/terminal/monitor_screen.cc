@@ -183,7 +183,7 @@ void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<Ra
     screen->push_back(
         {9,
          {{fmt::format("{:>10}  ", episode->header.episode), Style::kQuiet},
-          {Fit(reason, 15), StyleOf(reason)},
+          {Fit(reason, 25), StyleOf(reason)},
           {fmt::format("{:>6.2f} s  stages {}", m.completion_time_s, StageCount(m))},
           {fmt::format("   {}{}", episode->complete ? "" : "incomplete ", Printable(episode->end_detail)),
            Style::kQuiet}}});

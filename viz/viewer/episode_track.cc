@@ -339,14 +339,13 @@ std::vector<TrackEvent> EpisodeTrack::Events() const {
   std::stable_sort(events.begin(), events.end(),
                    [](const TrackEvent& a, const TrackEvent& b) { return a.tick < b.tick; });
   if (summary_) {
-    std::string end = summary_->end_reason;
-    if (!summary_->failure_reason.empty() && summary_->failure_reason != end) {
-      end += ": " + summary_->failure_reason;
-    }
+    std::string end = end_reason::Text(summary_->end_reason);
+    const std::string reason = end_reason::Text(summary_->failure_reason);
+    if (!reason.empty() && reason != end) end += ": " + reason;
     if (!summary_->end_detail.empty()) end += ": " + summary_->end_detail;
     events.push_back(MakeEvent(Kind::kEnd, summary_->header.tick, end));
   } else if (end_) {
-    events.push_back(MakeEvent(Kind::kEnd, end_->header.tick, end_->end_reason));
+    events.push_back(MakeEvent(Kind::kEnd, end_->header.tick, end_reason::Text(end_->end_reason)));
   }
   return events;
 }

@@ -90,7 +90,7 @@ void RunWatch::Receive(const episode_end_t& end) {
   if (end.header.episode != episode_) return;
   // EPISODE_END is repeated until the next episode begins; a score, if there is one, is more specific.
   const bool is_scored = summed_up_ && summed_up_->first == episode_;
-  if (!is_scored) end_reason_ = Printable(end.end_reason);
+  if (!is_scored) end_reason_ = end_reason::Text(Printable(end.end_reason));
   if (end.pacing_error.count > 0) pacing_ = end;
 }
 

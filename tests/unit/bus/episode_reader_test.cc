@@ -95,7 +95,7 @@ TEST_F(EpisodeReaderTest, RepeatedMessagesAreOneEach) {
   EXPECT_THAT(Ticks(episodes[0].states), ElementsAre(0, 1));
   EXPECT_EQ(episodes[0].states[0].deadline_misses, 0) << "the first one is used";
   EXPECT_THAT(Ticks(episodes[0].actions), ElementsAre(0));
-  EXPECT_EQ(episodes[0].outcome(), "time_limit");
+  EXPECT_EQ(episodes[0].outcome(), "time limit");
 }
 
 TEST_F(EpisodeReaderTest, SortsMessagesThatWereRecordedOutOfOrder) {
@@ -172,7 +172,7 @@ TEST_F(EpisodeReaderTest, BeginningMayBeMissing) {
   ASSERT_EQ(episodes.size(), 2u);
   EXPECT_EQ(episodes[0].number(), 7);
   EXPECT_FALSE(episodes[0].begin);
-  EXPECT_EQ(episodes[0].outcome(), "time_limit");
+  EXPECT_EQ(episodes[0].outcome(), "time limit");
   EXPECT_THAT(episodes[0].states, IsEmpty());
   EXPECT_EQ(episodes[1].number(), 8);
   EXPECT_THAT(Ticks(episodes[1].states), ElementsAre(0));

@@ -89,7 +89,7 @@ TEST_F(CertificateTest, FlipsAreCountedAndTested) {
   EXPECT_EQ(flips[1]["succeeded_here"], true);
   const std::string text = CertificateText(certificate, {});
   EXPECT_THAT(text, HasSubstr("noisy, lift_pot/position, seed " + std::to_string(EpisodeSeed(7, 1)) +
-                              " (episode 1): success on 3.3.3, timeout on 2.2.2\n"));
+                              " (episode 1): success on 3.3.3, time limit on 2.2.2\n"));
 }
 
 TEST_F(CertificateTest, OnlyTheFirstFlipsAreListed) {

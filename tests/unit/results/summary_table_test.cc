@@ -58,7 +58,7 @@ TEST(FormatDuration, HasTheUnitThatFits) {
 TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
   EXPECT_EQ(SummaryTable(Summary(5, 1), 80),
             "Success in 1 of 5 episodes: 20 % (95 % interval 9 to 91 %, Wilson)\n"
-            "Failures: 3 timeout, 1 dropped\n"
+            "Failures: 3 time limit, 1 dropped\n"
             "\n"
             "                              mean     95 % CI of mean      std   median\n"
             "slips                         1.50        1 to       2     0.50        1\n"
@@ -112,7 +112,7 @@ TEST(SummaryTable, HasColorsOnRequestOnly) {
   EXPECT_FALSE(Has(SummaryTable(Summary(5, 1), 80), "\x1b"));
   const std::string table = SummaryTable(Summary(5, 1), 80, true);
   EXPECT_TRUE(table.starts_with("\x1b[1mSuccess in 1 of 5 episodes: 20 %\x1b[0m (95 %")) << table;
-  EXPECT_TRUE(Has(table, "\n\x1b[38;5;202mFailures: 3 timeout, 1 dropped\x1b[0m\n")) << table;
+  EXPECT_TRUE(Has(table, "\n\x1b[38;5;202mFailures: 3 time limit, 1 dropped\x1b[0m\n")) << table;
 }
 
 TEST(FailedEpisodesText, HasACommandForEach) {
@@ -121,10 +121,10 @@ TEST(FailedEpisodesText, HasACommandForEach) {
       {3, "grasp_slip", {"lost_object", 3.62, "Right gripper lost the pot."}}, {12, "timeout", {}}};
   EXPECT_EQ(FailedEpisodesText(failed, "runs/a b", 30, false),
             "failures\n"
-            "      3  grasp_slip      evalbus web 'runs/a b' --episode 3\n"
+            "      3  slipped from the gripper  evalbus web 'runs/a b' --episode 3\n"
             "         Right gripper lost\n"
             "         the pot.\n"
-            "     12  timeout         evalbus web 'runs/a b' --episode 12\n");
+            "     12  time limit                evalbus web 'runs/a b' --episode 12\n");
   failed.resize(11, {20, "timeout", {}});
   EXPECT_TRUE(FailedEpisodesText(failed, "a", 80, false).ends_with("and 1 more\n"));
 }

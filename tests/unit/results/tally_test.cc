@@ -34,7 +34,7 @@ TEST_F(TallyTest, PoolsRunsInWhateverOrder) {
   EXPECT_DOUBLE_EQ(ab.Json()["mean_completion_time_s"], 8.0 / 3);  // over successes
   EXPECT_EQ(ab.Json()["failure_reasons"].dump(), R"({"timeout":1})");
   EXPECT_EQ(Tally::Title("task", 6), "task      success   95 % interval  success time  remarks\n");
-  EXPECT_EQ(ab.Line("all", 6), "all        3 of 4      30 to 95 %        2.67 s  1 timeout\n");
+  EXPECT_EQ(ab.Line("all", 6), "all        3 of 4      30 to 95 %        2.67 s  1 time limit\n");
 }
 
 TEST_F(TallyTest, WhatIsNotCompleteIsNoFailure) {

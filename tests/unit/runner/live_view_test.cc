@@ -185,8 +185,9 @@ TEST_F(LiveViewTest, WithoutATerminalThereArePlainLinesOnly) {
   dut_.Finish();
   EXPECT_EQ(Printed(),
             "lift_pot/base  policy expert  seed 7  lockstep 50 Hz  4 episodes\n"
-            "episode  end                time  stages  slips  collisions  clearance     path\n"
-            "      0  grasp_miss       2.00 s     1/2      3       4 + 5     163 mm   0.75 m  the reason\n"
+            "episode  end                          time  stages  slips  collisions  clearance     path\n"
+            "      0  missed the grasp           2.00 s     1/2      3       4 + 5     163 mm   0.75 m  the "
+            "reason\n"
             "a remark\n");
 }
 

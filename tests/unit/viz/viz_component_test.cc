@@ -191,7 +191,7 @@ TEST_F(VizComponentTest, ShowsTheSameAsAVideo) {
   Handle();
   const auto scored = Poll();
   ASSERT_EQ(scored.size(), 2u);
-  text.end_reason = "grasp_slip";
+  text.end_reason = "slipped from the gripper";
   renderer.Render(FindCamera(renderer.model(), "front"), &frame);
   Overlay(kSize).Draw(text, &frame);
   EXPECT_TRUE(scored[0].data == JpegEncoder().Encode(frame));

@@ -26,7 +26,7 @@ Evalbus.Conditions = class {
     const words = { success: "Success", failure: "Failure", incomplete: "Not scored", running: "Running", left: "Unfinished",
       unjudged: "Not judged" };
     const outcome = track.outcome() !== "running" || isReceived ? track.outcome() : track.head.is_over ? "unjudged" : "left";
-    const why = outcome === "failure" ? Evalbus.spaced(track.head.failure_reason || track.head.end_reason) : "";
+    const why = outcome === "failure" ? Evalbus.reasonText(track.head.failure_reason || track.head.end_reason) : "";
     Evalbus.setText(this.verdict, why ? `${words[outcome]}: ${why}` : words[outcome]);
     this.verdict.dataset.outcome = outcome;
     let reason = Evalbus.reasonOf(track.head);

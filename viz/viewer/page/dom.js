@@ -42,6 +42,11 @@ Evalbus.words = (text) => String(text === null || text === undefined ? "" : text
 // Replaces underscores: "left_gripper_touches_pot" becomes "left gripper touches pot".
 Evalbus.spaced = (name) => Evalbus.words(name).replace(/_/g, " ");
 
+// Words for an end reason or a failure reason, as in lcmtypes/end_reason.h.
+Evalbus.REASON_TEXTS = { grasp_slip: "slipped from the gripper", grasp_miss: "missed the grasp", wrong_pose: "target pose not reached",
+  timeout: "time limit" };
+Evalbus.reasonText = (reason) => (Object.hasOwn(Evalbus.REASON_TEXTS, reason) ? Evalbus.REASON_TEXTS[reason] : Evalbus.spaced(reason));
+
 // Text that explains the outcome: the detail of the end reason (e.g. a policy's error), then the deciding
 // condition.
 Evalbus.reasonOf = (head) => head.cause_text ? Evalbus.words(head.cause_text) : [Evalbus.words(head.end_detail), Evalbus.spaced(head.explanation)].filter(Boolean).join("; ");

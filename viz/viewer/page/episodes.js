@@ -150,7 +150,7 @@ Evalbus.Episodes.COLUMNS = [
   { name: "policy", title: "policy", value: (row) => row.policy, text: (row) => Evalbus.words(row.policy) },
   { name: "task", title: "task", value: Evalbus.FILTER_TEXTS.task, text: (row) => Evalbus.spaced(Evalbus.FILTER_TEXTS.task(row)) },
   { name: "episode", title: "episode", value: (row) => row.episode, text: (row) => String(row.episode) },
-  { name: "reason", title: "reason", value: Evalbus.FILTER_TEXTS.reason, text: (row) => Evalbus.spaced(Evalbus.FILTER_TEXTS.reason(row)) },
+  { name: "reason", title: "reason", value: Evalbus.FILTER_TEXTS.reason, text: (row) => Evalbus.reasonText(Evalbus.FILTER_TEXTS.reason(row)) },
   { name: "time", title: "time", value: (row) => row.time_s, text: (row) => Evalbus.seconds(row.time_s) },
   { name: "slips", title: "slips", value: (row) => row.slips, text: (row) => String(row.slips) },
   { name: "grasps", title: "grasps", value: (row) => row.grasps, text: (row) => String(row.grasps) },
@@ -182,7 +182,7 @@ Evalbus.Wall = class {
     const e = Evalbus.element;
     this.place.replaceChildren(...[...groups].sort((a, b) => b[1].length - a[1].length).flatMap(([reason, list]) => {
       const more = list.length - Evalbus.Wall.PER_REASON;
-      return [e("h3", {}, `${Evalbus.spaced(reason)} (${list.length.toLocaleString("en")})`),
+      return [e("h3", {}, `${Evalbus.reasonText(reason)} (${list.length.toLocaleString("en")})`),
         e("div", { class: "ev-cards" }, list.slice(0, Evalbus.Wall.PER_REASON).map((row) => this.card(row))),
         more > 0 ? e("p", {}, e("a", { href: Evalbus.listLink(`reason=${Evalbus.filterValue(reason)}`) }, `${more.toLocaleString("en")} more in the list`)) : null];
     }).filter(Boolean));

@@ -96,16 +96,21 @@ Evalbus.parseFilter = (text) => {
   return filter;
 };
 
+// What a text field of a row is compared with: its value, and for a reason also the words that are shown for it.
+Evalbus.plainTexts = (key, row) => {
+  const text = Evalbus.FILTER_TEXTS[key](row);
+  return (key === "reason" ? [text, Evalbus.reasonText(text)] : [text]).map(Evalbus.plainText);
+};
+
 Evalbus.containsText = (text) => {
   const wanted = Evalbus.plainText(text);
-  const fields = Object.values(Evalbus.FILTER_TEXTS);
-  return (row) => fields.some((field) => Evalbus.plainText(field(row)).includes(wanted));
+  const keys = Object.keys(Evalbus.FILTER_TEXTS);
+  return (row) => keys.some((key) => Evalbus.plainTexts(key, row).some((one) => one.includes(wanted)));
 };
 
 Evalbus.filterTerm = (name, operator, value) => {
   const key = name.text.toLowerCase();
   const number = Object.hasOwn(Evalbus.FILTER_NUMBERS, key) && Evalbus.FILTER_NUMBERS[key];
-  const field = Object.hasOwn(Evalbus.FILTER_TEXTS, key) && Evalbus.FILTER_TEXTS[key];
   if (number) {
     const limit = Number(value.text);
     if (value.text.trim() === "" || Number.isNaN(limit)) {
@@ -115,14 +120,15 @@ Evalbus.filterTerm = (name, operator, value) => {
       "=": (a) => a === limit, ":": (a) => a === limit, "!=": (a) => a !== limit }[operator.text];
     return (row) => Number.isFinite(number(row)) && compare(number(row));
   }
-  if (!field) {
+  if (!Object.hasOwn(Evalbus.FILTER_TEXTS, key)) {
     const known = [...Object.keys(Evalbus.FILTER_NUMBERS), ...Object.keys(Evalbus.FILTER_TEXTS)].join(", ");
     throw new Evalbus.FilterError(name.at, `"${name.text}" is not a field; the fields are ${known}`);
   }
   const wanted = Evalbus.plainText(value.text);
-  const compare = { ":": (text) => text.includes(wanted), "=": (text) => text === wanted, "!=": (text) => text !== wanted }[operator.text];
+  const compare = { ":": (texts) => texts.some((text) => text.includes(wanted)), "=": (texts) => texts.includes(wanted),
+    "!=": (texts) => !texts.includes(wanted) }[operator.text];
   if (!compare) throw new Evalbus.FilterError(operator.at, `${key} is a text; use : (contains), = or !=`);
-  return (row) => compare(Evalbus.plainText(field(row)));
+  return (row) => compare(Evalbus.plainTexts(key, row));
 };
 
 // A value as a filter's term writes it.

@@ -23,7 +23,7 @@ Evalbus.EpisodeList = class extends Evalbus.RowList {
     this.all.setAttribute("aria-pressed", String(filter === "all"));
     this.failed.setAttribute("aria-pressed", String(filter === "failed"));
     this.reasonOnly.hidden = filter === "all" || filter === "failed";
-    Evalbus.setText(this.reasonOnly, `${Evalbus.spaced(filter)} ×`);
+    Evalbus.setText(this.reasonOnly, `${Evalbus.reasonText(filter)} ×`);
     this.box.scrollTop = 0;
     this.apply();
   }
@@ -73,7 +73,7 @@ Evalbus.EpisodeList = class extends Evalbus.RowList {
     const outcome = !row.complete ? "incomplete" : row.success ? "success" : "failure";
     slot.sign.dataset.outcome = outcome;
     Evalbus.setText(slot.number, String(row.episode));
-    const why = outcome === "success" ? "success" : Evalbus.spaced(row.failure_reason || row.end_reason);
+    const why = outcome === "success" ? "success" : Evalbus.reasonText(row.failure_reason || row.end_reason);
     const text = outcome === "incomplete" ? `not scored: ${why}` : why;
     Evalbus.setText(slot.text, text);
     slot.node.title = `seed ${row.seed}${row.text ? `: ${Evalbus.words(row.text)}` : ""}`;
@@ -185,7 +185,7 @@ Evalbus.RunPanel = class {
       fill.style.transform = `scaleX(${count / most})`;
       return Evalbus.element("button", { type: "button", class: "ev-reason-row", title: "only these episodes",
         onclick: () => this.list.setFilter(this.list.filter === reason ? "all" : reason) },
-      Evalbus.element("span", { class: "ev-name" }, Evalbus.spaced(reason)),
+      Evalbus.element("span", { class: "ev-name" }, Evalbus.reasonText(reason)),
       Evalbus.element("span", { class: "ev-value" }, String(count)), Evalbus.element("span", { class: "ev-bar" }, fill));
     }));
   }

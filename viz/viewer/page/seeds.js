@@ -7,7 +7,7 @@
 Evalbus.lettersOf = (reasons) => {
   const letters = new Map(), used = new Set();
   for (const reason of reasons) {
-    const words = Evalbus.spaced(reason).toUpperCase().split(" ");
+    const words = Evalbus.reasonText(reason).toUpperCase().split(" ");
     const wanted = [...words.map((word) => word[0]), ...words.join(""), ..."ABCDEFGHIJKLMNOPQRSTUVWXYZ"];
     const letter = wanted.find((one) => /[A-Z]/.test(one || "") && !used.has(one)) || "?";
     used.add(letter);
@@ -78,7 +78,7 @@ Evalbus.Seeds = class {
     const e = Evalbus.element;
     this.legend.replaceChildren(e("span", {}, e("i", { class: "ev-cell", "data-outcome": "success" }, "✓"), " success"),
       ...reasons.map(([reason, count]) => e("a", { href: Evalbus.listLink(`reason=${Evalbus.filterValue(reason)}`) },
-        e("i", { class: "ev-cell", "data-outcome": "failure" }, this.letters.get(reason)), ` ${Evalbus.spaced(reason)} (${count.toLocaleString("en")})`)),
+        e("i", { class: "ev-cell", "data-outcome": "failure" }, this.letters.get(reason)), ` ${Evalbus.reasonText(reason)} (${count.toLocaleString("en")})`)),
       hasIncomplete ? e("span", {}, e("i", { class: "ev-cell", "data-outcome": "incomplete" }, "–"), " not scored") : "");
   }
 
@@ -126,7 +126,7 @@ Evalbus.Seeds = class {
     const canOpen = row.has_track !== false;
     const cell = Evalbus.element(canOpen ? "a" : "span", { class: row.note ? "ev-cell ev-noted" : "ev-cell", "data-outcome": outcome,
       href: canOpen ? Evalbus.episodeLink(row, Evalbus.partnerOf(row, column)) : null,
-      "aria-label": `${Evalbus.words(row.policy)}, episode ${row.episode}: ${Evalbus.spaced(outcome === "success" ? "success" : reason)}` }, sign);
+      "aria-label": `${Evalbus.words(row.policy)}, episode ${row.episode}: ${Evalbus.reasonText(outcome === "success" ? "success" : reason)}` }, sign);
     this.rowOf.set(cell, row);
     return cell;
   }

@@ -251,7 +251,7 @@ TEST_F(CauseFinderTest, AClosingFarFromTheObjectIsNoAttempt) {
   Move(10);
   wrist_[kRight][0] = 0.6;  // 0.4 m nearer than where the gripper closed
   Move(300);
-  EXPECT_EQ(Find().kind, "missed_condition");
+  EXPECT_EQ(Find().kind, "out_of_time");
 }
 
 TEST_F(CauseFinderTest, AClosingBeforeASuccessfulGraspIsNoCause) {
@@ -279,7 +279,7 @@ TEST_F(CauseFinderTest, AHeavyArmPressesOnTheScene) {
   contacts_ = {{kLeft, kCounter}};
   torque_[kLeft] = -70;  // 30 below a range of 40
   Move(100);
-  EXPECT_EQ(Find().kind, "missed_condition");
+  EXPECT_EQ(Find().kind, "out_of_time");
   torque_[kLeft] = 50;
   Move(300);
   Expect("collision", 11,
@@ -292,7 +292,7 @@ TEST_F(CauseFinderTest, ALightTouchIsNoCollision) {
   contacts_ = {};
   torque_[kLeft] = 80;  // without contact
   Move(300);
-  EXPECT_EQ(Find().kind, "missed_condition");
+  EXPECT_EQ(Find().kind, "out_of_time");
 }
 
 TEST_F(CauseFinderTest, WithoutTorquesALongTouchIsACollision) {
@@ -301,7 +301,7 @@ TEST_F(CauseFinderTest, WithoutTorquesALongTouchIsACollision) {
   Move(50);
   contacts_ = {};
   Move(250);
-  EXPECT_EQ(Find().kind, "missed_condition");  // 0.98 s
+  EXPECT_EQ(Find().kind, "out_of_time");  // 0.98 s
   contacts_ = {{kRight, kCounter}};
   Move(51);
   contacts_ = {};
@@ -375,6 +375,18 @@ TEST_F(CauseFinderTest, TimeRunsOut) {
   Expect("out_of_time", 220,
          "Time ran out at 4.40 s (2 of 3 stages); height of kitchen pot reached 1.080 m, at least 1.1 m is "
          "needed.");
+}
+
+TEST_F(CauseFinderTest, ARobotThatStillMovesWithoutProgressMayBeSlow) {
+  Move(300);
+  Expect("out_of_time", 300,
+         "No progress until time ran out at 6.00 s (0 of 3 stages); not met: left holds kitchen pot.");
+}
+
+TEST_F(CauseFinderTest, ARobotThatRestsWithoutProgressMissesACondition) {
+  Move(100);
+  Tick(200);
+  Expect("missed_condition", 0, "No progress (0 of 3 stages); not met: left holds kitchen pot.");
 }
 
 TEST_F(CauseFinderTest, AValueIsNotRoundedToItsLimit) {

@@ -253,7 +253,7 @@ TEST_F(EpisodeScorerTest, AServersFaultIsNoFailureOfThePolicy) {
     EXPECT_FALSE(summary.complete);
     EXPECT_EQ(summary.failure_reason, "server_error");
     const std::string start =
-        "server_error at 0.02 s (invalid: the policy's server failed, so there is no result for the "
+        "server error at 0.02 s (invalid: the policy's server failed, so there is no result for the "
         "policy): ";
     EXPECT_TRUE(summary.explanation.text.starts_with(start)) << summary.explanation.text;
     const EpisodeResult result = ResultOf({}, summary);

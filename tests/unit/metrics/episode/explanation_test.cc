@@ -74,7 +74,7 @@ class ExplanationTest : public testing::Test {
 TEST_F(ExplanationTest, TimeoutWhereNothingWasTried) {
   Tick();
   EXPECT_EQ(Reason(), "timeout");
-  EXPECT_EQ(Text(), "timeout at 0.02 s: pot touches counter; no stage reached");
+  EXPECT_EQ(Text(), "time limit at 0.02 s: pot touches counter; no stage reached");
 }
 
 TEST_F(ExplanationTest, GraspMissWhereAGripperClosedOnNothing) {
@@ -153,10 +153,10 @@ TEST_F(ExplanationTest, GraspSlipUnlessRegained) {
   EXPECT_EQ(explanation.slip[0].gripper, "left");
   EXPECT_EQ(explanation.slip[0].tick, 2);
   EXPECT_EQ(explanation.slip[0].time_s, 0.04);
-  EXPECT_EQ(
-      explanation.text,
-      "grasp_slip at 0.04 s: pot touches counter; last stage 1 (held) at 0.02 s; pot slipped from left at "
-      "0.04 s");
+  EXPECT_EQ(explanation.text,
+            "slipped from the gripper at 0.04 s: pot touches counter; last stage 1 (held) at 0.02 s; pot "
+            "slipped from left at "
+            "0.04 s");
   Hold();
   EXPECT_EQ(Reason(), "timeout");
   EXPECT_EQ(End().explanation.num_slips, 1);
@@ -199,7 +199,7 @@ TEST_F(ExplanationTest, AFailureConditionOnAnObjectThatWasHeldIsDropped) {
   Tick({{kFloor, kWall}});
   EXPECT_EQ(Reason("failure"), "failure_condition");
   EXPECT_EQ(End("failure").explanation.text,
-            "failure_condition at 0.02 s: pot touches world; no stage reached");
+            "failure condition at 0.02 s: pot touches world; no stage reached");
   Restart();
   Hold();
   Tick({{kFloor, kWall}});
@@ -301,7 +301,7 @@ TEST_F(ExplanationTest, TheSameConditionIsReportedOnce) {
       "pot, b: world}}, {height_above: {object: pot, min_m: 9}}]}");
   Tick();
   EXPECT_EQ(Text(),
-            "timeout at 0.02 s: pot does not touch world, height of pot 1.00 m < 9; no stage reached");
+            "time limit at 0.02 s: pot does not touch world, height of pot 1.00 m < 9; no stage reached");
   EXPECT_EQ(End().explanation.num_conditions, 3);
 }
 
@@ -353,8 +353,9 @@ TEST_F(ExplanationTest, NestedPredicatesNameWhatDecides) {
       "pot, b: counter}}}]}");
   Height() = 1.0999999;
   Tick();
-  EXPECT_EQ(Text(),
-            "timeout at 0.02 s: pot does not touch world, height of pot 1.0999999 m < 1.1; no stage reached");
+  EXPECT_EQ(
+      Text(),
+      "time limit at 0.02 s: pot does not touch world, height of pot 1.0999999 m < 1.1; no stage reached");
   Height() = 1.5;
   Tick();
   EXPECT_EQ(End().explanation.condition[0].text, "pot touches counter");
@@ -381,7 +382,7 @@ TEST_F(ExplanationTest, AsJson) {
   Tick({{kLeftLink, kTop}, {kLeftLink, kRightLink}});
   EXPECT_EQ(
       ExplanationJson(End().explanation).dump(),
-      R"({"text":"grasp_slip at 0.04 s: height of pot 1.00 m < 1.1; last stage 1 (held) at 0.02 s; )"
+      R"({"text":"slipped from the gripper at 0.04 s: height of pot 1.00 m < 1.1; last stage 1 (held) at 0.02 s; )"
       R"(first collision at 0.04 s, left/link with counter/top; pot slipped from left at 0.04 s",)"
       R"("last_stage":{"index":1,"name":"held","time_s":0.02},)"
       R"("conditions":[{"text":"height of pot 1.00 m < 1.1","predicate":"height_above","subject":"pot",)"

@@ -56,6 +56,9 @@ Outcome Play(Policy* policy, const Variation& variation, int64_t seed, int hz = 
       if (kind(b) == model_info_t::ROBOT) std::swap(a, b);
       const bool is_pad = pads[0].contains(a) || pads[1].contains(a);
       const bool pads_meet = is_pad && (pads[0].contains(b) || pads[1].contains(b));
+      // The palm of a hand may touch the handle between its fingers.
+      const bool is_palm = std::string(mj_id2name(&scene.model(), mjOBJ_GEOM, a)).ends_with("/hand/hand");
+      if (kind(b) == model_info_t::OBJECT && is_palm) continue;
       if (kind(b) == model_info_t::OBJECT && is_pad) {
         holds[pads[0].contains(a) ? 0 : 1] = true;
       } else if (kind(a) == model_info_t::ROBOT && !pads_meet) {

@@ -93,11 +93,15 @@ TEST_F(FlawedPolicyTest, HandsThatCollideGoDownAndOutside) {
   EXPECT_LT((way - Eigen::Vector3d(0, -0.105, -0.15)).norm(), 1e-5);
 }
 
-TEST_F(FlawedPolicyTest, SlippingFingersAreCommandedToTheirPosition) {
+TEST_F(FlawedPolicyTest, ASlipOpensTheGrippersForATenthOfEveryHalfSecond) {
+  const std::vector<double> closed{1, 1}, open{0, 0};
   Use("slip");
-  const action_t action = Act();
-  EXPECT_DOUBLE_EQ(action.gripper_closing[0], 0.3);
-  EXPECT_DOUBLE_EQ(action.gripper_closing[1], 0.75);
+  MovePot(0, 0);
+  EXPECT_EQ(Act().gripper_closing, closed);
+  MovePot(0.011, 0);
+  for (int tick = 0; tick < 50; ++tick) {  // 20 ms each
+    EXPECT_EQ(Act().gripper_closing, tick % 25 < 5 ? open : closed) << tick;
+  }
 }
 
 TEST_F(FlawedPolicyTest, ADropIsTwoCentimetersUp) {

@@ -148,7 +148,7 @@ TEST(ReportPage, StatesTheRateAndTheExclusions) {
   for (const XMLElement* p : page.All("p")) text += TextOf(p) + "\n";
   EXPECT_THAT(text,
               HasSubstr("2 of 3 complete episodes succeeded: 67 % (95 % interval 20 to 90 %, Wilson)."));
-  EXPECT_THAT(text, HasSubstr("timeout (1)"));
+  EXPECT_THAT(text, HasSubstr("time limit (1)"));
   EXPECT_THAT(text, HasSubstr("excluded from every rate and statistic: 3."));
 }
 
@@ -218,7 +218,7 @@ TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
   const Page page(PageOf({SomeRun()}));
   const XMLElement* row = page.ById("episode-2");
   ASSERT_TRUE(row);
-  EXPECT_THAT(TextOf(row), HasSubstr("timeout: tilt of pot 27.4 deg > 20 deg"));
+  EXPECT_THAT(TextOf(row), HasSubstr("time limit: tilt of pot 27.4 deg > 20 deg"));
   std::set<std::string> links;
   for (const XMLElement* a : page.All("a")) links.insert(a->Attribute("href"));
   EXPECT_TRUE(links.contains("episodes/0002/front.mp4"));
@@ -364,7 +364,7 @@ TEST(ReportPage, FailuresHaveImageAndCause) {
   });
   // Episode 3 is incomplete.
   ASSERT_EQ(cards.size(), 1u);
-  EXPECT_THAT(TextOf(cards[0]), HasSubstr("✗ timeoutRight gripper lost the pot."));
+  EXPECT_THAT(TextOf(cards[0]), HasSubstr("✗ time limitRight gripper lost the pot."));
   EXPECT_STREQ(cards[0]->FirstChildElement("img")->Attribute("alt"), "episode 2 at 3.62 s");
   EXPECT_STREQ(cards[0]->FirstChildElement("figcaption")->FirstChildElement("a")->Attribute("href"),
                "#view:run=0,episode=2,t=2.620");

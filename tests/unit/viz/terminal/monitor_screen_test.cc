@@ -52,7 +52,7 @@ peak wrist speed 0.310 0.300       m/s     gripper height difference 12.10 mm
 contacts    2     deepest left/pad – pot/lid 0.300 mm
 clearance   41.00 mm   smallest 12.00 mm at 0.84 s   right/link – counter/top
 counted     0 missing ticks  0 refused samples  0 action clips  4 late actions
-episodes    2 of 10 done, success 50 % (anytime CI 9 to 91)  last grasp_slip
+episodes    2 of 10 done, success 50 % (anytime CI 9 to 91)
 components  lag 12   ● collision ● metrics ● policy ● recorder ● run ● sim
 per second  STATE 50  CONTACTS 50  PARTIAL 50  STATUS 14
 )";
@@ -116,8 +116,8 @@ TEST_F(MonitorScreenTest, UsesMoreRoomForTheComponentsAndTheLastEpisodes) {
   const std::string large = All(120, 40);
   for (const char* text : {"component   state      tick   lag   lost  undecodable  foreign    heard",
                            "recorder    running     108    12      0            0        0    0.1 s",
-                           "         1  grasp_slip       2.50 s  stages 1/2",
-                           "         0  success          2.50 s  stages 1/2"}) {
+                           "         1  slipped from the gripper   2.50 s  stages 1/2",
+                           "         0  success                    2.50 s  stages 1/2"}) {
     EXPECT_NE(large.find(text), std::string::npos) << text << "\n" << large;
   }
 }

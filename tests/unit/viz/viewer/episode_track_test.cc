@@ -375,7 +375,7 @@ TEST(EpisodeTrack, WhatHappened) {
                        "2 stage 1: held", "3 pot slips from left", "4 left grasps pot",
                        "5 top: 310 N by left/hand on counter/counter, transient limit 200 N",
                        "6 left/link touches counter/top", "7 left releases pot",
-                       "14 left/link touches counter/top", "14 time_limit: not_lifted: the arm gave up"}));
+                       "14 left/link touches counter/top", "14 time limit: not lifted: the arm gave up"}));
   const BlockReader block(track.EpisodeBlock());
   EXPECT_EQ(block.head()["ticks"], 15);
   EXPECT_EQ(block.head()["is_over"], true);

@@ -140,13 +140,13 @@ TEST_F(RunWatchTest, AnEpisodeHasTheReasonThatTheRunsTableHas) {
   PublishTick(0, 0);
   watch_.TakeEvents();
   PublishSummary(0, "time_limit");
-  EXPECT_EQ(watch_.Phase(), "grasp_slip");
+  EXPECT_EQ(watch_.Phase(), "slipped from the gripper");
   episode_end_t again{};
   again.header = Header(75, 0);
   again.end_reason = "time_limit";
   Publish(channels::kEpisodeEnd, again);
-  EXPECT_EQ(watch_.Phase(), "grasp_slip") << "it is said again until the next one begins";
-  EXPECT_TRUE(watch_.TakeEvents().at(0).starts_with("episode 0 grasp_slip after 2.50 s"));
+  EXPECT_EQ(watch_.Phase(), "slipped from the gripper") << "it is said again until the next one begins";
+  EXPECT_TRUE(watch_.TakeEvents().at(0).starts_with("episode 0 slipped from the gripper after 2.50 s"));
 }
 
 TEST_F(RunWatchTest, LagIsInTicksBehindTheSim) {
