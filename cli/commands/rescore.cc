@@ -169,7 +169,7 @@ int Rescore(const RescoreOptions& options) {
                  new_rules ? "conditions of " + options.task.string() : "recorded conditions");
       fmt::print("{}\n", new_rules
                              ? "episode  verdict                       time, s         stages      changed"
-                             : "episode  end                time   stages  score");
+                             : "episode  end                          time   stages  score");
       run = RunFolderOf(file);
     }
     for (const results::RescoredEpisode& episode : log.episodes) {

@@ -170,6 +170,12 @@ bool CauseFinder::HeldAfter(int64_t tick, int object, int gripper) const {
   });
 }
 
+bool CauseFinder::IsHeldAt(int64_t tick, int object) const {
+  return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
+    return hold.object == object && hold.first_tick <= tick && (!hold.is_over || hold.last_tick >= tick);
+  });
+}
+
 // Whether the task has a condition that the gripper holds the object. gripper: empty for any.
 bool CauseFinder::AsksForHold(size_t object, const std::string& gripper) const {
   return std::ranges::any_of(conditions_, [&](const auto& section) {
@@ -234,6 +240,8 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
         const int object = static_cast<int>(o);
         const bool by_any = asked == "any" || asked == "first";
         if (HeldAfter(asked == "other" ? -1 : closing.tick, object, by_any ? -1 : closing.gripper)) continue;
+        // An object that was lost before it was handed over.
+        if (asked == "other" && !IsHeldAt(closing.tick, object)) continue;
         if (closing.distance[o] > closings_.Nearest(o, closing.gripper) + kNear) continue;
         moments->push_back({.kind = cause_kind::kEmptyGrasp,
                             .tick = closing.tick,

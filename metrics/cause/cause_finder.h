@@ -94,6 +94,7 @@ class CauseFinder {
   Measure MeasureOf(const condition_t& condition) const;
   double Distance(const Measure& measure, const CauseSample& sample) const;
   bool StageAbout(size_t object, int64_t after) const;
+  bool IsHeldAt(int64_t tick, int object) const;
   bool HeldAfter(int64_t tick, int object, int gripper) const;
   bool AsksForHold(size_t object, const std::string& gripper = {}) const;
   bool IsPullBeforeLift(const CauseHold& pull) const;

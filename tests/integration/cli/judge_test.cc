@@ -220,7 +220,7 @@ TEST(JudgedWatch, ShowsResultsWhenTheOperatorHasJudged) {
   page.Give(0, "success");
   EXPECT_TRUE(WaitFor([&] { return watch.out().find("the page remains") != std::string::npos; }))
       << watch.out();
-  EXPECT_NE(watch.out().find("1 timeout"), std::string::npos) << watch.out();
+  EXPECT_NE(watch.out().find("1 time limit"), std::string::npos) << watch.out();
   EXPECT_NE(watch.out().find("Operator ann: success in 1 of 1 episode"), std::string::npos) << watch.out();
   watch.Signal(SIGINT);
   EXPECT_EQ(watch.Wait(), 0) << watch.err();

@@ -11,6 +11,7 @@
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "lcmtypes/end_reason.h"
 #include "tests/integration/harness.h"
 
 namespace evalbus::replay_test {
@@ -142,7 +143,7 @@ TEST_F(Recorded, RescoreNamesTheReasonOfTheRunsTable) {
   const auto episode = Episodes(run_).at(0);
   ASSERT_NE(episode["failure_reason"], episode["end_reason"]);
   const Result result = Rescore(run_);
-  EXPECT_SAYS(result.out, "      0  " + episode["failure_reason"].get<std::string>() + " ");
+  EXPECT_SAYS(result.out, "      0  " + end_reason::Text(episode["failure_reason"]) + " ");
 }
 
 TEST_F(Recorded, ReplayAtSpeedOneTakesAsLongAsTheRobotDid) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "lcmtypes/end_reason.h"
 #include "tests/integration/harness.h"
 
 namespace evalbus::monitor_run_test {
@@ -64,7 +65,7 @@ TEST(MonitorRun, AHangingMonitorNeitherStopsNorChangesTheRun) {
     EXPECT_NE(monitor->out().find("the run has ended"), std::string::npos) << monitor->out();
   }
   // The reason is that of the run's table.
-  const std::string reason = Episodes(folder.path() / "watched").at(3)["failure_reason"];
+  const std::string reason = end_reason::Text(Episodes(folder.path() / "watched").at(3)["failure_reason"]);
   EXPECT_NE(listening.out().find("episode 3 " + reason + " after 4.00 s"), std::string::npos)
       << listening.out();
   ExpectNoComponentIsMissed(listening.out());

@@ -246,6 +246,22 @@ TEST_F(CauseFinderTest, AGripperClosesOnNothing) {
          "1.000 m, at least 1.1 m is needed.");
 }
 
+TEST_F(CauseFinderTest, AHandThatShouldTakeOverALostObjectClosesOnNothingBecauseOfTheLoss) {
+  conditions_[kRight][0].other = "other";
+  const auto hold_and_lose = [&] {
+    Close(kLeft, 0.5, true);
+    Move(20);
+    Close(kLeft, 1, false);
+    Move(20);
+  };
+  hold_and_lose();
+  Close(kRight, 0, false);
+  Move(20);
+  hold_and_lose();
+  Move(300);
+  EXPECT_EQ(Find().kind, "lost_object");
+}
+
 TEST_F(CauseFinderTest, AClosingFarFromTheObjectIsNoAttempt) {
   Close(kRight, 0, false);
   Move(10);
