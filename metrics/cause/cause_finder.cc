@@ -29,6 +29,8 @@ constexpr double kPressed = 0.5, kTouched = 1, kPushed = 0.02;
 // time ran out.
 // An object that slides out of a hand while the robot has been at rest for kStill is lost because of that.
 constexpr double kLastShare = 0.2, kStill = 2, kPatience = 1.5;
+// A robot is slow if no joint ever moves faster than this, rad/s.
+constexpr double kSlow = 0.25;
 
 bool IsOfHold(const condition_t& condition) { return condition.kind == condition_t::HOLDING; }
 
@@ -296,10 +298,9 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   if (end.last_tick - rest >= std::max(last_share, Ticks(kStill)) && rest - progress <= Ticks(kPatience)) {
     return {.kind = cause_kind::kStall, .tick = rest};
   }
-  // A robot that has not come closer but still moves may be slow: its approach is then not long enough to be
-  // progress.
-  const bool may_be_slow = progress == 0 && end.last_tick - rest < last_share;
-  if (may_be_slow || end.last_tick - progress <= last_share) {
+  // The approach of a slow robot may not be long enough to be progress.
+  const bool is_slow = rest_.largest_step() <= kSlow * config_.dt && end.last_tick - rest < last_share;
+  if ((progress == 0 && is_slow) || end.last_tick - progress <= last_share) {
     return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick, .made_progress = progress > 0};
   }
   return {.kind = cause_kind::kMissedCondition, .tick = progress};

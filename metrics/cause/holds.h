@@ -40,6 +40,9 @@ class Holds {
  public:
   static constexpr double kClosed = 0.05, kOpened = 0.1;        // fractions of the gripper's travel
   static constexpr double kInterruption = 0.3, kOpening = 0.5;  // s
+  // A strong gripper that snaps shut overshoots and bounces for this time, s; it does not count as opening
+  // then.
+  static constexpr double kSnap = 0.15;
   // A gripper begins to open when its opening exceeds its minimum by this fraction.
   static constexpr double kYield = 0.05;
 
@@ -90,13 +93,16 @@ class Holds {
   // Number of samples within kOpening.
   static size_t Recent(double dt) { return static_cast<size_t>(std::ceil(kOpening / dt)) + 1; }
 
-  // The smallest recent opening of the gripper since the hold began.
+  // The first tick of a hold at which the gripper no longer snaps shut.
+  int64_t Settled(const CauseHold& hold) const { return hold.first_tick + std::llround(kSnap / dt_); }
+
+  // The smallest recent opening of the gripper since it settled.
   double Lowest(const CauseHold& hold) const {
     const size_t size = Recent(dt_);
     double lowest = std::numeric_limits<double>::infinity();
     for (size_t k = 0; k < std::min(samples_, size); ++k) {
       const Opening& one = recent_[static_cast<size_t>(hold.gripper) * size + k];
-      if (one.tick >= hold.first_tick) lowest = std::min(lowest, one.opening);
+      if (one.tick >= Settled(hold)) lowest = std::min(lowest, one.opening);
     }
     return lowest;
   }

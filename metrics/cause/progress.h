@@ -67,10 +67,19 @@ class Rest {
  public:
   static constexpr double kCommand = 0.003, kSag = 0.1;
 
-  void Start() { joints_.clear(); }
+  void Start() {
+    joints_.clear();
+    last_.clear();
+    largest_step_ = 0;
+  }
 
   // commands: empty if unknown.
   void Add(int64_t tick, std::span<const double> joints, std::span<const double> commands) {
+    const std::span<const double> now = commands.empty() ? joints : commands;
+    for (size_t j = 0; j < last_.size() && j < now.size(); ++j) {
+      largest_step_ = std::max(largest_step_, std::abs(now[j] - last_[j]));
+    }
+    last_.assign(now.begin(), now.end());
     const double joint_tolerance = commands.empty() ? kCommand : kSag;
     if (IsNear(joints, joints_, joint_tolerance) && IsNear(commands, commands_, kCommand)) return;
     joints_.assign(joints.begin(), joints.end());
@@ -79,6 +88,8 @@ class Rest {
   }
 
   int64_t since() const { return since_; }
+  // Largest change (rad) of a joint's commanded position, or of its position, between two ticks.
+  double largest_step() const { return largest_step_; }
 
  private:
   static bool IsNear(std::span<const double> a, std::span<const double> b, double tolerance) {
@@ -86,6 +97,8 @@ class Rest {
   }
 
   std::vector<double> joints_, commands_;  // at the beginning of the rest
+  std::vector<double> last_;
+  double largest_step_ = 0;
   int64_t since_ = 0;
 };
 
