@@ -85,8 +85,10 @@ class Holds {
   struct Pair {
     int hold = -1;            // index of the current hold; -1: none
     double last_opening = 0;  // at the last contact of the current hold
-    // After an opened hold: the largest opening since.
+    // After an opened hold: its index, its end, and the largest opening since.
     bool opened = false;
+    int opened_hold = 0;
+    int64_t opened_tick = 0;
     double widest = 0;
   };
 
@@ -123,6 +125,11 @@ class Holds {
     const size_t gripper = index % widest_.size(), object = index / widest_.size();
     const double opening = sample.opening[gripper];
     pair.widest = std::max(pair.widest, opening);
+    // An object that slips out of the fingers pushes them apart, and then they close.
+    if (pair.opened && TickTime(sample.tick - pair.opened_tick, dt_) <= kInterruption &&
+        opening <= pair.widest - kOpened) {
+      holds_[pair.opened_hold].opened = false;
+    }
     if (opening > (pair.opened ? pair.widest : widest_[gripper]) - kClosed) return;
     if (!sample.touching[index]) return;
     pair = {.hold = static_cast<int>(holds_.size())};
@@ -150,6 +157,8 @@ class Holds {
     if (opening >= lowest + kOpened && !sample.pinched[index]) {
       hold.opened = true;
       hold.last_tick = std::min(hold.last_tick, LastAtMost(lowest + kYield, hold));
+      pair.opened_hold = pair.hold;
+      pair.opened_tick = sample.tick;
       End(&pair, &hold);
       pair.opened = true;
       pair.widest = opening;

@@ -76,7 +76,8 @@ class Rest {
   // commands: empty if unknown.
   void Add(int64_t tick, std::span<const double> joints, std::span<const double> commands) {
     const std::span<const double> now = commands.empty() ? joints : commands;
-    for (size_t j = 0; j < last_.size() && j < now.size(); ++j) {
+    // The commands in the reset state are not the policy's.
+    for (size_t j = 0; tick > 1 && j < last_.size() && j < now.size(); ++j) {
       largest_step_ = std::max(largest_step_, std::abs(now[j] - last_[j]));
     }
     last_.assign(now.begin(), now.end());

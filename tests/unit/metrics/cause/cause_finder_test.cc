@@ -276,6 +276,20 @@ TEST_F(CauseFinderTest, AGripperThatSnapsShutBouncesAtFirst) {
   EXPECT_EQ(Find().tick, 28);
 }
 
+TEST_F(CauseFinderTest, AnObjectThatPushesTheFingersApartIsNotLetGo) {
+  with_both_fingers_ = false;
+  Close(kLeft, 0.5, true);
+  Move(20);
+  Close(kLeft, 0.7, false);
+  Move(5);
+  opening_[kLeft] = 0;
+  Move(300);
+  Expect("lost_object", 21,
+         "Left gripper lost the kitchen pot at 0.42 s (1 of 3 stages); height of kitchen pot reached 1.000 "
+         "m, at "
+         "least 1.1 m is needed.");
+}
+
 TEST_F(CauseFinderTest, AClosingFarFromTheObjectIsNoAttempt) {
   Close(kRight, 0, false);
   Move(10);
