@@ -1,5 +1,6 @@
 // Scripted expert for LiftPot and LiftTray: each hand grasps a handle of the object, then both lift it and
 // keep it level. If the object is out of reach for two arms at once, one hand first drags it nearer.
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -37,6 +38,9 @@ constexpr double kFirstLift = 0.02;
 constexpr double kRestSpeed = 0.005;    // m/s
 constexpr double kRestTurnRate = 0.05;  // rad/s
 constexpr int64_t kRestUs = 100'000;
+// Hands that have opened this far find a plan. They start closed, and with --latency the first states of an
+// episode are all that a plan sees for a while.
+constexpr double kOpen = 0.5;
 
 double Yaw(const Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
 
@@ -196,7 +200,8 @@ std::optional<Plan> LiftByHandlesExpert::Drag(const Plan& plan, const Isometry3d
 
 std::vector<Motion> LiftByHandlesExpert::Next(const Configuration& now, const state_t& state) {
   const Isometry3d object = BodyPose(state, body_);
-  if (!IsAtRest(state) && attempts_ == 0) return {};
+  const bool are_open = std::ranges::all_of(state.gripper, [](const auto& g) { return g.opening >= kOpen; });
+  if ((!IsAtRest(state) || !are_open) && attempts_ == 0) return {};
   if (attempts_ == 0) start_height_ = object.translation().z();
   const bool holding = now.closing[kLeft] > 0 && now.closing[kRight] > 0;
   if (holding && object.translation().z() > start_height_ + kHeldHeight) return {};

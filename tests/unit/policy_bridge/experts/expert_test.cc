@@ -6,6 +6,8 @@
 #include <set>
 
 #include "policy_bridge/factory.h"
+#include "policy_bridge/policies/delayed_policy.h"
+#include "policy_bridge/remote/latency.h"
 #include "sim/world.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
@@ -119,6 +121,15 @@ TEST(LiftPotExpert, SucceedsOnEachVariation) {
       SCOPED_TRACE(variation + std::string(", seed ") + std::to_string(seed));
       ExpectGood(Play(expert.get(), variation, seed));
     }
+  }
+}
+
+// Its first plan sees the state at the beginning of a chunk: at tick 0, with closed hands.
+TEST(LiftPotExpert, SucceedsWithAnInferenceDelay) {
+  for (const char* delay_ms : {"0", "200"}) {
+    SCOPED_TRACE(delay_ms);
+    DelayedPolicy delayed(Make("expert"), ParseLatency(delay_ms), GetPolicyScene().info());
+    EXPECT_TRUE(Play(&delayed, "position", 3).success);
   }
 }
 
