@@ -126,9 +126,11 @@ TEST(LiftPotExpert, SucceedsOnEachVariation) {
 
 // Its first plan sees the state at the beginning of a chunk: at tick 0, with closed hands.
 TEST(LiftPotExpert, SucceedsWithAnInferenceDelay) {
+  model_info_t info = GetPolicyScene().info();
+  info.substeps = 10;  // 50 Hz
   for (const char* delay_ms : {"0", "200"}) {
     SCOPED_TRACE(delay_ms);
-    DelayedPolicy delayed(Make("expert"), ParseLatency(delay_ms), GetPolicyScene().info());
+    DelayedPolicy delayed(Make("expert"), ParseLatency(delay_ms), info);
     EXPECT_TRUE(Play(&delayed, "position", 3).success);
   }
 }
