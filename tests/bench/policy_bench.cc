@@ -20,6 +20,7 @@ struct Setting {
     world.Reset(1, task.variation("position_and_orientation"));
     world.Fill(&state);
     // The hands start closed, which blocks every plan.
+    for (auto& gripper : state.gripper) gripper.opening = 1;
     for (const std::string hand : {"left/hand/", "right/hand/"}) {
       for (const std::string finger : {"finger_joint1", "finger_joint2"}) {
         const int joint = mj_name2id(scene.physics.get(), mjOBJ_JOINT, (hand + finger).c_str());
