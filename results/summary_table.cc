@@ -176,9 +176,10 @@ std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const s
   std::string text = "failures\n";
   for (size_t i = 0; i < std::min(failed.size(), kShown); ++i) {
     const FailedEpisode& one = failed[i];
-    text += fmt::format("{:>7}  {}  {}\n", one.episode,
-                        Styled(Pad(end_reason::Text(Printable(one.reason)), -24), Style::kBad, colors),
-                        ShellWords({"evalbus", "web", folder, "--episode", std::to_string(one.episode)}));
+    text += fmt::format(
+        "{:>7}  {}  {}\n", one.episode,
+        Styled(Pad(end_reason::Text(Printable(one.reason)), kColumns[kEndColumn].width), Style::kBad, colors),
+        ShellWords({"evalbus", "web", folder, "--episode", std::to_string(one.episode)}));
     if (!one.cause.text.empty()) {
       text += std::string(kIndent, ' ') +
               Wrapped(Printable(one.cause.text), kIndent, static_cast<size_t>(width)) + "\n";

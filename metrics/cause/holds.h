@@ -34,8 +34,9 @@ struct CauseHold {
 
 // A hold begins when a pad of a gripper that has closed by kClosed since it was widest touches the object. It
 // ends if there is no contact for kInterruption, or if the gripper opens by kOpened within kOpening and not
-// both fingers touch the object: a strong gripper bounces on it. An opened gripper must close by kClosed
-// before the next hold of the same object.
+// both fingers touch the object: a strong gripper bounces on it. It does not end by an opening in its first
+// kSnap, and a gripper that closes again by kOpened within kInterruption was not opened: it lost the object.
+// An opened gripper must close by kClosed before the next hold of the same object.
 class Holds {
  public:
   static constexpr double kClosed = 0.05, kOpened = 0.1;        // fractions of the gripper's travel
@@ -85,9 +86,8 @@ class Holds {
   struct Pair {
     int hold = -1;            // index of the current hold; -1: none
     double last_opening = 0;  // at the last contact of the current hold
-    // After an opened hold: its index, its end, and the largest opening since.
-    bool opened = false;
-    int opened_hold = 0;
+    // After an opened hold: its index (-1: none), its end, and the largest opening since.
+    int opened_hold = -1;
     int64_t opened_tick = 0;
     double widest = 0;
   };
@@ -101,10 +101,11 @@ class Holds {
   // The smallest recent opening of the gripper since it settled.
   double Lowest(const CauseHold& hold) const {
     const size_t size = Recent(dt_);
+    const int64_t settled = Settled(hold);
     double lowest = std::numeric_limits<double>::infinity();
     for (size_t k = 0; k < std::min(samples_, size); ++k) {
       const Opening& one = recent_[static_cast<size_t>(hold.gripper) * size + k];
-      if (one.tick >= Settled(hold)) lowest = std::min(lowest, one.opening);
+      if (one.tick >= settled) lowest = std::min(lowest, one.opening);
     }
     return lowest;
   }
@@ -126,11 +127,11 @@ class Holds {
     const double opening = sample.opening[gripper];
     pair.widest = std::max(pair.widest, opening);
     // An object that slips out of the fingers pushes them apart, and then they close.
-    if (pair.opened && TickTime(sample.tick - pair.opened_tick, dt_) <= kInterruption &&
+    if (pair.opened_hold >= 0 && TickTime(sample.tick - pair.opened_tick, dt_) <= kInterruption &&
         opening <= pair.widest - kOpened) {
       holds_[pair.opened_hold].opened = false;
     }
-    if (opening > (pair.opened ? pair.widest : widest_[gripper]) - kClosed) return;
+    if (opening > (pair.opened_hold >= 0 ? pair.widest : widest_[gripper]) - kClosed) return;
     if (!sample.touching[index]) return;
     pair = {.hold = static_cast<int>(holds_.size())};
     CauseHold hold{.object = static_cast<int>(object),
@@ -160,7 +161,6 @@ class Holds {
       pair.opened_hold = pair.hold;
       pair.opened_tick = sample.tick;
       End(&pair, &hold);
-      pair.opened = true;
       pair.widest = opening;
     } else if (TickTime(sample.tick - hold.last_tick, dt_) >= kInterruption) {
       hold.closing = opening <= pair.last_opening - kClosed;

@@ -58,9 +58,11 @@ Outcome Play(Policy* policy, const Variation& variation, int64_t seed, int hz = 
       if (kind(b) == model_info_t::ROBOT) std::swap(a, b);
       const bool is_pad = pads[0].contains(a) || pads[1].contains(a);
       const bool pads_meet = is_pad && (pads[0].contains(b) || pads[1].contains(b));
-      // The palm of a hand may touch the handle between its fingers.
-      const bool is_palm = std::string(mj_id2name(&scene.model(), mjOBJ_GEOM, a)).ends_with("/hand/hand");
-      if (kind(b) == model_info_t::OBJECT && is_palm) continue;
+      // The palm of a hand that has grasped may touch the handle between its fingers.
+      const std::string geom = mj_id2name(&scene.model(), mjOBJ_GEOM, a);
+      const bool is_grasping_palm =
+          (geom == "left/hand/hand" && outcome.stages[0]) || (geom == "right/hand/hand" && outcome.stages[1]);
+      if (kind(b) == model_info_t::OBJECT && is_grasping_palm) continue;
       if (kind(b) == model_info_t::OBJECT && is_pad) {
         holds[pads[0].contains(a) ? 0 : 1] = true;
       } else if (kind(a) == model_info_t::ROBOT && !pads_meet) {
