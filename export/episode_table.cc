@@ -65,7 +65,12 @@ std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
   const bool has_notes = std::ranges::any_of(runs, [](const results::RecordedRun& run) {
     return std::ranges::any_of(run.episodes, [](const auto& episode) { return !episode.note.empty(); });
   });
+  const bool has_training = std::ranges::any_of(runs, [](const results::RecordedRun& run) {
+    return std::ranges::any_of(
+        run.episodes, [](const auto& episode) { return episode.result.seen_in_training.has_value(); });
+  });
   std::string table = std::string(kRunColumns) + ",episode,seed,end_reason,failure_reason,complete";
+  if (has_training) table += std::string(",") + metrics::kSeenInTraining;
   for (const std::string& name : names) table += "," + Quoted(name);
   table += has_notes ? ",note\n" : "\n";
   auto row = values.begin();
@@ -75,6 +80,8 @@ std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
       table += run_cells + std::to_string(episode.episode) + "," + std::to_string(episode.seed) + "," +
                Quoted(episode.end_reason) + "," + Quoted(episode.failure_reason) + "," +
                (episode.complete ? "1" : "0");
+      const std::optional<bool> seen = episode.result.seen_in_training;
+      if (has_training) table += !seen ? "," : *seen ? ",1" : ",0";
       std::vector<std::string> cells(names.size());
       for (const auto& [column, value] : *row++) cells[column] = Number(value);
       for (const std::string& cell : cells) table += "," + cell;

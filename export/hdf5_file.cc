@@ -114,6 +114,29 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path)
   return result;
 }
 
+std::vector<std::string> ReadHdf5Texts(const std::filesystem::path& name, const std::string& path) {
+  constexpr hsize_t kMax = 10'000'000;
+  const auto fail = [&](const std::string& what) { throw InputError(name.string() + ": " + what); };
+  StartLibrary();
+  CheckInput(name);
+  const Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (file < 0) fail("not an HDF5 file, or truncated");
+  const Handle set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  if (set < 0) fail("no dataset '" + path + "'; written by another program or an older version of evalbus?");
+  const Handle found(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
+  const hssize_t size = H5Sget_simple_extent_npoints(space);
+  if (H5Tis_variable_str(found) <= 0 || size < 0 || static_cast<hsize_t>(size) > kMax)
+    fail("'" + path + "' does not contain texts");
+  const Handle type(TextType(), H5Tclose);
+  std::vector<char*> pointers(static_cast<size_t>(size));
+  if (size > 0 && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()) < 0)
+    fail("'" + path + "' cannot be read: is the file damaged?");
+  std::vector<std::string> texts;
+  for (const char* text : pointers) texts.emplace_back(text ? text : "");
+  if (size > 0) H5Dvlen_reclaim(type, space, H5P_DEFAULT, pointers.data());
+  return texts;
+}
+
 void Hdf5File::Need(bool good, const std::string& what) const {
   if (good) return;
   const std::string reason = SystemsReason();

@@ -20,6 +20,9 @@ struct Hdf5Numbers {
 };
 Hdf5Numbers ReadHdf5(const std::filesystem::path& file, const std::string& path);
 
+// Reads a dataset of texts, as Hdf5File::Write() writes it. Throws InputError.
+std::vector<std::string> ReadHdf5Texts(const std::filesystem::path& file, const std::string& path);
+
 class Hdf5File {
  public:
   // Creates the file under a temporary name in the same folder. Throws EnvironmentError, as do the other

@@ -13,6 +13,8 @@
 #include "bus/episode_reader.h"
 #include "export/hdf5_file.h"
 #include "lcmtypes/clock.h"
+#include "lcmtypes/source_name.h"
+#include "metrics/episode/result_json.h"
 #include "models/task_description.h"
 
 namespace evalbus::exports {
@@ -109,6 +111,14 @@ RobotIndices IndicesOfRobot(const model_info_t& model) {
     dof += last - first == 1 ? 1 : last - first - 1;
   }
   return indices;
+}
+
+// The line of kStarts.
+std::string StartLine(const EpisodeSteps& episode) {
+  const model_info_t& model = episode.model;
+  nlohmann::ordered_json line = {{"task", model.task + "/" + model.variation}, {"parameters", nullptr}};
+  if (model.source == source_name::kSim) line["parameters"] = metrics::ParametersJson(episode.begin);
+  return ToText(line);
 }
 
 void WriteDemo(const EpisodeSteps& episode, const std::string& path, Hdf5File* file) {
@@ -218,7 +228,7 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
     drawn->Draw(progress);
   }
   Hdf5File out(file);
-  std::vector<std::string> all, successes;
+  std::vector<std::string> all, successes, starts;
   int64_t total = 0;
   for (size_t i = 0; i < logs.size(); ++i) {
     const EpisodeSteps episode = ReadSteps(logs[i]);
@@ -257,12 +267,14 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
     }
     total += static_cast<int64_t>(episode.actions.size());
     all.push_back(demo);
+    starts.push_back(StartLine(episode));
     if (episode.success()) successes.push_back(demo);
     if (!drawn) progress(static_cast<double>(i + 1) / static_cast<double>(logs.size()));
   }
   out.SetAttribute("data", "total", total);
   out.Write("mask/all", all);
   out.Write("mask/success", successes);
+  out.Write(kStarts, starts);
   out.Finish();
   if (drawn) drawn->RemoveAll();
 }
@@ -272,6 +284,7 @@ std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const 
   // All logs are checked before anything is written.
   for (const fs::path& log : logs) ReadSteps(log);
   std::vector<fs::path> files;
+  std::string starts;
   for (size_t i = 0; i < logs.size(); ++i) {
     const EpisodeSteps episode = ReadSteps(logs[i]);
     const model_info_t& model = episode.model;
@@ -330,8 +343,10 @@ std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const 
     fs::create_directories(folder);
     WriteWhole(file, EncodeSafetensors(content));
     files.push_back(file);
+    starts += StartLine(episode) + "\n";
     progress(static_cast<double>(i + 1) / static_cast<double>(logs.size()));
   }
+  WriteWhole(folder / (std::string(kStarts) + ".jsonl"), starts);
   return files;
 }
 

@@ -32,6 +32,11 @@ struct EpisodeSteps {
 // Throws InputError, one line that names the log: damaged; no or several episodes; no actions; missing ticks.
 EpisodeSteps ReadSteps(const std::filesystem::path& log);
 
+// Name of the dataset, or with ".jsonl" of the file in the folder, that has the start of each episode in a
+// line of JSON, {"task": "lift_pot/position", "parameters": {"pot_x_m": 0.731}}; null if it is unknown. A
+// contract can name the set in `trained_on`.
+inline constexpr char kStarts[] = "evalbus_starts";
+
 // `progress` receives the finished fraction of all steps, from 0 to 1. Both functions throw InputError and
 // EnvironmentError, and leave no partially written files. The episodes become demo_0, demo_1, ... in the
 // given order.

@@ -20,7 +20,7 @@ constexpr std::string_view kChangesNothing[] = {
     "run_id",        "task",       "variation",  "task_path",   "task_sha256", "robot",     "model_path",
     "assets",        "control_hz", "policy",     "policy_name", "seed",        "episodes",  "only",
     "workers",       "url",        "in_process", "by_hand",     "video",       "git_dirty", "physics_sha256",
-    "visual_sha256", "contract",   "log",        "seed_stream", "until",       "engine"};
+    "visual_sha256", "contract",   "log",        "seed_stream", "until",       "engine",    "trained_on"};
 
 // Maximum number of differing contract members to list.
 constexpr size_t kMaxContractWords = 4;

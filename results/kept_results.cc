@@ -31,8 +31,9 @@ std::string KeptResults::Difference(const fs::path& log, const RescoredEpisode& 
   if (found == lines_.end()) return std::string(kEpisodesJsonl) + " has no line for it";
   ordered_json line = found->second;
   lines_.erase(found);
-  // Pacing cannot be recomputed from a log.
+  // A log contains neither the pacing nor what the policy was trained on.
   line.erase("pacing");
+  line.erase(metrics::kSeenInTraining);
   const model_info_t& model = *episode.model;
   // Lines of older versions have no parameters.
   const bool has_parameters = line.contains("parameters") && episode.begin;

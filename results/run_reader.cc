@@ -176,6 +176,8 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
                      .text = Get<std::string>(cause, "text", "a text", where)};
   }
   CheckPacing(json, where);
+  if (json.contains(metrics::kSeenInTraining))
+    Get<bool>(json, metrics::kSeenInTraining, "true or false", where);
   try {
     episode.result = metrics::ResultOf(json);
   } catch (const nlohmann::json::exception&) {
@@ -266,8 +268,10 @@ std::vector<std::string> RecordedRun::Remarks() const {
     remarks.emplace_back(
         "collected demonstrations: only successes were kept, so its rates do not describe the policy");
   }
-  const std::string samples = Statistics().Summary(false).SamplesText();
-  if (!samples.empty()) remarks.push_back(samples);
+  const metrics::RunSummary summary = Statistics().Summary(false);
+  for (const std::string& note : {summary.SamplesText(), summary.TrainingText()}) {
+    if (!note.empty()) remarks.push_back(note);
+  }
   return remarks;
 }
 

@@ -200,8 +200,8 @@ std::string FailuresText(const metrics::RunSummary& summary) {
 std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors) {
   std::string text;
   if (summary.complete > 0) text += RateText(summary, width, colors);
-  if (const std::string samples = summary.SamplesText(); !samples.empty()) {
-    text += fmt::format("Note: {}\n", samples);
+  for (const std::string& note : {summary.SamplesText(), summary.TrainingText()}) {
+    if (!note.empty()) text += fmt::format("Note: {}\n", note);
   }
   if (summary.invalid > 0) {
     text += fmt::format("{} of {} episodes invalid: excluded from all numbers here\n", summary.invalid,

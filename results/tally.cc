@@ -58,6 +58,7 @@ std::string Tally::Line(const std::string& name, size_t width) const {
   if (summary.samples < summary.complete) {
     add(fmt::format("interval of {}", Plural(summary.samples, "episode")));
   }
+  if (const std::string note = summary.TrainingText(); !note.empty()) add(note);
   const bool judged = summary.judged > 0 || summary.complete == 0;
   return Row(name, width, judged ? fmt::format("{} of {}", summary.successes, summary.judged) : "not judged",
              judged ? PercentText(summary.wilson) : "-", time ? fmt::format("{:.2f} s", time->mean) : "-",

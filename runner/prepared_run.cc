@@ -43,6 +43,7 @@ constexpr std::array kFixedFacts = {
     Fact{"physics_sha256", "another physics model"},
     Fact{"visual_sha256", "another visual model"},
     Fact{"policy_contract", "another policy contract"},
+    Fact{"trained_on", "another training set"},
     Fact{"painter"},
 };
 
@@ -86,8 +87,9 @@ void CheckFacts(const fs::path& file, const nlohmann::ordered_json& before,
                 const nlohmann::ordered_json& now) {
   for (const Fact& fact : kFixedFacts) {
     const auto was = before.value(fact.key, nlohmann::ordered_json());
-    if (was == now[fact.key]) continue;
-    if (!fact.words) FailDiffers(file, fact.key, was, now[fact.key]);
+    const auto is = now.value(fact.key, nlohmann::ordered_json());
+    if (was == is) continue;
+    if (!fact.words) FailDiffers(file, fact.key, was, is);
     throw InputError(fmt::format(
         "--resume: {}: the run was made with {} ({}); restore the changed file, or start another run",
         file.string(), fact.words, fact.key));
@@ -128,6 +130,10 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
     plan.calls = {.execute_steps = contract->execute_steps,
                   .settle_steps = contract->settle_steps,
                   .execution = policy::ParseExecution(options.policy.execution)};
+    if (!contract->trained_on.empty()) plan.trained_on = TrainingStarts::Of(*contract);
+    if (plan.trained_on && plan.trained_on->Json() != facts.at("trained_on")) {
+      throw InputError(contract->file.string() + ": the sets in 'trained_on' changed during the run");
+    }
   } else if (policy::ParseLatency(options.policy.latency).kind != policy::Latency::Kind::kNone) {
     const int execute_steps = policy::DelayedPolicy::ExecuteSteps(1 / options.sim.control_hz);
     plan.calls = {.execute_steps = execute_steps,

@@ -235,6 +235,10 @@ void RunController::FinishIfRecorded() {
   }
   nlohmann::ordered_json line = results::EpisodeJson(plan_.task, plan_.variation, summary,
                                                      plan_.is_watched ? nullptr : &*attempt_.begin);
+  if (plan_.trained_on) {
+    line[metrics::kSeenInTraining] =
+        plan_.trained_on->Contain(plan_.task + "/" + plan_.variation, line["parameters"]);
+  }
   if (plan_.realtime) {
     line["pacing"] = attempt_.end ? results::EpisodePacing(*attempt_.end, summary.extended.deadline_misses)
                                   : nlohmann::ordered_json();

@@ -18,6 +18,7 @@
 #include "models/task_family.h"
 #include "results/policy_calls.h"
 #include "results/run_folder.h"
+#include "runner/training_starts.h"
 
 namespace evalbus::runner {
 
@@ -49,6 +50,8 @@ struct RunPlan {
   double policy_timeout_s = 60;
   // Set for a policy behind a server.
   std::optional<results::CallSchedule> calls;
+  // Set if the policy's contract names what it was trained on.
+  std::optional<TrainingStarts> trained_on;
   // Episodes come from a source that moves the robot on its own schedule: there is no time limit for the
   // start of an episode, and data that the source did not send are missing in the log.
   bool is_watched = false;

@@ -112,6 +112,8 @@ EpisodeResult ResultOf(const ordered_json& episode) {
                        .slips = {},
                        .collisions = {},
                        .parameters = FlattenedValues(Member(episode, "parameters"))};
+  if (const auto seen = episode.find(kSeenInTraining); seen != episode.end())
+    result.seen_in_training = seen->get<bool>();
   const ordered_json& stages = Member(metrics, kStages);
   for (const auto& [index, reached] : stages.items()) {
     result.stages.emplace_back(StageIndex(index), reached.get<bool>());
@@ -159,6 +161,12 @@ std::string RunSummary::SamplesText() const {
          ": a task whose episodes all have equal starts and equal numbers counts as one";
 }
 
+std::string RunSummary::TrainingText() const {
+  if (!seen_in_training || complete == 0) return "";
+  return std::to_string(*seen_in_training) + " of " + std::to_string(complete) +
+         (complete == 1 ? " start was" : " starts were") + " seen in training";
+}
+
 const MetricSummary* RunSummary::Find(const std::string& metric) const {
   for (const MetricSummary& summary : metrics) {
     if (summary.name == metric) return &summary;
@@ -203,6 +211,7 @@ void RunStatistics::Add(int episode, const EpisodeResult& result, int task) {
   entry.stages = result.stages;
   entry.slips = result.slips;
   entry.parameters = result.parameters;
+  entry.seen_in_training = result.seen_in_training;
   for (const auto& [name, value] : result.values) {
     if (IsOfSuccessesOnly(name)) entry.time_s = value;
     if (IsOfSuccessesOnly(name) && !result.success) continue;
@@ -224,6 +233,8 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
     of_task[episode.task].push_back(&episode);
     summary.judged += episode.failure_reason != end_reason::kNotJudged;
     summary.successes += episode.success;
+    if (episode.seen_in_training)
+      summary.seen_in_training = summary.seen_in_training.value_or(0) + *episode.seen_in_training;
     if (!episode.success) Count(episode.failure_reason, 1, &summary.failure_reasons);
     for (const auto& [index, reached] : episode.stages) Count(index, int{reached}, &stages);
     std::vector<int64_t>& slips = summary.slips_per_object;
@@ -294,6 +305,7 @@ ordered_json RatesJson(const RunSummary& summary) {
   json["successes"] = summary.successes;
   json["success_rate"] = summary.success_rate;
   json["success_rate_wilson_95"] = Json(summary.wilson);
+  if (summary.seen_in_training) json[kSeenInTraining] = *summary.seen_in_training;
   return json;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -43,6 +44,9 @@ struct EpisodeResult {
   // Randomized start parameters. Empty if nothing was randomized, or if the parameters are unknown (a run of
   // an older evalbus version, a recorded trajectory, an external source).
   NamedNumbers parameters;
+  // Whether the policy was trained on a demonstration with this start; nullopt if its contract does not name
+  // what it was trained on.
+  std::optional<bool> seen_in_training = std::nullopt;
 
   // True if equal in every number, including the start parameters (see RunSummary::samples).
   bool operator==(const EpisodeResult&) const = default;
@@ -59,6 +63,9 @@ int NumSamples(const Episodes& episodes) {
       std::ranges::all_of(episodes, [&](const auto* episode) { return *episode == **episodes.begin(); });
   return are_equal ? std::min(1, static_cast<int>(episodes.size())) : static_cast<int>(episodes.size());
 }
+
+// Key of EpisodeResult::seen_in_training in episodes.jsonl, and of the count in summary.json.
+inline constexpr char kSeenInTraining[] = "seen_in_training";
 
 // Reads a line of episodes.jsonl; for messages see metrics/episode/result_json.h. Throws InputError if a
 // stage index is not a number, and nlohmann's exceptions if a key is missing or has another type.
@@ -107,6 +114,8 @@ struct RunSummary {
   // that succeeded.
   int judged = 0;
   int successes = 0;
+  // Number of complete episodes whose start was in the training set; nullopt if no training set is known.
+  std::optional<int> seen_in_training;
   // successes / judged; NaN if no episode was judged.
   double success_rate = 0;
   // Intervals of the success rate, with `samples` as the number of trials. For a finished run: wilson,
@@ -127,6 +136,8 @@ struct RunSummary {
   double InSamples(int count) const;
   // Note that explains the sample count of the intervals; empty if every episode is a sample of its own.
   std::string SamplesText() const;
+  // For example "3 of 50 starts were seen in training"; empty if no training set is known.
+  std::string TrainingText() const;
 };
 
 // Statistics that are updated episode by episode. Summary() visits all values so far, which takes 0.1 to 0.6
@@ -155,6 +166,7 @@ class RunStatistics {
     std::vector<int64_t> slips;
     std::map<std::string, int64_t> collisions;
     NamedNumbers parameters;
+    std::optional<bool> seen_in_training;
     // Completion time, also set if the episode did not succeed.
     double time_s = 0;
     bool operator==(const Entry&) const = default;

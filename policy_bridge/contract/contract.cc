@@ -463,7 +463,7 @@ std::string Contract::PromptFor(const std::string& task, const std::string& inst
 Contract ParseContract(const std::string& text, const std::filesystem::path& file) {
   const YamlMap map(ParseYaml(text, file.string()), {"wire", "url", "rate_hz", "observation", "action"},
                     {"description", "groot_dialect", "api_key_env", "deadlines", "batch_size", "settle_steps",
-                     "answer_window", "prompts"});
+                     "answer_window", "prompts", "trained_on"});
   Contract contract;
   contract.name = file.stem();
   contract.file = file;
@@ -505,6 +505,13 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   contract.observation = ReadObservation(map["observation"]);
   if (const YamlValue* prompts = map.Find("prompts")) {
     for (const YamlValue& prompt : prompts->Entries()) contract.prompts[prompt.key()] = prompt.Text();
+  }
+  if (const YamlValue* sets = map.Find("trained_on")) {
+    for (const YamlValue& set : sets->is_list() ? sets->List() : std::vector{*sets}) {
+      contract.trained_on.push_back(
+          {set.Text(), OneLine(set.location().ToString() + ": key '" + set.key() + "'")});
+    }
+    if (contract.trained_on.empty()) sets->Fail("expected at least one run folder or training set");
   }
   ReadAction(map["action"], &contract);
   return contract;

@@ -87,6 +87,13 @@ struct Contract {
   double answer_window = 0.5;
 
   std::vector<ObservationEntry> observation;
+  // Runs or training sets with the demonstrations that the policy was trained on, as the file names them:
+  // relative to the file's folder. `where`: file, line and key, for errors about the set.
+  struct TrainingSet {
+    std::string name, where;
+  };
+  std::vector<TrainingSet> trained_on;
+  std::filesystem::path PathOf(const TrainingSet& set) const { return file.parent_path() / set.name; }
   // Prompt by task; other tasks use their own instruction.
   std::map<std::string, std::string> prompts;
 

@@ -75,6 +75,13 @@ with tempfile.TemporaryDirectory() as name:
     assert 1 <= len(begun) < 4 and all(len(f.name) == 32 for f in begun), begun
     evalbus(*command[1:])
     assert not kept.exists()
+    # The start of each demo, for `trained_on` of a contract; the other layout has the same.
+    starts = [{"task": "lift_pot/position", "parameters": line["parameters"]} for line in lines(several)]
+    with h5py.File(here / "whole.hdf5") as f:
+        assert [json.loads(line) for line in f["evalbus_starts"][:]] == starts
+    evalbus("export", several, "--safetensors", here / "several_demos")
+    text = (here / "several_demos/evalbus_starts.jsonl").read_text()
+    assert [json.loads(line) for line in text.splitlines()] == starts and starts[0]["parameters"], text
 
     assert (here / "stopped.hdf5").read_bytes() == (here / "whole.hdf5").read_bytes()
 
@@ -91,7 +98,8 @@ with tempfile.TemporaryDirectory() as name:
     ten = numpy.loadtxt(here / "ten.csv", delimiter=",", skiprows=1)
     padded = numpy.vstack([raw, numpy.repeat(raw[-1:], -len(raw) % 5, axis=0)]).reshape(-1, 5, 16)
     assert numpy.allclose(ten[:, 1:15], padded[:, :, :14].mean(1), atol=1e-12) and (ten[:, 15:] == padded[:, -1, 14:]).all()
-    assert json.loads(evalbus("demo", "info", demo, "--json"))["(not in a task's folder)"]["steps"] == steps
+    info = json.loads(evalbus("demo", "info", demo, "--json"))
+    assert info["(not in a task's folder)"]["steps"] == steps
     evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--episodes", "1", "--after-success-s", "0.5",
             "--in-process", "--video", "none", "--out", here / "played")  # fmt: skip
     said = evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--out", here / "never", code=1)

@@ -10,6 +10,7 @@ import support
 
 support.need("numpy", "msgpack", "websockets", "h5py")
 
+import json
 import os
 import pathlib
 import pickle
@@ -32,11 +33,12 @@ class LeRobotDataset:
     def create(cls, repo_id, fps, features, root, **_):
         made = cls()
         made.features, made.root, made.frames = features, root, []
+        root.mkdir()
         return made
     def add_frame(self, frame):
         self.frames.append(frame)
     def save_episode(self):
-        pickle.dump((self.features, self.frames[0]), open(self.root, "wb"))
+        pickle.dump((self.features, self.frames[0]), open(self.root / "first", "wb"))
     def finalize(self):
         pass
 """
@@ -67,7 +69,13 @@ def first_frame(here, task, export, *options):
     subprocess.run([f"{BIN}/evalbus", "export", here / "run", "--lerobot", here / "frames", *export], check=True,
                    capture_output=True, timeout=support.DEADLINE_S,
                    env={**os.environ, "PYTHONPATH": path, "EVALBUS_PYTHON": sys.executable})  # fmt: skip
-    return pickle.loads((here / "frames").read_bytes())
+    # The start of each episode, for `trained_on` of a contract.
+    (line,) = (here / "frames/evalbus_starts.jsonl").read_text().splitlines()
+    (episode,) = (here / "run/episodes.jsonl").read_text().splitlines()
+    episode = json.loads(episode)
+    start = {"task": f"{episode['task']}/{episode['variation']}", "parameters": episode["parameters"]}
+    assert json.loads(line) == start, (line, start)
+    return pickle.loads((here / "frames/first").read_bytes())
 
 
 def contract_for(features):

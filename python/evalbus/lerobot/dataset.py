@@ -47,6 +47,9 @@ def write_dataset(run, out, cameras: List[str] = (), size: str = "256x256", succ
             program.finish()
         with h5py.File(training_set, "r") as file:
             count = _convert(file["data"], dict(zip(cameras, names)), pathlib.Path(scratch) / out.name)
+            # For `trained_on` of a contract.
+            starts = b"".join(line + b"\n" for line in file["evalbus_starts"][:])
+            (pathlib.Path(scratch) / out.name / "evalbus_starts.jsonl").write_bytes(starts)
         os.rename(pathlib.Path(scratch) / out.name, out)
     return count
 

@@ -318,6 +318,70 @@ TEST_F(RemoteRun, NanIsThePolicysOwn) {
   EXPECT_EQ(episodes[1]["end_reason"], "time_limit");
 }
 
+TEST_F(RemoteRun, ReportsWhichStartsWereSeenInTraining) {
+  EVALBUS_NEEDS_BUS();
+  Serve(Forward);
+  const fs::path contract = Contract();
+  const std::string text = ReadText(contract), other = folder_.path() / "other.yaml";
+  WriteText(other, text);
+  // Two of the three starts are those of a run with the same seed.
+  const fs::path demos = folder_.path() / "demos", moved = folder_.path() / "moved";
+  Evaluate(
+      {task_, "--policy", "hold", "--episodes", "2", "--seed", "5", "--control-hz", "20", "--in-process"},
+      demos);
+  WriteText(contract, "trained_on: demos\n" + text);
+  const fs::path run = folder_.path() / "run", workers = folder_.path() / "workers";
+  Result result = Run(contract, 3, run);
+  ASSERT_EQ(result.code, 0) << result.err;
+  ASSERT_EQ(RunProgram({"evalbus", "export", demos, "--hdf5", folder_.path() / "set.hdf5"}).code, 0);
+  const std::string note = "2 of 3 starts were seen in training";
+  EXPECT_NE(result.out.find("\nNote: " + note + "\n"), std::string::npos) << result.out;
+  const auto episodes = Episodes(run);
+  for (size_t i = 0; i < episodes.size(); ++i) EXPECT_EQ(episodes[i].at("seen_in_training"), i < 2) << i;
+  EXPECT_EQ(nlohmann::json::parse(ReadText(run / "summary.json"))["seen_in_training"], 2);
+  EXPECT_EQ(nlohmann::json::parse(ReadText(run / "run.json"))["trained_on"]["starts"], 2);
+  Evaluate(With(Arguments(contract, 3), {"--workers", "2"}), workers);
+  ExpectSameScores(run, workers);
+
+  // Another training set is refused when the run is resumed; nothing is changed.
+  WriteText(contract, "trained_on: [demos, run]\n" + text);
+  result =
+      RunProgram(With({"evalbus", "run"}, With(Arguments(contract, 4), {"--out", run.string(), "--resume"})));
+  EXPECT_EQ(result.code, 1);
+  EXPECT_NE(result.err.find("the run was made with another training set (trained_on)"), std::string::npos)
+      << result.err;
+
+  // The flags do not depend on whether the training run still exists.
+  fs::rename(demos, moved);
+  for (const char* command : {"verify", "rescore"}) {
+    result = RunProgram({"evalbus", command, run});
+    EXPECT_EQ(result.code, 0) << result.out << result.err;
+  }
+  result = RunProgram({"evalbus", "compare", run, workers});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("note: run: " + note), std::string::npos) << result.out;
+  result = RunProgram({"evalbus", "report", run});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(ReadText(run / "report.html").find(note), std::string::npos);
+
+  // A missing training run is reported before the first episode.
+  WriteText(contract, "trained_on: demos\n" + text);
+  result = Run(contract, 3, folder_.path() / "none");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(result.err, "error: " + contract.string() + ":1: key 'trained_on': " + demos.string() +
+                            ": no such run folder\n");
+  EXPECT_FALSE(fs::exists(folder_.path() / "none"));
+  // The training set that was exported has the same starts.
+  WriteText(contract, "trained_on: set.hdf5\n" + text);
+  result = Run(contract, 3, folder_.path() / "of_set");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("\nNote: " + note + "\n"), std::string::npos) << result.out;
+  // Nothing is reported for a contract that names no training set.
+  result = Run(other, 1, folder_.path() / "untold");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.find("training"), std::string::npos) << result.out;
+}
+
 TEST_F(RemoteRun, WhatIsMisunderstoodStopsTheRunBeforeItsFirstEpisode) {
   EVALBUS_NEEDS_BUS();
   Serve([](const Value&) -> Value {

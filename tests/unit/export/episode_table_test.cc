@@ -39,4 +39,14 @@ TEST_F(EpisodeTableTest, HasOneLinePerEpisode) {
           std::to_string(EpisodeSeed(7, 1)) + ",time_limit,timeout,1,0.11,0.30000000000000004,0,0,1\n");
 }
 
+TEST_F(EpisodeTableTest, StatesWhetherAStartWasSeenInTraining) {
+  RecordedRuns run = Run("a", Info(2), {true, false}, 0.1);
+  run.runs[0].episodes[0].result.seen_in_training = true;
+  run.runs[0].episodes[1].result.seen_in_training = false;
+  const std::string table = EpisodeTable(run.runs);
+  EXPECT_NE(table.find(",complete,seen_in_training,completion_time,"), std::string::npos) << table;
+  EXPECT_NE(table.find(",success,,1,1,0.1,"), std::string::npos) << table;
+  EXPECT_NE(table.find(",timeout,1,0,0.11,"), std::string::npos) << table;
+}
+
 }  // namespace evalbus::exports::episode_table_test

@@ -256,6 +256,21 @@ TEST(RunStatistics, OfNothingHaveNoRate) {
   EXPECT_EQ(SummaryJson("lift_pot", "base", summary)["success_rate"].dump(), "null");
 }
 
+TEST(RunStatistics, CountStartsSeenInTraining) {
+  EpisodeResult seen = Episode(true, true, {{"x", 1}}), unseen = Episode(true, false, {{"x", 2}});
+  EpisodeResult incomplete = Episode(false, false, {});
+  const auto summary_of = [&] { return StatisticsOf({seen, unseen, unseen, incomplete}).Summary(false); };
+  EXPECT_EQ(summary_of().TrainingText(), "");
+  EXPECT_FALSE(SummaryJson("lift_pot", "base", summary_of()).contains("seen_in_training"));
+  seen.seen_in_training = incomplete.seen_in_training = true;
+  unseen.seen_in_training = false;
+  EXPECT_EQ(summary_of().TrainingText(), "1 of 3 starts were seen in training");
+  EXPECT_EQ(SummaryJson("lift_pot", "base", summary_of())["seen_in_training"], 1);
+  seen.seen_in_training = false;
+  EXPECT_EQ(summary_of().TrainingText(), "0 of 3 starts were seen in training");
+  EXPECT_EQ(SummaryJson("lift_pot", "base", summary_of())["seen_in_training"], 0);
+}
+
 TEST(ResultOf, TakesALineOfEpisodes) {
   ordered_json line = ordered_json::parse(R"({"episode": 3, "end_reason": "time_limit", "complete": true,
       "failure_reason": "dropped", "metrics": {"success": 0.0, "task_stage_reached": {"1": true, "12": false},
@@ -275,6 +290,10 @@ TEST(ResultOf, TakesALineOfEpisodes) {
   EXPECT_EQ(result.slips, (std::vector<int64_t>{2, 0}));
   EXPECT_EQ(result.collisions, (std::map<std::string, int64_t>{{"counter", 2}}));
   EXPECT_EQ(result.parameters, (NamedNumbers{{"pot_x_m", 0.25}}));
+
+  EXPECT_EQ(result.seen_in_training, std::nullopt);
+  line["seen_in_training"] = true;
+  EXPECT_EQ(ResultOf(line).seen_in_training, true);
 
   line["metrics"]["task_stage_reached"] = {{"first", true}};
   EXPECT_THROW(ResultOf(line), InputError);

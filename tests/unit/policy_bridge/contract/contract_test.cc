@@ -119,6 +119,25 @@ TEST(Contract, MistakesAreReportedWithLineAndKey) {
   for (const auto& [from, to, message] : mistakes) EXPECT_EQ(ErrorWith(from, to), message) << to;
 }
 
+TEST(Contract, NamesWhatThePolicyWasTrainedOn) {
+  const auto with = [](const std::string& key) {
+    return ParseContract(key + "\n" + kGood, "folder/mine.yaml");
+  };
+  EXPECT_TRUE(ParseContract(kGood, "mine.yaml").trained_on.empty());
+  const Contract one = with("trained_on: ../demos");
+  ASSERT_EQ(one.trained_on.size(), 1u);
+  EXPECT_EQ(one.trained_on[0].where, "folder/mine.yaml:1: key 'trained_on'");
+  EXPECT_EQ(one.PathOf(one.trained_on[0]), "folder/../demos");
+  const Contract two = with("trained_on:\n  - demos\n  - /runs/more");
+  ASSERT_EQ(two.trained_on.size(), 2u);
+  EXPECT_EQ(two.trained_on[1].where, "folder/mine.yaml:3: key 'trained_on[1]'");
+  EXPECT_EQ(two.PathOf(two.trained_on[1]), "/runs/more");
+  EXPECT_EQ(ErrorWith("rate_hz: 20", "rate_hz: 20\ntrained_on: []"),
+            "mine.yaml:5: key 'trained_on': expected at least one run folder or training set");
+  EXPECT_EQ(ErrorWith("rate_hz: 20", "rate_hz: 20\ntrained_on: {run: a}"),
+            "mine.yaml:5: key 'trained_on': expected text, got a map");
+}
+
 TEST(Contract, AConstantIsATextOrNumbersOrAnInteger) {
   const auto constant = [](const std::string& value) {
     std::string text = kGood;
