@@ -238,6 +238,22 @@ std::vector<nlohmann::ordered_json> Episodes(const fs::path& run) {
   return episodes;
 }
 
+// Uses Debian's python3, which has the package.
+std::string SchemaError(const std::string& schema, const fs::path& file) {
+  const Result result = RunProgram({"/usr/bin/python3", "-c",
+                                    "import json, jsonschema, pathlib, sys\n"
+                                    "path, file = map(pathlib.Path, sys.argv[1:])\n"
+                                    "schema, text = json.loads(path.read_text()), file.read_text()\n"
+                                    "jsonschema.Draft202012Validator.check_schema(schema)\n"
+                                    "resolver = jsonschema.RefResolver(path.as_uri(), schema)\n"
+                                    "validator = jsonschema.Draft202012Validator(schema, resolver=resolver)\n"
+                                    "documents = text.splitlines() if file.suffix == '.jsonl' else [text]\n"
+                                    "if not documents: raise SystemExit('empty')\n"
+                                    "for document in documents: validator.validate(json.loads(document))\n",
+                                    fs::path(EVALBUS_SOURCE_DIR) / "docs/schema" / (schema + ".json"), file});
+  return result.code == 0 ? "" : file.string() + ": " + result.err;
+}
+
 }  // namespace evalbus
 
 int main(int argc, char** argv) {

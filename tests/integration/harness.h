@@ -128,4 +128,8 @@ void ExpectSameScores(const std::filesystem::path& run_a, const std::filesystem:
 
 std::vector<nlohmann::ordered_json> Episodes(const std::filesystem::path& run);
 
+// Returns why a JSON file, or a line of a .jsonl file, does not match docs/schema/SCHEMA.json; empty if it
+// does.
+std::string SchemaError(const std::string& schema, const std::filesystem::path& file);
+
 }  // namespace evalbus

@@ -13,11 +13,12 @@ import time
 
 try:
     import h5py
+    import jsonschema
     import numpy
 except ImportError:
     sys.exit(77)
 
-from support import DEADLINE_S
+from support import DEADLINE_S, SOURCE
 
 BIN = pathlib.Path(sys.argv[1]) / "evalbus"
 
@@ -100,6 +101,7 @@ with tempfile.TemporaryDirectory() as name:
     assert numpy.allclose(ten[:, 1:15], padded[:, :, :14].mean(1), atol=1e-12) and (ten[:, 15:] == padded[:, -1, 14:]).all()
     info = json.loads(evalbus("demo", "info", demo, "--json"))
     assert info["(not in a task's folder)"]["steps"] == steps
+    jsonschema.validate(info, json.loads((SOURCE / "docs/schema/demo_info.json").read_text()))
     evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--episodes", "1", "--after-success-s", "0.5",
             "--in-process", "--video", "none", "--out", here / "played")  # fmt: skip
     said = evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--out", here / "never", code=1)

@@ -59,6 +59,7 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   EXPECT_EQ(std::distance(begin(kept), end(kept)), 3);
 
   // The seeds come from the collect stream, which no run uses.
+  EXPECT_EQ(SchemaError("collect", reference_ / "collect.json"), "");
   const auto summary = nlohmann::json::parse(ReadText(reference_ / "collect.json"));
   EXPECT_EQ(summary["seed"], 0);
   EXPECT_EQ(summary["seed_stream"], kCollectSeeds);

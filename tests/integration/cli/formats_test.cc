@@ -6,6 +6,7 @@
 
 #include "lcmtypes/metric_catalog.h"
 #include "metrics/statistics/run_statistics.h"
+#include "results/notes.h"
 #include "tests/integration/harness.h"
 
 namespace evalbus::formats_test {
@@ -25,35 +26,52 @@ class FormatsTest : public testing::Test {
   static fs::path A() { return folder_->path() / "a"; }
   static fs::path B() { return folder_->path() / "b"; }
 
-  // Uses Debian's python3, which has the package.
-  static Result Validate(const fs::path& schema, const fs::path& document) {
-    return RunProgram({"/usr/bin/python3", "-c",
-                       "import json, jsonschema, sys\n"
-                       "schema = json.load(open(sys.argv[1]))\n"
-                       "jsonschema.Draft202012Validator.check_schema(schema)\n"
-                       "jsonschema.Draft202012Validator(schema).validate(json.load(open(sys.argv[2])))\n",
-                       schema, document});
-  }
   static TemporaryFolder* folder_;
 };
 TemporaryFolder* FormatsTest::folder_ = nullptr;
 
 TEST_F(FormatsTest, SchemasHold) {
   for (const fs::path& run : {A(), B()}) {
-    const Result summary = Validate(kDocs / "schema/summary.json", run / "summary.json");
-    EXPECT_EQ(summary.code, 0) << summary.err;
-    const Result episode = Validate(kDocs / "schema/episode.json", run / "episodes/0000/summary.json");
-    EXPECT_EQ(episode.code, 0) << episode.err;
+    EXPECT_EQ(SchemaError("summary", run / "summary.json"), "");
+    EXPECT_EQ(SchemaError("run", run / "run.json"), "");
+    EXPECT_EQ(SchemaError("episode", run / "episodes/0000/summary.json"), "");
+    EXPECT_EQ(SchemaError("episode", run / "episodes.jsonl"), "");
   }
+  results::WriteNote(A(), 1, "odd start");
+  EXPECT_EQ(SchemaError("notes", A() / "notes.json"), "");
+  fs::remove(A() / "notes.json");
   // The schemas refuse invalid documents.
   auto broken = nlohmann::ordered_json::parse(ReadText(A() / "summary.json"));
   broken["metrics"]["completion_time"].erase("mean_95");
   WriteText(folder_->path() / "broken.json", broken.dump());
-  EXPECT_NE(Validate(kDocs / "schema/summary.json", folder_->path() / "broken.json").code, 0);
+  EXPECT_NE(SchemaError("summary", folder_->path() / "broken.json"), "");
   broken = nlohmann::ordered_json::parse(ReadText(A() / "episodes/0000/summary.json"));
   broken["end_reason"] = "boredom";
   WriteText(folder_->path() / "broken.json", broken.dump());
-  EXPECT_NE(Validate(kDocs / "schema/episode.json", folder_->path() / "broken.json").code, 0);
+  EXPECT_NE(SchemaError("episode", folder_->path() / "broken.json"), "");
+}
+
+// Each is checked by a test against what a command wrote.
+TEST_F(FormatsTest, EverySchemaIsInTheDocumentation) {
+  const std::string page = ReadText(kDocs / "versioning.md");
+  for (const auto& schema : fs::directory_iterator(kDocs / "schema")) {
+    const std::string name = schema.path().filename().string();
+    EXPECT_NE(page.find("(schema/" + name + ")"), std::string::npos) << name;
+  }
+}
+
+TEST_F(FormatsTest, SchemaOfALatencyCurveHolds) {
+  const fs::path out = folder_->path() / "latency";
+  const Result result =
+      RunProgram({"evalbus", "latency", ShortTask(folder_->path(), 0.4), "--policy", "random", "--delays",
+                  "0,100", "--execution", "synchronous,rtc", "--episodes", "1", "--out", out});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(SchemaError("latency", out / "latency.json"), "");
+  for (const auto& entry : fs::recursive_directory_iterator(out)) {
+    if (entry.path().filename() == "policy_calls.json") {
+      EXPECT_EQ(SchemaError("policy_calls", entry.path()), "");
+    }
+  }
 }
 
 // Every number that a run writes has a label, a unit and a row in docs/metrics.md.
@@ -103,10 +121,16 @@ TEST_F(FormatsTest, Compare) {
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_NE(result.out.find("a (noisy_expert) against b (expert), lift_pot/position\n"), std::string::npos)
       << result.out;
+  EXPECT_EQ(SchemaError("comparison", json), "");
   const auto comparison = nlohmann::ordered_json::parse(ReadText(json));
   EXPECT_EQ(comparison["baseline"]["policy"], "expert");
   EXPECT_EQ(comparison["comparisons"][0]["success"]["episodes"], 2);
   EXPECT_EQ(comparison["comparisons"][0]["tasks"][0]["unmatched"], 1);
+
+  // Three runs are also ranked.
+  ASSERT_EQ(RunProgram({"evalbus", "compare", A(), B(), B(), "--json", json}).code, 0);
+  EXPECT_EQ(nlohmann::ordered_json::parse(ReadText(json))["ranking"].size(), 3u);
+  EXPECT_EQ(SchemaError("comparison", json), "");
 
   const Result unknown = RunProgram({"evalbus", "compare", A(), B(), "--baseline", "nobody"});
   EXPECT_EQ(unknown.code, 1);

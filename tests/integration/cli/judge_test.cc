@@ -117,6 +117,8 @@ TEST_F(Judge, AnInterruptedSessionContinuesAndRevealsAtTheEnd) {
             std::string::npos);
   program->Signal(SIGINT);
   EXPECT_EQ(program->Wait(), 0) << program->err();
+  EXPECT_EQ(SchemaError("judgment", json), "");
+  EXPECT_EQ(SchemaError("verdict", a_ / "verdicts.jsonl"), "");
   const auto result = nlohmann::json::parse(ReadText(json));
   const bool a_was_first = Verdicts(a_)[0]["place"] == 0;
   const auto& success = result["comparisons"][0]["comparison"]["comparisons"][0]["success"];

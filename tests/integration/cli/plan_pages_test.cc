@@ -28,6 +28,8 @@ episodes: 10
 until: decided(alpha 0.05, max 20)
 )");
   ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(SchemaError("stops", results_ / "stops.json"), "");
+  EXPECT_EQ(SchemaError("plan", results_ / "plan.json"), "");
   const auto stops = nlohmann::json::parse(ReadText(results_ / "stops.json"));
   ASSERT_EQ(stops.size(), 2u);
   for (const auto& stop : stops) {

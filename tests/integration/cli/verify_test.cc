@@ -43,6 +43,7 @@ TEST_F(Verify, AnUnchangedRunHasNoFinding) {
   EXPECT_EQ(before.code, 0) << before.out << before.err;
   EXPECT_SAYS(before.out, "manifest.json: missing, so changed bytes cannot be found; --write writes it");
   Seal(run_);
+  EXPECT_EQ(SchemaError("manifest", run_ / "manifest.json"), "");
   const Result after = Of(run_);
   EXPECT_EQ(after.code, 0) << after.out;
   EXPECT_SAYS(after.out, "no finding: ");

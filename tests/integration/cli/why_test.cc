@@ -41,6 +41,8 @@ TEST_F(Why, ThePointOfNoReturnLeavesTheExpertItsTime) {
               "No parameter of the start separates successes from failures: all 2 episodes failed.");
   EXPECT_SAYS(result.out, points["0"]["text"].get<std::string>());
   EXPECT_EQ(json::parse(ReadText(folder_.path() / "why.json"))[0]["episodes"], 2);
+  EXPECT_EQ(SchemaError("why", folder_.path() / "why.json"), "");
+  EXPECT_EQ(SchemaError("no_return", still / "no_return.json"), "");
   const fs::path page = folder_.path() / "page.html";
   ASSERT_EQ(RunProgram({"evalbus", "report", still, "--mb", "0", "--out", page}).code, 0);
   EXPECT_SAYS(ReadText(page), points["0"]["text"].get<std::string>());

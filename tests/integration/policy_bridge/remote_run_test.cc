@@ -342,6 +342,10 @@ TEST_F(RemoteRun, ReportsWhichStartsWereSeenInTraining) {
   EXPECT_EQ(nlohmann::json::parse(ReadText(run / "run.json"))["trained_on"]["starts"], 2);
   Evaluate(With(Arguments(contract, 3), {"--workers", "2"}), workers);
   ExpectSameScores(run, workers);
+  EXPECT_EQ(SchemaError("run", run / "run.json"), "");
+  EXPECT_EQ(SchemaError("summary", run / "summary.json"), "");
+  EXPECT_EQ(SchemaError("episode", run / "episodes.jsonl"), "");
+  EXPECT_EQ(SchemaError("policy_calls", run / "episodes/0000/policy_calls.json"), "");
 
   // Another training set is refused when the run is resumed; nothing is changed.
   WriteText(contract, "trained_on: [demos, run]\n" + text);
@@ -419,6 +423,7 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   EXPECT_NE(result.out.find("the same observation 6 times: the same answer"), std::string::npos)
       << result.out;
   EXPECT_TRUE(fs::exists(folder_.path() / "check/image.png"));
+  EXPECT_EQ(SchemaError("check", folder_.path() / "check/check.json"), "");
   EXPECT_EQ(nlohmann::json::parse(ReadText(folder_.path() / "check/check.json"))["verdict"], "good");
   // As deltas these values are half a turn.
   result = check(Contract("joint_delta"));
