@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -21,6 +22,7 @@
 #include "plans/plan_report.h"
 #include "plans/stop_rule.h"
 #include "results/comparison.h"
+#include "results/comparison_json.h"
 #include "results/conclusion.h"
 #include "results/run_reader.h"
 #include "results/summary_table.h"
@@ -33,15 +35,25 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Runs jobs, `at_once` at a time, and calls ended(name) after each success. Returns false if stopped.
+// Events that a plan prints, and how its runs print theirs; lines: null if none are printed.
+struct Events {
+  runner::EventLines* lines = nullptr;
+  runner::RunOutput output{};
+};
+
+// Runs jobs, `at_once` at a time, and calls ended(name) after each success. Relays the events that they print
+// to `events`, unless null. Returns false if stopped.
 template <class Ended>
-bool RunJobs(std::vector<runner::Job> jobs, int at_once, const std::string& what, const Ended& ended) {
+bool RunJobs(std::vector<runner::Job> jobs, int at_once, const std::string& what, runner::EventLines* events,
+             const Ended& ended) {
   const size_t all = jobs.size();
   const bool is_terminal = isatty(fileno(stdout)) != 0;
   const auto began = std::chrono::steady_clock::now();
   runner::JobPool pool(std::move(jobs), at_once, [&](const std::string& why) {
     fmt::print("{}retrying: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
+    if (events) events->Write("remark", {{"text", why}});
   });
+  if (events) pool.ReadOutput([&](const std::string& line) { events->Relay(line); });
   for (size_t done = 0; !pool.done() && !stop_requested();) {
     if (const auto name = pool.Poll()) {
       ++done;
@@ -49,6 +61,7 @@ bool RunJobs(std::vector<runner::Job> jobs, int at_once, const std::string& what
       ended(*name);
       std::fflush(stdout);
     } else {
+      if (events) events->CheckReader();
       if (is_terminal) {
         const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
         fmt::print("\x1b[K{} of {} {}, {}\r", done, all, what, results::FormatDuration(s));
@@ -62,7 +75,8 @@ bool RunJobs(std::vector<runner::Job> jobs, int at_once, const std::string& what
 }
 
 // Runs the suites of these policies, with `episodes` episodes of each task.
-void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, int episodes, int workers) {
+void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, int episodes, int workers,
+               const Events& events) {
   const Plan& plan = folder.plan();
   std::map<std::string, runner::Suite> suites;
   std::map<std::string, std::pair<std::string, std::string>> of_job;  // policy and task
@@ -78,7 +92,7 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
                                      .emplace(std::piecewise_construct, std::forward_as_tuple(policy.name),
                                               std::forward_as_tuple(options, plan.tasks))
                                      .first->second;
-    for (runner::Job& job : suite.Jobs()) {
+    for (runner::Job& job : suite.Jobs(events.output)) {
       const std::string task = job.name;
       job.name = policy.name + "  " + task;
       width = std::max(width, job.name.size());
@@ -89,7 +103,7 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
   fmt::print("{} runs of {}, {} at a time\n{}", jobs.size(), Plural(episodes, "episode"), workers,
              results::Tally::Title("policy, task", width));
   std::fflush(stdout);
-  const bool is_whole = RunJobs(std::move(jobs), workers, "runs", [&](const std::string& job) {
+  const bool is_whole = RunJobs(std::move(jobs), workers, "runs", events.lines, [&](const std::string& job) {
     const auto& [policy, task] = of_job.at(job);
     fmt::print("{}", suites.at(policy).Ended(task).Line(job, width));
   });
@@ -102,14 +116,14 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
 // Adds episodes, as many as `episodes` of the plan at a time, while Ended(policy, episodes) is false for any
 // policy. The baseline of a comparison runs as long as any other policy does.
 template <class Ended>
-void RunInSteps(const PlanFolder& folder, int workers, const Ended& ended) {
+void RunInSteps(const PlanFolder& folder, int workers, const Events& events, const Ended& ended) {
   const Plan& plan = folder.plan();
   std::set<std::string> going;
   for (const PlannedPolicy& policy : plan.policies) going.insert(policy.name);
   const bool keeps_baseline = !plan.until->width;
   for (int episodes = plan.options.episodes;;
        episodes = std::min(episodes + plan.options.episodes, plan.until->max_episodes)) {
-    RunSuites(folder, going, episodes, workers);
+    RunSuites(folder, going, episodes, workers, events);
     std::erase_if(going, [&](const std::string& policy) {
       return !(keeps_baseline && policy == plan.baseline) && ended(policy, episodes);
     });
@@ -119,11 +133,11 @@ void RunInSteps(const PlanFolder& folder, int workers, const Ended& ended) {
 }
 
 // Adds episodes until each comparison is decided.
-void RunUntilDecided(const PlanFolder& folder, int workers) {
+void RunUntilDecided(const PlanFolder& folder, int workers, const Events& events) {
   const Plan& plan = folder.plan();
   std::map<std::string, Stop> stops;
   const auto num_comparisons = static_cast<double>(plan.policies.size() - 1);
-  RunInSteps(folder, workers, [&](const std::string& policy, int episodes) {
+  RunInSteps(folder, workers, events, [&](const std::string& policy, int episodes) {
     Stop& stop = stops[policy];
     stop = LookAtDifference(folder, policy, stop, episodes, num_comparisons);
     if (!stop.is_decided && episodes < plan.until->max_episodes) return false;
@@ -136,10 +150,10 @@ void RunUntilDecided(const PlanFolder& folder, int workers) {
 }
 
 // Adds episodes until the intervals of each policy are narrow enough.
-void RunUntilNarrow(const PlanFolder& folder, int workers) {
+void RunUntilNarrow(const PlanFolder& folder, int workers, const Events& events) {
   const Plan& plan = folder.plan();
   ordered_json json = ordered_json::array();
-  RunInSteps(folder, workers, [&](const std::string& policy, int episodes) {
+  RunInSteps(folder, workers, events, [&](const std::string& policy, int episodes) {
     const WidthStop stop = LookAtWidth(folder, policy, episodes);
     if (!stop.is_narrow && episodes < plan.until->max_episodes) return false;
     fmt::print("{}: {}\n", policy, stop.Text(*plan.until));
@@ -180,38 +194,72 @@ void MakeVideos(const PlanFolder& folder, int workers) {
                       LogFile(run, "video")});
     }
   }
-  if (!RunJobs(std::move(jobs), workers, "runs recorded as video", [](const std::string&) {})) {
+  if (!RunJobs(std::move(jobs), workers, "runs recorded as video", nullptr, [](const std::string&) {})) {
     throw EnvironmentError(
         "stopped before all videos were recorded; to resume, run the same command with --resume");
   }
 }
 
+void RunAll(const PlanFolder& folder, int workers, const Events& events) {
+  std::set<std::string> all;
+  for (const PlannedPolicy& policy : folder.plan().policies) all.insert(policy.name);
+  RunSuites(folder, all, folder.plan().options.episodes, workers, events);
+}
+
+void WriteBegin(const PlanFolder& folder, runner::EventLines* lines) {
+  const Plan& plan = folder.plan();
+  std::vector<std::string> policies;
+  for (const PlannedPolicy& policy : plan.policies) policies.push_back(policy.name);
+  lines->Write("plan_begin", {{"plan", folder.path().string()},
+                              {"name", plan.name},
+                              {"policies", policies},
+                              {"tasks", plan.tasks},
+                              {"baseline", plan.baseline},
+                              {"seed", plan.options.seed},
+                              {"episodes", plan.options.episodes}});
+}
+
+void WriteSummary(const PlanFolder& folder, const PlanResults& results, runner::EventLines* lines) {
+  ordered_json summaries, comparison;
+  for (const PlannedPolicy& policy : folder.plan().policies) {
+    summaries[policy.name] = ReadJsonFile<ordered_json>(folder.policy_folder(policy.name) / kSummaryJson);
+  }
+  if (!results.comparisons.empty())
+    comparison = results::ComparisonJson(results.comparisons, results.ranking);
+  lines->Write("plan_summary", {{"plan", folder.path().string()},
+                                {"summaries", std::move(summaries)},
+                                {"comparison", std::move(comparison)}});
+}
+
 }  // namespace
 
-void RunPlan(const PlanFolder& folder, int workers) {
+void RunPlan(const PlanFolder& folder, int workers, const runner::RunOutput& output) {
   InstallStopSignals();
   const Plan& plan = folder.plan();
+  std::optional<runner::EventLines> lines;
+  if (output.json) lines.emplace(output.quiet);
+  const Events events{lines ? &*lines : nullptr, output};
+  if (lines) WriteBegin(folder, &*lines);
   fmt::print("plan {}: {} polic{} on {}\n", plan.name, plan.policies.size(),
              plan.policies.size() == 1 ? "y" : "ies", Plural(plan.tasks.size(), "task"));
   if (plan.until) {
-    (plan.until->width ? RunUntilNarrow : RunUntilDecided)(folder, workers);
+    (plan.until->width ? RunUntilNarrow : RunUntilDecided)(folder, workers, events);
   } else {
-    RunAllEpisodes(folder, workers);
+    RunAll(folder, workers, events);
   }
-  FinishPlan(folder, workers);
+  const PlanResults results = FinishPlan(folder, workers);
+  if (lines) WriteSummary(folder, results, &*lines);
 }
 
 void RunAllEpisodes(const PlanFolder& folder, int workers) {
   InstallStopSignals();
-  std::set<std::string> all;
-  for (const PlannedPolicy& policy : folder.plan().policies) all.insert(policy.name);
-  RunSuites(folder, all, folder.plan().options.episodes, workers);
+  RunAll(folder, workers, {});
 }
 
-void FinishPlan(const PlanFolder& folder, int workers) {
+PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   const Plan& plan = folder.plan();
   MakeVideos(folder, workers);
-  const PlanResults results = ReadPlanResults(folder);
+  PlanResults results = ReadPlanResults(folder);
   for (const results::Comparison& comparison : results.comparisons) {
     const std::string headline = results::Headline(comparison) + ".";
     fmt::print("\n{}\n{}\n", Styled(headline, Style::kStrong, UsesColors(stdout)),
@@ -225,9 +273,10 @@ void FinishPlan(const PlanFolder& folder, int workers) {
     pages.push_back({"report of " + policy.name, {evalbus, "report", own.string()}, LogFile(own, "report")});
     fs::create_directories(pages.back().log_file.parent_path());
   }
-  RunJobs(std::move(pages), workers, "pages", [](const std::string&) {});
+  RunJobs(std::move(pages), workers, "pages", nullptr, [](const std::string&) {});
   WritePlanPages(folder, results);
   fmt::print("\nreport   {}\n", (fs::proximate(folder.path()) / "report.html").string());
+  return results;
 }
 
 }  // namespace evalbus::plans

@@ -2,19 +2,21 @@
 #pragma once
 
 #include "plans/plan_folder.h"
+#include "plans/plan_report.h"
+#include "runner/json_events.h"
 
 namespace evalbus::plans {
 
 // Runs the missing episodes, at most `workers` runs at a time, then calls FinishPlan(). Throws InputError,
 // EnvironmentError.
-void RunPlan(const PlanFolder& folder, int workers);
+void RunPlan(const PlanFolder& folder, int workers, const runner::RunOutput& output);
 
 // Runs the missing episodes of a plan without Plan::until, at most `workers` runs at a time. Throws
 // InputError, EnvironmentError.
 void RunAllEpisodes(const PlanFolder& folder, int workers);
 
 // Completes a plan whose runs are all there, for example after a merge: records the videos, writes the pages,
-// and prints the comparisons to stdout.
-void FinishPlan(const PlanFolder& folder, int workers);
+// and prints the comparisons to stdout. Returns the results.
+PlanResults FinishPlan(const PlanFolder& folder, int workers);
 
 }  // namespace evalbus::plans

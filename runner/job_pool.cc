@@ -18,7 +18,13 @@ JobPool::JobPool(std::vector<Job> jobs, int at_once, std::function<void(const st
 
 std::optional<std::string> JobPool::Poll() {
   std::optional<std::string> ended;
-  if (const auto exit = processes_.Poll()) {
+  const auto exit = processes_.Poll();
+  // Read after Poll(), so that the last lines of a job that has ended are complete.
+  for (auto& [name, output] : output_) {
+    for (const std::string& line : output.Next()) on_line_(line);
+  }
+  if (exit) {
+    output_.erase(exit->name);
     const auto job = running_.extract(exit->name);
     if (exit->code > 128 && starts_[exit->name] < kMaxStarts) {
       on_restart_(exit->description);
@@ -33,7 +39,13 @@ std::optional<std::string> JobPool::Poll() {
   while (!waiting_.empty() && running_.size() < at_once_ && !stop_requested()) {
     Job job = std::move(waiting_.front());
     waiting_.pop_front();
-    processes_.Start(job.name, job.command, job.log_file);
+    if (on_line_) {
+      PipeLines& output = output_[job.name];
+      processes_.Start(job.name, job.command, job.log_file, -1, output.writer());
+      output.CloseWriter();
+    } else {
+      processes_.Start(job.name, job.command, job.log_file);
+    }
     ++starts_[job.name];
     running_.emplace(job.name, std::move(job));
   }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "runner/pipe_lines.h"
 #include "runner/processes.h"
 
 namespace evalbus::runner {
@@ -31,6 +32,10 @@ class JobPool {
   // Stops the running jobs with SIGTERM, so that they can stop their own child processes.
   ~JobPool() { processes_.StopAll(); }
 
+  // Must be called before the first Poll(), if at all: each line that a job prints on standard output then
+  // goes to the listener instead of the job's log.
+  void ReadOutput(std::function<void(const std::string&)> on_line) { on_line_ = std::move(on_line); }
+
   // Starts as many jobs as the limit allows. Returns the name of a job that has succeeded since the last
   // call, if any. A job that was killed by a signal or hangs is restarted; a job is started at most three
   // times. Throws InputError or EnvironmentError, with the job's name and the last line of its log, if a job
@@ -41,9 +46,11 @@ class JobPool {
  private:
   std::deque<Job> waiting_;
   std::map<std::string, Job> running_;
+  // Standard output of the running jobs, if it is read.
+  std::map<std::string, PipeLines> output_;
   std::map<std::string, int> starts_;
   size_t at_once_;
-  std::function<void(const std::string&)> on_restart_;
+  std::function<void(const std::string&)> on_restart_, on_line_;
   Processes processes_;
 };
 

@@ -72,7 +72,7 @@ std::string Life(pid_t pid) {
 std::filesystem::path Processes::BinaryFolder() { return ProgramFolder(); }
 
 void Processes::Start(const std::string& name, const std::vector<std::string>& command,
-                      const std::filesystem::path& log_file, int input) {
+                      const std::filesystem::path& log_file, int input, int output) {
   if (access(command[0].c_str(), X_OK) != 0) {
     throw EnvironmentError("cannot start " + command[0] + ": " + std::strerror(errno));
   }
@@ -90,7 +90,7 @@ void Processes::Start(const std::string& name, const std::vector<std::string>& c
     close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);  // for example liblcm's socket
     setpgid(0, 0);  // Ctrl-C reaches only the launcher, which then stops the children in order
     dup2(input < 0 ? open("/dev/null", O_RDONLY) : input, STDIN_FILENO);
-    dup2(log, STDOUT_FILENO);
+    dup2(output < 0 ? log : output, STDOUT_FILENO);
     dup2(log, STDERR_FILENO);
     execv(argv[0], argv.data());
     _exit(127);

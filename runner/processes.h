@@ -25,9 +25,9 @@ class Processes {
   Processes& operator=(const Processes&) = delete;
 
   // Starts a program; its stdout and stderr are appended to log_file. input: file descriptor for its stdin;
-  // -1: /dev/null. Throws EnvironmentError.
+  // -1: /dev/null. output: file descriptor for its stdout; -1: log_file. Throws EnvironmentError.
   void Start(const std::string& name, const std::vector<std::string>& command,
-             const std::filesystem::path& log_file, int input = -1);
+             const std::filesystem::path& log_file, int input = -1, int output = -1);
 
   struct Exit {
     std::string name;

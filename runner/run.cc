@@ -139,22 +139,22 @@ void PrintResults(const PreparedRun& run, const results::RunSummary& summary, do
     fmt::print("{}\n", line);
 }
 
-nlohmann::ordered_json BeginEvent(const PreparedRun& run) {
+void WriteBegin(const PreparedRun& run, JsonEvents* events) {
   const LiveHeader header = HeaderOf(run);
-  return {{"run", run.folder.path().string()},
-          {"task", header.task},
-          {"variation", header.variation},
-          {"policy", header.policy},
-          {"seed", header.seed},
-          {"episodes", header.episodes},
-          {"finished", header.there_before},
-          {"control_hz", header.control_hz},
-          {"clock", header.clock}};
+  events->Begin({{"run", run.folder.path().string()},
+                 {"policy", header.policy},
+                 {"task", header.task},
+                 {"variation", header.variation}},
+                {{"seed", header.seed},
+                 {"episodes", header.episodes},
+                 {"finished", header.there_before},
+                 {"control_hz", header.control_hz},
+                 {"clock", header.clock}});
 }
 
 void RunOne(RunOptions options, const RunOutput& output = {}) {
   std::optional<JsonEvents> events;
-  if (output.json) events.emplace(output.quiet);
+  if (output.json) events.emplace(output);
   if (options.resume && options.round < 0 &&
       !std::filesystem::exists(std::filesystem::path(options.out) / kRunJson)) {
     fmt::print("{} has no run to resume: starting a new one\n", Printable(options.out));
@@ -174,7 +174,7 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
     RunListener* listener = &*view;
     if (events) {
       events->SetNext(&*view);
-      events->Begin(BeginEvent(run));
+      WriteBegin(run, &*events);
       listener = &*events;
     }
     video_recording.emplace(run.folder, run.options.video, run.options.gl, listener);
@@ -255,6 +255,8 @@ void Run(RunOptions options, const RunOutput& output) {
   if (tasks.size() > 1) {
     return RunSuite(options, tasks, output);
   }
+  if (output.partial_hz > 0 && options.workers > 1)
+    throw InputError("--partial-hz: expected --workers 1 for a single run");
   options.sim.task = tasks[0];
   RunOne(std::move(options), output);
 }

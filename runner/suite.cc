@@ -48,13 +48,6 @@ results::RunFolder OpenFolder(const RunOptions& options) {
   return results::RunFolder::OfSuite(options.out, "suite-" + ShortPolicyName(options), options.resume);
 }
 
-// The run of a task has finished.
-void WriteRun(const std::filesystem::path& folder, const std::string& task, EventLines* events) {
-  events->Write("run", {{"task", task},
-                        {"run", folder.string()},
-                        {"summary", ReadJsonFile<nlohmann::ordered_json>(folder / kSummaryJson)}});
-}
-
 }  // namespace
 
 std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
@@ -106,12 +99,14 @@ Suite::Suite(RunOptions options, const std::vector<std::string>& tasks)
   folder_.WriteJson(kSuiteJson, json);
 }
 
-std::vector<Job> Suite::Jobs() const {
+std::vector<Job> Suite::Jobs(const RunOutput& output) const {
+  const std::vector<std::string> json = output.JsonOptions();
   std::vector<Job> jobs;
   for (const std::string& task : tasks_) {
     Job job{task, RunCommand(folder_.path() / kSuiteJson), folder_.log_file(FolderOfTask(task))};
     job.command.insert(job.command.end(),
                        {task, "--out", run_folder(task).string(), "--workers", "1", "--resume"});
+    job.command.insert(job.command.end(), json.begin(), json.end());
     jobs.push_back(std::move(job));
   }
   return jobs;
@@ -154,10 +149,11 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
   }
   const bool is_terminal = isatty(fileno(stdout)) != 0;
   const auto policy_pool = policy::OpenPool(options.policy, options.workers);
-  JobPool pool(suite.Jobs(), options.workers, [&](const std::string& why) {
+  JobPool pool(suite.Jobs(output), options.workers, [&](const std::string& why) {
     fmt::print("{}retrying: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
     if (events) events->Write("remark", {{"text", why}});
   });
+  if (events) pool.ReadOutput([&](const std::string& line) { events->Relay(line); });
   const auto progress = [&] {
     if (!is_terminal) return;
     fmt::print("\x1b[K{} of {} runs, {}\r", suite.num_done(), tasks.size(), elapsed());
@@ -167,7 +163,6 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
     if (const auto ended = pool.Poll()) {
       fmt::print("{}{}", is_terminal ? "\x1b[K" : "", suite.Ended(*ended).Line(*ended, width));
       std::fflush(stdout);
-      if (events) WriteRun(suite.run_folder(*ended), *ended, &*events);
     } else {
       if (events) events->CheckReader();
       progress();

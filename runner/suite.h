@@ -29,8 +29,8 @@ class Suite {
   std::filesystem::path run_folder(const std::string& task) const {
     return folder_.path() / FolderOfTask(task);
   }
-  // Jobs have the names of the tasks.
-  std::vector<Job> Jobs() const;
+  // Jobs have the names of the tasks. output.json: their processes print the events of their runs.
+  std::vector<Job> Jobs(const RunOutput& output) const;
   // Must be called when the job of this task has succeeded; returns its results.
   const results::Tally& Ended(const std::string& task);
   const results::SuiteTally& tally() const { return tally_; }

@@ -92,12 +92,15 @@ std::vector<std::string> TakeOptionsOf(const fs::path& folder, runner::RunOption
   return tasks;
 }
 
-void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_options) {
+void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_options,
+                   const runner::RunOutput& output) {
   const fs::path file = options.tasks[0];
   const bool is_begun = file.filename() == kPlanJson;
   if (is_begun && !options.out.empty())
     throw InputError("--out: " + file.string() + " already determines the folder");
   const bool is_shared = !plan_options.part.empty() || plan_options.slurm.submit;
+  if (output.json && (is_shared || plan_options.slurm.dry_run))
+    throw InputError("--json: expected a plan on this machine, without --part and --slurm");
   if (is_shared && !is_begun && options.out.empty()) {
     throw InputError("--part, --slurm: expected --out, the folder that all parts share");
   }
@@ -124,7 +127,7 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
     in_folder([&](const plans::PlanFolder& folder) { plans::RunOnSlurm(folder, slurm); });
   } else {
     if (!is_begun && !options.resume && !options.out.empty()) plans::CheckOutIsNew(options.out);
-    in_folder([&](const plans::PlanFolder& folder) { plans::RunPlan(folder, options.workers); });
+    in_folder([&](const plans::PlanFolder& folder) { plans::RunPlan(folder, options.workers, output); });
   }
 }
 
@@ -157,32 +160,38 @@ Action AddRun(CLI::App* app) {
   app->add_flag("--resume", options->resume, "continue the interrupted run in --out");
   app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
   app->add_flag("--json", output->json,
-                "print the events of the run or suite as JSON, one in each line, for programs; text for "
-                "people goes to\n"
-                "standard error, and the run ends when the reader of standard output exits");
+                "print the events of the run, suite or plan as JSON, one in each line, for programs; text "
+                "for people goes\n"
+                "to standard error, and the run ends when the reader of standard output exits");
+  app->add_option("--partial-hz", output->partial_hz,
+                  "with --json: also print the score so far, this often per simulated second; the control "
+                  "rate\nprints every tick; default: only finished episodes")
+      ->check(CLI::Range(0.001, 1000.0));
   app->add_flag("--quiet", output->quiet, "print errors only; with --json, also the events");
   AddLogLevel(app);
   AddPlanOptions(app, plan.get());
   // Only for worker processes.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");
   GroupOptions(
-      app, {{"Policy",
-             {"--policy", "--contract", "--policy-name", "--latency", "--execution", "--policy-timeout-s"}},
-            {"Episodes", {"--episodes", "--only", "--seed", "--workers", "--like", "--resume"}},
-            {"Simulation",
-             {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
-              "--after-success-s", "--limits"}},
-            {"Output", {"--out", "--video", "--gl", "--web", "--json", "--quiet", "--log", "--log-level"}},
-            {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
+      app,
+      {{"Policy",
+        {"--policy", "--contract", "--policy-name", "--latency", "--execution", "--policy-timeout-s"}},
+       {"Episodes", {"--episodes", "--only", "--seed", "--workers", "--like", "--resume"}},
+       {"Simulation",
+        {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
+         "--after-success-s", "--limits"}},
+       {"Output",
+        {"--out", "--video", "--gl", "--web", "--json", "--partial-hz", "--quiet", "--log", "--log-level"}},
+       {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
   return [options, plan, like, output, app] {
     if (options->tasks.empty()) options->tasks = *like;
+    if (output->partial_hz > 0 && !output->json) throw InputError("--partial-hz requires --json");
     if (options->worker >= 0) {
       runner::RunWorker(*options);
     } else if (IsPlan(options->tasks)) {
-      if (output->json) throw InputError("--json: expected tasks, not a plan");
       std::optional<ReservedStdout> no_text;
-      if (output->quiet) no_text.emplace(true);
-      RunPlanOrPart(*options, *plan);
+      if (output->quiet && !output->json) no_text.emplace(true);
+      RunPlanOrPart(*options, *plan, *output);
     } else if (!plan->part.empty() || plan->slurm.submit || plan->slurm.dry_run) {
       throw InputError("--part, --slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)");
     } else {

@@ -2,6 +2,7 @@
 
     evalbus.run(task, policy)        evaluates a policy: a function, a name, or the address of a server
     evalbus.start(task, policy)      the same, with an iterator over the events of the run
+    evalbus.start_plan(file)         runs a plan of policies and tasks, with an iterator over the events of its runs
     evalbus.compare(a, b)            tests whether two runs differ
     evalbus.read_run(folder)         reads options, episodes and scores of a run
     evalbus.read_log(file)           reads the messages of an episode as numpy arrays
@@ -15,7 +16,7 @@ See docs/python.md for examples.
 import importlib
 
 from evalbus.errors import ActionError, EvalbusError, InputError, PolicyError, ProgramError
-from evalbus.evaluate import ActiveRun, Comparison, Event, compare, run, start
+from evalbus.evaluate import ActivePlan, ActiveRun, Comparison, Event, compare, run, start, start_plan
 from evalbus.log import Log, events, read_log
 from evalbus.runs import Episode, Metric, Run, Summary, read_run
 
@@ -31,6 +32,7 @@ def __getattr__(name):
 
 __all__ = [
     "ActionError",
+    "ActivePlan",
     "ActiveRun",
     "Comparison",
     "Environment",
@@ -52,4 +54,5 @@ __all__ = [
     "run",
     "serve",
     "start",
+    "start_plan",
 ]

@@ -25,7 +25,8 @@ Policy = Union[str, os.PathLike, Callable]
 class Event:
     """An event of an active run (docs/schema/event.json)."""
 
-    # "begin", "episode_begin", "episode", "remark" or "summary".
+    # "begin", "episode_begin", "partial", "episode", "remark" or "summary"; of a plan also "plan_begin" and
+    # "plan_summary".
     kind: str
     # The event's other keys.
     content: Dict[str, Any] = dataclasses.field(repr=False)
@@ -33,13 +34,14 @@ class Event:
     episode: Optional[Episode] = None
 
 
-class ActiveRun:
-    """A run that is active. Iterate over its events, or wait() for its result; leave the context to stop it."""
+class _Active:
+    """An evaluation that is active."""
 
     def __init__(self, arguments: List[str], serving=None):
         self._serving = serving
         self._program: Optional[Program] = None
-        self._folder: Optional[pathlib.Path] = None
+        # Folders of the runs that have begun, in this order.
+        self._folders: Dict[pathlib.Path, None] = {}
         self._is_finished = self._is_closed = False
         try:
             self._program = Program(arguments)
@@ -47,12 +49,7 @@ class ActiveRun:
             self.close()
             raise
 
-    @property
-    def folder(self) -> Optional[pathlib.Path]:
-        """Folder of the run; None before the event "begin"."""
-        return self._folder
-
-    def __enter__(self) -> "ActiveRun":
+    def __enter__(self):
         return self
 
     def __exit__(self, *_) -> None:
@@ -73,7 +70,7 @@ class ActiveRun:
             if line:
                 event = _event(line)
                 if event.kind == "begin":
-                    self._folder = pathlib.Path(event.content["run"])
+                    self._folders[pathlib.Path(event.content["run"])] = None
                 return event
             self._program.finish()
         except BaseException:
@@ -83,11 +80,10 @@ class ActiveRun:
         self.close()
         raise StopIteration
 
-    def wait(self) -> Run:
-        """Waits for the end of the run, and reads it. Raises an EvalbusError if the run fails."""
+    def _wait(self) -> List[Run]:
         for _ in self:
             pass
-        return read_run(self._folder)
+        return [read_run(folder) for folder in self._folders]
 
     def close(self) -> None:
         """Stops the run if it is active."""
@@ -103,6 +99,33 @@ class ActiveRun:
             raise error
         if error:
             raise PolicyError(f"the policy raised {type(error).__name__}: {error}") from error
+
+
+class ActiveRun(_Active):
+    """A run that is active. Iterate over its events, or wait() for its result; leave the context to stop it."""
+
+    @property
+    def folder(self) -> Optional[pathlib.Path]:
+        """Folder of the run; None before the event "begin"."""
+        return next(iter(self._folders), None)
+
+    def wait(self) -> Run:
+        """Waits for the end of the run, and reads it. Raises an EvalbusError if the run fails."""
+        return self._wait()[0]
+
+
+class ActivePlan(_Active):
+    """A plan that is active. Iterate over its events, or wait() for its results; leave the context to stop it."""
+
+    def wait(self) -> List[Run]:
+        """Waits for the end of the plan, and reads its runs: one for each policy and task. Raises an EvalbusError if
+        the plan fails."""
+        return self._wait()
+
+
+def start_plan(plan: Union[str, os.PathLike], **options) -> ActivePlan:
+    """Starts a plan (docs/plans.md). options: those of `evalbus run PLAN`: workers=2, out="results", partial_hz=10."""
+    return ActivePlan(["run", os.fspath(plan), "--json", "--quiet", *words(options)])
 
 
 def start(

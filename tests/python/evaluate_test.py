@@ -118,6 +118,40 @@ class EvaluateTest(unittest.TestCase):
             kinds = [event.kind for event in active]
         self.assertEqual(kinds, ["begin"] + ["episode_begin", "episode"] * 2 + ["summary"])
 
+    def test_partial_scores(self):
+        with evalbus.start(
+            "lift_pot", episodes=1, out=self.folder / "run", in_process=True, control_hz=20, partial_hz=20
+        ) as active:
+            partial = [event.content for event in active if event.kind == "partial"]
+            run = active.wait()
+        # One for each tick, the last of which has the numbers of the episode.
+        self.assertEqual([event["tick"] for event in partial], list(range(len(partial))))
+        self.assertEqual([event["verdict"] for event in partial], ["undecided"] * (len(partial) - 1) + ["success"])
+        self.assertEqual(partial[-1]["metrics"], run.episodes[0].metrics)
+        log = evalbus.read_log(run.logs[0])["EVALBUS_PARTIAL"]
+        np.testing.assert_array_equal(
+            [event["metrics"]["completion_time"] for event in partial], log["metrics"]["completion_time_s"]
+        )
+        self.assertEqual({event["task"] for event in partial}, {"lift_pot"})
+
+    def test_a_plan(self):
+        plan = self.folder / "plan.yaml"
+        plan.write_text("policies: [expert, hold]\ntasks: [lift_pot/position]\nepisodes: 2\n")
+        with evalbus.start_plan(plan, out=self.folder / "out", workers=2) as active:
+            events = list(active)
+            runs = active.wait()
+        self.assertEqual((events[0].kind, events[-1].kind), ("plan_begin", "plan_summary"))
+        finished = [event for event in events if event.kind == "episode"]
+        self.assertEqual(
+            sorted((event.content["policy"], event.episode.index, event.episode.success) for event in finished),
+            [("expert", 0, True), ("expert", 1, True), ("hold", 0, False), ("hold", 1, False)],
+        )
+        self.assertEqual({run.folder.parent.name: run.summary.success_rate for run in runs}, {"expert": 1, "hold": 0})
+        comparison = events[-1].content["comparison"]["comparisons"][0]
+        self.assertEqual((comparison["name"], comparison["success"]["difference"]), ("hold", -1))
+        with self.assertRaisesRegex(evalbus.InputError, "missing.yaml"):
+            evalbus.start_plan(self.folder / "missing.yaml").wait()
+
     def test_leaving_the_context_stops_the_run(self):
         with evalbus.start("lift_pot/position", "hold", episodes=1000, out=self.folder / "run", in_process=True) as active:
             next(event for event in active if event.kind == "episode")

@@ -162,7 +162,8 @@ class GymnasiumTest(unittest.TestCase):
         lines = [json.loads(line) for line in done.stdout.splitlines()]
         self.assertEqual((len(lines), done.stderr), (6, ""))
         suite_lines = [json.loads(line) for line in suite.stdout.splitlines()]
-        self.assertEqual([line["event"] for line in suite_lines], ["suite_begin", "run", "run", "suite_summary"])
+        run_events = ["begin", *["episode_begin", "episode"] * 2, "summary"]
+        self.assertEqual([line["event"] for line in suite_lines], ["suite_begin", *run_events * 2, "suite_summary"])
         for line in [*lines, *suite_lines, {"schema_version": 1, "event": "remark", "text": "again"}]:
             validator.validate(line)
         for broken in ({"event": "begin"}, {**lines[0], "schema_version": 2}, {**lines[2], "result": {}}):

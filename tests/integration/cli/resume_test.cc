@@ -378,6 +378,16 @@ TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
   EXPECT_FALSE(fs::exists(folder.path() / "twice"));
 }
 
+// The lines of `evalbus run --json`, which match their schema.
+std::vector<nlohmann::json> EventsOf(const Result& run, const fs::path& folder) {
+  WriteText(folder / "events.jsonl", run.out);
+  EXPECT_EQ(SchemaError("event", folder / "events.jsonl"), "");
+  std::istringstream lines(run.out);
+  std::vector<nlohmann::json> events;
+  for (std::string line; std::getline(lines, line);) events.push_back(nlohmann::json::parse(line));
+  return events;
+}
+
 TEST(Suite, EventsAreLinesOfJson) {
   TemporaryFolder folder;
   const fs::path suite = folder.path() / "suite";
@@ -385,20 +395,78 @@ TEST(Suite, EventsAreLinesOfJson) {
                                "--episodes", "1", "--in-process", "--json", "--quiet", "--out", suite});
   EXPECT_EQ(run.code, 0);
   EXPECT_EQ(run.err, "");
-  std::istringstream lines(run.out);
-  std::vector<nlohmann::json> events;
-  for (std::string line; std::getline(lines, line);) events.push_back(nlohmann::json::parse(line));
-  ASSERT_EQ(events.size(), 4u) << run.out;
-  EXPECT_EQ(events[0]["event"], "suite_begin");
+  const std::vector<nlohmann::json> events = EventsOf(run, folder.path());
+  std::vector<std::string> kinds;
+  for (const auto& event : events) kinds.push_back(event["event"]);
+  const std::vector<std::string> of_a_run = {"begin", "episode_begin", "episode", "summary"};
+  std::vector<std::string> expected = {"suite_begin"};
+  for (int i = 0; i < 2; ++i) expected.insert(expected.end(), of_a_run.begin(), of_a_run.end());
+  expected.emplace_back("suite_summary");
+  ASSERT_EQ(kinds, expected) << run.out;
   EXPECT_EQ(events[0]["tasks"], nlohmann::json({"lift_pot/base", "lift_pot/position"}));
-  for (const size_t i : {size_t{1}, size_t{2}}) {
-    EXPECT_EQ(events[i]["event"], "run");
-    EXPECT_EQ(events[i]["task"], events[0]["tasks"][i - 1]);
-    const fs::path file = fs::path(events[i]["run"].get<std::string>()) / "summary.json";
-    EXPECT_EQ(events[i]["summary"], nlohmann::json::parse(ReadText(file)));
+  for (size_t i = 1; i < 9; ++i) {
+    const auto& event = events[i];
+    EXPECT_EQ(event["policy"], "hold");
+    EXPECT_EQ(event["task"], "lift_pot");
+    EXPECT_EQ(event["variation"], i < 5 ? "base" : "position");
+    const fs::path folder_of_run = event["run"].get<std::string>();
+    EXPECT_EQ(folder_of_run, suite / (i < 5 ? "lift_pot-base" : "lift_pot-position"));
+    if (event["event"] == "episode") {
+      EXPECT_EQ(event["result"], nlohmann::json(Episodes(folder_of_run)[0]));
+    } else if (event["event"] == "summary") {
+      EXPECT_EQ(event["summary"], nlohmann::json::parse(ReadText(folder_of_run / "summary.json")));
+    }
   }
-  EXPECT_EQ(events[3]["event"], "suite_summary");
-  EXPECT_EQ(events[3]["summary"], nlohmann::json::parse(ReadText(suite / "summary.json")));
+  EXPECT_EQ(events[9]["summary"], nlohmann::json::parse(ReadText(suite / "summary.json")));
+  EXPECT_EQ(SchemaError("suite", suite / "suite.json"), "");
+  EXPECT_EQ(SchemaError("suite_summary", suite / "summary.json"), "");
+}
+
+// A plan that adds episodes until its comparison is decided continues its runs: each episode comes once.
+TEST(Plan, EventsAreLinesOfJson) {
+  TemporaryFolder folder;
+  const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
+  const std::string task = ShortTask(folder.path(), 0.4) + "/position";
+  WriteText(plan, "policies: [random, {name: still, policy: hold}]\ntasks: [" + task +
+                      "]\nepisodes: 2\nuntil: decided(alpha 0.05, max 4)\n");
+  const auto run = RunProgram(
+      {"evalbus", "run", plan, "--out", out, "--workers", "2", "--json", "--partial-hz", "10", "--quiet"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  const std::vector<nlohmann::json> events = EventsOf(run, folder.path());
+  ASSERT_GT(events.size(), 2u);
+  EXPECT_EQ(events.front()["event"], "plan_begin");
+  EXPECT_EQ(events.front()["policies"], nlohmann::json({"random", "still"}));
+  EXPECT_EQ(events.back()["event"], "plan_summary");
+  EXPECT_EQ(events.back()["comparison"]["comparisons"][0]["name"], "still");
+  std::map<std::string, std::vector<nlohmann::json>> episodes;
+  std::map<std::pair<std::string, int>, std::vector<double>> partial_times;
+  std::map<std::string, int> begins;
+  std::map<std::string, fs::path> folder_of;
+  for (size_t i = 1; i + 1 < events.size(); ++i) {
+    const auto& event = events[i];
+    const std::string policy = event["policy"], kind = event["event"];
+    EXPECT_EQ(event["variation"], "position");
+    if (kind == "begin") ++begins[policy];
+    folder_of[policy] = event["run"].get<std::string>();
+    if (kind == "episode") episodes[policy].push_back(event["result"]);
+    if (kind == "partial") partial_times[{policy, event["episode"]}].push_back(event["time_s"]);
+  }
+  for (const std::string policy : {"random", "still"}) {
+    SCOPED_TRACE(policy);
+    EXPECT_EQ(begins[policy], 2);
+    const auto recorded = Episodes(folder_of[policy]);
+    ASSERT_EQ(recorded.size(), 4u);
+    ASSERT_EQ(episodes[policy].size(), 4u);
+    for (size_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(episodes[policy][i], nlohmann::json(recorded[i])) << i;
+      // Ten per second of the 0.4 s, at 50 Hz: ticks 0, 5, 10, 15, 20.
+      EXPECT_EQ(partial_times[std::pair(policy, static_cast<int>(i))],
+                (std::vector<double>{0, 0.1, 0.2, 0.3, 0.4}));
+    }
+  }
+  const auto refused = RunProgram({"evalbus", "run", plan, "--out", out, "--part", "1/2", "--json"});
+  EXPECT_EQ(refused.code, 1);
 }
 
 TEST(Suite, ResumeRefusesToForgetRuns) {
