@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
 #include <thread>
+#include <utility>
 
 #include "base/errors.h"
 #include "runner/workers.h"
@@ -59,6 +61,27 @@ TEST_F(JobPoolTest, AsManyAsWantedRunAtTheSameTime) {
   const auto wait_for = [](const std::string& name) { return "until test -e " + name + "; do :; done"; };
   EXPECT_EQ(Run({Shell("a", "touch a; " + wait_for("b")), Shell("b", "touch b; " + wait_for("a"))}, 2).size(),
             2u);
+}
+
+TEST_F(JobPoolTest, LinesThatAJobPrintsAreReadBeforeItsEnd) {
+  JobPool pool({Shell("a", "seq 20000; printf end; echo log >&2"), Shell("b", "echo of b")}, 1,
+               [](const std::string&) {});
+  std::map<std::string, std::vector<std::string>> lines_at_end;
+  std::vector<std::string> lines;
+  pool.ReadOutput([&](const std::string& line) { lines.push_back(line); });
+  const auto give_up = std::chrono::steady_clock::now() + kDeadline;
+  while (!pool.done() && std::chrono::steady_clock::now() < give_up) {
+    if (const auto name = pool.Poll()) lines_at_end[*name] = std::exchange(lines, {});
+  }
+  // More than a pipe holds. A line without an end is left out.
+  ASSERT_EQ(lines_at_end["a"].size(), 20000u);
+  EXPECT_EQ(lines_at_end["a"].front(), "1");
+  EXPECT_EQ(lines_at_end["a"].back(), "20000");
+  EXPECT_THAT(lines_at_end["b"], ElementsAre("of b"));
+  std::ifstream log(folder_.path() / "a.log");
+  std::string text;
+  std::getline(log, text, '\0');
+  EXPECT_EQ(text, "log\n");
 }
 
 TEST_F(JobPoolTest, OneThatIsKilledIsStartedAgain) {
