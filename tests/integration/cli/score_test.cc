@@ -59,6 +59,9 @@ TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
   WriteTable(simulated);
   const Result result = RunProgram({"evalbus", "score", map_, table_, "--out", scored});
   ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(SchemaError("run", scored / "run.json"), "");
+  EXPECT_EQ(SchemaError("summary", scored / "summary.json"), "");
+  EXPECT_EQ(SchemaError("episode", scored / "episodes.jsonl"), "");
   const auto expected = simulated.Messages(channels::kContacts);
   const auto found = ReadLog(evalbus::LogFile(scored, 0)).Messages(channels::kContacts);
   ASSERT_EQ(found.size(), expected.size());

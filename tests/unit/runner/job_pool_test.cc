@@ -64,18 +64,24 @@ TEST_F(JobPoolTest, AsManyAsWantedRunAtTheSameTime) {
 }
 
 TEST_F(JobPoolTest, LinesThatAJobPrintsAreReadBeforeItsEnd) {
-  JobPool pool({Shell("a", "seq 20000; printf end; echo log >&2"), Shell("b", "echo of b")}, 1,
-               [](const std::string&) {});
+  // The first line is printed in two parts. The rest is more than a pipe holds; a line without an end is left
+  // out.
+  JobPool pool({Shell("a",
+                      "printf be; touch half; until test -e go; do :; done; echo gin; seq 20000; "
+                      "printf end; echo log >&2"),
+                Shell("b", "echo of b")},
+               1, [](const std::string&) {});
   std::map<std::string, std::vector<std::string>> lines_at_end;
   std::vector<std::string> lines;
   pool.ReadOutput([&](const std::string& line) { lines.push_back(line); });
   const auto give_up = std::chrono::steady_clock::now() + kDeadline;
   while (!pool.done() && std::chrono::steady_clock::now() < give_up) {
+    const bool is_half = Exists("half");
     if (const auto name = pool.Poll()) lines_at_end[*name] = std::exchange(lines, {});
+    if (is_half) std::ofstream(folder_.path() / "go");
   }
-  // More than a pipe holds. A line without an end is left out.
-  ASSERT_EQ(lines_at_end["a"].size(), 20000u);
-  EXPECT_EQ(lines_at_end["a"].front(), "1");
+  ASSERT_EQ(lines_at_end["a"].size(), 20001u);
+  EXPECT_EQ(lines_at_end["a"].front(), "begin");
   EXPECT_EQ(lines_at_end["a"].back(), "20000");
   EXPECT_THAT(lines_at_end["b"], ElementsAre("of b"));
   std::ifstream log(folder_.path() / "a.log");
