@@ -166,14 +166,15 @@ Action AddRun(CLI::App* app) {
   // Only for worker processes.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");
   GroupOptions(
-      app, {{"Policy",
-             {"--policy", "--contract", "--policy-name", "--latency", "--execution", "--policy-timeout-s"}},
-            {"Episodes", {"--episodes", "--only", "--seed", "--workers", "--like", "--resume"}},
-            {"Simulation",
-             {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
-              "--after-success-s", "--limits"}},
-            {"Output", {"--out", "--video", "--gl", "--web", "--json", "--quiet", "--log", "--log-level"}},
-            {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
+      app,
+      {{"Policy",
+        {"--policy", "--contract", "--policy-name", "--latency", "--execution", "--policy-timeout-s"}},
+       {"Episodes", {"--episodes", "--only", "--seed", "--seed-stream", "--workers", "--like", "--resume"}},
+       {"Simulation",
+        {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
+         "--after-success-s", "--limits"}},
+       {"Output", {"--out", "--video", "--gl", "--web", "--json", "--quiet", "--log", "--log-level"}},
+       {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
   return [options, plan, like, output, app] {
     if (options->tasks.empty()) options->tasks = *like;
     if (options->worker >= 0) {
