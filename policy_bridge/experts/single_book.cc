@@ -28,8 +28,9 @@ constexpr double kPullLeans[] = {30 * kDegree, 40 * kDegree, 20 * kDegree};
 // Height of the finger tips above the counter, and distance of the fingers from the book before they pull, m.
 constexpr double kAboveCounter = 0.005;
 constexpr double kBehind = 0.015;
-// How far the fingers are commanded into the book, m: what the arm yields to the friction of 59 N.
-constexpr double kYield = 0.004;
+// How far the fingers are commanded into the book, m: what the arm yields to the friction of 59 N, and the
+// finger on the book's edge.
+constexpr double kYield = 0.016;
 // Height from which a hand comes down behind the book, and to which it rises, m.
 constexpr double kOver = 0.05;
 // Distance of a pad's middle from the counter's edge, m; the finger needs 10.5 mm, and 13.4 mm when oblique.
@@ -43,7 +44,7 @@ constexpr double kPulledInset = 0.028;
 // Distance of a pad's middle from the book's middle along the edge, m.
 constexpr double kBeside = 0.025;
 // Distance that a pulled book's center of mass keeps from the counter's edge, so that it does not tip, m.
-constexpr double kBalance = 0.008;
+constexpr double kBalance = 0.006;
 // The fingers bounce and the book creeps out of them, so it is carried quickly, m/s.
 constexpr double kCarrySpeed = 0.6;
 // The task requires 0.77 - 0.7157 m, and the arm sags by 0.02 m under the book.
@@ -99,8 +100,9 @@ class SingleBookExpert : public Expert {
     double lean;           // of the hand from the vertical, its wrist toward the robot, rad
     double turned;         // 1 or -1: which finger is on which side
   };
-  // Extends `plan`: the arm pulls the book in this way, then takes it.
-  std::optional<Plan> PullAndTake(const Plan& plan, int arm, const Hook& hook);
+  // Extends `plan`: the arm pulls the book in this way, after which Take should be possible. Where the book
+  // stops varies by millimeters, so Take is planned anew from there.
+  std::optional<Plan> PullSoThatTaken(const Plan& plan, int arm, const Hook& hook);
   // Extends `plan`: the arm takes the overhanging book, and lifts it or puts it on the shelf.
   std::optional<Plan> Take(const Plan& plan, int arm);
 
@@ -157,7 +159,7 @@ std::optional<Plan> SingleBookExpert::Pull(const Plan& plan, int arm) {
       const Vector3d face = book * middle_ + half_size_[axis] * out;
       for (const double lean : kPullLeans) {
         for (const double turned : {1.0, -1.0}) {
-          if (auto taken = PullAndTake(plan, arm, {face, out, way, lean, turned})) return taken;
+          if (auto pulled = PullSoThatTaken(plan, arm, {face, out, way, lean, turned})) return pulled;
         }
       }
     }
@@ -165,7 +167,7 @@ std::optional<Plan> SingleBookExpert::Pull(const Plan& plan, int arm) {
   return std::nullopt;
 }
 
-std::optional<Plan> SingleBookExpert::PullAndTake(const Plan& plan, int arm, const Hook& hook) {
+std::optional<Plan> SingleBookExpert::PullSoThatTaken(const Plan& plan, int arm, const Hook& hook) {
   const Isometry3d book = plan.PoseOf(book_);
   const Vector3d &out = hook.out, up = Vector3d::UnitZ(), along = up.cross(out);
   const Vector3d line = hook.face + along.dot(book * center_of_mass_ - hook.face) * along;
@@ -199,7 +201,7 @@ std::optional<Plan> SingleBookExpert::PullAndTake(const Plan& plan, int arm, con
     if (!pulled.feasible()) break;
     Plan risen = pulled;
     risen.Reach({{arm, Moved(after, away + rise * up)}}).CheckContacts(arms_);
-    if (auto taken = Take(risen, arm)) return taken;
+    if (Take(risen, arm)) return risen;
   }
   return std::nullopt;
 }
