@@ -28,9 +28,10 @@ constexpr double kPullLeans[] = {30 * kDegree, 40 * kDegree, 20 * kDegree};
 // Height of the finger tips above the counter, and distance of the fingers from the book before they pull, m.
 constexpr double kAboveCounter = 0.005;
 constexpr double kBehind = 0.015;
-// How far the fingers are commanded into the book, m: what the arm yields to the friction of 59 N, and the
-// finger on the book's edge.
-constexpr double kYield = 0.016;
+// How far the fingers are commanded into the book, m: what the arm yields to the friction of 59 N.
+constexpr double kYield = 0.004;
+// The same for a book that is pulled until its balance limits it: the pull must not stop short of that.
+constexpr double kFullYield = 0.019;
 // Height from which a hand comes down behind the book, and to which it rises, m.
 constexpr double kOver = 0.05;
 // Distance of a pad's middle from the counter's edge, m; the finger needs 10.5 mm, and 13.4 mm when oblique.
@@ -38,7 +39,7 @@ constexpr double kEdgeGap = 0.0165;
 // Distances of a pad's middle from the book's edge, m: the least at which a pad, 17 mm square, holds it, and
 // the most that leaves room for the palm. A pulled book gets room for kPulledInset, which keeps the hand from
 // the counter.
-constexpr double kMinInset = 0.018;
+constexpr double kMinInset = 0.0165;
 constexpr double kMaxInset = 0.0255;
 constexpr double kPulledInset = 0.028;
 // Distance of a pad's middle from the book's middle along the edge, m.
@@ -99,10 +100,11 @@ class SingleBookExpert : public Expert {
     double way;            // by which they pull the book, m
     double lean;           // of the hand from the vertical, its wrist toward the robot, rad
     double turned;         // 1 or -1: which finger is on which side
+    bool to_balance;       // the book's balance limits the way
   };
-  // Extends `plan`: the arm pulls the book in this way, after which Take should be possible. Where the book
-  // stops varies by millimeters, so Take is planned anew from there.
-  std::optional<Plan> PullSoThatTaken(const Plan& plan, int arm, const Hook& hook);
+  // Extends `plan`: the arm pulls the book in this way, then takes it. If the book's balance limits the way,
+  // each millimeter counts: Take is only checked, and planned anew from where the book then lies.
+  std::optional<Plan> PullAndTake(const Plan& plan, int arm, const Hook& hook);
   // Extends `plan`: the arm takes the overhanging book, and lifts it or puts it on the shelf.
   std::optional<Plan> Take(const Plan& plan, int arm);
 
@@ -154,12 +156,14 @@ std::optional<Plan> SingleBookExpert::Pull(const Plan& plan, int arm) {
       const Vector3d out = side * book.linear().col(axis);
       if (out.x() < std::cos(kMaxOblique)) continue;
       const double balance = (book * center_of_mass_).x() - counter_edge_.x() - kBalance;
-      const double way = std::min(kEdgeGap + kPulledInset - Overhang(book), balance) / out.x();
+      const double wanted = kEdgeGap + kPulledInset - Overhang(book);
+      const double way = std::min(wanted, balance) / out.x();
       if (way <= 0) continue;
       const Vector3d face = book * middle_ + half_size_[axis] * out;
       for (const double lean : kPullLeans) {
         for (const double turned : {1.0, -1.0}) {
-          if (auto pulled = PullSoThatTaken(plan, arm, {face, out, way, lean, turned})) return pulled;
+          if (auto taken = PullAndTake(plan, arm, {face, out, way, lean, turned, balance < wanted}))
+            return taken;
         }
       }
     }
@@ -167,7 +171,7 @@ std::optional<Plan> SingleBookExpert::Pull(const Plan& plan, int arm) {
   return std::nullopt;
 }
 
-std::optional<Plan> SingleBookExpert::PullSoThatTaken(const Plan& plan, int arm, const Hook& hook) {
+std::optional<Plan> SingleBookExpert::PullAndTake(const Plan& plan, int arm, const Hook& hook) {
   const Isometry3d book = plan.PoseOf(book_);
   const Vector3d &out = hook.out, up = Vector3d::UnitZ(), along = up.cross(out);
   const Vector3d line = hook.face + along.dot(book * center_of_mass_ - hook.face) * along;
@@ -181,7 +185,8 @@ std::optional<Plan> SingleBookExpert::PullSoThatTaken(const Plan& plan, int arm,
     end.z() = tip;
     return GripFrame(end - kPadEnd * approach, approach, hook.turned * along);
   };
-  const Isometry3d there = Moved(book, -hook.way * out), before = grip(kBehind), pulling = grip(-kYield);
+  const Isometry3d there = Moved(book, -hook.way * out), before = grip(kBehind),
+                   pulling = grip(hook.to_balance ? -kFullYield : -kYield);
   const Isometry3d after = Moved(before, there.translation() - book.translation());
   const Vector3d over = kOver * up, away = over - kAway * out;
   Plan pulled = plan;
@@ -201,7 +206,7 @@ std::optional<Plan> SingleBookExpert::PullSoThatTaken(const Plan& plan, int arm,
     if (!pulled.feasible()) break;
     Plan risen = pulled;
     risen.Reach({{arm, Moved(after, away + rise * up)}}).CheckContacts(arms_);
-    if (Take(risen, arm)) return risen;
+    if (auto taken = Take(risen, arm)) return hook.to_balance ? risen : taken;
   }
   return std::nullopt;
 }
