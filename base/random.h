@@ -41,9 +41,17 @@ class Random {
 // version of SeedSource::OfEpisode.
 inline constexpr char kRunSeeds[] = "run/2";
 inline constexpr char kCollectSeeds[] = "collect/2";
+// The episodes' seeds are --seed, --seed + 1, ..., and each start is that of RoboEval's env.reset(seed=...)
+// (sim/roboeval_start.h). The number is the version of the start.
+inline constexpr char kRoboEvalSeeds[] = "roboeval/1";
+inline constexpr int64_t kMaxRoboEvalSeed = 0xFFFFFFFF;
 // Version 1: the seeds depend on the run's seed and the episode's index only, so that all tasks, and
 // `collect`, share them. Runs that were recorded before there was a seed_stream have these.
 inline constexpr char kSharedSeeds[] = "";
+
+inline bool IsSeedStream(std::string_view name) {
+  return name == kRunSeeds || name == kCollectSeeds || name == kRoboEvalSeeds || name == kSharedSeeds;
+}
 
 // What the seeds of a run's episodes are derived from.
 struct SeedSource {
@@ -53,6 +61,7 @@ struct SeedSource {
   // Does not depend on any other episode, so that each can be run alone, anywhere and in any order. 53 bits,
   // so that JSON readers that know only doubles keep it exact.
   int64_t OfEpisode(int32_t episode) const {
+    if (stream == kRoboEvalSeeds) return seed + episode;
     uint64_t base = static_cast<uint64_t>(seed);
     if (stream != kSharedSeeds) base = Mix(base ^ Hash(stream + "/" + task + "/" + variation));
     const uint64_t step = 0x9E3779B97F4A7C15u;

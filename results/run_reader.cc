@@ -278,7 +278,7 @@ std::vector<std::string> RecordedRun::Remarks() const {
 std::string SeedStreamOf(const ordered_json& info, const std::string& file) {
   if (!info.contains("seed_stream")) return kSharedSeeds;
   const auto stream = Get<std::string>(info, "seed_stream", "a name", file);
-  if (stream == kRunSeeds || stream == kCollectSeeds || stream == kSharedSeeds) return stream;
+  if (IsSeedStream(stream)) return stream;
   Fail(file,
        fmt::format("\"seed_stream\" is \"{}\", which this version of evalbus does not support", stream));
 }

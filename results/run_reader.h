@@ -70,7 +70,7 @@ struct RecordedRun {
   // policy_name or, if that is empty, the value of --policy.
   std::string policy;
   int64_t seed = 0;
-  // kRunSeeds, kCollectSeeds or kSharedSeeds (base/random.h).
+  // As --seed-stream (base/random.h).
   std::string seed_stream;
   SeedSource seeds() const { return {seed, seed_stream, FamilyOf(task), variation}; }
   // Requested number of episodes.

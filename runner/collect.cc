@@ -34,7 +34,8 @@ std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes)
   sim::World world(prepared.scene.physics.get(), prepared.info, prepared.robot, prepared.task,
                    prepared.info.substeps);
   const Variation& variation = prepared.task.variation(prepared.variation);
-  const SeedSource seeds{options.seed, options.seed_stream, FamilyOf(prepared.task.name), prepared.variation};
+  const SeedSource seeds{options.seed, options.sim.seed_stream, FamilyOf(prepared.task.name),
+                         prepared.variation};
   std::vector<std::vector<double>> starts;
   for (int episode = 0; episode < episodes; ++episode) {
     std::vector<double>& start = starts.emplace_back();
@@ -75,7 +76,7 @@ void CheckCollection(const RunOptions& options, int wanted) {
 
 void Collect(RunOptions options) {
   const int wanted = options.episodes;
-  options.seed_stream = kCollectSeeds;
+  options.sim.seed_stream = kCollectSeeds;
   options.episodes = wanted * kStartsEach;
   options.sim.task = options.tasks.at(0);
   const auto strata = Strata(Starts(options, options.episodes), wanted);
@@ -133,7 +134,7 @@ void Collect(RunOptions options) {
                                {"tried", tried},
                                {"yield", yield},
                                {"seed", options.seed},
-                               {"seed_stream", options.seed_stream},
+                               {"seed_stream", options.sim.seed_stream},
                                {"starts_drawn", options.episodes}});
   fmt::print("\nkept {} of {} requested, {} attempted: yield {:.1f} %\n", kept.size(), wanted, tried,
              100 * yield);

@@ -125,11 +125,13 @@ Environment::Step Environment::Reset(int64_t seed, int episode) {
   is_active_ = false;
   tick_ = -1;
   observer_->Expect(++attempt_);
+  sim::CheckSeeds(sim_.seed_stream, seed, episode + 1);
   command_t command{};
   command.kind = command_t::START_EPISODE;
   command.episode = episode;
   command.attempt = attempt_;
-  command.seed = SeedSource{seed, kRunSeeds, FamilyOf(model_.task), model_.variation}.OfEpisode(episode);
+  command.seed =
+      SeedSource{seed, sim_.seed_stream, FamilyOf(model_.task), model_.variation}.OfEpisode(episode);
   command.required_component = required_;
   command.num_required = static_cast<int32_t>(required_.size());
   command.required_instance.assign(required_.size(), 0);

@@ -48,6 +48,7 @@ class NoReturnFinder::Impl {
  public:
   explicit Impl(const results::RecordedRun& run)
       : run_(run.folder),
+        seed_stream_(run.seed_stream),
         scene_(SceneOf(run)),
         world_(scene_.scene.physics.get(), scene_.info, scene_.robot, scene_.task, scene_.info.substeps),
         checker_(scene_.scene.physics.get(), scene_.info),
@@ -126,7 +127,7 @@ class NoReturnFinder::Impl {
 
   // Simulates the logged actions and keeps the state of each tick.
   void Repeat() {
-    world_.Reset(log_.begin->seed, scene_.task.variation(scene_.variation));
+    world_.Reset(log_.begin->seed, scene_.task.variation(scene_.variation), seed_stream_);
     snapshots_.clear();
     for (size_t tick = 0; tick < log_.states.size(); ++tick) {
       if (tick > 0 && (!world_.Apply(log_.actions[tick - 1]).empty() || !world_.Step()))
@@ -187,6 +188,7 @@ class NoReturnFinder::Impl {
   }
 
   const fs::path run_;
+  const std::string seed_stream_;
   const sim::PreparedScene scene_;
   sim::World world_;
   collision::CollisionChecker checker_;

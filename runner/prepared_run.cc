@@ -120,7 +120,7 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   plan.model_hashes = {facts["task_sha256"].get<std::string>(), facts["physics_sha256"].get<std::string>(),
                        facts["visual_sha256"].get<std::string>()};
   plan.seed = options.seed;
-  plan.seed_stream = options.seed_stream;
+  plan.seed_stream = options.sim.seed_stream;
   plan.required = RequiredComponents(options);
   plan.realtime = options.sim.realtime;
   plan.is_by_hand = options.by_hand;

@@ -53,12 +53,19 @@ void FollowRecording(RunOptions* options) {
   if (path.empty() || !fs::exists(path)) return;
   const fs::path run = fs::is_directory(path) ? fs::path(path) : RunFolderOf(path);
   if (!fs::exists(run / kRunJson)) return;
-  options->seed_stream = results::ReadRunInfo(run).seed_stream;
+  const std::string recorded = results::ReadRunInfo(run).seed_stream;
+  std::string& stream = options->sim.seed_stream;
+  if (stream != kRunSeeds && stream != recorded) {
+    throw InputError(fmt::format("--seed-stream: the recording {} has the starts of '{}', not '{}'",
+                                 run.string(), recorded, stream));
+  }
+  stream = recorded;
 }
 
 void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   sim::CheckSimOptions(options.sim);
   CheckRanges(options);
+  sim::CheckSeeds(options.sim.seed_stream, options.seed, options.episodes);
   ParseLogForm(options.recorder.log);
   if (options.resume && options.out.empty()) {
     throw InputError("--resume requires --out: the folder of the run to continue");

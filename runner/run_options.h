@@ -26,8 +26,6 @@ struct RunOptions {
   int episodes = 10;
   std::vector<int> only;
   int64_t seed = 0;
-  // kRunSeeds, kCollectSeeds or kSharedSeeds.
-  std::string seed_stream = kRunSeeds;
   // `until` of the plan, in a run of a plan that stops when its comparisons are decided; empty otherwise. The
   // number of episodes then depends on the results.
   std::string until;
@@ -78,7 +76,6 @@ void ForEachOption(Options& options, const F& f) {
                  Range{0, kMaxEpisodes}},
           Option{&RunOptions::seed, "seed", "seed of the run; equal seeds give bit-identical results",
                  Range{}, kFixed},
-          Option{&RunOptions::seed_stream, "seed_stream", "", Range{}, kFixed},
           Option{&RunOptions::until, "until"},
           Option{&RunOptions::workers, "workers",
                  "number of episodes (of a suite: runs) to run in parallel; does not change the results",

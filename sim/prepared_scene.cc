@@ -18,6 +18,7 @@
 #include "models/model_names.h"
 #include "models/physics_model.h"
 #include "models/randomized_model.h"
+#include "sim/roboeval_start.h"
 
 namespace evalbus::sim {
 namespace {
@@ -101,6 +102,7 @@ PreparedScene ComposeScene(const SimOptions& options) {
   PreparedScene prepared = Find(options);
   prepared.scene = BuildScene(prepared.task, prepared.robot);
   CheckDraws(prepared.task.variation(prepared.variation), prepared.scene);
+  if (options.seed_stream == kRoboEvalSeeds) CheckRoboEvalStart(prepared.task.variation(prepared.variation));
   Describe(options, &prepared);
   prepared.physics_file = CompiledModel(prepared.scene.physics.get());
   prepared.visual_file = CompiledModel(prepared.scene.visual.get());

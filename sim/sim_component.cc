@@ -32,7 +32,7 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
   model_bytes_ = Encode(scene_.info);
   for (const std::string& warning : scene_.scene.warnings) log().Warn("{}", warning);
   SetMujocoWarningSink([this](const std::string& warning) { log().Warn("MuJoCo: {}", warning); });
-  const SeedSource seeds{options.seed, kRunSeeds, scene_.task.name, scene_.variation};
+  const SeedSource seeds{options.seed, options.seed_stream, scene_.task.name, scene_.variation};
   for (int i = 0; i < options.episodes; ++i) {
     command_t command{};
     command.kind = command_t::START_EPISODE;
@@ -133,7 +133,7 @@ void SimComponent::BeginNext() {
   detector_.Start();
   conflict_.clear();
   const Variation& variation = scene_.task.variation(scene_.variation);
-  std::vector<Parameter> parameters = world_.Reset(command_.seed, variation);
+  std::vector<Parameter> parameters = world_.Reset(command_.seed, variation, options_.seed_stream);
   if (!variation.appearance.empty()) {
     // Renderers apply the same changes from the seed. Here they are only computed to record the parameters.
     const ModelPtr drawn(mj_copyModel(nullptr, scene_.scene.visual.get()));

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/options.h"
+#include "base/random.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/contacts_from.h"
 #include "models/model_sources.h"
@@ -32,6 +33,8 @@ struct SimOptions {
   double after_success_s = 0;
   // File of force limits (models/force_limits.h), or empty.
   std::string limits;
+  // kRunSeeds, kCollectSeeds, kRoboEvalSeeds or kSharedSeeds (base/random.h).
+  std::string seed_stream = kRunSeeds;
   // As in MODEL.
   std::string run_id = "run";
   // Only for a source (`evalbus watch`). source_timeout_s: a source that is silent for this long has ended
@@ -101,6 +104,10 @@ void ForEachOption(Options& options, const F& f) {
           Option{&SimOptions::limits, "limits",
                  "file (YAML) of force limits by region of bodies; violations are counted and explained",
                  Range{}, kFixed},
+          Option{&SimOptions::seed_stream, "seed_stream",
+                 "what the starts are drawn from; roboeval/1: episode N starts as RoboEval's\n"
+                 "env.reset(seed=SEED+N)",
+                 Range{}, kFixed},
           Option{&SimOptions::run_id, "run_id"},
           Option{&SimOptions::source_timeout_s, "source_timeout_s", "", Range{0.1, 3600}},
           Option{&SimOptions::gripper, "gripper"},
@@ -130,11 +137,22 @@ inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options)
                              static_cast<double>(timestep_us) / 1e3);
 }
 
+// Throws InputError if RoboEval cannot have the seeds of these episodes.
+inline void CheckSeeds(const std::string& seed_stream, int64_t seed, int64_t episodes) {
+  if (seed_stream != kRoboEvalSeeds || (seed >= 0 && seed <= kMaxRoboEvalSeed + 1 - episodes)) return;
+  throw InputError(fmt::format("--seed-stream {}: expected seeds from 0 to {}, got --seed {} and {} episodes",
+                               seed_stream, kMaxRoboEvalSeed, seed, episodes));
+}
+
 // Throws InputError if the options are invalid or contradict each other.
 inline void CheckSimOptions(const SimOptions& options) {
   CheckRanges(options);
   if (options.contacts != contacts_from::kShapes && options.contacts != contacts_from::kSource)
     throw InputError("--contacts: expected shapes or source, got '" + options.contacts + "'");
+  if (!IsSeedStream(options.seed_stream)) {
+    throw InputError(fmt::format("--seed-stream: expected {}, {} or {}, got '{}'", kRunSeeds, kCollectSeeds,
+                                 kRoboEvalSeeds, options.seed_stream));
+  }
   if (options.rtf != 1 && !options.realtime) throw InputError("--rtf: only with --realtime");
 }
 

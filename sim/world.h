@@ -5,7 +5,9 @@
 #include <mujoco/mujoco.h>
 
 #include <functional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/random.h"
@@ -32,8 +34,10 @@ class World {
   // Moves the robot to its home and the parts to their poses, then applies the variation's randomizations, in
   // order, and its distractors. They are drawn again together until no movable part penetrates anything and
   // min_distance is satisfied. Nothing of the previous episode remains. Throws InputError if no such draw is
-  // found or a name does not exist.
-  std::vector<Parameter> Reset(int64_t seed, const Variation& variation);
+  // found or a name does not exist. With seed_stream kRoboEvalSeeds, the parts start where RoboEval places
+  // them.
+  std::vector<Parameter> Reset(int64_t seed, const Variation& variation,
+                               std::string_view seed_stream = kRunSeeds);
 
   // Describes the deepest penetration of more than 1 mm after Reset() ("block is 9.1 mm deep in counter").
   // Checks the robot and all movable parts against everything. Empty if there is none.
@@ -107,11 +111,14 @@ class World {
   void MakeStartSteps();
   // Sets robot and parts to their poses without randomization.
   void SetHome();
+  void PlaceAsRoboEval(int64_t seed, const Variation& variation, std::vector<Parameter>* parameters);
   void Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnYaw& yaw, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnJoint& joint, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const Distractors& distractors, Random* random, std::vector<Parameter>* parameters);
+  // Sets x, y and, if there is one, z.
+  void Move(const Part& part, std::span<const double> position, std::vector<Parameter>* parameters);
   // Rotates a part about the vertical, relative to its own pose.
   void Turn(const Part& part, double yaw, std::vector<Parameter>* parameters);
   // Explains why the draw must be repeated: a part penetrates another entity, or two movable parts are closer

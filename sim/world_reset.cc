@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <variant>
 
 #include "base/errors.h"
+#include "sim/roboeval_start.h"
+#include "sim/spawn_grid.h"
 #include "sim/world.h"
 
 namespace evalbus::sim {
@@ -19,11 +22,7 @@ constexpr int kMaxDraws = 1000;
 constexpr std::array<double, 3> kParked = {100, 0, 10};
 constexpr double kParkedPitch = 5;
 
-// Number of points of a grid with this pitch: Python's extent // spacing, as RoboEval computes it. It is one
-// less than expected if the pitch's nearest double is too large: 0.5 // 0.05 is 9.
-int GridPoints(double extent, double spacing) {
-  return static_cast<int>(std::lround((extent - std::fmod(extent, spacing)) / spacing));
-}
+constexpr const char* kAxis[] = {"_x_m", "_y_m", "_z_m"};
 
 }  // namespace
 
@@ -34,7 +33,7 @@ const World::Part& World::MovablePart(const std::string& name) const {
   throw InputError("randomization of '" + name + "': the model has no movable part of this name");
 }
 
-std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
+std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation, std::string_view seed_stream) {
   action_clips_ = unreachable_poses_ = singular_poses_ = 0;
   instability_.clear();
   forces_.Start();
@@ -59,6 +58,11 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
     }
     SetHome();
     parameters.clear();
+    if (seed_stream == kRoboEvalSeeds) {
+      // RoboEval does not check whether the parts are apart.
+      PlaceAsRoboEval(seed, variation, &parameters);
+      break;
+    }
     for (const Randomization& randomization : variation.randomizations) {
       std::visit([&](const auto& spawn) { Spawn(spawn, &random, &parameters); }, randomization);
     }
@@ -87,40 +91,49 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
   return parameters;
 }
 
+void World::PlaceAsRoboEval(int64_t seed, const Variation& variation, std::vector<Parameter>* parameters) {
+  for (const auto& [object, pose] : DrawRoboEvalStart(variation, seed)) {
+    const Part& part = MovablePart(object);
+    for (const Randomization& randomization : variation.randomizations) {
+      if (const auto* box = std::get_if<SpawnBox>(&randomization); box && box->object == object) {
+        Move(part, std::span(pose.position).first(2), parameters);
+      } else if (const auto* plane = std::get_if<SpawnPlane>(&randomization);
+                 plane && std::ranges::find(plane->objects, object) != plane->objects.end()) {
+        Move(part, pose.position, parameters);
+      } else if (const auto* yaw = std::get_if<SpawnYaw>(&randomization); yaw && yaw->object == object) {
+        Turn(part, pose.yaw, parameters);
+      }
+    }
+  }
+}
+
+void World::Move(const Part& part, std::span<const double> position, std::vector<Parameter>* parameters) {
+  for (size_t axis = 0; axis < position.size(); ++axis) {
+    Position(part)[axis] = position[axis];
+    parameters->push_back({part.name + kAxis[axis], position[axis]});
+  }
+}
+
 void World::Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters) {
-  const Part& part = MovablePart(box.object);
-  double* position = Position(part);
+  std::array<double, 2> position{};
   for (size_t axis = 0; axis < 2; ++axis) {
     position[axis] =
         random->Uniform(box.center[axis] - box.half_extents[axis], box.center[axis] + box.half_extents[axis]);
   }
-  parameters->push_back({part.name + "_x_m", position[0]});
-  parameters->push_back({part.name + "_y_m", position[1]});
+  Move(MovablePart(box.object), position, parameters);
 }
 
 void World::Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters) {
-  const int nx = GridPoints(2 * plane.half_extents[0], plane.spacing);
-  const int ny = GridPoints(2 * plane.half_extents[1], plane.spacing);
-  std::vector<int> points(static_cast<size_t>(std::max(0, nx * ny)));
-  for (size_t i = 0; i < points.size(); ++i) points[i] = static_cast<int>(i);
-  if (points.size() < plane.objects.size()) {
-    throw InputError("spawn plane: " + std::to_string(points.size()) + " grid points for " +
-                     std::to_string(plane.objects.size()) + " objects");
-  }
+  const SpawnGrid grid(plane);
+  std::vector<int> points(static_cast<size_t>(grid.size()));
+  std::iota(points.begin(), points.end(), 0);
   for (const std::string& object : plane.objects) {
-    const Part& part = MovablePart(object);
     const auto drawn = points.begin() + random->Index(static_cast<int>(points.size()));
-    const int row = *drawn / ny, column = *drawn % ny;
-    const std::array<double, 3> offset = {(row - (nx - 1) / 2.0) * plane.spacing,
-                                          (column - (ny - 1) / 2.0) * plane.spacing, 0};
+    std::array<double, 3> position = grid.Point(*drawn);
     points.erase(drawn);
-    static constexpr const char* kAxis[] = {"_x_m", "_y_m", "_z_m"};
-    for (size_t axis = 0; axis < 3; ++axis) {
-      const double jitter = random->Uniform(-plane.jitter[axis], plane.jitter[axis]);
-      const double value = plane.origin[axis] + offset[axis] + jitter;
-      Position(part)[axis] = value;
-      parameters->push_back({part.name + kAxis[axis], value});
-    }
+    for (size_t axis = 0; axis < 3; ++axis)
+      position[axis] += random->Uniform(-plane.jitter[axis], plane.jitter[axis]);
+    Move(MovablePart(object), position, parameters);
   }
 }
 
@@ -150,13 +163,12 @@ void World::Spawn(const Distractors& distractors, Random* random, std::vector<Pa
     const auto drawn = left.begin() + random->Index(static_cast<int>(left.size()));
     const Part& part = MovablePart(*drawn);
     left.erase(drawn);
-    static constexpr const char* kAxis[] = {"_x_m", "_y_m"};
+    std::array<double, 2> position{};
     for (size_t axis = 0; axis < 2; ++axis) {
       const double half = distractors.half_extents[axis];
-      const double value = distractors.center[axis] + random->Uniform(-half, half);
-      Position(part)[axis] = value;
-      parameters->push_back({part.name + kAxis[axis], value});
+      position[axis] = distractors.center[axis] + random->Uniform(-half, half);
     }
+    Move(part, position, parameters);
     Turn(part, random->Uniform(-std::numbers::pi, std::numbers::pi), parameters);
   }
   for (const std::string& object : left) {

@@ -148,6 +148,9 @@ Action AddEnv(CLI::App* app) {
       ->check(CLI::Range(5.0, 500.0))
       ->capture_default_str();
   app->add_option("--robot", sim.robot, "robot instead of the task's own");
+  app->add_option("--seed-stream", sim.seed_stream,
+                  "what the starts are drawn from; roboeval/1: as RoboEval's env.reset(seed=...)")
+      ->capture_default_str();
   AddModelSources(app, &sim.model_path, &sim.assets);
   return [options] { return ServeEnvironment(*options); };
 }

@@ -176,7 +176,7 @@ Action AddRun(CLI::App* app) {
       app,
       {{"Policy",
         {"--policy", "--contract", "--policy-name", "--latency", "--execution", "--policy-timeout-s"}},
-       {"Episodes", {"--episodes", "--only", "--seed", "--workers", "--like", "--resume"}},
+       {"Episodes", {"--episodes", "--only", "--seed", "--seed-stream", "--workers", "--like", "--resume"}},
        {"Simulation",
         {"--robot", "--model-path", "--assets", "--engine", "--control-hz", "--realtime", "--rtf",
          "--after-success-s", "--limits"}},

@@ -30,6 +30,8 @@ constexpr double kAboveCounter = 0.005;
 constexpr double kBehind = 0.015;
 // How far the fingers are commanded into the book, m: what the arm yields to the friction of 59 N.
 constexpr double kYield = 0.004;
+// The same for a book that is pulled until its balance limits it: the pull must not stop short of that.
+constexpr double kFullYield = 0.019;
 // Height from which a hand comes down behind the book, and to which it rises, m.
 constexpr double kOver = 0.05;
 // Distance of a pad's middle from the counter's edge, m; the finger needs 10.5 mm, and 13.4 mm when oblique.
@@ -37,13 +39,13 @@ constexpr double kEdgeGap = 0.0165;
 // Distances of a pad's middle from the book's edge, m: the least at which a pad, 17 mm square, holds it, and
 // the most that leaves room for the palm. A pulled book gets room for kPulledInset, which keeps the hand from
 // the counter.
-constexpr double kMinInset = 0.018;
+constexpr double kMinInset = 0.0165;
 constexpr double kMaxInset = 0.0255;
 constexpr double kPulledInset = 0.028;
 // Distance of a pad's middle from the book's middle along the edge, m.
 constexpr double kBeside = 0.025;
 // Distance that a pulled book's center of mass keeps from the counter's edge, so that it does not tip, m.
-constexpr double kBalance = 0.008;
+constexpr double kBalance = 0.006;
 // The fingers bounce and the book creeps out of them, so it is carried quickly, m/s.
 constexpr double kCarrySpeed = 0.6;
 // The task requires 0.77 - 0.7157 m, and the arm sags by 0.02 m under the book.
@@ -98,8 +100,10 @@ class SingleBookExpert : public Expert {
     double way;            // by which they pull the book, m
     double lean;           // of the hand from the vertical, its wrist toward the robot, rad
     double turned;         // 1 or -1: which finger is on which side
+    bool to_balance;       // the book's balance limits the way
   };
-  // Extends `plan`: the arm pulls the book in this way, then takes it.
+  // Extends `plan`: the arm pulls the book in this way, then takes it. If the book's balance limits the way,
+  // each millimeter counts: Take is only checked, and planned anew from where the book then lies.
   std::optional<Plan> PullAndTake(const Plan& plan, int arm, const Hook& hook);
   // Extends `plan`: the arm takes the overhanging book, and lifts it or puts it on the shelf.
   std::optional<Plan> Take(const Plan& plan, int arm);
@@ -152,12 +156,14 @@ std::optional<Plan> SingleBookExpert::Pull(const Plan& plan, int arm) {
       const Vector3d out = side * book.linear().col(axis);
       if (out.x() < std::cos(kMaxOblique)) continue;
       const double balance = (book * center_of_mass_).x() - counter_edge_.x() - kBalance;
-      const double way = std::min(kEdgeGap + kPulledInset - Overhang(book), balance) / out.x();
+      const double wanted = kEdgeGap + kPulledInset - Overhang(book);
+      const double way = std::min(wanted, balance) / out.x();
       if (way <= 0) continue;
       const Vector3d face = book * middle_ + half_size_[axis] * out;
       for (const double lean : kPullLeans) {
         for (const double turned : {1.0, -1.0}) {
-          if (auto taken = PullAndTake(plan, arm, {face, out, way, lean, turned})) return taken;
+          if (auto taken = PullAndTake(plan, arm, {face, out, way, lean, turned, balance < wanted}))
+            return taken;
         }
       }
     }
@@ -179,7 +185,8 @@ std::optional<Plan> SingleBookExpert::PullAndTake(const Plan& plan, int arm, con
     end.z() = tip;
     return GripFrame(end - kPadEnd * approach, approach, hook.turned * along);
   };
-  const Isometry3d there = Moved(book, -hook.way * out), before = grip(kBehind), pulling = grip(-kYield);
+  const Isometry3d there = Moved(book, -hook.way * out), before = grip(kBehind),
+                   pulling = grip(hook.to_balance ? -kFullYield : -kYield);
   const Isometry3d after = Moved(before, there.translation() - book.translation());
   const Vector3d over = kOver * up, away = over - kAway * out;
   Plan pulled = plan;
@@ -199,7 +206,7 @@ std::optional<Plan> SingleBookExpert::PullAndTake(const Plan& plan, int arm, con
     if (!pulled.feasible()) break;
     Plan risen = pulled;
     risen.Reach({{arm, Moved(after, away + rise * up)}}).CheckContacts(arms_);
-    if (auto taken = Take(risen, arm)) return taken;
+    if (auto taken = Take(risen, arm)) return hook.to_balance ? risen : taken;
   }
   return std::nullopt;
 }

@@ -39,7 +39,8 @@ class Environment:
     task: "lift_pot/position". control: meaning of an action: "joint" (positions), "joint_delta", "eef_pose" or
     "eef_delta"; values of all arms, then of the grippers (0 open, 1 closed). cameras: names of cameras whose images are
     observed. image_size: (width, height). control_hz: steps per simulated second. contract: name or file of a contract
-    (docs/connecting_a_policy.md), which describes all of these instead.
+    (docs/connecting_a_policy.md), which describes all of these instead. seed_stream: "roboeval/1" starts episode 0 of
+    a seed as RoboEval's env.reset(seed=...).
 
     Raises InputError for wrong arguments, ProgramError if the program fails.
     """
@@ -54,6 +55,7 @@ class Environment:
         control_hz: float = 20,
         contract: Union[str, os.PathLike, None] = None,
         robot: Union[str, os.PathLike, None] = None,
+        seed_stream: Optional[str] = None,
     ):
         options = {
             "control": control,
@@ -62,7 +64,7 @@ class Environment:
             "control_hz": control_hz,
         }
         self._program: Optional[Program] = Program(
-            ["env", task, *words({**options, "contract": contract, "robot": robot})]
+            ["env", task, *words({**options, "contract": contract, "robot": robot, "seed_stream": seed_stream})]
         )
         description = self._receive()
         if description["schema_version"] != _VERSION:

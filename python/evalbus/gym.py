@@ -28,7 +28,7 @@ class EvalbusEnv(gymnasium.Env):
     """A task of evalbus.
 
     task, variation: "lift_pot", "position"; or task alone: "lift_pot/position", a task file.
-    control, cameras, image_size, control_hz, contract, robot: as in evalbus.Environment.
+    control, cameras, image_size, control_hz, contract, robot, seed_stream: as in evalbus.Environment.
     render_mode: "rgb_array": render() returns the image of render_camera, which is drawn at every step.
 
     reset(seed=S) starts episode 0 of `evalbus run --seed S`, and each reset() after it the next episode of that run;
@@ -50,6 +50,7 @@ class EvalbusEnv(gymnasium.Env):
         control_hz: float = 20,
         contract: Optional[str] = None,
         robot: Optional[str] = None,
+        seed_stream: Optional[str] = None,
         render_mode: Optional[str] = None,
         render_camera: str = "front",
     ):
@@ -66,6 +67,7 @@ class EvalbusEnv(gymnasium.Env):
             control_hz=control_hz,
             contract=contract,
             robot=robot,
+            seed_stream=seed_stream,
         )
         self.metadata = {**self.metadata, "render_fps": self._environment.control_hz}
         self.action_space = spaces.Box(

@@ -126,6 +126,24 @@ class Environment:
                 if name in episode.joint_at:
                     physics.bind(joint).qpos = episode.joint(tick, name)
 
+    def start_difference(self, episode, seed):
+        """Largest distance (m) and rotation (rad) of an object after reset(seed=SEED) from its start in the episode."""
+        _quietly(self.env.reset, seed=seed)
+        distance = rotation = 0
+        for part, prop in self.objects.items():
+            if part not in episode.bodies:
+                continue
+            position, quaternion = episode.pose(0, part)
+            if self.is_own_scene and part in _TURNS:
+                quaternion = _product(quaternion, _TURNS[part])
+            body = prop(self.env).body
+            distance = max(distance, np.linalg.norm(body.get_position() - position))
+            other = body.get_quaternion() / np.linalg.norm(body.get_quaternion())
+            # The chord keeps the precision that the angle's cosine loses.
+            chord = min(np.linalg.norm(other - quaternion), np.linalg.norm(other + quaternion))
+            rotation = max(rotation, 4 * np.arcsin(chord / 2))
+        return distance, rotation
+
     def _robot_joints(self):
         """The robot's joints in evalbus's names, by their indices in RoboEval."""
         model, joints = self.env.mojo.physics.model, {}

@@ -1,0 +1,31 @@
+// The start of an episode as RoboEval draws it (commit f36dfd4): for a seed that is given as RoboEval's,
+// objects start where env.reset(seed=...) of its class places them. It draws from NumPy's legacy generator.
+// The number and the order of the draws follow from the code of each class; bounds are those of our task's
+// variation.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "models/task_description.h"
+
+namespace evalbus::sim {
+
+struct RoboEvalPose {
+  // World frame, m. Of a spawn box only x and y are drawn.
+  std::array<double, 3> position{};
+  // About world z, rad, added to the part's base orientation.
+  double yaw = 0;
+};
+
+// Returns the drawn values by object. The class is the variation's alias; seed: 0 to 2^32 - 1. Throws
+// InputError as CheckRoboEvalStart().
+std::map<std::string, RoboEvalPose> DrawRoboEvalStart(const Variation& variation, int64_t seed);
+
+// Throws InputError if the variation randomizes starts, but not those that RoboEval's class of its alias
+// draws.
+void CheckRoboEvalStart(const Variation& variation);
+
+}  // namespace evalbus::sim

@@ -1,0 +1,47 @@
+// The grid points of a spawn plane.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "base/errors.h"
+#include "models/randomization.h"
+
+namespace evalbus::sim {
+
+class SpawnGrid {
+ public:
+  // Throws InputError if there are fewer points than objects.
+  explicit SpawnGrid(const SpawnPlane& plane)
+      : plane_(plane),
+        nx_(Count(2 * plane.half_extents[0], plane.spacing)),
+        ny_(Count(2 * plane.half_extents[1], plane.spacing)) {
+    if (static_cast<size_t>(size()) < plane.objects.size()) {
+      throw InputError("spawn plane: " + std::to_string(size()) + " grid points for " +
+                       std::to_string(plane.objects.size()) + " objects");
+    }
+  }
+
+  const SpawnPlane& plane() const { return plane_; }
+  int size() const { return nx_ * ny_; }
+
+  // World frame, m. Numbers count along y first.
+  std::array<double, 3> Point(int number) const {
+    const int row = number / ny_, column = number % ny_;
+    return {plane_.origin[0] + (row - (nx_ - 1) / 2.0) * plane_.spacing,
+            plane_.origin[1] + (column - (ny_ - 1) / 2.0) * plane_.spacing, plane_.origin[2]};
+  }
+
+ private:
+  // Python's extent // spacing, as RoboEval computes it. It is one less than expected if the pitch's nearest
+  // double is too large: 0.5 // 0.05 is 9.
+  static int Count(double extent, double spacing) {
+    return static_cast<int>(std::lround((extent - std::fmod(extent, spacing)) / spacing));
+  }
+
+  SpawnPlane plane_;
+  int nx_, ny_;
+};
+
+}  // namespace evalbus::sim
