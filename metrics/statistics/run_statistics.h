@@ -13,12 +13,17 @@
 #include "evalbus/run_summary_t.hpp"
 #include "lcmtypes/end_reason.h"
 #include "metrics/statistics/interval.h"
+#include "metrics/statistics/pose_repeatability.h"
 #include "metrics/statistics/wilson.h"
+#include "models/pose.h"
 
 namespace evalbus::metrics {
 
 // Numbers by name. The names are interned: stored once for all episodes, for the lifetime of the process.
 using NamedNumbers = std::vector<std::pair<std::string_view, double>>;
+
+// Poses by name ("left_wrist", "pot"). The names are interned.
+using NamedPoses = std::vector<std::pair<std::string_view, Pose>>;
 
 // Result of one finished episode.
 struct EpisodeResult {
@@ -43,6 +48,11 @@ struct EpisodeResult {
   // Randomized start parameters. Empty if nothing was randomized, or if the parameters are unknown (a run of
   // an older evalbus version, a recorded trajectory, an external source).
   NamedNumbers parameters;
+  // False if the parameters are unknown.
+  bool is_start_known = false;
+  // Poses of wrists and manipulated objects at the last tick that the values cover; empty in runs of older
+  // versions.
+  NamedPoses final_poses;
 
   // True if equal in every number, including the start parameters (see RunSummary::samples).
   bool operator==(const EpisodeResult&) const = default;
@@ -59,6 +69,9 @@ int NumSamples(const Episodes& episodes) {
       std::ranges::all_of(episodes, [&](const auto* episode) { return *episode == **episodes.begin(); });
   return are_equal ? std::min(1, static_cast<int>(episodes.size())) : static_cast<int>(episodes.size());
 }
+
+// Value of the key "final_poses" of a line of episodes.jsonl.
+nlohmann::ordered_json PosesJson(const NamedPoses& poses);
 
 // Reads a line of episodes.jsonl; for messages see metrics/episode/result_json.h. Throws InputError if a
 // stage index is not a number, and nlohmann's exceptions if a key is missing or has another type.
@@ -95,6 +108,13 @@ struct StageSummary {
   int reached = 0;
 };
 
+// Repeatability of the final poses of the successful episodes that began with these parameters.
+struct StartRepeatability {
+  NamedNumbers parameters;
+  int episodes = 0;
+  std::vector<std::pair<std::string_view, PoseRepeatability>> poses;
+};
+
 struct RunSummary {
   int episodes = 0;
   int complete = 0;
@@ -121,6 +141,9 @@ struct RunSummary {
   std::vector<std::pair<std::string, int64_t>> collisions_per_geom;
   // In order of first appearance, without success and reached stages, which have members of their own.
   std::vector<MetricSummary> metrics;
+  // Starts with at least kFewestToRepeat successful episodes, ordered by their parameters. Empty if the
+  // complete episodes count as one sample, or if it was not requested.
+  std::vector<StartRepeatability> repeatability;
 
   const MetricSummary* Find(const std::string& metric) const;
   // Scales a number of complete episodes to the number of samples.
@@ -141,8 +164,8 @@ class RunStatistics {
     return episodes_.empty() || episodes_.rbegin()->first + 1 == static_cast<int>(episodes_.size());
   }
 
-  // with_bootstrap: also computes the bootstrap intervals, which take about a second per thousand episodes;
-  // use it at the end of a run.
+  // with_bootstrap: also computes the bootstrap intervals, which take about a second per thousand episodes,
+  // and the repeatability; use it at the end of a run.
   RunSummary Summary(bool with_bootstrap) const;
 
  private:
@@ -155,11 +178,14 @@ class RunStatistics {
     std::vector<int64_t> slips;
     std::map<std::string, int64_t> collisions;
     NamedNumbers parameters;
+    bool is_start_known = false;
+    NamedPoses final_poses;
     // Completion time, also set if the episode did not succeed.
     double time_s = 0;
     bool operator==(const Entry&) const = default;
   };
   size_t Index(std::string_view name);
+  std::vector<StartRepeatability> Repeatability() const;
 
   std::map<int, Entry> episodes_;
   std::vector<std::string> names_;
