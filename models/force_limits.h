@@ -1,6 +1,6 @@
 // Force limits of a run by region of bodies, in the manner of ISO/TS 15066:2016 and ISO 10218-2:2025: one
-// limit for short (transient) contacts and one for lasting (quasi-static) ones. The user gives the values
-// (docs/limits.md).
+// limit for short (transient) contacts and one for lasting (quasi-static) ones; and limits of the grip force
+// on fragile objects. The user gives the values (docs/limits.md).
 #pragma once
 
 #include <string>
@@ -15,8 +15,10 @@ struct ForceLimit {
   // Entities (all their bodies) or bodies of the model, and where each is named.
   std::vector<std::string> bodies;
   std::vector<SourceLocation> locations;
-  double quasi_static_force;  // N
-  double transient_force;     // N
+  // N; infinite if the region has none. The first two come together.
+  double quasi_static_force;
+  double transient_force;
+  double grip_force;
   // A contact that has lasted for at most this time is transient, s.
   double transient_time;
 };

@@ -306,6 +306,10 @@ void EpisodeScorer::FillExtended(bool is_over, extended_metrics_t* extended) con
   };
   if (limits_.has_limits())
     add("limit_violations", "count", static_cast<double>(limits_.violations().size()));
+  if (limits_.has_grip_limits()) {
+    add("squeeze_excess_N", "N", limits_.largest_squeeze());
+    add("squeeze_time_s", "s", TickTime(limits_.squeeze_ticks(), metrics_.config().control_dt));
+  }
   if (model_.after_success_us > 0) {
     const bool succeeded = evaluator_.verdict() == Verdict::kSuccess;
     const double held = TickTime(held_ticks_, metrics_.config().control_dt);
@@ -356,12 +360,12 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
   metrics_.Values(&summary.metrics);
   availability_.MaskUnavailable(&summary.metrics);
   FillExtended(true, &summary.extended);
+  if (!final_pose_.empty()) summary.final_pose_name = final_pose_name_;
+  summary.final_pose = final_pose_;
+  summary.num_final_poses = static_cast<int32_t>(final_pose_.size());
   summary.explanation =
       Explain(outcome, cause_end, metrics_, first_collision_, grasps_.grasps(), limits_.violations());
   return summary;
 }
-  if (!final_pose_.empty()) summary.final_pose_name = final_pose_name_;
-  summary.final_pose = final_pose_;
-  summary.num_final_poses = static_cast<int32_t>(final_pose_.size());
 
 }  // namespace evalbus::metrics

@@ -208,7 +208,7 @@ ordered_json ExplanationJson(const explanation_t& e) {
     result["limit_violations"].push_back({{"region", violation.region},
                                           {"body", violation.body},
                                           {"robot_body", violation.robot_body},
-                                          {"limit", violation.is_transient ? "transient" : "quasi_static"},
+                                          {"limit", violation.limit},
                                           {"limit_N", violation.limit_N},
                                           {"force_N", violation.force_N},
                                           {"tick", violation.tick},
