@@ -1,7 +1,13 @@
 #include "models/force_limits.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
+#include "base/errors.h"
 #include "models/yaml_reader.h"
 
 namespace evalbus {
@@ -46,6 +52,25 @@ std::vector<ForceLimit> ParseForceLimits(const std::string& text, const std::str
   for (const YamlValue& region : regions.Entries()) limits.push_back(ParseForceLimit(region));
   if (limits.empty()) regions.Fail("expected at least one region");
   return limits;
+}
+
+std::vector<uint8_t> BodiesOf(const ForceLimit& limit, const ModelNames& names) {
+  const model_info_t& model = names.model();
+  std::vector<uint8_t> is_concerned(static_cast<size_t>(model.num_bodies));
+  for (size_t k = 0; k < limit.bodies.size(); ++k) {
+    const std::vector<uint8_t> bodies = names.Bodies(limit.bodies[k], limit.locations[k]);
+    for (size_t body = 0; body < bodies.size(); ++body) {
+      if (!bodies[body]) continue;
+      is_concerned[body] = 1;
+      const bool is_object =
+          std::ranges::find(model.object_entity, model.body_entity[body]) != model.object_entity.end();
+      if (is_object || std::isinf(limit.grip_force)) continue;
+      throw InputError(fmt::format(
+          "{}: '{}' in a region with grip_force_N: expected a manipulated object ({}) or a body of one",
+          limit.locations[k].ToString(), limit.bodies[k], fmt::join(model.object_name, ", ")));
+    }
+  }
+  return is_concerned;
 }
 
 }  // namespace evalbus

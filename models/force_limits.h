@@ -3,9 +3,11 @@
 // on fragile objects. The user gives the values (docs/limits.md).
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "models/model_names.h"
 #include "models/source_location.h"
 
 namespace evalbus {
@@ -25,5 +27,9 @@ struct ForceLimit {
 
 // Throws InputError with file, line and key. `file` is only used in messages.
 std::vector<ForceLimit> ParseForceLimits(const std::string& text, const std::string& file);
+
+// By body of the model: whether the limit concerns it. Throws InputError if a name does not exist, or if a
+// body with a limit of the grip force is not part of a manipulated object.
+std::vector<uint8_t> BodiesOf(const ForceLimit& limit, const ModelNames& names);
 
 }  // namespace evalbus

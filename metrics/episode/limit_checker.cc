@@ -1,24 +1,16 @@
 #include "metrics/episode/limit_checker.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "base/errors.h"
 #include "evalbus/contact_force_t.hpp"
 #include "lcmtypes/clock.h"
 #include "metrics/sample/separation.h"
 
 namespace evalbus::metrics {
 namespace {
-
-bool IsObject(const model_info_t& model, size_t body) {
-  return std::ranges::find(model.object_entity, model.body_entity[body]) != model.object_entity.end();
-}
 
 limit_violation_t Violation(const ForceLimit& region, const std::string& body, const std::string& robot_body,
                             const char* limit, double limit_force, double force, int64_t tick) {
@@ -42,20 +34,8 @@ LimitChecker::LimitChecker(const ModelNames& names)
     is_robot_.push_back(model_.entity_kind[entity] == model_info_t::ROBOT);
   }
   for (ForceLimit& limit : ParseForceLimits(model_.limits_yaml, model_.limits_file)) {
-    Region region{.limit = std::move(limit), .has_body = std::vector<uint8_t>(model_.num_bodies)};
-    for (size_t k = 0; k < region.limit.bodies.size(); ++k) {
-      const std::vector<uint8_t> bodies = names.Bodies(region.limit.bodies[k], region.limit.locations[k]);
-      for (size_t body = 0; body < bodies.size(); ++body) {
-        region.has_body[body] |= bodies[body];
-        if (bodies[body] && std::isfinite(region.limit.grip_force) && !IsObject(model_, body)) {
-          throw InputError(fmt::format(
-              "{}: '{}' in a region with grip_force_N: expected a manipulated object ({}) or a body of one",
-              region.limit.locations[k].ToString(), region.limit.bodies[k],
-              fmt::join(model_.object_name, ", ")));
-        }
-      }
-    }
-    regions_.push_back(std::move(region));
+    std::vector<uint8_t> bodies = BodiesOf(limit, names);
+    regions_.push_back({.limit = std::move(limit), .has_body = std::move(bodies)});
   }
   for (const gripper_info_t& gripper : model_.gripper) {
     std::vector<int>& bodies = finger_bodies_.emplace_back();
