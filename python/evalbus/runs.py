@@ -60,6 +60,7 @@ class Episode:
             **dict(_numbers(self.parameters, "parameters.")),
             **dict(_numbers(self.metrics, "")),
             **dict(_numbers(self.extended, "extended.")),
+            **dict(_numbers(self.final_poses, "final_poses.")),
         }
 
 
