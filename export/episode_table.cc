@@ -55,6 +55,9 @@ std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
       for (const auto& [name, value] : episode.result.parameters)
         numbers.emplace_back(Interned("parameters." + std::string(name)), value);
       for (const auto& number : episode.Values()) numbers.push_back(number);
+      for (const auto& number :
+           metrics::FlattenedValues(metrics::PosesJson(episode.result.final_poses), "final_poses"))
+        numbers.push_back(number);
       for (const auto& [name, value] : numbers) {
         const auto [column, is_new] = index.emplace(name, names.size());
         if (is_new) names.emplace_back(name);

@@ -13,7 +13,7 @@ namespace evalbus {
 inline std::string ViolationText(const limit_violation_t& violation) {
   return fmt::format("{}: {:.0f} N by {} on {}, {} limit {:g} N", violation.region, violation.force_N,
                      violation.robot_body, violation.body,
-                     violation.is_transient ? "transient" : "quasi-static", violation.limit_N);
+                     violation.limit == "quasi_static" ? "quasi-static" : violation.limit, violation.limit_N);
 }
 
 }  // namespace evalbus

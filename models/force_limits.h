@@ -1,11 +1,13 @@
 // Force limits of a run by region of bodies, in the manner of ISO/TS 15066:2016 and ISO 10218-2:2025: one
-// limit for short (transient) contacts and one for lasting (quasi-static) ones. The user gives the values
-// (docs/limits.md).
+// limit for short (transient) contacts and one for lasting (quasi-static) ones; and limits of the grip force
+// on fragile objects. The user gives the values (docs/limits.md).
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "models/model_names.h"
 #include "models/source_location.h"
 
 namespace evalbus {
@@ -15,13 +17,19 @@ struct ForceLimit {
   // Entities (all their bodies) or bodies of the model, and where each is named.
   std::vector<std::string> bodies;
   std::vector<SourceLocation> locations;
-  double quasi_static_force;  // N
-  double transient_force;     // N
+  // N; infinite if the region has none. The first two come together.
+  double quasi_static_force;
+  double transient_force;
+  double grip_force;
   // A contact that has lasted for at most this time is transient, s.
   double transient_time;
 };
 
 // Throws InputError with file, line and key. `file` is only used in messages.
 std::vector<ForceLimit> ParseForceLimits(const std::string& text, const std::string& file);
+
+// By body of the model: whether the limit concerns it. Throws InputError if a name does not exist, or if a
+// body with a limit of the grip force is not part of a manipulated object.
+std::vector<uint8_t> BodiesOf(const ForceLimit& limit, const ModelNames& names);
 
 }  // namespace evalbus

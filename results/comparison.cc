@@ -93,6 +93,19 @@ const NoMerit* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side
   return nullptr;
 }
 
+// Sets ratio to the geometric mean of the ratios of the pairs: each seed counts the same, and swapping the
+// runs gives the reciprocal.
+void SetRatioOfPairs(std::span<const double> values, std::span<const double> baseline,
+                     MetricComparison* metric) {
+  const auto is_positive = [](double value) { return value > 0; };
+  if (!std::ranges::all_of(values, is_positive) || !std::ranges::all_of(baseline, is_positive)) return;
+  std::vector<double> logarithms;
+  for (size_t i = 0; i < values.size(); ++i) logarithms.push_back(std::log(values[i] / baseline[i]));
+  const metrics::Interval interval = metrics::IntervalOfMean(logarithms);
+  metric->ratio = std::exp(metrics::Mean(logarithms));
+  metric->ratio_95 = {std::exp(interval.lower), std::exp(interval.upper)};
+}
+
 // Computes p and interval of a metric from its values.
 void TestPaired(std::span<const double> values, std::span<const double> baseline, MetricComparison* metric) {
   const std::vector<double> differences = metrics::PairedDifferences(values, baseline);
@@ -101,6 +114,7 @@ void TestPaired(std::span<const double> values, std::span<const double> baseline
   if (std::any_of(differences.begin(), differences.end(), [](double d) { return d != 0; })) {
     metric->p = metrics::WilcoxonSignedRankTest(differences).p;
   }
+  if (metric->number.metric->effort) return SetRatioOfPairs(values, baseline, metric);
   const auto is_negative = [](double value) { return value < 0; };
   if (metric->baseline_mean > 0 && !std::ranges::any_of(values, is_negative) &&
       !std::ranges::any_of(baseline, is_negative)) {

@@ -94,17 +94,21 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
 
 std::string RatioTable(const TaskComparison& task, const Comparison& comparison) {
   std::string text;
+  int pairs = 0;
   for (const MetricComparison& metric : task.metrics) {
     if (!metric.ratio || !metric.number.metric->effort) continue;
     text += fmt::format("{}  {:>6}  {}\n", Pad(metric.number.label(), -27), FixedOrDash(*metric.ratio, 2),
                         Range(metric.ratio_95, 2));
+    pairs = std::max(pairs, metric.count);
   }
   if (text.empty()) {
     return fmt::format("Effort relative to {} needs pairs in which both succeed; there are none.\n",
                        comparison.baseline.name);
   }
-  return fmt::format("Effort relative to {}, where both succeeded: ratio and its 95 % interval\n{}",
-                     comparison.baseline.name, text);
+  return fmt::format(
+      "Effort relative to {}: geometric mean of the ratios of the {} in which both succeeded, and its 95 % "
+      "interval\n{}",
+      comparison.baseline.name, Plural(pairs, "pair"), text);
 }
 
 std::string SuiteTable(const Comparison& comparison, bool colors) {

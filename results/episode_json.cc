@@ -25,6 +25,7 @@ nlohmann::ordered_json EpisodeJson(const std::string& task, const std::string& v
                {"stage_names", std::move(stage_names)},
                {"metrics", std::move(metrics)},
                {"extended", metrics::ExtendedJson(summary.extended, summary.metrics)},
+               {"final_poses", metrics::PosesJson(metrics::PosesOf(summary))},
                {"explanation", metrics::ExplanationJson(summary.explanation)},
                {"cause", metrics::CauseJson(summary.cause)}});
   return line;

@@ -175,13 +175,14 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
                      .time_s = Get<double>(cause, "time_s", "a number", where),
                      .text = Get<std::string>(cause, "text", "a text", where)};
   }
+  if (json.contains("final_poses")) Get<ordered_json>(json, "final_poses", "an object", where);
   CheckPacing(json, where);
   if (json.contains(metrics::kSeenInTraining))
     Get<bool>(json, metrics::kSeenInTraining, "true or false", where);
   try {
     episode.result = metrics::ResultOf(json);
   } catch (const nlohmann::json::exception&) {
-    Fail(where, "stages, slips or collisions are not numbers");
+    Fail(where, "stages, slips, collisions or final poses are not numbers");
   } catch (const InputError& error) {
     Fail(where, error.what());
   }

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "base/help.h"
 #include "base/percent.h"
@@ -197,6 +198,35 @@ std::string FailuresText(const metrics::RunSummary& summary) {
   return text;
 }
 
+std::string RepeatabilityText(const metrics::RunSummary& summary) {
+  if (summary.repeatability.empty()) return "";
+  const size_t starts = summary.repeatability.size();
+  int fewest = summary.repeatability[0].episodes;
+  std::vector<std::pair<std::string_view, metrics::PoseRepeatability>> largest;
+  for (const metrics::StartRepeatability& start : summary.repeatability) {
+    fewest = std::min(fewest, start.episodes);
+    for (const auto& [name, value] : start.poses) {
+      auto found = std::ranges::find(largest, name, [](const auto& known) { return known.first; });
+      if (found == largest.end()) found = largest.insert(found, {name, {}});
+      found->second.position = std::max(found->second.position, value.position);
+      found->second.rotation = std::max(found->second.rotation, value.rotation);
+    }
+  }
+  std::vector<std::string> parts;
+  for (const auto& [name, value] : largest) {
+    // The standard error of a standard deviation of n values is about 1 / sqrt(2 n - 2) of it.
+    const double error = 1 / std::sqrt(2.0 * fewest - 2);
+    const double mm = value.position * 1e3, degrees = value.rotation * 180 / std::numbers::pi;
+    parts.push_back(fmt::format("{} {} mm and {} degrees", Words(std::string(name)), Number(mm, mm * error),
+                                Number(degrees, degrees * error)));
+  }
+  const std::string of =
+      starts == 1 ? fmt::format("{} successes from equal starts", fewest)
+                  : fmt::format("the largest of {} starts with at least {} successes each", starts, fewest);
+  return fmt::format("Repeatability of the final pose (mean + 3 s as in ISO 9283; {}): {}", of,
+                     fmt::join(parts, ", "));
+}
+
 std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors) {
   std::string text;
   if (summary.complete > 0) text += RateText(summary, width, colors);
@@ -252,7 +282,10 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width, bool col
                          Plural(metric.episodes, "episode"), summary.complete);
     }
   }
-  return text + ConstantsText(constants, summary, width) + note;
+  text += ConstantsText(constants, summary, width);
+  if (const std::string repeatability = RepeatabilityText(summary); !repeatability.empty())
+    text += Wrapped(repeatability, 2, static_cast<size_t>(width)) + "\n";
+  return text + note;
 }
 
 }  // namespace evalbus::results

@@ -27,8 +27,13 @@ std::string InvalidText(int invalid, const std::string& folder);
 // Counts of the failure reasons, for example "2 grasp_slip, 1 dropped".
 std::string FailuresText(const metrics::RunSummary& summary);
 
+// One sentence on the repeatability of the final poses; of several starts, the largest. Empty if there is
+// none.
+std::string RepeatabilityText(const metrics::RunSummary& summary);
+
 // The final table: success rate with its interval, then the main metrics with units. Columns that do not fit
-// into `width` are omitted. Metrics that are equal in every episode follow in one paragraph.
+// into `width` are omitted. Metrics that are equal in every episode, and the repeatability, follow in
+// paragraphs.
 std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors = false);
 
 // An episode without success, its failure reason and its decisive moment.

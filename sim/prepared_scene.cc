@@ -87,11 +87,10 @@ void Describe(const SimOptions& options, PreparedScene* prepared) {
   if (!options.limits.empty()) {
     info.limits_file = options.limits;
     info.limits_yaml = ReadInput(options.limits, "force limits");
-    // Throws InputError for names that the model does not contain.
+    // Throws InputError for names that do not fit the model.
     const ModelNames names(info);
-    for (const ForceLimit& limit : ParseForceLimits(info.limits_yaml, info.limits_file)) {
-      for (size_t k = 0; k < limit.bodies.size(); ++k) names.Bodies(limit.bodies[k], limit.locations[k]);
-    }
+    for (const ForceLimit& limit : ParseForceLimits(info.limits_yaml, info.limits_file))
+      BodiesOf(limit, names);
   }
   info.after_success_us = TickUs(std::llround(std::ceil(options.after_success_s / tick_s - 1e-6)), tick_s);
 }

@@ -82,6 +82,11 @@ EpisodeScorer::EpisodeScorer(const model_info_t& model, const TaskDescription& t
     objects_.push_back(names_.ObjectGeoms(object));
     object_body_.push_back(names_.Body(model_.object_name[object], {task.file, 0}));
   }
+  for (const arm_info_t& arm : model_.arm) final_pose_name_.push_back(arm.name + "_wrist");
+  for (int object = 0; object < model_.num_objects; ++object) {
+    if (model_.object_is_tracked[object]) final_pose_name_.push_back(model_.object_name[object]);
+  }
+  final_pose_.reserve(final_pose_name_.size());
   cause_.emplace(names_, object_body_);
   arms_.resize(model_.num_arms);
   opening_.resize(model_.num_grippers);
@@ -96,6 +101,7 @@ void EpisodeScorer::Start() {
   next_tick_ = missing_ticks_ = unfit_ticks_ = action_clips_ = deadline_misses_ = 0;
   unreachable_poses_ = singular_poses_ = 0;
   decided_.reset();
+  final_pose_.clear();
   held_ticks_ = 0;
   holds_ = false;
   evaluator_.Start();
@@ -175,6 +181,18 @@ void EpisodeScorer::WatchSuccess(const state_t& state, const contacts_t& contact
   held_ticks_ += holds_;
 }
 
+void EpisodeScorer::KeepPoses(const state_t& state) {
+  final_pose_.clear();
+  for (const arm_state_t& arm : state.arm) {
+    body_pose_t& pose = final_pose_.emplace_back();
+    std::ranges::copy(arm.wrist_position_m, pose.position_m);
+    std::ranges::copy(arm.wrist_quat_wxyz, pose.quat_wxyz);
+  }
+  for (size_t object = 0; object < object_body_.size(); ++object) {
+    if (model_.object_is_tracked[object]) final_pose_.push_back(state.body[object_body_[object]]);
+  }
+}
+
 void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
   for (size_t k = 0; k < arms_.size(); ++k) {
     const arm_state_t& arm = state.arm[k];
@@ -220,6 +238,7 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
   if (header_.tick > 0) {
     if (!metrics_.Step(sample)) return;
     const std::span<const SceneContact> collisions = metrics_.scene_contacts();
+    KeepPoses(state);
     grasps_.Add(header_.tick, pinched_);
     limits_.Add(state);
     if (first_collision_.tick == 0 && !collisions.empty()) first_collision_ = {header_.tick, collisions[0]};
@@ -287,6 +306,10 @@ void EpisodeScorer::FillExtended(bool is_over, extended_metrics_t* extended) con
   };
   if (limits_.has_limits())
     add("limit_violations", "count", static_cast<double>(limits_.violations().size()));
+  if (limits_.has_grip_limits()) {
+    add("squeeze_excess_N", "N", limits_.largest_squeeze());
+    add("squeeze_time_s", "s", TickTime(limits_.squeeze_ticks(), metrics_.config().control_dt));
+  }
   if (model_.after_success_us > 0) {
     const bool succeeded = evaluator_.verdict() == Verdict::kSuccess;
     const double held = TickTime(held_ticks_, metrics_.config().control_dt);
@@ -337,6 +360,9 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
   metrics_.Values(&summary.metrics);
   availability_.MaskUnavailable(&summary.metrics);
   FillExtended(true, &summary.extended);
+  if (!final_pose_.empty()) summary.final_pose_name = final_pose_name_;
+  summary.final_pose = final_pose_;
+  summary.num_final_poses = static_cast<int32_t>(final_pose_.size());
   summary.explanation =
       Explain(outcome, cause_end, metrics_, first_collision_, grasps_.grasps(), limits_.violations());
   return summary;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "evalbus/body_pose_t.hpp"
 #include "evalbus/contacts_t.hpp"
 #include "evalbus/criteria_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
@@ -71,6 +72,7 @@ class EpisodeScorer {
   // Score() handles a tick up to the verdict, WatchSuccess() a later one.
   void Score(const state_t& state, const contacts_t& contacts);
   void WatchSuccess(const state_t& state, const contacts_t& contacts);
+  void KeepPoses(const state_t& state);
   // Fills in every member. is_over: the episode has ended; also computes the values that are too expensive to
   // compute at every tick.
   void FillExtended(bool is_over, extended_metrics_t* extended) const;
@@ -104,6 +106,9 @@ class EpisodeScorer {
   int64_t deadline_misses_ = 0;
   // Header of the tick at which the verdict was reached.
   std::optional<header_t> decided_;
+  // Poses of the last tick scored, in the order of episode_summary_t; the names never change.
+  std::vector<std::string> final_pose_name_;
+  std::vector<body_pose_t> final_pose_;
   // Number of ticks after the verdict at which success held, and whether it holds at the last of them.
   int64_t held_ticks_ = 0;
   bool holds_ = false;

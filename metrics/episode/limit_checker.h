@@ -1,4 +1,5 @@
-// Finds the contacts of the robot that exceed the force limits of the run (docs/limits.md). Pure.
+// Finds the contacts of the robot, and its grips, that exceed the force limits of the run (docs/limits.md).
+// Pure.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +13,8 @@
 namespace evalbus::metrics {
 
 // Checks every pair of a body of a region and a body of the robot at every tick, by the largest force of a
-// physics step. A contact that does not touch, or a violation that does not exceed its limit, for less than
-// kSeparationTime continues.
+// physics step, and every gripper by its largest grip force. A contact that does not touch, or a violation
+// that does not exceed its limit, for less than kSeparationTime continues.
 class LimitChecker {
  public:
   // Uses the limits in MODEL (limits_yaml); without them, nothing is checked. `names` must outlive this
@@ -24,6 +25,12 @@ class LimitChecker {
   void Start();
   // Adds the next tick.
   void Add(const state_t& state);
+  // Whether a region has a limit of the grip force.
+  bool has_grip_limits() const;
+  // Largest excess of a grip force over its limit so far, N, and the number of ticks with an excess; 0
+  // without one.
+  double largest_squeeze() const { return largest_squeeze_; }
+  int64_t squeeze_ticks() const { return squeeze_ticks_; }
   // In chronological order.
   const std::vector<limit_violation_t>& violations() const { return violations_; }
 
@@ -32,17 +39,28 @@ class LimitChecker {
     ForceLimit limit;
     std::vector<uint8_t> has_body;  // by body
   };
+  // Index of the latest violation of a contact or grip, -1: none; and the last tick at which it exceeded the
+  // limit.
+  struct Latest {
+    int violation = -1;
+    int64_t last_tick = 0;
+  };
   // Contact of a robot body with a body of a region.
   struct Touch {
     size_t region;
     int body, robot_body;
     int64_t first_tick, last_tick;
-    // Index of its latest violation, -1: none; and the last tick at which it exceeded the limit.
-    int violation = -1;
-    int64_t last_violation_tick = 0;
+    Latest latest = {};
   };
 
   void AddTouch(size_t region, int body, int robot_body, double force, int64_t tick);
+  // Adds the grips of a tick.
+  void AddGrips(const state_t& state);
+  // Returns the manipulated object on which all fingers of the gripper press, by the mean force of the finger
+  // that presses least; of several objects, the one with the largest force. -1: none.
+  int GrippedObject(size_t gripper, const state_t& state) const;
+  // Adds a violation, or continues the latest one.
+  void Report(limit_violation_t violation, Latest* latest);
   Touch& Find(size_t region, int body, int robot_body, int64_t tick);
 
   const model_info_t& model_;
@@ -50,6 +68,10 @@ class LimitChecker {
   std::vector<Region> regions_;
   std::vector<uint8_t> is_robot_;  // by body
   std::vector<Touch> touches_;
+  std::vector<std::vector<int>> finger_bodies_;  // by gripper: the bodies of its pads
+  std::vector<Latest> grips_;                    // [region * number of grippers + gripper]
+  double largest_squeeze_ = 0;
+  int64_t squeeze_ticks_ = 0;
   std::vector<limit_violation_t> violations_;
 };
 

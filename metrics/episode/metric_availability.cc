@@ -49,6 +49,8 @@ const MetricAvailability::Row MetricAvailability::kNeeds[] = {
     {"extended.peak_self_force_N", Need::kPhysics},
     {"extended.peak_penetration_m", Need::kObjects},
     {"extended.peak_touch_energy_J", Need::kPhysics},
+    {"extended.squeeze_excess_N", Need::kPhysics},
+    {"extended.squeeze_time_s", Need::kPhysics},
     {"extended.unwanted_impulse_Ns", Need::kPhysics},
     {"extended.tracking_error_rad", Need::kPhysics},
     {"extended.success_once", Need::kVerdict},

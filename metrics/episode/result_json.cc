@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/interned.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
 #include "lcmtypes/unavailable.h"
@@ -207,7 +208,7 @@ ordered_json ExplanationJson(const explanation_t& e) {
     result["limit_violations"].push_back({{"region", violation.region},
                                           {"body", violation.body},
                                           {"robot_body", violation.robot_body},
-                                          {"limit", violation.is_transient ? "transient" : "quasi_static"},
+                                          {"limit", violation.limit},
                                           {"limit_N", violation.limit_N},
                                           {"force_N", violation.force_N},
                                           {"tick", violation.tick},
@@ -228,6 +229,16 @@ ordered_json ParametersJson(const episode_begin_t& begin) {
   return result;
 }
 
+NamedPoses PosesOf(const episode_summary_t& summary) {
+  NamedPoses poses;
+  for (size_t k = 0; k < summary.final_pose_name.size(); ++k) {
+    const double *p = summary.final_pose[k].position_m, *q = summary.final_pose[k].quat_wxyz;
+    poses.emplace_back(Interned(summary.final_pose_name[k]),
+                       Pose{.position = {p[0], p[1], p[2]}, .quaternion = {q[0], q[1], q[2], q[3]}});
+  }
+  return poses;
+}
+
 EpisodeResult ResultOf(const episode_begin_t& begin, const episode_summary_t& summary) {
   EpisodeResult result{
       .complete = summary.complete != 0,
@@ -238,7 +249,9 @@ EpisodeResult ResultOf(const episode_begin_t& begin, const episode_summary_t& su
       .stages = {},
       .slips = summary.metrics.slip_count_per_object,
       .collisions = {},
-      .parameters = FlattenedValues(ParametersJson(begin))};
+      .parameters = FlattenedValues(ParametersJson(begin)),
+      .is_start_known = true,
+      .final_poses = PosesOf(summary)};
   const metric_values_t& v = summary.metrics;
   for (int k = 0; k < v.num_stages; ++k)
     result.stages.emplace_back(v.stage_index[k], v.stage_reached[k] != 0);

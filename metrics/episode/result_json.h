@@ -31,6 +31,9 @@ nlohmann::ordered_json CauseJson(const cause_t& cause);
 // Value of the key "parameters" of an episode that evalbus simulates: its randomized start parameters.
 nlohmann::ordered_json ParametersJson(const episode_begin_t& begin);
 
+// Final poses of an episode, which PosesJson converts to the value of the key "final_poses".
+NamedPoses PosesOf(const episode_summary_t& summary);
+
 // Numbers for the statistics: the same as those read from the episode's line in episodes.jsonl.
 EpisodeResult ResultOf(const episode_begin_t& begin, const episode_summary_t& summary);
 

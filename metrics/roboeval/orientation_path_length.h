@@ -2,17 +2,15 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <vector>
 
 #include "metrics/roboeval/by_arm.h"
+#include "metrics/sample/rotation_angle.h"
 
 namespace evalbus::metrics {
 
-// Sum over samples i >= 1 of the rotation angle 2 acos(|u_i . u_(i-1)|) between unit quaternions, rad. q and
-// -q are the same orientation, so a step is at most pi. It is evaluated as 4 atan2(|a - b|, |a + b|) with b's
-// sign such that a . b >= 0. This equals the arc cosine but is exact for small angles, where the arc cosine
-// turns one rounding error into 2e-8 rad.
+// Sum over samples i >= 1 of the rotation angle 2 acos(|u_i . u_(i-1)|) between unit quaternions, rad
+// (metrics/sample/rotation_angle.h).
 class OrientationPathLength {
  public:
   void Start() {
@@ -21,18 +19,7 @@ class OrientationPathLength {
   }
 
   void Add(const std::array<double, 4>& u) {
-    if (has_last_) {
-      double dot = 0;
-      for (int k = 0; k < 4; ++k) dot += u[k] * last_[k];
-      const double sign = dot < 0 ? -1 : 1;
-      double difference = 0, sum = 0;
-      for (int k = 0; k < 4; ++k) {
-        const double d = u[k] - sign * last_[k], s = u[k] + sign * last_[k];
-        difference += d * d;
-        sum += s * s;
-      }
-      length_ += 4 * std::atan2(std::sqrt(difference), std::sqrt(sum));
-    }
+    if (has_last_) length_ += RotationAngle(u, last_);
     last_ = u;
     has_last_ = true;
   }

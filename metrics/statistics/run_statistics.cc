@@ -83,6 +83,18 @@ const ordered_json& Member(const ordered_json& json, const char* key) {
   return found == json.end() ? kNone : *found;
 }
 
+constexpr const char* kPoseKeys[] = {"x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"};
+
+NamedPoses PosesOf(const ordered_json& json) {
+  NamedPoses poses;
+  for (const auto& [name, value] : json.items()) {
+    Pose& pose = poses.emplace_back(Interned(name), Pose{}).second;
+    for (size_t k = 0; k < 3; ++k) value.at(kPoseKeys[k]).get_to(pose.position[k]);
+    for (size_t k = 0; k < 4; ++k) value.at(kPoseKeys[3 + k]).get_to(pose.quaternion[k]);
+  }
+  return poses;
+}
+
 int StageIndex(const std::string& text) {
   int index = 0;
   const auto parsed = std::from_chars(text.data(), text.data() + text.size(), index);
@@ -111,7 +123,9 @@ EpisodeResult ResultOf(const ordered_json& episode) {
                        .stages = {},
                        .slips = {},
                        .collisions = {},
-                       .parameters = FlattenedValues(Member(episode, "parameters"))};
+                       .parameters = FlattenedValues(Member(episode, "parameters")),
+                       .is_start_known = episode.contains("parameters"),
+                       .final_poses = PosesOf(Member(episode, "final_poses"))};
   if (const auto seen = episode.find(kSeenInTraining); seen != episode.end())
     result.seen_in_training = seen->get<bool>();
   const ordered_json& stages = Member(metrics, kStages);
@@ -129,6 +143,16 @@ EpisodeResult ResultOf(const ordered_json& episode) {
   }
   Member(Member(episode, "explanation"), "collisions_per_geom").get_to(result.collisions);
   return result;
+}
+
+ordered_json PosesJson(const NamedPoses& poses) {
+  ordered_json json = ordered_json::object();
+  for (const auto& [name, pose] : poses) {
+    ordered_json& values = json[std::string(name)];
+    for (size_t k = 0; k < 3; ++k) values[kPoseKeys[k]] = pose.position[k];
+    for (size_t k = 0; k < 4; ++k) values[kPoseKeys[3 + k]] = pose.quaternion[k];
+  }
+  return json;
 }
 
 NamedNumbers NumbersOf(const ordered_json& metrics, const ordered_json& extended) {
@@ -212,6 +236,8 @@ void RunStatistics::Add(int episode, const EpisodeResult& result, int task) {
   entry.slips = result.slips;
   entry.parameters = result.parameters;
   entry.seen_in_training = result.seen_in_training;
+  entry.is_start_known = result.is_start_known;
+  entry.final_poses = result.final_poses;
   for (const auto& [name, value] : result.values) {
     if (IsOfSuccessesOnly(name)) entry.time_s = value;
     if (IsOfSuccessesOnly(name) && !result.success) continue;
@@ -219,6 +245,29 @@ void RunStatistics::Add(int episode, const EpisodeResult& result, int task) {
     entry.values.emplace_back(index, value);
     values_[index].Add(value);
   }
+}
+
+std::vector<StartRepeatability> RunStatistics::Repeatability() const {
+  std::map<NamedNumbers, std::vector<const Entry*>> by_start;
+  for (const auto& [number, episode] : episodes_) {
+    if (episode.success && episode.is_start_known) by_start[episode.parameters].push_back(&episode);
+  }
+  std::vector<StartRepeatability> starts;
+  for (const auto& [parameters, episodes] : by_start) {
+    if (episodes.size() < kFewestToRepeat) continue;
+    StartRepeatability start{parameters, static_cast<int>(episodes.size()), {}};
+    for (const auto& [name, first] : episodes[0]->final_poses) {
+      std::vector<Pose> poses;
+      for (const Entry* episode : episodes) {
+        for (const auto& [other, pose] : episode->final_poses) {
+          if (other == name) poses.push_back(pose);
+        }
+      }
+      if (poses.size() == episodes.size()) start.poses.emplace_back(name, RepeatabilityOf(poses));
+    }
+    if (!start.poses.empty()) starts.push_back(std::move(start));
+  }
+  return starts;
 }
 
 RunSummary RunStatistics::Summary(bool with_bootstrap) const {
@@ -258,6 +307,7 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
     if (!values.empty())
       summary.metrics.push_back(Describe(names_[i], values, summary.samples == 1, with_bootstrap));
   }
+  if (with_bootstrap && summary.samples > 1) summary.repeatability = Repeatability();
   return summary;
 }
 
@@ -334,6 +384,15 @@ ordered_json SummaryJson(const std::string& task, const std::string& variation, 
         {"episodes", metric.episodes}, {"mean", metric.mean},     {"mean_95", Json(metric.mean_95)},
         {"std", metric.std},           {"median", metric.median}, {"p5", metric.p5},
         {"p95", metric.p95},           {"min", metric.min},       {"max", metric.max}};
+  }
+  for (const StartRepeatability& start : summary.repeatability) {
+    ordered_json& entry = json["repeatability"].emplace_back();
+    entry["parameters"] = ordered_json::object();
+    for (const auto& [name, value] : start.parameters) entry["parameters"][std::string(name)] = value;
+    entry["episodes"] = start.episodes;
+    for (const auto& [name, pose] : start.poses) {
+      entry["poses"][std::string(name)] = {{"position_m", pose.position}, {"rotation_rad", pose.rotation}};
+    }
   }
   return json;
 }

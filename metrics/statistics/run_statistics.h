@@ -14,12 +14,17 @@
 #include "evalbus/run_summary_t.hpp"
 #include "lcmtypes/end_reason.h"
 #include "metrics/statistics/interval.h"
+#include "metrics/statistics/pose_repeatability.h"
 #include "metrics/statistics/wilson.h"
+#include "models/pose.h"
 
 namespace evalbus::metrics {
 
 // Numbers by name. The names are interned: stored once for all episodes, for the lifetime of the process.
 using NamedNumbers = std::vector<std::pair<std::string_view, double>>;
+
+// Poses by name ("left_wrist", "pot"). The names are interned.
+using NamedPoses = std::vector<std::pair<std::string_view, Pose>>;
 
 // Result of one finished episode.
 struct EpisodeResult {
@@ -47,6 +52,11 @@ struct EpisodeResult {
   // Whether the policy was trained on a demonstration with this start; nullopt if its contract does not name
   // what it was trained on.
   std::optional<bool> seen_in_training = std::nullopt;
+  // False if the parameters are unknown.
+  bool is_start_known = false;
+  // Poses of wrists and manipulated objects at the last tick that the values cover; empty in runs of older
+  // versions.
+  NamedPoses final_poses;
 
   // True if equal in every number, including the start parameters (see RunSummary::samples).
   bool operator==(const EpisodeResult&) const = default;
@@ -66,6 +76,8 @@ int NumSamples(const Episodes& episodes) {
 
 // Key of EpisodeResult::seen_in_training in episodes.jsonl, and of the count in summary.json.
 inline constexpr char kSeenInTraining[] = "seen_in_training";
+// Value of the key "final_poses" of a line of episodes.jsonl.
+nlohmann::ordered_json PosesJson(const NamedPoses& poses);
 
 // Reads a line of episodes.jsonl; for messages see metrics/episode/result_json.h. Throws InputError if a
 // stage index is not a number, and nlohmann's exceptions if a key is missing or has another type.
@@ -102,6 +114,13 @@ struct StageSummary {
   int reached = 0;
 };
 
+// Repeatability of the final poses of the successful episodes that began with these parameters.
+struct StartRepeatability {
+  NamedNumbers parameters;
+  int episodes = 0;
+  std::vector<std::pair<std::string_view, PoseRepeatability>> poses;
+};
+
 struct RunSummary {
   int episodes = 0;
   int complete = 0;
@@ -130,6 +149,9 @@ struct RunSummary {
   std::vector<std::pair<std::string, int64_t>> collisions_per_geom;
   // In order of first appearance, without success and reached stages, which have members of their own.
   std::vector<MetricSummary> metrics;
+  // Starts with at least kFewestToRepeat successful episodes, ordered by their parameters. Empty if the
+  // complete episodes count as one sample, or if it was not requested.
+  std::vector<StartRepeatability> repeatability;
 
   const MetricSummary* Find(const std::string& metric) const;
   // Scales a number of complete episodes to the number of samples.
@@ -152,8 +174,8 @@ class RunStatistics {
     return episodes_.empty() || episodes_.rbegin()->first + 1 == static_cast<int>(episodes_.size());
   }
 
-  // with_bootstrap: also computes the bootstrap intervals, which take about a second per thousand episodes;
-  // use it at the end of a run.
+  // with_bootstrap: also computes the bootstrap intervals, which take about a second per thousand episodes,
+  // and the repeatability; use it at the end of a run.
   RunSummary Summary(bool with_bootstrap) const;
 
  private:
@@ -167,11 +189,14 @@ class RunStatistics {
     std::map<std::string, int64_t> collisions;
     NamedNumbers parameters;
     std::optional<bool> seen_in_training;
+    bool is_start_known = false;
+    NamedPoses final_poses;
     // Completion time, also set if the episode did not succeed.
     double time_s = 0;
     bool operator==(const Entry&) const = default;
   };
   size_t Index(std::string_view name);
+  std::vector<StartRepeatability> Repeatability() const;
 
   std::map<int, Entry> episodes_;
   std::vector<std::string> names_;

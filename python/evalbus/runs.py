@@ -29,6 +29,8 @@ class Episode:
     metrics: Dict[str, Any]
     extended: Dict[str, Any]
     parameters: Dict[str, float]
+    # Poses of wrists and objects at the end (docs/run_folder.md); empty in runs of older versions.
+    final_poses: Dict[str, Dict[str, float]]
     # Decisive moment: "kind", "time_s", "text" (docs/failures.md); empty in runs of older versions.
     cause: Dict[str, Any]
     # The whole line.
@@ -46,6 +48,7 @@ class Episode:
             metrics=line["metrics"],
             extended=line["extended"],
             parameters=line.get("parameters", {}),
+            final_poses=line.get("final_poses", {}),
             cause=line.get("cause", {}),
             line=line,
         )
@@ -57,6 +60,7 @@ class Episode:
             **dict(_numbers(self.parameters, "parameters.")),
             **dict(_numbers(self.metrics, "")),
             **dict(_numbers(self.extended, "extended.")),
+            **dict(_numbers(self.final_poses, "final_poses.")),
         }
 
 

@@ -13,6 +13,7 @@
 #include "report/page/scale.h"
 #include "report/page/strip.h"
 #include "results/pacing.h"
+#include "results/summary_table.h"
 
 namespace evalbus::report {
 namespace {
@@ -192,6 +193,9 @@ void WriteSummary(const RunSection& section) {
   }
   for (const std::string& remark : run.remarks) html->Element("p", {{"class", "warning"}}, remark);
   for (const std::string& note : run.notes) html->Element("p", {}, note);
+  if (const std::string text = results::RepeatabilityText(run.summary); !text.empty()) {
+    html->Element("p", {{"class", "note"}}, text + ".");
+  }
   Tiles(section);
   Strip(section);
   if (!run.pacing.is_null()) TimesTable(section);

@@ -83,7 +83,11 @@ TEST_P(RunFolderTest, ResultsHaveRoboEvalsKeys) {
     EXPECT_EQ(Keys(episode),
               (std::vector<std::string>{"task", "variation", "episode", "seed", "parameters", "end_reason",
                                         "end_detail", "failure_reason", "complete", "stage_names", "metrics",
-                                        "extended", "explanation", "cause"}));
+                                        "extended", "final_poses", "explanation", "cause"}));
+    // The final poses are those of the last STATE, which the task's success ended.
+    const state_t last = ReadLog(LogFile(run_, i)).Messages(channels::kState).back();
+    EXPECT_EQ(Keys(episode["final_poses"]), (std::vector<std::string>{"left_wrist", "right_wrist", "pot"}));
+    EXPECT_EQ(episode["final_poses"]["right_wrist"]["x_m"], last.arm[1].wrist_position_m[0]);
     // The drawn values are those of EPISODE_BEGIN.
     const auto begin = ReadLog(LogFile(run_, i)).Messages(channels::kEpisodeBegin).at(0);
     EXPECT_EQ(Keys(episode["parameters"]), begin.parameter_name);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "base/errors.h"
 
 namespace evalbus::force_limits_test {
@@ -25,6 +27,20 @@ TEST(ForceLimits, AreReadByRegion) {
   EXPECT_EQ(limits[0].transient_time, 0.25);
   EXPECT_EQ(limits[1].region, "counter");
   EXPECT_EQ(limits[1].transient_time, 0.5);
+  EXPECT_TRUE(std::isinf(limits[1].grip_force));
+}
+
+TEST(ForceLimits, OfGripsNeedNoOthers) {
+  const auto limits = ParseForceLimits(
+      "limits:\n"
+      "  egg: {bodies: [egg], grip_force_N: 15}\n"
+      "  cup: {bodies: [cup], grip_force_N: 20, quasi_static_force_N: 30, transient_force_N: 40}\n",
+      "limits.yaml");
+  ASSERT_EQ(limits.size(), 2u);
+  EXPECT_EQ(limits[0].grip_force, 15);
+  EXPECT_TRUE(std::isinf(limits[0].quasi_static_force) && std::isinf(limits[0].transient_force));
+  EXPECT_EQ(limits[1].grip_force, 20);
+  EXPECT_EQ(limits[1].transient_force, 40);
 }
 
 TEST(ForceLimits, ErrorsAreOneLineWithFileLineAndKey) {
@@ -46,6 +62,10 @@ TEST(ForceLimits, ErrorsAreOneLineWithFileLineAndKey) {
   EXPECT_NE(
       error_of(head + "    quasi_static_force: 9\n    transient_force_N: 8\n").find("quasi_static_force"),
       std::string::npos);
+  EXPECT_EQ(error_of(head + "    grip_force_N: 0\n"),
+            "limits.yaml:4: key 'grip_force_N': expected a number > 0, got '0'");
+  EXPECT_EQ(error_of(head + "    grip_force_N: 9\n    transient_force_N: 9\n"),
+            "limits.yaml:2: key 'quasi_static_force_N': required here, but missing in 'hand'");
   EXPECT_EQ(
       error_of("limits:\n  hand:\n    bodies: []\n    quasi_static_force_N: 1\n    transient_force_N: 1\n"),
       "limits.yaml:3: key 'bodies': expected at least one body");

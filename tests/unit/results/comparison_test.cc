@@ -51,7 +51,7 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_NEAR(metrics[0].difference, 1, 1e-12);
   EXPECT_LT(*metrics[0].p, 1e-7);
   EXPECT_EQ(metrics[0].p_holm, *metrics[0].p);  // the only metric with a p
-  EXPECT_NEAR(*metrics[0].ratio, metrics[0].mean / (metrics[0].mean - 1), 1e-12);
+  EXPECT_GT(*metrics[0].ratio, 1);
   // Equal everywhere: there is nothing to test.
   EXPECT_EQ(metrics[2].number.name, "slip_count");
   EXPECT_EQ(metrics[2].count, 50);
@@ -77,6 +77,36 @@ TEST_F(CompareTest, PairsBySeed) {
   }
   EXPECT_EQ(of_run, 15);
   EXPECT_EQ(json["comparisons"][0]["tasks"][0]["metrics"]["slip_count"]["p"].dump(), "null");
+}
+
+// Half of, twice and three times the baseline's time, and a pair with one success, which does not count. The
+// logarithms of the ratios are -ln 2, ln 2 and ln 3; Student's t with 2 degrees of freedom is 4.302653.
+TEST_F(CompareTest, RatiosOfEffortAreThoseOfThePairs) {
+  const auto runs = [this](const std::string& name, const std::vector<double>& times, bool last_succeeds) {
+    std::vector<ordered_json> lines;
+    for (int i = 0; i < 4; ++i) {
+      lines.push_back(EpisodeLine(i, i < 3 || last_succeeds, {{"completion_time", times[i]}}));
+      lines.back()["seed"] = EpisodeSeed(7, i);
+    }
+    WriteRun(folder_.path() / name, Info(4), lines);
+    return ReadRuns(folder_.path() / name);
+  };
+  const RecordedRuns baseline = runs("a", {4, 4, 1, 9}, true), run = runs("b", {2, 8, 3, 1}, false);
+  const Comparison result = CompareRuns(run, baseline);
+  const MetricComparison& time = result.tasks[0].metrics[0];
+  EXPECT_EQ(time.number.name, "completion_time");
+  EXPECT_EQ(time.count, 3);
+  EXPECT_NEAR(*time.ratio, std::cbrt(3), 1e-12);
+  const double two = std::log(2), three = std::log(3), mean = three / 3;
+  const double error =
+      std::sqrt((std::pow(-two - mean, 2) + std::pow(two - mean, 2) + std::pow(three - mean, 2)) / 2 / 3);
+  EXPECT_NEAR(time.ratio_95.lower, std::exp(mean - 4.302653 * error), 1e-6);
+  EXPECT_NEAR(time.ratio_95.upper, std::exp(mean + 4.302653 * error), 1e-4);
+  EXPECT_NEAR(*CompareRuns(baseline, run).tasks[0].metrics[0].ratio, 1 / std::cbrt(3), 1e-12);
+  const std::string text = ComparisonText(result, true);
+  EXPECT_NE(text.find("ratios of the 3 pairs in which both succeeded"), std::string::npos) << text;
+  EXPECT_EQ(ComparisonJson({result})["comparisons"][0]["tasks"][0]["metrics"]["completion_time"]["ratio_of"],
+            "pairs");
 }
 
 TEST_F(CompareTest, StatesThatNothingCanBeConcluded) {

@@ -208,7 +208,7 @@ TEST_F(RunReaderTest, RefusesLinesThatLackSomething) {
   ordered_json line = EpisodeLine(0);
   line["metrics"]["task_stage_reached"] = {{"1", "yes"}};
   EXPECT_EQ(ErrorOfLines(line.dump() + "\n"),
-            "run/episodes.jsonl:1: stages, slips or collisions are not numbers");
+            "run/episodes.jsonl:1: stages, slips, collisions or final poses are not numbers");
 }
 
 // A run that was killed, or whose disk was full, while the line was written.

@@ -77,6 +77,23 @@ TEST(SummaryTable, ShowsTwoDigitsOfTheErrorAtMost) {
       << SummaryTable(summary, 80);
 }
 
+TEST(RepeatabilityText, IsTheLargestOfTheStarts) {
+  metrics::RunSummary summary = Summary(40, 30);
+  EXPECT_EQ(RepeatabilityText(summary), "");
+  summary.repeatability = {{{}, 10, {{"left_wrist", {0.00123, 0.01}}, {"pot", {0.0456, 0.02}}}}};
+  EXPECT_EQ(RepeatabilityText(summary),
+            "Repeatability of the final pose (mean + 3 s as in ISO 9283; 10 successes from equal starts): "
+            "left wrist 1.23 mm and 0.57 degrees, pot 46 mm and 1.15 degrees");
+  summary.repeatability.push_back(
+      {{{"pot_x_m", 0.1}}, 20, {{"left_wrist", {0.001, 0.04}}, {"pot", {0.1, 0.01}}}});
+  EXPECT_EQ(
+      RepeatabilityText(summary),
+      "Repeatability of the final pose (mean + 3 s as in ISO 9283; the largest of 2 starts with at least "
+      "10 successes each): left wrist 1.23 mm and 2.29 degrees, pot 100 mm and 1.15 degrees");
+  EXPECT_TRUE(Has(SummaryTable(summary, 80), "\nRepeatability of the final pose"))
+      << SummaryTable(summary, 80);
+}
+
 TEST(SummaryTable, StatesThatCompletionTimeIsOfSuccesses) {
   metrics::RunSummary summary = Summary(5, 2);
   summary.metrics.insert(summary.metrics.begin(), {"completion_time", 2, 5, 1, 5, 4, 6, 4, 6, {-4, 14}});

@@ -67,6 +67,10 @@ TEST_F(EpisodeScorerTest, ScoresAnEpisodeByHand) {
   EXPECT_EQ(summary.end_detail, "detail");
   EXPECT_EQ(summary.failure_reason, "");
   EXPECT_TRUE(summary.complete);
+  // Each wrist, and the pot, at the tick of the success.
+  EXPECT_EQ(PosesOf(summary), (NamedPoses{{"left_wrist", {{0.7, 0, 1.5}, {1, 0, 0, 0}}},
+                                          {"right_wrist", {{0.7, 0, 2}, {1, 0, 0, 0}}},
+                                          {"pot", {{0.7, 0, 1.25}, {1, 0, 0, 0}}}}));
   const auto result = ResultJson(summary.metrics);
   EXPECT_EQ(result["success"], 1.0);
   EXPECT_EQ(result["task_stage_reached"].dump(), R"({"1":true,"2":true})");

@@ -101,6 +101,7 @@ TEST_F(ForceMetrics, AreThoseOfTheTicks) {
   EXPECT_EQ(ExtendedValue(e, "idle_time_s.left"), 0.02);
   EXPECT_EQ(ExtendedValue(e, "idle_time_s.right"), 0.04);
   EXPECT_TRUE(std::isnan(ExtendedValue(e, "limit_violations"))) << "without limits";
+  EXPECT_TRUE(std::isnan(ExtendedValue(e, "squeeze_excess_N"))) << "without limits";
 }
 
 TEST_F(ForceMetrics, WithoutContactThePeaksAreZeroAndThePercentilesAbsent) {
@@ -160,7 +161,7 @@ TEST_F(ForceLimits, AContactIsTransientAtFirstAndQuasiStaticLater) {
   EXPECT_EQ(violations[0].region, "counter");
   EXPECT_EQ(violations[0].body, "counter/counter");
   EXPECT_EQ(violations[0].robot_body, "left/base");
-  EXPECT_FALSE(violations[0].is_transient);
+  EXPECT_EQ(violations[0].limit, "quasi_static");
   EXPECT_EQ(violations[0].limit_N, 50);
   EXPECT_EQ(violations[0].force_N, 70);
   EXPECT_EQ(violations[0].tick, 5);
@@ -179,13 +180,13 @@ TEST_F(ForceLimits, AContactIsTransientAtFirstAndQuasiStaticLater) {
 TEST_F(ForceLimits, AnInterruptionOfATenthOfASecondBeginsANewContact) {
   PressOnCounter({120, 120, 0, 0, 0, 0, 60});  // 0.08 s apart: the contact continues, now quasi-static
   ASSERT_EQ(Violations().size(), 2u);
-  EXPECT_TRUE(Violations()[0].is_transient);
-  EXPECT_FALSE(Violations()[1].is_transient);
+  EXPECT_EQ(Violations()[0].limit, "transient");
+  EXPECT_EQ(Violations()[1].limit, "quasi_static");
   PressOnCounter({0, 0, 0, 0, 0, 60});  // 0.1 s apart: transient again
   EXPECT_EQ(Violations().size(), 2u);
   PressOnCounter({101});
   ASSERT_EQ(Violations().size(), 3u);
-  EXPECT_TRUE(Violations()[2].is_transient);
+  EXPECT_EQ(Violations()[2].limit, "transient");
 }
 
 TEST_F(ForceLimits, ConcernTheRobotOnly) {
@@ -197,6 +198,63 @@ TEST_F(ForceLimits, ConcernTheRobotOnly) {
   ASSERT_EQ(Violations().size(), 2u);
   EXPECT_EQ(Violations()[0].body, "left/hand");
   EXPECT_EQ(Violations()[1].body, "right/hand");
+}
+
+class SqueezeLimits : public ForceMetrics {
+ protected:
+  SqueezeLimits() : ForceMetrics("limits:\n  egg: {bodies: [pot], grip_force_N: 10}\n") {}
+
+  // Ticks in which the left gripper grips the pot with these peak forces, N; 0: no grip.
+  void Grip(const std::vector<double>& forces) {
+    for (const double force : forces) {
+      state_t state = State(++tick_);
+      if (force > 0) Press(&state, {Force(contact_force_t::OBJECT, kLeftHand, kPot, force, force)});
+      state.gripper[0].grip_force_peak_N = force;
+      Tick(state);
+    }
+  }
+  int64_t tick_ = 0;
+};
+
+TEST_F(SqueezeLimits, MeasureTheExcessAndItsTime) {
+  Grip({8, 10});
+  EXPECT_EQ(ExtendedValue(Summary(tick_).extended, "squeeze_excess_N"), 0) << "a force at its limit";
+  EXPECT_EQ(ExtendedValue(Summary(tick_).extended, "squeeze_time_s"), 0);
+  // 0.08 s apart: the violation continues; then 0.1 s apart: another one.
+  Grip({12, 17.5, 9, 0, 9, 14, 0, 0, 0, 0, 0, 11});
+  const episode_summary_t summary = Summary(tick_);
+  EXPECT_EQ(ExtendedValue(summary.extended, "squeeze_excess_N"), 7.5);
+  EXPECT_NEAR(ExtendedValue(summary.extended, "squeeze_time_s"), 4 * 0.02, 1e-12);
+  EXPECT_EQ(ExtendedValue(summary.extended, "limit_violations"), 2);
+  EXPECT_EQ(ExplanationJson(summary.explanation)["limit_violations"][0].dump(),
+            R"({"region":"egg","body":"pot/pot","robot_body":"left",)"
+            R"("limit":"grip","limit_N":10.0,"force_N":17.5,"tick":3,"time_s":0.06})");
+  EXPECT_NE(summary.explanation.text.find("egg: 18 N by left on pot/pot, grip limit 10 N"), std::string::npos)
+      << summary.explanation.text;
+}
+
+TEST_F(SqueezeLimits, ConcernTheGrippedObject) {
+  state_t state = State(1);
+  // A grip of something else: no finger presses on the pot.
+  state.gripper[0].grip_force_peak_N = 100;
+  Tick(state);
+  EXPECT_EQ(ExtendedValue(Summary(1).extended, "squeeze_excess_N"), 0);
+  EXPECT_EQ(ExtendedValue(Summary(1).extended, "limit_violations"), 0);
+}
+
+TEST_F(SqueezeLimits, AreOfManipulatedObjects) {
+  model_info_t model = Model();
+  model.limits_file = "limits.yaml";
+  model.limits_yaml = "limits:\n  egg: {bodies: [pot, counter], grip_force_N: 10}\n";
+  try {
+    EpisodeScorer scorer(model, ParseTask(kTask, "small.yaml", false));
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "limits.yaml:2: 'counter' in a region with grip_force_N: expected a manipulated object (pot) "
+        "or a body of one");
+  }
 }
 
 TEST_F(ForceLimits, ABodyThatDoesNotExistIsNamed) {

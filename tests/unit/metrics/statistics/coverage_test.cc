@@ -112,7 +112,7 @@ TEST(Coverage, RatiosOfPairs) {
       }
       covered.Add(IntervalOfRatio(a, b), 1.2);
     }
-    covered.Print("ratio of pairs", n, "lognormal");
+    covered.Print("ratio of means of pairs", n, "lognormal");
     covered.ExpectAtLeast(0.87, "ratio", n);
   }
 }

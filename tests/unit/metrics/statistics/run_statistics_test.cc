@@ -21,7 +21,8 @@ EpisodeResult Episode(bool complete, bool success, const ordered_json& metrics) 
           .stages = {},
           .slips = {},
           .collisions = {},
-          .parameters = {}};
+          .parameters = {},
+          .final_poses = {}};
 }
 
 RunStatistics StatisticsOf(const std::vector<EpisodeResult>& episodes) {
@@ -271,11 +272,75 @@ TEST(RunStatistics, CountStartsSeenInTraining) {
   EXPECT_EQ(SummaryJson("lift_pot", "base", summary_of())["seen_in_training"], 0);
 }
 
+// Six poses 1 mm and 0.01 rad from the middle, and six 3 mm and 0.03 rad, half of them to each side. Hence
+// the barycenter is the middle, the mean deviation 2, its standard deviation sqrt(12 / 11).
+std::vector<EpisodeResult> Scattered() {
+  std::vector<EpisodeResult> episodes;
+  for (int i = 0; i < 12; ++i) {
+    const double deviation = (i < 6 ? 1 : 3) * (i % 2 == 0 ? 1 : -1);
+    // Turned about x from a quarter turn about x; half of the quaternions have the opposite sign.
+    const double half = M_PI / 4 + deviation * 0.01 / 2, sign = i % 4 < 2 ? 1 : -1;
+    episodes.push_back(Episode(true, true, {{"x", i}}));
+    episodes.back().is_start_known = true;
+    episodes.back().final_poses = {
+        {"pot", {{0.5, 0.2 + deviation * 1e-3, 1}, {sign * std::cos(half), sign * std::sin(half), 0, 0}}}};
+  }
+  return episodes;
+}
+
+TEST(Repeatability, IsTheMeanPlusThreeStandardDeviations) {
+  std::vector<EpisodeResult> episodes = Scattered();
+  // Neither failures nor incomplete episodes count.
+  for (const bool is_complete : {true, false}) {
+    episodes.push_back(Episode(is_complete, !is_complete, {}));
+    episodes.back().is_start_known = true;
+    episodes.back().final_poses = {{"pot", {{9, 9, 9}, {1, 0, 0, 0}}}};
+  }
+  const RunSummary summary = StatisticsOf(episodes).Summary(true);
+  ASSERT_EQ(summary.repeatability.size(), 1u);
+  const double deviations = 2 + 3 * std::sqrt(12.0 / 11);
+  EXPECT_EQ(summary.repeatability[0].episodes, 12);
+  ASSERT_EQ(summary.repeatability[0].poses.size(), 1u);
+  EXPECT_EQ(summary.repeatability[0].poses[0].first, "pot");
+  EXPECT_NEAR(summary.repeatability[0].poses[0].second.position, deviations * 1e-3, 1e-12);
+  EXPECT_NEAR(summary.repeatability[0].poses[0].second.rotation, deviations * 0.01, 1e-12);
+  const ordered_json json = SummaryJson("lift_pot", "base", summary)["repeatability"];
+  ASSERT_EQ(json.size(), 1u);
+  EXPECT_EQ(json[0]["parameters"].dump() + json[0]["episodes"].dump(), "{}12");
+  EXPECT_NEAR(json[0]["poses"]["pot"]["position_m"], 0.0051334, 1e-7);
+  EXPECT_TRUE(StatisticsOf(episodes).Summary(false).repeatability.empty()) << "while the run is active";
+}
+
+TEST(Repeatability, RequiresTenSuccessesThatBeganAlike) {
+  const auto starts = [](const std::vector<EpisodeResult>& episodes) {
+    return StatisticsOf(episodes).Summary(true).repeatability.size();
+  };
+  std::vector<EpisodeResult> episodes = Scattered();
+  episodes.resize(10);
+  EXPECT_EQ(starts(episodes), 1u);
+  episodes[9].is_start_known = false;
+  EXPECT_EQ(starts(episodes), 0u) << "nine known starts";
+  episodes[9].is_start_known = true;
+  episodes[9].parameters = {{"pot_x_m", 0.1}};
+  EXPECT_EQ(starts(episodes), 0u) << "nine equal starts";
+  // Equal in every number: one sample, which does not scatter.
+  EXPECT_EQ(starts(std::vector(10, Scattered()[0])), 0u);
+
+  // Two starts of twelve episodes each.
+  std::vector<EpisodeResult> two = Scattered();
+  for (EpisodeResult episode : Scattered()) {
+    episode.parameters = {{"pot_x_m", 0.1}};
+    two.push_back(episode);
+  }
+  EXPECT_EQ(starts(two), 2u);
+}
+
 TEST(ResultOf, TakesALineOfEpisodes) {
   ordered_json line = ordered_json::parse(R"({"episode": 3, "end_reason": "time_limit", "complete": true,
       "failure_reason": "dropped", "metrics": {"success": 0.0, "task_stage_reached": {"1": true, "12": false},
       "slip_count_per_object": {"object_1": 2, "object_2": 0}, "path": {"left": 2}}, "extended": {"y": 3},
       "parameters": {"pot_x_m": 0.25},
+      "final_poses": {"pot": {"x_m": 1, "y_m": 2, "z_m": 3, "qw": 0.6, "qx": 0, "qy": 0, "qz": 0.8}},
       "explanation": {"text": "", "collisions_per_geom": {"counter": 2}}})");
   const EpisodeResult result = ResultOf(line);
   EXPECT_TRUE(result.complete);
@@ -290,6 +355,9 @@ TEST(ResultOf, TakesALineOfEpisodes) {
   EXPECT_EQ(result.slips, (std::vector<int64_t>{2, 0}));
   EXPECT_EQ(result.collisions, (std::map<std::string, int64_t>{{"counter", 2}}));
   EXPECT_EQ(result.parameters, (NamedNumbers{{"pot_x_m", 0.25}}));
+  EXPECT_TRUE(result.is_start_known);
+  EXPECT_EQ(result.final_poses, (NamedPoses{{"pot", {{1, 2, 3}, {0.6, 0, 0, 0.8}}}}));
+  EXPECT_EQ(PosesJson(result.final_poses), line["final_poses"]);
 
   EXPECT_EQ(result.seen_in_training, std::nullopt);
   line["seen_in_training"] = true;

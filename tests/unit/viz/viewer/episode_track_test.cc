@@ -358,7 +358,7 @@ TEST(EpisodeTrack, WhatHappened) {
   violation.region = "top";
   violation.body = "counter/counter";
   violation.robot_body = "left/hand";
-  violation.is_transient = 1;
+  violation.limit = "transient";
   violation.limit_N = 200;
   violation.force_N = 310;
   violation.tick = 5;
