@@ -32,6 +32,8 @@ struct Facts {
   std::array<int, 2> closings{}, openings{};
   std::array<double, policy::kDemoWidth> min, max;
   double hz = 0;
+  // Of RoboEval's scenes, in the order of the files; null where the metadata have none.
+  nlohmann::json seeds = nlohmann::json::array();
 
   Facts() {
     min.fill(INFINITY);
@@ -41,6 +43,10 @@ struct Facts {
     ++demos;
     steps += demo.steps.size();
     hz = demo.hz;
+    const auto seed = demo.metadata.find("seed");
+    const auto number =
+        seed == demo.metadata.end() ? nlohmann::json() : nlohmann::json::parse(seed->second, nullptr, false);
+    seeds.push_back(number.is_number_integer() ? number : nlohmann::json());
     seconds += demo.seconds();
     shortest = std::min(shortest, demo.seconds());
     longest = std::max(longest, demo.seconds());
@@ -73,9 +79,19 @@ nlohmann::ordered_json Json(const Facts& facts) {
   json["joint_path_length_rad"] = {{"left", facts.path[0]}, {"right", facts.path[1]}};
   json["gripper_closings"] = {{"left", facts.closings[0]}, {"right", facts.closings[1]}};
   json["gripper_openings"] = {{"left", facts.openings[0]}, {"right", facts.openings[1]}};
+  json["seeds"] = facts.seeds;
   json["min"] = facts.min;
   json["max"] = facts.max;
   return json;
+}
+
+std::string SeedsText(const nlohmann::json& seeds) {
+  constexpr size_t kMost = 8;
+  std::string text;
+  for (size_t i = 0; i < std::min(kMost, seeds.size()); ++i) {
+    text += (i == 0 ? "" : ", ") + (seeds[i].is_null() ? "unknown" : seeds[i].dump());
+  }
+  return seeds.size() <= kMost ? text : text + fmt::format(", {} more (--json)", seeds.size() - kMost);
 }
 
 int Info(const fs::path& path, bool as_json) {
@@ -96,6 +112,7 @@ int Info(const fs::path& path, bool as_json) {
     fmt::print("  {}, {} steps at {:g} Hz, mean duration {:.2f} s ({:.2f} to {:.2f})\n",
                Plural(facts.demos, "demonstration"), facts.steps, facts.hz, facts.seconds / n, facts.shortest,
                facts.longest);
+    fmt::print("  seeds of RoboEval's scenes: {}\n", SeedsText(facts.seeds));
     for (size_t arm = 0; arm < 2; ++arm) {
       fmt::print("  {:<5}  on average: joint path {:.2f} rad, gripper closes {:.1f} and opens {:.1f} times\n",
                  arm == 0 ? "left" : "right", facts.path[arm] / n, facts.closings[arm] / n,
