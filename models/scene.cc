@@ -35,14 +35,14 @@ void AttachArm(const ArmDescription& arm, const GripperDescription& gripper, con
     (gripper.model_file.empty() ? arm_stiffness : gripper_stiffness)[gripper.actuator] =
         gripper.position_gain;
   }
-  composer->Attach(arm.model_file, prefix, Compose(robot_base, arm.base), Mount::kFixed, "", arm_stiffness,
-                   {}, arm.keep_lights);
+  composer->Attach(arm.model_file, prefix, Compose(robot_base, arm.base),
+                   {.stiffness = arm_stiffness, .keep_lights = arm.keep_lights});
   if (!gripper.model_file.empty()) {
-    composer->Attach(gripper.model_file, gripper.prefix(), gripper.mount, Mount::kFixed,
-                     prefix + gripper.attach_body, gripper_stiffness);
+    composer->Attach(gripper.model_file, gripper.prefix(), gripper.mount,
+                     {.parent_body = prefix + gripper.attach_body, .stiffness = gripper_stiffness});
   }
   if (!arm.stand_file.empty()) {
-    composer->Attach(arm.stand_file, prefix + "stand/", arm.stand_pose, Mount::kFixed, arm.name);
+    composer->Attach(arm.stand_file, prefix + "stand/", arm.stand_pose, {.parent_body = arm.name});
   }
   for (size_t j = 0; j < arm.joints.size(); ++j) {
     if (!arm.joint_damping.empty()) {
@@ -130,7 +130,7 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
       }
     }
     const Mount mount = part.free ? Mount::kFree : part.placed ? Mount::kMocap : Mount::kFixed;
-    composer.Attach(part.model_file, part.name + "/", part.pose, mount, "", {}, part.without);
+    composer.Attach(part.model_file, part.name + "/", part.pose, {.mount = mount, .without = part.without});
     for (const PartSite& site : part.sites) {
       try {
         composer.AddSite(part.name + "/" + site.name, site.pose, part.name);

@@ -255,14 +255,12 @@ SceneComposer::SceneComposer(const std::filesystem::path& base_file) : impl_(std
 SceneComposer::~SceneComposer() = default;
 
 void SceneComposer::Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
-                           Mount mount, const std::string& parent_body,
-                           const std::map<std::string, double>& stiffness,
-                           const std::vector<std::string>& without, bool keep_lights) {
+                           const Attachment& how) {
   const std::string name = prefix.substr(0, prefix.size() - 1);
-  mjcf::Part part = impl_->Load(file, mount == Mount::kFree, stiffness, keep_lights);
-  for (const std::string& body : without) part.RemoveBody(body);
+  mjcf::Part part = impl_->Load(file, how.mount == Mount::kFree, how.stiffness, how.keep_lights);
+  for (const std::string& body : how.without) part.RemoveBody(body);
   part.Prefix(prefix, name);
-  impl_->Place(&part, name, pose, mount, parent_body);
+  impl_->Place(&part, name, pose, how.mount, how.parent_body);
 }
 
 void SceneComposer::SetCamera(const std::string& name, const Pose& pose, double fov_deg,

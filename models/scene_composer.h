@@ -21,6 +21,20 @@ enum class Mount {
            // world or with other fixed and mocap bodies
 };
 
+// How a file is attached.
+struct Attachment {
+  Mount mount = Mount::kFixed;
+  // A body that is already attached ("left/link7"); empty: the world.
+  std::string parent_body{};
+  // Replaces the stiffness of position servos, by their names in the file, N m / rad or N / m, and removes
+  // their velocity gain.
+  std::map<std::string, double> stiffness{};
+  // Bodies of the file that are left out, with all that is on them.
+  std::vector<std::string> without{};
+  // The file's lights are lights of the scene.
+  bool keep_lights = false;
+};
+
 // Each attached file becomes one body, named after its prefix ("pot" for "pot/"). The body replaces the
 // file's world: it has the given pose, and contains the file's bodies, geoms, sites and cameras. Every name
 // in the file, and every reference to one, gets the prefix ("pot/handle"). Defaults of one file never affect
@@ -38,14 +52,9 @@ class SceneComposer {
   explicit SceneComposer(const std::filesystem::path& base_file);
   ~SceneComposer();
 
-  // Attaches an MJCF file under a prefix that ends in "/", to the world or to a body that is already attached
-  // ("left/link7"). stiffness: replaces the stiffness of position servos, by their names in the file, N m /
-  // rad or N / m, and removes their velocity gain. without: bodies of the file that are left out, with all
-  // that is on them. keep_lights: the file's lights are lights of the scene.
+  // Attaches an MJCF file under a prefix that ends in "/".
   void Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
-              Mount mount = Mount::kFixed, const std::string& parent_body = "",
-              const std::map<std::string, double>& stiffness = {},
-              const std::vector<std::string>& without = {}, bool keep_lights = false);
+              const Attachment& how = {});
 
   // Adds a camera to the world or a body, or replaces the camera with this name. It looks along its -z axis;
   // y points up in the image; the field of view is vertical. Names are those in the composed document, as for

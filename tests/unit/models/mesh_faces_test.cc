@@ -79,12 +79,12 @@ TEST(WithoutBodies, LeavesOutABodyAndWhatIsOnIt) {
       folder.Write("m.xml", R"(<mujoco><worldbody><body name="a"><body name="b"><geom size="1"/>
     </body></body><body name="c"/></worldbody></mujoco>)");
   SceneComposer composer(folder.Write("base.xml", "<mujoco/>"));
-  composer.Attach(model, "m/", {}, Mount::kFixed, "", {}, {"a"});
+  composer.Attach(model, "m/", {}, {.without = {"a"}});
   const std::string xml = composer.ToXml();
   EXPECT_THAT(xml, testing::Not(testing::HasSubstr("m/a")));
   EXPECT_THAT(xml, testing::Not(testing::HasSubstr("m/b")));
   EXPECT_THAT(xml, testing::HasSubstr("m/c"));
-  EXPECT_EQ(ErrorOf([&] { composer.Attach(model, "n/", {}, Mount::kFixed, "", {}, {"d"}); }),
+  EXPECT_EQ(ErrorOf([&] { composer.Attach(model, "n/", {}, {.without = {"d"}}); }),
             model.string() + ":1: there is no body 'd' to leave out");
 }
 

@@ -39,7 +39,7 @@ std::string Servos(const std::string& angle, const std::string& lower, const std
 ModelPtr Compose(const std::string& text, const std::map<std::string, double>& stiffness) {
   TempFolder folder;
   SceneComposer composer(folder.Write("base.xml", "<mujoco/>"));
-  composer.Attach(folder.Write("part.xml", text), "p/", Pose{}, Mount::kFixed, "", stiffness);
+  composer.Attach(folder.Write("part.xml", text), "p/", Pose{}, {.stiffness = stiffness});
   std::vector<std::string> warnings;
   return CompileModel(composer, false, &warnings);
 }
@@ -85,7 +85,7 @@ TEST(MjcfServos, AStiffnessLeavesTheCommandItsUnit) {
   TempFolder folder;
   SceneComposer composer(folder.Write("base.xml", "<mujoco/>"));
   // Its command of 0 to 255 is a tendon length of 0 to 0.04 m; its stiffness is 100 N/m.
-  composer.Attach(kModelsData / "newer_hand.xml", "p/", Pose{}, Mount::kFixed, "", {{"grip", 2000}});
+  composer.Attach(kModelsData / "newer_hand.xml", "p/", Pose{}, {.stiffness = {{"grip", 2000}}});
   std::vector<std::string> warnings;
   const Servo servo = ServoIn(*CompileModel(composer, false, &warnings), "grip");
   EXPECT_NEAR(servo.gain, 0.0157 * 20, 1e-15);

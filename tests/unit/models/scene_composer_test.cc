@@ -31,7 +31,7 @@ int Id(const ModelPtr& model, mjtObj type, const std::string& name) {
 struct OnePart {
   explicit OnePart(const std::string& part, const std::string& base = kEmptyBase, bool free = false)
       : composer(folder.Write("base.xml", base)), file(folder.Write("part.xml", part)) {
-    composer.Attach(file, "p/", Pose{}, free ? Mount::kFree : Mount::kFixed);
+    composer.Attach(file, "p/", Pose{}, {.mount = free ? Mount::kFree : Mount::kFixed});
   }
   TempFolder folder;
   SceneComposer composer;
@@ -43,7 +43,8 @@ std::string ErrorOfPart(const std::string& part, const std::string& base = kEmpt
   TempFolder folder;
   const std::string message = ErrorOf([&] {
     SceneComposer composer(folder.Write("base.xml", base));
-    composer.Attach(folder.Write("part.xml", part), "p/", Pose{}, free ? Mount::kFree : Mount::kFixed);
+    composer.Attach(folder.Write("part.xml", part), "p/", Pose{},
+                    {.mount = free ? Mount::kFree : Mount::kFixed});
     Compile(composer);
   });
   std::string short_message = message;
@@ -103,7 +104,7 @@ TEST(SceneComposer, DefaultsOfAnArmDoNotReachItsHand) {
   composer.Attach(folder.Write("hand.xml",
                                "<mujoco><worldbody><body name='h'><geom name='g' size='0.1'/></body>"
                                "<geom name='w' type='ellipsoid' size='0.1 0.2 0.1'/></worldbody></mujoco>"),
-                  "arm/hand/", Pose{}, Mount::kFixed, "arm/tip");
+                  "arm/hand/", Pose{}, {.parent_body = "arm/tip"});
   const ModelPtr model = Compile(composer);
   EXPECT_EQ(model->geom_size[3 * Id(model, mjOBJ_GEOM, "arm/hand/g")], 0.1);
   EXPECT_EQ(model->body_parentid[Id(model, mjOBJ_BODY, "arm/hand")], Id(model, mjOBJ_BODY, "arm/tip"));
@@ -120,7 +121,7 @@ TEST(SceneComposer, PosesMultiply) {
   const Pose pose{{1, 2, 3}, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)}};
   composer.Attach(file, "p/", pose);
   // The same rotation again on the body: after two, it faces backward.
-  composer.Attach(file, "q/", pose, Mount::kFixed, "p/b");
+  composer.Attach(file, "q/", pose, {.parent_body = "p/b"});
   const ModelPtr model = Compile(composer);
   const DataPtr data(mj_makeData(model.get()));
   mj_kinematics(model.get(), data.get());
@@ -222,8 +223,8 @@ TEST(SceneComposer, DegreesAndEulerSequences) {
 
 TEST(SceneComposer, NewerModelsLoadWithWarnings) {
   SceneComposer composer(kModelsData / "world.xml");
-  composer.Attach(kModelsData / "newer_arm.xml", "arm/", Pose{}, Mount::kFixed, "", {{"motor1", 450}});
-  composer.Attach(kModelsData / "newer_hand.xml", "arm/hand/", Pose{}, Mount::kFixed, "arm/flange");
+  composer.Attach(kModelsData / "newer_arm.xml", "arm/", Pose{}, {.stiffness = {{"motor1", 450}}});
+  composer.Attach(kModelsData / "newer_hand.xml", "arm/hand/", Pose{}, {.parent_body = "arm/flange"});
   const std::string arm = (kModelsData / "newer_arm.xml").string();
   const std::string hand = (kModelsData / "newer_hand.xml").string();
   const std::string version = mj_versionString();
@@ -254,8 +255,8 @@ TEST(SceneComposer, NewerModelsLoadWithWarnings) {
 TEST(SceneComposer, LightsAreKeptIfTheSceneWantsThem) {
   SceneComposer composer(kModelsData / "world.xml");
   const int of_world = Compile(composer)->nlight;
-  composer.Attach(kModelsData / "newer_arm.xml", "arm/", Pose{{1, 0, 0}, {1, 0, 0, 0}}, Mount::kFixed, "",
-                  {{"motor1", 450}}, {}, true);
+  composer.Attach(kModelsData / "newer_arm.xml", "arm/", Pose{{1, 0, 0}, {1, 0, 0, 0}},
+                  {.stiffness = {{"motor1", 450}}, .keep_lights = true});
   for (const std::string& warning : composer.warnings()) {
     EXPECT_EQ(warning.find("<light>"), std::string::npos) << warning;
   }
@@ -361,10 +362,11 @@ TEST(SceneComposer, AttachingWhereItCannotBe) {
             part.string() + ":1: cannot be attached as 'p': there is such a body already");
   EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "post/", Pose{}); }),
             part.string() + ":1: cannot be attached as 'post': there is such a body already");
-  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, Mount::kFixed, "p/no"); }),
+  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, {.parent_body = "p/no"}); }),
             part.string() + ":1: cannot be attached: there is no body 'p/no'");
-  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, Mount::kFree, "p"); }),
-            part.string() + ":1: a part on a body cannot be free or placed");
+  EXPECT_EQ(
+      ErrorOf([&] { composer.Attach(part, "q/", Pose{}, {.mount = Mount::kFree, .parent_body = "p"}); }),
+      part.string() + ":1: a part on a body cannot be free or placed");
 }
 
 }  // namespace evalbus::scene_composer_test

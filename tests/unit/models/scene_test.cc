@@ -231,7 +231,7 @@ TEST(Scene, AnArmsModelMayContainItsHand) {
   // A composed document is a valid model file.
   SceneComposer composer(kModelsData / "world.xml");
   composer.Attach(kModelsData / "newer_arm.xml", "a/", Pose{});
-  composer.Attach(kModelsData / "newer_hand.xml", "h/", Pose{}, Mount::kFixed, "a/flange");
+  composer.Attach(kModelsData / "newer_hand.xml", "h/", Pose{}, {.parent_body = "a/flange"});
   files.folder.Write("both.xml", composer.ToXml());
   files.folder.Write("newer_robot.yaml", R"(name: whole
 arms:
