@@ -1,6 +1,7 @@
 #include "base/arguments.h"
 
 #include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
@@ -40,6 +41,17 @@ CLI::Validator FitsInt64() {
         return "expected a whole number of at most 64 bits, not '" + text + "'";
       },
       "");
+}
+
+CLI::Validator InRange(double least, double most) {
+  const CLI::Range range(least, most);
+  return CLI::Validator(
+      [range](std::string& text) {
+        double number = 0;
+        const bool is_nan = CLI::detail::lexical_cast(text, number) && std::isnan(number);
+        return is_nan ? "Value " + text + " is no number" : range(text);
+      },
+      range.get_description());
 }
 
 void AddOptionsFile(CLI::App* app, const std::function<void(const std::string&)>& read) {

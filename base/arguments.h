@@ -24,6 +24,9 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 // Checks an integer: CLI11 reads an empty text as 0 and clamps a number that is too large.
 CLI::Validator FitsInt64();
 
+// Checks that a number is in a range, both ends included. CLI::Range accepts NaN.
+CLI::Validator InRange(double least, double most);
+
 // Adds an option whose values are separated by commas. It takes one argument, so that positional arguments
 // may follow it.
 template <class Value>

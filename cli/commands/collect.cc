@@ -36,7 +36,7 @@ Action AddCollect(CLI::App* app) {
   app->add_option("--noise", options->noise,
                   "noise of the expert: maximum of a smooth deviation of each joint, rad (for example 0.03); "
                   "default: none")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(InRange(0.0, 1.0));
   app->add_option("--seed", run.seed, "seed; equal seeds give bit-identical results")
       ->check(FitsInt64())
       ->capture_default_str();

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
@@ -68,7 +69,7 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("--mb", options->megabytes,
                   "maximum size of that page in megabytes; as many pairs of episodes as fit can be played in "
                   "3D,\nflipped seeds first; 0: none")
-      ->check(CLI::Range(0.0, 2000.0))
+      ->check(InRange(0.0, 2000.0))
       ->capture_default_str();
   app->add_option("--video", options->video,
                   "video of the two runs or suites on one seed, side by side: .mp4, .gif or .webp");

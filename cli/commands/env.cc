@@ -145,7 +145,7 @@ Action AddEnv(CLI::App* app) {
       ->type_name("WxH")
       ->capture_default_str();
   app->add_option("--control-hz", sim.control_hz, "without --contract: steps per simulated second")
-      ->check(CLI::Range(5.0, 500.0))
+      ->check(InRange(5.0, 500.0))
       ->capture_default_str();
   app->add_option("--robot", sim.robot, "robot instead of the task's own");
   app->add_option("--seed-stream", sim.seed_stream,

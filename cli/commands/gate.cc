@@ -37,7 +37,7 @@ void AddOptions(CLI::App* app, GateCommandOptions* options) {
   app->add_option("--margin", options->gate.margin.value,
                   "largest acceptable loss: points of success; for metrics of --on without a margin of their "
                   "own,\npercent of the baseline's mean")
-      ->check(CLI::Range(0.1, 99.0))
+      ->check(InRange(0.1, 99.0))
       ->capture_default_str();
   AddList(app, "--on", &options->gate.on,
           "metrics that must not get worse either, separated by commas: NAME, NAME:MARGIN in the metric's "

@@ -47,7 +47,7 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
          "--mb", options->megabytes,
          "maximum size of the page in megabytes; as many episodes as fit can be played in 3D; 0: no 3D, no "
          "images")
-      ->check(CLI::Range(0.0, 2000.0))
+      ->check(InRange(0.0, 2000.0))
       ->capture_default_str();
 }
 

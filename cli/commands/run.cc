@@ -166,7 +166,7 @@ Action AddRun(CLI::App* app) {
   app->add_option("--partial-hz", output->partial_hz,
                   "with --json: also print the score so far, this often per simulated second; the control "
                   "rate\nprints every tick; default: only finished episodes")
-      ->check(CLI::Range(0.001, 1000.0));
+      ->check(InRange(0.001, 1000.0));
   app->add_flag("--quiet", output->quiet, "print errors only; with --json, also the events");
   AddLogLevel(app);
   AddPlanOptions(app, plan.get());

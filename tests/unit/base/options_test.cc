@@ -66,6 +66,21 @@ TEST(Options, ComeFromTheCommandLine) {
   EXPECT_EQ(options.folders, (std::vector<std::filesystem::path>{"a,b", "c"}));
 }
 
+TEST(InRange, RefusesNanAndWhatIsOutside) {
+  const auto parse = [](const std::string& text) {
+    CLI::App app;
+    double share = 0;
+    app.add_option("--share", share)->check(InRange(0, 1));
+    app.parse(std::vector<std::string>{text, "--share"});
+    return share;
+  };
+  EXPECT_EQ(parse("0"), 0);
+  EXPECT_EQ(parse("1"), 1);
+  for (const char* text : {"-0.1", "1.1", "nan", "-nan", "inf", "half"}) {
+    EXPECT_THROW(parse(text), CLI::ValidationError) << text;
+  }
+}
+
 TEST(Options, OutOfRangeIsReportedInTermsOfTheCommandLine) {
   EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "600"}); }), "--rate-hz: expected 20 to 500, got 600");
   EXPECT_EQ(ErrorOf([] { Parse({"--rate-hz", "inf"}); }), "--rate-hz: expected 20 to 500, got inf");
