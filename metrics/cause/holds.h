@@ -43,7 +43,7 @@ class Holds {
   static constexpr double kInterruption = 0.3, kOpening = 0.5;  // s
   // A strong gripper that snaps shut overshoots and bounces for this time, s; it does not count as opening
   // then.
-  static constexpr double kSnap = 0.15;
+  static constexpr double kSnap = 0.25;
   // A gripper begins to open when its opening exceeds its minimum by this fraction.
   static constexpr double kYield = 0.05;
 
