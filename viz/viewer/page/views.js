@@ -16,8 +16,7 @@ Evalbus.Views = class {
     this.tip = e("div", { class: "ev-hover", role: "tooltip", hidden: "" });
     viewer.parts.app.querySelector(".ev-head").insertBefore(this.nav, viewer.parts.rate);
     this.app.append(this.boardPlace, this.listPlace, this.tip, viewer.notes.dialog);
-    this.thumbnails = new Evalbus.Thumbnails(viewer.source, (run, episode) => viewer.trackOf(run, episode), () => viewer.palette);
-    this.app.append(this.thumbnails.home);
+    this.thumbnails = viewer.thumbnails;
     const hover = (row, node) => this.hover(row, node);
     this.board = new Evalbus.Board(this.boardPlace, viewer, hover);
     this.episodes = new Evalbus.Episodes(this.listPlace, this.board, this.thumbnails, {
