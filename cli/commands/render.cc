@@ -51,6 +51,7 @@ struct RenderOptions {
   std::string gl = "osmesa";
   std::string overlay = "full";
   double trail_s = 0;
+  bool outline = false;
   viz::VideoTiming timing;
   // Prints lines with the progress for the process that started this one and reads its log.
   bool report_progress = false;
@@ -85,6 +86,9 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
       ->capture_default_str();
   app->add_option("--trail", options->trail_s,
                   "seconds for which the paths of the wrists stay visible, in the plain layout");
+  app->add_flag(
+      "--outline", options->outline,
+      "white outlines around the task's objects, so that small ones are found at once; not with --grid");
   AddVideoTiming(app, &options->timing);
   app->add_option("-o,--out", options->out,
                   "video file, whose extension selects the format; default: beside the log");
@@ -201,6 +205,7 @@ int Render(const RenderOptions& options) {
     throw InputError("--trail: expected --layout plain without --grid");
   }
   video.trail_s = options.trail_s;
+  if (options.has_grid && options.outline) throw InputError("--outline: not possible with --grid");
   const std::string usual = !has_panels ? "640x480" : video.ending == ".mp4" ? "1280x720" : "640x360";
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? usual : options.size);
   const std::vector<fs::path> logs = results::EpisodeLogs(options.recording, options.episodes);
@@ -222,7 +227,7 @@ int Render(const RenderOptions& options) {
   // A log that is passed as a file may hold several episodes.
   if (logs.size() == 1) video.episodes = options.episodes;
   Progress progress(logs.size(), options.report_progress);
-  viz::ParallelFrameRenderer frame_renderer(size);
+  viz::ParallelFrameRenderer frame_renderer(size, 0, options.outline);
   size_t without_video = 0;
   for (size_t i = 0; i < logs.size(); ++i) {
     const auto run = results::RunOf(logs[i]);

@@ -5,7 +5,7 @@ usage: check_board.py EVALBUS PLAN LARGE [FOLDER]
 
 PLAN is the finished folder of a plan with two policies, of which the second fails, and one task; LARGE is a run folder
 with many episodes and no logs. Fails (exit code 1) if the overview shows other results than the run folders, if a link
-leads elsewhere, if keys, filter, notes or saved images do not work, or if the console is not empty. Writes images into
+leads elsewhere, if the images of the decisive seconds are wrong, if keys, filter, notes or saved images do not work, or if the console is not empty. Writes images into
 FOLDER. Exit code 77: skipped, Chromium is not installed.
 """
 import contextlib
@@ -68,6 +68,67 @@ def check_seeds(browser, policies, found):
     expected = [["success" if one["metrics"]["success"] else "failure" for one in episodes_of(run)] for _, run in policies]
     if cells != expected:
         found.append(f"the matrix has {cells}, the runs {expected}")
+
+
+def check_hover(browser, policies, found):
+    """The decisive seconds of a cell of the matrix move beside it, by pointer and by keyboard."""
+    failures = [one for one in episodes_of(policies[1][1]) if not one["metrics"]["success"]]
+    last = failures[-1]
+    image = "Boolean(document.querySelector('.ev-hover:not([hidden]) .ev-ready'))"
+    is_over = f"document.querySelector('.ev-hover').hidden && !{VIEWS}.thumbnails.isPlaying"
+    browser.evaluate("window.drawn = []; const old = %s.thumbnails.draw; %s.thumbnails.draw = function (time_s) {"
+                     " drawn.push(time_s); old.call(this, time_s); }" % (VIEWS, VIEWS))
+    browser.events.clear()
+
+    def sent():
+        return [one["params"]["request"]["url"] for one in browser.events if one.get("method") == "Network.requestWillBeSent"
+                and "/episode/" in one["params"]["request"]["url"]]
+
+    def check_card(what):
+        wait_until(browser, image, f"{what}: no image")
+        wait_until(browser, "new Set(drawn).size > 2", f"{what}: the image does not move")
+        start_s = max(0, (last["cause"] or {}).get("time_s", last["metrics"]["completion_time"]) - 1)
+        times = browser.evaluate("drawn")
+        if min(times) < start_s - 1e-6 or max(times) > start_s + 2 + 1e-6:
+            found.append(f"{what}: shows {min(times)} to {max(times)} s, not the two seconds from {start_s} s")
+        text = browser.evaluate("document.querySelector('.ev-hover').textContent")
+        if last["cause"]["text"] not in text or f"episode {last['episode']}" not in text:
+            found.append(f"{what}: the card of {last} contains {text!r}")
+        browser.evaluate("drawn.length = 0")
+
+    # A pointer that crosses the matrix requests nothing but the cell on which it rests.
+    browser.evaluate("document.querySelectorAll('.ev-matrices a.ev-cell[data-outcome=failure], .ev-matrices a.ev-cell[data-outcome=success]')"
+                     ".forEach((cell) => cell.dispatchEvent(new PointerEvent('pointerover', {bubbles: true})));"
+                     "[...document.querySelectorAll('.ev-matrices a.ev-cell[data-outcome=failure]')].pop()"
+                     ".dispatchEvent(new PointerEvent('pointerover', {bubbles: true}))")
+    check_card("pointer")
+    if len(sent()) != 1:
+        found.append(f"the pointer crosses the matrix, which requests {sent()}")
+    browser.evaluate("document.querySelector('.ev-matrices').dispatchEvent(new PointerEvent('pointerleave'))")
+    if not browser.evaluate(is_over):
+        found.append("the image stays when the pointer has left the matrix")
+    # Without this, a headless page never has the focus.
+    browser.call("Emulation.setFocusEmulationEnabled", enabled=True)
+    browser.evaluate("[...document.querySelectorAll('.ev-matrices a.ev-cell[data-outcome=failure]')].pop().focus()")
+    check_card("keyboard")
+    # As when an episode ends.
+    browser.evaluate(f"drawn.length = 0; {VIEWS}.board.seeds.redraw()")
+    label = browser.evaluate("document.activeElement.getAttribute('aria-label') || ''")
+    if f"episode {last['episode']}:" not in label or not browser.evaluate(image):
+        found.append(f"after an update of the matrix, the focus is at {label!r}")
+    press(browser, "Escape", "\x1b")
+    if not browser.evaluate(is_over):
+        found.append("Escape does not close the card")
+    browser.evaluate("document.activeElement.blur(); location.hash = '#/episodes:result=failure'")
+    wait_until(browser, f"{VIEWS}.name === 'episodes'", "the list is not shown")
+    browser.evaluate(f"{VIEWS}.episodes.setWall(true); [...document.querySelectorAll('.ev-failure')].pop().focus()")
+    wait_until(browser, "Boolean(document.activeElement.querySelector('.ev-ready'))", "an image of the wall does not move with the focus")
+    browser.evaluate(f"document.activeElement.blur(); {VIEWS}.episodes.setWall(false)")
+    if browser.evaluate(f"{VIEWS}.thumbnails.isPlaying"):
+        found.append("an image of the wall moves without the focus")
+    browser.call("Emulation.setFocusEmulationEnabled", enabled=False)
+    browser.evaluate("location.hash = '#/board'")
+    wait_until(browser, f"{VIEWS}.name === 'board'", "the overview is not shown")
 
 
 def check_links(browser, policies, found):
@@ -165,6 +226,7 @@ def check_plan(browser, evalbus, plan, folder, found):
                    f" && {VIEWS}.board.head.is_over", "the overview is not shown")
         check_table(browser, plan, policies, found)
         check_seeds(browser, policies, found)
+        check_hover(browser, policies, found)
         for width, scheme in ((390, "light"), (1280, "light"), (1280, "dark"), (1920, "light")):
             browser.screen(width, 900, scheme)
             frame(browser)

@@ -74,10 +74,14 @@ def compare_poses(browser, log, tick, found):
     """Compares the pose of every body of MODEL; returns how many were compared."""
     browser.evaluate(f"evalbusViewer.seek({tick})")
     frame(browser)
+    return compare_drawn_poses(browser, "evalbusViewer.pose", log, tick, found)
+
+
+def compare_drawn_poses(browser, pose_of, log, tick, found):
     state, model = log["EVALBUS_STATE"], log["EVALBUS_MODEL"]
     row = list(state["header"]["tick"]).index(tick)
     for body, name in enumerate(model["body_name"][0]):
-        pose = browser.evaluate(f"evalbusViewer.pose({json.dumps(name)})")
+        pose = browser.evaluate(f"{pose_of}({json.dumps(name)})")
         position = state["body"]["position_m"][row][body]
         quat = state["body"]["quat_wxyz"][row][body]
         away = max(abs(a - b) for a, b in zip(pose["position_m"], position))
@@ -180,6 +184,45 @@ def check_zoom(browser, found):
     if browser.evaluate(lanes) != before + 1:
         found.append("a pinned curve is not on the time line")
     browser.evaluate("evalbusViewer.curves.cards[0].pin.click()")
+
+
+def check_pointed(browser, log, found):
+    """The time line shows the scene at the time under the pointer, until the pointer leaves or drags."""
+    pose_of = "evalbusViewer.pose.bind({scene: evalbusViewer.thumbnails.scene})"
+    is_ready = "Boolean(document.querySelector('.ev-time-image:not([hidden]) .ev-ready'))"
+    is_over = "document.querySelector('.ev-time-image').hidden && !evalbusViewer.thumbnails.isPlaying"
+    requests = len(browser.events)
+    browser.evaluate("evalbusViewer.seek(0)")
+
+    def move(part):
+        place = browser.evaluate("""(() => {
+          const t = evalbusViewer.timeline, box = t.slider.getBoundingClientRect();
+          return {x: box.left + t.xOf(%r * t.end), y: box.top + 12};
+        })()""" % part)
+        browser.call("Input.dispatchMouseEvent", type="mouseMoved", **place)
+        return place
+
+    for part in (0.25, 0.7):
+        move(part)
+        wait_until(browser, is_ready, "the time line shows no image")
+        frame(browser)
+        tick = browser.evaluate("Math.round(evalbusViewer.timeline.pointed / evalbusViewer.tracks[0].tickSeconds)")
+        compare_drawn_poses(browser, pose_of, log, tick, found)
+        if browser.evaluate("evalbusViewer.tick") != 0:
+            found.append("the pointer above the time line moves the scene")
+    place = move(0.5)
+    browser.call("Input.dispatchMouseEvent", type="mousePressed", button="left", clickCount=1, **place)
+    if not browser.evaluate(is_over):
+        found.append("the time line shows an image while it is dragged")
+    browser.call("Input.dispatchMouseEvent", type="mouseReleased", button="left", clickCount=1, **place)
+    move(0.6)
+    wait_until(browser, is_ready, "the time line shows no image after a click")
+    browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=2, y=2)
+    if not browser.evaluate(is_over):
+        found.append("the image stays when the pointer has left the time line")
+    asked = [one["params"]["request"]["url"] for one in browser.events[requests:] if one.get("method") == "Network.requestWillBeSent"]
+    if any("/episode/" in url for url in asked):
+        found.append(f"the image of an open episode requests {asked}")
 
 
 def check_metrics(browser, found):
@@ -327,6 +370,7 @@ def check(browser, url, run, folder, found):
     check_metrics(browser, found)
     check_time(browser, log, found)
     check_zoom(browser, found)
+    check_pointed(browser, log, found)
     check_play(browser, found)
     check_sizes(browser, folder, found)
     found += complaints(browser.events, own_addresses(url))

@@ -117,6 +117,15 @@ void Drawer::Take(std::vector<Frame>* frames) {
   sem_post(&shared_->room);
 }
 
+// By body id, whether the body belongs to one of the task's objects.
+std::vector<bool> ObjectBodies(const model_info_t& model) {
+  std::vector<bool> is_object;
+  for (const int32_t entity : model.body_entity) {
+    is_object.push_back(std::ranges::find(model.object_entity, entity) != model.object_entity.end());
+  }
+  return is_object;
+}
+
 }  // namespace
 
 Renderer* VideoScenes::Of(const model_info_t& model, const std::filesystem::path& log,
@@ -124,7 +133,8 @@ Renderer* VideoScenes::Of(const model_info_t& model, const std::filesystem::path
   Scene& scene = scenes_[model.visual_sha256 + model.variation + model.task_yaml];
   scene.is_used = true;
   if (!scene.renderer) {
-    scene.renderer = std::make_unique<Renderer>(VisualModel(model, log), largest_, Look::kVideo);
+    scene.renderer = std::make_unique<Renderer>(VisualModel(model, log), largest_, Look::kVideo,
+                                                are_outlined_ ? ObjectBodies(model) : std::vector<bool>());
     const TaskDescription task = ParseTask(model.task_yaml, model.task_file, false);
     scene.varies = !task.variation(model.variation).appearance.empty();
   }
@@ -140,8 +150,8 @@ void VideoScenes::FreeUnused() {
   for (auto& [key, scene] : scenes_) scene.is_used = false;
 }
 
-ParallelFrameRenderer::ParallelFrameRenderer(FrameSize largest, size_t processes)
-    : largest_(largest), processes_(processes), scenes_(largest) {
+ParallelFrameRenderer::ParallelFrameRenderer(FrameSize largest, size_t processes, bool are_outlined)
+    : largest_(largest), processes_(processes), scenes_(largest, are_outlined) {
   if (processes_ == 0) {
     processes_ = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMaxProcesses);
   }

@@ -24,7 +24,9 @@ namespace evalbus::viz {
 // appearance of the requested episode.
 class VideoScenes {
  public:
-  explicit VideoScenes(FrameSize largest) : largest_(largest) {}
+  // are_outlined: the task's objects have outlines.
+  explicit VideoScenes(FrameSize largest, bool are_outlined = false)
+      : largest_(largest), are_outlined_(are_outlined) {}
 
   // Returns the renderer for an episode of a log; seed: the episode's seed if known. Throws InputError as
   // VisualModel and Renderer::SetAppearance.
@@ -39,6 +41,7 @@ class VideoScenes {
     std::optional<int64_t> seed;
   };
   FrameSize largest_;
+  bool are_outlined_;
   // Key: SHA-256 of the visual model, variation and task.
   std::map<std::string, Scene> scenes_;
 };
@@ -54,7 +57,8 @@ class ParallelFrameRenderer {
 
   // largest: maximum size of the images. processes: 0 selects the number of cores, at most 8, or a single
   // process if a graphics processor draws.
-  explicit ParallelFrameRenderer(FrameSize largest, size_t processes = 0);
+  // are_outlined: the task's objects have outlines.
+  explicit ParallelFrameRenderer(FrameSize largest, size_t processes = 0, bool are_outlined = false);
 
   FrameSize largest() const { return largest_; }
   // Calls `take` in this process for frames 0 to num_frames - 1 in order while later frames are being drawn.

@@ -112,7 +112,7 @@ struct Kept {
 };
 
 struct Renderer::Gl {
-  Gl(const mjModel& model, bool mujoco_paints, Look look)
+  Gl(const mjModel& model, bool mujoco_paints, Look look, const std::vector<bool>& outlined_bodies)
       : buffer{model.vis.global.offwidth, model.vis.global.offheight} {
     mjv_defaultScene(&scene);
     mjr_defaultContext(&context);
@@ -132,7 +132,9 @@ struct Renderer::Gl {
         throw EnvironmentError("OpenGL offers no offscreen buffer of this size");
       }
       mujoco_painter = std::make_unique<MujocoPainter>(context);
-      if (!mujoco_paints) scene_painter = std::make_unique<ScenePainter>(context, model, look);
+      if (!mujoco_paints) {
+        scene_painter = std::make_unique<ScenePainter>(context, model, look, outlined_bodies);
+      }
     } catch (...) {
       Free();
       throw;
@@ -184,16 +186,24 @@ struct Renderer::Gl {
   std::list<Kept> kept;
 };
 
-Renderer::Renderer(ModelPtr model, FrameSize size, Look look)
-    : model_(std::move(model)), size_(size), mujoco_paints_(MujocoPaints()), look_(look) {
+Renderer::Renderer(ModelPtr model, FrameSize size, Look look, std::vector<bool> outlined_bodies)
+    : model_(std::move(model)),
+      size_(size),
+      mujoco_paints_(MujocoPaints()),
+      look_(look),
+      outlined_bodies_(std::move(outlined_bodies)) {
   CheckFrameSize(size);
   InstallMujocoHandlers();
+  if (!outlined_bodies_.empty() && outlined_bodies_.size() != static_cast<size_t>(model_->nbody)) {
+    throw InputError(
+        fmt::format("MODEL has {} bodies, the visual model {}", outlined_bodies_.size(), model_->nbody));
+  }
   model_->vis.global.offwidth = size.width / kShown * kDrawn;
   model_->vis.global.offheight = size.height / kShown * kDrawn;
   model_->vis.quality.offsamples = 0;
   data_.reset(mj_makeData(model_.get()));
   mj_kinematics(model_.get(), data_.get());
-  gl_ = std::make_unique<Gl>(*model_, mujoco_paints_, look_);
+  gl_ = std::make_unique<Gl>(*model_, mujoco_paints_, look_, outlined_bodies_);
 }
 
 Renderer::~Renderer() = default;
@@ -243,7 +253,7 @@ void Renderer::Prepare(FrameSize buffer) {
     global.offwidth = gl_ ? std::max(buffer.width, gl_->buffer.width) : buffer.width;
     global.offheight = gl_ ? std::max(buffer.height, gl_->buffer.height) : buffer.height;
     gl_.reset();
-    gl_ = std::make_unique<Gl>(*model_, mujoco_paints_, look_);
+    gl_ = std::make_unique<Gl>(*model_, mujoco_paints_, look_, outlined_bodies_);
   }
   gl_->gl.MakeCurrent();
 }
@@ -267,6 +277,11 @@ Painter* Renderer::PrepareToDraw(const Shot& shot, FrameSize size) {
     if (gl_->scene_painter->Supports(gl_->scene)) return gl_->scene_painter.get();
     // MuJoCo draws into the shadow map that ScenePainter uses.
     if (gl_->scene.flags[mjRND_SHADOW]) gl_->scene_painter->ForgetShadows();
+  }
+  if (!outlined_bodies_.empty()) {
+    throw InputError(
+        "--outline: not possible in a scene with mirrors, fog, spot lights, skins or several lights with "
+        "shadows, nor with EVALBUS_PAINTER=mujoco");
   }
   Prepare(size);
   UpdateScene(shot, false);

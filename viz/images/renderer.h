@@ -41,8 +41,9 @@ class Renderer {
  public:
   // model: must have visual geoms; light and shadow settings are taken from its <visual>. Throws InputError
   // for an odd or out-of-range size, EnvironmentError if OpenGL is missing or fails. look: a policy's images
-  // must have kPlain.
-  Renderer(ModelPtr model, FrameSize size, Look look = Look::kPlain);
+  // must have kPlain. outlined_bodies: by body id, whether its opaque geoms get a white outline; must be
+  // empty for a policy's images. Rendering then throws InputError if ScenePainter cannot draw the scene.
+  Renderer(ModelPtr model, FrameSize size, Look look = Look::kPlain, std::vector<bool> outlined_bodies = {});
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
@@ -89,6 +90,7 @@ class Renderer {
   // The painter is chosen once: later changes of the environment have no effect.
   bool mujoco_paints_;
   Look look_;
+  std::vector<bool> outlined_bodies_;
   DataPtr data_;
   std::unique_ptr<Gl> gl_;
 };

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "viz/images/painter/outlines.h"
 #include "viz/images/painter/shadow_map.h"
 
 namespace evalbus::viz {
@@ -50,11 +51,15 @@ void KeptImage::Free() {
   gl_.DeleteRenderbuffers(2, renderbuffers_);
 }
 
-ScenePainter::ScenePainter(const mjrContext& context, const mjModel& model, Look look)
+ScenePainter::ScenePainter(const mjrContext& context, const mjModel& model, Look look,
+                           const std::vector<bool>& outlined_bodies)
     : context_(context),
       boxes_(model),
       look_(look),
       shaders_(gl_, look == Look::kVideo ? context.shadowSize : 0) {
+  for (int i = 0; i < model.ngeom && !outlined_bodies.empty(); ++i) {
+    is_outlined_.push_back(outlined_bodies[static_cast<size_t>(model.geom_bodyid[i])]);
+  }
   for (int i = 0; i < context.ntexture && sky_ < 0; ++i) {
     if (context.textureType[i] == mjTEXTURE_SKYBOX) sky_ = i;
   }
@@ -188,7 +193,10 @@ void ScenePainter::Paint(const mjvGeom& geom, bool with_shadow) {
     if (texture != Texture::kExplicit) PlaceTexture(program, geom, is_cube);
   }
   // A plane seen from behind is drawn translucent.
-  const float color[4] = {geom.rgba[0], geom.rgba[1], geom.rgba[2], geom.rgba[3] * (is_behind ? 0.3f : 1)};
+  const bool is_outlined = !is_outlined_.empty() && geom.objtype == mjOBJ_GEOM && IsOpaque(geom) &&
+                           is_outlined_[static_cast<size_t>(geom.objid)];
+  const float alpha = is_outlined ? 0 : geom.rgba[3] * (is_behind ? 0.3f : 1);
+  const float color[4] = {geom.rgba[0], geom.rgba[1], geom.rgba[2], alpha};
   gl_.Color4fv(color);
   const float material[3] = {geom.emission, geom.specular, 128 * geom.shininess};
   gl_.Uniform3fv(program.material, 1, material);
@@ -279,6 +287,7 @@ Part ScenePainter::Paint(const mjvScene& scene, PaintedImage* painted) {
     image->shows_.emplace(scene);
     return part;
   }
+  if (!is_outlined_.empty()) part = WithOutlines(part, *image);
   // Marks the image as invalid until it is complete, in case an OpenGL call throws.
   image->shows_.reset();
 
@@ -293,7 +302,7 @@ Part ScenePainter::Paint(const mjvScene& scene, PaintedImage* painted) {
   gl_.DepthMask(GL_TRUE);
   gl_.DepthFunc(GL_LEQUAL);
   gl_.DepthRange(0, 1);
-  gl_.ClearColor(0, 0, 0, 0);
+  gl_.ClearColor(0, 0, 0, is_outlined_.empty() ? 0 : 1);
   gl_.ClearDepth(1);
   shaders_.Release();
   if (light) PaintShadows(scene, *light);
@@ -326,6 +335,7 @@ Part ScenePainter::Paint(const mjvScene& scene, PaintedImage* painted) {
   gl_.ReadPixels(part.left, part.bottom, part.width(), part.height(), GL_RGBA, GL_UNSIGNED_BYTE,
                  &image->rgba[first]);
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
+  if (!is_outlined_.empty()) DrawOutlines(part, image);
   // Restores the framebuffer into which MuJoCo draws.
   gl_.BindFramebuffer(GL_FRAMEBUFFER, context_.offFBO);
   image->shows_.emplace(scene);

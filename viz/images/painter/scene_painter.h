@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "viz/images/painter/gl_functions.h"
 #include "viz/images/painter/gl_math.h"
@@ -42,8 +43,10 @@ class KeptImage : public PaintedImage {
 class ScenePainter : public Painter {
  public:
   // context: created by mjr_makeContext. The OpenGL context must be current here and in every call. Throws
-  // EnvironmentError if its OpenGL version is too old.
-  ScenePainter(const mjrContext& context, const mjModel& model, Look look);
+  // EnvironmentError if its OpenGL version is too old. outlined_bodies: by body id, whether its opaque geoms
+  // are outlined; empty: none are.
+  ScenePainter(const mjrContext& context, const mjModel& model, Look look,
+               const std::vector<bool>& outlined_bodies = {});
 
   // False for scenes with mirrors, fog, spot lights, skins or two lights with shadows.
   bool Supports(const mjvScene& scene) const override;
@@ -78,6 +81,8 @@ class ScenePainter : public Painter {
   const mjrContext& context_;
   const GeomBoxes boxes_;
   const Look look_;
+  // By geom id; empty if there are none.
+  std::vector<bool> is_outlined_;
   SceneGeoms geoms_{gl_, context_};
   SceneShaders shaders_;
   // Index of the sky's texture; -1 if there is none.

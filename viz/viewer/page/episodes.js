@@ -2,7 +2,7 @@
 "use strict";
 
 Evalbus.Episodes = class extends Evalbus.RowList {
-  // board: provides the rows. actions: {hover, changed(filter), edit(row)}.
+  // board: provides the rows. actions: {changed(filter)}.
   constructor(place, board, thumbnails, actions) {
     super({ class: "ev-table-box", role: "rowgroup" });
     const e = Evalbus.element;
@@ -27,7 +27,7 @@ Evalbus.Episodes = class extends Evalbus.RowList {
       return e("span", { class: `ev-col-${column.name}`, role: "columnheader" }, button);
     }));
     this.table = e("div", { class: "ev-table", role: "table", "aria-label": "episodes" }, e("div", { role: "rowgroup" }, this.head), this.box);
-    this.wall = new Evalbus.Wall(thumbnails, actions.hover);
+    this.wall = new Evalbus.Wall(thumbnails);
     place.append(e("h1", { class: "ev-hidden" }, "Episodes"), e("div", { class: "ev-filter-bar" }, this.filter, this.count, e("span", { class: "ev-segments" }, this.asList, this.asWall)),
       this.problem, this.table, this.wall.place);
     this.setWall(false);
@@ -159,11 +159,11 @@ Evalbus.Episodes.COLUMNS = [
     text: (row) => (row.note ? `✎ ${Evalbus.words(row.note)}` : Evalbus.words(row.cause_text || row.text)) },
 ];
 
-// Failures as images of their decisive moments, grouped by reason; the one under the pointer moves.
+// Failures as images of their decisive moments, grouped by reason; the one under the pointer or with the keyboard
+// focus moves.
 Evalbus.Wall = class {
-  constructor(thumbnails, hover) {
+  constructor(thumbnails) {
     this.thumbnails = thumbnails;
-    this.hover = hover;
     this.place = Evalbus.element("div", { class: "ev-wall" });
     this.waiting = [];
     thumbnails.onIdle = () => this.drawNext();
@@ -199,8 +199,8 @@ Evalbus.Wall = class {
       e("b", {}, `${Evalbus.words(row.policy)} · episode ${row.episode}`), e("span", {}, Evalbus.words(row.cause_text || row.text)));
     if (link) {
       this.waiting.push([row, canvas]);
-      card.addEventListener("pointerenter", () => this.thumbnails.play(row, image));
-      card.addEventListener("pointerleave", () => this.thumbnails.stop());
+      for (const kind of ["pointerenter", "focus"]) card.addEventListener(kind, () => this.thumbnails.play(row, image));
+      for (const kind of ["pointerleave", "blur"]) card.addEventListener(kind, () => this.thumbnails.stop());
     }
     return card;
   }

@@ -172,6 +172,17 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
+  // Takes the camera of another view.
+  lookLike(other) {
+    this.cameraName = other.cameraName;
+    this.isFreed = true;
+    this.camera.position.copy(other.camera.position);
+    this.camera.quaternion.copy(other.camera.quaternion);
+    this.controls.target.copy(other.controls.target);
+    this.fovy = other.fovy;
+    this.resize();
+  }
+
   setCamera(name) {
     if (name === null) {
       this.home();

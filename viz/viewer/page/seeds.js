@@ -43,7 +43,7 @@ Evalbus.Seeds = class {
     for (const kind of ["pointerover", "focusin"]) {
       this.tasks.addEventListener(kind, (event) => this.hover(this.rowOf.get(event.target) || null, event.target));
     }
-    for (const kind of ["pointerleave", "focusout"]) this.tasks.addEventListener(kind, () => this.hover(null));
+    for (const kind of ["pointerleave", "focusout"]) this.tasks.addEventListener(kind, () => this.isRedrawing || this.hover(null));
     new ResizeObserver(() => this.place.clientWidth !== this.width && this.redraw()).observe(this.place);
   }
 
@@ -70,8 +70,16 @@ Evalbus.Seeds = class {
     this.letters = Evalbus.lettersOf(reasons.map(([reason]) => reason));
     this.showLegend(reasons, rows.flat().some((row) => !row.complete));
     this.onlyDifferent.parentElement.hidden = policies.length < 2;
+    // New episodes do not take the keyboard focus away.
+    const focused = this.rowOf.get(document.activeElement);
+    this.focused = focused && Evalbus.keyOf(focused);
+    this.toFocus = null;
+    this.isRedrawing = true;
     this.tasks.replaceChildren(...tasks.map((task) => this.matrix(task.name, policies,
       rows.map((list) => list.filter((row) => `${row.task}/${row.variation}` === task.name)))));
+    this.isRedrawing = false;
+    if (this.toFocus) this.toFocus.focus({ preventScroll: true });
+    else if (focused) this.hover(null);
   }
 
   showLegend(reasons, hasIncomplete) {
@@ -125,9 +133,10 @@ Evalbus.Seeds = class {
     const sign = outcome === "success" ? "✓" : outcome === "failure" ? this.letters.get(reason) : "–";
     const canOpen = row.has_track !== false;
     const cell = Evalbus.element(canOpen ? "a" : "span", { class: row.note ? "ev-cell ev-noted" : "ev-cell", "data-outcome": outcome,
-      href: canOpen ? Evalbus.episodeLink(row, Evalbus.partnerOf(row, column)) : null,
+      href: canOpen ? Evalbus.episodeLink(row, Evalbus.partnerOf(row, column)) : null, "aria-describedby": "ev-hover",
       "aria-label": `${Evalbus.words(row.policy)}, episode ${row.episode}: ${Evalbus.reasonText(outcome === "success" ? "success" : reason)}` }, sign);
     this.rowOf.set(cell, row);
+    if (Evalbus.keyOf(row) === this.focused) this.toFocus = cell;
     return cell;
   }
 };

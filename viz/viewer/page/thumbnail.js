@@ -1,5 +1,5 @@
-// Small 3D images of the seconds around the moment that decided an episode. One renderer draws them all, one at a
-// time.
+// Small 3D images of episodes: the seconds around the moment that decided one, and the scene at the time under the
+// pointer. One renderer draws them all, one at a time.
 "use strict";
 
 // The moment that decided the episode (s): that of its cause, else its end; null if neither is known.
@@ -17,6 +17,7 @@ Evalbus.Thumbnails = class {
     this.place = Evalbus.element("div", { class: "ev-thumbnail", "aria-hidden": "true" });
     // Holds the place, outside the window, while nothing is played: the renderer needs its size.
     this.home = Evalbus.element("div", { class: "ev-thumbnail-home" }, this.place);
+    this.tracks = [];  // in the scene
     this.isPlaying = false;
     this.onIdle = () => {};
     this.queue = Promise.resolve();
@@ -36,22 +37,39 @@ Evalbus.Thumbnails = class {
   }
 
   // Shows a row's decisive seconds in `parent`, in a loop, until another call or stop().
-  async play(row, parent) {
+  play(row, parent) {
+    const from = Evalbus.startOf(row), span = 2;
+    const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    return this.present(parent, () => this.prepare(row), (elapsed_s) => from + (isCalm ? 1 : Math.min(span, elapsed_s % (span + 0.4))));
+  }
+
+  // Shows these tracks, with the camera of the scene `view`, at the time timeAt() (s), until another call or stop().
+  follow(view, tracks, isBeside, parent, timeAt) {
+    return this.present(parent, async () => {
+      if (!await this.showTracks(tracks, isBeside)) return false;
+      this.scene.lookLike(view);
+      return true;
+    }, timeAt);
+  }
+
+  // prepare(): resolves to whether the scene can be shown. timeAt(elapsed_s): the time (s) to show.
+  async present(parent, prepare, timeAt) {
     const turn = this.turn = (this.turn || 0) + 1;
     if (!this.begin()) return;
     this.isPlaying = true;
     parent.append(this.place);
     this.place.classList.remove("ev-ready");
-    const isShown = await this.enqueue(() => (turn === this.turn ? this.prepare(row) : false));
+    const isShown = await this.enqueue(() => (turn === this.turn ? prepare() : false));
     if (!isShown || turn !== this.turn) return;
-    const from = Evalbus.startOf(row), span = 2, begin = performance.now();
-    const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const begin = performance.now();
+    let drawn_s = null;
     const frame = (now) => {
-      if (turn !== this.turn || !this.track) return;
-      const elapsed = isCalm ? 1 : ((now - begin) / 1000) % (span + 0.4);
-      this.draw(from + Math.min(span, elapsed));
+      if (turn !== this.turn) return;
+      const time_s = timeAt(Math.max(0, now - begin) / 1000);
+      if (time_s !== drawn_s) this.draw(time_s);
+      drawn_s = time_s;
       this.place.classList.add("ev-ready");
-      if (!isCalm) requestAnimationFrame(frame);
+      requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);
   }
@@ -66,7 +84,7 @@ Evalbus.Thumbnails = class {
   }
 
   // Draws the decisive moment of a row into a canvas of the same shape. Resolves to false if there is no image,
-  // and to null if play() came in between.
+  // and to null if present() came in between.
   still(row, canvas) {
     if (!this.begin()) return Promise.resolve(false);
     return this.enqueue(async () => {
@@ -88,14 +106,35 @@ Evalbus.Thumbnails = class {
 
   async prepare(row) {
     const track = await this.load(row.run, row.episode);
-    if (!track.head.scene || !await this.scene.show([track], false)) return false;
-    this.track = track;
+    if (!track.head.scene || !await this.showTracks([track], false)) return false;
     this.scene.home();
     return true;
   }
 
+  async showTracks(tracks, isBeside) {
+    // Recreating the bodies takes longer than drawing them.
+    const isInScene = tracks.length === this.tracks.length && tracks.every((track, k) => track === this.tracks[k])
+      && isBeside === this.isBeside;
+    if (isInScene) return true;
+    this.tracks = [];
+    if (!await this.scene.show(tracks, isBeside)) return false;
+    this.tracks = tracks.slice();
+    this.isBeside = isBeside;
+    this.place.classList.toggle("ev-pair", isBeside);
+    this.scene.resize();
+    return true;
+  }
+
   draw(time_s) {
-    this.scene.update([Math.min(time_s / this.track.tickSeconds, this.track.last)], [-1]);
+    this.scene.update(this.tracks.map((track) => Math.min(time_s / track.tickSeconds, track.last)), this.tracks.map(() => -1));
     this.scene.draw();
+  }
+
+  // Frees the graphics memory; the next image allocates it again.
+  release() {
+    this.stop();
+    if (this.scene) this.scene.dispose();
+    this.scene = null;
+    this.tracks = [];
   }
 };

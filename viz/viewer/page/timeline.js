@@ -20,18 +20,22 @@ Evalbus.zoomed = (view, end, center, factor, least) => {
 };
 
 Evalbus.Timeline = class {
-  // onSeek(tick): also called while dragging. onView(): the shown part of the time axis has changed.
-  constructor(place, onSeek, onView) {
+  // onSeek(tick): also called while dragging. onView(): the shown part of the time axis has changed. onPoint(place): the
+  // scene at the time `pointed` is wanted in the element `place`; null: no longer.
+  constructor(place, onSeek, onView, onPoint) {
     const e = Evalbus.element;
     this.onSeek = onSeek;
     this.onView = onView;
+    this.onPoint = onPoint;
+    this.pointed = null;  // s, of a tick; null unless the pointer rests on or moves over the plot
     this.view = null;  // {from, to} in s if zoomed
     this.canvas = e("canvas", { class: "ev-lanes" });
     this.cursor = e("div", { class: "ev-cursor" });
     this.hover = e("div", { class: "ev-cursor ev-thin", hidden: "" });
     this.tip = e("div", { class: "ev-tip", hidden: "" });
+    this.image = e("div", { class: "ev-tip-image ev-time-image", hidden: "" });
     this.slider = e("div", { class: "ev-timeline", role: "slider", tabindex: "0", "aria-label": "time",
-      "aria-valuemin": "0" }, this.canvas, this.cursor, this.hover, this.tip);
+      "aria-valuemin": "0" }, this.canvas, this.cursor, this.hover, this.tip, this.image);
     this.whole = e("button", { type: "button", class: "ev-whole", hidden: "", title: "show the whole episode (0)",
       onclick: () => this.setView(null) });
     place.append(this.slider, this.whole);
@@ -39,6 +43,7 @@ Evalbus.Timeline = class {
       if (event.button !== 0) return;
       this.slider.setPointerCapture(event.pointerId);
       this.isDragged = true;
+      this.setPointed(null);
       this.seekTo(event);
     });
     this.slider.addEventListener("pointermove", (event) => {
@@ -48,13 +53,17 @@ Evalbus.Timeline = class {
     const release = () => { this.isDragged = false; };
     this.slider.addEventListener("pointerup", release);
     this.slider.addEventListener("pointercancel", release);
-    this.slider.addEventListener("pointerleave", () => { this.tip.hidden = this.hover.hidden = true; });
+    this.slider.addEventListener("pointerleave", () => {
+      this.tip.hidden = this.hover.hidden = true;
+      this.setPointed(null);
+    });
     this.slider.addEventListener("wheel", (event) => this.turn(event), { passive: false });
     new ResizeObserver(() => this.redraw()).observe(this.slider);
   }
 
   // tracks: A and, if compared, B. pins: cards of `curves` that are shown as lanes. parting: null, or {tick, text}.
   show(tracks, palette, { curves, pins, parting }) {
+    if (!this.tracks || tracks.length !== this.tracks.length || tracks.some((track, k) => track !== this.tracks[k])) this.setPointed(null);
     const keys = tracks.map((track) => track.key).join();
     if (keys !== this.keys) this.view = null;
     this.keys = keys;
@@ -108,9 +117,13 @@ Evalbus.Timeline = class {
     return [Math.max(0, Math.floor(this.from / track.tickSeconds)), Math.min(track.last, Math.ceil(this.to / track.tickSeconds))];
   }
 
+  tickAt(time_s) {
+    return Math.round(time_s / this.tracks[0].tickSeconds);
+  }
+
   seekTo(event) {
     if (!this.tracks || !this.tracks.length) return;
-    this.onSeek(Math.round(Math.max(0, Math.min(this.end, this.timeAt(event))) / this.tracks[0].tickSeconds));
+    this.onSeek(this.tickAt(Math.max(0, Math.min(this.end, this.timeAt(event)))));
   }
 
   // In a page that scrolls, the wheel zooms only with Ctrl. With Shift or sideways it moves the shown part.
@@ -156,8 +169,10 @@ Evalbus.Timeline = class {
     const x = event.clientX - box.left, y = event.clientY - box.top;
     const isPlot = x >= this.left - 7 && x <= this.plotRight + 7;
     this.tip.hidden = this.hover.hidden = !isPlot;
-    if (!isPlot) return;
     const time = Math.max(0, Math.min(this.end, this.timeAt(event)));
+    // While it is dragged, the scene itself shows this time.
+    this.setPointed(isPlot && !this.isDragged ? time : null, x);
+    if (!isPlot) return;
     this.hover.style.transform = `translateX(${this.xOf(time).toFixed(1)}px)`;
     const lane = this.lanes.find((one) => y >= one.top && y < one.top + one.height);
     const near = (this.marks || []).filter((mark) => (mark.lane === lane || mark.lane === null) && x >= mark.from - 6 && x <= mark.to + 6);
@@ -168,6 +183,15 @@ Evalbus.Timeline = class {
     const width = this.tip.offsetWidth;
     this.tip.style.left = `${Math.max(0, Math.min(box.width - width, x - width / 2))}px`;
     this.tip.style.bottom = `${box.height - (lane ? lane.top : 0) + 4}px`;
+  }
+
+  // Shows the image of a time (s) above the point x of the time line; null hides it.
+  setPointed(time_s, x) {
+    const was = this.pointed;
+    this.pointed = time_s === null ? null : this.tickAt(time_s) * this.tracks[0].tickSeconds;
+    if (time_s === null) this.image.hidden = true;
+    else this.image.style.setProperty("--x", `${x.toFixed(0)}px`);
+    if ((was === null) !== (time_s === null)) this.onPoint(time_s === null ? null : this.image);
   }
 
   redraw() {

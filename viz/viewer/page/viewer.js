@@ -20,7 +20,7 @@ Evalbus.Viewer = class {
     this.missed = null;  // arguments of an open() that failed while the connection was lost
     this.connectionState = "connecting";
     const seek = (tick) => this.seek(tick);
-    this.timeline = new Evalbus.Timeline(this.parts.lanes, seek, () => this.curves.redraw());
+    this.timeline = new Evalbus.Timeline(this.parts.lanes, seek, () => this.curves.redraw(), (place) => this.showPointed(place));
     this.conditions = new Evalbus.Conditions(this.parts.conditions, seek);
     this.curves = new Evalbus.Curves(this.parts.curves, this.timeline, () => this.showTimeline());
     this.images = new Evalbus.Images(this.parts.images);
@@ -39,6 +39,8 @@ Evalbus.Viewer = class {
       connection: (state) => this.hearConnection(state),
     });
     this.assets = new Evalbus.Assets(this.source);
+    this.thumbnails = new Evalbus.Thumbnails(this.source, (run, episode) => this.trackOf(run, episode), () => this.palette);
+    this.parts.app.append(this.thumbnails.home);
     this.judge = new Evalbus.Judge(this);
     this.notes = new Evalbus.Notes((run, episode, text) => this.source.sendNote(run, episode, text));
     // A report has no overview and no list of several runs.
@@ -374,6 +376,7 @@ Evalbus.Viewer = class {
       this.scene = null;
       this.assets = new Evalbus.Assets(this.source);
       this.isSceneReady = false;
+      this.thumbnails.release();
     }
   }
 
@@ -412,6 +415,18 @@ Evalbus.Viewer = class {
     } catch (error) {
       this.noteScene(`no image: ${error.message}`);
     }
+  }
+
+  // Shows the scene at the time under the pointer in an element above the time line; null ends it.
+  showPointed(place) {
+    clearTimeout(this.pointTimer);
+    this.thumbnails.stop();
+    if (!place || !this.isSceneReady) return;
+    // Not for a pointer that only crosses the time line.
+    this.pointTimer = setTimeout(() => {
+      place.hidden = false;
+      this.thumbnails.follow(this.scene, this.tracks, this.scene.isBeside, place, () => this.timeline.pointed);
+    }, 150);
   }
 
   // Resolves to the scene as it is shown, as PNG; to null without an image.

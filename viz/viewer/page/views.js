@@ -13,11 +13,10 @@ Evalbus.Views = class {
       link("episodes", "Episodes", "#/episodes"), link("player", "Player", "#/player"));
     this.boardPlace = e("section", { class: "ev-board", "aria-label": "overview" });
     this.listPlace = e("section", { class: "ev-all-episodes", "aria-label": "episodes" });
-    this.tip = e("div", { class: "ev-hover", role: "tooltip", hidden: "" });
+    this.tip = e("div", { class: "ev-hover", id: "ev-hover", role: "tooltip", hidden: "" });
     viewer.parts.app.querySelector(".ev-head").insertBefore(this.nav, viewer.parts.rate);
     this.app.append(this.boardPlace, this.listPlace, this.tip, viewer.notes.dialog);
-    this.thumbnails = new Evalbus.Thumbnails(viewer.source, (run, episode) => viewer.trackOf(run, episode), () => viewer.palette);
-    this.app.append(this.thumbnails.home);
+    this.thumbnails = viewer.thumbnails;
     const hover = (row, node) => this.hover(row, node);
     this.board = new Evalbus.Board(this.boardPlace, viewer, hover);
     this.episodes = new Evalbus.Episodes(this.listPlace, this.board, this.thumbnails, {
@@ -101,6 +100,10 @@ Evalbus.Views = class {
 
   // Shows a row's outcome and its decisive seconds beside a node; null hides it.
   hover(row, node) {
+    const key = row && Evalbus.keyOf(row);
+    // A matrix that is redrawn under the pointer does not restart the image.
+    if (key && key === this.hovered) return;
+    this.hovered = key;
     clearTimeout(this.hoverTimer);
     if (!row) {
       this.tip.hidden = true;
@@ -129,6 +132,10 @@ Evalbus.Views = class {
   key(event) {
     const { key } = event;
     if (!this.board.head) return false;
+    if (key === "Escape" && !this.tip.hidden) {
+      this.hover(null);
+      return true;
+    }
     const actions = {
       j: () => this.goToFailure(1), k: () => this.goToFailure(-1), "/": () => this.search(),
       s: () => this.save(), m: () => this.editNote(), b: () => { location.hash = "#/board"; },

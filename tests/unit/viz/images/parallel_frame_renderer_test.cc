@@ -162,6 +162,37 @@ TEST(ParallelFrameRendererTest, FramesOfAnotherSizeAreRefused) {
   }
 }
 
+TEST(ParallelFrameRendererTest, OutlinesAreThoseOfTheTasksObjects) {
+  const Scene scene = LiftPotScene();
+  TemporaryFolder folder;
+  const std::filesystem::path log =
+      WriteRun(folder.path(), *scene.visual, 20000, std::vector(1, HomeQpos(*scene.visual)));
+  model_info_t info = VisualInfo(folder.path(), *scene.visual);
+  const int pot = mj_name2id(scene.visual.get(), mjOBJ_BODY, "pot");
+  info.num_entities = 3;
+  info.entity_name = {"world", "pot", "lid"};
+  info.entity_kind = {model_info_t::WORLD, model_info_t::OBJECT, model_info_t::OBJECT};
+  info.num_bodies = static_cast<int32_t>(scene.visual->nbody);
+  info.body_name.resize(static_cast<size_t>(scene.visual->nbody));
+  for (int body = 0; body < scene.visual->nbody; ++body) {
+    info.body_entity.push_back(scene.visual->body_rootid[body] == pot ? 1 : 0);
+  }
+  const auto draw = [&](bool are_outlined, int32_t object) {
+    info.num_objects = 1;
+    info.object_name = {"object"};
+    info.object_is_tracked = {1};
+    info.object_entity = {object};
+    VideoScenes scenes(kRendererSize, are_outlined);
+    Renderer* const renderer = scenes.Of(info, log, std::nullopt);
+    renderer->SetState(StateOf(HomeQpos(*scene.visual)));
+    Frame frame(kRendererSize);
+    renderer->Render(FindCamera(renderer->model(), "front"), &frame);
+    return frame.bgrx;
+  };
+  EXPECT_NE(draw(true, 1), draw(false, 1));
+  EXPECT_EQ(draw(true, 2), draw(false, 1));
+}
+
 TEST(ParallelFrameRendererTest, ScenesStayWhileTheyAreUsed) {
   const Scene scene = LiftPotScene();
   TemporaryFolder folder;
