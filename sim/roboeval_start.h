@@ -14,7 +14,7 @@
 namespace evalbus::sim {
 
 struct RoboEvalPose {
-  // World frame, m. Of a spawn box only x and y are drawn.
+  // World frame, m. A spawn box draws only x and y.
   std::array<double, 3> position{};
   // About world z, rad, added to the part's base orientation.
   double yaw = 0;

@@ -32,7 +32,7 @@ struct Facts {
   std::array<int, 2> closings{}, openings{};
   std::array<double, policy::kDemoWidth> min, max;
   double hz = 0;
-  // Of RoboEval's scenes, in the order of the files; null where the metadata have none.
+  // Seeds of RoboEval's scenes, in the order of the files; null where the metadata have none.
   nlohmann::json seeds = nlohmann::json::array();
 
   Facts() {
