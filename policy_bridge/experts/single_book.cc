@@ -31,7 +31,7 @@ constexpr double kBehind = 0.015;
 // How far the fingers are commanded into the book, m: what the arm yields to the friction of 59 N.
 constexpr double kYield = 0.004;
 // The same for a book that is pulled until its balance limits it: the pull must not stop short of that.
-constexpr double kFullYield = 0.019;
+constexpr double kFullYield = 0.017;
 // Height from which a hand comes down behind the book, and to which it rises, m.
 constexpr double kOver = 0.05;
 // Distance of a pad's middle from the counter's edge, m; the finger needs 10.5 mm, and 13.4 mm when oblique.
@@ -45,7 +45,7 @@ constexpr double kPulledInset = 0.028;
 // Distance of a pad's middle from the book's middle along the edge, m.
 constexpr double kBeside = 0.025;
 // Distance that a pulled book's center of mass keeps from the counter's edge, so that it does not tip, m.
-constexpr double kBalance = 0.006;
+constexpr double kBalance = 0.008;
 // The fingers bounce and the book creeps out of them, so it is carried quickly, m/s.
 constexpr double kCarrySpeed = 0.6;
 // The task requires 0.77 - 0.7157 m, and the arm sags by 0.02 m under the book.
