@@ -140,7 +140,7 @@ void RunUntilDecided(const PlanFolder& folder, int workers, const Events& events
   RunInSteps(folder, workers, events, [&](const std::string& policy, int episodes) {
     Stop& stop = stops[policy];
     stop = LookAtDifference(folder, policy, stop, episodes, num_comparisons);
-    if (!stop.is_decided && episodes < plan.until->max_episodes) return false;
+    if (!stop.is_decided && !stop.is_hopeless && episodes < plan.until->max_episodes) return false;
     fmt::print("{}: {}\n", policy, stop.Text(plan.baseline, *plan.until));
     return true;
   });

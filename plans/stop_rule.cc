@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "metrics/statistics/chance_to_decide.h"
 #include "results/comparison.h"
 #include "results/run_reader.h"
 
@@ -30,6 +32,12 @@ Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const
   stop.success_p_adjusted = std::min(1.0, stop.success_p * num_comparisons);
   stop.is_decided = stop.p_adjusted <= until.alpha;
   // With progress, both tests together have the error rate alpha, so success alone must not add its own.
+  const int pairs = counts.pairs.pairs();
+  const auto most = static_cast<int>(std::lround(static_cast<double>(pairs) * until.max_episodes / episodes));
+  stop.is_hopeless = !stop.is_decided && !is_last &&
+                     metrics::ChanceOfSequentialTest(
+                         stop.success, until.on_progress ? std::optional(stop.progress) : std::nullopt, pairs,
+                         most, until.alpha / num_comparisons) < metrics::kLeastChance;
   stop.is_success_decided = stop.is_decided && (!until.on_progress || stop.success_p_adjusted <= until.alpha);
   return stop;
 }
@@ -38,6 +46,12 @@ std::string Stop::Text(const std::string& baseline, const Until& until) const {
   std::string counts = fmt::format("{} pairs won and {} lost", success.a, success.b);
   if (until.on_progress) counts += fmt::format(" by success, {} ahead and {} behind", progress.a, progress.b);
   counts += fmt::format(", p = {:.2g} at any look", p_adjusted);
+  if (is_hopeless) {
+    return fmt::format(
+        "not decided against {} after {} of {} episodes of each task, and the rest would decide it with a "
+        "chance below {:.0f} %: {}",
+        baseline, episodes, until.max_episodes, 100 * metrics::kLeastChance, counts);
+  }
   if (!is_decided) {
     return fmt::format("not decided against {} after {} episodes of each task, the plan's maximum: {}",
                        baseline, until.max_episodes, counts);
@@ -63,6 +77,7 @@ ordered_json Stop::Json(const std::string& policy, const std::string& baseline, 
           {"success_p", success_p_adjusted},
           {"success_p_unadjusted", success_p},
           {"is_success_decided", is_success_decided},
+          {"is_hopeless", is_hopeless},
           {"text", Text(baseline, until)}};
 }
 

@@ -24,6 +24,8 @@ struct Stop {
   bool is_decided = false;
   // Whether success alone is decided.
   bool is_success_decided = false;
+  // Not decided, and probably not until the plan's maximum either (metrics::kLeastChance).
+  bool is_hopeless = false;
 
   // For example "better than expert, decided after 40 of 200 episodes of each task: ...".
   std::string Text(const std::string& baseline, const Until& until) const;

@@ -422,13 +422,13 @@ TEST(Suite, EventsAreLinesOfJson) {
   EXPECT_EQ(SchemaError("suite_summary", suite / "summary.json"), "");
 }
 
-// A plan that adds episodes until its comparison is decided continues its runs: each episode comes once.
+// A plan that adds episodes until its intervals are narrow continues its runs: each episode comes once.
 TEST(Plan, EventsAreLinesOfJson) {
   TemporaryFolder folder;
   const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
   const std::string task = ShortTask(folder.path(), 0.4) + "/position";
   WriteText(plan, "policies: [random, {name: still, policy: hold}]\ntasks: [" + task +
-                      "]\nepisodes: 2\nuntil: decided(alpha 0.05, max 4)\n");
+                      "]\nepisodes: 2\nuntil: width(0.1, max 4)\n");
   const auto run = RunProgram(
       {"evalbus", "run", plan, "--out", out, "--workers", "2", "--json", "--partial-hz", "10", "--quiet"});
   ASSERT_EQ(run.code, 0) << run.err;

@@ -1,11 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <random>
 
+#include "metrics/statistics/chance_to_decide.h"
 #include "metrics/statistics/power.h"
 #include "metrics/statistics/sequential_mcnemar.h"
 
@@ -130,6 +133,126 @@ TEST(SequentialMcNemar, FindsMostOfWhatAFixedTestFinds) {
               100 * sequential);
   EXPECT_GT(fixed, 0.86);
   EXPECT_GT(sequential, 0.8);
+}
+
+// By hand, with one pair to come: the predictive probability that a wins it is (wins + 1/2) / (pairs + 3/2).
+TEST(ChanceToDecide, IsThePredictiveProbability) {
+  const auto of_three = [](const Wins& wins) { return std::max(wins.a, wins.b) >= 3; };
+  EXPECT_NEAR(ChanceToDecide({2, 0}, 4, 5, of_three), 2.5 / 5.5, 1e-12);
+  EXPECT_NEAR(ChanceToDecide({2, 2}, 4, 5, of_three), 5 / 5.5, 1e-12);
+  // Two to come: a wins both, or one and not the other, or b wins both.
+  EXPECT_NEAR(ChanceToDecide({2, 1}, 4, 6, of_three), 1 - (1.5 * 2.5 + 2 * 1.5 * 1.5) / (5.5 * 6.5), 1e-12);
+  EXPECT_EQ(ChanceToDecide({1, 0}, 4, 5, of_three), 0);
+  EXPECT_EQ(ChanceToDecide({3, 0}, 4, 4, of_three), 1);
+  EXPECT_NEAR(ChanceToDecide({0, 0}, 0, 300, [](const Wins&) { return true; }), 1, 1e-9);
+}
+
+TEST(ChanceToDecide, EndsComparisonsOfPoliciesThatAreAlike) {
+  // Neither was ever ahead.
+  EXPECT_GT(ChanceOfSequentialTest({}, Wins{}, 80, 200, 0.05), kLeastChance);
+  EXPECT_LT(ChanceOfSequentialTest({}, Wins{}, 90, 200, 0.05), kLeastChance);
+  // With 6 pairs at most, nothing is ever decided.
+  EXPECT_EQ(ChanceOfSequentialTest({2, 0}, std::nullopt, 2, 6, 0.05), 0);
+  // What is decided already, and what still may be.
+  EXPECT_GT(ChanceOfSequentialTest({20, 0}, std::nullopt, 30, 200, 0.05), 0.99);
+  EXPECT_GT(ChanceOfSequentialTest({12, 4}, std::nullopt, 80, 200, 0.05), 0.5);
+}
+
+// The price: comparisons that end early would have been decided in fewer than kLeastChance of the cases.
+TEST(ChanceToDecide, CostsFewDecisions) {
+  constexpr int kStep = 10, kMost = 200, kRepetitions = 4000;
+  std::map<std::array<int, 3>, bool> known;
+  const auto is_hopeless = [&](const Wins& wins, int pairs) {
+    const auto [entry, is_new] = known.try_emplace({wins.a, wins.b, pairs});
+    if (is_new) {
+      entry->second = ChanceOfSequentialTest(wins, std::nullopt, pairs, kMost, 0.05) < kLeastChance;
+    }
+    return entry->second;
+  };
+  std::mt19937 random(11);
+  std::uniform_real_distribution<> uniform;
+  // Shares of the pairs that only a, and only b, wins.
+  for (const auto& [only_a, only_b] : {std::pair(0.15, 0.05), {0.1, 0.1}, {0.01, 0.01}}) {
+    int decided = 0, decided_too_late = 0;
+    double pairs_used = 0, pairs_before = 0;
+    for (int i = 0; i < kRepetitions; ++i) {
+      Wins wins;
+      int ended = 0;
+      for (int pair = 1; pair <= kMost; ++pair) {
+        const double drawn = uniform(random);
+        wins.a += drawn < only_a;
+        wins.b += drawn >= only_a && drawn < only_a + only_b;
+        if (pair % kStep != 0) continue;
+        if (SequentialP(wins, std::nullopt, pair == kMost) <= 0.05) {
+          ++decided;
+          decided_too_late += ended > 0;
+          pairs_before += pair;
+          pairs_used += ended > 0 ? ended : pair;
+          break;
+        }
+        if (ended == 0 && pair < kMost && is_hopeless(wins, pair)) ended = pair;
+        if (pair == kMost) {
+          pairs_before += pair;
+          pairs_used += ended > 0 ? ended : pair;
+        }
+      }
+    }
+    std::printf("%g : %g: decided %.1f %%, of these ended before %.2f points; %.0f instead of %.0f pairs\n",
+                only_a, only_b, 100.0 * decided / kRepetitions, 100.0 * decided_too_late / kRepetitions,
+                pairs_used / kRepetitions, pairs_before / kRepetitions);
+    EXPECT_LE(decided_too_late, kLeastChance * kRepetitions) << only_a;
+  }
+}
+
+// The expert against each of nine flaws on each of eight task families, 72 comparisons of at most 200 pairs
+// with a look at every tenth: as measured by scripts/cause_trials with ten episodes each, against the expert
+// on equal seeds.
+TEST(ChanceToDecide, FlawsNeedFewerEpisodes) {
+  struct Kind {
+    int comparisons;
+    // Shares of the pairs in which only the expert succeeds, in which it is ahead, and in which the flawed
+    // policy is ahead.
+    double only_expert, expert_ahead, flawed_ahead;
+  };
+  constexpr Kind kKinds[] = {
+      {57, 1, 1, 0},  {9, 0, 0, 0},  // the flaw has no effect, as `drop` where nothing is lifted
+      {1, 0.4, 1, 0}, {1, 0.5, 1, 0}, {1, 0.1, 1, 0}, {1, 0.3, 0.6, 0}, {1, 0, 1, 0}, {1, 0, 0, 1}};
+  constexpr int kStep = 10, kMost = 200, kRepetitions = 50;
+  constexpr double kError = 0.05;
+  std::mt19937 random(13);
+  std::uniform_real_distribution<> uniform;
+  // Before: the looks had all of alpha, tested success alone, and ended at a decision only.
+  const auto decides_before = [](const Wins& success) { return EvidenceOf(success) >= 1 / kError; };
+  double before = 0, with_success = 0, with_progress = 0;
+  for (const Kind& kind : kKinds) {
+    for (int i = 0; i < kRepetitions; ++i) {
+      Wins success, progress;
+      int ended_before = 0, ended_success = 0, ended_progress = 0;
+      for (int pair = 1; pair <= kMost; ++pair) {
+        const double drawn = uniform(random);
+        success.a += drawn < kind.only_expert;
+        progress.a += drawn < kind.expert_ahead;
+        progress.b += drawn < kind.flawed_ahead;
+        if (pair % kStep != 0) continue;
+        const bool is_last = pair == kMost;
+        const auto ends = [&](const std::optional<Wins>& on) {
+          return is_last || SequentialP(success, on, false) <= kError ||
+                 ChanceOfSequentialTest(success, on, pair, kMost, kError) < kLeastChance;
+        };
+        if (ended_before == 0 && (is_last || decides_before(success))) ended_before = pair;
+        if (ended_success == 0 && ends(std::nullopt)) ended_success = pair;
+        if (ended_progress == 0 && ends(progress)) ended_progress = pair;
+      }
+      const double weight = kind.comparisons / double{kRepetitions} / 72;
+      before += weight * ended_before;
+      with_success += weight * ended_success;
+      with_progress += weight * ended_progress;
+    }
+  }
+  std::printf("flaws: %.1f pairs on average before, %.1f now (%.0f %%), %.1f on progress (%.0f %%)\n", before,
+              with_success, 100 * with_success / before, with_progress, 100 * with_progress / before);
+  EXPECT_LT(with_success, 0.6 * before);
+  EXPECT_LT(with_progress, 0.55 * before);
 }
 
 }  // namespace evalbus::metrics::sequential_test
