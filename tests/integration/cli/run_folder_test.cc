@@ -306,6 +306,39 @@ TEST(SeedStream, ARunThatIsOlderThanItKeepsItsSeeds) {
                 ": \"seed_stream\" is \"run/99\", which this version of evalbus does not support\n");
 }
 
+// The values are those of RoboEval's own environment after reset(seed=0).
+TEST(SeedStream, OfRoboEvalStartsAsItsEnvironmentDoes) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> run = {"lift_pot/position", "--policy", "hold",          "--in-process",
+                                        "--control-hz",      "20",       "--seed-stream", "roboeval/1"};
+  const auto with = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), run.begin(), run.end());
+    return options;
+  };
+  Evaluate(with({"--episodes", "2", "--seed", "0"}), folder.path() / "a");
+  Evaluate(with({"--episodes", "1", "--seed", "1"}), folder.path() / "b");
+  const auto episodes = Episodes(folder.path() / "a");
+  EXPECT_EQ(episodes[0]["seed"], 0);
+  EXPECT_NEAR(episodes[0]["parameters"]["pot_x_m"], 0.7325034884505077, 1e-12);
+  EXPECT_NEAR(episodes[0]["parameters"]["pot_y_m"], 0.11753190023462401, 1e-12);
+  EXPECT_EQ(episodes[1]["seed"], 1);
+  EXPECT_EQ(episodes[1]["parameters"], Episodes(folder.path() / "b")[0]["parameters"]);
+  const std::string out = folder.path() / "refused";
+  const auto error_of = [&](const std::string& stream, const std::string& seed) {
+    const Result refused = RunProgram(
+        {"evalbus", "run", "lift_pot/position", "--seed-stream", stream, "--seed", seed, "--out", out});
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_FALSE(fs::exists(out));
+    return refused.err;
+  };
+  EXPECT_EQ(
+      error_of("roboeval/1", "4294967296"),
+      "error: --seed-stream roboeval/1: expected seeds from 0 to 4294967295, got --seed 4294967296 and 10 "
+      "episodes\n");
+  EXPECT_EQ(error_of("roboeval/2", "0"),
+            "error: --seed-stream: expected run/2, collect/2 or roboeval/1, got 'roboeval/2'\n");
+}
+
 TEST(PolicyName, IsWhatResultsCallThePolicy) {
   TemporaryFolder folder;
   const std::string task = ShortTask(folder.path(), 0.2);
