@@ -76,25 +76,47 @@ void StartLibrary() {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
+// A dataset that is read.
+class OpenSet {
+ public:
+  // hint: what the absence of the dataset may mean. Throws InputError.
+  OpenSet(const std::filesystem::path& name, const std::string& path, const std::string& hint = "")
+      : file_(OpenFile(name), H5Fclose),
+        access_(WithoutExternalLinks(), H5Pclose),
+        set_(H5Dopen2(file_, path.c_str(), access_), H5Dclose) {
+    const auto fail = [&](const std::string& what) { throw InputError(name.string() + ": " + what); };
+    if (file_ < 0) fail("not an HDF5 file, or truncated");
+    if (set_ < 0) fail("no dataset '" + path + "'" + hint);
+    const Handle creation(H5Dget_create_plist(set_), H5Pclose);
+    if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) {
+      fail("the numbers of '" + path + "' are in another file or dataset; expected them here");
+    }
+  }
+  operator hid_t() const { return set_; }
+
+ private:
+  static hid_t OpenFile(const std::filesystem::path& name) {
+    StartLibrary();
+    CheckInput(name);
+    return H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  }
+  // External links may lead to other files, including pipes.
+  static hid_t WithoutExternalLinks() {
+    const hid_t access = H5Pcreate(H5P_DATASET_ACCESS);
+    H5Pset_elink_cb(
+        access, [](auto...) -> herr_t { return -1; }, nullptr);
+    return access;
+  }
+
+  const Handle file_, access_, set_;
+};
+
 }  // namespace
 
 Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path) {
   constexpr hsize_t kMax = 100'000'000;
   const auto fail = [&](const std::string& what) { throw InputError(name.string() + ": " + what); };
-  StartLibrary();
-  CheckInput(name);
-  const Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (file < 0) fail("not an HDF5 file, or truncated");
-  // Rejects external links: they may lead to other files, including pipes.
-  const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-  H5Pset_elink_cb(
-      access, [](auto...) -> herr_t { return -1; }, nullptr);
-  const Handle set(H5Dopen2(file, path.c_str(), access), H5Dclose);
-  if (set < 0) fail("no dataset '" + path + "'");
-  const Handle creation(H5Dget_create_plist(set), H5Pclose);
-  if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) {
-    fail("the numbers of '" + path + "' are in another file or dataset; expected them here");
-  }
+  const OpenSet set(name, path);
   const Handle type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
   const H5T_class_t kind = H5Tget_class(type);
   if (kind != H5T_INTEGER && kind != H5T_FLOAT) fail("'" + path + "' does not contain numbers");
@@ -117,12 +139,7 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path)
 std::vector<std::string> ReadHdf5Texts(const std::filesystem::path& name, const std::string& path) {
   constexpr hsize_t kMax = 10'000'000;
   const auto fail = [&](const std::string& what) { throw InputError(name.string() + ": " + what); };
-  StartLibrary();
-  CheckInput(name);
-  const Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (file < 0) fail("not an HDF5 file, or truncated");
-  const Handle set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
-  if (set < 0) fail("no dataset '" + path + "'; written by another program or an older version of evalbus?");
+  const OpenSet set(name, path, "; written by another program or an older version of evalbus?");
   const Handle found(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
   const hssize_t size = H5Sget_simple_extent_npoints(space);
   if (H5Tis_variable_str(found) <= 0 || size < 0 || static_cast<hsize_t>(size) > kMax)
