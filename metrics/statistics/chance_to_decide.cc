@@ -4,15 +4,10 @@
 #include <cmath>
 #include <vector>
 
+#include "metrics/statistics/log_gammas.h"
+
 namespace evalbus::metrics {
 namespace {
-
-// log of Gamma(first + i) for i = 0 .. most.
-std::vector<double> LogGammas(double first, int most) {
-  std::vector<double> logs = {std::lgamma(first)};
-  for (int i = 0; i < most; ++i) logs.push_back(logs.back() + std::log(first + i));
-  return logs;
-}
 
 // The fewest wins of one side, of `total` wins of both, that decide; total + 1 if none do.
 int FewestWins(int total, const std::function<bool(const Wins&)>& decides) {

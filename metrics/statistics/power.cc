@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/random.h"
+#include "metrics/statistics/log_gammas.h"
 #include "metrics/statistics/sequential_mcnemar.h"
 
 namespace evalbus::metrics {
@@ -27,16 +28,10 @@ struct LikelyCounts {
   }
 };
 
-std::vector<double> LogFactorials(int most) {
-  std::vector<double> logs(static_cast<size_t>(most) + 1);
-  for (size_t i = 1; i < logs.size(); ++i) logs[i] = logs[i - 1] + std::log(static_cast<double>(i));
-  return logs;
-}
-
 // For each number of successes of a: the largest number of successes of b for which Fisher's test shows a to
 // be better; -1 if there is none. Same result as FisherTest (fisher.h), for all tables at once.
 std::vector<int> FisherLimits(int trials_a, int trials_b, double alpha) {
-  const std::vector<double> log_factorial = LogFactorials(trials_a + trials_b);
+  const std::vector<double> log_factorial = LogGammas(1, trials_a + trials_b);
   const auto log_choose = [&](int n, int k) {
     return log_factorial[static_cast<size_t>(n)] - log_factorial[static_cast<size_t>(k)] -
            log_factorial[static_cast<size_t>(n - k)];
