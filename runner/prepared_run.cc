@@ -112,6 +112,13 @@ bool IsWanted(const RunOptions& options, int episode) {
   return options.only.empty() || std::ranges::find(options.only, episode) != options.only.end();
 }
 
+// What the policy's contract names in `trained_on`, if it does.
+std::optional<TrainingStarts> TrainingOf(const RunOptions& options) {
+  const auto contract = policy::FindContractOf(options.policy);
+  if (!contract || contract->trained_on.empty()) return std::nullopt;
+  return TrainingStarts::Of(*contract);
+}
+
 RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
                const std::set<int>& finished) {
   RunPlan plan;
@@ -130,10 +137,6 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
     plan.calls = {.execute_steps = contract->execute_steps,
                   .settle_steps = contract->settle_steps,
                   .execution = policy::ParseExecution(options.policy.execution)};
-    if (!contract->trained_on.empty()) plan.trained_on = TrainingStarts::Of(*contract);
-    if (plan.trained_on && plan.trained_on->Json() != facts.at("trained_on")) {
-      throw InputError(contract->file.string() + ": the sets in 'trained_on' changed during the run");
-    }
   } else if (policy::ParseLatency(options.policy.latency).kind != policy::Latency::Kind::kNone) {
     const int execute_steps = policy::DelayedPolicy::ExecuteSteps(1 / options.sim.control_hz);
     plan.calls = {.execute_steps = execute_steps,
@@ -193,6 +196,8 @@ PreparedRun PrepareRun(RunOptions options) {
   std::erase(options.sim.scene_warnings, rate);
   const std::string renderer = ChooseRenderer(&options);
   nlohmann::ordered_json facts = RunFacts(prepared, options);
+  std::optional<TrainingStarts> training = TrainingOf(options);
+  if (training) facts["trained_on"] = training->Json();
   if (!renderer.empty()) facts["renderer"] = renderer;
   results::RunFolder folder = results::RunFolder::OfRun(
       options.out,
@@ -215,6 +220,7 @@ PreparedRun PrepareRun(RunOptions options) {
     if (fs::exists(folder.path() / kEpisodesJsonl)) folder.WriteEpisodes(finished);
   }
   RunPlan plan = PlanOf(options, facts, numbers);
+  plan.trained_on = std::move(training);
   return {std::move(options), std::move(prepared), std::move(facts),
           std::move(folder),  std::move(plan),     std::move(finished)};
 }
@@ -227,6 +233,11 @@ PreparedRun PrepareWorker(RunOptions options) {
   std::set<int> finished;
   for (const results::RecordedEpisode& episode : before.episodes) finished.insert(episode.episode);
   RunPlan plan = PlanOf(options, before.info, finished);
+  plan.trained_on = TrainingOf(options);
+  if (plan.trained_on && plan.trained_on->Json() != before.info.at("trained_on")) {
+    throw InputError(policy::FindContractOf(options.policy)->file.string() +
+                     ": the sets in 'trained_on' changed during the run");
+  }
   plan.episodes = EpisodesOfWorker(plan.episodes, options.worker, workers);
   // Removes what this worker left when it was killed.
   for (const int episode : plan.episodes) folder.DiscardEpisode(episode);

@@ -17,7 +17,6 @@
 #include "policy_bridge/policy_options.h"
 #include "runner/engines.h"
 #include "runner/run_controller.h"
-#include "runner/training_starts.h"
 #include "runner/version.h"
 #include "viz/images/painter/painter.h"
 
@@ -82,7 +81,6 @@ ordered_json RunFacts(const sim::PreparedScene& prepared, const RunOptions& opti
   ordered_json facts = SceneFacts(prepared);
   const auto contract = policy::FindContractOf(options.policy);
   facts["policy_contract"] = contract ? policy::ContractJson(*contract) : ordered_json();
-  if (contract && !contract->trained_on.empty()) facts["trained_on"] = TrainingStarts::Of(*contract).Json();
   facts["mujoco_version"] = EngineVersion(options.sim.engine);
   facts["painter"] = viz::MujocoPaints() ? "mujoco" : "evalbus";
   return facts;
