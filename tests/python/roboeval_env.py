@@ -1,9 +1,11 @@
 """RoboEval's own environment, driven by the logs of evalbus: plays recorded actions in it, or sets recorded states."""
 
+import argparse
 import contextlib
 import importlib
 import io
 import json
+import pathlib
 
 import numpy as np
 import yaml
@@ -47,6 +49,15 @@ def _product(a, b):
     """Product of two quaternions (w, x, y, z)."""
     vector = a[0] * np.array(b[1:]) + b[0] * np.array(a[1:]) + np.cross(a[1:], b[1:])
     return np.concatenate([[a[0] * b[0] - np.dot(a[1:], b[1:])], vector])
+
+
+def argument_parser():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("bin", type=pathlib.Path)
+    parser.add_argument("roboeval", type=pathlib.Path)
+    parser.add_argument("out", type=pathlib.Path)
+    parser.add_argument("--families", default=",".join(FAMILIES))
+    return parser
 
 
 class Episode:
@@ -111,15 +122,19 @@ class Environment:
         joints = getattr(prop, "_joints", [])
         return {f"{part}/{joint.mjcf.name}": joint.mjcf for joint in joints if joint.mjcf.tag == "joint"}
 
-    def place_objects(self, episode, tick):
-        physics = self.env.mojo.physics
+    def _poses(self, episode, tick):
+        """Yields part, RoboEval's body, and the body's position and orientation in the episode."""
         for part, prop in self.objects.items():
             if part not in episode.bodies:
                 continue
             position, quaternion = episode.pose(tick, part)
             if self.is_own_scene and part in _TURNS:
                 quaternion = _product(quaternion, _TURNS[part])
-            body = prop(self.env).body
+            yield part, prop(self.env).body, position, quaternion
+
+    def place_objects(self, episode, tick):
+        physics = self.env.mojo.physics
+        for part, body, position, quaternion in self._poses(episode, tick):
             body.set_position(position, True)
             body.set_quaternion(quaternion, True)
             for name, joint in self._joints_of(part).items():
@@ -130,13 +145,7 @@ class Environment:
         """Largest distance (m) and rotation (rad) of an object after reset(seed=SEED) from its start in the episode."""
         _quietly(self.env.reset, seed=seed)
         distance = rotation = 0
-        for part, prop in self.objects.items():
-            if part not in episode.bodies:
-                continue
-            position, quaternion = episode.pose(0, part)
-            if self.is_own_scene and part in _TURNS:
-                quaternion = _product(quaternion, _TURNS[part])
-            body = prop(self.env).body
+        for _, body, position, quaternion in self._poses(episode, 0):
             distance = max(distance, np.linalg.norm(body.get_position() - position))
             other = body.get_quaternion() / np.linalg.norm(body.get_quaternion())
             # The chord keeps the precision that the angle's cosine loses.

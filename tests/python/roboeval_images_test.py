@@ -7,8 +7,6 @@ share of pixels that differ by more than 32 in a channel. Exit code 1 if a mean 
 of each camera to OUT. Needs the environment variable MUJOCO_GL=osmesa or egl.
 """
 
-import argparse
-import pathlib
 import subprocess
 import sys
 
@@ -26,11 +24,7 @@ _THIN_MESHES = ("pack_box", "pick_single_book_from_table", "stack_single_book_sh
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("bin", type=pathlib.Path)
-    parser.add_argument("roboeval", type=pathlib.Path)
-    parser.add_argument("out", type=pathlib.Path)
-    parser.add_argument("--families", default=",".join(roboeval_env.FAMILIES))
+    parser = roboeval_env.argument_parser()
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
     print(f"{'mean difference (share > 32)':30}" + "".join(f"{camera:>16}" for camera in _CAMERAS))

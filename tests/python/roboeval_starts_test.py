@@ -6,7 +6,6 @@ Prints the largest distance and rotation of an object. Exit code 1 if they are l
 the differences of RoboEval that docs/tasks.md lists.
 """
 
-import argparse
 import pathlib
 import subprocess
 import sys
@@ -29,13 +28,9 @@ _KNOWN = {
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("bin", type=pathlib.Path)
-    parser.add_argument("roboeval", type=pathlib.Path)
-    parser.add_argument("out", type=pathlib.Path)
+    parser = roboeval_env.argument_parser()
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--episodes", type=int, default=20)
-    parser.add_argument("--families", default=",".join(roboeval_env.FAMILIES))
     args = parser.parse_args()
     failed = 0
     for family in args.families.split(","):

@@ -9,9 +9,7 @@ in evalbus have other verdicts than allowed, or a recorded state is judged other
 RoboEval's scenes with VERSION instead.
 """
 
-import argparse
 import json
-import pathlib
 import subprocess
 import sys
 
@@ -25,13 +23,9 @@ _LEAST = {"2.2": 0.75, "engine": 0.95}
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("bin", type=pathlib.Path)
-    parser.add_argument("roboeval", type=pathlib.Path)
-    parser.add_argument("out", type=pathlib.Path)
+    parser = roboeval_env.argument_parser()
     parser.add_argument("--episodes", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--families", default=",".join(roboeval_env.FAMILIES))
     parser.add_argument("--variation", default="position_and_orientation")
     parser.add_argument("--policies", default=_POLICIES)
     parser.add_argument("--engine", default="3.3.3")
