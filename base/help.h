@@ -10,7 +10,7 @@
 
 namespace evalbus {
 
-// Width of the terminal on standard output; if that is no terminal, the environment's COLUMNS, else 100.
+// Width of the terminal on standard output; if that is not a terminal, the environment's COLUMNS, else 100.
 size_t TerminalWidth();
 
 // Wraps lines at `width` and indents all but the first, which begins at column `indent`. A line break in the

@@ -27,7 +27,7 @@ class InputFile {
   [[noreturn]] void Fail(int error) const;
 
  private:
-  // What comes before the reason.
+  // Text of errors before the reason.
   std::string fault_;
   int fd_ = -1;
   uint64_t size_ = 0;
