@@ -143,7 +143,7 @@ std::vector<std::string> ReadHdf5Texts(const std::filesystem::path& name, const 
   const Handle found(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
   const hssize_t size = H5Sget_simple_extent_npoints(space);
   if (H5Tis_variable_str(found) <= 0 || size < 0 || static_cast<hsize_t>(size) > kMax)
-    fail("'" + path + "' does not contain texts");
+    fail("'" + path + "' does not contain strings");
   const Handle type(TextType(), H5Tclose);
   std::vector<char*> pointers(static_cast<size_t>(size));
   if (size > 0 && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()) < 0)

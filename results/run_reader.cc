@@ -310,7 +310,7 @@ RecordedRun ReadRun(const fs::path& folder) {
   if (!fs::exists(folder / kRunJson)) {
     Fail(folder.string(), fs::exists(folder / kSuiteJson)
                               ? "a suite; expected one of the runs in it"
-                              : "not a run folder of evalbus, it has no run.json");
+                              : "not a run folder of evalbus: it has no run.json");
   }
   RecordedRun run = ReadRunAsFarAsItGot(folder);
   if (run.episodes.empty()) Fail(folder.string(), "this run has no finished episode");

@@ -71,7 +71,7 @@ class JointFraction : public Quantity {
     range_ = model.joint_upper_mixed[joint] - lower_;
     if (!(range_ > 0)) {
       throw InputError(name.location().ToString() + ": joint '" + name.Text() +
-                       "' has no range to be a fraction of");
+                       "' has no range, which this quantity needs");
     }
     subject_ = name.Text();
     words_ = "fraction of the range of " + subject_;

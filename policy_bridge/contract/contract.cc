@@ -120,10 +120,11 @@ ImageForm ReadImage(const YamlMap& map, bool is_depth) {
   Choose(map, "color", kColors, &form.bgr);
   Choose(map, "layout", kLayouts, &form.chw);
   for (const char* key : {"color", "layout", "resize"}) {
-    if (const YamlValue* value = map.Find(key); value && is_depth) value->Fail("depth images do not have it");
+    if (const YamlValue* value = map.Find(key); value && is_depth)
+      value->Fail("not allowed for depth images");
   }
   if (const YamlValue* mode = map.Find("resize"); mode && !map.Find("resize_px")) {
-    mode->Fail("expected 'resize_px' with it");
+    mode->Fail("requires 'resize_px'");
   }
   return form;
 }
@@ -247,7 +248,7 @@ GripperForm ReadGripper(const YamlValue& value, int num_values) {
   gripper.index = map["index"].Integer(0, num_values - 1);
   gripper.open = map["open"].Number();
   gripper.closed = map["closed"].Number();
-  if (gripper.open == gripper.closed) map["closed"].Fail("expected another number than 'open'");
+  if (gripper.open == gripper.closed) map["closed"].Fail("expected a number other than 'open'");
   if (const YamlValue* threshold = map.Find("threshold")) {
     const double number = threshold->Number();
     const double closing = (number - gripper.open) / (gripper.closed - gripper.open);
@@ -256,7 +257,7 @@ GripperForm ReadGripper(const YamlValue& value, int num_values) {
   }
   if (const YamlValue* sticky = map.Find("sticky_steps")) {
     gripper.sticky_steps = sticky->Integer(1, kMaxSteps);
-    if (!gripper.threshold) sticky->Fail("expected 'threshold' with it");
+    if (!gripper.threshold) sticky->Fail("requires 'threshold'");
   }
   return gripper;
 }

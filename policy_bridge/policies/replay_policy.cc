@@ -55,7 +55,8 @@ std::string Differences(const EpisodeMessages& recorded, const model_info_t& run
 
 Recording OpenRecording(const std::string& path) {
   if (path.empty()) {
-    throw InputError("policy \"replay\": replay:PATH expected, with a run folder or an LCM event log");
+    throw InputError(
+        "policy \"replay\": expected replay:PATH, where PATH is a run folder or an LCM event log");
   }
   if (std::filesystem::is_directory(path)) {
     if (!std::filesystem::is_directory(std::filesystem::path(path) / kEpisodesFolder)) {

@@ -99,7 +99,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   CheckParts(bytes);
   const std::string answer = Answer(bytes);
-  if (!answer.empty() && !answer.starts_with("HTTP/1.1 ")) Fail("the answer is no HTTP");
+  if (!answer.empty() && !answer.starts_with("HTTP/1.1 ")) Fail("the answer is not HTTP");
   if (!Answer(kHandshake + bytes).starts_with("HTTP/1.1 101")) Fail("a viewer was refused");
   return 0;
 }

@@ -68,7 +68,7 @@ Line Title(const RunWatch& watch, const std::string& url, int width, SteadyTime 
 Line EpisodeLine(const RunWatch& watch, int width) {
   if (watch.episode() < 0) return {{"no episode yet", Style::kQuiet}};
   std::string name = fmt::format("episode {}", watch.episode());
-  if (watch.attempt() > 0) name += fmt::format(", try {}", int64_t{watch.attempt()} + 1);
+  if (watch.attempt() > 0) name += fmt::format(", attempt {}", int64_t{watch.attempt()} + 1);
   Line line = {{fmt::format("{:<12}", name + "  "), Style::kStrong}};
   line.push_back({fmt::format("{:<12}", watch.Phase()), StyleOf(watch.end_reason())});
   const double time = watch.state() ? static_cast<double>(watch.state()->sim_time_us) * 1e-6 : 0;

@@ -244,8 +244,8 @@ class Heckler {
   int said_ = 0;
 };
 
-// Number of messages that a component dropped for a reason, from its log. Its last STATUS is no substitute:
-// the flood of messages can displace it from the receive buffer.
+// Number of messages that a component dropped for a reason, from its log. Its last STATUS cannot be used
+// instead: the flood of messages can displace it from the receive buffer.
 int64_t Dropped(const fs::path& run, const std::string& component, const std::string& reason) {
   const std::string log = ReadText(run / "logs" / (component + ".log"));
   const std::regex line("dropped (\\d+) messages? " + reason);

@@ -125,7 +125,7 @@ TEST(Options, WrongJsonIsNamedWithFileAndKey) {
       ReadOptions(json, "run.json", &options);
     });
   };
-  EXPECT_EQ(read("count", nullptr), "run.json: count: expected this key, it is missing");
+  EXPECT_EQ(read("count", nullptr), "run.json: count: required key is missing");
   EXPECT_EQ(read("count", 1.5), "run.json: count: expected a whole number, got 1.5");
   EXPECT_EQ(read("count", true), "run.json: count: expected a whole number, got true");
   EXPECT_EQ(read("rate_hz", "fast"), "run.json: rate_hz: expected a number, got \"fast\"");

@@ -1,5 +1,5 @@
 // Compares the checker with MuJoCo's own collision detection on random poses. Both use libccd for general
-// convex shapes, so this is no independent proof of depths; collision_closed_form_test.cc has those.
+// convex shapes, so this does not verify depths independently; closed_form_test.cc does.
 #include <gtest/gtest.h>
 
 #include <algorithm>

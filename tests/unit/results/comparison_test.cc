@@ -435,10 +435,11 @@ TEST_F(MeritTest, LessProgressIsNotBetterInWhatCanGoWrong) {
   careful[0].success = false;
   const Comparison less = CompareRuns(With("careful", careful), baseline);
   EXPECT_EQ(Of(less, "slip_count"), Judgment::kDiffers);
-  EXPECT_EQ(WordOf(less, "slip_count"), "lower (got less far)");
-  EXPECT_THAT(less.remarks, testing::ElementsAre(
-                                "lift_pot/position: careful got less far, so fewer errors were possible: not "
-                                "called better in slips"));
+  EXPECT_EQ(WordOf(less, "slip_count"), "lower (made less progress)");
+  EXPECT_THAT(less.remarks,
+              testing::ElementsAre(
+                  "lift_pot/position: careful made less progress, so fewer errors were possible: not "
+                  "called better in slips"));
   // As many successes, and fewer stages.
   careful[0].success = true;
   careful[29].stage = 1;

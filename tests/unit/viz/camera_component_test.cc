@@ -349,9 +349,9 @@ TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
             "roboeval/head, roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, "
             "right/hand/wrist");
   EXPECT_EQ(complaint({View("front", 0, 64)}),
-            "REQUEST_IMAGE of tick 0: an image of 0x64: expected 1 to 2048 pixels each way");
+            "REQUEST_IMAGE of tick 0: an image of 0x64: expected 1 to 2048 pixels per side");
   EXPECT_EQ(complaint({View("front", 64, 2049)}),
-            "REQUEST_IMAGE of tick 0: an image of 64x2049: expected 1 to 2048 pixels each way");
+            "REQUEST_IMAGE of tick 0: an image of 64x2049: expected 1 to 2048 pixels per side");
   EXPECT_EQ(complaint({View("front", 64, 64, "jpeg")}),
             "REQUEST_IMAGE of tick 0: encoding 'jpeg': expected rgb8 or depth32");
   view_t wide = views_[0];

@@ -108,7 +108,7 @@ TEST_F(RunWatchTest, NoticesSilentComponentsAndTheirReturn) {
   PublishStatus("policy", 2, 75);
   EXPECT_FALSE(watch_.health().at("policy").silent);
   const std::vector<std::string> events = watch_.TakeEvents();
-  EXPECT_EQ(events.back(), "policy is back");
+  EXPECT_EQ(events.back(), "policy publishes again");
   EXPECT_TRUE(watch_.TakeEvents().empty());
   // A component that has announced its end is not reported as missing.
   PublishStatus("policy", 2, 75, component_status_t::STOPPED);
