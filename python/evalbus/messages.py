@@ -209,7 +209,7 @@ def _parse(file):
         token = tokens[at] if at < len(tokens) else "the end"
         at += 1
         if expected is not None and token != expected:
-            raise MessageError(f"{file}: {token} where {expected} should be")
+            raise MessageError(f"{file}: {token} instead of {expected}")
         return token
 
     next_token("package")

@@ -189,7 +189,7 @@ void WebJobs::RequestNote(viz::WebNote note, std::function<void(const std::strin
         std::string error;
         try {
           if (folder.empty() || !fs::exists(EpisodeFolder(folder, note.episode))) {
-            throw InputError("there is no folder of this episode");
+            throw InputError("this episode has no folder");
           }
           const std::lock_guard lock(notes_mutex_);
           results::WriteNote(folder, note.episode, Printable(note.text));

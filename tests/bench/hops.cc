@@ -55,7 +55,7 @@ class Traces {
   }
   int PublisherOf(std::string_view channel) const {
     const auto found = publisher_.find(std::string(channel));
-    if (found == publisher_.end()) throw EnvironmentError("nobody published " + std::string(channel));
+    if (found == publisher_.end()) throw EnvironmentError("no process published " + std::string(channel));
     return found->second;
   }
   const std::vector<std::pair<int, int>>& TicksOf(std::string_view channel) {

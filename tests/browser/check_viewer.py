@@ -250,7 +250,7 @@ def check_play(browser, found):
     tick = browser.evaluate("evalbusViewer.tick")
     frame(browser)
     if browser.evaluate("evalbusViewer.tick") != tick:
-        found.append("it goes on while it is paused")
+        found.append("it continues while it is paused")
 
 
 def check_sizes(browser, folder, found):
@@ -337,9 +337,9 @@ def check_without_gl(program, url, profile, found):
         browser.call("Page.navigate", url=url)
         browser.wait_for("Page.loadEventFired")
         browser.evaluate("document.querySelector('[data-from]').scrollIntoView()")
-        wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().note)", "nothing says that there is no image")
+        wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().note)", "the page does not report that there is no image")
         if "WebGL" not in shown(browser)["note"]:
-            found.append(f"without WebGL it says: {shown(browser)['note']}")
+            found.append(f"without WebGL, the page shows: {shown(browser)['note']}")
         browser.evaluate("evalbusViewer.seek(5)")
         if browser.evaluate("evalbusViewer.tick") != 5 or not browser.evaluate("Object.keys(evalbusViewer.values()).length"):
             found.append("without WebGL there are no numbers")

@@ -41,10 +41,10 @@ void CheckParts(std::string_view bytes) {
   }
   if (IsLoopbackHost(bytes) && bytes.find("localhost") == bytes.npos &&
       bytes.find("127.0.0.1") == bytes.npos && bytes.find("[::1]") == bytes.npos) {
-    Fail("a Host of others counts as this machine");
+    Fail("the Host of another machine counts as this machine");
   }
   if (!bytes.empty() && IsOwnOrigin(bytes, "localhost:8080") && bytes != "http://localhost:8080") {
-    Fail("an Origin of others counts as our own");
+    Fail("a foreign Origin counts as our own");
   }
   if (const auto run = ParseWatch(bytes); run && *run < 0) Fail("a negative run is watched");
 }

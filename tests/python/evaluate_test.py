@@ -192,7 +192,7 @@ class EvaluateTest(unittest.TestCase):
 
     def test_wrong_input(self):
         self.assert_fails(evalbus.InputError, "unknown task 'lift_pott'; did you mean 'lift_pot'", task="lift_pott")
-        self.assert_fails(evalbus.InputError, 'there is no policy "nobody"', policy="nobody")
+        self.assert_fails(evalbus.InputError, 'there is no policy "no_such"', policy="no_such")
         self.assert_fails(evalbus.InputError, "there is no option '--wrong'", wrong=1)
         self.assert_fails(evalbus.InputError, "task 'lift_pot/all': expected one task", task="lift_pot/all")
         self.assert_fails(evalbus.InputError, "1 steps of 7 values", policy=lambda _: np.zeros(7))

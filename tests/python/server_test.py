@@ -136,7 +136,7 @@ class ServerTest(unittest.TestCase):
                 await connection.send(codec.pack({"what": "wait", "until": str(until)}))
                 await (await connection.ping())
                 await asyncio.get_running_loop().run_in_executor(None, self.test_health)
-                until.write_text("go on")
+                until.write_text("continue")
                 return await connection.recv()
 
             self.assertEqual(codec.unpack(self.converse(conversation))["actions"].tolist(), [[0]])

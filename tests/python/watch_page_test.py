@@ -118,11 +118,11 @@ def main():
                         watch = shell.stay(command.removesuffix(" &"))
                         continue
                     if command == "wait":
-                        assert watch.wait(support.DEADLINE_S) == 0, watch.said()
+                        assert watch.wait(support.DEADLINE_S) == 0, watch.output()
                     else:
                         shell.run(command)
                 if watch:
-                    assert watch.wait(support.DEADLINE_S) == 0, watch.said()
+                    assert watch.wait(support.DEADLINE_S) == 0, watch.output()
             assert ran == 11, ran
             check_contacts(folder)
             check_images(folder)

@@ -205,7 +205,7 @@ class LossyBus : public testing::Test {
       const auto summary = network.Run();
       if (!summary || !summary->complete) {
         EXPECT_FALSE(summary && summary->end_detail.empty() && summary->extended.missing_ticks == 0)
-            << "not complete, and nothing says why";
+            << "not complete, without a reason";
         continue;
       }
       EXPECT_EQ(Encode(*summary), reference_) << "episode " << i << ": complete, with another result";

@@ -129,7 +129,7 @@ TEST_F(LogTest, ControlCharactersAreMadeHarmless) {
 TEST_F(LogTest, LinesAboutLinesAreBounded) {
   std::optional<Log> log;
   bus_.Subscribe(channels::kLog, [&](const log_t& line) {
-    if (log) log->Info("heard {}", line.text.size());
+    if (log) log->Info("received {}", line.text.size());
   });
   WithinASecond([&] {
     log.reset();

@@ -15,7 +15,7 @@ namespace evalbus::results::comparison_test {
 using nlohmann::ordered_json;
 
 TEST_F(CompareTest, PairsBySeed) {
-  // Of 50 seeds, 28 succeed in both runs, 15 only in b, 3 only in a.
+  // 28 of 50 seeds succeed in both runs, 15 only in b, 3 only in a.
   std::vector<bool> in_a(50), in_b(50);
   for (size_t i = 0; i < 50; ++i) {
     in_a[i] = i < 31;

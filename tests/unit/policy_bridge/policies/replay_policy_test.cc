@@ -114,8 +114,8 @@ TEST(ReplayPolicy, RefusesAnotherSceneUnlessForced) {
   other.variation = "windy";
   expect("task fold_towel, not lift_pot; variation windy, not " + Info().variation, other);
   other = Info();
-  other.robot = "somebody";
-  expect("robot somebody, not " + Info().robot, other);
+  other.robot = "other_robot";
+  expect("robot other_robot, not " + Info().robot, other);
   other = Info();
   other.substeps *= 2;
   expect("control rate 25 Hz, not 50 Hz", other);
