@@ -64,7 +64,7 @@ void ReadOptions(const nlohmann::json& json, const std::string& file, Options* o
                        (std::is_same_v<Value, bool>                 ? "true or false"
                         : std::is_integral_v<Value>                 ? "a whole number"
                         : std::is_floating_point_v<Value>           ? "a number"
-                        : std::is_convertible_v<Value, std::string> ? "a text"
+                        : std::is_convertible_v<Value, std::string> ? "a string"
                                                                     : "a list") +
                        ", got " +
                        found->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).substr(0, 40));

@@ -5,8 +5,8 @@ shows.
 usage: check_viewer.py PAGE.html|URL RUN [FOLDER]
 
 RUN is the folder of the run that the page shows first. Fails (exit code 1) if, according to the scene graph,
-a body is not at its pose in the log's STATE; if a metric differs from the summary's; if a click on the time
-line leads to another tick; if an external name becomes markup; if the page is wider than the screen; if the
+a body is not at its pose in the log's STATE; if a metric differs from the summary's; if a click on the
+timeline leads to another tick; if an external name becomes markup; if the page is wider than the screen; if the
 console is not empty; or if a packed page requests anything from outside itself. Writes images into FOLDER.
 Exit code 77: skipped, Chromium is not installed.
 """

@@ -130,7 +130,7 @@ TEST(Options, WrongJsonIsNamedWithFileAndKey) {
   EXPECT_EQ(read("count", true), "run.json: count: expected a whole number, got true");
   EXPECT_EQ(read("rate_hz", "fast"), "run.json: rate_hz: expected a number, got \"fast\"");
   EXPECT_EQ(read("fast", 1), "run.json: fast: expected true or false, got 1");
-  EXPECT_EQ(read("name", 1), "run.json: name: expected a text, got 1");
+  EXPECT_EQ(read("name", 1), "run.json: name: expected a string, got 1");
   EXPECT_EQ(read("words", "x"), "run.json: words: expected a list, got \"x\"");
   EXPECT_EQ(read("rate_hz", 1e300), "--rate-hz: expected 20 to 500, got 1e+300");
 }

@@ -199,7 +199,7 @@ TEST_F(RunReaderTest, RefusesLinesThatLackSomething) {
             "run/episodes.jsonl:1: no \"completion_time\"; was this made by evalbus?");
   EXPECT_EQ(without("/explanation/text"), "run/episodes.jsonl:1: no \"text\"; was this made by evalbus?");
   EXPECT_EQ(ErrorOfLines(Line(0, "end_detail", nullptr)),
-            "run/episodes.jsonl:1: \"end_detail\" is null, expected a text");
+            "run/episodes.jsonl:1: \"end_detail\" is null, expected a string");
   EXPECT_EQ(ErrorOfLines(Line(0, "explanation", "fell")),
             "run/episodes.jsonl:1: \"explanation\" is \"fell\", expected an object");
   EXPECT_EQ(ErrorOfLines(Line(0, "pacing", 1)), "run/episodes.jsonl:1: \"pacing\" is 1, expected an object");
