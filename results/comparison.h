@@ -110,7 +110,7 @@ struct MetricComparison {
   metrics::Interval ratio_95{};
 
   bool differs() const { return p && p_holm < metrics::kAlpha; }
-  // Whether the run's value differs in this direction for certain.
+  // Whether the run's value is significantly higher (lower).
   bool is_higher() const;
   bool is_lower() const;
   // The judgment without regard to no_merit and baseline_no_merit.
@@ -120,7 +120,7 @@ struct MetricComparison {
   std::string word() const;
 };
 
-// A side of a pair of episodes.
+// One of the two episodes of a pair.
 struct PairedEpisode {
   int episode = 0;
   bool success = false;

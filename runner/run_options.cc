@@ -93,7 +93,7 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   if (options.policy.policy == policy::kExternalPolicy) {
     if (options.policy.latency != "none" || options.policy.execution != "synchronous") {
       throw InputError(
-          "--latency and --execution do not apply to --policy lcm, which decides itself when it acts");
+          "--latency and --execution do not apply to --policy lcm, which controls its own timing");
     }
     if (options.url.empty() || num_tasks > 1) {
       throw InputError(

@@ -330,7 +330,7 @@ class QuantityWithin : public Within {
 void RegisterQuantity(const QuantityKind& kind) {
   const std::vector<std::string> taken = PredicateNames();
   if (std::ranges::find(taken, kind.name) != taken.end()) {
-    throw InputError("the predicate or quantity is named '" + kind.name + "' already");
+    throw InputError("there is already a predicate or quantity '" + kind.name + "'");
   }
   Quantities().push_back(kind);
 }

@@ -91,10 +91,10 @@ void ReplayPolicy::Begin(const episode_begin_t& begin) {
   }
   if (const std::string differences = Differences(recorded.episode, info_, begin.seed);
       !anyway_ && !differences.empty()) {
-    throw InputError(
-        fmt::format("policy \"replay\": {} was recorded with {}; the same actions would have another effect "
-                    "(\"replay_anyway:...\" replays them regardless)",
-                    recorded.log, differences));
+    throw InputError(fmt::format(
+        "policy \"replay\": {} was recorded with {}; the same actions would have a different effect "
+        "(\"replay_anyway:...\" replays them regardless)",
+        recorded.log, differences));
   }
   const size_t num_joints = CountJoints(info_), num_grippers = info_.gripper.size();
   for (const action_t& action : actions_) {

@@ -111,7 +111,7 @@ def check_hover(browser, policies, found):
     browser.call("Emulation.setFocusEmulationEnabled", enabled=True)
     browser.evaluate("[...document.querySelectorAll('.ev-matrices a.ev-cell[data-outcome=failure]')].pop().focus()")
     check_card("keyboard")
-    # As when an episode ends.
+    # The matrix is redrawn whenever an episode ends.
     browser.evaluate(f"drawn.length = 0; {VIEWS}.board.seeds.redraw()")
     label = browser.evaluate("document.activeElement.getAttribute('aria-label') || ''")
     if f"episode {last['episode']}:" not in label or not browser.evaluate(image):

@@ -126,7 +126,7 @@ void RunWatch::Simulated(const header_t& header) {
 }
 
 void RunWatch::OnModel(std::span<const uint8_t> data) {
-  // MODEL is repeated and is the largest message.
+  // MODEL is repeated and is the largest message, so equal bytes are not decoded again.
   if (std::equal(data.begin(), data.end(), model_bytes_.begin(), model_bytes_.end())) return;
   model_info_t model{};
   if (!Decode(data, &model)) {

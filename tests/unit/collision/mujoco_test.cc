@@ -36,7 +36,8 @@ const char kEveryShape[] = R"(<mujoco>
     <body name="m3"><freejoint/><geom type="mesh" mesh="pebble"/></body>
   </worldbody></mujoco>)";
 
-// With a hull of 80 corners too: above 32 corners, FCL searches the farthest one by walking along edges.
+// A scene with every shape, one of them a hull of 80 corners: above 32 corners, FCL finds the farthest one by
+// walking along edges.
 std::string EveryShape() {
   std::string vertices;
   for (int i = 0; i < 80; ++i) {

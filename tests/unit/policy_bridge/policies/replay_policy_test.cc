@@ -102,10 +102,9 @@ TEST(ReplayPolicy, RefusesAnotherSceneUnlessForced) {
   EXPECT_EQ(refusal(Info(), kSeed, false), "plays");
   const auto expect = [&](const std::string& differences, const model_info_t& recorded,
                           int64_t seed = kSeed) {
-    EXPECT_EQ(
-        refusal(recorded, seed, false),
-        "policy \"replay\": a.lcmlog was recorded with " + differences +
-            "; the same actions would have another effect (\"replay_anyway:...\" replays them regardless)");
+    EXPECT_EQ(refusal(recorded, seed, false), "policy \"replay\": a.lcmlog was recorded with " + differences +
+                                                  "; the same actions would have a different effect "
+                                                  "(\"replay_anyway:...\" replays them regardless)");
     EXPECT_EQ(refusal(recorded, seed, true), "plays");
   };
   expect("seed of the episode 11, not 12", Info(), 12);

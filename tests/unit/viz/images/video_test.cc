@@ -158,8 +158,8 @@ TEST_F(VideoTest, EqualLogsGiveEqualBytes) {
   EXPECT_TRUE(Bytes(a) == Bytes(b));
 }
 
-// The word at its end is the same as in tables: the reason of the failure, not the event that ended the
-// episode.
+// The word at the end of a video is the same as in tables: the reason of the failure, not the event that
+// ended the episode.
 TEST_F(VideoTest, EndsWithTheOutcomeOfTheScore) {
   const auto video = [this](const std::string& name, const std::string& end_reason,
                             const std::string& failure_reason) {
