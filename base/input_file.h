@@ -21,7 +21,7 @@ class InputFile {
   InputFile& operator=(const InputFile&) = delete;
 
   int fd() const { return fd_; }
-  // Bytes, when it was opened.
+  // Size in bytes when the file was opened.
   uint64_t size() const { return size_; }
   // Throws InputError as above, "a.yaml: cannot be read: Input/output error".
   [[noreturn]] void Fail(int error) const;

@@ -8,7 +8,7 @@
 namespace evalbus::results {
 namespace {
 
-// Adds the pairs of one task: where they part, and how many differ.
+// Adds the pairs of one task: where they diverge, and how many differ.
 void AddPairs(const RecordedRun& run, const RecordedRun& reference, PolicyOnEngine* result) {
   std::map<int, StageParting> by_stage;
   for (const RecordedEpisode& episode : run.episodes) {

@@ -37,15 +37,15 @@ struct PythonOutput {
 };
 constexpr PythonOutput kPythonOutputs[] = {
     {"--lerobot", "evalbus.lerobot.dataset", "FOLDER",
-     "LeRobot data set with videos of --camera, by the installed LeRobot"},
+     "LeRobot data set with videos of --camera, with the installed LeRobot"},
     {"--inspect", "evalbus.inspect_log", "FILE",
-     "log of Inspect (.eval or .json), by the installed inspect_ai"},
+     "log of Inspect (.eval or .json), with the installed inspect_ai"},
     {"--hf", "evalbus.hugging_face", "FOLDER",
      "results for leaderboards of Hugging Face; requires --dataset"},
-    {"--wandb", "evalbus.trackers", "PROJECT", "send to Weights & Biases, by the installed wandb"},
+    {"--wandb", "evalbus.trackers", "PROJECT", "send to Weights & Biases, with the installed wandb"},
     {"--trackio", "evalbus.trackers", "PROJECT", "the same for Trackio"},
     {"--mlflow", "evalbus.trackers", "EXPERIMENT", "the same for MLflow"},
-    {"--tensorboard", "evalbus.trackers", "FOLDER", "write event files, by the installed tensorboard"},
+    {"--tensorboard", "evalbus.trackers", "FOLDER", "write event files, with the installed tensorboard"},
 };
 
 struct ExportOptions {

@@ -185,13 +185,15 @@ ObservationEntry ReadEntry(const YamlValue& value) {
   const bool is_image = map.Find("camera") || map.Find("depth");
   for (const char* key :
        {"size_px", "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize", "color", "layout"}) {
-    if (const YamlValue* wrong = map.Find(key); wrong && !is_image) wrong->Fail("only for a camera or depth");
+    if (const YamlValue* wrong = map.Find(key); wrong && !is_image)
+      wrong->Fail("only allowed for a camera or depth");
   }
   for (const char* key : {"type", "shape"}) {
-    if (const YamlValue* wrong = map.Find(key); wrong && !map.Find("state")) wrong->Fail("only for a state");
+    if (const YamlValue* wrong = map.Find(key); wrong && !map.Find("state"))
+      wrong->Fail("only allowed for a state");
   }
   if (const YamlValue* history = map.Find("history_ticks")) {
-    if (!is_image && !map.Find("state")) history->Fail("only for a camera, depth or a state");
+    if (!is_image && !map.Find("state")) history->Fail("only allowed for a camera, depth or a state");
     entry.history_ticks = Integers(*history, -kLongestHistory, 0);
     if (entry.history_ticks.empty() || !std::ranges::is_sorted(entry.history_ticks) ||
         entry.history_ticks.back() != 0) {

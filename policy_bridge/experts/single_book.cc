@@ -97,7 +97,7 @@ class SingleBookExpert : public Expert {
   static Eigen::Vector3d Facing(const Eigen::Isometry3d& book);
   // Extends `plan`: the arm pulls the book to where Take is possible.
   std::optional<Plan> Pull(const Plan& plan, int arm);
-  // How the fingers go behind the book, world frame.
+  // How the fingers hook behind the book and pull it, world frame.
   struct Hook {
     Eigen::Vector3d face;  // middle of the face behind which they go, m
     Eigen::Vector3d out;   // outward normal of that face, away from the robot; unit vector

@@ -188,7 +188,7 @@ class Judgment {
 
   const JudgeOptions& options_;
   WebJobs* const jobs_;
-  // Only of a single run.
+  // Set only if a single run is judged.
   std::optional<RunFollower> follower_;
   std::string task_, variation_;
   std::vector<Item> items_;

@@ -23,7 +23,7 @@ using Key = std::tuple<int, Event, std::string, int, int>;
 struct Hop {
   const char* name;
   std::string_view input, output;
-  // How many ticks after the message the answer's tick is.
+  // Number of ticks from the message to its answer.
   int later;
 };
 constexpr Hop kHops[] = {{"STATE to policy", "STATE", "ACTION", 0},

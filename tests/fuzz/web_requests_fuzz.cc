@@ -1,5 +1,5 @@
 // Any bytes as requests to a web server. Parts of them serve as targets, headers and messages. The whole is
-// sent over the loopback to a server, as a request and as the data behind a WebSocket handshake. The server
+// sent over the loopback to a server, as a request and as the data after a WebSocket handshake. The server
 // must answer or close the connection, and must accept the next one.
 #include <arpa/inet.h>
 #include <netinet/in.h>

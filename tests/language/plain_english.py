@@ -71,7 +71,7 @@ RULES = [
     rule("is-no", r"(?<!there )\b(?:is|are|was|were) no (?!longer\b|more\b|less\b|fewer\b|\w+er than\b|\w+ is\b)", "is not a, is not"),
     rule("each-way", r"\beach way\b(?! to\b)", "per side"),
     rule("belongs-into", r"\bbelongs? into\b", "belongs in"),
-    rule("are-others", r"\b(?:is another|are others)(?=[.;:,]| than\b|\Z)", "differs, differ"),
+    rule("are-others", r"\b(?:is another|are others)(?=[.;:,]| than\b| and\b|\Z)", "differs, differ"),
     rule("expected-last", r"(?<!as )(?<!than )(?<!is )(?<!are )(?<!was )(?<!were )\bexpected(?:\Z|, (?:not|got)\b)",
          "begin with 'expected'", {"string"}),
     rule("kMost", r"\bkMost[A-Z]\w*", "kMax...", {"code"}, 0),

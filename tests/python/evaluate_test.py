@@ -124,7 +124,7 @@ class EvaluateTest(unittest.TestCase):
         ) as active:
             partial = [event.content for event in active if event.kind == "partial"]
             run = active.wait()
-        # One for each tick, the last of which has the numbers of the episode.
+        # There is one event for each tick; the last one has the numbers of the episode.
         self.assertEqual([event["tick"] for event in partial], list(range(len(partial))))
         self.assertEqual([event["verdict"] for event in partial], ["undecided"] * (len(partial) - 1) + ["success"])
         self.assertEqual(partial[-1]["metrics"], run.episodes[0].metrics)

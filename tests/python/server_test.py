@@ -142,7 +142,7 @@ class ServerTest(unittest.TestCase):
             self.assertEqual(codec.unpack(self.converse(conversation))["actions"].tolist(), [[0]])
 
     def shake_hands(self, connection, header=b""):
-        """Sends a handshake with one more header line; returns the answer and the bytes behind it."""
+        """Sends a handshake with one more header line; returns the answer and the bytes after it."""
         connection.sendall(
             b"GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n" + header + b"\r\n"

@@ -25,7 +25,7 @@ BIN = pathlib.Path(sys.argv[1]).resolve()
 
 
 def packed_episode(report):
-    """Returns (head, bytes behind it) of the first episode's block in a report (docs/viewer_data.md)."""
+    """Returns (head, bytes after it) of the first episode's block in a report (docs/viewer_data.md)."""
     text = report.read_text().split('data-block="episode/0/0">')[1].split("<")[0]
     block = zlib.decompress(b64decode(text))
     (length,) = struct.unpack_from("<I", block)

@@ -120,7 +120,7 @@ class Watch : public testing::Test {
   std::vector<state_t> states_;
 };
 
-// Expects numbers that both have to agree.
+// Expects all numbers that both have to be equal within the tolerance.
 void ExpectAgree(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b, double tolerance,
                  const std::string& at) {
   if (a.is_object()) {

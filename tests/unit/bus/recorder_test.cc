@@ -277,7 +277,7 @@ TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
   End(1);
   HandleAll();
   EXPECT_EQ(dut_.status().last_finished_episode, 1);
-  // Nor the message that has just been counted.
+  // The message that has just been counted does not change it either.
   count(1);
   const auto last = Log(1);
   Begin(1, 1);

@@ -62,7 +62,7 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_NE(text.find("Effort relative to a"), std::string::npos) << text;
   const ordered_json json = ComparisonJson({result});
   EXPECT_EQ(json["comparisons"][0]["success"]["pairs"]["run_only"], 15);
-  // Those seeds, first that of episode 28, or another with success in one run only.
+  // The flipped seeds: 15 on which only the run succeeds, and 3 on which only the baseline does.
   const ordered_json& flipped = json["comparisons"][0]["tasks"][0]["flipped"];
   ASSERT_EQ(flipped.size(), 18u);
   int of_run = 0;
@@ -352,7 +352,7 @@ TEST_F(CompareTest, RefusesToMixEngines) {
   const RecordedRuns a = Run("a", info, First(1, 2), 5), b = Run("b", info, First(2, 2), 5);
   info["mujoco_version"] = "3.3.3";
   const RecordedRuns other = Run("other", info, First(1, 2), 5);
-  // Nothing is simulated there.
+  // Nothing is simulated in a scored run, so it fits any version.
   info["source"] = "file";
   const RecordedRuns scored = Run("scored", info, First(1, 2), 5);
   EXPECT_NO_THROW(CheckSameEngine({&a, &unnamed, &b, &scored}));

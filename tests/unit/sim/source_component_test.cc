@@ -263,7 +263,7 @@ TEST_F(CameraImages, ArePassedOnWithTheEpisodesHeader) {
 
 TEST_F(CameraImages, AreAtMostTenASecondOfEachCamera) {
   Begin();
-  // Every third image: of 0, 99, ..., 990 ms.
+  // Every third image is published: those of 0, 99, ..., 990 ms.
   for (int64_t ms = 0; ms < 1000; ms += 33) Publish(Image(ms));
   EXPECT_EQ(passed_on_.size(), 11u);
   EXPECT_EQ(EndDetail(), "") << "the others are left out, which is not a fault";

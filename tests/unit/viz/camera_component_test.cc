@@ -180,7 +180,7 @@ TEST_F(CameraComponentTest, RepeatsImagesThatItHasRendered) {
   const std::vector<image_t> again = process.RequestImages(0, views_);
   ASSERT_EQ(again.size(), 2u);
   for (size_t i = 0; i < 2; ++i) EXPECT_TRUE(again[i].data == first[i].data);
-  // One of them, and also after the next STATE has arrived.
+  // A request for one of the images is answered even after the next STATE has arrived.
   process.PublishState(1);
   const std::vector<image_t> late = process.RequestImages(0, {views_[1]});
   ASSERT_EQ(late.size(), 1u);

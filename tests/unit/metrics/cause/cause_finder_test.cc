@@ -391,7 +391,7 @@ TEST_F(CauseFinderTest, TheRobotStops) {
 TEST_F(CauseFinderTest, ARobotThatSagsUnderALoadHasStopped) {
   commands_ = {0, 0};
   Move(3);
-  HoldWithBoth();  // up to tick 23, the last commands with it
+  HoldWithBoth();  // up to tick 23, which is the last tick with these commands
   commands_ = {0.33, 0};
   Tick();
   for (int k = 0; k < 300; ++k) {

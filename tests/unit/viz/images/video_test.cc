@@ -412,7 +412,7 @@ TEST_F(FakeFfmpeg, ThatHangsIsEnded) {
   const std::string hangs = "ffmpeg could not make " + video_.string() + ": it hung: no progress for 0.5 s";
   Publish("kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
-  // Also if it has accepted all frames.
+  // It is ended even if it has accepted all frames.
   Publish("cat >/dev/null; kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
   EXPECT_FALSE(fs::exists(video_));
