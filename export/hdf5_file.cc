@@ -89,7 +89,8 @@ class OpenSet {
     if (set_ < 0) fail("no dataset '" + path + "'" + hint);
     const Handle creation(H5Dget_create_plist(set_), H5Pclose);
     if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) {
-      fail("the numbers of '" + path + "' are in another file or dataset; expected them here");
+      fail("the numbers of '" + path +
+           "' are stored in another file or dataset; expected them in this dataset");
     }
   }
   operator hid_t() const { return set_; }

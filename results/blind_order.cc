@@ -10,7 +10,7 @@
 namespace evalbus::results {
 namespace {
 
-// Stream of Random: differs from those of base/random.h.
+// Stream of Random for the order; differs from all streams in base/random.h.
 constexpr uint32_t kOrderStream = 0x10003;
 
 // Fisher and Yates.

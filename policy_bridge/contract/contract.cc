@@ -300,11 +300,11 @@ void ReadAction(const YamlValue& value, Contract* contract) {
   const bool is_delta = IsDelta(space.kind);
   for (const char* key : {"frame", "point", "rotation"}) {
     if (const YamlValue* wrong = map.Find(key); wrong && !is_eef)
-      wrong->Fail("only for eef_pose and eef_delta");
+      wrong->Fail("only allowed for eef_pose and eef_delta");
     if (is_eef && !map.Find(key)) map.value().Fail(std::string("expected '") + key + "' with this kind");
   }
   if (const YamlValue* wrong = map.Find("delta_on"); wrong && !is_delta)
-    wrong->Fail("only for deltas and velocities");
+    wrong->Fail("only allowed for deltas and velocities");
   if (is_delta && !map.Find("delta_on"))
     map.value().Fail("expected 'delta_on', target or measured, with this kind");
   if (space.kind == ActionKind::kEefPose && space.frame == ActionFrame::kWrist) {
@@ -475,7 +475,7 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   if (map["wire"].Text() == "lerobot") map["wire"].Fail(kNoPickles);
   contract.wire = Choose(map["wire"], kWires);
   if (const YamlValue* dialect = map.Find("groot_dialect")) {
-    if (contract.wire != Wire::kGroot) dialect->Fail("only for the wire groot");
+    if (contract.wire != Wire::kGroot) dialect->Fail("only allowed for the wire groot");
     contract.groot_dialect = Choose(*dialect, kDialects);
   }
   contract.url = map["url"].Text();
@@ -494,7 +494,8 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   if (const YamlValue* batch = map.Find("batch_size")) {
     if (contract.wire != Wire::kGroot) {
       batch->Fail(
-          "only for the wire groot; servers of other wires can batch the requests of their connections "
+          "only allowed for the wire groot; servers of other wires can batch the requests of their "
+          "connections "
           "themselves");
     }
     contract.batch_size = batch->Integer(1, kLargestBatch);

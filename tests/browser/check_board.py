@@ -255,7 +255,7 @@ def check_plan(browser, evalbus, plan, folder, found):
 def check_large(browser, evalbus, large, folder, found):
     count = len(episodes_of(large))
     with served(evalbus, large) as url:
-        # The server has read the folder.
+        # The page is opened again once the server has read the folder.
         open_url(browser, url + "#/board")
         wait_until(browser, f"{VIEWS}.board.head.policies[0].all.done === {count}", "the server does not read the run")
         open_url(browser, url + "#/board")

@@ -100,7 +100,7 @@ TEST(Contract, MistakesAreReportedWithLineAndKey) {
        "mine.yaml:6: key 'observation[0]': expected 'size_px': [WIDTH, HEIGHT], the size in which the "
        "camera's image is rendered"},
       {"rate_hz: 20", "rate_hz: 20\nbatch_size: 8",
-       "mine.yaml:5: key 'batch_size': only for the wire groot; servers of other wires can batch the "
+       "mine.yaml:5: key 'batch_size': only allowed for the wire groot; servers of other wires can batch the "
        "requests of their connections themselves"},
       {"mirror: true", "rotate_deg: 45", "mine.yaml:6: key 'rotate_deg': expected 0, 90, 180 or 270"},
       {"key: prompt", "key: state", "mine.yaml:8: key 'observation[2]': key 'state' given twice"},
@@ -169,7 +169,7 @@ TEST(Contract, AVelocityIsOnTheTargetOrOnTheMeasurement) {
   EXPECT_EQ(ErrorWith("kind: joint_delta\n  delta_on: measured", "kind: joint_velocity"),
             "mine.yaml:10: key 'action': expected 'delta_on', target or measured, with this kind");
   EXPECT_EQ(ErrorWith("kind: joint_delta", "kind: joint_position"),
-            "mine.yaml:12: key 'delta_on': only for deltas and velocities");
+            "mine.yaml:12: key 'delta_on': only allowed for deltas and velocities");
 }
 
 TEST(Contract, AllPresetsAreReadableAndDistinguishable) {
