@@ -238,7 +238,7 @@ def _parse(file):
                     next_token("]")
                 members.append(Member(member, type_, tuple(dimensions)))
         if separator != ";":
-            raise MessageError(f"{file}: {separator} where ; should be")
+            raise MessageError(f"{file}: {separator} instead of ;")
     return name, (tuple(members), constants)
 
 
