@@ -49,7 +49,7 @@ CLI::Validator InRange(double least, double most) {
       [range](std::string& text) {
         double number = 0;
         const bool is_nan = CLI::detail::lexical_cast(text, number) && std::isnan(number);
-        return is_nan ? "Value " + text + " is no number" : range(text);
+        return is_nan ? "Value " + text + " is not a number" : range(text);
       },
       range.get_description());
 }

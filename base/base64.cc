@@ -5,7 +5,8 @@
 namespace evalbus {
 
 std::string Base64(std::string_view bytes) {
-  // OpenSSL counts in int; three bytes make four characters, so that parts of whole threes can be joined.
+  // OpenSSL counts in int, so long input is encoded in parts. Three bytes make four characters, so the
+  // encodings of parts whose length is a multiple of three can be joined.
   constexpr size_t kPart = size_t{3} << 20;
   std::string text;
   text.reserve((bytes.size() + 2) / 3 * 4);

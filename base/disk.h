@@ -1,4 +1,4 @@
-// State of a file system.
+// Checks whether a disk can be written to.
 #pragma once
 
 #include <filesystem>

@@ -125,7 +125,7 @@ std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI:
     const bool is_rest = group == kUngrouped && !options.empty();
     options += make_group(is_rest ? "Other options" : group, false, listed);
   }
-  // The commands are what `evalbus --help` is read for.
+  // Users run `evalbus --help` to find a command.
   const bool commands_first = !CommandNames(*app).empty();
   const std::string commands = make_subcommands(app, mode);
   help += commands_first ? commands + options : options + commands;

@@ -10,11 +10,11 @@
 
 namespace evalbus {
 
-// Width of the terminal on standard output; if that is no terminal, the environment's COLUMNS, else 100.
+// Width of the terminal on standard output; if that is not a terminal, the environment's COLUMNS, else 100.
 size_t TerminalWidth();
 
 // Wraps lines at `width` and indents all but the first, which begins at column `indent`. A line break in the
-// text is kept if the word behind it contains a colon ("replay:RUN: ...", an entry of a list) and is not
+// text is kept if the word after it contains a colon ("replay:RUN: ...", an entry of a list) and is not
 // "default:"; other line breaks become blanks.
 std::string Wrapped(const std::string& text, size_t indent, size_t width);
 

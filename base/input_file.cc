@@ -67,7 +67,7 @@ std::string ReadInput(const std::filesystem::path& file, const std::string& what
 
 std::ifstream OpenInput(const std::filesystem::path& file, const std::string& what) {
   const InputFile input(file, what);
-  // Opened by its descriptor it is the same file, even if the name was given to another one.
+  // Opening the descriptor opens the same file, even if the name now refers to another one.
   std::ifstream stream("/proc/self/fd/" + std::to_string(input.fd()), std::ios::binary);
   if (!stream) input.Fail(errno);
   return stream;

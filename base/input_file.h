@@ -21,13 +21,13 @@ class InputFile {
   InputFile& operator=(const InputFile&) = delete;
 
   int fd() const { return fd_; }
-  // Bytes, when it was opened.
+  // Size in bytes when the file was opened.
   uint64_t size() const { return size_; }
   // Throws InputError as above, "a.yaml: cannot be read: Input/output error".
   [[noreturn]] void Fail(int error) const;
 
  private:
-  // What comes before the reason.
+  // Text of errors before the reason.
   std::string fault_;
   int fd_ = -1;
   uint64_t size_ = 0;

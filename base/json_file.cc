@@ -71,7 +71,7 @@ class Builder : public nlohmann::json_sax<Json> {
   bool key(std::string& name) override {
     // The library would silently replace the first value.
     if (!names_[open_.size() - 1].Add(name)) {
-      what_ = name + ": expected each key once, it is repeated";
+      what_ = name + ": repeated key, expected each key once";
       return false;
     }
     if (open_.size() == 1) outermost_key_ = name;

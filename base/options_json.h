@@ -42,7 +42,7 @@ void ReadOptions(const nlohmann::json& json, const std::string& file, Options* o
   ForEachOption(*options, [&](const auto& row, auto& value) {
     using Value = std::decay_t<decltype(value)>;
     const auto found = json.find(row.key);
-    if (found == json.end()) throw InputError(file + ": " + row.key + ": expected this key, it is missing");
+    if (found == json.end()) throw InputError(file + ": " + row.key + ": required key is missing");
     try {
       if constexpr (std::is_same_v<Value, std::filesystem::path>) {
         value = found->template get<std::string>();
@@ -64,7 +64,7 @@ void ReadOptions(const nlohmann::json& json, const std::string& file, Options* o
                        (std::is_same_v<Value, bool>                 ? "true or false"
                         : std::is_integral_v<Value>                 ? "a whole number"
                         : std::is_floating_point_v<Value>           ? "a number"
-                        : std::is_convertible_v<Value, std::string> ? "a text"
+                        : std::is_convertible_v<Value, std::string> ? "a string"
                                                                     : "a list") +
                        ", got " +
                        found->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).substr(0, 40));

@@ -23,7 +23,7 @@ bool MayLockEverything() {
 }  // namespace
 
 std::string Realtime::Words() const {
-  return std::string(is_scheduled ? "" : "not ") + "scheduled before others, memory " +
+  return std::string("real-time priority ") + (is_scheduled ? "on" : "off") + ", memory " +
          (is_locked ? "" : "not ") + "locked";
 }
 

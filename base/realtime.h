@@ -11,14 +11,14 @@ struct Realtime {
   // No memory of the process is swapped to disk.
   bool is_locked = false;
 
-  // "scheduled before others, memory locked", with "not" before what was not granted.
+  // "real-time priority on, memory locked", with "off" and "not locked" for what was not granted.
   std::string Words() const;
 };
 
 // Requests both for this process, not for its child processes. priority: priority in SCHED_FIFO, 1 to 99.
 Realtime RequestRealtime(int priority);
 
-// What AskForRealtime would obtain, tried in a child process.
+// What RequestRealtime would obtain, tried in a child process.
 Realtime RealtimeAllowed();
 
 }  // namespace evalbus

@@ -1,6 +1,6 @@
 // Files of tensors: u64 little-endian length n of the header; the header, n bytes of JSON
 // {name: {dtype, shape, data_offsets: [begin, end]}, "__metadata__": {text: text}}; then the numbers, little
-// endian, C order, offsets counted from behind the header. Format: huggingface/safetensors.
+// endian, C order, with offsets counted from the end of the header. Format: huggingface/safetensors.
 #pragma once
 
 #include <cstdint>
@@ -31,13 +31,14 @@ struct Safetensors {
   std::vector<std::pair<std::string, Tensor>> tensors;
   std::map<std::string, std::string> metadata;
 
-  // Null: there is none of this name.
+  // Null if there is no tensor of this name.
   const Tensor* Find(const std::string& name) const;
 };
 
-// Both throw InputError, one line that names the file: a header above 100 MB or longer than the file, no
-// JSON, tensors that overlap, leave a gap, or are not as long as their shape, a file that is cut off. What
-// they allocate is in proportion to the bytes that are there.
+// Both throw InputError, one line that names the file, for a header that is above 100 MB, longer than the
+// file or not JSON, for tensors that overlap, leave a gap or do not have the size of their shape, and for a
+// truncated file. They allocate memory in proportion to the bytes that exist, not to the sizes that the
+// header states.
 Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& file);
 Safetensors ReadSafetensors(const std::filesystem::path& file);
 

@@ -35,7 +35,7 @@ struct Character {
   char32_t code;
 };
 
-// The first one of a text that is not empty; nothing where its bytes are no UTF-8.
+// The first character of a text that is not empty; nothing if its first bytes are not UTF-8.
 std::optional<Character> FirstCharacter(std::string_view text) {
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char lead = byte(0);
@@ -47,7 +47,7 @@ std::optional<Character> FirstCharacter(std::string_view text) {
     if ((byte(i) & 0xC0) != 0x80) return std::nullopt;
     code = code << 6 | (byte(i) & 0x3F);
   }
-  constexpr char32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};  // with fewer bytes it would be shorter
+  constexpr char32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};  // smaller codes have shorter encodings
   const bool is_surrogate = code >= 0xD800 && code < 0xE000;
   if (code < kLeast[bytes] || is_surrogate || code > 0x10FFFF) return std::nullopt;
   return Character{bytes, code};
@@ -60,7 +60,7 @@ std::string Printable(const std::string& text) {
   for (std::string_view rest = text; !rest.empty();) {
     const auto character = FirstCharacter(rest);
     const size_t bytes = character ? character->bytes : 1;
-    // U+0080 to U+009F are control characters, too; the last two of a plane's 65536 are none at all.
+    // U+0080 to U+009F are control characters, too; the last two codes of each plane are not characters.
     const bool is_shown = character && character->code >= 0x20 &&
                           !(character->code >= 0x7F && character->code < 0xA0) &&
                           (character->code & 0xFFFE) != 0xFFFE;
@@ -103,7 +103,7 @@ std::string Number(double value, double error) {
   if (!std::isfinite(value)) return "-";
   const double magnitude = std::abs(value);
   if (magnitude >= 99999.5) return fmt::format("{:.0f}k", value * 1e-3);
-  // A minus takes the place of a digit, unless none would be left.
+  // A minus sign takes the place of a digit, unless no nonzero digit would remain.
   const bool shorter = value < -0.005;
   const int decimals = Decimals(shorter ? magnitude * 10 : magnitude, error);
   return Fixed(value, shorter ? std::min(2, decimals) : decimals);

@@ -8,33 +8,35 @@ namespace evalbus {
 
 int Width(const std::string& text);
 
-// The first `width` characters.
+// The first `width` characters of a text.
 std::string Cut(const std::string& text, int width);
 
-// Filled up with spaces to a width: text to the right, or, where the width is negative, to the left.
+// Pads a text with spaces to a width: right-aligned, or left-aligned if the width is negative.
 std::string Pad(const std::string& text, int width);
 
-// Words of another process, or names in a file, may be any bytes, and a terminal obeys control characters,
-// which XML has no place for: each becomes a question mark, and so does each byte that is no UTF-8.
+// Replaces each control character, and each byte that is not UTF-8, by a question mark. Texts of other
+// processes and names in files may be arbitrary bytes; terminals execute control characters, and XML does not
+// allow them.
 std::string Printable(const std::string& text);
 
-// A command as it is typed into a shell; what a shell would not take as it is stands in quotes.
+// A command as typed into a shell: words that the shell would interpret are quoted.
 std::string ShellWords(const std::vector<std::string>& command);
 
 // "left_gripper" -> "left gripper".
 std::string Words(std::string name);
 
-// With so many decimals; what rounds to nothing has no sign.
+// Formats a number with this many decimals. A number that rounds to zero has no sign.
 std::string Fixed(double value, int decimals);
 
-// Five characters, so that columns stay: four significant digits and no more than three decimals, three
-// digits behind a minus; thousands ("123k") from 100000 on. "-" for what is not finite. error: see Decimals.
+// Formats a number in at most five characters, so that columns keep their width: four significant digits
+// (three if it is negative) with at most three decimals; thousands ("123k") from 100000 on; "-" if it is not
+// finite. error: see Decimals.
 std::string Number(double value, double error = 0);
 
-// How many decimals show four significant digits of a number of this magnitude; three at most.
+// Number of decimals that shows four significant digits of a number of this magnitude; at most three.
 int Decimals(double magnitude);
-// The same for a number that is known to within `error`: no more than two digits of the error. An error that
-// is 0 or not finite limits nothing.
+// The same for a number that is known to within `error`: shows at most two digits of the error. An error that
+// is 0 or not finite has no effect.
 int Decimals(double magnitude, double error);
 
 }  // namespace evalbus

@@ -32,7 +32,7 @@ std::string TemporaryNameOf(const std::string& file) {
   ThrowFileError("cannot write " + (file.empty() ? "a file without a name" : file.string()), error);
 }
 
-// An open file; every failure throws, in the name of `shown`.
+// An open file; every failure throws an error that names `shown`.
 class File {
  public:
   File(const fs::path& shown, const fs::path& file, int flags)

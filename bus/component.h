@@ -44,7 +44,7 @@ class Component {
   // True if the component is already in the episode, attempt and seed of this message.
   bool HasEntered(const episode_begin_t& begin) const;
   // Enters the episode. EPISODE_BEGIN is repeated until all components are ready; returns true for the first
-  // one, after which the component must prepare and then call SayReady. Returns false for a repetition.
+  // one, after which the component must prepare and then call PublishReady. Returns false for a repetition.
   bool EnterEpisode(const episode_begin_t& begin);
   void PublishReady();
   // True if a message with this header belongs to the current episode. Otherwise counts it as foreign.

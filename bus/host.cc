@@ -67,7 +67,7 @@ void AddLogLevel(CLI::App* app) {
         Log::SetLevel(ParseLogLevel(word));
         setenv("EVALBUS_LOG_LEVEL", word.c_str(), 1);
       },
-      "level of the logs: debug, info, warn, error or off; default: EVALBUS_LOG_LEVEL or info");
+      "log level: debug, info, warn, error or off; default: EVALBUS_LOG_LEVEL or info");
 }
 
 int HostMain(int argc, char** argv, const std::string& description,

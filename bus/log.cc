@@ -179,7 +179,7 @@ void Log::Poll(steady_clock::time_point now) { sinks_->bus->Poll(now); }
 std::string PlaceText(const header_t& header) {
   if (header.episode < 0) return "";
   std::string text = fmt::format("e{}", header.episode);
-  if (header.attempt > 0) text += fmt::format(" try {}", int64_t{header.attempt} + 1);
+  if (header.attempt > 0) text += fmt::format(" attempt {}", int64_t{header.attempt} + 1);
   if (header.tick >= 0) text += fmt::format(" t{}", header.tick);
   return text;
 }

@@ -81,7 +81,7 @@ class Log {
   std::unique_ptr<Sinks> sinks_;
 };
 
-// "e3 t127" or "e3 try 2 t127", as shown in log lines. Empty before the first episode.
+// "e3 t127" or "e3 attempt 2 t127", as shown in log lines. Empty before the first episode.
 std::string PlaceText(const header_t& header);
 
 }  // namespace evalbus

@@ -94,7 +94,7 @@ std::vector<uint8_t> UnpackLog(std::span<const uint8_t> packed, const std::files
     ZSTD_outBuffer out{log.data(), log.size(), size};
     const size_t read = in.pos;
     left = ZSTD_decompressStream(context.get(), &out, &in);
-    if (ZSTD_isError(left)) fail(std::string("its zstd data are damaged: ") + ZSTD_getErrorName(left));
+    if (ZSTD_isError(left)) fail(std::string("damaged zstd data: ") + ZSTD_getErrorName(left));
     if (out.pos == size && in.pos == read && size < log.size()) fail("it is truncated");
     size = out.pos;
     if (size < log.size()) continue;

@@ -24,7 +24,7 @@ install(FILES ${CMAKE_BINARY_DIR}/evalbusConfig.cmake ${CMAKE_BINARY_DIR}/evalbu
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/evalbus)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES scripts/evalbus.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME evalbus)
-# Made from --help by the target `man`.
+# The target `man` makes these pages from --help.
 install(DIRECTORY ${CMAKE_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL
   FILES_MATCHING PATTERN "*.1")
 
@@ -48,7 +48,7 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
-# Libraries are found by dpkg-shlibdeps; these are programs, fonts and what is loaded when it is needed.
+# dpkg-shlibdeps finds the linked libraries. The list names programs, fonts and libraries that are loaded at run time.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "ffmpeg, libosmesa6, fonts-dejavu-core, liblcm-bin, libjs-three, iproute2")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy, python3-msgpack, python3-websockets, zstd")

@@ -1,8 +1,8 @@
 # Functions that define this project's targets. Sources are found by folder, so a new file needs no line here.
 
-# evalbus_target(NAME): our own code compiles without warnings, against headers named from the repository root.
-# -Wno-restrict: only GCC 12 has this warning, and reports it falsely for "text" + std::string.
-# A unity build compiles the files of a folder together; two warnings would report names of other files.
+# evalbus_target(NAME): sets the options of a target with evalbus' own code: warnings are errors, and #include paths
+# start at the repository root. GCC 12 reports -Wrestrict falsely for "text" + std::string. In a unity build, which
+# compiles the files of a folder together, -Wshadow and -Wsubobject-linkage would report names of other files.
 function(evalbus_target name)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror
     $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
@@ -10,7 +10,7 @@ function(evalbus_target name)
     $<$<AND:$<BOOL:${CMAKE_UNITY_BUILD}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
   if(EVALBUS_PRECOMPILE)
-    # GCC requires the macros that the precompiled headers were compiled with, and warns falsely of std::string in them.
+    # GCC requires the same macros as for the precompiled headers, and falsely warns about std::string in them.
     target_compile_definitions(${name} PRIVATE FMT_SHARED GTEST_HAS_PTHREAD=1)
     target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread>)
     if(NOT EVALBUS_PRECOMPILED_BY STREQUAL name)

@@ -314,7 +314,7 @@ bool CollisionChecker::Impl::Evaluate(const Pair& pair, bool true_distance, Prox
         *result = *deep;
         return true;
       }
-      // Only the enlarged shapes overlap, or the true ones by hardly anything: FCL's rough estimate is
+      // Only the enlarged shapes overlap, or the true ones by a negligible depth: FCL's rough estimate is
       // sufficient.
       contact_result.clear();
       fcl::collide(first.fcl_shape.get(), first.fcl_pose, second.fcl_shape.get(), second.fcl_pose,

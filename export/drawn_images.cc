@@ -69,8 +69,8 @@ class DrawnImages::Painter {
  public:
   explicit Painter(const ImageOptions& options) : options_(options) {}
 
-  // `goes_on` is called after each state; if it returns false, no file is written.
-  void Draw(const fs::path& log, const fs::path& file, const std::function<bool()>& goes_on);
+  // `is_wanted` is called after each state; if it returns false, no file is written.
+  void Draw(const fs::path& log, const fs::path& file, const std::function<bool()>& is_wanted);
 
  private:
   const ImageOptions& options_;
@@ -80,7 +80,7 @@ class DrawnImages::Painter {
 };
 
 void DrawnImages::Painter::Draw(const fs::path& log, const fs::path& file,
-                                const std::function<bool()>& goes_on) {
+                                const std::function<bool()>& is_wanted) {
   const EpisodeSteps episode = ReadSteps(log);
   if (!renderer_ || model_sha256_ != episode.model.visual_sha256) {
     renderer_ = std::make_unique<viz::Renderer>(ModelOf(episode.model, log), viz::FrameSize{64, 64});
@@ -101,7 +101,7 @@ void DrawnImages::Painter::Draw(const fs::path& log, const fs::path& file,
       text.append(reinterpret_cast<const char*>(&length), sizeof length);
       text += deflated;
     }
-    if (!goes_on()) return;
+    if (!is_wanted()) return;
   }
   WriteWhole(file, text);
 }
@@ -135,13 +135,13 @@ void DrawnImages::Draw(const std::function<void(double)>& progress) {
   Shared& shared = *new (memory.get()) Shared{0, drawn, false};
   const auto draw = [&] {
     Painter painter(options_);
-    const auto goes_on = [&] { return !shared.is_over && !stop_requested(); };
-    while (goes_on()) {
+    const auto is_wanted = [&] { return !shared.is_over && !stop_requested(); };
+    while (is_wanted()) {
       const size_t taken = shared.next++;
       if (taken >= missing.size()) break;
       painter.Draw(logs_[missing[taken]], files_[missing[taken]], [&] {
         ++shared.drawn;
-        return goes_on();
+        return is_wanted();
       });
     }
   };

@@ -65,7 +65,7 @@ nlohmann::ordered_json TimeJson(int64_t time_ns);
 class Encoder {
  public:
   using Emit = std::function<void(const Message&)>;
-  // Returns the JSON entities of a SceneUpdate for a MODEL and, if known, a seed (tools/scene.h); null: no
+  // Returns the JSON entities of a SceneUpdate for a MODEL and, if known, a seed (export/scene.h); null: no
   // scene is shown.
   using SceneOf =
       std::function<std::shared_ptr<const std::string>(const model_info_t&, std::optional<int64_t> seed)>;

@@ -89,7 +89,8 @@ class OpenSet {
     if (set_ < 0) fail("no dataset '" + path + "'" + hint);
     const Handle creation(H5Dget_create_plist(set_), H5Pclose);
     if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) {
-      fail("the numbers of '" + path + "' are in another file or dataset; expected them here");
+      fail("the numbers of '" + path +
+           "' are stored in another file or dataset; expected them in this dataset");
     }
   }
   operator hid_t() const { return set_; }
@@ -143,7 +144,7 @@ std::vector<std::string> ReadHdf5Texts(const std::filesystem::path& name, const 
   const Handle found(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
   const hssize_t size = H5Sget_simple_extent_npoints(space);
   if (H5Tis_variable_str(found) <= 0 || size < 0 || static_cast<hsize_t>(size) > kMax)
-    fail("'" + path + "' does not contain texts");
+    fail("'" + path + "' does not contain strings");
   const Handle type(TextType(), H5Tclose);
   std::vector<char*> pointers(static_cast<size_t>(size));
   if (size > 0 && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()) < 0)

@@ -20,7 +20,7 @@ struct Hdf5Numbers {
 };
 Hdf5Numbers ReadHdf5(const std::filesystem::path& file, const std::string& path);
 
-// Reads a dataset of texts, as Hdf5File::Write() writes it. Throws InputError.
+// Reads a dataset of strings, as Hdf5File::Write() writes it. Throws InputError.
 std::vector<std::string> ReadHdf5Texts(const std::filesystem::path& file, const std::string& path);
 
 class Hdf5File {

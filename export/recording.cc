@@ -83,7 +83,7 @@ void AddImages(const fs::path& log, const std::vector<std::string>& cameras, con
   EpisodeMessages last;
   for (EpisodeMessages read; reader.Next(&read);) last = std::move(read);
   if (!last.model || !last.begin) {
-    throw InputError(log.string() + ": images cannot be rendered: no whole MODEL and EPISODE_BEGIN");
+    throw InputError(log.string() + ": images cannot be rendered: no complete MODEL and EPISODE_BEGIN");
   }
   const size_t first = episode->topics.size();
   for (const std::string& camera : cameras) {

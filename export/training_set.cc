@@ -220,7 +220,8 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
   for (const fs::path& log : logs) {
     const std::string name = NameOf(ReadSteps(log).model);
     if (task.empty()) task = name;
-    if (name != task) throw InputError(log.string() + ": is of " + name + ", others of " + task);
+    if (name != task)
+      throw InputError(log.string() + ": recorded on " + name + ", but the other logs on " + task);
   }
   std::optional<DrawnImages> drawn;
   if (!images.cameras.empty()) {
@@ -339,7 +340,8 @@ std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const 
                         {"control_frequency", fmt::format("{:g}", 1 / ControlPeriod(model))},
                         {"success", episode.success() ? "true" : "false"}};
     const fs::path file = folder / fmt::format("{:04}.safetensors", episode.begin.header.episode);
-    if (std::ranges::find(files, file) != files.end()) throw InputError(logs[i].string() + ": episode again");
+    if (std::ranges::find(files, file) != files.end())
+      throw InputError(logs[i].string() + ": its episode number occurs in another log, too");
     fs::create_directories(folder);
     WriteWhole(file, EncodeSafetensors(content));
     files.push_back(file);

@@ -1,4 +1,4 @@
-// Messages that mean the same.
+// Equality of messages that identify a tick or an image.
 #pragma once
 
 #include "evalbus/header_t.hpp"

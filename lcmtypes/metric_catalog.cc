@@ -18,7 +18,7 @@ constexpr std::string_view kExtended = "extended.";
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Better kLower = Better::kLower, kHigher = Better::kHigher;
 
-// In the order in which a task's keys are listed.
+// Groups of metrics that a task can switch off.
 constexpr TrackOption kTrackOptions[] = {
     {"track_vel_sync", &Values::tracks_vel_sync},
     {"track_vertical_sync", &Values::tracks_vertical_sync},
@@ -472,7 +472,7 @@ std::vector<std::string> NamesOf(const MetricInfo& metric) {
 
 std::string MetricNumber::label() const {
   if (!metric) return Words(name.starts_with(kExtended) ? name.substr(kExtended.size()) : name);
-  // The task has named it.
+  // The name in the task.
   if (metric->kind == kByName && !of.empty()) return Words(of);
   std::string text(metric->label);
   for (const Form& form : FormsOf(*metric)) {

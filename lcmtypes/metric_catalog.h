@@ -1,5 +1,6 @@
-// Every metric in one table: its name in files and messages, what people read, its unit, which way is better,
-// and where the messages have it. Definitions: docs/metrics.md, which a test holds against the table.
+// Every metric in one table: its name in files and messages, its label for users, its unit, whether higher or
+// lower values are better, and its members in messages. Definitions: docs/metrics.md; a test compares the
+// two.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +17,7 @@ namespace evalbus {
 
 enum class Better { kNeither, kLower, kHigher };
 
-// How many numbers a metric is, and their names in episodes.jsonl with keys joined by dots.
+// The number of values of a metric, and their names in episodes.jsonl, with keys joined by dots.
 enum class MetricKind {
   kNumber,     // NAME
   kCount,      // NAME, a whole number
@@ -25,11 +26,11 @@ enum class MetricKind {
   kOfTwoArms,  // NAME; absent for one arm, and before the first sample
   kByStage,    // NAME.<index>
   kByObject,   // NAME.object_1 and so on, whole numbers
-  kByName,     // NAME.<as the task calls it>; NAME of a single one without a name
-  kByGripper,  // NAME.<gripper>; NAME of a single one
-  kByArm,      // NAME.<arm>; NAME of a single one
-  kSumByArm,   // likewise, for sums over arms: RoboEval's have total_NAME, avg_NAME for two
-  kJerk,       // avg_NAME and rms_NAME like kByArm; for two overall_avg_NAME, overall_rms_NAME
+  kByName,     // NAME.<name in the task>; NAME for a single one without a name
+  kByGripper,  // NAME.<gripper>; NAME for a single gripper
+  kByArm,      // NAME.<arm>; NAME for a single arm
+  kSumByArm,   // like kByArm; RoboEval's also have total_NAME and avg_NAME for two arms
+  kJerk,       // avg_NAME, rms_NAME like kByArm; also overall_avg_NAME, overall_rms_NAME for two arms
 };
 
 // A group of metrics that a task can switch off: the key in its `metrics` section, and the member in messages
@@ -47,28 +48,28 @@ struct JerkMembers {
 };
 
 struct MetricInfo {
-  // As in summary.json, where evalbus' own begin with "extended.".
+  // As in summary.json, where the names of evalbus' own metrics begin with "extended.".
   std::string_view name;
   std::string_view label;
-  // SI; "count" for whole numbers, "1" for what has none.
+  // SI unit; "count" for whole numbers, "1" for values without unit.
   std::string_view unit;
   MetricKind kind = MetricKind::kNumber;
   Better better = Better::kNeither;
   // Measures effort, which is meaningful for successful episodes only: a policy that gives up at once has the
   // shortest path.
   bool effort = false;
-  // Counts undesired events. A policy that gets less far has fewer occasions for them, so a lower value is no
-  // merit by itself.
+  // Counts undesired events. A policy that makes less progress has fewer occasions for them, so a lower value
+  // alone does not make it better.
   bool risk = false;
-  // A second or third difference of positions, which amplifies noise and jitter of a recording: a recording
-  // and a simulation cannot be compared by it.
+  // A second or third difference of positions, which amplifies the noise and jitter of a recording, so that a
+  // recording and a simulation cannot be compared by it.
   bool amplifies_noise = false;
   // Position among the main metrics, which tables show and comparisons test, from 1; 0: not a main metric.
   int main = 0;
-  // Shown value = value * scale, in this unit; empty: none.
+  // Unit of the shown value, which is value * scale; empty: no unit is shown.
   std::string_view shown_unit = unit == "count" || unit == "1" ? std::string_view() : unit;
   double scale = 1;
-  // Possible values, in SI units.
+  // Range of possible values, in SI units.
   double least = 0, most = std::numeric_limits<double>::infinity();
   // Null: cannot be switched off.
   const TrackOption* track = nullptr;
@@ -91,26 +92,26 @@ struct MetricInfo {
 // it only shows when the episode was stopped.
 inline bool IsOfSuccessesOnly(std::string_view name) { return name == "completion_time"; }
 
-// RoboEval's in the order of its dictionary, then evalbus' own.
+// RoboEval's metrics in the order of its dictionary, then evalbus' own.
 std::span<const MetricInfo> Metrics();
 std::span<const TrackOption> TrackOptions();
 
-// False where the task has switched it off.
+// False if the task has switched the metric off.
 inline bool IsTracked(const MetricInfo& metric, const metric_values_t& values) {
   return !metric.track || values.*metric.track->member;
 }
 
-// Which number of a metric a MetricNumber is.
+// Which of a metric's values a MetricNumber contains; kItself for metrics without sums or means.
 enum class MetricPart { kItself, kTotal, kAverage, kMean, kRms, kOverallMean, kOverallRms };
 
-// A number of the results.
+// A value in the results: its name, and the metric that it belongs to.
 struct MetricNumber {
   // Name in summary.json: "extended.mechanical_work_J.left".
   std::string name;
   // Null: not in the catalog; then label and unit come from the name alone.
   const MetricInfo* metric = nullptr;
   MetricPart part = MetricPart::kItself;
-  // What follows the metric's own name: arm, stage, ...
+  // Part of the name after the metric's own name: arm, stage, ...
   std::string of;
 
   std::string label() const;  // "servo work, left"; for a task's own metric, the task's name for it
@@ -120,15 +121,15 @@ struct MetricNumber {
 
 MetricNumber FindMetric(const std::string& name);
 
-// The names of a metric's numbers, without what follows a dot.
+// The names of a metric's values, up to the first dot.
 std::vector<std::string> NamesOf(const MetricInfo& metric);
 
 // The main metrics among these numbers, in their order. For a metric that exists per arm and for both arms
 // together, the latter; for jerk, the root mean square.
 std::vector<MetricNumber> MainMetrics(const std::vector<std::string>& names);
 
-// Formats a value given in SI units, in the shown unit but without its name; "-" if it is not finite. error:
-// standard error, which limits the digits shown; 0 or NaN: the value is exact.
+// Formats a value in SI units as a number in the shown unit; "-" if it is not finite. error: standard error,
+// which limits the digits shown; 0 or NaN: the value is exact.
 std::string ShownValue(const MetricInfo& metric, double value, double error = 0);
 
 }  // namespace evalbus

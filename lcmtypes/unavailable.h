@@ -1,6 +1,6 @@
-// Values that a source does not know (docs/metrics.md, "What a source must know"): in messages a number is
-// NaN, a count this, and a value of extended_metrics_t is not in its lists; in JSON all of these keys are
-// absent.
+// Values that a source does not provide (docs/metrics.md, "What a source must know"). In messages, such a
+// number is NaN, such a count is kUnavailableCount, and the lists of extended_metrics_t do not contain the
+// value. In JSON, its key is absent.
 #pragma once
 
 #include <cstdint>

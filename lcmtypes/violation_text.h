@@ -1,4 +1,4 @@
-// What people read of a violation of a force limit.
+// A violation of a force limit as text for users.
 #pragma once
 
 #include <fmt/format.h>

@@ -42,8 +42,8 @@ ModelPtr LoadModel(const std::filesystem::path& file, const std::string& sha256)
 
 void CheckMessageVersion(const model_info_t& info) {
   if (info.message_version == model_info_t::VERSION) return;
-  throw InputError("made by message version " + std::to_string(info.message_version) +
-                   ", this evalbus reads " + std::to_string(model_info_t::VERSION));
+  throw InputError("message version " + std::to_string(info.message_version) +
+                   ", but this evalbus reads version " + std::to_string(model_info_t::VERSION));
 }
 
 ModelPtr LoadPhysicsModel(const model_info_t& info) {

@@ -1,4 +1,4 @@
-// A policy's success against its inference delay: a plan with one entry for each delay and rule of execution.
+// A policy's success against its inference delay: a plan with one entry for each delay and execution mode.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace evalbus::plans {
 
-// options: of every run; `tasks` names one task, `policy` the policy. delays_ms: as for --latency;
-// executions: as for --execution. Throws InputError.
+// Returns the plan. options: those of every run; they name one task and one policy. delays_ms: as for
+// --latency; executions: as for --execution. Throws InputError.
 Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::string>& delays_ms,
                  const std::vector<std::string>& executions, bool rate_is_given);
 

@@ -59,7 +59,7 @@ void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::
       return folder.Put(shard, finished);
     } catch (const EnvironmentError& error) {
       if (stop_requested() || std::chrono::steady_clock::now() > give_up) throw;
-      if (!is_printed) PrintLine(fmt::format("{}: {}: tries again", shard.name(), error.what()));
+      if (!is_printed) PrintLine(fmt::format("{}: {}: retrying", shard.name(), error.what()));
       std::this_thread::sleep_for(kTryAgain);
     }
   }
@@ -98,7 +98,7 @@ class Shards {
   void Begin() {
     const Shard shard = waiting_.back();
     waiting_.pop_back();
-    if (folder_.has(shard)) return PrintLine(shard.name() + ": there before");
+    if (folder_.has(shard)) return PrintLine(shard.name() + ": already finished");
     std::vector<runner::Job> jobs = {JobOf(shard, options_.at(shard.policy), scratch_.path())};
     running_.push_back({shard, std::make_unique<AtWork>(folder_, shard),
                         std::make_unique<runner::JobPool>(std::move(jobs), 1, [](const std::string& why) {

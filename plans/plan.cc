@@ -295,7 +295,7 @@ Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
   for (const std::string& policy : policies) {
     const PlannedPolicy planned{DefaultName(policy), policy, "", "", ""};
     if (planned.name.empty()) {
-      throw InputError("--policies " + policy + ": a server needs a plan that names it (docs/plans.md)");
+      throw InputError("--policies " + policy + ": a policy server must be named in a plan (docs/plans.md)");
     }
     if (std::ranges::find(plan.policies, planned.name, &PlannedPolicy::name) != plan.policies.end()) {
       throw InputError("--policies: two policies have the name '" + planned.name + "'");

@@ -77,8 +77,9 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
   const auto before = ReadJsonFile<nlohmann::ordered_json>(file);
   for (const auto& [key, value] : json.items()) {
     if (before.contains(key) && before[key] == value) continue;
-    throw InputError(fmt::format("--out {}: the plan there has another \"{}\": {}, not {}", file.string(),
-                                 key, before.contains(key) ? ToText(before[key]) : "none", ToText(value)));
+    throw InputError(fmt::format("--out {}: the plan in this folder has a different \"{}\": {}, not {}",
+                                 file.string(), key, before.contains(key) ? ToText(before[key]) : "none",
+                                 ToText(value)));
   }
 }
 

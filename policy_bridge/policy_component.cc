@@ -91,7 +91,7 @@ void PolicyComponent::OnState(const state_t& state) {
     }
     return;
   }
-  // The policy is already thinking about this state.
+  // The policy is already computing the action for this state.
   if (is_thinking_ && state.header.tick <= state_.header.tick) return;
   is_thinking_ = false;
   if (Act(state)) return;

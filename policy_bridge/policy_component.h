@@ -36,7 +36,7 @@ class PolicyComponent : public Component {
   void OnImage(std::span<const uint8_t> data);
   // Publishes READY if the policy is ready.
   void StartIfReady();
-  // Publishes the ACTION for this state. Returns false while the policy is still thinking about it.
+  // Publishes the ACTION for this state. Returns false while the policy is still computing it.
   bool Act(const state_t& state);
   void SetError(const std::string& error, bool is_server_error);
   void ThinkOn();
@@ -49,7 +49,7 @@ class PolicyComponent : public Component {
   std::unique_ptr<Policy> policy_;
   // EPISODE_BEGIN of the current episode has been received, but the policy is not ready.
   bool is_starting_ = false;
-  // Whether the policy is thinking, and about which state.
+  // Whether the policy is computing an action, and for which state.
   bool is_thinking_ = false;
   state_t state_{};
   // Header of the last REQUEST_IMAGE published, and when to repeat it.

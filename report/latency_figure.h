@@ -8,7 +8,7 @@
 
 namespace evalbus::report {
 
-// Returns a stand-alone SVG image with one line per rule of execution, in the order of `points`, and 95 %
+// Returns a stand-alone SVG image with one line per execution mode, in the order of `points`, and 95 %
 // intervals.
 std::string LatencyFigure(const std::string& title, const std::vector<results::DelayPoint>& points);
 

@@ -42,7 +42,8 @@ std::string StillRenderer::DrawMoment(const results::RecordedRun& run,
     renderer->Render(viz::FindCamera(renderer->model(), viz::kDefaultCamera), &frame);
     return "data:image/jpeg;base64," + Base64(encoder_.Encode(frame));
   }
-  throw InputError(fmt::format("{}: no episode {} with MODEL and STATE", log.string(), episode.episode));
+  throw InputError(
+      fmt::format("{}: episode {} is missing, or has no MODEL or STATE", log.string(), episode.episode));
 }
 
 }  // namespace evalbus::report

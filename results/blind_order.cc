@@ -10,7 +10,7 @@
 namespace evalbus::results {
 namespace {
 
-// Stream of Random: differs from those of base/random.h.
+// Stream of Random for the order; differs from all streams in base/random.h.
 constexpr uint32_t kOrderStream = 0x10003;
 
 // Fisher and Yates.
@@ -49,7 +49,7 @@ std::vector<JudgedEpisode> BlindOrder(const std::vector<std::pair<int, int>>& pa
   // char: elements of vector<bool> cannot be swapped by reference.
   std::vector<char> is_swapped(pairs.size());
   for (size_t i = 0; i < is_swapped.size(); ++i) is_swapped[i] = i % 2 == 1;
-  // Decides for an odd number which run comes first once more.
+  // If the number of pairs is odd, one run comes first once more than the other: this draw decides which.
   if (random.Index(2) == 1) {
     for (char& swapped : is_swapped) swapped = !swapped;
   }

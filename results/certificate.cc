@@ -8,7 +8,7 @@
 namespace evalbus::results {
 namespace {
 
-// Adds the pairs of one task: where they part, and how many differ.
+// Adds the pairs of one task: where they diverge, and how many differ.
 void AddPairs(const RecordedRun& run, const RecordedRun& reference, PolicyOnEngine* result) {
   std::map<int, StageParting> by_stage;
   for (const RecordedEpisode& episode : run.episodes) {
@@ -45,7 +45,7 @@ PolicyOnEngine CompareWithReference(const EngineResults& engine, const EngineRes
                         .different = 0};
   run.name = engine.engine;
   baseline.name = reference.engine;
-  // The difference in question is no remark.
+  // The difference of the engines is the subject of the comparison, so it is not a remark.
   for (RecordedRun& one : run.runs) one.info.erase("mujoco_version");
   result.comparison = CompareVerdicts(run, baseline);
   for (const RecordedRun& one : run.runs) {

@@ -1,6 +1,6 @@
 // Compares what the same policies achieve on several engines (versions of MuJoCo): which verdicts flip, at
-// which stage episodes part, and whether the comparison of the policies depends on the engine. Pure: text and
-// JSON are generated elsewhere (certificate_text.h).
+// which stage episodes diverge, and whether the comparison of the policies depends on the engine. Pure: text
+// and JSON are generated elsewhere (certificate_text.h).
 #pragma once
 
 #include <cstdint>
@@ -20,13 +20,13 @@ struct EngineResults {
   std::vector<RecordedRuns> policies;
 };
 
-// A stage at which pairs of episodes part: the first one in the task's order that was reached on only one of
-// the two engines.
+// A stage at which pairs of episodes diverge: the first one in the task's order that was reached on only one
+// of the two engines.
 struct StageParting {
   // TASK/VARIATION.
   std::string task;
   int stage = 0;
-  // Number of pairs that part at this stage; of these, the number that reached it on the reference only.
+  // Number of pairs that diverge at this stage; of these, the number that reached it on the reference only.
   int pairs = 0, only_reference = 0;
   // The first of these pairs.
   int64_t seed = 0;
@@ -40,7 +40,7 @@ struct PolicyOnEngine {
   Comparison comparison;
   // Ordered by task and stage.
   std::vector<StageParting> partings;
-  // Pairs of episodes; of these, the number that differ in any number of their results.
+  // Number of pairs of episodes, and of pairs whose results differ in any value.
   int pairs = 0, different = 0;
 
   int flipped() const { return comparison.success.pairs.only_a + comparison.success.pairs.only_b; }

@@ -79,8 +79,8 @@ struct Side {
 const NoMerit* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side& other, bool paired) {
   static constexpr NoMerit kGotNowhere{"reached no stage", "baseline reached no stage",
                                        "succeeded in no episode and reached no stage"};
-  static constexpr NoMerit kGotLessFar{"got less far", "got further",
-                                       "got less far, so fewer errors were possible"};
+  static constexpr NoMerit kGotLessFar{"made less progress", "made more progress",
+                                       "made less progress, so fewer errors were possible"};
   static constexpr NoMerit kOwnSuccesses{
       "own successes only", "own successes only",
       "is compared over its own successes only, which may have been the easier starts"};

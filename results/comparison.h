@@ -80,7 +80,7 @@ struct Outlook {
 };
 Outlook OutlookOf(const SuccessComparison& success);
 
-// Why a better value of a metric is no merit.
+// Why a better value of a metric does not make a side better.
 struct NoMerit {
   // For people, if the run, or the baseline, is the side without merit.
   const char *of_run, *of_baseline;
@@ -110,17 +110,17 @@ struct MetricComparison {
   metrics::Interval ratio_95{};
 
   bool differs() const { return p && p_holm < metrics::kAlpha; }
-  // Whether the run's value differs in this direction for certain.
+  // Whether the run's value is significantly higher (lower).
   bool is_higher() const;
   bool is_lower() const;
   // The judgment without regard to no_merit and baseline_no_merit.
   Judgment JudgmentByValue() const;
   Judgment judgment() const;
-  // The judgment in words, for example "better"; "lower (got less far)" if it is not called better.
+  // The judgment in words, for example "better"; "lower (made less progress)" if it is not called better.
   std::string word() const;
 };
 
-// A side of a pair of episodes.
+// One of the two episodes of a pair.
 struct PairedEpisode {
   int episode = 0;
   bool success = false;

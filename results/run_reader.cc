@@ -165,15 +165,15 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
                                                : "\"metrics\" without a \"success\" of 0 or 1");
   }
   episode.success = is_judged && *success == 1;
-  Get<std::string>(json, "end_detail", "a text", where);
+  Get<std::string>(json, "end_detail", "a string", where);
   episode.completion_time = Get<double>(metrics, "completion_time", "a number", where);
   episode.explanation =
-      Get<std::string>(Get<ordered_json>(json, "explanation", "an object", where), "text", "a text", where);
+      Get<std::string>(Get<ordered_json>(json, "explanation", "an object", where), "text", "a string", where);
   if (json.contains("cause")) {
     const ordered_json& cause = Get<ordered_json>(json, "cause", "an object", where);
     episode.cause = {.kind = Get<std::string>(cause, "kind", "a name", where),
                      .time_s = Get<double>(cause, "time_s", "a number", where),
-                     .text = Get<std::string>(cause, "text", "a text", where)};
+                     .text = Get<std::string>(cause, "text", "a string", where)};
   }
   if (json.contains("final_poses")) Get<ordered_json>(json, "final_poses", "an object", where);
   CheckPacing(json, where);
@@ -310,7 +310,7 @@ RecordedRun ReadRun(const fs::path& folder) {
   if (!fs::exists(folder / kRunJson)) {
     Fail(folder.string(), fs::exists(folder / kSuiteJson)
                               ? "a suite; expected one of the runs in it"
-                              : "not a run folder of evalbus, it has no run.json");
+                              : "not a run folder of evalbus: it has no run.json");
   }
   RecordedRun run = ReadRunAsFarAsItGot(folder);
   if (run.episodes.empty()) Fail(folder.string(), "this run has no finished episode");

@@ -57,7 +57,7 @@ constexpr Key kKeys[] = {
        return json.is_null() ||
               (json.is_number() && json.get<double>() >= 0 && json.get<double>() <= kMaxRubric);
      }},
-    {"time_utc", "a text", [](const ordered_json& json) { return json.is_string(); }},
+    {"time_utc", "a string", [](const ordered_json& json) { return json.is_string(); }},
     {"place", "a number from 0", IsCount},
     {"order_seed", "an integer or null",
      [](const ordered_json& json) { return json.is_null() || json.is_number_integer(); }},

@@ -27,9 +27,10 @@ using results::NoReturn;
 
 // Distance of the neighbors that are also tried, in ticks.
 constexpr int64_t kNeighbor = 5;
-// Number of times that the search continues behind a later tick from which the expert succeeds.
+// Maximum number of times that the search continues after a later tick from which the expert succeeds.
 constexpr int kMaxRestarts = 3;
-// Simulated time after which an expert that has given up has failed: objects may still come to rest.
+// Simulated time that an expert that has given up still gets, because objects may come to rest, before it has
+// failed.
 constexpr int64_t kSettleUs = 1'000'000;
 
 sim::PreparedScene SceneOf(const results::RecordedRun& run) {

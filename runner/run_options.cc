@@ -27,7 +27,7 @@ std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std:
     if (row.help.empty() || !all.contains(row.key) || json.contains(row.key)) return;
     newer.push_back(fmt::format("{} {}", OptionName(row.key), ToText(all[row.key])));
   });
-  // The only stream before the option existed.
+  // Runs that were made before this option existed have this stream.
   all["seed_stream"] = kSharedSeeds;
   if (json.is_object()) all.update(json);
   ReadOptions(json.is_object() ? all : json, file, options);
@@ -93,7 +93,7 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   if (options.policy.policy == policy::kExternalPolicy) {
     if (options.policy.latency != "none" || options.policy.execution != "synchronous") {
       throw InputError(
-          "--latency and --execution do not apply to --policy lcm, which decides itself when it acts");
+          "--latency and --execution do not apply to --policy lcm, which controls its own timing");
     }
     if (options.url.empty() || num_tasks > 1) {
       throw InputError(

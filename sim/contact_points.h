@@ -19,10 +19,10 @@ class ContactPoints {
   // Number of fingers (bodies with pads) of each gripper.
   const std::vector<int>& fingers() const { return fingers_; }
 
-  // Reads the contacts of the next physics step, after mj_step1 and before mj_step2. touched: sums up to the
-  // last step. Both are calls for the same step.
+  // Reads the contacts of a physics step; must be called after its mj_step1 and before its mj_step2. touched:
+  // sums up to the previous step. Each call must be followed by AfterStep() for the same step.
   void BeforeStep(const mjModel& model, mjData* data, const ForceSums& touched);
-  // Reads the forces of the physics step, after mj_step2. The result is valid until the next BeforeStep().
+  // Reads the forces of the same step, after its mj_step2. The result is valid until the next BeforeStep().
   std::span<const ContactPoint> AfterStep(const mjModel& model, const mjData& data);
 
  private:

@@ -41,8 +41,8 @@ int main(int argc, char** argv) {
       },
       [&](evalbus::Bus* bus) {
         if (options.out.empty())
-          throw evalbus::InputError("--out: expected the folder of the run, it is missing");
-        if (options.task.empty()) throw evalbus::InputError("task: expected TASK[/VARIATION], it is missing");
+          throw evalbus::InputError("--out is missing: expected the folder of the run");
+        if (options.task.empty()) throw evalbus::InputError("the task is missing: expected TASK[/VARIATION]");
         return std::make_unique<evalbus::sim::SimComponent>(bus, options);
       });
 }

@@ -36,12 +36,12 @@ constexpr Draw Jitter(std::string_view object) { return {Draw::Kind::kJitter, ob
 constexpr Draw Box(std::string_view object) { return {Draw::Kind::kBox, object}; }
 constexpr Draw Yaw(std::string_view object) { return {Draw::Kind::kYaw, object}; }
 
-// Prop.set_pose draws three offsets and three rotations, also without bounds. Its bounded ones are at other
-// places: after the points, whose own offsets are then not bounded, or at rotations about y.
+// Prop.set_pose always draws three offsets and three rotations. Those without bounds have no effect (Skip);
+// bounded offsets are a Jitter, and a bounded rotation is a Yaw (about y in VerticalCubeHandover).
 const std::map<std::string_view, std::vector<Draw>>& Draws() {
   static const std::vector<Draw> valves = {Points("first_valve"), Jitter("first_valve"),
                                            Jitter("second_valve")};
-  // RoboEval places both valves once for each valve; the last time counts.
+  // RoboEval places both valves twice, once for each valve; the second time counts.
   const auto placed_twice = [](std::vector<Draw> once, const std::vector<Draw>& then = {}) {
     std::vector<Draw> all = once;
     all.insert(all.end(), once.begin(), once.end());

@@ -1,7 +1,6 @@
-// The start of an episode as RoboEval draws it (commit f36dfd4): for a seed that is given as RoboEval's,
-// objects start where env.reset(seed=...) of its class places them. It draws from NumPy's legacy generator.
-// The number and the order of the draws follow from the code of each class; bounds are those of our task's
-// variation.
+// The start of an episode as RoboEval draws it (commit f36dfd4): objects start where env.reset(seed=...) of
+// RoboEval's class places them for the same seed. The numbers come from NumPy's legacy generator. Their count
+// and order follow from the code of each class; the bounds are those of our task's variation.
 #pragma once
 
 #include <array>
@@ -24,8 +23,8 @@ struct RoboEvalPose {
 // InputError as CheckRoboEvalStart().
 std::map<std::string, RoboEvalPose> DrawRoboEvalStart(const Variation& variation, int64_t seed);
 
-// Throws InputError if the variation randomizes starts, but not those that RoboEval's class of its alias
-// draws.
+// Throws InputError if the variation randomizes the starts of other objects than RoboEval's class of its
+// alias does.
 void CheckRoboEvalStart(const Variation& variation);
 
 }  // namespace evalbus::sim

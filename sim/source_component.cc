@@ -130,10 +130,10 @@ void SourceComponent::OnAnnouncement(const source_announcement_t& announcement) 
     return BeginIfMet();
   }
   if (!std::ranges::equal(bus().handled(), source_announcement_bytes_)) {
-    throw InputError(
-        fmt::format("source '{}' publishes another SOURCE_ANNOUNCEMENT than '{}' did at first: start another "
-                    "watch for it, or is a second source on this bus?",
-                    Printable(announcement.source), source()));
+    throw InputError(fmt::format(
+        "the SOURCE_ANNOUNCEMENT of source '{}' differs from the first one, of '{}': is a second source on "
+        "this bus? If the source has changed, start a new 'evalbus watch'",
+        Printable(announcement.source), source()));
   }
   // The source may not have received MODEL yet.
   if (phase_ != Phase::kRunning) PublishModel();
@@ -424,7 +424,7 @@ std::string SourceComponent::FaultOf(const image_t& image, std::string_view chan
   if (view.encoding != "jpeg") return fmt::format("encoding '{}': expected jpeg", Printable(view.encoding));
   if (std::min(view.width_px, view.height_px) < 1 ||
       std::max(view.width_px, view.height_px) > kMaxImagePixels) {
-    return fmt::format("{}x{} pixels: expected 1 to {} each way", view.width_px, view.height_px,
+    return fmt::format("{}x{} pixels: expected 1 to {} per side", view.width_px, view.height_px,
                        kMaxImagePixels);
   }
   if (image.num_bytes > kMaxImageBytes)

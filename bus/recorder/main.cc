@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
       },
       [&](evalbus::Bus* bus) {
         if (options.out.empty())
-          throw evalbus::InputError("--out: expected the folder of the run, it is missing");
+          throw evalbus::InputError("--out is missing: expected the folder of the run");
         return std::make_unique<evalbus::Recorder>(bus, options.out, evalbus::ParseLogForm(options.log));
       });
 }

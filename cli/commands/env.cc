@@ -1,5 +1,5 @@
-// evalbus env: a task as an environment for a program that starts this one. python/evalbus/env.py is such a
-// program.
+// evalbus env: serves a task as an environment to the program that starts it, such as Python with
+// python/evalbus/environment.py.
 //
 // Both directions carry frames: the size of a message as 4 bytes, little endian, then the message in
 // MessagePack, with arrays as in openpi. docs/environment.md describes the messages.

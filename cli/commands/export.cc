@@ -37,15 +37,15 @@ struct PythonOutput {
 };
 constexpr PythonOutput kPythonOutputs[] = {
     {"--lerobot", "evalbus.lerobot.dataset", "FOLDER",
-     "LeRobot data set with videos of --camera, by the installed LeRobot"},
+     "LeRobot data set with videos of --camera, with the installed LeRobot"},
     {"--inspect", "evalbus.inspect_log", "FILE",
-     "log of Inspect (.eval or .json), by the installed inspect_ai"},
+     "log of Inspect (.eval or .json), with the installed inspect_ai"},
     {"--hf", "evalbus.hugging_face", "FOLDER",
      "results for leaderboards of Hugging Face; requires --dataset"},
-    {"--wandb", "evalbus.trackers", "PROJECT", "send to Weights & Biases, by the installed wandb"},
+    {"--wandb", "evalbus.trackers", "PROJECT", "send to Weights & Biases, with the installed wandb"},
     {"--trackio", "evalbus.trackers", "PROJECT", "the same for Trackio"},
     {"--mlflow", "evalbus.trackers", "EXPERIMENT", "the same for MLflow"},
-    {"--tensorboard", "evalbus.trackers", "FOLDER", "write event files, by the installed tensorboard"},
+    {"--tensorboard", "evalbus.trackers", "FOLDER", "write event files, with the installed tensorboard"},
 };
 
 struct ExportOptions {
@@ -185,7 +185,7 @@ int ExportTrainingSet(const ExportOptions& options) {
   constexpr int kLargest = 2048;
   for (const int pixels : {size.width, size.height}) {
     if (pixels < 1 || pixels > kLargest) {
-      throw InputError(fmt::format("--size {}: expected 1 to {} pixels each way", options.size, kLargest));
+      throw InputError(fmt::format("--size {}: expected 1 to {} pixels per side", options.size, kLargest));
     }
   }
   if (const fs::path folder = fs::absolute(out).parent_path(); !fs::is_directory(folder)) {
@@ -220,7 +220,7 @@ Action AddExport(CLI::App* app) {
     }
     if (options->mcap->count() > 0) return ExportMcap(*options);
     if (options->csv.empty() && options->hdf5.empty() && options->safetensors.empty())
-      throw InputError("export: expected what to write, for example --csv FILE ('evalbus export --help')");
+      throw InputError("export: select what to write, for example --csv FILE ('evalbus export --help')");
     return options->csv.empty() ? ExportTrainingSet(*options) : ExportTable(*options);
   };
 }

@@ -106,7 +106,7 @@ class Controls {
  public:
   void Add(const exports::PlaybackControl& control) {
     const std::lock_guard lock(mutex_);
-    // Many pending requests come from dragging the seek bar, of which only the last position matters.
+    // Dragging the seek bar sends many requests, of which only the last position matters.
     if (controls_.size() >= 100) controls_.pop_front();
     controls_.push_back(control);
   }

@@ -35,7 +35,7 @@ void AddOptions(CLI::App* app, LatencyOptions* options) {
           "what the robot does during an inference: synchronous, asynchronous, rtc, separated by commas, or "
           "all")
       ->capture_default_str();
-  app->add_option("--episodes", run.episodes, "number of episodes for each delay and rule of execution")
+  app->add_option("--episodes", run.episodes, "number of episodes for each delay and execution mode")
       ->check(CLI::Range(1, 10'000'000))
       ->capture_default_str();
   app->add_option("--seed", run.seed, "seed of the runs; equal seeds give bit-identical results")

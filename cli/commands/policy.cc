@@ -304,7 +304,7 @@ Action AddPolicy(CLI::App* app) {
   options->check = check;
   CLI::App* serve = app->add_subcommand(
       "serve",
-      "serve a checkpoint of LeRobot, by the installed LeRobot; --contract FILE proposes a contract");
+      "serve a checkpoint of LeRobot, with the installed LeRobot; --contract FILE proposes a contract");
   serve->add_option("--lerobot", options->lerobot, "folder of the checkpoint")
       ->type_name("CHECKPOINT")
       ->required();

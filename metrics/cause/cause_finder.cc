@@ -9,9 +9,9 @@
 namespace evalbus::metrics {
 namespace {
 
-// Shorter contacts are no holds, s.
+// A shorter contact does not count as a hold, s.
 constexpr double kShortestHold = 0.1;
-// A hold after a loss makes up for it if it lasts more than this many times as long.
+// A loss does not count if a later hold lasts more than this many times as long as the lost one.
 constexpr int kLonger = 2;
 // A stage that is reached this soon (s) after an event is still part of it.
 constexpr double kSameTime = 0.2;
@@ -19,15 +19,16 @@ constexpr double kSameTime = 0.2;
 constexpr double kFallen = 0.02;
 // An object was lifted if it rose by this much (m) while it was held.
 constexpr double kLifted = 0.01;
-// A gripper closes on nothing where it wanted to hold an object if it is this close (m) to its nearest point.
+// A gripper that closes on nothing has missed an object if its distance from the object exceeds the smallest
+// one in the episode by at most this much (m).
 constexpr double kNear = 0.1;
-// A collision: the arm presses for this long (s), or, if its torques are unknown, touches the scene for this
-// long (s), or pushes an object that it should hold this far (m).
+// A contact is a collision if the arm presses for kPressed (s); if its torques are unknown, if it touches the
+// scene for kTouched (s); or if it pushes an object that it should hold by kPushed (m).
 constexpr double kPressed = 0.5, kTouched = 1, kPushed = 0.02;
-// A robot that is at rest for this last share of the episode, and at least kStill (s), has stalled if it made
-// progress at most kPatience (s) before it came to rest. Otherwise, progress in this last share means that
-// time ran out.
-// An object that slides out of a hand while the robot has been at rest for kStill is lost because of that.
+// A robot has stalled if it is at rest for the last kLastShare of the episode, and for at least kStill (s),
+// and made progress at most kPatience (s) before it came to rest. Otherwise, progress in this last share
+// means that time ran out. If an object slides out of a hand after the robot has been at rest for kStill, the
+// rest is the cause.
 constexpr double kLastShare = 0.2, kStill = 2, kPatience = 1.5;
 // A robot is slow if no joint ever moves faster than this, rad/s.
 constexpr double kSlow = 0.25;

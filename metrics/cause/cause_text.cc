@@ -130,7 +130,7 @@ std::string CauseFinder::Text(const CauseMoment& moment, const std::vector<Unmet
     text += " and never tried again";
   }
   if (end.by == CauseEnd::By::kTime && !unmet.empty()) {
-    // After the loss of an object, a number that it did not reach is more informative than a missing hold.
+    // After the loss of an object, an unmet condition with a number is more informative than a missing hold.
     auto next = unmet.begin();
     if (moment.object >= 0) {
       next = std::ranges::find_if(unmet, [](const Unmet& u) { return !std::isnan(u.best->value); });

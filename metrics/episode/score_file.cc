@@ -42,8 +42,7 @@ class Node {
                  std::initializer_list<const char*> optional = {}) const {
     if (!value_->is_object()) Fail("an object");
     for (const std::string& key : required) {
-      if (!value_->contains(key))
-        throw InputError(*file_ + ": " + Child(key) + ": expected this key, it is missing");
+      if (!value_->contains(key)) throw InputError(*file_ + ": " + Child(key) + ": required key is missing");
     }
     for (const auto& item : value_->items()) {
       const std::string& key = item.key();

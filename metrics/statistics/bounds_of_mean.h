@@ -12,8 +12,8 @@
 
 namespace evalbus::metrics {
 
-// The interval whose ends are one-sided bounds of the mean: each end is exceeded by the mean with at most the
-// probability alpha. NaN for fewer than two values, or if all are equal.
+// The interval whose ends are one-sided bounds of the mean: the true mean is beyond a given end with
+// probability at most alpha. NaN for fewer than two values, or if all are equal.
 //
 // Each end is the wider one of Student's t and of t corrected for skewness (Hall 1992, "The bootstrap and
 // Edgeworth expansion", section 3.5), both at alpha / 2: Student's t alone at alpha errs in up to 14 % of

@@ -9,8 +9,8 @@
 namespace evalbus::metrics {
 namespace {
 
-// Number of shares of discordant pairs at which the probability is computed, and of steps that refine the
-// largest one.
+// The probability is computed for kShares shares of discordant pairs. A search of kRefinements steps around
+// the share with the largest probability then refines it.
 constexpr int kShares = 200, kRefinements = 20;
 // Steps of the bisection for a bound: to within 2^-14 of the range.
 constexpr int kBoundSteps = 14;

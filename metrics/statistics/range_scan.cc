@@ -118,7 +118,7 @@ const RangeScan::Null& RangeScan::NullOf(std::span<const RateBin> bins) {
   const auto [entry, is_new] = nulls_.try_emplace({trials, statistics.successes()});
   Null& null = entry->second;
   if (!is_new) return null;
-  // Draws whichever of successes and failures are fewer.
+  // Draws the positions of the rarer outcome: successes or failures.
   const int total = statistics.trials(), successes = statistics.successes();
   const bool draws_failures = 2 * successes > total;
   const int draws = draws_failures ? total - successes : successes;

@@ -62,7 +62,7 @@ struct EpisodeResult {
   bool operator==(const EpisodeResult&) const = default;
 };
 
-// Number of samples as which the complete episodes of one task count in intervals and tests. `episodes` holds
+// Effective number of samples in the complete episodes of one task, for intervals and tests. `episodes` holds
 // pointers to them. If all are equal in every number, including the start parameters, they count as one
 // sample: the start was the same each time and the policy is deterministic, so another repetition adds no
 // information. If any episode differs, all count: equal results from different starts are separate samples,
@@ -126,7 +126,7 @@ struct RunSummary {
   int complete = 0;
   // Number of incomplete episodes whose policy's server failed.
   int invalid = 0;
-  // Number of samples as which the complete episodes count in the intervals (NumSamples), for a suite summed
+  // Effective number of samples in the complete episodes, for intervals (NumSamples); for a suite, the sum
   // over its tasks. Rates and means are always over all complete episodes.
   int samples = 0;
   // Number of complete episodes with a verdict about success (EpisodeResult::judged), and number of those

@@ -479,7 +479,7 @@ std::map<std::string, PredicateMaker>& Predicates() {
 void RegisterPredicate(const std::string& name, const PredicateMaker& make) {
   const std::vector<std::string> taken = PredicateNames();
   if (std::ranges::find(taken, name) != taken.end()) {
-    throw InputError("the predicate is named '" + name + "' already");
+    throw InputError("there is already a predicate '" + name + "'");
   }
   Predicates().emplace(name, make);
 }

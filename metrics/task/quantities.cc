@@ -71,7 +71,7 @@ class JointFraction : public Quantity {
     range_ = model.joint_upper_mixed[joint] - lower_;
     if (!(range_ > 0)) {
       throw InputError(name.location().ToString() + ": joint '" + name.Text() +
-                       "' has no range to be a fraction of");
+                       "' has no range, which this quantity needs");
     }
     subject_ = name.Text();
     words_ = "fraction of the range of " + subject_;
@@ -330,7 +330,7 @@ class QuantityWithin : public Within {
 void RegisterQuantity(const QuantityKind& kind) {
   const std::vector<std::string> taken = PredicateNames();
   if (std::ranges::find(taken, kind.name) != taken.end()) {
-    throw InputError("the predicate or quantity is named '" + kind.name + "' already");
+    throw InputError("there is already a predicate or quantity '" + kind.name + "'");
   }
   Quantities().push_back(kind);
 }

@@ -101,7 +101,7 @@ JointVector SolveAnywhere(const ArmChain& chain, const Isometry3d& pose, const J
 void CheckLength(const std::vector<double>& values, int expected, const char* what) {
   if (!values.empty() && values.size() != static_cast<size_t>(expected)) {
     throw InputError(
-        fmt::format("action: {} has {} numbers, a row {} values", what, values.size(), expected));
+        fmt::format("action: {} has {} numbers, but a row has {} values", what, values.size(), expected));
   }
 }
 

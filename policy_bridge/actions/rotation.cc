@@ -87,7 +87,7 @@ Vector3d RobosuiteRotationVector(const Quaterniond& q) {
 Quaterniond ReadRotation(RotationForm form, std::span<const double> values) {
   const auto& v = values;
   if (static_cast<int>(v.size()) != NumValues(form)) {
-    Fail(v, fmt::format("{} values expected", NumValues(form)).c_str());
+    Fail(v, fmt::format("expected {} values", NumValues(form)).c_str());
   }
   if (!std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); })) {
     Fail(v, "a value is not finite");

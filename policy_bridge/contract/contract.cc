@@ -120,10 +120,11 @@ ImageForm ReadImage(const YamlMap& map, bool is_depth) {
   Choose(map, "color", kColors, &form.bgr);
   Choose(map, "layout", kLayouts, &form.chw);
   for (const char* key : {"color", "layout", "resize"}) {
-    if (const YamlValue* value = map.Find(key); value && is_depth) value->Fail("depth images do not have it");
+    if (const YamlValue* value = map.Find(key); value && is_depth)
+      value->Fail("not allowed for depth images");
   }
   if (const YamlValue* mode = map.Find("resize"); mode && !map.Find("resize_px")) {
-    mode->Fail("expected 'resize_px' with it");
+    mode->Fail("requires 'resize_px'");
   }
   return form;
 }
@@ -184,13 +185,15 @@ ObservationEntry ReadEntry(const YamlValue& value) {
   const bool is_image = map.Find("camera") || map.Find("depth");
   for (const char* key :
        {"size_px", "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize", "color", "layout"}) {
-    if (const YamlValue* wrong = map.Find(key); wrong && !is_image) wrong->Fail("only for a camera or depth");
+    if (const YamlValue* wrong = map.Find(key); wrong && !is_image)
+      wrong->Fail("only allowed for a camera or depth");
   }
   for (const char* key : {"type", "shape"}) {
-    if (const YamlValue* wrong = map.Find(key); wrong && !map.Find("state")) wrong->Fail("only for a state");
+    if (const YamlValue* wrong = map.Find(key); wrong && !map.Find("state"))
+      wrong->Fail("only allowed for a state");
   }
   if (const YamlValue* history = map.Find("history_ticks")) {
-    if (!is_image && !map.Find("state")) history->Fail("only for a camera, depth or a state");
+    if (!is_image && !map.Find("state")) history->Fail("only allowed for a camera, depth or a state");
     entry.history_ticks = Integers(*history, -kLongestHistory, 0);
     if (entry.history_ticks.empty() || !std::ranges::is_sorted(entry.history_ticks) ||
         entry.history_ticks.back() != 0) {
@@ -247,7 +250,7 @@ GripperForm ReadGripper(const YamlValue& value, int num_values) {
   gripper.index = map["index"].Integer(0, num_values - 1);
   gripper.open = map["open"].Number();
   gripper.closed = map["closed"].Number();
-  if (gripper.open == gripper.closed) map["closed"].Fail("expected another number than 'open'");
+  if (gripper.open == gripper.closed) map["closed"].Fail("expected a number other than 'open'");
   if (const YamlValue* threshold = map.Find("threshold")) {
     const double number = threshold->Number();
     const double closing = (number - gripper.open) / (gripper.closed - gripper.open);
@@ -256,7 +259,7 @@ GripperForm ReadGripper(const YamlValue& value, int num_values) {
   }
   if (const YamlValue* sticky = map.Find("sticky_steps")) {
     gripper.sticky_steps = sticky->Integer(1, kMaxSteps);
-    if (!gripper.threshold) sticky->Fail("expected 'threshold' with it");
+    if (!gripper.threshold) sticky->Fail("requires 'threshold'");
   }
   return gripper;
 }
@@ -297,11 +300,11 @@ void ReadAction(const YamlValue& value, Contract* contract) {
   const bool is_delta = IsDelta(space.kind);
   for (const char* key : {"frame", "point", "rotation"}) {
     if (const YamlValue* wrong = map.Find(key); wrong && !is_eef)
-      wrong->Fail("only for eef_pose and eef_delta");
+      wrong->Fail("only allowed for eef_pose and eef_delta");
     if (is_eef && !map.Find(key)) map.value().Fail(std::string("expected '") + key + "' with this kind");
   }
   if (const YamlValue* wrong = map.Find("delta_on"); wrong && !is_delta)
-    wrong->Fail("only for deltas and velocities");
+    wrong->Fail("only allowed for deltas and velocities");
   if (is_delta && !map.Find("delta_on"))
     map.value().Fail("expected 'delta_on', target or measured, with this kind");
   if (space.kind == ActionKind::kEefPose && space.frame == ActionFrame::kWrist) {
@@ -472,7 +475,7 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   if (map["wire"].Text() == "lerobot") map["wire"].Fail(kNoPickles);
   contract.wire = Choose(map["wire"], kWires);
   if (const YamlValue* dialect = map.Find("groot_dialect")) {
-    if (contract.wire != Wire::kGroot) dialect->Fail("only for the wire groot");
+    if (contract.wire != Wire::kGroot) dialect->Fail("only allowed for the wire groot");
     contract.groot_dialect = Choose(*dialect, kDialects);
   }
   contract.url = map["url"].Text();
@@ -491,7 +494,8 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   if (const YamlValue* batch = map.Find("batch_size")) {
     if (contract.wire != Wire::kGroot) {
       batch->Fail(
-          "only for the wire groot; servers of other wires can batch the requests of their connections "
+          "only allowed for the wire groot; servers of other wires can batch the requests of their "
+          "connections "
           "themselves");
     }
     contract.batch_size = batch->Integer(1, kLargestBatch);

@@ -139,8 +139,9 @@ auto Fitted(const Contract& contract, const F& make) {
 Contract ReadContract(const std::filesystem::path& file);
 Contract ParseContract(const std::string& text, const std::filesystem::path& file);
 
-// Whether this is the name of a contract file; whether it is that or the name of a preset.
+// Whether this is the name of a contract file.
 bool IsContractFile(const std::string& name);
+// Whether this is the name of a contract file or of a preset.
 bool IsContract(const std::string& name);
 // Reads a file (*.yaml), or a preset by name. Throws InputError with the valid names.
 Contract FindContract(const std::string& name);

@@ -26,7 +26,7 @@ constexpr double kGives[] = {0, 0.02, 0.04, 0.063};
 // Where the receiver grasps it, from its middle toward the other end, m. The hands are 63 mm thick.
 constexpr double kReceive = 0.07;
 
-// Part of the rod around this distance from its middle; too long to be grasped lengthwise.
+// Part of the rod around this distance from its middle. The part is too long to be grasped lengthwise.
 GraspBox Part(double y) { return {{0.02, 0.037, 0.02}, {0, y, 0}}; }
 
 class CubeHandoverExpert : public Expert {

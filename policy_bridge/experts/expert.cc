@@ -157,7 +157,7 @@ void CheckExpert(const std::string& task) {
   if (Experts().contains(FamilyOf(task))) return;
   std::string known;
   for (const auto& [name, unused] : Experts()) known += (known.empty() ? "" : ", ") + name;
-  throw InputError("policy \"expert\": there is none for task \"" + task + "\"; there is one for " + known +
+  throw InputError("policy \"expert\": task \"" + task + "\" has no expert; tasks with one: " + known +
                    " (expert:TASK uses the expert of another task)");
 }
 

@@ -20,7 +20,8 @@ using Eigen::Vector3d;
 
 // The task requires a tenth of the wheels' range of 4.71 rad.
 constexpr double kEnough = 0.5;  // rad
-constexpr double kTurn = 0.8;    // rad; a faster turn leaves a wheel that lags less behind
+// The wheel lags behind the hand, so the hand turns farther than required, rad.
+constexpr double kTurn = 0.8;
 constexpr double kSpeed = 0.05;  // m/s of a grip
 // The hand comes from above, or leans about its closing axis if an arm or the board is in its way.
 constexpr double kLeans[] = {0, 15 * kDegree, -15 * kDegree, 30 * kDegree, -30 * kDegree};

@@ -22,23 +22,25 @@ constexpr double kPadEnd = 0.0085;
 constexpr double kFinger = 0.0105;
 // A face of the book can be pushed if its normal is within this angle of the direction toward the robot.
 constexpr double kMaxOblique = 50 * kDegree;
-// Angles between a pulling hand and the vertical, its wrist toward the robot. The less upright, the less
+// Angles of a pulling hand from the vertical, with the wrist toward the robot. A larger angle reduces the
 // torque at the wrist.
 constexpr double kPullLeans[] = {30 * kDegree, 40 * kDegree, 20 * kDegree};
 // Height of the finger tips above the counter, and distance of the fingers from the book before they pull, m.
 constexpr double kAboveCounter = 0.005;
 constexpr double kBehind = 0.015;
-// How far the fingers are commanded into the book, m: what the arm yields to the friction of 59 N.
+// How far the fingers are commanded into the book, m, to compensate how much the arm yields to the friction
+// of 59 N.
 constexpr double kYield = 0.004;
-// The same for a book that is pulled until its balance limits it: the pull must not stop short of that.
+// The same for a book that is pulled as far as its balance allows; the pull must not stop short of that.
 constexpr double kFullYield = 0.017;
 // Height from which a hand comes down behind the book, and to which it rises, m.
 constexpr double kOver = 0.05;
-// Distance of a pad's middle from the counter's edge, m; the finger needs 10.5 mm, and 13.4 mm when oblique.
+// Distance of a pad's middle from the counter's edge, m; the finger needs 10.5 mm, or 13.4 mm if it is
+// oblique.
 constexpr double kEdgeGap = 0.0165;
-// Distances of a pad's middle from the book's edge, m: the least at which a pad, 17 mm square, holds it, and
-// the most that leaves room for the palm. A pulled book gets room for kPulledInset, which keeps the hand from
-// the counter.
+// Distances of a pad's middle from the book's edge, m: the smallest at which a pad of 17 x 17 mm holds the
+// book, and the largest that leaves room for the palm. A pulled book must allow kPulledInset, so that the
+// hand stays clear of the counter.
 constexpr double kMinInset = 0.0165;
 constexpr double kMaxInset = 0.0255;
 constexpr double kPulledInset = 0.028;
@@ -46,17 +48,19 @@ constexpr double kPulledInset = 0.028;
 constexpr double kBeside = 0.025;
 // Distance that a pulled book's center of mass keeps from the counter's edge, so that it does not tip, m.
 constexpr double kBalance = 0.008;
-// The fingers bounce and the book creeps out of them, so it is carried quickly, m/s.
+// Speed at which a book is carried, m/s. It is high, because the fingers bounce and the book creeps out of
+// them.
 constexpr double kCarrySpeed = 0.6;
-// The task requires 0.77 - 0.7157 m, and the arm sags by 0.02 m under the book.
+// Commanded lift, m. The task requires 0.77 - 0.7157 m, and the arm sags by 0.02 m under the book.
 constexpr double kBookLift = 0.12;
-// Height above the board at which a book arrives, and at which it is put down, m: the arm sags.
+// Commanded heights above the board at which a book arrives, and at which it is released, m; the arm sags
+// below them.
 constexpr double kAboveBoard = 0.07;
 constexpr double kOnBoard = 0.012;
-// From this far in front of the place behind the book the hand comes, and there it returns, below the shelf's
-// board; m.
+// The hand moves in, below the shelf's board, from this far in front of its place behind the book, and
+// returns there; m.
 constexpr double kAway = 0.12;
-// Heights to which it then rises to have room to turn, m.
+// Heights by which the hand then rises, so that it has room to turn, m.
 constexpr double kRises[] = {0.12, 0.06, 0};
 // A book that is higher than this above the counter (m) does not lie on it.
 constexpr double kLies = 0.001;
@@ -89,21 +93,22 @@ class SingleBookExpert : public Expert {
   // How far the book overhangs the counter's front edge, on the line through its middle, m; negative behind
   // the edge.
   double Overhang(const Eigen::Isometry3d& book) const;
-  // Out of the face of the book that faces the robot most, world frame.
+  // Outward normal of the book's face that points most toward the robot, world frame.
   static Eigen::Vector3d Facing(const Eigen::Isometry3d& book);
   // Extends `plan`: the arm pulls the book to where Take is possible.
   std::optional<Plan> Pull(const Plan& plan, int arm);
-  // How the fingers go behind the book, world frame.
+  // How the fingers hook behind the book and pull it, world frame.
   struct Hook {
     Eigen::Vector3d face;  // middle of the face behind which they go, m
-    Eigen::Vector3d out;   // out of that face, away from the robot; unit vector
-    double way;            // by which they pull the book, m
-    double lean;           // of the hand from the vertical, its wrist toward the robot, rad
+    Eigen::Vector3d out;   // outward normal of that face, away from the robot; unit vector
+    double way;            // distance by which they pull the book, m
+    double lean;           // angle of the hand from the vertical, with the wrist toward the robot, rad
     double turned;         // 1 or -1: which finger is on which side
     bool to_balance;       // the book's balance limits the way
   };
-  // Extends `plan`: the arm pulls the book in this way, then takes it. If the book's balance limits the way,
-  // each millimeter counts: Take is only checked, and planned anew from where the book then lies.
+  // Extends `plan`: the arm pulls the book in this way, then takes it. If the book's balance limits the
+  // distance, its final position must be known to the millimeter: then Take is only checked, and planned
+  // again from where the book lies after the pull.
   std::optional<Plan> PullAndTake(const Plan& plan, int arm, const Hook& hook);
   // Extends `plan`: the arm takes the overhanging book, and lifts it or puts it on the shelf.
   std::optional<Plan> Take(const Plan& plan, int arm);

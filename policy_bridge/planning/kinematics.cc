@@ -21,7 +21,7 @@ Eigen::Isometry3d ToPose(const mjtNum* position, const mjtNum* quat) {
 ArmChain::ArmChain(const mjModel& model, const arm_info_t& arm) {
   const std::string who = "arm \"" + arm.name + "\": ";
   if (arm.num_joints < 1 || arm.num_joints > kMaxArmJoints) {
-    throw InputError(who + "1 to " + std::to_string(kMaxArmJoints) + " joints expected, not " +
+    throw InputError(who + "expected 1 to " + std::to_string(kMaxArmJoints) + " joints, got " +
                      std::to_string(arm.num_joints));
   }
   const int site = mj_name2id(&model, mjOBJ_SITE, arm.wrist_site.c_str());

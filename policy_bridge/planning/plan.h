@@ -89,8 +89,7 @@ struct PlanningContext {
   static constexpr int kEffort = 3'000;
   int effort_left = kEffort;
 
-  // Over the plans since `obstacle` was cleared: what ended the plan with the most motions, and its number of
-  // motions.
+  // The plan with the most motions since `obstacle` was cleared: what ended it, and its number of motions.
   std::optional<Obstacle> obstacle;
   size_t motions_before_obstacle = 0;
   void Note(size_t motions, const Obstacle& found) {

@@ -40,7 +40,7 @@ Eigen::Isometry3d GripFrame(const mjModel& model, const mjData& data, const grip
     pads.emplace_back(sum / count);
   }
   if (pads.size() != 2) {
-    throw InputError("gripper \"" + gripper.name + "\": two fingers with pads expected, not " +
+    throw InputError("gripper \"" + gripper.name + "\": expected two fingers with pads, got " +
                      std::to_string(pads.size()));
   }
   const Eigen::Vector3d between = pads[0] - pads[1];
@@ -93,7 +93,7 @@ std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info) {
     const auto gripper = std::find_if(info.gripper.begin(), info.gripper.end(),
                                       [&](const gripper_info_t& g) { return g.arm == static_cast<int>(i); });
     if (gripper == info.gripper.end() || gripper - info.gripper.begin() != static_cast<std::ptrdiff_t>(i)) {
-      throw InputError("arm \"" + arm.name + "\": a gripper of its own expected");
+      throw InputError("arm \"" + arm.name + "\": expected a gripper of its own");
     }
     ArmChain chain(model, arm);
     JointVector q(arm.num_joints);

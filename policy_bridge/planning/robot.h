@@ -90,7 +90,7 @@ class ContactProbe {
   std::optional<Touch> FindTouch(const std::vector<int>& arms,
                                  const std::vector<int>& allowed_contact_bodies);
 
-  // "left/link0 is 0.99 mm from left/link1, 3 mm wanted"
+  // "left/link0 is 0.99 mm from left/link1, expected 3 mm"
   std::string InWords(const Touch& touch) const;
 
  private:

@@ -18,8 +18,8 @@ namespace evalbus::policy {
 // joining: `rtc` and `asynchronous` are equal.
 class DelayedPolicy : public Policy {
  public:
-  // Length of what is executed of each chunk before the next inference begins, if it costs no time, and
-  // length of a chunk as a multiple of that. pi0 executes 25 of 50 steps at 50 Hz.
+  // Duration of the part of each chunk that is executed before the next inference begins, if inference takes
+  // no time; and length of a chunk as a multiple of that part. pi0 executes 25 of 50 steps at 50 Hz.
   static constexpr double kExecutedPart = 0.5;  // s
   static constexpr int kChunkFactor = 2;
 

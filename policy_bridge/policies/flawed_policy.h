@@ -30,7 +30,7 @@ Flaw FindFlaw(const std::string& name);
 // Comma-separated.
 std::string FlawNames();
 
-// Changes the targets of another policy. It uses nothing of the task but its objects.
+// Changes the targets of another policy. It uses only the objects of the task.
 class FlawedPolicy : public Policy {
  public:
   FlawedPolicy(std::unique_ptr<Policy> policy, Flaw flaw, const mjModel& model, const model_info_t& info);

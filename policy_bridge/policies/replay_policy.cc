@@ -55,7 +55,8 @@ std::string Differences(const EpisodeMessages& recorded, const model_info_t& run
 
 Recording OpenRecording(const std::string& path) {
   if (path.empty()) {
-    throw InputError("policy \"replay\": replay:PATH expected, with a run folder or an LCM event log");
+    throw InputError(
+        "policy \"replay\": expected replay:PATH, where PATH is a run folder or an LCM event log");
   }
   if (std::filesystem::is_directory(path)) {
     if (!std::filesystem::is_directory(std::filesystem::path(path) / kEpisodesFolder)) {
@@ -90,10 +91,10 @@ void ReplayPolicy::Begin(const episode_begin_t& begin) {
   }
   if (const std::string differences = Differences(recorded.episode, info_, begin.seed);
       !anyway_ && !differences.empty()) {
-    throw InputError(
-        fmt::format("policy \"replay\": {} was recorded with {}; the same actions would have another effect "
-                    "(\"replay_anyway:...\" replays them regardless)",
-                    recorded.log, differences));
+    throw InputError(fmt::format(
+        "policy \"replay\": {} was recorded with {}; the same actions would have a different effect "
+        "(\"replay_anyway:...\" replays them regardless)",
+        recorded.log, differences));
   }
   const size_t num_joints = CountJoints(info_), num_grippers = info_.gripper.size();
   for (const action_t& action : actions_) {

@@ -200,11 +200,10 @@ class Check {
       // Rounded up, to be copied into the contract.
       const double enough = std::ceil(largest * 10) / 10;
       Doubt(fmt::format(
-          "{}; {:g} rad at most expected ({}): absolute taken for a delta, other joints, another unit? If "
+          "{}; expected at most {:g} rad ({}): absolute taken for a delta, other joints, another unit? If "
           "the step is right, state it: 'first_step_rad: {:g}' in the contract's action, or --first-step "
           "{:g}",
-          step, limit,
-          contract_.first_step_rad ? "first_step_rad" : "the default where no first_step_rad is stated",
+          step, limit, contract_.first_step_rad ? "first_step_rad" : "the default without first_step_rad",
           enough, enough));
     } else {
       Good(step);

@@ -23,7 +23,8 @@ std::string Listed(const std::set<std::string>& names) {
 void CompareNames(const std::string& what, const std::set<std::string>& server,
                   const std::set<std::string>& ours, Lines* lines) {
   if (server == ours) return;
-  lines->push_back(fmt::format("{}: the server has {}, the contract {}", what, Listed(server), Listed(ours)));
+  lines->push_back(
+      fmt::format("{}: the server has {}, the contract has {}", what, Listed(server), Listed(ours)));
 }
 
 // Checks RoboArena's configuration map.
@@ -36,7 +37,7 @@ Lines OfRoboArena(const Contract& contract, const Value& metadata) {
                                : space == "cartesian_velocity" ? "eef_delta"
                                                                : "";
   if (!space.empty() && expected != NameOf(contract.actions.kind)) {
-    lines.push_back(fmt::format("action space: the server states {}, the contract {}", space,
+    lines.push_back(fmt::format("action space: the server states {}, the contract states {}", space,
                                 NameOf(contract.actions.kind)));
   }
   const Value* resolution = metadata.Find("image_resolution");
@@ -76,8 +77,8 @@ Lines OfVlaEval(const Contract& contract, const Value& metadata) {
         fmt::format("{}{} {} ({})", words.empty() ? "" : ", ", name, *count, TextOf(part.Find("format")));
   }
   if (values != contract.actions.num_values) {
-    lines.push_back(fmt::format("action: the server states {} values ({}), the contract {}", values, words,
-                                contract.actions.num_values));
+    lines.push_back(fmt::format("action: the server states {} values ({}), the contract states {}", values,
+                                words, contract.actions.num_values));
   }
   return lines;
 }
@@ -108,7 +109,7 @@ Lines OfGroot(const Contract& contract, const Value& metadata) {
     if (!list) continue;
     for (const ObservationEntry& entry : contract.observation) {
       if (!entry.KeyText().starts_with(prefix) || entry.history_ticks.size() == list->size()) continue;
-      lines.push_back(fmt::format("{}: the server expects {} ticks, the contract's history_ticks {}",
+      lines.push_back(fmt::format("{}: the server expects {} ticks, the contract has {} (history_ticks)",
                                   entry.KeyText(), list->size(), entry.history_ticks.size()));
     }
   }

@@ -9,7 +9,7 @@
 namespace evalbus::policy {
 
 // Returns one line per contradiction; empty if there is none, or if the server does not describe itself.
-// `said`: result of PolicyClient::Connect().
+// metadata: result of PolicyClient::Connect().
 std::vector<std::string> FindContradictions(const Contract& contract, const Value& metadata);
 
 }  // namespace evalbus::policy

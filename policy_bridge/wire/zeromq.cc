@@ -109,7 +109,7 @@ Bytes RequestSocket::Call(const Bytes& request, double limit_s) {
     // Checked before the events: an answer that the server sent before disconnecting counts.
     if (sockets_->requests.recv(reply, zmq::recv_flags::dontwait)) break;
     if (sockets_->NextEvent() != 0) {
-      lost(fmt::format("without an answer, or with one of more than {} bytes", max_reply_bytes_));
+      lost(fmt::format("without an answer, or after an answer of more than {} bytes", max_reply_bytes_));
     }
   }
   if (reply.more()) throw ServerError(Kind::kProtocol, url_ + ": an answer of several frames");

@@ -17,7 +17,7 @@ class CodecError(ValueError):
 
 
 def pack(value):
-    """Encodes dictionaries, lists, texts, numbers, None and numpy arrays. Raises CodecError."""
+    """Encodes dictionaries, lists, strings, numbers, None and numpy arrays. Raises CodecError."""
     try:
         return msgpack.packb(value, default=_to_map)
     except (TypeError, OverflowError) as error:
@@ -46,7 +46,7 @@ def _to_map(value):
     if isinstance(value, np.generic):
         _check(value.dtype)
         return {b"__npgeneric__": True, b"data": value.item(), b"dtype": value.dtype.str}
-    raise CodecError(f"cannot be sent: {type(value).__name__}; make it a numpy array, a number or a text")
+    raise CodecError(f"cannot be sent: {type(value).__name__}; convert it to a numpy array, a number or a string")
 
 
 def _from_map(value):
@@ -72,9 +72,9 @@ def _from_map(value):
     except CodecError:
         raise
     except (TypeError, ValueError) as error:
-        raise CodecError(f"an array that is none: {error}") from None
+        raise CodecError(f"not a valid array: {error}") from None
 
 
 def _check(dtype):
     if dtype.kind not in _KINDS:
-        raise CodecError(f"arrays of type {dtype} are not sent: numbers, booleans and texts only")
+        raise CodecError(f"arrays of type {dtype} are not sent: numbers, booleans and strings only")

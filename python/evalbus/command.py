@@ -1,4 +1,4 @@
-"""What the modules have in common that the program evalbus starts: their errors are one line, as its own are."""
+"""Functions shared by the modules that the program evalbus starts: like its own, their errors are one line."""
 
 import argparse
 import sys
@@ -21,7 +21,7 @@ def run_module(main: Callable[[], None]) -> None:
 
 
 def parser(module_doc: str, command: str) -> argparse.ArgumentParser:
-    """A parser whose program name is that of the command which starts the module."""
+    """A parser with the program name of the command that starts the module, such as 'evalbus serve'."""
 
     class Parser(argparse.ArgumentParser):
         def error(self, message):

@@ -85,12 +85,12 @@ class EvalbusEnv(gymnasium.Env):
 
     @property
     def contract(self) -> str:
-        """Text of the contract, with which `evalbus run` evaluates a server equally."""
+        """Text of the contract. With it, `evalbus run` gives a policy server the same observations and actions."""
         return self._environment.contract
 
     @property
     def max_steps(self) -> int:
-        """No episode has more steps."""
+        """Upper bound of the number of steps of an episode."""
         return round(self._environment.time_limit_s * self._environment.control_hz) + 1
 
     def reset(self, *, seed: Optional[int] = None, options: Optional[dict] = None):
@@ -147,7 +147,7 @@ def _info(step: Step) -> dict:
 
 
 def _numbers(values: dict) -> dict:
-    """Without the values that do not exist, so that vector environments can stack the others."""
+    """The values without those that are None, so that vector environments can stack the rest."""
     return {
         key: _numbers(value) if isinstance(value, dict) else value
         for key, value in values.items()

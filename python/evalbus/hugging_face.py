@@ -1,6 +1,6 @@
-"""Writes the result of a run or a suite as Hugging Face's community evaluations read it.
+"""Writes the result of a run or a suite in the format of Hugging Face's community evaluations.
 
-FOLDER/model/.eval_results/evalbus.yaml belongs into the repository of the policy, FOLDER/dataset/eval.yaml into the
+FOLDER/model/.eval_results/evalbus.yaml belongs in the repository of the policy, FOLDER/dataset/eval.yaml in the
 repository of the benchmark's data set. The value is the success rate in percent; the notes have counts and interval.
 """
 

@@ -121,7 +121,7 @@ def _unpacked(file):
     try:
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     except FileNotFoundError:
-        raise OSError(f"{file}: packed by zstd, and the program zstd is not there to unpack it") from None
+        raise OSError(f"{file}: compressed with zstd, but the program zstd was not found") from None
     with process:
         data = process.stdout.read(_MAX_UNPACKED_BYTES + 1)
         if len(data) > _MAX_UNPACKED_BYTES:

@@ -1,7 +1,7 @@
 """Encodes and decodes evalbus' messages in LCM's binary format, according to the definitions in lcmtypes/*.lcm.
 
-A message is a dictionary of its members: numbers, texts, numpy arrays (arrays of numbers), lists (arrays of
-texts), and dictionaries or lists of them (nested messages). Neither generated code nor the lcm module is needed.
+A message is a dictionary of its members: numbers, strings, numpy arrays (arrays of numbers), lists (arrays of
+strings), and dictionaries or lists of them (nested messages). Neither generated code nor the lcm module is needed.
 """
 
 import dataclasses
@@ -60,11 +60,11 @@ def dtype(name):
 def decode(data):
     """Decodes a message; returns (name of its type, message). Raises MessageError."""
     if len(data) < 8:
-        raise MessageError(f"{len(data)} bytes are no message")
+        raise MessageError(f"{len(data)} bytes are not a message")
     fingerprint = int.from_bytes(data[:8], "big")
     found = _types()[1].get(fingerprint)
     if found is None:
-        raise MessageError(f"{fingerprint:016x} is no message of this version of evalbus")
+        raise MessageError(f"{fingerprint:016x} is not a message of this version of evalbus")
     reader = _Reader(data, found.name)
     message = reader.struct(found)
     if reader.at != len(data):
@@ -78,7 +78,7 @@ def encode(name, message):
     Missing members become zero or empty; a missing size member is set to the size of its array. Raises MessageError.
     """
     if name not in types():
-        raise MessageError(f"there is no message {name}")
+        raise MessageError(f"there is no message type {name}")
     parts = [types()[name].fingerprint.to_bytes(8, "big")]
     _encode_struct(types()[name], message, parts, name)
     return b"".join(parts)
@@ -153,7 +153,7 @@ def _encode(name, shape, value, parts, where):
             )
         wire = value.astype(_DTYPES[name])
         if wire.dtype.kind in "iu" and not np.array_equal(wire, value):
-            raise MessageError(f"{where}: {value} is no {name}")
+            raise MessageError(f"{where}: {value} is not a value of type {name}")
         parts.append(wire.tobytes())
     elif shape:
         value = [None] * shape[0] if value is None else value
@@ -209,7 +209,7 @@ def _parse(file):
         token = tokens[at] if at < len(tokens) else "the end"
         at += 1
         if expected is not None and token != expected:
-            raise MessageError(f"{file}: {token} where {expected} should be")
+            raise MessageError(f"{file}: {token} instead of {expected}")
         return token
 
     next_token("package")
@@ -238,7 +238,7 @@ def _parse(file):
                     next_token("]")
                 members.append(Member(member, type_, tuple(dimensions)))
         if separator != ";":
-            raise MessageError(f"{file}: {separator} where ; should be")
+            raise MessageError(f"{file}: {separator} instead of ;")
     return name, (tuple(members), constants)
 
 

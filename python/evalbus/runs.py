@@ -160,7 +160,7 @@ def read_run(folder) -> Run:
         runs = _json(folder / "suite.json")["runs"]
         raise InputError(f"{folder} is a suite; read one of its runs: {', '.join(runs)}")
     if not (folder / "run.json").exists():
-        raise InputError(f"{folder} is no run: it has no run.json")
+        raise InputError(f"{folder} is not a run: it has no run.json")
     summary = folder / "summary.json"
     return Run(
         folder=folder,

@@ -53,7 +53,7 @@ _MAX_BYTES = 256 << 20
 def serve(act, port=8000, host="127.0.0.1", metadata={}):
     """Serves a policy until the program is interrupted.
 
-    act: called as act(observation) with a dictionary of numpy arrays and texts. It returns an action chunk: an array
+    act: called as act(observation) with a dictionary of numpy arrays and strings. It returns an action chunk: an array
     (H, D) of H steps of D numbers, an array (D,) for a single step, or a dictionary with such an array as "actions".
     act.reset(), if it exists, is called at the start of each connection. evalbus opens one connection per episode.
     All calls are made sequentially in one worker thread, not in the thread that called serve(). All connections share

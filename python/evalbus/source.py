@@ -141,4 +141,4 @@ def jpeg_size(jpeg):
             height, width = struct.unpack_from(">HH", jpeg, at + 5)
             return width, height
         at += 2 + size
-    raise ValueError("these bytes are no JPEG file")
+    raise ValueError("these bytes are not a JPEG file")

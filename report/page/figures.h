@@ -75,7 +75,7 @@ struct RateFigure {
   struct Bin {
     double from = 0, to = 0;
     double rate = 0, lower = 0, upper = 0;
-    std::string title;  // for a mouse over the bin
+    std::string title;  // tooltip of the bin
   };
   std::vector<Bin> bins;  // ascending; the first and the last differ
   // Range that is shaded, clipped to the axis.

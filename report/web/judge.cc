@@ -97,7 +97,7 @@ class Judgment {
       results::WriteVerdict(FolderOf(item), verdict);
       item.verdict = verdict;
     } catch (const std::exception& failure) {
-      error_ = fmt::format("The verdict was not kept: {}", Printable(failure.what()));
+      error_ = fmt::format("The verdict was not saved: {}", Printable(failure.what()));
     }
   }
 
@@ -188,7 +188,7 @@ class Judgment {
 
   const JudgeOptions& options_;
   WebJobs* const jobs_;
-  // Only of a single run.
+  // Set only if a single run is judged.
   std::optional<RunFollower> follower_;
   std::string task_, variation_;
   std::vector<Item> items_;
@@ -238,7 +238,7 @@ void ServeJudgment(Judgment* judgment, VerdictQueue* queue, viz::UpdateBroadcast
     is_changed = judgment->Follow() || !verdicts.empty();
   }
   if (was_done) return;
-  fmt::print("{} of {} have a verdict; the same command continues\n", judgment->num_judged(),
+  fmt::print("{} of {} have a verdict; run the same command again to continue\n", judgment->num_judged(),
              Plural(static_cast<int64_t>(judgment->num_items()), "episode"));
 }
 

@@ -41,7 +41,7 @@ constexpr auto kMaxBatchDelay = std::chrono::milliseconds(10);
 constexpr auto kEndDelay = std::chrono::seconds(1);
 // Maximum number of messages handled from one bus before the next bus.
 constexpr int kInARow = 1000;
-// More messages than a receive buffer holds.
+// Maximum length of the queue of received messages; more than a receive buffer holds.
 constexpr int kMaxQueued = 100000;
 constexpr size_t kMaxRuns = 1000;
 // Short enough for Ctrl-C to end the server within two seconds.

@@ -78,7 +78,7 @@ void WebJobs::AddBlind(const fs::path& folder, int episode) {
 
 void WebJobs::RequestEpisode(int run, int episode, viz::WebServer::Reply reply) {
   const Key key{run, episode};
-  const viz::WebAnswer stuck = viz::WebAnswer::Text(504, "the disk of this episode's log does not answer");
+  const viz::WebAnswer stuck = viz::WebAnswer::Text(504, "the disk of this episode's log does not respond");
   {
     const std::lock_guard lock(mutex_);
     const auto [asked, is_new] = asked_.try_emplace(key);
@@ -189,17 +189,17 @@ void WebJobs::RequestNote(viz::WebNote note, std::function<void(const std::strin
         std::string error;
         try {
           if (folder.empty() || !fs::exists(EpisodeFolder(folder, note.episode))) {
-            throw InputError("there is no folder of this episode");
+            throw InputError("this episode has no folder");
           }
           const std::lock_guard lock(notes_mutex_);
           results::WriteNote(folder, note.episode, Printable(note.text));
         } catch (const std::exception& failure) {
-          error =
-              fmt::format("the note on episode {} was not kept: {}", note.episode, Printable(failure.what()));
+          error = fmt::format("the note on episode {} was not saved: {}", note.episode,
+                              Printable(failure.what()));
         }
         return [answer, error] { answer(error); };
       },
-      [answer] { answer("the note was not kept: the disk of the run does not answer"); });
+      [answer] { answer("the note was not saved: the disk of the run does not respond"); });
 }
 
 void WebJobs::RequestScene(std::shared_ptr<const model_info_t> model, const fs::path& folder,
@@ -215,7 +215,7 @@ void WebJobs::RequestScene(std::shared_ptr<const model_info_t> model, const fs::
           return [answer, error = Printable(failure.what())] { answer({}, error); };
         }
       },
-      [answer] { answer({}, "the disk of the run's models does not answer"); });
+      [answer] { answer({}, "the disk of the run's models does not respond"); });
 }
 
 void WebJobs::RequestHistory(const fs::path& folder, int episode, int64_t tick,

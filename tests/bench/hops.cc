@@ -23,7 +23,7 @@ using Key = std::tuple<int, Event, std::string, int, int>;
 struct Hop {
   const char* name;
   std::string_view input, output;
-  // How many ticks after the message the answer's tick is.
+  // Number of ticks from the message to its answer.
   int later;
 };
 constexpr Hop kHops[] = {{"STATE to policy", "STATE", "ACTION", 0},
@@ -55,7 +55,7 @@ class Traces {
   }
   int PublisherOf(std::string_view channel) const {
     const auto found = publisher_.find(std::string(channel));
-    if (found == publisher_.end()) throw EnvironmentError("nobody published " + std::string(channel));
+    if (found == publisher_.end()) throw EnvironmentError("no process published " + std::string(channel));
     return found->second;
   }
   const std::vector<std::pair<int, int>>& TicksOf(std::string_view channel) {

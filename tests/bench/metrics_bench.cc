@@ -24,7 +24,7 @@ constexpr double kDt = 0.02;
 // Geoms: 0-9 scene, 10-49 robot, 50-59 pot.
 constexpr int kGeoms = 60;
 
-// Two 7-joint arms in smooth motion, with 30 contacts as while lifting a pot.
+// Two 7-joint arms in smooth motion, with 30 contacts, as many as when lifting a pot.
 struct Episode {
   struct ArmData {
     std::array<double, kJoints> q, w;

@@ -204,7 +204,7 @@ int64_t LostDatagrams() {
       if (n == "RcvbufErrors") return std::stoll(v);
     }
   }
-  throw EnvironmentError("/proc/net/snmp does not say what was lost");
+  throw EnvironmentError("/proc/net/snmp has no RcvbufErrors");
 }
 
 // Runs once with tracing in every process.

@@ -26,7 +26,7 @@ namespace evalbus {
 namespace {
 
 constexpr viz::FrameSize kSize{640, 480};
-// Size that Renderer draws for an image of that size.
+// Size at which Renderer draws an image of kSize, before it is scaled down.
 constexpr mjrRect kDrawn{0, 0, 960, 720};
 
 // Processor time of all threads of this process, because Mesa draws in threads of its own.

@@ -119,7 +119,7 @@ uint16_t PortIn(const std::filesystem::path& log, runner::Processes* processes) 
     if (processes->Poll()) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  throw EnvironmentError("evalbus web says no address");
+  throw EnvironmentError("evalbus web printed no address");
 }
 
 // Microseconds per physics step.

@@ -111,7 +111,7 @@ def check_hover(browser, policies, found):
     browser.call("Emulation.setFocusEmulationEnabled", enabled=True)
     browser.evaluate("[...document.querySelectorAll('.ev-matrices a.ev-cell[data-outcome=failure]')].pop().focus()")
     check_card("keyboard")
-    # As when an episode ends.
+    # The matrix is redrawn whenever an episode ends.
     browser.evaluate(f"drawn.length = 0; {VIEWS}.board.seeds.redraw()")
     label = browser.evaluate("document.activeElement.getAttribute('aria-label') || ''")
     if f"episode {last['episode']}:" not in label or not browser.evaluate(image):
@@ -255,7 +255,7 @@ def check_plan(browser, evalbus, plan, folder, found):
 def check_large(browser, evalbus, large, folder, found):
     count = len(episodes_of(large))
     with served(evalbus, large) as url:
-        # The server has read the folder.
+        # The page is opened again once the server has read the folder.
         open_url(browser, url + "#/board")
         wait_until(browser, f"{VIEWS}.board.head.policies[0].all.done === {count}", "the server does not read the run")
         open_url(browser, url + "#/board")

@@ -90,7 +90,7 @@ def main():
         browser = Browser(program, profile)
         try:
             for name in ("dom.js", "filter.js"):
-                # As the scripts of a page, so that each sees the names of those before it.
+                # Loaded like the scripts of a page, so that each script can use the names of the previous ones.
                 browser.evaluate("document.head.append(Object.assign(document.createElement('script'), {text: "
                                  f"{json.dumps((PAGE / name).read_text())}}}))")
             apply = ("((text) => { try { const accepts = Evalbus.parseFilter(text); "

@@ -81,7 +81,7 @@ def judge_all(browser, count, secrets, folder, found):
         if k == 1 and folder:
             browser.image(folder / "judge.png")
         if k == 2:
-            # The verdict before was wrong.
+            # The operator corrects the previous verdict.
             press(browser, "Backspace", "\b")
             wait_until(browser, f"{JUDGE}.item === 1 && {JUDGE}.isShown", "Backspace does not show the episode before")
             if browser.evaluate(f"[{JUDGE}.outcome, {JUDGE}.stages, {JUDGE}.rubric.value]") != ["failure", 1, "7.5"]:

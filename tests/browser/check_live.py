@@ -65,7 +65,7 @@ def send_hostile_log(bus):
 def check_markup(browser, found):
     if browser.evaluate("document.querySelectorAll('.evalbus-viewer :is(img, script, iframe, i:not([class], .ev-bar i,"
                         " .ev-progress i), b[onclick])').length"):
-        found.append("words of others have become markup")
+        found.append("text from another program has become markup")
     if POLICY_NAME not in browser.evaluate("document.querySelector('.ev-subtitle').textContent"):
         found.append("the policy's name is not shown as it is")
     text = browser.evaluate("document.querySelector('.ev-log').textContent")
@@ -100,7 +100,7 @@ def check(browser, evalbus, folder, processes, found):
     run, run_out, web_out = folder / "run<b>", folder / "run.out", folder / "web.out"
     command = [evalbus, "run", "lift_pot/position", "--policy", "expert", "--policy-name", POLICY_NAME, "--realtime",
                "--rtf", "4", "--video", "none", "--out", str(run)]
-    # Far more episodes than there is time for; the resumed run makes only two more.
+    # Far more episodes than the run finishes before it is killed; the resumed run makes only two more.
     processes.append(start([*command, "--episodes", "200"], run_out))
     group, port = wait_for_line(r"udpm://([\d.]+:\d+)", run_out, processes[0]).split(":")
     wait_for_line(r"(?s)\n +0 +(\w+)", run_out, processes[0])
@@ -109,7 +109,7 @@ def check(browser, evalbus, folder, processes, found):
     url = wait_for_line(r"(http://\S+)", web_out, processes[1])
     open_page(browser, url, 1280, 900, "dark", False)
     if not shown(browser)["isFollowing"] or shown(browser)["episodes"] < 1:
-        found.append("it does not follow, or does not know the episode that is over")
+        found.append("it does not follow, or does not know the episode that has ended")
     if not browser.evaluate("Number.isFinite(evalbusViewer.tracks[0].position.data[0])"
                             " && Number.isFinite(evalbusViewer.tracks[0].valueAt(0, 0))"):
         found.append("the beginning of the episode under way is not known")
@@ -123,11 +123,11 @@ def check(browser, evalbus, folder, processes, found):
     check_markup(browser, found)
 
     if processes[0].poll() is not None:
-        sys.exit("error: the run was over before it could be killed")
+        sys.exit("error: the run ended before it could be killed")
     os.killpg(processes[0].pid, signal.SIGKILL)
     processes[0].wait()
-    wait_until(browser, f"{RUN}.info.is_live === false", "nothing says that the run was killed")
-    wait_until(browser, "document.querySelector('.ev-state-pill').textContent.startsWith('interrupted')", "nothing says that it was interrupted")
+    wait_until(browser, f"{RUN}.info.is_live === false", "the page does not show that the run was killed")
+    wait_until(browser, "document.querySelector('.ev-state-pill').textContent.startsWith('interrupted')", "the page does not show that it was interrupted")
     episodes = len((run / "episodes.jsonl").read_text().splitlines()) + 2
     processes.append(start([*command, "--episodes", str(episodes), "--resume"], run_out))
     wait_until(browser, f"{RUN}.info.episode === {episodes - 1}", "the resumed run's last episode does not begin on the page")

@@ -5,8 +5,8 @@ shows.
 usage: check_viewer.py PAGE.html|URL RUN [FOLDER]
 
 RUN is the folder of the run that the page shows first. Fails (exit code 1) if, according to the scene graph,
-a body is not at its pose in the log's STATE; if a metric differs from the summary's; if a click on the time
-line leads to another tick; if an external name becomes markup; if the page is wider than the screen; if the
+a body is not at its pose in the log's STATE; if a metric differs from the summary's; if a click on the
+timeline leads to another tick; if an external name becomes markup; if the page is wider than the screen; if the
 console is not empty; or if a packed page requests anything from outside itself. Writes images into FOLDER.
 Exit code 77: skipped, Chromium is not installed.
 """
@@ -123,7 +123,7 @@ def compare_values(browser, head, summary, found):
 
 
 def press_time_line(browser, part):
-    """Clicks the time line at a fraction `part` of the episode."""
+    """Clicks the timeline at a fraction `part` of the episode."""
     place = browser.evaluate("""(() => {
       const t = evalbusViewer.timeline, box = t.slider.getBoundingClientRect(), track = evalbusViewer.tracks[0];
       t.slider.scrollIntoView({block: 'center'});
@@ -182,12 +182,12 @@ def check_zoom(browser, found):
     before = browser.evaluate(lanes)
     browser.evaluate("evalbusViewer.curves.cards[0].pin.click()")
     if browser.evaluate(lanes) != before + 1:
-        found.append("a pinned curve is not on the time line")
+        found.append("a pinned curve is not on the timeline")
     browser.evaluate("evalbusViewer.curves.cards[0].pin.click()")
 
 
 def check_pointed(browser, log, found):
-    """The time line shows the scene at the time under the pointer, until the pointer leaves or drags."""
+    """The timeline shows the scene at the time under the pointer, until the pointer leaves or drags."""
     pose_of = "evalbusViewer.pose.bind({scene: evalbusViewer.thumbnails.scene})"
     is_ready = "Boolean(document.querySelector('.ev-time-image:not([hidden]) .ev-ready'))"
     is_over = "document.querySelector('.ev-time-image').hidden && !evalbusViewer.thumbnails.isPlaying"
@@ -204,22 +204,22 @@ def check_pointed(browser, log, found):
 
     for part in (0.25, 0.7):
         move(part)
-        wait_until(browser, is_ready, "the time line shows no image")
+        wait_until(browser, is_ready, "the timeline shows no image")
         frame(browser)
         tick = browser.evaluate("Math.round(evalbusViewer.timeline.pointed / evalbusViewer.tracks[0].tickSeconds)")
         compare_drawn_poses(browser, pose_of, log, tick, found)
         if browser.evaluate("evalbusViewer.tick") != 0:
-            found.append("the pointer above the time line moves the scene")
+            found.append("the pointer above the timeline moves the scene")
     place = move(0.5)
     browser.call("Input.dispatchMouseEvent", type="mousePressed", button="left", clickCount=1, **place)
     if not browser.evaluate(is_over):
-        found.append("the time line shows an image while it is dragged")
+        found.append("the timeline shows an image while it is dragged")
     browser.call("Input.dispatchMouseEvent", type="mouseReleased", button="left", clickCount=1, **place)
     move(0.6)
-    wait_until(browser, is_ready, "the time line shows no image after a click")
+    wait_until(browser, is_ready, "the timeline shows no image after a click")
     browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=2, y=2)
     if not browser.evaluate(is_over):
-        found.append("the image stays when the pointer has left the time line")
+        found.append("the image stays when the pointer has left the timeline")
     asked = [one["params"]["request"]["url"] for one in browser.events[requests:] if one.get("method") == "Network.requestWillBeSent"]
     if any("/episode/" in url for url in asked):
         found.append(f"the image of an open episode requests {asked}")
@@ -250,7 +250,7 @@ def check_play(browser, found):
     tick = browser.evaluate("evalbusViewer.tick")
     frame(browser)
     if browser.evaluate("evalbusViewer.tick") != tick:
-        found.append("it goes on while it is paused")
+        found.append("it continues while it is paused")
 
 
 def check_sizes(browser, folder, found):
@@ -326,7 +326,7 @@ def check_hostile(browser, page, folder, is_looked_at, found):
 
 
 def check_without_gl(program, url, profile, found):
-    """Checks that numbers and time line work without WebGL, and that a line states the reason for the missing
+    """Checks that numbers and timeline work without WebGL, and that a line states the reason for the missing
     image.
     """
     browser = Browser(program, profile, ("--disable-gpu", "--disable-3d-apis"))
@@ -337,9 +337,9 @@ def check_without_gl(program, url, profile, found):
         browser.call("Page.navigate", url=url)
         browser.wait_for("Page.loadEventFired")
         browser.evaluate("document.querySelector('[data-from]').scrollIntoView()")
-        wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().note)", "nothing says that there is no image")
+        wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().note)", "the page does not report that there is no image")
         if "WebGL" not in shown(browser)["note"]:
-            found.append(f"without WebGL it says: {shown(browser)['note']}")
+            found.append(f"without WebGL, the page shows: {shown(browser)['note']}")
         browser.evaluate("evalbusViewer.seek(5)")
         if browser.evaluate("evalbusViewer.tick") != 5 or not browser.evaluate("Object.keys(evalbusViewer.values()).length"):
             found.append("without WebGL there are no numbers")

@@ -191,16 +191,16 @@ Value GrootServer::Act(const Value& data) {
   const bool is_bare = n15 && any && any->shape.size() == 2;
   const size_t batch = is_bare ? 0 : 1;
   const Array& front = ArrayOf(part("video"), video + "front", "|u1", 4 + batch);
-  Demand(front.shape.back() == 3 && front.shape[batch] == 1, "front is no image");
+  Demand(front.shape.back() == 3 && front.shape[batch] == 1, "front is not an image");
   const Array& arm = ArrayOf(part("state"), state + "arm", "<f4", 2 + batch);
   const Array& gripper = ArrayOf(part("state"), state + "gripper", "<f4", 2 + batch);
-  Demand(gripper.shape.back() == 1 && gripper.shape[batch] == 1, "gripper is no number");
+  Demand(gripper.shape.back() == 1 && gripper.shape[batch] == 1, "gripper is not a number");
   const int64_t size = is_bare ? 1 : arm.shape[0], horizon = options_.horizon, length = arm.shape.back();
   Demand(is_bare || (front.shape[0] == size && gripper.shape[0] == size), "not one batch");
   const Value* language = part("language").Find(kLanguage);
   Demand(language, fmt::format("Key '{}' must be in observation", kLanguage));
   const List* texts = language->As<List>();
-  Demand(texts && static_cast<int64_t>(texts->size()) == size, "language is no list of the batch");
+  Demand(texts && static_cast<int64_t>(texts->size()) == size, "language is not a list of the batch");
   for (const Value& text : *texts) {
     const List* inner = text.As<List>();
     Demand(nested ? inner && inner->size() == 1 && inner->front().Is<std::string>() : text.Is<std::string>(),

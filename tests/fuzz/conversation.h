@@ -4,7 +4,7 @@
 // An input is a sequence of events. The first byte of each is channel + 64 * how:
 //   how 0, 1  a real message of the channel; then its number, a count (modulo 8), and as many changes of four
 //             bytes: kind, place (2), value
-//   how 2     two bytes of length, and as many bytes behind the channel's fingerprint
+//   how 2     two bytes of length, and as many bytes after the channel's fingerprint
 //   how 3     the same without the fingerprint
 //
 // For channel kWait the second byte is a waiting time in tenths of a second.

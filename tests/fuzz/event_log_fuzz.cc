@@ -1,6 +1,6 @@
 // A log, packed or not, read by every program that reads logs. The first byte of an input gives the kind of
 // the rest: 0 to 127 is a log; 128 and above is a Conversation that is recorded as a valid log, so that the
-// code behind the log's framing is reached, too.
+// code that runs after the log's framing is parsed is reached, too.
 #include <cstdlib>
 
 #include "base/errors.h"

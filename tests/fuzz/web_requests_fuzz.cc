@@ -1,5 +1,5 @@
 // Any bytes as requests to a web server. Parts of them serve as targets, headers and messages. The whole is
-// sent over the loopback to a server, as a request and as the data behind a WebSocket handshake. The server
+// sent over the loopback to a server, as a request and as the data after a WebSocket handshake. The server
 // must answer or close the connection, and must accept the next one.
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -41,10 +41,10 @@ void CheckParts(std::string_view bytes) {
   }
   if (IsLoopbackHost(bytes) && bytes.find("localhost") == bytes.npos &&
       bytes.find("127.0.0.1") == bytes.npos && bytes.find("[::1]") == bytes.npos) {
-    Fail("a Host of others counts as this machine");
+    Fail("the Host of another machine counts as this machine");
   }
   if (!bytes.empty() && IsOwnOrigin(bytes, "localhost:8080") && bytes != "http://localhost:8080") {
-    Fail("an Origin of others counts as our own");
+    Fail("a foreign Origin counts as our own");
   }
   if (const auto run = ParseWatch(bytes); run && *run < 0) Fail("a negative run is watched");
 }
@@ -99,7 +99,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   CheckParts(bytes);
   const std::string answer = Answer(bytes);
-  if (!answer.empty() && !answer.starts_with("HTTP/1.1 ")) Fail("the answer is no HTTP");
+  if (!answer.empty() && !answer.starts_with("HTTP/1.1 ")) Fail("the answer is not HTTP");
   if (!Answer(kHandshake + bytes).starts_with("HTTP/1.1 101")) Fail("a viewer was refused");
   return 0;
 }

@@ -189,7 +189,7 @@ void ExpectLogged(const fs::path& run, const std::string& component, const std::
                 << log;
 }
 
-// Byte offsets of header_t.episode, behind the fingerprint and the session, and of header_t.attempt.
+// Byte offsets of header_t.episode, which follow the fingerprint and the session, and of header_t.attempt.
 constexpr int kEpisode = 16, kAttempt = 20;
 
 void ExpectSameTicks(const RecordedLog& a, const RecordedLog& b) {

@@ -117,7 +117,7 @@ struct RecordedLog {
 };
 RecordedLog ReadLog(const std::filesystem::path& file);
 std::filesystem::path LogFile(const std::filesystem::path& run, int episode);
-// Expects a line in RUN/logs/COMPONENT.log that has this level and, somewhere behind it, this text.
+// Expects a line in RUN/logs/COMPONENT.log that has this level and, somewhere after it, this text.
 void ExpectLogged(const std::filesystem::path& run, const std::string& component, const std::string& level,
                   const std::string& text);
 

@@ -68,6 +68,12 @@ RULES = [
          r"is(?:ation|ations|ational))\b|\b(?:random|initial|normal|serial|optim|summar|recogn|organ|visual|synchron|util|minim|"
          r"maxim|real|general|quant|parameter|standard|character|formal|author|local|final|special|discret|emphas)is(?:e|es|ed|ing)\b",
          "American spelling: color, center, behavior, -ize"),
+    rule("is-no", r"(?<!there )\b(?:is|are|was|were) no (?!longer\b|more\b|less\b|fewer\b|\w+er than\b|\w+ is\b)", "is not a, is not"),
+    rule("each-way", r"\beach way\b(?! to\b)", "per side"),
+    rule("belongs-into", r"\bbelongs? into\b", "belongs in"),
+    rule("are-others", r"\b(?:is another|are others)(?=[.;:,]| than\b| and\b|\Z)", "differs, differ"),
+    rule("expected-last", r"(?<!as )(?<!than )(?<!is )(?<!are )(?<!was )(?<!were )\bexpected(?:\Z|, (?:not|got)\b)",
+         "begin with 'expected'", {"string"}),
     rule("kMost", r"\bkMost[A-Z]\w*", "kMax...", {"code"}, 0),
     rule("old-name", r"\b(?:FilmCrew|FilmProgress|MindSilence|TellLosses|SayFilesThatMayNotGrow|IsWhatItCarries|IsNews|WhatIsKnown|"
          r"RemoveUnknown|TakeAway|SetPatience|barred_geom|seen_picture_t|observe_t|hello_t)\b",

@@ -40,6 +40,10 @@ class BadSnippets(unittest.TestCase):
                 "no-use": "The server is no use.",
                 "of-others": "Programs of others.",
                 "british": "The colour of the pot.",
+                "is-no": "A log that is no file.",
+                "each-way": "64 pixels each way.",
+                "belongs-into": "The file belongs into the folder.",
+                "are-others": "The textures are others.",
         }.items():
             self.assertEqual(rules("a.cc", f"// {text}\nint x;\n"), [expected], text)
 
@@ -47,8 +51,13 @@ class BadSnippets(unittest.TestCase):
         tried = self.test_each_rule_finds_its_form.__code__.co_consts
         known = {word for entry in tried if isinstance(entry, tuple) for word in entry} | set(map(str, tried))
         for each in plain_english.RULES:
-            if each.kinds <= plain_english.KINDS and each.id != "help-starts-with-of":
+            if each.kinds <= plain_english.KINDS and each.id not in ("help-starts-with-of", "expected-last"):
                 self.assertIn(each.id, known)
+
+    def test_error_messages_begin_with_expected(self):
+        self.assertEqual(rules("a.cc", 'throw InputError("3 values expected");\n'), ["expected-last"])
+        self.assertEqual(rules("a.cc", 'Fail(fmt::format("{} values expected, got {}", n, m));\n'), ["expected-last"])
+        self.assertEqual(rules("a.cc", 'throw InputError("expected 3 values, got 2: not as expected");\n'), [])
 
     def test_names_in_code(self):
         self.assertEqual(rules("a.h", "constexpr int kMostLinks = 40;\n"), ["kMost"])
@@ -101,6 +110,8 @@ class GoodSnippets(unittest.TestCase):
                 "The mean is over all episodes.",
                 "A precise promise, an exercise, and noise.",
                 "Revision and supervision of the optimizer.",
+                "There is no subscriber, and the value is no longer known.",
+                "If the process is not running and the others are idle, the error is no larger than 1 mm.",
         ):
             self.assertEqual(rules("a.cc", f"// {text}\n"), [], text)
 

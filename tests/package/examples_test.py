@@ -50,8 +50,8 @@ with tempfile.TemporaryDirectory() as folder:
     episode = json.loads((run / "episodes.jsonl").read_text())
     # The pot's origin is at 0.996 m, the wrists are above it at a height given by the robot's home pose.
     assert 0.1 < episode["metrics"]["target_distance"]["wrists_over_pot"] < 0.5, episode
-    plugins_said = json.loads((run / "run.json").read_text())["plugins"]
-    assert sorted(plugins_said) == ["libwaving.so", "libwrists_above.so"], plugins_said
+    loaded = json.loads((run / "run.json").read_text())["plugins"]
+    assert sorted(loaded) == ["libwaving.so", "libwrists_above.so"], loaded
     # A resume with other plugins is refused, because it would be another run.
     assert "other plugins" in call(evalbus, "run", "--resume", "--out", run, f"{task}/base", "--policy", "waving", "--episodes",
                                    "2", code=1, env={**plugins, "EVALBUS_PREDICATES": ""})

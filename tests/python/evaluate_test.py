@@ -124,7 +124,7 @@ class EvaluateTest(unittest.TestCase):
         ) as active:
             partial = [event.content for event in active if event.kind == "partial"]
             run = active.wait()
-        # One for each tick, the last of which has the numbers of the episode.
+        # There is one event for each tick; the last one has the numbers of the episode.
         self.assertEqual([event["tick"] for event in partial], list(range(len(partial))))
         self.assertEqual([event["verdict"] for event in partial], ["undecided"] * (len(partial) - 1) + ["success"])
         self.assertEqual(partial[-1]["metrics"], run.episodes[0].metrics)
@@ -192,7 +192,7 @@ class EvaluateTest(unittest.TestCase):
 
     def test_wrong_input(self):
         self.assert_fails(evalbus.InputError, "unknown task 'lift_pott'; did you mean 'lift_pot'", task="lift_pott")
-        self.assert_fails(evalbus.InputError, 'there is no policy "nobody"', policy="nobody")
+        self.assert_fails(evalbus.InputError, 'there is no policy "no_such"', policy="no_such")
         self.assert_fails(evalbus.InputError, "there is no option '--wrong'", wrong=1)
         self.assert_fails(evalbus.InputError, "task 'lift_pot/all': expected one task", task="lift_pot/all")
         self.assert_fails(evalbus.InputError, "1 steps of 7 values", policy=lambda _: np.zeros(7))

@@ -48,7 +48,7 @@ class GymnasiumTest(unittest.TestCase):
 
     def test_there_is_an_environment_for_each_task(self):
         listed = subprocess.run([f"{BIN}/evalbus", "tasks", "list"], capture_output=True, text=True, check=True).stdout
-        # Names that do not contain assets of others ("roboeval/lift_pot").
+        # Names that do not contain external assets ("roboeval/lift_pot").
         names = {line.split()[0] for line in listed.splitlines()[1:] if line[:1].strip() and "/" not in line.split()[0]}
         self.assertLessEqual(set(evalbus.gym.TASKS.values()), names)
         self.assertEqual({name for name in names if (support.SOURCE / f"models/tasks/{name}.yaml").exists()},

@@ -307,7 +307,7 @@ class LogTest(unittest.TestCase):
 
         log, words = self.damaged(changed)
         self.assertEqual(log.not_decoded, {channel: 1})
-        self.assertIn(f"1 events of {channel} left out: 0000000000000000 is no message", words[0])
+        self.assertIn(f"1 events of {channel} left out: 0000000000000000 is not a message", words[0])
 
     def first_event_size(self):
         channel, data = next(self.raw())

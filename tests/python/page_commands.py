@@ -65,7 +65,7 @@ class Shell:
         self.count += 1
         process = subprocess.Popen(["/bin/bash", "-c", f"{self.exports}exec {command}"], cwd=self.folder, stdout=log,
                                    stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)  # fmt: skip
-        process.said = lambda: pathlib.Path(log.name).read_text()
+        process.output = lambda: pathlib.Path(log.name).read_text()
         return process
 
     def wait_for(self, condition, what):
@@ -74,21 +74,21 @@ class Shell:
             assert time.monotonic() < end, what()
             time.sleep(0.01)
 
-    def until_says(self, process, pattern):
-        self.wait_for(lambda: re.search(pattern, process.said()) or process.poll() is not None, process.said)
+    def wait_for_output(self, process, pattern):
+        self.wait_for(lambda: re.search(pattern, process.output()) or process.poll() is not None, process.output)
 
     def stay(self, command, pattern=r"\n"):
         """Starts a program that runs in the background."""
         process = self.start(command)
         self.background.append(process)
-        self.until_says(process, pattern)
-        assert process.poll() is None, f"{command}: {process.said()}"
+        self.wait_for_output(process, pattern)
+        assert process.poll() is None, f"{command}: {process.output()}"
         return process
 
     def run(self, command):
         shell = subprocess.run(["/bin/bash", "-c", self.exports + command], cwd=self.folder, capture_output=True,
                                text=True, timeout=support.DEADLINE_S, stdin=subprocess.DEVNULL)  # fmt: skip
-        # With so few episodes, a gate may not be able to tell.
+        # With so few episodes, a gate may be undecided (exit code 11).
         accepted = (0, 11) if command.startswith("evalbus gate ") else (0,)
         assert shell.returncode in accepted, f"{command}: exit code {shell.returncode}\n{shell.stdout}{shell.stderr}"
         return shell.stdout
@@ -99,12 +99,12 @@ class Shell:
         live = self.stay(long_run, "udpm") if needs_run else None
         if live:
             # The bus is printed before the component processes start; the commands find a run by these processes.
-            self.wait_for(lambda: any((self.folder / out).glob("episodes/*/events.lcmlog")), live.said)
+            self.wait_for(lambda: any((self.folder / out).glob("episodes/*/events.lcmlog")), live.output)
         process = self.stay(command, pattern)
-        self.wait_for(lambda: catches(process.pid, signal.SIGINT), process.said)
+        self.wait_for(lambda: catches(process.pid, signal.SIGINT), process.output)
         process.send_signal(signal.SIGINT)
         code = process.wait(support.DEADLINE_S)
-        assert code == 0, f"{command}: exit code {code}\n{process.said()}"
+        assert code == 0, f"{command}: exit code {code}\n{process.output()}"
         if live:
             live.send_signal(signal.SIGINT)
             live.wait(support.DEADLINE_S)

@@ -68,7 +68,7 @@ def run_block(shell, commands):
             run = shell.stay(command, "evalbus-sim --options")
             parts = shell.run(commands.pop(0).replace("& done", ">/dev/null 2>&1 & echo $!; done")).split()
             ran += 1
-            assert run.wait(support.DEADLINE_S) == 0, run.said()
+            assert run.wait(support.DEADLINE_S) == 0, run.output()
             for part in parts:
                 os.kill(int(part), signal.SIGTERM)
         else:

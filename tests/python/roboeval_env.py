@@ -252,7 +252,7 @@ class Environment:
             metrics = env._final_metrics
             theirs = metrics.get("target_distance", {})
             if theirs:
-                # RoboEval's names are others and in another order.
+                # RoboEval has different names, in a different order.
                 difference = np.sort(list(theirs.values())) - np.sort(episode.distances[tick])
                 largest["distance_m"] = max(largest["distance_m"], float(np.abs(difference).max()))
             if episode.pose_errors.shape[1]:

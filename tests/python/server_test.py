@@ -136,13 +136,13 @@ class ServerTest(unittest.TestCase):
                 await connection.send(codec.pack({"what": "wait", "until": str(until)}))
                 await (await connection.ping())
                 await asyncio.get_running_loop().run_in_executor(None, self.test_health)
-                until.write_text("go on")
+                until.write_text("continue")
                 return await connection.recv()
 
             self.assertEqual(codec.unpack(self.converse(conversation))["actions"].tolist(), [[0]])
 
     def shake_hands(self, connection, header=b""):
-        """Sends a handshake with one more header line; returns the answer and the bytes behind it."""
+        """Sends a handshake with one more header line; returns the answer and the bytes after it."""
         connection.sendall(
             b"GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n" + header + b"\r\n"

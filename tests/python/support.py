@@ -78,7 +78,7 @@ class Program:
             if line.startswith(ready):
                 self.line = line.strip()
                 return
-        raise AssertionError(f"never said {ready}: {self.process.stderr.read()}")
+        raise AssertionError(f"did not print {ready}: {self.process.stderr.read()}")
 
     def __enter__(self):
         return self

@@ -25,7 +25,7 @@ BIN = pathlib.Path(sys.argv[1]).resolve()
 
 
 def packed_episode(report):
-    """Returns (head, bytes behind it) of the first episode's block in a report (docs/viewer_data.md)."""
+    """Returns (head, bytes after it) of the first episode's block in a report (docs/viewer_data.md)."""
     text = report.read_text().split('data-block="episode/0/0">')[1].split("<")[0]
     block = zlib.decompress(b64decode(text))
     (length,) = struct.unpack_from("<I", block)
@@ -118,11 +118,11 @@ def main():
                         watch = shell.stay(command.removesuffix(" &"))
                         continue
                     if command == "wait":
-                        assert watch.wait(support.DEADLINE_S) == 0, watch.said()
+                        assert watch.wait(support.DEADLINE_S) == 0, watch.output()
                     else:
                         shell.run(command)
                 if watch:
-                    assert watch.wait(support.DEADLINE_S) == 0, watch.said()
+                    assert watch.wait(support.DEADLINE_S) == 0, watch.output()
             assert ran == 11, ran
             check_contacts(folder)
             check_images(folder)

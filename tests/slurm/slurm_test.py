@@ -139,7 +139,7 @@ class SlurmTest(unittest.TestCase):
                     file.write(bytes(1 << 20))
             except OSError:
                 pass
-        cluster.wait_for(lambda: any("tries again" in log.read_text() for log in (out / "slurm").glob("part-*")),
+        cluster.wait_for(lambda: any(": retrying" in log.read_text() for log in (out / "slurm").glob("part-*")),
                          "a task that finds the disk full")
         ballast.unlink()
 

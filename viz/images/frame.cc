@@ -23,7 +23,7 @@ void CheckFrameSize(FrameSize size) {
   constexpr int kMaxPixels = 4096;
   const auto usable = [](int pixels) { return pixels >= 2 && pixels <= kMaxPixels && pixels % 2 == 0; };
   if (!usable(size.width) || !usable(size.height)) {
-    throw InputError(fmt::format("images of {}x{}: expected even numbers of pixels, 2 to {} each way",
+    throw InputError(fmt::format("images of {}x{}: expected even numbers of pixels, 2 to {} per side",
                                  size.width, size.height, kMaxPixels));
   }
 }

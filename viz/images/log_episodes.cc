@@ -24,8 +24,8 @@ std::vector<int> EpisodesOf(const std::filesystem::path& log) {
     std::cerr << "warning: " << log.string() << ": " << reader.log().damaged_bytes()
               << " damaged bytes skipped; the video holds the image where ticks are missing" << std::endl;
   }
-  if (!reader.has_model()) throw InputError(log.string() + ": no whole MODEL message in this log");
-  if (numbers.empty()) throw InputError(log.string() + ": no whole STATE message in this log");
+  if (!reader.has_model()) throw InputError(log.string() + ": no complete MODEL message in this log");
+  if (numbers.empty()) throw InputError(log.string() + ": no complete STATE message in this log");
   return numbers;
 }
 

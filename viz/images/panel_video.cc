@@ -134,7 +134,7 @@ std::vector<VideoEpisode> ReadVideoEpisodes(const std::filesystem::path& log,
   EpisodeReader reader(log, kVideoChannels);
   for (EpisodeMessages episode; reader.Next(&episode, is_wanted);) {
     if (episode.states.empty()) continue;
-    if (!episode.model) throw InputError(log.string() + ": no whole MODEL message before the first STATE");
+    if (!episode.model) throw InputError(log.string() + ": no complete MODEL message before the first STATE");
     video_episodes.push_back(ToVideoEpisode(episode, policy, log, timing));
   }
   return video_episodes;

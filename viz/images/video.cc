@@ -147,7 +147,7 @@ std::vector<std::filesystem::path> MakeLogVideos(const std::filesystem::path& lo
   for (EpisodeMessages episode; reader.Next(&episode, is_wanted);) {
     if (episode.states.empty()) continue;
     const int number = episode.number();
-    if (!episode.model) throw InputError(log.string() + ": no whole MODEL message before the first STATE");
+    if (!episode.model) throw InputError(log.string() + ": no complete MODEL message before the first STATE");
     if (!model || episode.model->visual_sha256 != model_sha256) {
       model = VisualModel(*episode.model, log);
       model_sha256 = episode.model->visual_sha256;

@@ -170,7 +170,7 @@ void VideoWriter::CloseFiles() {
 
 void VideoWriter::Write(const Frame& frame) {
   if (frame.size.width != size_.width || frame.size.height != size_.height) {
-    throw InputError("video: a frame of another size");
+    throw InputError("video: the size of the frames changed");
   }
   Wait waiting(std::chrono::steady_clock::now());
   for (size_t sent = 0; sent < frame.bgrx.size();) {

@@ -20,7 +20,7 @@ void CheckView(const view_t& view, const mjModel& model) {
   FindCamera(model, view.camera);
   const auto is_good = [](int pixels) { return pixels >= 1 && pixels <= kMaxPixels; };
   if (!is_good(view.width_px) || !is_good(view.height_px)) {
-    throw InputError(fmt::format("an image of {}x{}: expected 1 to {} pixels each way", view.width_px,
+    throw InputError(fmt::format("an image of {}x{}: expected 1 to {} pixels per side", view.width_px,
                                  view.height_px, kMaxPixels));
   }
   if (view.fovy_deg != 0 && !(view.fovy_deg >= 1 && view.fovy_deg <= 170)) {

@@ -53,7 +53,7 @@ Line Title(const RunWatch& watch, const std::string& url, int width, SteadyTime 
   }
   const double silent = watch.received_at() ? Seconds(now - *watch.received_at()) : 0;
   if (watch.is_over()) {
-    line.push_back({"   over", Style::kQuiet});
+    line.push_back({"   ended", Style::kQuiet});
   } else if (silent > Seconds(RunWatch::kSilent)) {
     line.push_back({fmt::format("   no message for {:.0f} s", silent), Style::kBad});
   }
@@ -68,7 +68,7 @@ Line Title(const RunWatch& watch, const std::string& url, int width, SteadyTime 
 Line EpisodeLine(const RunWatch& watch, int width) {
   if (watch.episode() < 0) return {{"no episode yet", Style::kQuiet}};
   std::string name = fmt::format("episode {}", watch.episode());
-  if (watch.attempt() > 0) name += fmt::format(", try {}", int64_t{watch.attempt()} + 1);
+  if (watch.attempt() > 0) name += fmt::format(", attempt {}", int64_t{watch.attempt()} + 1);
   Line line = {{fmt::format("{:<12}", name + "  "), Style::kStrong}};
   line.push_back({fmt::format("{:<12}", watch.Phase()), StyleOf(watch.end_reason())});
   const double time = watch.state() ? static_cast<double>(watch.state()->sim_time_us) * 1e-6 : 0;
@@ -209,7 +209,7 @@ void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
 void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   screen->push_back({7,
                      {{fmt::format("{:<12}{:<9}{:>6}{:>6}{:>7}{:>13}{:>9}{:>9}", "component", "state", "tick",
-                                   "lag", "lost", "undecodable", "foreign", "heard"),
+                                   "lag", "lost", "undecodable", "foreign", "silent"),
                        Style::kQuiet}}});
   for (const auto& [name, health] : watch.health()) {
     const component_status_t& status = health.status;

@@ -68,7 +68,7 @@ void RunWatch::Receive(const episode_begin_t& begin, SteadyTime now) {
   if (begin.header.episode == episode_ && begin.header.attempt == attempt_ && !simulated_us_) return;
   EnterEpisode(begin.header.episode, begin.header.attempt);
   events_.push_back(fmt::format("episode {} begins, seed {}{}", episode_, begin.seed,
-                                attempt_ > 0 ? fmt::format(", try {}", int64_t{attempt_} + 1) : ""));
+                                attempt_ > 0 ? fmt::format(", attempt {}", int64_t{attempt_} + 1) : ""));
 }
 
 void RunWatch::Receive(const partial_metrics_t& partial, SteadyTime now) {
@@ -126,7 +126,7 @@ void RunWatch::Simulated(const header_t& header) {
 }
 
 void RunWatch::OnModel(std::span<const uint8_t> data) {
-  // MODEL is repeated and is the largest message.
+  // MODEL is repeated and is the largest message, so equal bytes are not decoded again.
   if (std::equal(data.begin(), data.end(), model_bytes_.begin(), model_bytes_.end())) return;
   model_info_t model{};
   if (!Decode(data, &model)) {
@@ -139,8 +139,8 @@ void RunWatch::OnModel(std::span<const uint8_t> data) {
   other_version_.clear();
   if (model.message_version != model_info_t::VERSION) {
     // The content of another message version is not interpreted.
-    other_version_ = fmt::format("made by message version {}, this evalbus reads {}", model.message_version,
-                                 int{model_info_t::VERSION});
+    other_version_ = fmt::format("message version {}, but this evalbus reads version {}",
+                                 model.message_version, int{model_info_t::VERSION});
     events_.push_back("MODEL " + other_version_);
     return;
   }
@@ -161,7 +161,7 @@ void RunWatch::Receive(const component_status_t& status, SteadyTime now) {
   if (status.state == component_status_t::FAILED && health.status.state != component_status_t::FAILED) {
     events_.push_back(fmt::format("{} failed: {}", component, Printable(status.error)));
   }
-  if (health.silent) events_.push_back(fmt::format("{} is back", component));
+  if (health.silent) events_.push_back(fmt::format("{} publishes again", component));
   health.silent = false;
   health.status = status;
   health.received = now;

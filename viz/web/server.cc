@@ -42,7 +42,7 @@ constexpr size_t kMaxMessage = 8192;
 std::string DrawToken() {
   std::array<uint8_t, 16> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
-    throw EnvironmentError("no random numbers for a token");
+    throw EnvironmentError("cannot generate a random token");
   }
   std::string token;
   for (const uint8_t byte : bytes) token += fmt::format("{:02x}", byte);

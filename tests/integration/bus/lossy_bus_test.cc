@@ -205,7 +205,7 @@ class LossyBus : public testing::Test {
       const auto summary = network.Run();
       if (!summary || !summary->complete) {
         EXPECT_FALSE(summary && summary->end_detail.empty() && summary->extended.missing_ticks == 0)
-            << "not complete, and nothing says why";
+            << "not complete, without a reason";
         continue;
       }
       EXPECT_EQ(Encode(*summary), reference_) << "episode " << i << ": complete, with another result";
@@ -248,7 +248,8 @@ TEST_F(LossyBus, DamagedCopiesAreDropped) {
 
 TEST_F(LossyBus, OurOwnOldLogIsHarmless) {
   std::vector<Message> log = ours_;
-  // This run will publish every message of these channels, too.
+  // Only these channels are kept: the new run publishes the same messages on them, so the old ones are
+  // harmless.
   std::erase_if(log, [](const Message& message) {
     return message.channel != channels::kContacts && message.channel != channels::kAction &&
            message.channel != channels::kPartial;

@@ -148,7 +148,7 @@ TEST_F(UdpFaults, TicksThatTheRecorderLosesAreReported) {
   EXPECT_EQ(result.code, 0) << result.err;
   ExpectSameScores(run_, reference_);
   EXPECT_NE(result.out.find("      0  retrying: the log lacks "), std::string::npos) << result.out;
-  EXPECT_NE(result.out.find("recorder  e0 try 3"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("recorder  e0 attempt 3"), std::string::npos) << result.out;
   ExpectLogged(run_, "recorder", "warning", "lost on the way to the recorder");
 }
 

@@ -77,12 +77,12 @@ TEST_F(Certify, TheSameEngineUnderTwoNamesFlipsNothing) {
   EXPECT_EQ(Run(again).code, 0);
   EXPECT_EQ(fs::last_write_time(own / "episodes/0001/summary.json"), written);
   again.insert(again.end(), {"--seed", "9"});
-  ExpectError(Run(again), "the plan there has another \"options\"");
+  ExpectError(Run(again), "the plan in this folder has a different \"options\"");
 
   const Result compared = RunProgram({"evalbus", "compare", own, other});
   ExpectError(compared, " was simulated by MuJoCo " + own_ + " and ");
   EXPECT_EQ(RunProgram({"evalbus", "compare", own, other, "--across-engines"}).code, 0);
-  // Nor are episodes of two engines put into one run.
+  // Episodes of two engines are never put into one run.
   ExpectError(RunProgram({"evalbus", "merge", folder_.path() / "merged", own, other}), "mujoco_version");
   ExpectError(RunProgram({"evalbus", "run", "--like", other, "--engine", own_, "--out", other, "--resume"}),
               "mujoco_version");
@@ -99,7 +99,7 @@ TEST_F(Certify, MistakesAreOneLine) {
     return Run({"lift_pot/position", "--engines", own_ + "," + stand_in_, "--policies", list, "--out", out_});
   };
   ExpectError(policies("expert,nonsense"), "nonsense");
-  ExpectError(policies("ws://127.0.0.1:8000"), "a server needs a plan that names it");
+  ExpectError(policies("ws://127.0.0.1:8000"), "a policy server must be named in a plan");
   WriteText(folder_.path() / "plan.yaml", "policies: [hold]\ntasks: lift_pot/position\nepisodes: 1\n");
   ExpectError(
       Run({folder_.path() / "plan.yaml", "--engines", own_ + "," + stand_in_, "--seed", "3", "--out", out_}),

@@ -201,7 +201,7 @@ class Heckler {
     std::vector<uint8_t> longer = bytes;
     longer.push_back(0);
     Publish(channel, longer);
-    // The right type with absurd counts: all bytes behind the fingerprint and the header are 0xFF.
+    // The right type with absurd counts: all bytes after the fingerprint and the header are 0xFF.
     std::vector<uint8_t> absurd = bytes;
     for (size_t i = 32; i < absurd.size(); ++i) absurd[i] = 0xFF;
     Publish(channel, absurd);
@@ -244,8 +244,8 @@ class Heckler {
   int said_ = 0;
 };
 
-// Number of messages that a component dropped for a reason, from its log. Its last STATUS is no substitute:
-// the flood of messages can displace it from the receive buffer.
+// Number of messages that a component dropped for a reason, from its log. Its last STATUS cannot be used
+// instead: the flood of messages can displace it from the receive buffer.
 int64_t Dropped(const fs::path& run, const std::string& component, const std::string& reason) {
   const std::string log = ReadText(run / "logs" / (component + ".log"));
   const std::regex line("dropped (\\d+) messages? " + reason);

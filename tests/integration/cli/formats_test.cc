@@ -132,10 +132,10 @@ TEST_F(FormatsTest, Compare) {
   EXPECT_EQ(nlohmann::ordered_json::parse(ReadText(json))["ranking"].size(), 3u);
   EXPECT_EQ(SchemaError("comparison", json), "");
 
-  const Result unknown = RunProgram({"evalbus", "compare", A(), B(), "--baseline", "nobody"});
+  const Result unknown = RunProgram({"evalbus", "compare", A(), B(), "--baseline", "unknown"});
   EXPECT_EQ(unknown.code, 1);
   EXPECT_EQ(unknown.err,
-            "error: baseline nobody: neither one of the runs nor a folder; the runs are a (noisy_expert), "
+            "error: baseline unknown: neither one of the runs nor a folder; the runs are a (noisy_expert), "
             "b (expert)\n");
 }
 

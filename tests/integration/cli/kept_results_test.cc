@@ -115,8 +115,8 @@ TEST_F(Kept, EveryLogThatCanBeRenderedIs) {
   WriteText(LogFile(run_, 1), "no log");
   const Result result = RunProgram({"evalbus", "render", run_, "--size", "64x48", "--camera", "front"});
   EXPECT_EQ(result.code, 1);
-  EXPECT_SAYS(result.err,
-              "warning: no video: " + LogFile(run_, 1).string() + ": no whole MODEL message in this log\n");
+  EXPECT_SAYS(result.err, "warning: no video: " + LogFile(run_, 1).string() +
+                              ": no complete MODEL message in this log\n");
   EXPECT_TRUE(result.err.ends_with("\nerror: no video could be made of 1 of 3 logs\n")) << result.err;
   for (const int episode : {0, 2}) {
     EXPECT_TRUE(fs::exists(LogFile(run_, episode).parent_path() / "front.mp4")) << episode;

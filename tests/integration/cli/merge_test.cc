@@ -257,7 +257,8 @@ TEST_F(Merge, LeavesWhatALivingMergeMayNeed) {
   const std::string name = Part("rnd", "0000-0001").filename();
   const std::string of_run =
       "." + name.substr(name.find('+') + 1, name.rfind('+') - name.find('+') - 1) + ".";
-  // The run is incomplete, so it does not imply that a merge has ended.
+  // With this part missing, the merge fails, so the run that it would have made does not imply that another
+  // merge has ended.
   fs::remove_all(Part("rnd", "0002-0003"));
   const fs::path policy = results_ / "rnd";
   fs::create_directories(policy);

@@ -1,5 +1,5 @@
-// What a task draws of its model for each episode is the same however a run is divided, is in its log, and
-// has no effect on the physics if it is only visual.
+// The random values that a task draws for the model of each episode are the same however a run is divided,
+// are in the log, and have no effect on the physics if they are only visual.
 #include <algorithm>
 
 #include "bus/channels.h"

@@ -167,7 +167,7 @@ TEST_F(ReportRunTest, BrowserHasNothingToComplainAbout) {
   }
 }
 
-// Checks bodies, values, time line, hostile names and sizes: see check_viewer.py.
+// Checks bodies, values, timeline, hostile names and sizes: see check_viewer.py.
 TEST_F(ReportRunTest, ViewerShowsTheContentsOfLogsAndSummaries) {
   if (RunProgram({"/bin/sh", "-c", "command -v chromium && command -v python3"}).code != 0) {
     GTEST_SKIP() << "needs chromium and python3";

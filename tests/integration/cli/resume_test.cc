@@ -195,7 +195,7 @@ TEST_F(ResumeRefuses, LinesThatNoReaderTakes) {
   expect(lines + lines.substr(0, end), "episodes.jsonl:3: episode 0 is repeated, first in line 1");
   expect(with("seed", 1), "episodes.jsonl:1: seed 1 is not the seed of episode 0");
   expect(with("task", "stack_two_blocks"), "episodes.jsonl:1: an episode of stack_two_blocks/base");
-  expect(with("end_detail", 1), "episodes.jsonl:1: \"end_detail\" is 1, expected a text");
+  expect(with("end_detail", 1), "episodes.jsonl:1: \"end_detail\" is 1, expected a string");
   expect(with("explanation", nullptr), "episodes.jsonl:1: \"explanation\" is null, expected an object");
   expect(std::string(300'000, '[') + "\n", "episodes.jsonl:1: expected JSON nested 64 deep at most");
   WriteText(run_ / "episodes.jsonl", lines);

@@ -249,7 +249,7 @@ TEST(Like, RunsAnOlderRunAgain) {
     const auto refused = like({key}, {"--out", folder.path() / "refused"});
     EXPECT_EQ(refused.code, 1);
     EXPECT_EQ(refused.err, "error: " + (folder.path() / "old/run.json").string() + ": " + key +
-                               ": expected this key, it is missing\n");
+                               ": required key is missing\n");
   }
   // An older run cannot be resumed, because the hashes of its files are unknown.
   ordered_json info = ordered_json::parse(ReadText(again / "run.json"));

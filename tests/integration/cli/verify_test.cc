@@ -148,7 +148,7 @@ TEST_F(Verify, ASuiteHasItsRuns) {
   Result result = Of(suite, {"--hashes"});
   EXPECT_EQ(result.code, 1);
   EXPECT_SAYS(result.out, summary.string() + ": changed: its SHA-256 is not that of the manifest\n");
-  // Sealed again, the run is another one for the suite.
+  // With a new manifest, the changed run no longer matches the manifest of the suite.
   Seal(suite / "lift_pot-base");
   result = Of(suite, {"--hashes"});
   EXPECT_EQ(result.code, 1);

@@ -46,7 +46,7 @@ TEST_F(Why, ThePointOfNoReturnLeavesTheExpertItsTime) {
   const fs::path page = folder_.path() / "page.html";
   ASSERT_EQ(RunProgram({"evalbus", "report", still, "--mb", "0", "--out", page}).code, 0);
   EXPECT_SAYS(ReadText(page), points["0"]["text"].get<std::string>());
-  // Points are no result of the run: they change nothing that `verify` checks.
+  // Points are not part of the run's results: they change nothing that `verify` checks.
   EXPECT_EQ(RunProgram({"evalbus", "verify", still, "--write"}).code, 0);
   fs::remove(still / "no_return.json");
   EXPECT_EQ(RunProgram({"evalbus", "verify", still}).code, 0);

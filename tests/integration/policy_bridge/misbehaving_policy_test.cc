@@ -262,7 +262,7 @@ TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
   EXPECT_EQ(summary["episodes"], 3);
   EXPECT_EQ(summary["complete"], 2);
   EXPECT_EQ(summary["invalid"], 1);
-  // The log exists and agrees.
+  // The log exists and agrees with the results.
   const Result rescored = RunProgram({"evalbus", "rescore", run_});
   EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
 

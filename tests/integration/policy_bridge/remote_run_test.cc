@@ -442,7 +442,7 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   const std::string elsewhere = Contract();
   result = check(elsewhere);
   EXPECT_EQ(result.code, 6) << result.out;
-  EXPECT_NE(result.out.find("; 0.5 rad at most expected (first_step_rad)"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("; expected at most 0.5 rad (first_step_rad)"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("state it: 'first_step_rad: 0.7' in the contract's action, or --first-step 0.7"),
             std::string::npos)
       << result.out;

@@ -42,7 +42,7 @@ TEST(Realtime, ReportsItsPacing) {
   }
   EXPECT_EQ(summary["pacing"]["ticks"], 50);
   for (const char* words :
-       {"\nreal time: ", "scheduled before others", "Real time. Of 50 ticks, ", "STATE to ACTION"})
+       {"\nreal time: ", "real-time priority o", "Real time. Of 50 ticks, ", "STATE to ACTION"})
     EXPECT_NE(result.out.find(words), std::string::npos) << result.out;
 }
 

@@ -120,7 +120,7 @@ class Watch : public testing::Test {
   std::vector<state_t> states_;
 };
 
-// Expects numbers that both have to agree.
+// Expects all numbers that both have to be equal within the tolerance.
 void ExpectAgree(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b, double tolerance,
                  const std::string& at) {
   if (a.is_object()) {
@@ -355,7 +355,7 @@ objects:
     const double q0 = sample->joint_position_mixed[first];
     sample->joint_position_mixed[first] = sample->joint_position_mixed[second];
     sample->joint_position_mixed[second] = 0.25 - q0;
-    // Turned by 180 degrees around z, and 0.1 m higher in the direction of the pot's z.
+    // The source reports the pot rotated by 180 degrees about its z axis and shifted by 0.1 m along it.
     auto& [position, quat] = sample->object[0];
     const double w = quat[0], x = quat[1], y = quat[2], z = quat[3];
     const double up[3] = {2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z};

@@ -34,7 +34,7 @@ int Count(const std::string& text, const std::string& words) {
 // A monitor that listens until the end of the run reports no missing component: one that was delayed on a
 // loaded machine is back.
 void ExpectNoComponentIsMissed(const std::string& out) {
-  EXPECT_EQ(Count(out, "no message from "), Count(out, " is back\n")) << out;
+  EXPECT_EQ(Count(out, "no message from "), Count(out, " publishes again\n")) << out;
 }
 
 // A run that waited for the monitor would never end.

@@ -32,7 +32,7 @@ TEST(ParseJson, IsBoundedInDepth) {
 TEST(ParseJson, NamesTheLine) {
   EXPECT_TRUE(Error("{\n\n]").starts_with("file:3: expected JSON, syntax error")) << Error("{\n\n]");
   EXPECT_TRUE(Error("]", 7).starts_with("file:7: expected JSON, syntax error"));
-  EXPECT_EQ(Error("{\"a\": 1, \"a\": 2}", 7), "file:7: a: expected each key once, it is repeated");
+  EXPECT_EQ(Error("{\"a\": 1, \"a\": 2}", 7), "file:7: a: repeated key, expected each key once");
 }
 
 TEST(ParseJson, KeepsTheOrderOfKeysIfRequested) {
@@ -88,8 +88,7 @@ TEST_F(ReadJsonFileTest, AnErrorAfterTakenElementsNamesItsLine) {
             ":4: expected JSON, syntax error while parsing array - unexpected '{'; expected ']'");
   EXPECT_EQ(Read("{\"a\":1},\n{\"a\":2},\n{\"a\":3},x"),
             ":3: expected JSON, syntax error while parsing value - invalid literal; last read: '3},x'");
-  EXPECT_EQ(Read("{\"a\":1},\n{\"a\":2},\n{\"a\":3, \"a\":4}"),
-            ": a: expected each key once, it is repeated");
+  EXPECT_EQ(Read("{\"a\":1},\n{\"a\":2},\n{\"a\":3, \"a\":4}"), ": a: repeated key, expected each key once");
 }
 
 }  // namespace evalbus::json_file_test

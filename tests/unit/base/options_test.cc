@@ -125,12 +125,12 @@ TEST(Options, WrongJsonIsNamedWithFileAndKey) {
       ReadOptions(json, "run.json", &options);
     });
   };
-  EXPECT_EQ(read("count", nullptr), "run.json: count: expected this key, it is missing");
+  EXPECT_EQ(read("count", nullptr), "run.json: count: required key is missing");
   EXPECT_EQ(read("count", 1.5), "run.json: count: expected a whole number, got 1.5");
   EXPECT_EQ(read("count", true), "run.json: count: expected a whole number, got true");
   EXPECT_EQ(read("rate_hz", "fast"), "run.json: rate_hz: expected a number, got \"fast\"");
   EXPECT_EQ(read("fast", 1), "run.json: fast: expected true or false, got 1");
-  EXPECT_EQ(read("name", 1), "run.json: name: expected a text, got 1");
+  EXPECT_EQ(read("name", 1), "run.json: name: expected a string, got 1");
   EXPECT_EQ(read("words", "x"), "run.json: words: expected a list, got \"x\"");
   EXPECT_EQ(read("rate_hz", 1e300), "--rate-hz: expected 20 to 500, got 1e+300");
 }

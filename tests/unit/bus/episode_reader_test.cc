@@ -159,10 +159,10 @@ TEST_F(EpisodeReaderTest, DamagedTimesAreIgnored) {
   EXPECT_THAT(Ticks(episodes[0].states), ElementsAre(0, 2, 5));
 }
 
-// The beginning of the log is lost: the first message of a tick tells which episode it is, also if it is not
-// wanted.
+// The beginning of the log is lost: the first message of a tick then determines the episode, even if this
+// episode is not wanted.
 TEST_F(EpisodeReaderTest, BeginningMayBeMissing) {
-  End(6, 0, "of an episode that is not in the log");
+  End(6, 0, "end of an episode that is not in the log");
   State(7, 2, 5);
   State(7, 2, 6);
   End(7, 2, "time_limit");

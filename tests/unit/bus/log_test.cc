@@ -71,7 +71,7 @@ TEST_F(LogTest, LinesHaveTimeLevelComponentAndPlace) {
   const std::string time = "[0-9]{4}-[0-9]{2}-[0-9]{2} [0-9:]{8}\\.[0-9]{3} ";
   EXPECT_THAT(Lines("sim"), ElementsAre(MatchesRegex(time + "\\[info\\] sim  starts"),
                                         MatchesRegex(time + "\\[warning\\] sim  e3  1 of 2"),
-                                        MatchesRegex(time + "\\[error\\] sim  e3 try 2 t127  falls")));
+                                        MatchesRegex(time + "\\[error\\] sim  e3 attempt 2 t127  falls")));
   EXPECT_THAT(Received(), ElementsAre("starts", "1 of 2", "falls"));
   EXPECT_EQ(received_[2].component, "sim");
   EXPECT_EQ(received_[2].level, log_t::ERROR_LEVEL);
@@ -129,7 +129,7 @@ TEST_F(LogTest, ControlCharactersAreMadeHarmless) {
 TEST_F(LogTest, LinesAboutLinesAreBounded) {
   std::optional<Log> log;
   bus_.Subscribe(channels::kLog, [&](const log_t& line) {
-    if (log) log->Info("heard {}", line.text.size());
+    if (log) log->Info("received {}", line.text.size());
   });
   WithinASecond([&] {
     log.reset();

@@ -78,7 +78,7 @@ TEST_F(PackedLog, CutOffOrDamagedIsOneClearLine) {
   }
   Bytes damaged = packed;
   damaged[damaged.size() / 2] ^= 1;
-  EXPECT_THAT(WhyNot(damaged), testing::StartsWith("cannot read log a.zst: its zstd data are damaged: "));
+  EXPECT_THAT(WhyNot(damaged), testing::StartsWith("cannot read log a.zst: damaged zstd data: "));
   Bytes more = packed;
   more.insert(more.end(), {'m', 'o', 'r', 'e'});
   EXPECT_THAT(WhyNot(more), testing::HasSubstr("damaged"));

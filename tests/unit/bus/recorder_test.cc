@@ -199,7 +199,7 @@ TEST_F(RecorderTest, ReportsWhatAClosedLogLacks) {
   EXPECT_EQ(end(3), 1) << "CONTACTS of tick 3";
   Begin(0, 3, "realtime");
   for (const int64_t tick : {0, 1, 3}) say(channels::kState, tick);
-  EXPECT_EQ(end(3), 1) << "in realtime only the sim's STATE is sure to be said";
+  EXPECT_EQ(end(3), 1) << "in real time, only the sim's STATE is guaranteed to be published";
 }
 
 TEST_F(RecorderTest, BytesThatAreNoMessageOfTheirChannelAreNotWritten) {
@@ -277,7 +277,7 @@ TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
   End(1);
   HandleAll();
   EXPECT_EQ(dut_.status().last_finished_episode, 1);
-  // Nor the message that has just been counted.
+  // The message that has just been counted does not change it either.
   count(1);
   const auto last = Log(1);
   Begin(1, 1);

@@ -64,7 +64,7 @@ TEST(ReservedBus, IsFreeOnceItsOwnerIsGone) {
   for (int i = 0; i < 2; ++i) {
     const ReservedBus bus = ReservedBus::Draw([&] { return place; });
     ReservedBus moved = ReservedBus::Chosen(bus.url());
-    EXPECT_EQ(moved.url(), bus.url()) << "may be shared by who says so";
+    EXPECT_EQ(moved.url(), bus.url()) << "a bus that is named explicitly may be shared";
     EXPECT_THROW(ReservedBus::Draw([&] { return place; }), EnvironmentError);
   }
 }

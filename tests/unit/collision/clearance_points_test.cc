@@ -97,8 +97,8 @@ void Check(const Kind& robot, const Kind& fixture) {
     }
     ++apart;
     EXPECT_NEAR((b - a).norm(), found->distance, 1e-6);
-    EXPECT_LT(robot.to_surface(InGeom(scene, found->robot_geom, a)), 2e-6) << "of the robot";
-    EXPECT_LT(fixture.to_surface(InGeom(scene, found->scene_geom, b)), 2e-6) << "of the scene";
+    EXPECT_LT(robot.to_surface(InGeom(scene, found->robot_geom, a)), 2e-6) << "point on the robot";
+    EXPECT_LT(fixture.to_surface(InGeom(scene, found->scene_geom, b)), 2e-6) << "point in the scene";
   }
   EXPECT_GT(apart, 20);
   EXPECT_GT(touching, 0);

@@ -84,7 +84,7 @@ TEST_F(CollisionComponentTest, AnswersEveryStateAndPublishesEverySmallerClearanc
   Begin(4);
   EXPECT_EQ(dut_.status().state, component_status_t::READY);
   EXPECT_EQ(dut_.status().episode, 4);
-  // A ball of radius 0.1. For tick 0, which is no sample, the clearance is the smallest; ticks 1, 2 and 4
+  // A ball of radius 0.1. For tick 0, which is not a sample, the clearance is the smallest; ticks 1, 2 and 4
   // have smaller ones than all ticks before them from 1 on; 6 and 7 touch; 5 and 10 are a tenth of a second
   // apart.
   const double height[] = {0.15, 0.3, 0.25, 0.26, 0.2, 0.22, 0.08, 0.09, 0.2, 0.2, 0.2};

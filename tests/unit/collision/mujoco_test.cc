@@ -1,5 +1,5 @@
 // Compares the checker with MuJoCo's own collision detection on random poses. Both use libccd for general
-// convex shapes, so this is no independent proof of depths; collision_closed_form_test.cc has those.
+// convex shapes, so this does not verify depths independently; closed_form_test.cc does.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,7 +36,8 @@ const char kEveryShape[] = R"(<mujoco>
     <body name="m3"><freejoint/><geom type="mesh" mesh="pebble"/></body>
   </worldbody></mujoco>)";
 
-// With a hull of 80 corners too: above 32 corners, FCL searches the farthest one by walking along edges.
+// A scene with every shape, one of them a hull of 80 corners: above 32 corners, FCL finds the farthest one by
+// walking along edges.
 std::string EveryShape() {
   std::string vertices;
   for (int i = 0; i < 80; ++i) {

@@ -23,7 +23,8 @@ TEST(AddImages, RefusesALogWithoutItsBeginning) {
     AddImages(log, {"head"}, "64x48", &episode);
     FAIL() << "no error";
   } catch (const InputError& error) {
-    EXPECT_EQ(error.what(), log.string() + ": images cannot be rendered: no whole MODEL and EPISODE_BEGIN");
+    EXPECT_EQ(error.what(),
+              log.string() + ": images cannot be rendered: no complete MODEL and EPISODE_BEGIN");
   }
   EXPECT_TRUE(episode.topics.empty());
 }

@@ -191,7 +191,7 @@ TEST(SceneComposer, AttachedFileIsWhatMuJoCoMakesOfIt) {
   expect_equal(composed->actuator_gainprm, direct->actuator_gainprm, mjNGAIN * direct->nu, "gain");
   expect_equal(composed->actuator_ctrlrange, direct->actuator_ctrlrange, 2 * direct->nu, "ctrlrange");
 
-  // It also moves identically: limits, springs, tendons, equalities, contacts, sensors.
+  // The composed model also moves identically: limits, springs, tendons, equalities, contacts, sensors.
   const DataPtr a(mj_makeData(composed.get()));
   const DataPtr b(mj_makeData(direct.get()));
   for (mjData* data : {a.get(), b.get()}) {

@@ -189,7 +189,7 @@ TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
   EXPECT_THAT(ErrorOf("policies: [expert]\ntasks: [lift_pots]\n"), HasSubstr(":2: key 'tasks': "));
   EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr(":1: "));
   EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr("expert"));
-  // All of them at once.
+  // All errors are reported at once.
   EXPECT_THAT(ErrorOf("policies:\n  - expret\n  - flawed_expert:slipp\ntasks: [lift_pots]\n"),
               testing::AllOf(HasSubstr(":2: "), HasSubstr("; did you mean 'expert'?; "), HasSubstr(":3: "),
                              HasSubstr("did you mean 'slip'?; "), HasSubstr(":4: key 'tasks': ")));
@@ -249,7 +249,7 @@ TEST_F(PlanTest, AFolderIsOfOnePlan) {
     PlanFolder(Read(std::string(kSmall) + "episodes: 7\n"), out);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("the plan there has another \"options\""));
+    EXPECT_THAT(error.what(), HasSubstr("the plan in this folder has a different \"options\""));
   }
   const auto taken = folder_.path() / "taken";
   std::filesystem::create_directories(taken / "thesis");

@@ -54,7 +54,7 @@ TEST_F(CertificateTest, NoFlipIsStatedFirst) {
   EXPECT_THAT(text, HasSubstr("0 of 100       0 to 4 %"));
   EXPECT_THAT(text, HasSubstr("0 of 100 episodes differ in some number; all reach the same stages"));
   EXPECT_THAT(text, Not(HasSubstr("ranking")));
-  // That the engines differ is the question, and no remark.
+  // That the engines differ is the subject of the comparison, not a remark.
   EXPECT_THAT(certificate.comparisons[0].comparison.remarks, testing::IsEmpty());
 }
 
@@ -103,8 +103,8 @@ TEST_F(CertificateTest, OnlyTheFirstFlipsAreListed) {
 }
 
 TEST_F(CertificateTest, NamesTheFirstStageThatDiffers) {
-  // Episodes 1 and 2 part at stage 2, in both directions; episode 3 parts at stage 1, though stage 2 differs,
-  // too.
+  // Episodes 1 and 2 diverge at stage 2, in both directions; episode 3 diverges at stage 1, though stage 2
+  // differs, too.
   const Certificate certificate = Certify({{"2.2.2", {Stages("2.2.2", {"11", "11", "10", "11"})}},
                                            {"3.3.3", {Stages("3.3.3", {"11", "10", "11", "00"})}}});
   const std::vector<StageParting>& partings = certificate.comparisons[0].partings;

@@ -15,7 +15,7 @@ namespace evalbus::results::comparison_test {
 using nlohmann::ordered_json;
 
 TEST_F(CompareTest, PairsBySeed) {
-  // Of 50 seeds, 28 succeed in both runs, 15 only in b, 3 only in a.
+  // 28 of 50 seeds succeed in both runs, 15 only in b, 3 only in a.
   std::vector<bool> in_a(50), in_b(50);
   for (size_t i = 0; i < 50; ++i) {
     in_a[i] = i < 31;
@@ -62,7 +62,7 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_NE(text.find("Effort relative to a"), std::string::npos) << text;
   const ordered_json json = ComparisonJson({result});
   EXPECT_EQ(json["comparisons"][0]["success"]["pairs"]["run_only"], 15);
-  // Those seeds, first that of episode 28, or another with success in one run only.
+  // The flipped seeds: 15 on which only the run succeeds, and 3 on which only the baseline does.
   const ordered_json& flipped = json["comparisons"][0]["tasks"][0]["flipped"];
   ASSERT_EQ(flipped.size(), 18u);
   int of_run = 0;
@@ -352,7 +352,7 @@ TEST_F(CompareTest, RefusesToMixEngines) {
   const RecordedRuns a = Run("a", info, First(1, 2), 5), b = Run("b", info, First(2, 2), 5);
   info["mujoco_version"] = "3.3.3";
   const RecordedRuns other = Run("other", info, First(1, 2), 5);
-  // Nothing is simulated there.
+  // Nothing is simulated in a scored run, so it fits any version.
   info["source"] = "file";
   const RecordedRuns scored = Run("scored", info, First(1, 2), 5);
   EXPECT_NO_THROW(CheckSameEngine({&a, &unnamed, &b, &scored}));
@@ -435,10 +435,11 @@ TEST_F(MeritTest, LessProgressIsNotBetterInWhatCanGoWrong) {
   careful[0].success = false;
   const Comparison less = CompareRuns(With("careful", careful), baseline);
   EXPECT_EQ(Of(less, "slip_count"), Judgment::kDiffers);
-  EXPECT_EQ(WordOf(less, "slip_count"), "lower (got less far)");
-  EXPECT_THAT(less.remarks, testing::ElementsAre(
-                                "lift_pot/position: careful got less far, so fewer errors were possible: not "
-                                "called better in slips"));
+  EXPECT_EQ(WordOf(less, "slip_count"), "lower (made less progress)");
+  EXPECT_THAT(less.remarks,
+              testing::ElementsAre(
+                  "lift_pot/position: careful made less progress, so fewer errors were possible: not "
+                  "called better in slips"));
   // As many successes, and fewer stages.
   careful[0].success = true;
   careful[29].stage = 1;

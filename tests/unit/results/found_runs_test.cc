@@ -57,7 +57,7 @@ TEST_F(FoundRunsTest, OfAPlanWhoseShardsArriveAndAreMerged) {
                                                   "b/lift_pot-position", "b/lift_tray-base"));
   Begin("parts/b+lift_pot-position+0020-0039");
   Begin("parts/b+lift_pot-position+0000-0019");
-  // Neither a shard that is being copied nor one of another policy.
+  // A shard that is being copied and a shard of another policy are ignored.
   Begin("parts/.b+lift_pot-position+0040-0059.node7-1.coming");
   Begin("parts/bb+lift_pot-position+0040-0059");
   FoundRuns found = FindRuns(plan_);

@@ -141,7 +141,7 @@ TEST_F(GateTest, MetricsHaveMarginsOfTheirOwn) {
   EXPECT_NEAR(within.loss_upper, 0.5 + 1.9842 * std::sqrt(0.25 / 99), 1e-4);
   EXPECT_EQ(decide("slip_count:0.3").verdict, GateVerdict::kFail);
   EXPECT_EQ(decide("slips:0.45").verdict, GateVerdict::kCannotTell);
-  // Percent of no slips at all.
+  // A margin in percent is undefined if the baseline has no slips.
   EXPECT_THAT(decide("slips").why, HasSubstr("the baseline's mean is 0"));
 }
 

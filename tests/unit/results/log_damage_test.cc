@@ -131,7 +131,7 @@ TEST_F(LogDamage, AnotherMessageVersionIsRefusedByName) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what())
-                  .find("events.lcmlog: made by message version 0, this evalbus reads " +
+                  .find("events.lcmlog: message version 0, but this evalbus reads version " +
                         std::to_string(model_info_t::VERSION)),
               std::string::npos)
         << error.what();

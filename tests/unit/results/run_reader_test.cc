@@ -136,7 +136,7 @@ TEST_F(RunReaderTest, RefusesWhatIsNoRunFolder) {
   WriteFile(folder_.path() / "file", "x");
   EXPECT_EQ(Error(folder_.path() / "file"), "file: a file; expected a run folder");
   fs::create_directories(run_);
-  EXPECT_EQ(Error(run_), "run: not a run folder of evalbus, it has no run.json");
+  EXPECT_EQ(Error(run_), "run: not a run folder of evalbus: it has no run.json");
   WriteFile(run_ / "run.json", "{\n  \"task\": \"lift_pot\",\n  nonsense\n}\n");
   EXPECT_EQ(Error(run_).substr(0, 29), "run/run.json:3: expected JSON");
   WriteFile(run_ / "run.json", "[1]\n");
@@ -157,7 +157,7 @@ TEST_F(RunReaderTest, RefusesLinesThatDoNotBelong) {
   EXPECT_EQ(ErrorOfLines(Line(0) + "{\"episode\": 1e999}\n"),
             "run/episodes.jsonl:2: expected JSON, the number 1e999 does not fit a double");
   EXPECT_EQ(ErrorOfLines(Line(0) + "{\"a\": 1, \"a\": 2}\n"),
-            "run/episodes.jsonl:2: a: expected each key once, it is repeated");
+            "run/episodes.jsonl:2: a: repeated key, expected each key once");
   EXPECT_EQ(ErrorOfLines(std::string(300'000, '[') + "\n"),
             "run/episodes.jsonl:1: expected JSON nested 64 deep at most");
   EXPECT_EQ(ErrorOfLines("3\n"), "run/episodes.jsonl:1: not a JSON object");
@@ -199,7 +199,7 @@ TEST_F(RunReaderTest, RefusesLinesThatLackSomething) {
             "run/episodes.jsonl:1: no \"completion_time\"; was this made by evalbus?");
   EXPECT_EQ(without("/explanation/text"), "run/episodes.jsonl:1: no \"text\"; was this made by evalbus?");
   EXPECT_EQ(ErrorOfLines(Line(0, "end_detail", nullptr)),
-            "run/episodes.jsonl:1: \"end_detail\" is null, expected a text");
+            "run/episodes.jsonl:1: \"end_detail\" is null, expected a string");
   EXPECT_EQ(ErrorOfLines(Line(0, "explanation", "fell")),
             "run/episodes.jsonl:1: \"explanation\" is \"fell\", expected an object");
   EXPECT_EQ(ErrorOfLines(Line(0, "pacing", 1)), "run/episodes.jsonl:1: \"pacing\" is 1, expected an object");

@@ -86,7 +86,7 @@ TEST_F(VerdictsTest, AFileThatIsNotOfVerdictsIsRefusedWithItsLineAndKept) {
   EXPECT_THAT(Refusal(changed("3", "-3")), HasSubstr("2: \"episode\": expected the number of an episode"));
   EXPECT_THAT(Refusal(changed("success", "good")), HasSubstr("2: \"verdict\": expected \"success\""));
   EXPECT_THAT(Refusal(changed("7.5", "10.5")), HasSubstr("2: \"rubric\": expected a number from 0 to 10"));
-  EXPECT_THAT(Refusal(changed("\"place\"", "\"at\"")), HasSubstr("2: \"place\": expected"));
+  EXPECT_THAT(Refusal(changed("\"place\"", "\"at\"")), HasSubstr("2: \"place\": expected a number from 0"));
 }
 
 TEST_F(VerdictsTest, NothingIsWrittenThroughALink) {

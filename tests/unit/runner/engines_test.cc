@@ -41,7 +41,7 @@ TEST_F(EnginesTest, TheNewestThatBeginsWithTheVersion) {
   }
 }
 
-// Of evalbus' own version, a sim of exactly this version is preferred.
+// If a sim was built for exactly evalbus' own version, it is preferred.
 TEST_F(EnginesTest, OurOwnMuJoCoHasNoSim) {
   const std::string own = mj_versionString();
   EXPECT_EQ(FindEngine(own.substr(0, own.rfind('.'))), "");

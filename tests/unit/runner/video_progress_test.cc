@@ -11,7 +11,7 @@ TEST(VideoProgress, PrintsShareAndRemainingTime) {
   const VideoProgress progress(4, 0, began);
   EXPECT_EQ(progress.Text(0, began), "recording video of 4 episodes: 0 %");
   EXPECT_EQ(progress.Text(0.05, began + seconds(2)), "recording video of 4 episodes: 1 %")
-      << "says nothing of the rest yet";
+      << "no estimate of the remaining time yet";
   // A quarter in 20 s.
   EXPECT_EQ(progress.Text(1, began + seconds(20)), "recording video of 4 episodes: 25 %, 1:00 min left");
   EXPECT_EQ(progress.Text(4, began + seconds(80)), "recording video of 4 episodes: 100 %, 0 s left");

@@ -47,7 +47,7 @@ TEST_F(NamedContactsTest, ABodyOrPartIsOneOfItsGeomsAFingerItsPad) {
   const auto [pad, wheel] = Geoms(contacts[2]);
   EXPECT_EQ(wheel, "first_valve/rim");
   EXPECT_EQ(std::ranges::count(info_.gripper[0].pad_geom, contacts[2].geom_a), 1) << pad;
-  // Of a finger that has other geoms, too, the pad is used.
+  // If a finger also has other geoms, its pad is used.
   model_info_t info = info_;
   std::erase(info.gripper[0].pad_geom, contacts[2].geom_a);
   const std::vector<contact_t> other =

@@ -1,4 +1,4 @@
-// What has no start of RoboEval is refused. The starts themselves:
+// Seeds and variations for which RoboEval has no start are refused. The starts themselves are tested by
 // AllTasksTest.SeedsOfRoboEvalPlaceObjectsAsItDoes.
 #include "sim/roboeval_start.h"
 

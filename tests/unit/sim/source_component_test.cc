@@ -263,10 +263,10 @@ TEST_F(CameraImages, ArePassedOnWithTheEpisodesHeader) {
 
 TEST_F(CameraImages, AreAtMostTenASecondOfEachCamera) {
   Begin();
-  // Every third image: of 0, 99, ..., 990 ms.
+  // Every third image is published: those of 0, 99, ..., 990 ms.
   for (int64_t ms = 0; ms < 1000; ms += 33) Publish(Image(ms));
   EXPECT_EQ(passed_on_.size(), 11u);
-  EXPECT_EQ(EndDetail(), "") << "the others are left out, which is no fault";
+  EXPECT_EQ(EndDetail(), "") << "the others are left out, which is not a fault";
 }
 
 TEST_F(CameraImages, ThatAreWrongAreRefusedCountedAndCostNoSample) {
@@ -297,7 +297,7 @@ TEST_F(CameraImages, ThatAreWrongAreRefusedCountedAndCostNoSample) {
   Publish(Image(0));  // its time does not increase
   EXPECT_EQ(passed_on_.size(), 1u);
   const std::string detail = EndDetail();
-  EXPECT_THAT(detail, testing::StartsWith("8 images refused, the first: no JPEG: "));
+  EXPECT_THAT(detail, testing::StartsWith("8 images refused, the first: not a JPEG: "));
   EXPECT_EQ(ends_.back().end_reason, "end_of_data");
   EXPECT_EQ(ends_.back().header.tick, 1) << "no tick is missing";
 }

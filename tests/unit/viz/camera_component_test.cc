@@ -180,7 +180,7 @@ TEST_F(CameraComponentTest, RepeatsImagesThatItHasRendered) {
   const std::vector<image_t> again = process.RequestImages(0, views_);
   ASSERT_EQ(again.size(), 2u);
   for (size_t i = 0; i < 2; ++i) EXPECT_TRUE(again[i].data == first[i].data);
-  // One of them, and also after the next STATE has arrived.
+  // A request for one of the images is answered even after the next STATE has arrived.
   process.PublishState(1);
   const std::vector<image_t> late = process.RequestImages(0, {views_[1]});
   ASSERT_EQ(late.size(), 1u);
@@ -349,9 +349,9 @@ TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
             "roboeval/head, roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, "
             "right/hand/wrist");
   EXPECT_EQ(complaint({View("front", 0, 64)}),
-            "REQUEST_IMAGE of tick 0: an image of 0x64: expected 1 to 2048 pixels each way");
+            "REQUEST_IMAGE of tick 0: an image of 0x64: expected 1 to 2048 pixels per side");
   EXPECT_EQ(complaint({View("front", 64, 2049)}),
-            "REQUEST_IMAGE of tick 0: an image of 64x2049: expected 1 to 2048 pixels each way");
+            "REQUEST_IMAGE of tick 0: an image of 64x2049: expected 1 to 2048 pixels per side");
   EXPECT_EQ(complaint({View("front", 64, 64, "jpeg")}),
             "REQUEST_IMAGE of tick 0: encoding 'jpeg': expected rgb8 or depth32");
   view_t wide = views_[0];

@@ -140,7 +140,7 @@ TEST_F(VizComponentTest, RendersNoMoreFramesThanRequested) {
   }
   // 2 s at 10 frames per second from 2 cameras.
   EXPECT_EQ(frames, 40);
-  // Of 100 ticks, 20 are in a frame; the last one may still be rendered.
+  // 20 of 100 ticks are in a frame; the last one may still be rendered.
   EXPECT_EQ(viz_.status().skipped_ticks, 79);
 }
 

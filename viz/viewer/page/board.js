@@ -48,7 +48,7 @@ Evalbus.Board = class {
     const done = policies.reduce((sum, policy) => sum + policy.all.done, 0);
     const planned = policies.reduce((sum, policy) => sum + policy.planned, 0);
     const count = (n) => n.toLocaleString("en");
-    Evalbus.setText(this.progress, done < planned ? `${count(done)} of ${count(planned)} episodes; intervals are valid at any time`
+    Evalbus.setText(this.progress, done < planned ? `${count(done)} of ${count(planned)} episodes; anytime-valid intervals`
       : `${count(done)} episodes; 95 % intervals (Wilson)`);
     const layout = JSON.stringify(this.head);
     if (layout !== this.layout) {

@@ -1,4 +1,4 @@
-// The cause of a failure and the point of no return: their marks on the time line, and the time from which a failed episode is shown.
+// The cause of a failure and the point of no return: their marks on the timeline, and the time from which a failed episode is shown.
 "use strict";
 
 // Seconds before the decisive moment at which a failed episode opens.

@@ -1,7 +1,7 @@
 // Pure functions that compare episodes, and the values of a metric over time.
 "use strict";
 
-// Distance (m) from which two episodes of one seed count as parted.
+// Distance (m) from which two episodes of one seed count as diverged.
 Evalbus.PARTING_M = 0.02;
 
 // Points that are compared: origins of the bodies of manipulated objects, and wrists.
@@ -26,8 +26,8 @@ Evalbus.pointAt = (track, slot, position_m, tick) => {
   return position_m.map((one, k) => track.position.data[p + k] + one + 2 * (w * s[k] + t[k]));
 };
 
-// Where two episodes part: {tick, name, distance_m} of the first tick of A at which a point of B is farther away than
-// limit_m, and of the point that is farthest then. Null if they do not part in their common time. Ticks of B are those
+// Where two episodes diverge: {tick, name, distance_m} of the first tick of A at which a point of B is farther away than
+// limit_m, and of the point that is farthest then. Null if they do not diverge in their common time. Ticks of B are those
 // at the same time.
 Evalbus.partingOf = (track, other, points, limit_m) => {
   const slots = points.map((point) => ({ ...point, a: track.head.bodies.indexOf(point.body), b: other.head.bodies.indexOf(point.body) }))

@@ -70,8 +70,8 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
       const plot = Evalbus.element("span", { class: "ev-plot" }, canvas, cursor);
       const label = Evalbus.element("button", { class: "ev-label", type: "button", title: Evalbus.words(curve.name) },
         Evalbus.words(curve.label));
-      const pin = Evalbus.element("button", { class: "ev-pin", type: "button", title: "pin under the time line",
-        "aria-label": `pin ${Evalbus.words(curve.label)} under the time line`, onclick: (event) => {
+      const pin = Evalbus.element("button", { class: "ev-pin", type: "button", title: "pin under the timeline",
+        "aria-label": `pin ${Evalbus.words(curve.label)} under the timeline`, onclick: (event) => {
           event.stopPropagation();
           this.setPinned(card, !card.isPinned);
           this.onPin();
@@ -119,7 +119,7 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
     if (words.length) this.constant.open = true;
   }
 
-  // The cards whose curves are shown under the time line.
+  // The cards whose curves are shown under the timeline.
   get pins() { return this.cards.filter((card) => card.isPinned); }
 
   setPinned(card, isPinned) {

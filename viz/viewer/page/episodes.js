@@ -126,7 +126,7 @@ Evalbus.Episodes = class extends Evalbus.RowList {
     this.draw();
   }
 
-  // The next row in this direction, from the episode `key` ("run/episode") on, that `accepts` returns true for.
+  // Returns the next row in this direction from the episode `key` ("run/episode") for which `accepts` returns true.
   neighbor(key, way, accepts) {
     const at = this.rows.findIndex((row) => Evalbus.keyOf(row) === key);
     for (let k = at < 0 && way < 0 ? this.rows.length - 1 : at + way; k >= 0 && k < this.rows.length; k += way) {

@@ -131,5 +131,5 @@ Evalbus.filterTerm = (name, operator, value) => {
   return (row) => compare(Evalbus.plainTexts(key, row));
 };
 
-// A value as a filter's term writes it.
+// A value in the form that a filter's term requires: quoted.
 Evalbus.filterValue = (text) => `"${String(text).replace(/"/g, "")}"`;

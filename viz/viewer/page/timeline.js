@@ -185,7 +185,7 @@ Evalbus.Timeline = class {
     this.tip.style.bottom = `${box.height - (lane ? lane.top : 0) + 4}px`;
   }
 
-  // Shows the image of a time (s) above the point x of the time line; null hides it.
+  // Shows the image of a time (s) above the point x of the timeline; null hides it.
   setPointed(time_s, x) {
     const was = this.pointed;
     this.pointed = time_s === null ? null : this.tickAt(time_s) * this.tracks[0].tickSeconds;

@@ -400,7 +400,7 @@ Evalbus.Viewer = class {
         };
       }
     } catch (error) {
-      this.sceneProblem = `no image: ${error.message}; numbers and time line are complete`;
+      this.sceneProblem = `no image: ${error.message}; numbers and timeline are complete`;
       this.noteScene(this.sceneProblem);
       return;
     }
@@ -417,12 +417,12 @@ Evalbus.Viewer = class {
     }
   }
 
-  // Shows the scene at the time under the pointer in an element above the time line; null ends it.
+  // Shows the scene at the time under the pointer in an element above the timeline; null ends it.
   showPointed(place) {
     clearTimeout(this.pointTimer);
     this.thumbnails.stop();
     if (!place || !this.isSceneReady) return;
-    // Not for a pointer that only crosses the time line.
+    // Not for a pointer that only crosses the timeline.
     this.pointTimer = setTimeout(() => {
       place.hidden = false;
       this.thumbnails.follow(this.scene, this.tracks, this.scene.isBeside, place, () => this.timeline.pointed);
@@ -536,7 +536,7 @@ Evalbus.Viewer = class {
     this.timeline.show(this.tracks, this.palette, { curves: this.curves, pins: this.curves.pins, parting: this.parting });
   }
 
-  // Finds where A and B, two episodes of one seed, part.
+  // Finds where A and B, two episodes of one seed, diverge.
   async findParting() {
     this.parting = null;
     const [track, other] = this.tracks;
@@ -547,7 +547,7 @@ Evalbus.Viewer = class {
     const found = Evalbus.partingOf(track, other, Evalbus.comparedPoints(scene), Evalbus.PARTING_M);
     if (!found) return;
     const limit_cm = 100 * Evalbus.PARTING_M;
-    this.parting = { ...found, text: `A and B part at ${(found.tick * track.tickSeconds).toFixed(2)} s: ${Evalbus.spaced(found.name)} `
+    this.parting = { ...found, text: `A and B diverge at ${(found.tick * track.tickSeconds).toFixed(2)} s: ${Evalbus.spaced(found.name)} `
       + `is more than ${limit_cm} cm apart` };
     this.showTimeline();
   }

@@ -119,8 +119,8 @@ TEST_F(ReassemblerTest, MemoryIsBoundedWhateverIsSent) {
     Receive(FragmentDatagram(1, 1000, 0, 0, 2, std::string("A\0x", 3)), sender);
   }
   EXPECT_EQ(reassembler_.lost(), 10 + 1000 - static_cast<int64_t>(Reassembler::kMaxSenders));
-  ReceiveAll(Fragments(9, "A", "heard all the same", 7), 5000);
-  EXPECT_THAT(received_, ElementsAre("A:heard all the same"));
+  ReceiveAll(Fragments(9, "A", "still received", 7), 5000);
+  EXPECT_THAT(received_, ElementsAre("A:still received"));
 }
 
 }  // namespace evalbus::reassembler_test

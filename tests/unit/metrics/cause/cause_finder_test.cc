@@ -327,7 +327,7 @@ TEST_F(CauseFinderTest, AnArmPressesOnTheScene) {
          "Left arm hit the big counter at 0.22 s (0 of 3 stages); not met: left holds kitchen pot.");
 }
 
-// The torques that hold the arm up are no pressure; 50 N m more than they ever were are.
+// The torques that hold the arm up do not count as pressing; 50 N m more than their maximum do.
 TEST_F(CauseFinderTest, AHeavyArmPressesOnTheScene) {
   torque_[kLeft] = -40;
   Move(10);
@@ -391,7 +391,7 @@ TEST_F(CauseFinderTest, TheRobotStops) {
 TEST_F(CauseFinderTest, ARobotThatSagsUnderALoadHasStopped) {
   commands_ = {0, 0};
   Move(3);
-  HoldWithBoth();  // up to tick 23, the last commands with it
+  HoldWithBoth();  // up to tick 23, which is the last tick with these commands
   commands_ = {0.33, 0};
   Tick();
   for (int k = 0; k < 300; ++k) {

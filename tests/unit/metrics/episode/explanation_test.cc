@@ -89,7 +89,7 @@ TEST_F(ExplanationTest, TheReasonIsTheCategoryOfTheCause) {
   EXPECT_EQ(summary.cause.kind, "lost_object");
   EXPECT_EQ(summary.cause.tick, 6);
   EXPECT_EQ(summary.failure_reason, "grasp_slip");
-  // The explanation says how the episode ended.
+  // The explanation begins with how the episode ended.
   EXPECT_TRUE(summary.explanation.text.starts_with("time limit at 0.44 s: pot touches counter;"))
       << summary.explanation.text;
 }

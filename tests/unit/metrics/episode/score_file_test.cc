@@ -216,7 +216,7 @@ TEST_P(ScoreFileMistake, IsOneClearLine) {
 
 const Mistake kMistakes[] = {
     {"not_an_object", [](json* e) { *e = json::array(); }, "the document: expected an object, got []"},
-    {"missing_key", [](json* e) { e->erase("geoms"); }, "geoms: expected this key, it is missing"},
+    {"missing_key", [](json* e) { e->erase("geoms"); }, "geoms: required key is missing"},
     {"unknown_key", [](json* e) { (*e)["config"]["track_slipage"] = true; },
      "config.track_slipage: unknown key; expected only slip_sample_window, slip_objects, track_vel_sync, "
      "track_vertical_sync, track_slippage, track_collisions, track_cartesian_jerk, track_joint_jerk, "
@@ -266,7 +266,7 @@ const Mistake kMistakes[] = {
     {"contact_id_not_an_integer", [](json* e) { (*e)["steps"][0]["contacts"][0][1] = 1.5; },
      "steps[0].contacts[0][1]: expected an integer from -2147483647 to 2147483647, got 1.5"},
     {"holding_of_no_object", [](json* e) { (*e)["steps"][0]["left"]["holding"] = json::object(); },
-     "steps[0].left.holding.pot: expected this key, it is missing"},
+     "steps[0].left.holding.pot: required key is missing"},
     {"holding_a_number", [](json* e) { (*e)["initial"]["left"]["holding"]["pot"] = 1; },
      "initial.left.holding.pot: expected true or false, got 1"},
     {"object_twice",
@@ -319,7 +319,7 @@ TEST(ReadJsonFile, NamesTheLineOfASyntaxError) {
   EXPECT_EQ(ReadError("{\"a\": 1}\n\n[").rfind(":3: expected JSON, ", 0), 0);
   EXPECT_EQ(ReadError("").rfind(":1: expected JSON, ", 0), 0);
   EXPECT_EQ(ReadError("{\n\"a\": 1e999}"), ":2: expected JSON, the number 1e999 does not fit a double");
-  EXPECT_EQ(ReadError("{\"a\": {\"b\": 1, \"b\": 2}}"), ": b: expected each key once, it is repeated");
+  EXPECT_EQ(ReadError("{\"a\": {\"b\": 1, \"b\": 2}}"), ": b: repeated key, expected each key once");
   EXPECT_EQ(ReadError("{\"a\": {\"b\": 1}, \"b\": [{\"b\": 2}, {\"b\": 2}]}"), "accepted");
   for (const char* text : {"{\n\"a\": NaN}", "", "[1,]"})
     EXPECT_EQ(ReadError(text).find('\n'), std::string::npos);

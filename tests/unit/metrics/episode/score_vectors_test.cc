@@ -51,7 +51,7 @@ void ExpectAgrees(const json& got, const json& want, const std::string& key, dou
       ExpectAgrees(got[name], value, key + "." + name, rel, abs);
     }
   } else if (want.is_number_float()) {
-    ASSERT_TRUE(got.is_number_float()) << key << ": " << got << " is no floating-point number";
+    ASSERT_TRUE(got.is_number_float()) << key << ": " << got << " is not a floating-point number";
     EXPECT_LE(std::abs(got.get<double>() - want.get<double>()), abs + rel * std::abs(want.get<double>()))
         << key << ": " << got << " where " << want << " is expected";
   } else {

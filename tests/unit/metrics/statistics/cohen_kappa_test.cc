@@ -17,7 +17,7 @@ TEST(CohenKappa, HasItsExtremesAndItsZero) {
   EXPECT_THAT(CohenKappa({.only_a = 5, .only_b = 5}), Optional(DoubleEq(-1)));
   // Independent raters: 1/2 and 1/4 of successes.
   EXPECT_THAT(CohenKappa({.both = 1, .only_a = 3, .only_b = 1, .neither = 3}), Optional(DoubleEq(0)));
-  // One rater always says success: agreement is as by chance.
+  // One rater always rates success: agreement is at chance level.
   EXPECT_THAT(CohenKappa({.both = 9, .only_a = 1}), Optional(DoubleEq(0)));
 }
 

@@ -171,7 +171,7 @@ TEST(ChanceToDecide, CostsFewDecisions) {
   };
   std::mt19937 random(11);
   std::uniform_real_distribution<> uniform;
-  // Shares of the pairs that only a, and only b, wins.
+  // Shares of the pairs in which only a succeeds, and only b.
   for (const auto& [only_a, only_b] : {std::pair(0.15, 0.05), {0.1, 0.1}, {0.01, 0.01}}) {
     int decided = 0, decided_too_late = 0;
     double pairs_used = 0, pairs_before = 0;

@@ -97,7 +97,7 @@ TEST_F(PredicatesTest, JointFractionIsOfTheRangeFromItsLowerEnd) {
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/hinge, min: 0}}"),
             "no joint has the name 'pot/hinge'; expected pot/lid_hinge, pot/wheel");
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/wheel, min: 0}}"),
-            "joint 'pot/wheel' has no range to be a fraction of");
+            "joint 'pot/wheel' has no range, which this quantity needs");
 }
 
 TEST_F(PredicatesTest, PositionLimitsOneCoordinate) {

@@ -575,7 +575,7 @@ TEST(ActionSpaceErrors, AreNamed) {
                        [](Space* s) {
                          s->scale = {1, 2};
                        }),
-            "action: scale has 2 numbers, a row 7 values");
+            "action: scale has 2 numbers, but a row has 7 values");
   EXPECT_EQ(SpaceError(eef, [](Space* s) { s->upper.assign(7, std::nan("")); }),
             "action: value 0 is clipped from -inf to nan");
   EXPECT_EQ(SpaceError(eef,

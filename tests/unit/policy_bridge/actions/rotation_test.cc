@@ -251,7 +251,7 @@ TEST(Rotation, WhatIsNoneIsNamed) {
             "(0, 0, 0, 0, 1, 0) is not a rotation: one of its two vectors has length 0");
   EXPECT_EQ(Error(RotationForm::kRotation6dInterleaved, {1, -2, 0, 0, 0, 0}),
             "(1, -2, 0, 0, 0, 0) is not a rotation: its two vectors are parallel");
-  EXPECT_EQ(Error(RotationForm::kEulerXyzExtrinsic, {1, 2}), "(1, 2) is not a rotation: 3 values expected");
+  EXPECT_EQ(Error(RotationForm::kEulerXyzExtrinsic, {1, 2}), "(1, 2) is not a rotation: expected 3 values");
   EXPECT_EQ(Error(RotationForm::kNone, {}), "none");
 }
 

@@ -100,14 +100,15 @@ TEST(Contract, MistakesAreReportedWithLineAndKey) {
        "mine.yaml:6: key 'observation[0]': expected 'size_px': [WIDTH, HEIGHT], the size in which the "
        "camera's image is rendered"},
       {"rate_hz: 20", "rate_hz: 20\nbatch_size: 8",
-       "mine.yaml:5: key 'batch_size': only for the wire groot; servers of other wires can batch the "
+       "mine.yaml:5: key 'batch_size': only allowed for the wire groot; servers of other wires can batch the "
        "requests of their connections themselves"},
       {"mirror: true", "rotate_deg: 45", "mine.yaml:6: key 'rotate_deg': expected 0, 90, 180 or 270"},
       {"key: prompt", "key: state", "mine.yaml:8: key 'observation[2]': key 'state' given twice"},
-      {"prompt: true", "prompt: true, mirror: true", "mine.yaml:8: key 'mirror': only for a camera or depth"},
+      {"prompt: true", "prompt: true, mirror: true",
+       "mine.yaml:8: key 'mirror': only allowed for a camera or depth"},
       {"index: 7", "index: 8", "mine.yaml:18: key 'index': expected a whole number from 0 to 7, got '8'"},
       {"indices: 0-6", "indices: 2-8", "mine.yaml:18: key 'indices': expected less than 'values', 8"},
-      {"closed: 1", "closed: -1", "mine.yaml:18: key 'closed': expected another number than 'open'"},
+      {"closed: 1", "closed: -1", "mine.yaml:18: key 'closed': expected a number other than 'open'"},
       {"indices: 0-6", "indices: []", "mine.yaml:18: key 'indices': expected at least one index"},
       {"scale: -1", "indices: []", "mine.yaml:7: key 'indices': expected at least one index"},
       {"key: image", "key: []", "mine.yaml:6: key 'key': expected at least one key"},
@@ -168,7 +169,7 @@ TEST(Contract, AVelocityIsOnTheTargetOrOnTheMeasurement) {
   EXPECT_EQ(ErrorWith("kind: joint_delta\n  delta_on: measured", "kind: joint_velocity"),
             "mine.yaml:10: key 'action': expected 'delta_on', target or measured, with this kind");
   EXPECT_EQ(ErrorWith("kind: joint_delta", "kind: joint_position"),
-            "mine.yaml:12: key 'delta_on': only for deltas and velocities");
+            "mine.yaml:12: key 'delta_on': only allowed for deltas and velocities");
 }
 
 TEST(Contract, AllPresetsAreReadableAndDistinguishable) {

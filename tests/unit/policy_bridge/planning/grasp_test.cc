@@ -42,7 +42,7 @@ TEST(BoxGrasps, NearestTurnOfTheHandComesFirst) {
 }
 
 TEST(BoxGrasps, TooWideIsNotTakenAndTooDeepOnlyAtTheRim) {
-  // A book that lies flat: only its thickness fits between the fingers, from its four edges.
+  // A book that lies flat: only its thickness fits between the fingers, so it is grasped at its four edges.
   const Vector3d half(0.047, 0.082, 0.0135);
   const auto grasps = BoxGrasps({half}, Isometry3d::Identity(), kHand);
   EXPECT_EQ(grasps.size(), 8u);

@@ -8,7 +8,7 @@
 
 namespace evalbus::policy::delayed_policy_test {
 
-// Commands 100 times the joint position that it observes, plus the tick that it is told.
+// Commands 100 times the joint position that it observes, plus the tick that it is called with.
 class Tracer : public Policy {
  public:
   void Begin(const episode_begin_t&) override {}

@@ -102,10 +102,9 @@ TEST(ReplayPolicy, RefusesAnotherSceneUnlessForced) {
   EXPECT_EQ(refusal(Info(), kSeed, false), "plays");
   const auto expect = [&](const std::string& differences, const model_info_t& recorded,
                           int64_t seed = kSeed) {
-    EXPECT_EQ(
-        refusal(recorded, seed, false),
-        "policy \"replay\": a.lcmlog was recorded with " + differences +
-            "; the same actions would have another effect (\"replay_anyway:...\" replays them regardless)");
+    EXPECT_EQ(refusal(recorded, seed, false), "policy \"replay\": a.lcmlog was recorded with " + differences +
+                                                  "; the same actions would have a different effect "
+                                                  "(\"replay_anyway:...\" replays them regardless)");
     EXPECT_EQ(refusal(recorded, seed, true), "plays");
   };
   expect("seed of the episode 11, not 12", Info(), 12);
@@ -114,8 +113,8 @@ TEST(ReplayPolicy, RefusesAnotherSceneUnlessForced) {
   other.variation = "windy";
   expect("task fold_towel, not lift_pot; variation windy, not " + Info().variation, other);
   other = Info();
-  other.robot = "somebody";
-  expect("robot somebody, not " + Info().robot, other);
+  other.robot = "other_robot";
+  expect("robot other_robot, not " + Info().robot, other);
   other = Info();
   other.substeps *= 2;
   expect("control rate 25 Hz, not 50 Hz", other);

@@ -23,12 +23,11 @@ TEST(Resolve, FindsNumbersAndThisMachine) {
 }
 
 TEST(Resolve, ReportsTheErrorOfTheLookup) {
-  const auto nobody = [](const std::string& host) -> std::vector<std::string> {
-    throw std::runtime_error(host + "? never heard");
+  const auto fails = [](const std::string& host) -> std::vector<std::string> {
+    throw std::runtime_error(host + "? unknown");
   };
-  EXPECT_THAT(
-      FailureOf([&] { Resolve(kUrl, 60, nobody); }),
-      FailsAs(Kind::kUnreachable, "ws://robot.example:8000: no such host (robot.example? never heard)"));
+  EXPECT_THAT(FailureOf([&] { Resolve(kUrl, 60, fails); }),
+              FailsAs(Kind::kUnreachable, "ws://robot.example:8000: no such host (robot.example? unknown)"));
 }
 
 // A name server that does not answer: the lookup continues in the background, and its late result is

@@ -178,7 +178,7 @@ TEST_F(ShotTest, DoesNotDependOnWhatWasDrawnBefore) {
   Renderer one(Copy(**model_), {64, 64}), other(Copy(**model_), {640, 480});
   one.SetState(home_);
   other.SetState(home_);
-  // The other renderer's buffer is larger, and is enlarged again.
+  // The buffer of `other` is larger, and this image enlarges it further.
   Rgb8(&other, "overview", {801, 601});
   for (const FrameSize size : {FrameSize{224, 224}, {97, 33}, {1, 1}, {2, 1}, {500, 3}, {224, 224}}) {
     for (const char* camera : {"head", "left/hand/wrist"}) {

@@ -54,7 +54,7 @@ TEST(VideoScale, IsOneAt720AndNeverTooSmallToRead) {
   EXPECT_EQ(VideoScale({2560, 720}), 1);
 }
 
-// Worked out by hand for 1280x720, where a unit is a pixel: 40 for the header, 46 for the time line, 140 for
+// Worked out by hand for 1280x720, where a unit is a pixel: 40 for the header, 46 for the timeline, 140 for
 // the panels; three insets have 24 % of the width, from 1280 * 0.76 = 972.8 on, 2 pixels apart.
 TEST(FullLayout, HasItsPartsWhereTheyBelong) {
   const FullLayout layout = LayOutFull({1280, 720}, 3, 3);

@@ -158,8 +158,8 @@ TEST_F(VideoTest, EqualLogsGiveEqualBytes) {
   EXPECT_TRUE(Bytes(a) == Bytes(b));
 }
 
-// The word at its end is the same as in tables: the reason of the failure, not the event that ended the
-// episode.
+// The word at the end of a video is the same as in tables: the reason of the failure, not the event that
+// ended the episode.
 TEST_F(VideoTest, EndsWithTheOutcomeOfTheScore) {
   const auto video = [this](const std::string& name, const std::string& end_reason,
                             const std::string& failure_reason) {
@@ -412,7 +412,7 @@ TEST_F(FakeFfmpeg, ThatHangsIsEnded) {
   const std::string hangs = "ffmpeg could not make " + video_.string() + ": it hung: no progress for 0.5 s";
   Publish("kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
-  // Also if it has accepted all frames.
+  // It is ended even if it has accepted all frames.
   Publish("cat >/dev/null; kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
   EXPECT_FALSE(fs::exists(video_));

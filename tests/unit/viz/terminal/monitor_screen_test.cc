@@ -114,7 +114,7 @@ TEST_F(MonitorScreenTest, KeepsWhatMattersMostWhereThereIsLittleRoom) {
 TEST_F(MonitorScreenTest, UsesMoreRoomForTheComponentsAndTheLastEpisodes) {
   Play();
   const std::string large = All(120, 40);
-  for (const char* text : {"component   state      tick   lag   lost  undecodable  foreign    heard",
+  for (const char* text : {"component   state      tick   lag   lost  undecodable  foreign   silent",
                            "recorder    running     108    12      0            0        0    0.1 s",
                            "         1  slipped from the gripper   2.50 s  stages 1/2",
                            "         0  success                    2.50 s  stages 1/2"}) {
@@ -214,8 +214,8 @@ TEST_F(MonitorScreenTest, AnotherMessageVersionIsNamedAndNothingOfItsModelShown)
   model_info_t model = small_world::Model();
   model.message_version = model_info_t::VERSION + 1;
   model.task = "of_tomorrow";
-  const std::string expected = "made by message version " + std::to_string(model.message_version) +
-                               ", this evalbus reads " + std::to_string(model_info_t::VERSION);
+  const std::string expected = "message version " + std::to_string(model.message_version) +
+                               ", but this evalbus reads version " + std::to_string(model_info_t::VERSION);
   for (int repeated = 0; repeated < 2; ++repeated) Publish(channels::kModel, model);
   EXPECT_TRUE(Screen(80, 24)[0].starts_with(expected + "  udpm://")) << Screen(80, 24)[0];
   EXPECT_TRUE(Screen(60, 1)[0].starts_with(expected)) << Screen(60, 1)[0];
@@ -317,7 +317,7 @@ TEST_F(MonitorScreenTest, ASilentComponentIsDeadAndComesBack) {
   EXPECT_EQ(std::count_if(events.begin(), events.end(),
                           [](const std::string& e) { return e.find("no message from policy for ") == 0; }),
             1);
-  EXPECT_EQ(events.back(), "policy is back");
+  EXPECT_EQ(events.back(), "policy publishes again");
 }
 
 TEST_F(MonitorScreenTest, ScoresOfAnotherEpisodeAreNotShown) {
@@ -405,10 +405,10 @@ TEST_F(MonitorScreenTest, ShowsWhatComponentsLogAndOfManyLinesTheLast) {
 TEST_F(MonitorScreenTest, KeepsTheLastWarningWhereThereIsLittleRoom) {
   Play();
   PublishLog(log_t::WARN_LEVEL, "no PARTIAL from \x1b[31mmetrics");
-  PublishLog(log_t::INFO_LEVEL, "goes on");
+  PublishLog(log_t::INFO_LEVEL, "continues");
   const std::string screen = All(100, 30);
   EXPECT_NE(screen.find("no PARTIAL from ?[31mmetrics"), std::string::npos) << screen;
-  EXPECT_EQ(screen.find("goes on"), std::string::npos) << screen;
+  EXPECT_EQ(screen.find("continues"), std::string::npos) << screen;
 }
 
 TEST_F(MonitorScreenTest, InventedNamesFillNeitherMemoryNorScreen) {

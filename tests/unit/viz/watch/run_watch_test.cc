@@ -108,7 +108,7 @@ TEST_F(RunWatchTest, NoticesSilentComponentsAndTheirReturn) {
   PublishStatus("policy", 2, 75);
   EXPECT_FALSE(watch_.health().at("policy").silent);
   const std::vector<std::string> events = watch_.TakeEvents();
-  EXPECT_EQ(events.back(), "policy is back");
+  EXPECT_EQ(events.back(), "policy publishes again");
   EXPECT_TRUE(watch_.TakeEvents().empty());
   // A component that has announced its end is not reported as missing.
   PublishStatus("policy", 2, 75, component_status_t::STOPPED);
@@ -145,7 +145,7 @@ TEST_F(RunWatchTest, AnEpisodeHasTheReasonThatTheRunsTableHas) {
   again.header = Header(75, 0);
   again.end_reason = "time_limit";
   Publish(channels::kEpisodeEnd, again);
-  EXPECT_EQ(watch_.Phase(), "slipped from the gripper") << "it is said again until the next one begins";
+  EXPECT_EQ(watch_.Phase(), "slipped from the gripper") << "it is repeated until the next one begins";
   EXPECT_TRUE(watch_.TakeEvents().at(0).starts_with("episode 0 slipped from the gripper after 2.50 s"));
 }
 

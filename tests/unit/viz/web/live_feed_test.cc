@@ -166,7 +166,8 @@ TEST_F(LiveFeedTest, ImagesOfASourceComeWithTheTicks) {
   image(4, "B");
   Tick(0, 4);
   Publish();
-  EXPECT_EQ(images(), "AB") << "of the tick at which the last block ended: it may have come behind that";
+  EXPECT_EQ(images(), "AB")
+      << "the image of the tick at which the last block ended: it may have come after that block";
   Tick(0, 5);
   Publish();
   EXPECT_EQ(images(), "");

@@ -120,7 +120,7 @@ TEST(UpdateBroadcaster, WatchingAnotherRunBringsItsEpisode) {
   EXPECT_TRUE(broadcaster.Watch(&viewer, 1));
   EXPECT_FALSE(broadcaster.is_watched(0));
   EXPECT_THAT(TakeAll(&broadcaster, &viewer), ElementsAre("episode of 1"));
-  broadcaster.AddTicks(0, "of nobody");
+  broadcaster.AddTicks(0, "unwatched");
   EXPECT_THAT(TakeAll(&broadcaster, &viewer), ElementsAre());
   broadcaster.Leave(&viewer);
   EXPECT_FALSE(broadcaster.is_watched(1));

@@ -374,7 +374,7 @@ TEST(ScenePainter, DrawsEveryTaskAsMujocoDoes) {
         }
       }
       stage.Move();
-      // First all of ours with one shadow map, then MuJoCo's, which draws a map for each image.
+      // First all of evalbus' images with one shadow map, then MuJoCo's, which draws a map for each image.
       std::vector<Image> ours;
       for (int camera = 0; camera < model.ncam; ++camera) {
         ASSERT_TRUE(stage.IsKnown(camera));
