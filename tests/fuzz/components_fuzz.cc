@@ -16,6 +16,7 @@
 #include "runner/run_controller.h"
 #include "sim/sim_component.h"
 #include "tests/fuzz/conversation.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_scene.h"
 #include "viz/camera_component.h"
 #include "viz/terminal/monitor_screen.h"
@@ -223,7 +224,7 @@ class Run {
 }  // namespace
 }  // namespace evalbus
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(components) {
   using namespace evalbus;
   if (size == 0) return 0;
   static Run run;

@@ -5,9 +5,10 @@
 #include "policy_bridge/actions/action_converter.h"
 #include "policy_bridge/contract/contract.h"
 #include "policy_bridge/remote/observation_builder.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_scene.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(contract_yaml) {
   using namespace evalbus;
   static const SmallScene folder;
   static const TaskDescription task = ParseTask(SmallTask(), folder.path() / "task.yaml", true);

@@ -5,8 +5,9 @@
 
 #include "bus/udpm/lcm_wire.h"
 #include "bus/udpm/reassembler.h"
+#include "tests/fuzz/fuzz_target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(datagrams) {
   evalbus::Reassembler reassembler;
   std::span<const uint8_t> rest(data, size);
   while (rest.size() >= 3) {

@@ -8,6 +8,7 @@
 #include "policy_bridge/policies/replay_policy.h"
 #include "results/rescorer.h"
 #include "tests/fuzz/conversation.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/scratch_file.h"
 #include "tests/unit/small_world.h"
 #include "viz/images/parallel_frame_renderer.h"
@@ -52,7 +53,7 @@ void Try(const Read& read) {
 }  // namespace
 }  // namespace evalbus
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(event_log) {
   using namespace evalbus;
   static const ScratchFolder folder;
   static const Samples samples = Episode();

@@ -3,8 +3,9 @@
 #include <cstdlib>
 
 #include "export/foxglove_protocol.h"
+#include "tests/fuzz/fuzz_target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(foxglove_client) {
   using namespace evalbus::exports;
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   ChooseSubprotocol(bytes);

@@ -5,8 +5,9 @@
 
 #include "policy_bridge/wire/groot_codec.h"
 #include "policy_bridge/wire/policy_client.h"
+#include "tests/fuzz/fuzz_target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(groot_codec) {
   using namespace evalbus::policy;
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   try {

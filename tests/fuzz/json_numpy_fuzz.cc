@@ -3,8 +3,9 @@
 
 #include "policy_bridge/wire/json_numpy.h"
 #include "policy_bridge/wire/policy_client.h"
+#include "tests/fuzz/fuzz_target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(json_numpy) {
   using namespace evalbus::policy;
   try {
     const std::string written = EncodeJsonNumpy(DecodeJsonNumpy({reinterpret_cast<const char*>(data), size}));

@@ -4,8 +4,9 @@
 
 #include "bus/bus.h"
 #include "evalbus/all_messages.hpp"
+#include "tests/fuzz/fuzz_target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(messages) {
   if (size == 0) return 0;
   int types = 0, type = 0;
   evalbus::ForEachMessage([&](const auto&) { ++types; });

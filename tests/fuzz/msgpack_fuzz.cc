@@ -4,8 +4,9 @@
 
 #include "policy_bridge/wire/msgpack_codec.h"
 #include "policy_bridge/wire/policy_client.h"
+#include "tests/fuzz/fuzz_target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(msgpack) {
   using namespace evalbus::policy;
   Value value;
   try {

@@ -3,8 +3,9 @@
 
 #include "policy_bridge/wire/npy.h"
 #include "policy_bridge/wire/policy_client.h"
+#include "tests/fuzz/fuzz_target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(npy) {
   using namespace evalbus::policy;
   try {
     const Array array = DecodeNpy({data, size});

@@ -5,8 +5,9 @@
 #include "policy_bridge/wire/npy.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "runner/trajectory_table.h"
+#include "tests/fuzz/fuzz_target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(npz) {
   using namespace evalbus;
   try {
     for (const runner::ZipEntry& entry : runner::ZipEntries({data, size}, "x")) {

@@ -1,8 +1,9 @@
 // Any text as a robot description, and the robot in a scene.
 #include "base/errors.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_scene.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(robot_yaml) {
   using namespace evalbus;
   static const SmallScene scene;
   static const TaskDescription task = ParseTask(SmallTask(), scene.path() / "task.yaml", true);

@@ -8,12 +8,13 @@
 #include "results/comparison_text.h"
 #include "results/run_folder.h"
 #include "results/run_reader.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/scratch_file.h"
 
 namespace {
 
 template <class Read>
-void Try(const Read& read) {
+void ReadOrRefuse(const Read& read) {
   try {
     read();
   } catch (const evalbus::InputError&) {
@@ -22,14 +23,14 @@ void Try(const Read& read) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(run_reader) {
   using namespace evalbus;
   static const ScratchFolder folder;
   const uint8_t* end = std::find(data, data + size, '\n');
   folder.Write("run.json", data, static_cast<size_t>(end - data));
   if (end != data + size) ++end;
   folder.Write("episodes.jsonl", end, static_cast<size_t>(data + size - end));
-  Try([] {
+  ReadOrRefuse([] {
     const results::RecordedRuns runs = results::ReadRuns(folder.path());
     runs.runs[0].Remarks();
     for (const results::RecordedEpisode& episode : runs.runs[0].episodes) episode.Values();
@@ -40,6 +41,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     results::ComparisonText(comparison, true);
     results::ComparisonJson({comparison}).dump();
   });
-  Try([] { results::ReadRunAsFarAsItGot(folder.path()); });
+  ReadOrRefuse([] { results::ReadRunAsFarAsItGot(folder.path()); });
   return 0;
 }

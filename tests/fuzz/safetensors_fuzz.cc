@@ -3,8 +3,9 @@
 
 #include "base/errors.h"
 #include "base/safetensors.h"
+#include "tests/fuzz/fuzz_target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(safetensors) {
   using namespace evalbus;
   try {
     const Safetensors content = ParseSafetensors({data, size}, "x");

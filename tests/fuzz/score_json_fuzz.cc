@@ -5,6 +5,7 @@
 
 #include "base/errors.h"
 #include "metrics/episode/score_file.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/scratch_file.h"
 
 namespace {
@@ -19,7 +20,7 @@ std::string ResultOf(auto score) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(score_json) {
   using namespace evalbus;
   static const ScratchFolder folder;
   const std::filesystem::path file = folder.Write("trajectory.json", data, size);

@@ -1,8 +1,9 @@
 // Any text as a task description. The scene is composed, compiled, stepped and evaluated.
 #include "base/errors.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_scene.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(task_yaml) {
   using namespace evalbus;
   static const SmallScene scene;
   static const RobotDescription robot = LoadRobot(scene.path() / "robot.yaml");

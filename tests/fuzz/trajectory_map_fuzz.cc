@@ -2,8 +2,9 @@
 #include "base/errors.h"
 #include "runner/trajectory_score.h"
 #include "sim/source_map.h"
+#include "tests/fuzz/fuzz_target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(trajectory_map) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   try {
     evalbus::runner::ReadTrajectoryMap(text, "x.yaml");

@@ -12,6 +12,7 @@
 #include <memory>
 #include <string>
 
+#include "tests/fuzz/fuzz_target.h"
 #include "viz/web/page.h"
 #include "viz/web/server.h"
 
@@ -95,7 +96,7 @@ std::string Answer(const std::string& bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+FUZZ_TARGET(web_requests) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   CheckParts(bytes);
   const std::string answer = Answer(bytes);

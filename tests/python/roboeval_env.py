@@ -193,11 +193,20 @@ class Environment:
     def stages(self, number):
         return [self.env.get_metric_stage(stage + 1) for stage in range(number)]
 
-    def play(self, episode):
-        """Plays the episode's actions from its start; returns how evalbus and RoboEval judge it."""
+    def reset(self, episode):
+        """Sets the start of the episode."""
         _quietly(self.env.reset, seed=0)
         self.place_objects(episode, 0)
         self.env.mojo.physics.forward()
+
+    def step(self, action):
+        """Returns whether the episode has ended."""
+        *_, terminated, truncated, _ = self.env.step(action)
+        return terminated or truncated
+
+    def play(self, episode):
+        """Plays the episode's actions from its start; returns how evalbus and RoboEval judge it."""
+        self.reset(episode)
         distances, success_tick, last, tick = [], None, max(episode.actions), 0
         for tick in range(last + 1 + round(_GRACE_S * self.control_hz)):
             *_, terminated, _, info = _quietly(self.env.step, episode.actions[min(tick, last)])

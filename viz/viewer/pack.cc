@@ -11,7 +11,7 @@ std::string Deflated(const std::string& bytes) {
   uLongf length = compressBound(bytes.size());
   std::string deflated(length, '\0');
   if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &length,
-                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), Z_BEST_COMPRESSION) != Z_OK) {
+                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), Z_DEFAULT_COMPRESSION) != Z_OK) {
     throw EnvironmentError("zlib has no memory left");
   }
   deflated.resize(length);

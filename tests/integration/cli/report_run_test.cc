@@ -33,19 +33,27 @@ std::vector<double> ValuesIn(const XMLElement& element) {
 
 class ReportRunTest : public testing::Test {
  protected:
-  void SetUp() override {
+  static void SetUpTestSuite() {
+    made_ = new TemporaryFolder;
     Evaluate({"lift_pot/position", "--policy", "noisy_expert", "--episodes", "8", "--in-process", "--video",
               "none"},
-             run_);
+             made_->path() / "run");
   }
+  static void TearDownTestSuite() {
+    delete made_;
+    made_ = nullptr;
+  }
+  void SetUp() override { fs::copy(made_->path() / "run", run_, fs::copy_options::recursive); }
   void Load(const fs::path& page, tinyxml2::XMLDocument* document) {
     ASSERT_EQ(document->Parse(ReadText(page).c_str()), tinyxml2::XML_SUCCESS) << document->ErrorStr();
   }
 
+  static TemporaryFolder* made_;
   TemporaryFolder folder_;
   // The name contains special characters of URLs and of HTML.
   const fs::path run_ = folder_.path() / "a #1 & <b>";
 };
+TemporaryFolder* ReportRunTest::made_ = nullptr;
 
 TEST_F(ReportRunTest, PageHasTheNumbersOfSummaryJson) {
   const Result result = RunProgram({"evalbus", "report", run_.string()});

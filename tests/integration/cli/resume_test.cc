@@ -25,7 +25,14 @@ std::vector<std::string> RunCommand(const fs::path& out, const std::vector<std::
 // The reference is one uninterrupted run in one process, which all others must equal.
 class Resume : public testing::Test {
  protected:
-  void SetUp() override { ASSERT_EQ(RunProgram(RunCommand(reference_, {"--in-process"})).code, 0); }
+  static void SetUpTestSuite() {
+    made_ = new TemporaryFolder;
+    ASSERT_EQ(RunProgram(RunCommand(made_->path() / "run", {"--in-process"})).code, 0);
+  }
+  static void TearDownTestSuite() {
+    delete made_;
+    made_ = nullptr;
+  }
 
   void ExpectAsReference(const fs::path& run) {
     EXPECT_EQ(ReadText(run / "episodes.jsonl"), ReadText(reference_ / "episodes.jsonl"));
@@ -42,10 +49,12 @@ class Resume : public testing::Test {
     return fs::file_size(run / "episodes/0001.partial/events.lcmlog", error) > 100'000 && !error;
   }
 
+  static TemporaryFolder* made_;
+  const fs::path reference_ = made_->path() / "run";
   TemporaryFolder folder_;
-  const fs::path reference_ = folder_.path() / "reference";
   const fs::path run_ = folder_.path() / "run";
 };
+TemporaryFolder* Resume::made_ = nullptr;
 
 TEST_F(Resume, AfterTheLauncherWasKilledTheRestIsDone) {
   EVALBUS_NEEDS_BUS();

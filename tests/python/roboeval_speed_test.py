@@ -1,0 +1,95 @@
+"""Speed of evalbus beside RoboEval's own environment (scripts/interop roboeval_speed).
+
+usage: PYTHON roboeval_speed_test.py BIN ROBOEVAL OUT [--families A,B] [--rates HZ,HZ] [--engines 2.2,3.3.3] [--rounds N]
+
+Records one episode of the expert per family and rate. The same commands are then played, in turns, in RoboEval's environment
+(env.step, which computes its metrics), in evalbus's own scene, and in RoboEval's scene composed by evalbus, with its checks,
+metrics and log. Prints processor time per control step and ratios: medians of the rounds. The start of the programs and
+environments does not count: for evalbus it is the difference between runs of many episodes and of one.
+"""
+
+import json
+import resource
+import shutil
+import subprocess
+import time
+
+import numpy as np
+
+import roboeval_env
+
+_EPISODES = 6
+
+
+def processor_s():
+    return sum(
+        usage.ru_utime + usage.ru_stime
+        for usage in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    )
+
+
+def main():
+    parser = roboeval_env.argument_parser()
+    parser.add_argument("--rates", default="20,500")
+    parser.add_argument("--engines", default="2.2,3.3.3")
+    parser.add_argument("--rounds", type=int, default=3)
+    args = parser.parse_args()
+    engines = "".join(f"{engine:>12}" for engine in args.engines.split(","))
+    print(f"{'':37}RoboEval, times as fast: evalbus's own scene; RoboEval's scene, by engine")
+    print(f"{'family':30}{'rate':>7}{'ms/step':>10}{'own':>12}{engines}")
+    for family in args.families.split(","):
+        for rate in args.rates.split(","):
+            measure(args, family, int(rate))
+
+
+def measure(args, family, rate):
+    source = args.out / f"{family}-{rate}"
+    if not (source / "summary.json").exists():
+        run(args, family, rate, "expert", 1, ["--in-process"], source)
+    scenes = [(family, ["--in-process"])]
+    for engine in args.engines.split(","):
+        options = ["--in-process"] if engine == "2.2" else ["--engine", engine]
+        scenes.append((f"roboeval/{family}", ["--assets", f"roboeval={args.roboeval}", *options]))
+    environment = roboeval_env.Environment(source)
+    environment.play(environment.episodes[0])
+    times = [
+        [roboeval_s(environment), *(evalbus_s(args, task, rate, source, options) for task, options in scenes)]
+        for _ in range(args.rounds)
+    ]
+    environment.close()
+    times = np.array(times)
+    ratios = np.median(times[:, :1] / times[:, 1:], axis=0)
+    print(f"{family:30}{rate:4} Hz{np.median(times[:, 0]) * 1e3:10.2f}" + "".join(f"{x:12.1f}" for x in ratios), flush=True)
+
+
+def roboeval_s(environment):
+    """Processor time of a step of RoboEval's environment, s."""
+    episode = environment.episodes[0]
+    environment.reset(episode)
+    began = time.process_time()
+    for count, tick in enumerate(sorted(episode.actions), 1):
+        if environment.step(episode.actions[tick]):
+            break
+    return (time.process_time() - began) / count
+
+
+def evalbus_s(args, task, rate, source, options):
+    """Processor time of a control step of evalbus, s: of all its processes, without their start."""
+    few, many = (run(args, task, rate, f"replay_anyway:{source}", n, options, args.out / "run") for n in (1, 1 + _EPISODES))
+    return (many[0] - few[0]) / (many[1] - few[1])
+
+
+def run(args, task, rate, policy, episodes, options, out):
+    """Returns the processor time and the number of control steps of a run."""
+    shutil.rmtree(out, ignore_errors=True)
+    command = [args.bin / "evalbus", "run", f"{task}/base", "--policy", policy, "--episodes", str(episodes), "--seed", "1"]
+    command += ["--control-hz", str(rate), "--video", "none", "--out", out, *options]
+    began = processor_s()
+    subprocess.run(list(map(str, command)), check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    used = processor_s() - began
+    lines = (out / "episodes.jsonl").read_text().splitlines()
+    assert len(lines) == episodes, (command, len(lines))
+    return used, sum(round(json.loads(line)["metrics"]["completion_time"] * rate) for line in lines)
+
+
+main()
