@@ -201,7 +201,7 @@ class Environment:
 
     def step(self, action):
         """Returns whether the episode has ended."""
-        *_, terminated, truncated, _ = self.env.step(action)
+        *_, terminated, truncated, _ = _quietly(self.env.step, action)
         return terminated or truncated
 
     def play(self, episode):

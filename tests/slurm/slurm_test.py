@@ -20,7 +20,7 @@ PLAN = """policies:
   - expert
   - {name: shaky, policy: noisy_expert}
 tasks: [lift_pot/position, lift_pot/orientation, lift_pot/position_and_orientation]
-episodes: 8
+episodes: 6
 seed: 5
 shard_episodes: 2
 """
@@ -70,7 +70,7 @@ class SlurmTest(unittest.TestCase):
             self.assertGreater(len(events[0]), 100)
             self.assertEqual(*events)
             logs = [len(list((folder / "episodes").glob("*/events.lcmlog"))) for folder in (run.parent, own)]
-            self.assertEqual(logs, [8, 8])
+            self.assertEqual(logs, [6, 6])
         for policy in ("expert", "shaky"):
             for name in ("suite.json", "summary.json"):
                 self.assertTrue(filecmp.cmp(self.reference / policy / name, out / policy / name, shallow=False), name)
@@ -96,10 +96,10 @@ class SlurmTest(unittest.TestCase):
 
     def test_is_as_without_it(self):
         out, _ = self.submit("plain")
-        self.assertIn("of 48 episodes done", self.evalbus("status", str(out)))
+        self.assertIn("of 36 episodes done", self.evalbus("status", str(out)))
         self.cluster.wait_until_done()
         self.expect_equal(out)
-        self.assertIn("48 of 48 episodes done (100 %), 0 running, 0 shards failed", self.evalbus("status", str(out)))
+        self.assertIn("36 of 36 episodes done (100 %), 0 running, 0 shards failed", self.evalbus("status", str(out)))
         # Merging again, and by two processes at once, changes nothing.
         merges = [subprocess.Popen([f"{PROGRAMS}/evalbus", "merge", str(out)], stdout=subprocess.DEVNULL)
                   for _ in range(2)]

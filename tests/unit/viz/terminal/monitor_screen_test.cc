@@ -277,7 +277,7 @@ TEST_F(MonitorScreenTest, ANewEpisodeAndANewAttemptShowNoOldValues) {
   PublishTick(3, 0);
   PublishBegin(3, 1);
   screen = All(80, 24);
-  EXPECT_NE(screen.find("episode 3, try 2"), std::string::npos) << screen;
+  EXPECT_NE(screen.find("episode 3, attempt 2"), std::string::npos) << screen;
   EXPECT_NE(screen.find("wrist path           -     -     - m"), std::string::npos);
 }
 
