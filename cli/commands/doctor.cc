@@ -60,8 +60,15 @@ void PrintVideos() {
 
 // Prints one line per check. Returns 0 if runs with separate processes work, else 2.
 int Doctor() {
+  const std::string mujoco = LibraryOf("mj_versionString");
   fmt::print("evalbus {} ({}{}), MuJoCo {} ({})\n", kVersion, kGitCommit, kGitDirty ? ", modified" : "",
-             mj_versionString(), LibraryOf("mj_versionString"));
+             mj_versionString(), mujoco);
+  if (mujoco.starts_with("/usr/lib/")) {
+    fmt::print(
+        "note  this is Debian's build of MuJoCo; PyPI's gives the same results faster, and ./run downloads "
+        "it "
+        "when it creates\n      the build folder\n");
+  }
 
   const std::string why = WhyNoMulticast(ReservedBus::Draw().url());
   Print(why.empty(), "LCM multicast on this machine" + (why.empty() ? "" : ": " + why));
