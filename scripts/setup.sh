@@ -88,7 +88,7 @@ prefer_fast_mujoco() {
     mkdir -p "$build/engine"
     mv "$new/mujoco/libmujoco.so.2.2.2" "$build/engine/"
   else
-    say "MuJoCo could not be downloaded from PyPI; Debian's build of it gives the same results more slowly"
+    say "MuJoCo could not be downloaded from PyPI ($build/engine.log); Debian's build gives the same results more slowly"
   fi
   rm -rf "$new"
 }
