@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 
 #include "base/percent.h"
 #include "base/plural.h"
@@ -204,9 +205,11 @@ std::string CertificateText(const Certificate& certificate, const StageNames& st
   std::string text =
       fmt::format("{}\n\n{}\n{}{}{}", Headline(certificate), Table(certificate),
                   Partings(certificate, stages), FlippedSeeds(certificate), Ranking(certificate));
+  std::set<std::string> notes;  // most are the same for each engine
   for (const PolicyOnEngine& one : certificate.comparisons) {
     for (const std::string& remark : one.comparison.remarks) {
-      text += fmt::format("note: {}: {}\n", one.policy, remark);
+      const std::string note = fmt::format("note: {}: {}\n", one.policy, remark);
+      if (notes.insert(note).second) text += note;
     }
   }
   return text;

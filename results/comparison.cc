@@ -146,6 +146,25 @@ std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baselin
   return MainMetrics({names.begin(), names.end()});
 }
 
+// Remarks on tasks or runs. Those with the same text share a line.
+class NamedRemarks {
+ public:
+  void Add(const std::string& name, const std::string& text) {
+    for (auto& [known, names] : names_by_text_) {
+      if (known != text) continue;
+      names += ", " + name;
+      return;
+    }
+    names_by_text_.emplace_back(text, name);
+  }
+  void AddTo(std::vector<std::string>* remarks) const {
+    for (const auto& [text, names] : names_by_text_) remarks->push_back(names + ": " + text);
+  }
+
+ private:
+  std::vector<std::pair<std::string, std::string>> names_by_text_;
+};
+
 // Collects the reasons from WhyNoMerit(), one line for all metrics with the same reason.
 class MeritRemarks {
  public:
@@ -153,10 +172,10 @@ class MeritRemarks {
     std::string& metrics = metrics_[{run, why}];
     metrics += (metrics.empty() ? "" : ", ") + number.label();
   }
-  void AddTo(std::vector<std::string>* remarks, const std::string& task) const {
+  void AddTo(NamedRemarks* remarks, const std::string& task) const {
     for (const auto& [run_why, metrics] : metrics_) {
-      remarks->push_back(
-          fmt::format("{}: {} {}: not called better in {}", task, run_why.first, run_why.second, metrics));
+      remarks->Add(task,
+                   fmt::format("{} {}: not called better in {}", run_why.first, run_why.second, metrics));
     }
   }
 
@@ -287,19 +306,19 @@ std::string Counted(const std::string& what, int count, const std::string& run, 
 
 // Adds notes on the comparison, one sentence each.
 void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, const std::string& run,
-                const std::string& baseline, std::vector<std::string>* remarks) {
+                const std::string& baseline, NamedRemarks* remarks) {
   const std::string name = task.name();
   if (task.unmatched + task.baseline_unmatched > 0) {
-    remarks->push_back(
-        fmt::format("{}: excluded because the other run lacks them: {}", name,
-                    Counted("episode", task.unmatched, run, task.baseline_unmatched, baseline)));
+    remarks->Add(name,
+                 fmt::format("excluded because the other run lacks them: {}",
+                             Counted("episode", task.unmatched, run, task.baseline_unmatched, baseline)));
   }
   if (task.success.samples.trials < task.success.trials ||
       task.success.samples.baseline_trials < task.success.baseline_trials) {
     const auto all_equal = [&](int count, const std::string& of) {
-      remarks->push_back(
-          fmt::format("{}: all {}{} have equal starts and equal numbers: interval and test count them as one",
-                      name, count, of));
+      remarks->Add(name, fmt::format("all {}{} have equal starts and equal numbers: interval and test count "
+                                     "them as one",
+                                     count, of));
     };
     if (task.paired) {
       all_equal(task.success.trials, " pairs");
@@ -311,17 +330,16 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
     }
   }
   if (!task.paired) {
-    remarks->push_back(name + (task.variation != task.baseline_variation ? "" : ": no seed in common") +
-                       ": compared as independent samples");
+    remarks->Add(name, std::string(task.variation != task.baseline_variation ? "" : "no seed in common: ") +
+                           "compared as independent samples");
   }
   if (task.paired && !(own.is_simulated && other.is_simulated)) {
-    remarks->push_back(
-        fmt::format("{}: evalbus did not randomize the starts of {}: episodes with equal numbers count as "
-                    "pairs, whether or not their starts are equal",
-                    name,
-                    !own.is_simulated && !other.is_simulated ? "either"
-                    : own.is_simulated                       ? baseline
-                                                             : run));
+    remarks->Add(
+        name, fmt::format("evalbus did not randomize the starts of {}: episodes with equal numbers count as "
+                          "pairs, whether or not their starts are equal",
+                          !own.is_simulated && !other.is_simulated ? "either"
+                          : own.is_simulated                       ? baseline
+                                                                   : run));
   }
   MeritRemarks merits;
   for (const MetricComparison& metric : task.metrics) {
@@ -342,7 +360,7 @@ struct CompareTaskOptions {
 };
 
 TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
-                           const CompareTaskOptions& options, std::vector<std::string>* remarks) {
+                           const CompareTaskOptions& options, NamedRemarks* remarks) {
   CheckComparable(run, baseline);
   TaskComparison result{.task = run.task,
                         .variation = run.variation,
@@ -386,9 +404,11 @@ ComparedRuns About(const RecordedRuns& runs) {
 }
 
 void AddRemarks(const RecordedRuns& runs, std::vector<std::string>* remarks) {
+  NamedRemarks named;
   for (const RecordedRun& run : runs.runs) {
-    for (const std::string& remark : run.Remarks()) remarks->push_back(run.name + ": " + remark);
+    for (const std::string& remark : run.Remarks()) named.Add(run.name, remark);
   }
+  named.AddTo(remarks);
 }
 
 Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool with_metrics) {
@@ -396,7 +416,7 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool w
       .run = About(run), .baseline = About(baseline), .tasks = {}, .success = {}, .remarks = {}};
   const bool single = run.runs.size() == 1 && baseline.runs.size() == 1;
   std::set<std::string> made_differently;
-  std::vector<std::string> task_remarks;
+  NamedRemarks task_remarks;
   for (const RecordedRun& own : run.runs) {
     const auto other =
         std::find_if(baseline.runs.begin(), baseline.runs.end(), [&](const RecordedRun& candidate) {
@@ -432,7 +452,7 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool w
     result.success.Add(task.success);
     family.push_back(&task.success);
   }
-  result.remarks.insert(result.remarks.end(), task_remarks.begin(), task_remarks.end());
+  task_remarks.AddTo(&result.remarks);
   result.success.Test();
   AdjustByHolm(family);
   AddRemarks(baseline, &result.remarks);
