@@ -265,6 +265,24 @@ TEST_F(EqualEpisodesTest, EqualNumbersFromDifferentStartsAreAllSamples) {
   EXPECT_EQ(CompareRuns(Equal("half", half, true), Equal("none", none, true)).success.samples.trials, 30);
 }
 
+TEST_F(EqualEpisodesTest, EqualRemarksOnSeveralTasksShareALine) {
+  const auto suite = [](const std::string& name, RecordedRuns runs) {
+    runs.name = name;
+    runs.runs.push_back(runs.runs[0]);
+    runs.runs[1].task = "lift_tray";
+    return runs;
+  };
+  const Comparison result = CompareRuns(suite("good", Equal("good", std::vector<Each>(20, {true, 5}))),
+                                        suite("bad", Equal("bad", std::vector<Each>(20, {false, 20}))));
+  EXPECT_EQ(std::ranges::count_if(
+                result.remarks, [](const std::string& r) { return r.find("20 pairs") != std::string::npos; }),
+            1);
+  EXPECT_THAT(
+      result.remarks,
+      testing::Contains("lift_pot/position, lift_tray/position: all 20 pairs have equal starts and equal "
+                        "numbers: interval and test count them as one"));
+}
+
 // A suite: a task whose pairs are all equal counts as one in the test, and fully in the rates.
 TEST_F(EqualEpisodesTest, InASuiteTheyCountOnceAndNeverTurnTheTestAround) {
   const auto suite = [&](const std::string& name, const RecordedRuns& base, const RecordedRuns& position) {
