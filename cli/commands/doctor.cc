@@ -63,11 +63,8 @@ int Doctor() {
   const std::string mujoco = LibraryOf("mj_versionString");
   fmt::print("evalbus {} ({}{}), MuJoCo {} ({})\n", kVersion, kGitCommit, kGitDirty ? ", modified" : "",
              mj_versionString(), mujoco);
-  if (mujoco.starts_with("/usr/lib/")) {
-    fmt::print(
-        "note  this is Debian's build of MuJoCo; PyPI's gives the same results faster, and ./run downloads "
-        "it "
-        "when it creates\n      the build folder\n");
+  if (mujoco.starts_with("/usr/lib/x86_64-linux-gnu/")) {
+    fmt::print("note  Debian's build of MuJoCo; PyPI's gives the same results faster (docs/engines.md)\n");
   }
 
   const std::string why = WhyNoMulticast(ReservedBus::Draw().url());

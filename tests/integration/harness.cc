@@ -136,6 +136,14 @@ std::string ShortTask(const fs::path& folder, double time_limit_s, const std::st
   return file;
 }
 
+fs::path OnlyRun(const fs::path& policy) {
+  for (const auto& entry : fs::directory_iterator(policy)) {
+    const std::string name = entry.path().filename();
+    if (entry.is_directory() && !name.starts_with(".") && name.ends_with("position")) return entry.path();
+  }
+  return {};
+}
+
 Stopped::Stopped(std::vector<pid_t> processes) : processes_(std::move(processes)) {
   for (const pid_t process : processes_) EXPECT_EQ(kill(process, SIGSTOP), 0);
 }

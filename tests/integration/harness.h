@@ -79,6 +79,10 @@ void Evaluate(const std::vector<std::string>& arguments, const std::filesystem::
 std::string ShortTask(const std::filesystem::path& folder, double time_limit_s,
                       const std::string& task = "lift_pot");
 
+// Returns the run of the variation "position" in the folder of a plan's policy; its name contains the task's
+// path. Empty if there is none.
+std::filesystem::path OnlyRun(const std::filesystem::path& policy);
+
 // Stops processes during its lifetime.
 class Stopped {
  public:

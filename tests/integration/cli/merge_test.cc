@@ -66,13 +66,7 @@ class Merge : public testing::Test {
     ADD_FAILURE() << "no part of " << policy << ", " << episodes;
     return {};
   }
-  fs::path Run(const std::string& policy) const {
-    for (const auto& entry : fs::directory_iterator(results_ / policy)) {
-      const std::string name = entry.path().filename();
-      if (entry.is_directory() && !name.starts_with(".") && name.ends_with("position")) return entry.path();
-    }
-    return {};
-  }
+  fs::path Run(const std::string& policy) const { return OnlyRun(results_ / policy); }
   Result MergePlan() const { return RunProgram({"evalbus", "merge", results_}); }
   size_t NumParts() const {
     return static_cast<size_t>(std::distance(fs::directory_iterator(results_ / "parts"), {}));

@@ -18,13 +18,6 @@ class PlanPages : public testing::Test {
                   ShortTask(folder_.path(), 8) + "/position]\n" + episodes);
     return RunProgram({"evalbus", "run", folder_.path() / "plan.yaml", "--out", results_, "--workers", "2"});
   }
-  fs::path RunFolder(const std::string& policy) {
-    for (const auto& entry : fs::directory_iterator(results_ / policy)) {
-      if (entry.is_directory() && entry.path().string().ends_with("position")) return entry.path();
-    }
-    ADD_FAILURE() << "no run of " << policy;
-    return {};
-  }
   std::string Page(const std::string& name) { return ReadText(results_ / name); }
 
   TemporaryFolder folder_;
@@ -69,8 +62,9 @@ TEST_F(PlanPages, OfOneThatStopsHaveThePOfAnyLook) {
   EXPECT_THAT(Page("report.html"), Not(HasSubstr("Policies that share a letter")));
 
   // A manual comparison notes that its p values are for another kind of plan.
-  const fs::path run_folder = RunFolder("expert");
-  const Result compared = RunProgram({"evalbus", "compare", run_folder, RunFolder("flawed_expert-miss")});
+  const fs::path run_folder = OnlyRun(results_ / "expert");
+  const Result compared =
+      RunProgram({"evalbus", "compare", run_folder, OnlyRun(results_ / "flawed_expert-miss")});
   EXPECT_THAT(compared.out,
               HasSubstr("its plan stopped depending on its results (until: decided(alpha 0.05, max 20))"));
   Evaluate({"--like", run_folder, "--episodes", "1"}, folder_.path() / "again");
