@@ -41,7 +41,7 @@ LimitChecker::LimitChecker(const ModelNames& names)
     std::vector<int>& bodies = finger_bodies_.emplace_back();
     for (const int geom : gripper.pad_geom) bodies.push_back(model_.geom_body[geom]);
     std::ranges::sort(bodies);
-    bodies.erase(std::ranges::unique(bodies).begin(), bodies.end());
+    bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
   }
   Start();
 }
@@ -138,7 +138,10 @@ LimitChecker::Touch& LimitChecker::Find(size_t region, int body, int robot_body,
   const auto touch = std::ranges::find_if(touches_, [&](const Touch& known) {
     return known.region == region && known.body == body && known.robot_body == robot_body;
   });
-  if (touch == touches_.end()) return touches_.emplace_back(region, body, robot_body, tick, tick);
+  if (touch == touches_.end()) {
+    touches_.push_back({region, body, robot_body, tick, tick});
+    return touches_.back();
+  }
   if (Separated(touch->last_tick, tick, dt_)) touch->first_tick = tick;
   touch->last_tick = tick;
   return *touch;
