@@ -1,5 +1,5 @@
 // Contact forces of small scenes, compared with closed forms: weight at rest, sliding friction, a drop, and a
-// press between two fingers.
+// press between two fingers and between two arms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,10 +18,14 @@ constexpr double kGravity = 9.81;  // m/s^2
 constexpr double kStep = 0.001;    // s
 enum Body { kWorld, kBox, kLeftFinger, kRightFinger };
 
-// A box of 2 kg with edges of 0.1 m, and two fingers of 1 kg that slide along x on both sides of it, 0.01 m
-// away.
+// What slides along x on both sides of the box.
+enum class Sides { kFingersOfAGripper, kArms };
+
+// A box of 2 kg with edges of 0.1 m (or a sphere of that diameter), and two fingers or arms of 1 kg that
+// slide along x on both sides of it, 0.01 m away.
 struct Scene {
-  explicit Scene(double box_z, double finger_z) {
+  explicit Scene(double box_z, double finger_z, Sides sides = Sides::kFingersOfAGripper,
+                 const std::string& shape = "box") {
     const TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "scene.xml";
     const auto finger = [&](const std::string& name, double x) {
@@ -32,8 +36,8 @@ struct Scene {
     std::ofstream(file) << "<mujoco><option timestep='0.001' cone='elliptic' impratio='10'/><worldbody>"
                            "<geom type='plane' size='5 5 .1' friction='.5 .005 .0001'/>"
                            "<body name='box' pos='0 0 " +
-                               std::to_string(box_z) +
-                               "'><freejoint/><geom type='box' size='.05 .05 .05' mass='2' "
+                               std::to_string(box_z) + "'><freejoint/><geom type='" + shape +
+                               "' size='.05 .05 .05' mass='2' "
                                "friction='.5 .005 .0001'/></body>" +
                                finger("left", -0.08) + finger("right", 0.08) +
                                "</worldbody><actuator><motor joint='left'/><motor joint='right'/></actuator>"
@@ -47,7 +51,7 @@ struct Scene {
     info.object_entity = {1};
     gripper_info_t gripper{};
     gripper.pad_geom = {2, 3};
-    info.gripper = {gripper};
+    if (sides == Sides::kFingersOfAGripper) info.gripper = {gripper};
     points.emplace(*model, info);
     sums.emplace(points->fingers(), 1, kStep);
     sums->Start();
@@ -64,7 +68,7 @@ struct Scene {
       mj_step1(model.get(), data.get());
     }
     state_t state{};
-    state.gripper.resize(1);
+    state.gripper.resize(info.gripper.size());
     sums->Fill(&state);
     return state;
   }
@@ -127,6 +131,43 @@ TEST(ContactForces, ADroppedBoxGivesItsMomentumToTheFloor) {
   EXPECT_GT(energy, 0);
   // One corner hits first, so that less than the whole mass resists; never more than m v^2 / 2.
   EXPECT_LE(energy, 1.02 * 2 * speed * speed / 2);
+}
+
+// A sphere touches with its whole mass: the energy is that of its fall.
+TEST(ContactForces, ADroppedSphereTouchesWithTheEnergyOfItsFall) {
+  for (const int steps : {2, 10, 50}) {
+    SCOPED_TRACE(steps);
+    Scene scene(0.05 + 0.2, 1, Sides::kFingersOfAGripper, "sphere");
+    double energy = 0;
+    for (int step = 0; step < 300; step += steps)
+      energy = std::max(energy, Force(scene.Tick(steps), kWorld, kBox).touch_energy_J);
+    const double expected = 2 * kGravity * 0.2;
+    EXPECT_NEAR(energy, expected, 0.02 * expected);
+  }
+}
+
+// Two arms squeeze the box without any gripper: each presses with the force of its motor.
+TEST(ContactForces, ArmsPressTheBoxBetweenThemAtAnyControlRate) {
+  for (const int steps : {2, 10, 50}) {
+    SCOPED_TRACE(steps);
+    Scene scene(0.05, 0.05, Sides::kArms);
+    scene.data->ctrl[0] = 30;
+    scene.data->ctrl[1] = -30;
+    mj_forward(scene.model.get(), scene.data.get());
+    for (int step = 0; step < 1000; step += steps) scene.Tick(steps);
+    const state_t state = scene.Tick(steps);
+    for (const Body arm : {kLeftFinger, kRightFinger}) {
+      const contact_force_t force = Force(state, kBox, arm);
+      EXPECT_EQ(force.kind, contact_force_t::OBJECT);
+      EXPECT_NEAR(force.peak_force_N, 30, 0.6);
+      EXPECT_NEAR(force.mean_force_N, 30, 0.6);
+      // Impulses are those on the arm, which is pushed outward.
+      EXPECT_NEAR(force.impulse_Ns[0], (arm == kLeftFinger ? -30 : 30) * steps * kStep, 0.6 * steps * kStep);
+    }
+    ASSERT_EQ(state.object_force_N.size(), static_cast<size_t>(steps));
+    for (const double force : state.object_force_N) EXPECT_NEAR(force, 30, 0.6);
+    EXPECT_TRUE(state.self_force_N.empty());
+  }
 }
 
 TEST(ContactForces, FingersPressWithTheirMotorsForceAtAnyControlRate) {
