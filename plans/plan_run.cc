@@ -74,12 +74,20 @@ bool RunJobs(std::vector<runner::Job> jobs, int at_once, const std::string& what
   return !stop_requested();
 }
 
-// Runs the suites of these policies, with `episodes` episodes of each task.
+// True if this run was continued beyond `episodes` episodes before its plan was interrupted.
+bool HasMore(const fs::path& run, int episodes) {
+  const fs::path file = run / kRunJson;
+  return fs::exists(file) && ReadJsonFile<ordered_json>(file).value("episodes", 0) > episodes;
+}
+
+// Runs the suites of these policies, with `episodes` episodes of each task. Runs that have more already, from
+// a later step of a plan that was interrupted, are left as they are.
 void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, int episodes, int workers,
                const Events& events) {
   const Plan& plan = folder.plan();
   std::map<std::string, runner::Suite> suites;
   std::map<std::string, std::pair<std::string, std::string>> of_job;  // policy and task
+  std::set<std::string> ahead;  // policies with such runs; a later step writes the summary of their suite
   std::vector<runner::Job> jobs;
   size_t width = 0;
   for (const PlannedPolicy& policy : plan.policies) {
@@ -94,12 +102,17 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
                                      .first->second;
     for (runner::Job& job : suite.Jobs(events.output)) {
       const std::string task = job.name;
+      if (plan.until && HasMore(suite.run_folder(task), episodes)) {
+        ahead.insert(policy.name);
+        continue;
+      }
       job.name = policy.name + "  " + task;
       width = std::max(width, job.name.size());
       of_job[job.name] = {policy.name, task};
       jobs.push_back(std::move(job));
     }
   }
+  if (jobs.empty()) return;
   fmt::print("{} runs of {}, {} at a time\n{}", jobs.size(), Plural(episodes, "episode"), workers,
              results::Tally::Title("policy, task", width));
   std::fflush(stdout);
@@ -107,7 +120,9 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
     const auto& [policy, task] = of_job.at(job);
     fmt::print("{}", suites.at(policy).Ended(task).Line(job, width));
   });
-  for (const auto& [name, suite] : suites) suite.WriteSummary();
+  for (const auto& [name, suite] : suites) {
+    if (!ahead.contains(name)) suite.WriteSummary();
+  }
   if (is_whole) return;
   throw EnvironmentError(fmt::format("stopped; to resume, run the same command with --out {} --resume",
                                      fs::proximate(folder.path()).string()));
@@ -121,8 +136,7 @@ void RunInSteps(const PlanFolder& folder, int workers, const Events& events, con
   std::set<std::string> going;
   for (const PlannedPolicy& policy : plan.policies) going.insert(policy.name);
   const bool keeps_baseline = !plan.until->width;
-  for (int episodes = plan.options.episodes;;
-       episodes = std::min(episodes + plan.options.episodes, plan.until->max_episodes)) {
+  for (int episodes = plan.options.episodes;; episodes = NextLook(plan, episodes)) {
     RunSuites(folder, going, episodes, workers, events);
     std::erase_if(going, [&](const std::string& policy) {
       return !(keeps_baseline && policy == plan.baseline) && ended(policy, episodes);
@@ -136,31 +150,23 @@ void RunInSteps(const PlanFolder& folder, int workers, const Events& events, con
 void RunUntilDecided(const PlanFolder& folder, int workers, const Events& events) {
   const Plan& plan = folder.plan();
   std::map<std::string, Stop> stops;
-  const auto num_comparisons = static_cast<double>(plan.policies.size() - 1);
   RunInSteps(folder, workers, events, [&](const std::string& policy, int episodes) {
     Stop& stop = stops[policy];
-    stop = LookAtDifference(folder, policy, stop, episodes, num_comparisons);
-    if (!stop.is_decided && !stop.is_hopeless && episodes < plan.until->max_episodes) return false;
+    stop = LookAtDifference(folder, policy, stop, episodes);
+    if (!stop.has_ended(*plan.until)) return false;
     fmt::print("{}: {}\n", policy, stop.Text(plan.baseline, *plan.until));
     return true;
   });
-  ordered_json json = ordered_json::array();
-  for (const auto& [policy, stop] : stops) json.push_back(stop.Json(policy, plan.baseline, *plan.until));
-  WriteWhole(folder.path() / kStopsJson, ToText(json, 2) + "\n");
 }
 
 // Adds episodes until the intervals of each policy are narrow enough.
 void RunUntilNarrow(const PlanFolder& folder, int workers, const Events& events) {
-  const Plan& plan = folder.plan();
-  ordered_json json = ordered_json::array();
   RunInSteps(folder, workers, events, [&](const std::string& policy, int episodes) {
     const WidthStop stop = LookAtWidth(folder, policy, episodes);
-    if (!stop.is_narrow && episodes < plan.until->max_episodes) return false;
-    fmt::print("{}: {}\n", policy, stop.Text(*plan.until));
-    json.push_back(stop.Json(policy, *plan.until));
+    if (!stop.has_ended(*folder.plan().until)) return false;
+    fmt::print("{}: {}\n", policy, stop.Text(*folder.plan().until));
     return true;
   });
-  WriteWhole(folder.path() / kStopsJson, ToText(json, 2) + "\n");
 }
 
 std::vector<int> EpisodesForVideo(const PlannedVideos& videos, const results::RecordedRun& run) {
@@ -244,6 +250,7 @@ void RunPlan(const PlanFolder& folder, int workers, const runner::RunOutput& out
              plan.policies.size() == 1 ? "y" : "ies", Plural(plan.tasks.size(), "task"));
   if (plan.until) {
     (plan.until->width ? RunUntilNarrow : RunUntilDecided)(folder, workers, events);
+    WriteWhole(folder.path() / kStopsJson, ToText(StopsJson(folder), 2) + "\n");
   } else {
     RunAll(folder, workers, events);
   }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "metrics/statistics/chance_to_decide.h"
 #include "results/comparison.h"
@@ -13,12 +15,26 @@ namespace evalbus::plans {
 
 using nlohmann::ordered_json;
 
-Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes,
-                      double num_comparisons) {
+namespace {
+
+// The runs of a policy with their first `episodes` episodes.
+results::RecordedRuns ReadFirst(const PlanFolder& folder, const std::string& policy, int episodes) {
+  results::RecordedRuns runs = results::ReadRuns(folder.policy_folder(policy));
+  for (results::RecordedRun& run : runs.runs) {
+    std::erase_if(run.episodes,
+                  [&](const results::RecordedEpisode& episode) { return episode.episode >= episodes; });
+  }
+  return runs;
+}
+
+}  // namespace
+
+Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes) {
   const Until& until = *folder.plan().until;
+  const auto num_comparisons = static_cast<double>(folder.plan().policies.size() - 1);
   const results::SuccessCounts counts =
-      results::CompareVerdicts(results::ReadRuns(folder.policy_folder(policy)),
-                               results::ReadRuns(folder.policy_folder(folder.plan().baseline)))
+      results::CompareVerdicts(ReadFirst(folder, policy, episodes),
+                               ReadFirst(folder, folder.plan().baseline, episodes))
           .success.samples;
   const bool is_last = episodes >= until.max_episodes;
   Stop stop = before;
@@ -84,7 +100,7 @@ ordered_json Stop::Json(const std::string& policy, const std::string& baseline, 
 WidthStop LookAtWidth(const PlanFolder& folder, const std::string& policy, int episodes) {
   WidthStop stop{.episodes = episodes, .widest = {0, 0}};
   const auto width = [](const metrics::Interval& interval) { return interval.upper - interval.lower; };
-  for (const results::RecordedRun& run : results::ReadRuns(folder.policy_folder(policy)).runs) {
+  for (const results::RecordedRun& run : ReadFirst(folder, policy, episodes).runs) {
     const metrics::Interval interval = run.Statistics().Summary(false).anytime;
     if (width(interval) > width(stop.widest)) stop.widest = interval;
   }
@@ -101,6 +117,33 @@ std::string WidthStop::Text(const Until& until) const {
 ordered_json WidthStop::Json(const std::string& policy, const Until& until) const {
   return {{"policy", policy},      {"episodes", episodes},   {"lower", widest.lower},
           {"upper", widest.upper}, {"is_narrow", is_narrow}, {"text", Text(until)}};
+}
+
+int NextLook(const Plan& plan, int episodes) {
+  return std::min(episodes + plan.options.episodes, plan.until->max_episodes);
+}
+
+ordered_json StopsJson(const PlanFolder& folder) {
+  const Plan& plan = folder.plan();
+  const Until& until = *plan.until;
+  std::map<std::string, ordered_json> stops;
+  for (const PlannedPolicy& policy : plan.policies) {
+    int episodes = plan.options.episodes;
+    if (until.width) {
+      WidthStop stop = LookAtWidth(folder, policy.name, episodes);
+      while (!stop.has_ended(until))
+        stop = LookAtWidth(folder, policy.name, episodes = NextLook(plan, episodes));
+      stops[policy.name] = stop.Json(policy.name, until);
+    } else if (policy.name != plan.baseline) {
+      Stop stop = LookAtDifference(folder, policy.name, {}, episodes);
+      while (!stop.has_ended(until))
+        stop = LookAtDifference(folder, policy.name, stop, episodes = NextLook(plan, episodes));
+      stops[policy.name] = stop.Json(policy.name, plan.baseline, until);
+    }
+  }
+  ordered_json json = ordered_json::array();
+  for (auto& [policy, stop] : stops) json.push_back(std::move(stop));
+  return json;
 }
 
 }  // namespace evalbus::plans

@@ -26,6 +26,10 @@ struct Stop {
   bool is_success_decided = false;
   // Not decided, and probably not until the plan's maximum either (metrics::kLeastChance).
   bool is_hopeless = false;
+  // True if the policy runs no more episodes.
+  bool has_ended(const Until& until) const {
+    return is_decided || is_hopeless || episodes >= until.max_episodes;
+  }
 
   // For example "better than expert, decided after 40 of 200 episodes of each task: ...".
   std::string Text(const std::string& baseline, const Until& until) const;
@@ -33,10 +37,9 @@ struct Stop {
                               const Until& until) const;
 };
 
-// Compares a policy with the baseline after `episodes` episodes of each task. num_comparisons: number of
-// comparisons that p is adjusted for.
-Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes,
-                      double num_comparisons);
+// Compares a policy with the baseline by their first `episodes` episodes of each task, also if there are
+// more, as in a plan that is resumed. `before`: the look before.
+Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes);
 
 // Widths of a policy's success rates: `width` rules of Plan::until.
 struct WidthStop {
@@ -44,11 +47,18 @@ struct WidthStop {
   // Anytime-valid interval of the success rate on the task where it is widest.
   metrics::Interval widest{};
   bool is_narrow = false;
+  bool has_ended(const Until& until) const { return is_narrow || episodes >= until.max_episodes; }
 
   // For example "0.62 to 0.71 after 400 episodes".
   std::string Text(const Until& until) const;
   nlohmann::ordered_json Json(const std::string& policy, const Until& until) const;
 };
 WidthStop LookAtWidth(const PlanFolder& folder, const std::string& policy, int episodes);
+
+// Number of episodes of each task at the look after `episodes`.
+int NextLook(const Plan& plan, int episodes);
+
+// Value of stops.json, from the episodes in the folder: repeats all looks of each policy.
+nlohmann::ordered_json StopsJson(const PlanFolder& folder);
 
 }  // namespace evalbus::plans

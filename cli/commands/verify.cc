@@ -3,12 +3,19 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/plan_layout.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "cli/commands/commands.h"
+#include "plans/plan_folder.h"
+#include "plans/stop_rule.h"
 #include "results/manifest.h"
+#include "results/rescorer.h"
 #include "results/verification.h"
 #include "runner/version.h"
 
@@ -35,11 +42,31 @@ void AddOptions(CLI::App* app, VerifyOptions* options) {
       ->excludes(hashes);
 }
 
+// Compares stops.json of a plan that stops depending on its results with its episodes.
+void VerifyStops(const fs::path& folder, results::Verification* result) {
+  const fs::path file = folder / plans::kStopsJson;
+  if (!fs::exists(folder / kPlanJson) || !fs::exists(file)) return;
+  try {
+    const auto stored = ReadJsonFile<nlohmann::ordered_json>(file);
+    // Parsed from its text, like the file.
+    const auto computed = nlohmann::ordered_json::parse(ToText(plans::StopsJson(plans::PlanFolder(folder))));
+    for (const results::Difference& one : results::Differences(stored, computed)) {
+      result->findings.push_back(
+          fmt::format("{}: {} is {}, recomputed {}", file.string(), one.name, one.before, one.after));
+    }
+  } catch (const InputError& error) {
+    result->findings.push_back(error.what());
+  }
+}
+
 // Returns 0 if nothing is wrong, else 1. Throws InputError, EnvironmentError.
 int Verify(const VerifyOptions& options) {
   results::Verification result;
   if (!options.write) results::VerifyHashes(options.folder, &result);
-  if (!options.hashes) results::VerifyNumbers(options.folder, &result);
+  if (!options.hashes) {
+    results::VerifyNumbers(options.folder, &result);
+    VerifyStops(options.folder, &result);
+  }
   for (const std::string& finding : result.findings) fmt::print("{}\n", Printable(finding));
   for (const std::string& note : result.notes) fmt::print("note: {}\n", Printable(note));
   const std::string version = fmt::format("{} ({})", kVersion, kGitCommit);

@@ -71,6 +71,32 @@ TEST_F(PlanPages, OfOneThatStopsHaveThePOfAnyLook) {
   EXPECT_EQ(nlohmann::json::parse(ReadText(folder_.path() / "again/run.json"))["until"], "");
 }
 
+// Each look uses the episodes that there were at that time, although the folder has more of them now.
+TEST_F(PlanPages, OneThatStopsIsResumedAndVerified) {
+  ASSERT_EQ(Run("episodes: 5\nuntil: decided(alpha 0.05, max 15)\n").code, 0);
+  const fs::path file = results_ / "stops.json";
+  const std::string stops = ReadText(file), summary = ReadText(results_ / "expert/summary.json");
+  // As if the plan had been interrupted after its last episode.
+  fs::remove(file);
+  const Result resumed =
+      RunProgram({"evalbus", "run", folder_.path() / "plan.yaml", "--out", results_, "--resume"});
+  ASSERT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_EQ(ReadText(file), stops);
+  EXPECT_EQ(ReadText(results_ / "expert/summary.json"), summary);
+
+  Result verified = RunProgram({"evalbus", "verify", results_});
+  EXPECT_EQ(verified.code, 0) << verified.out;
+  const int lost = nlohmann::json::parse(stops)[0]["only_baseline"];
+  const std::string key = "\"only_baseline\": ";
+  std::string edited = stops;
+  edited.replace(edited.find(key), key.size() + std::to_string(lost).size(), key + "99");
+  WriteText(file, edited);
+  verified = RunProgram({"evalbus", "verify", results_});
+  EXPECT_EQ(verified.code, 1);
+  EXPECT_THAT(verified.out, HasSubstr(file.string() + ": 0.only_baseline is 99, recomputed " +
+                                      std::to_string(lost) + "\n"));
+}
+
 TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {
   const Result run = Run("episodes: 8\n");
   ASSERT_EQ(run.code, 0) << run.err;
