@@ -3,6 +3,7 @@
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "results/episode_json.h"
+#include "results/policy_calls.h"
 #include "results/run_reader.h"
 
 namespace evalbus::results {
@@ -37,8 +38,14 @@ std::string KeptResults::Difference(const fs::path& log, const RescoredEpisode& 
   const model_info_t& model = *episode.model;
   // Lines of older versions have no parameters.
   const bool has_parameters = line.contains("parameters") && episode.begin;
-  const ordered_json score =
+  ordered_json score =
       EpisodeJson(model.task, model.variation, episode.summary, has_parameters ? &*episode.begin : nullptr);
+  if (HasDelayMetrics(line)) {
+    const fs::path calls = log.parent_path() / kPolicyCallsJson;
+    if (!fs::exists(calls))
+      return std::string(kEpisodesJsonl) + " has metrics of a delay, but " + kPolicyCallsJson + " is missing";
+    AddDelayMetrics(ReadJsonFile<ordered_json>(calls), episode.summary, &score);
+  }
   // Parsed from its text, because text that is not valid UTF-8 changes when it is written.
   const auto differences = Differences(line, ordered_json::parse(ToText(score)));
   return differences.empty() ? "" : std::string(kEpisodesJsonl) + " differs: " + DifferencesText(differences);

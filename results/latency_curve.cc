@@ -62,7 +62,9 @@ DelayPoint ReadDelayPoint(const RecordedRun& run) {
       .success = {summary.success_rate, {summary.wilson.lower, summary.wilson.upper}},
       .completion_time_s = MeanOf(summary.Find("completion_time")),
       .joint_jerk_radps3 = MeanOf(FindJointJerk(summary)),
-      .figures = ReadDelayFigures(run).value_or(DelayFigures{kNoNumber, kNoNumber, kNoNumber}),
+      .stale_action_ratio = MeanOf(summary.Find("extended.stale_action_ratio")).mean,
+      .effective_hz = MeanOf(summary.Find("extended.effective_hz")).mean,
+      .action_age_s = MeanOf(summary.Find("extended.action_age_s")).mean,
   };
   point.applied_ms = static_cast<double>(point.delay_ticks) * tick_s * 1e3;
   return point;
@@ -76,8 +78,7 @@ std::string DelayTable(const std::vector<DelayPoint>& points) {
     text += fmt::format("{:<12}  {:>8.4g}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6.1f}  {:>6.1f}  {:>7.0f}\n",
                         point.execution, point.applied_ms, point.complete, Cell(point.success, 100, 0),
                         Cell(point.completion_time_s, 1, 2), Cell(point.joint_jerk_radps3, 1, 1),
-                        100 * point.figures.stale_action_ratio, point.figures.effective_hz,
-                        1e3 * point.figures.action_age_s);
+                        100 * point.stale_action_ratio, point.effective_hz, 1e3 * point.action_age_s);
   }
   return text;
 }
@@ -94,9 +95,9 @@ ordered_json DelayJson(const std::vector<DelayPoint>& points) {
                     {"success_rate", Json(point.success)},
                     {"completion_time_s", Json(point.completion_time_s)},
                     {"rms_joint_jerk_radps3", Json(point.joint_jerk_radps3)},
-                    {"stale_action_ratio", number(point.figures.stale_action_ratio)},
-                    {"effective_hz", number(point.figures.effective_hz)},
-                    {"action_age_s", number(point.figures.action_age_s)}});
+                    {"stale_action_ratio", number(point.stale_action_ratio)},
+                    {"effective_hz", number(point.effective_hz)},
+                    {"action_age_s", number(point.action_age_s)}});
   }
   return json;
 }

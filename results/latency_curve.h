@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "metrics/statistics/interval.h"
-#include "results/policy_calls.h"
 #include "results/run_reader.h"
 
 namespace evalbus::results {
@@ -28,7 +27,8 @@ struct DelayPoint {
   // Success over all complete episodes; time over the successful ones, s; joint jerk (root of the mean
   // square) over all complete episodes, rad/s^3.
   MeasuredMean success, completion_time_s, joint_jerk_radps3;
-  DelayFigures figures;
+  // Means over all complete episodes; NaN in runs of older versions.
+  double stale_action_ratio = 0, effective_hz = 0, action_age_s = 0;
 };
 
 // Throws InputError if the run has no fixed delay.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "base/json_file.h"
 #include "base/plural.h"
@@ -15,6 +16,11 @@ namespace evalbus::results {
 namespace {
 
 using nlohmann::ordered_json;
+
+// Below "extended" in episodes.jsonl.
+constexpr char kStaleRatio[] = "stale_action_ratio";
+constexpr char kEffectiveRate[] = "effective_hz";
+constexpr char kActionAge[] = "action_age_s";
 
 // For example "8.2 ms" or "1.3 s".
 std::string TimeInWords(double seconds) {
@@ -87,29 +93,48 @@ std::string CallsInWords(const std::vector<ordered_json>& episodes) {
   return words + ".";
 }
 
-std::string FiguresInWords(const RecordedRun& run) {
-  const auto figures = ReadDelayFigures(run);
-  if (!figures) return "";
+// Simulated time of a control tick; 0 if the episode has none.
+double TickSeconds(const episode_summary_t& summary) {
+  const header_t& end = summary.header;
+  return end.tick > 0 ? static_cast<double>(end.sim_time_us) / 1e6 / static_cast<double>(end.tick) : 0;
+}
+
+std::string DelayInWords(const RecordedRun& run) {
+  const metrics::RunSummary summary = run.Statistics().Summary(false);
+  const auto mean = [&](const char* name) {
+    const metrics::MetricSummary* metric = summary.Find(std::string("extended.") + name);
+    return metric ? metric->mean : std::numeric_limits<double>::quiet_NaN();
+  };
+  if (!std::isfinite(mean(kActionAge))) return "";
   return fmt::format(
       "{:.1f} new actions per second; {:.1f} % of the ticks had none; an action was {} old on average.",
-      figures->effective_hz, 100 * figures->stale_action_ratio, TimeInWords(figures->action_age_s));
+      mean(kEffectiveRate), 100 * mean(kStaleRatio), TimeInWords(mean(kActionAge)));
 }
 
 }  // namespace
 
-std::optional<DelayFigures> ReadDelayFigures(const RecordedRun& run) {
-  int64_t ticks = 0, held = 0, age = 0;
-  for (const ordered_json& episode : ReadCalls(run)) {
-    if (!episode.contains("age_ticks")) return std::nullopt;  // made by an older evalbus
-    ticks += episode.at("ticks").get<int64_t>();
-    held += episode.at("held_ticks").get<int64_t>();
-    age += episode.at("age_ticks").get<int64_t>();
+int64_t ScoredTicks(const episode_summary_t& summary) {
+  const double tick_s = TickSeconds(summary);
+  return tick_s > 0 ? std::llround(summary.metrics.completion_time_s / tick_s) : 0;
+}
+
+bool HasDelayMetrics(const ordered_json& line) { return line.at("extended").contains(kStaleRatio); }
+
+void AddDelayMetrics(const ordered_json& calls, const episode_summary_t& summary, ordered_json* line) {
+  const double tick_s = TickSeconds(summary);
+  const auto ticks = calls.at("ticks").get<int64_t>(), held = calls.at("held_ticks").get<int64_t>();
+  const int64_t executed = ticks - held;
+  ordered_json stale, hz, age;
+  if (ticks > 0) {
+    stale = static_cast<double>(held) / static_cast<double>(ticks);
+    hz = static_cast<double>(executed) / (static_cast<double>(ticks) * tick_s);
   }
-  if (ticks == 0) return std::nullopt;
-  const double hz = run.info.at("control_hz").get<double>();
-  const double stale = static_cast<double>(held) / static_cast<double>(ticks);
-  const int64_t executed = std::max<int64_t>(ticks - held, 1);
-  return DelayFigures{stale, hz * (1 - stale), static_cast<double>(age) / static_cast<double>(executed) / hz};
+  if (executed > 0)
+    age = tick_s * static_cast<double>(calls.at("age_ticks").get<int64_t>()) / static_cast<double>(executed);
+  ordered_json& extended = line->at("extended");
+  extended[kStaleRatio] = stale;
+  extended[kEffectiveRate] = hz;
+  extended[kActionAge] = age;
 }
 
 void PolicyCalls::RemoveUndecided(int64_t last_tick) {
@@ -167,7 +192,7 @@ std::vector<std::string> PolicyNotes(const RecordedRun& run) {
   if (found == run.info.end() || !found->is_object()) {
     if (run.info.value("latency", "none") == "none") return notes;
     notes.push_back(fmt::format("Scripted policy with an inference delay: {}.", ThinkingInWords(run.info)));
-    if (std::string figures = FiguresInWords(run); !figures.empty()) notes.push_back(std::move(figures));
+    if (std::string delay = DelayInWords(run); !delay.empty()) notes.push_back(std::move(delay));
     return notes;
   }
   const ordered_json& contract = *found;
@@ -183,7 +208,7 @@ std::vector<std::string> PolicyNotes(const RecordedRun& run) {
     notes.push_back("The policy received poses of objects, which a real robot cannot measure.");
   }
   if (std::string calls = CallsInWords(episodes); !calls.empty()) notes.push_back(std::move(calls));
-  if (std::string figures = FiguresInWords(run); !figures.empty()) notes.push_back(std::move(figures));
+  if (std::string delay = DelayInWords(run); !delay.empty()) notes.push_back(std::move(delay));
   return notes;
 }
 

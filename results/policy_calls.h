@@ -3,10 +3,10 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "evalbus/episode_summary_t.hpp"
 #include "evalbus/policy_action_t.hpp"
 #include "policy_bridge/actions/chunk_schedule.h"
 #include "results/run_reader.h"
@@ -34,7 +34,7 @@ class PolicyCalls {
   // called while that tick is scored, so whether the answer arrives in time is random, and it has no effect.
   void RemoveUndecided(int64_t last_tick);
 
-  // num_ticks: ticks of the episode, without the reset state.
+  // num_ticks: ticks that the episode's values cover (ScoredTicks()).
   nlohmann::ordered_json Json(const CallSchedule& schedule, int64_t num_ticks) const;
 
  private:
@@ -48,17 +48,17 @@ class PolicyCalls {
   std::vector<Call> calls_;
 };
 
-// What a delay did to a run's commands, over all its episodes; docs/latency.md defines it.
-struct DelayFigures {
-  // Share of the control ticks at which there was no new action, so that the robot held its last command.
-  double stale_action_ratio = 0;
-  // New actions per second of simulated time.
-  double effective_hz = 0;
-  // Mean time from an observation to the execution of an action that follows from it, s.
-  double action_age_s = 0;
-};
-// Nothing if the run has no policy_calls.json with these numbers.
-std::optional<DelayFigures> ReadDelayFigures(const RecordedRun& run);
+// Number of ticks that the episode's values cover: up to the first success or failure, without the reset
+// state.
+int64_t ScoredTicks(const episode_summary_t& summary);
+
+// Adds the metrics of a policy's delay (docs/metrics.md) to the line of an episode: stale_action_ratio,
+// effective_hz and action_age_s, null if there is no value. The metrics process cannot compute them, because
+// STATE does not show which actions are new. `calls`: value of PolicyCalls::Json().
+void AddDelayMetrics(const nlohmann::ordered_json& calls, const episode_summary_t& summary,
+                     nlohmann::ordered_json* line);
+// True if the line has these metrics; lines of older versions have none.
+bool HasDelayMetrics(const nlohmann::ordered_json& line);
 
 // Returns a warning if the policy was called less than half as often as scheduled; otherwise empty.
 // `episodes`: values of PolicyCalls::Json().

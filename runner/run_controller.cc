@@ -248,7 +248,8 @@ void RunController::FinishIfRecorded() {
         summary.end_reason == end_reason::kTimeLimit) {
       attempt_.calls.RemoveUndecided(summary.header.tick);
     }
-    const nlohmann::ordered_json calls = attempt_.calls.Json(*plan_.calls, summary.header.tick);
+    const nlohmann::ordered_json calls = attempt_.calls.Json(*plan_.calls, results::ScoredTicks(summary));
+    results::AddDelayMetrics(calls, summary, &line);
     folder_.AddPolicyCalls(episode_index(), calls);
     const std::string warning = results::RareCallsWarning({calls});
     if (!warning.empty() && !std::exchange(rare_calls_reported_, true)) {

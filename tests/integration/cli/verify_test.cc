@@ -93,6 +93,26 @@ TEST_F(Verify, AnEditedNumberIsNamed) {
   EXPECT_SAYS(result.out, "1 finding: ");
 }
 
+// The log alone does not have these metrics; policy_calls.json beside it does.
+TEST_F(Verify, AnEditedMetricOfADelayIsNamed) {
+  const fs::path run = folder_.path() / "delayed";
+  Evaluate({ShortTask(folder_.path(), 1), "--policy", "random", "--latency", "100", "--episodes", "1",
+            "--in-process"},
+           run);
+  // 5 of the 50 ticks pass during each of the first two inferences, which begin at ticks 0 and 30.
+  const auto line = nlohmann::json::parse(ReadText(run / "episodes.jsonl"));
+  EXPECT_EQ(line["extended"]["stale_action_ratio"], 0.2);
+  EXPECT_EQ(line["extended"]["effective_hz"], 40);
+  EXPECT_EQ(SchemaError("episode", run / "episodes/0000/summary.json"), "");
+  Result result = Of(run);
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  Replace(run / "episodes.jsonl", "\"effective_hz\":40", "\"effective_hz\":50");
+  result = Of(run);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out,
+              LogFile(run, 0).string() + ": episodes.jsonl differs: extended.effective_hz 50.0 -> 40.0\n");
+}
+
 TEST_F(Verify, AChangedOptionIsNamed) {
   Seal(run_);
   Replace(run_ / "run.json", "\"policy_timeout_s\": 60.0", "\"policy_timeout_s\": 90.0");

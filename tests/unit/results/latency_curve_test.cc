@@ -23,17 +23,14 @@ class LatencyCurveTest : public testing::Test {
     info.update(more);
     std::vector<ordered_json> lines;
     for (int i = 0; i < 4; ++i) {
-      lines.push_back(
+      ordered_json& line = lines.emplace_back(
           EpisodeLine(i, i < 3, {{"completion_time", 3 + i}, {"overall_rms_joint_jerk", 10.0 * (i + 1)}}));
+      line["extended"].update({{"stale_action_ratio", 0.1 * (i + 1)},
+                               {"effective_hz", 45 - 5 * i},
+                               {"action_age_s", 0.05 * (i + 1)}});
     }
     const auto folder = folder_.path() / "run";
     WriteRun(folder, info, lines);
-    // 100 ticks at 50 Hz of each episode; 25 without a new action; the others 10 ticks old.
-    for (int i = 0; i < 4; ++i) {
-      const ordered_json calls = {{"tick", {0}},  {"answered_s", {0}}, {"server_s", {-1}}, {"held_ticks", 25},
-                                  {"ticks", 100}, {"age_ticks", 750},  {"due_calls", 1}};
-      WriteFile(EpisodeFolder(folder, i) / kPolicyCallsJson, calls.dump());
-    }
     return ReadRun(folder);
   }
   TemporaryFolder folder_;
@@ -49,9 +46,9 @@ TEST_F(LatencyCurveTest, HasTheNumbersOfARun) {
   EXPECT_EQ(point.success.mean, 0.75);
   EXPECT_EQ(point.completion_time_s.mean, 4);
   EXPECT_EQ(point.joint_jerk_radps3.mean, 25);
-  EXPECT_EQ(point.figures.stale_action_ratio, 0.25);
-  EXPECT_EQ(point.figures.effective_hz, 37.5);
-  EXPECT_DOUBLE_EQ(point.figures.action_age_s, 0.2);
+  EXPECT_DOUBLE_EQ(point.stale_action_ratio, 0.25);
+  EXPECT_EQ(point.effective_hz, 37.5);
+  EXPECT_DOUBLE_EQ(point.action_age_s, 0.125);
 
   const std::vector<DelayPoint> points = {point};
   EXPECT_THAT(DelayTable(points), HasSubstr("rtc                100         4  75 ("));

@@ -57,12 +57,55 @@ TEST(PolicyCalls, AsynchronousActionsAreOlderAndFewTicksAreHeld) {
   EXPECT_EQ(calls.Json(schedule, 11)["held_ticks"], 2);
 }
 
+// An episode with ticks of 20 ms that ended at last_tick; its values cover the ticks until completion_time_s.
+episode_summary_t Summary(int64_t last_tick, double completion_time_s) {
+  episode_summary_t summary{};
+  summary.header.tick = last_tick;
+  summary.header.sim_time_us = last_tick * 20000;
+  summary.metrics.completion_time_s = completion_time_s;
+  return summary;
+}
+
+TEST(DelayMetrics, AreThoseOfTheTicksThatTheValuesCover) {
+  PolicyCalls calls;
+  calls.Add(Call(0, 0.5, -1));
+  calls.Add(Call(10, 0.25, 0.125, 2));
+  // The success was at tick 20, the episode continued for 10 ticks.
+  const episode_summary_t summary = Summary(30, 0.4);
+  EXPECT_EQ(ScoredTicks(summary), 20);
+  ordered_json line = EpisodeLine(0, true);
+  EXPECT_FALSE(HasDelayMetrics(line));
+  AddDelayMetrics(calls.Json({.execute_steps = 10}, ScoredTicks(summary)), summary, &line);
+  EXPECT_TRUE(HasDelayMetrics(line));
+  // 2 of 20 ticks held; 18 actions in 0.4 s; they are 89 ticks old together, as above.
+  EXPECT_DOUBLE_EQ(line["extended"]["stale_action_ratio"], 0.1);
+  EXPECT_DOUBLE_EQ(line["extended"]["effective_hz"], 45);
+  EXPECT_DOUBLE_EQ(line["extended"]["action_age_s"], 89 * 0.02 / 18);
+}
+
+TEST(DelayMetrics, AreNullWithoutTicksOrActions) {
+  ordered_json line = EpisodeLine(0, false);
+  AddDelayMetrics(PolicyCalls().Json({}, 0), Summary(0, 0), &line);
+  EXPECT_TRUE(HasDelayMetrics(line));
+  for (const char* name : {"stale_action_ratio", "effective_hz", "action_age_s"})
+    EXPECT_TRUE(line["extended"][name].is_null()) << name;
+  AddDelayMetrics(PolicyCalls().Json({}, 10), Summary(10, 0.2), &line);
+  EXPECT_EQ(line["extended"]["stale_action_ratio"], 1);
+  EXPECT_EQ(line["extended"]["effective_hz"], 0);
+  EXPECT_TRUE(line["extended"]["action_age_s"].is_null());
+}
+
 class PolicyNotesTest : public testing::Test {
  protected:
-  RecordedRun Run(const ordered_json& more) {
+  RecordedRun Run(const ordered_json& more, bool delay = false) {
     ordered_json info = RunInfo(2);
     info.update(more);
-    WriteRun(folder_.path() / "run", info, {EpisodeLine(0, true), EpisodeLine(1, false)});
+    ordered_json first = EpisodeLine(0, true), second = EpisodeLine(1, false);
+    if (delay) {
+      first["extended"].update({{"stale_action_ratio", 0}, {"effective_hz", 50}, {"action_age_s", 0.15}});
+      second["extended"].update({{"stale_action_ratio", 0.2}, {"effective_hz", 40}, {"action_age_s", 0.05}});
+    }
+    WriteRun(folder_.path() / "run", info, {first, second});
     return ReadRun(folder_.path() / "run");
   }
   static ordered_json Contract() {
@@ -100,7 +143,7 @@ TEST_F(PolicyNotesTest, ReportsTheCostOfComputation) {
 TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
   ordered_json contract = Contract();
   contract["privileged"] = true;
-  const RecordedRun run = Run({{"policy_contract", contract}, {"latency", "none"}});
+  const RecordedRun run = Run({{"policy_contract", contract}, {"latency", "none"}}, true);
   PolicyCalls first, second;
   first.Add(Call(0, 1.5, 0.004));
   first.Add(Call(10, 0.010, -1));
@@ -118,10 +161,10 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
   EXPECT_EQ(notes[2],
             "Its server was called 3 times: 20 ms median, 1.5 s 99th percentile, 1.5 s longest; 2 ms median "
             "as reported by the server; the robot held its last command for 3 ticks.");
-  // 27 of 30 ticks at 50 Hz; 45 + 21 + 75 ticks.
+  // The means of the episodes' metrics.
   EXPECT_EQ(
       notes[3],
-      "45.0 new actions per second; 10.0 % of the ticks had none; an action was 104 ms old on average.");
+      "45.0 new actions per second; 10.0 % of the ticks had none; an action was 100 ms old on average.");
 }
 
 // Called at most once a second on a realtime clock: the answer for tick 0 is executed at tick 8.
