@@ -141,6 +141,19 @@ void PolicyCalls::RemoveUndecided(int64_t last_tick) {
   std::erase_if(calls_, [&](const Call& call) { return call.tick >= last_tick; });
 }
 
+bool PolicyCalls::IsWhole(const CallSchedule& schedule, int64_t num_ticks) const {
+  policy::ChunkSchedule chunks(schedule.execution, schedule.execute_steps);
+  auto call = calls_.begin();
+  for (int64_t now = schedule.settle_steps; now < num_ticks; ++now) {
+    if (!chunks.IsDue(now)) continue;
+    if (call == calls_.end() || call->tick != now) return false;
+    chunks.Ask(now);
+    chunks.Arrive(call->executed_from, schedule.chunk_steps > 0 ? schedule.chunk_steps : call->num_steps);
+    ++call;
+  }
+  return true;
+}
+
 ordered_json PolicyCalls::Json(const CallSchedule& schedule, int64_t num_ticks) const {
   ordered_json tick = ordered_json::array(), answered_s = tick, server_s = tick;
   for (const Call& call : calls_) {

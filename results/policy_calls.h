@@ -26,13 +26,18 @@ struct CallSchedule {
 // The calls of an episode, for episodes/0007/policy_calls.json (docs/run_folder.md).
 class PolicyCalls {
  public:
+  // Ignores a repeated message.
   void Add(const policy_action_t& action) {
+    if (!calls_.empty() && action.header.tick <= calls_.back().tick) return;
     calls_.push_back({action.header.tick, action.header.tick + action.held_ticks, action.num_steps,
                       action.answered_s, action.server_s});
   }
   // Removes the call for the tick at which a verdict or the time limit ended the episode. The policy is
   // called while that tick is scored, so whether the answer arrives in time is random, and it has no effect.
   void RemoveUndecided(int64_t last_tick);
+
+  // False if a call is missing that the schedule requires in lockstep: its message was lost.
+  bool IsWhole(const CallSchedule& schedule, int64_t num_ticks) const;
 
   // num_ticks: ticks that the episode's values cover (ScoredTicks()).
   nlohmann::ordered_json Json(const CallSchedule& schedule, int64_t num_ticks) const;

@@ -233,6 +233,16 @@ void RunController::FinishIfRecorded() {
       (!SameTick(attempt_.end->header, summary.header) || attempt_.end->end_reason != summary.end_reason)) {
     return BeginAgain("received an EPISODE_SUMMARY of another end: is an old log being played on this bus?");
   }
+  const bool is_decided = summary.end_reason == end_reason::kSuccess ||
+                          summary.end_reason == end_reason::kFailure ||
+                          summary.end_reason == end_reason::kTimeLimit;
+  if (plan_.calls && is_decided) {
+    attempt_.calls.RemoveUndecided(summary.header.tick);
+    if (!plan_.realtime && has_another_try() &&
+        !attempt_.calls.IsWhole(*plan_.calls, results::ScoredTicks(summary))) {
+      return BeginAgain("a call of the policy was lost on the way to the launcher");
+    }
+  }
   nlohmann::ordered_json line = results::EpisodeJson(plan_.task, plan_.variation, summary,
                                                      plan_.is_watched ? nullptr : &*attempt_.begin);
   if (plan_.trained_on) {
@@ -244,10 +254,6 @@ void RunController::FinishIfRecorded() {
                                   : nlohmann::ordered_json();
   }
   if (plan_.calls) {
-    if (summary.end_reason == end_reason::kSuccess || summary.end_reason == end_reason::kFailure ||
-        summary.end_reason == end_reason::kTimeLimit) {
-      attempt_.calls.RemoveUndecided(summary.header.tick);
-    }
     const nlohmann::ordered_json calls = attempt_.calls.Json(*plan_.calls, results::ScoredTicks(summary));
     results::AddDelayMetrics(calls, summary, &line);
     folder_.AddPolicyCalls(episode_index(), calls);

@@ -57,6 +57,33 @@ TEST(PolicyCalls, AsynchronousActionsAreOlderAndFewTicksAreHeld) {
   EXPECT_EQ(calls.Json(schedule, 11)["held_ticks"], 2);
 }
 
+TEST(PolicyCalls, ALostCallIsNoticedAndARepeatedOneIgnored) {
+  const CallSchedule schedule{.execute_steps = 10, .settle_steps = 5};
+  PolicyCalls calls;
+  EXPECT_FALSE(calls.IsWhole(schedule, 6));
+  EXPECT_TRUE(calls.IsWhole(schedule, 5));
+  calls.Add(Call(5, 0.5, -1, 2));
+  calls.Add(Call(5, 0.5, -1, 2));
+  // The actions of ticks 7 to 16 are the first ones; the next call is due at tick 17.
+  EXPECT_TRUE(calls.IsWhole(schedule, 17));
+  EXPECT_FALSE(calls.IsWhole(schedule, 18));
+  calls.Add(Call(17, 0.25, -1));
+  EXPECT_TRUE(calls.IsWhole(schedule, 27));
+  EXPECT_EQ(calls.Json(schedule, 27)["tick"].dump(), "[5,17]");
+  PolicyCalls late;
+  late.Add(Call(17, 0.25, -1));
+  EXPECT_FALSE(late.IsWhole(schedule, 27));
+  // Asynchronous: the first chunk begins at tick 2; the next call is due after three of its rows, at tick 5.
+  const CallSchedule asynchronous{
+      .execute_steps = 3, .execution = policy::Execution::kAsynchronous, .chunk_steps = 6};
+  PolicyCalls chunks;
+  chunks.Add(Call(0, 0, -1, 2));
+  EXPECT_TRUE(chunks.IsWhole(asynchronous, 5));
+  EXPECT_FALSE(chunks.IsWhole(asynchronous, 6));
+  chunks.Add(Call(5, 0, -1, 2));
+  EXPECT_TRUE(chunks.IsWhole(asynchronous, 8));
+}
+
 // An episode with ticks of 20 ms that ended at last_tick; its values cover the ticks until completion_time_s.
 episode_summary_t Summary(int64_t last_tick, double completion_time_s) {
   episode_summary_t summary{};
