@@ -61,22 +61,13 @@ void AddEpisodes(const RecordedRun& recorded, size_t run, const ReportWithEpisod
   }
 }
 
-// The order of the policies in one sentence, for example "a > b > c; all decided".
+// The result in one sentence.
 std::string VerdictOf(const PlanResults& results) {
+  if (!results.ranking.empty()) return results::RankingHeadline(results.ranking);
   std::vector<std::string> parts;
-  if (results.ranking.empty()) {
-    for (const results::Comparison& comparison : results.comparisons)
-      parts.push_back(results::Headline(comparison));
-    return fmt::format("{}", fmt::join(parts, "; "));
-  }
-  std::string order = results.ranking.front().name;
-  for (size_t i = 1; i < results.ranking.size(); ++i) {
-    const results::RankedRun &above = results.ranking[i - 1], &below = results.ranking[i];
-    const bool differs = above.letters.find_first_of(below.letters) == std::string::npos;
-    order += (differs ? " > " : " ≈ ") + below.name;
-    if (!differs) parts.push_back(above.name + " and " + below.name);
-  }
-  return order + (parts.empty() ? "; all decided" : fmt::format("; not decided: {}", fmt::join(parts, ", ")));
+  for (const results::Comparison& comparison : results.comparisons)
+    parts.push_back(results::Headline(comparison));
+  return fmt::format("{}", fmt::join(parts, "; "));
 }
 
 }  // namespace

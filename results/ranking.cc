@@ -1,6 +1,7 @@
 #include "results/ranking.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -41,6 +42,19 @@ std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& run
     result.back().letters = letters[i];
   }
   return result;
+}
+
+std::string RankingHeadline(const std::vector<RankedRun>& ranking) {
+  if (ranking.empty()) return "";
+  std::string order = ranking.front().name;
+  std::vector<std::string> open;
+  for (size_t i = 1; i < ranking.size(); ++i) {
+    const RankedRun &above = ranking[i - 1], &below = ranking[i];
+    const bool differs = above.letters.find_first_of(below.letters) == std::string::npos;
+    order += (differs ? " > " : " ≈ ") + below.name;
+    if (!differs) open.push_back(above.name + " and " + below.name);
+  }
+  return order + (open.empty() ? "; all decided" : fmt::format("; not decided: {}", fmt::join(open, ", ")));
 }
 
 std::string RankingText(const std::vector<RankedRun>& ranking) {

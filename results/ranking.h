@@ -20,6 +20,9 @@ struct RankedRun {
 // Throws as CompareRuns() does.
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
+// The order in one sentence, for example "a > b ≈ c; not decided: b and c" or "a > b > c; all decided"; empty
+// for an empty ranking.
+std::string RankingHeadline(const std::vector<RankedRun>& ranking);
 // Returns a table and a line that explains it; empty for an empty ranking.
 std::string RankingText(const std::vector<RankedRun>& ranking);
 inline constexpr char kRankingNote[] =

@@ -7,6 +7,8 @@
 
 #include "base/errors.h"
 #include "results/comparison.h"
+#include "results/conclusion.h"
+#include "results/ranking.h"
 #include "results/tally.h"
 #include "viz/viewer/block.h"
 
@@ -143,6 +145,20 @@ std::vector<ordered_json> Comparisons(const std::vector<Policy>& policies, size_
   return entries;
 }
 
+// The result in one sentence; empty if there is nothing to compare.
+std::string VerdictOf(const std::vector<Policy>& policies, size_t baseline) {
+  try {
+    if (policies.size() == 2)
+      return results::Headline(
+          results::CompareVerdicts(policies[1 - baseline].runs, policies[baseline].runs));
+    std::vector<const results::RecordedRuns*> all;
+    for (const Policy& policy : policies) all.push_back(&policy.runs);
+    return results::RankingHeadline(results::RankBySuccess(all));
+  } catch (const InputError&) {
+    return "";  // Comparisons() gives the reason.
+  }
+}
+
 std::vector<std::string> TasksOf(const std::vector<Policy>& policies) {
   std::vector<std::string> tasks;
   for (const Policy& policy : policies) {
@@ -185,13 +201,15 @@ std::string BoardBlock(const std::vector<BoardRun>& runs, const BoardFacts& fact
   const bool is_over = std::ranges::all_of(policies, &Policy::is_over);
   const auto named = std::ranges::find(policies, facts.baseline, &Policy::name);
   const auto baseline = named == policies.end() ? size_t{0} : static_cast<size_t>(named - policies.begin());
-  const std::vector<ordered_json> against = Comparisons(policies, baseline, is_over && !facts.is_sequential);
+  const bool is_final = is_over && !facts.is_sequential;
+  const std::vector<ordered_json> against = Comparisons(policies, baseline, is_final);
 
   viz::BlockWriter block("board");
   ordered_json& head = block.head();
   head["is_over"] = is_over;
   head["is_sequential"] = facts.is_sequential;
   head["baseline"] = baseline;
+  head["verdict"] = is_final && std::ranges::all_of(policies, HasJudged) ? VerdictOf(policies, baseline) : "";
   head["tasks"] = ordered_json::array();
   for (const std::string& task : tasks) {
     std::map<int, std::string> names;

@@ -49,8 +49,13 @@ TEST(Ranking, MostSuccessfulFirstWithLetters) {
             "base          28 of 50   56 %  c\n"
             "expert        20 of 50   40 %  d\n"
             "Policies that share a letter are not shown to differ (all pairs tested, p adjusted by Holm).\n");
+  EXPECT_EQ(RankingHeadline(ranking), "large > small > base > expert; all decided");
   EXPECT_TRUE(Rank({Policy("a", First(1, 3)), Policy("b", First(2, 3))}).empty());
   EXPECT_EQ(RankingText({}), "");
+  EXPECT_EQ(RankingHeadline({}), "");
+  EXPECT_EQ(RankingHeadline(
+                Rank({Policy("a", First(9, 10)), Policy("b", First(0, 10)), Policy("c", First(1, 10))})),
+            "a > c ≈ b; not decided: c and b");
 }
 
 // The probability that any two of several equal policies are separated is at most 5 %.

@@ -7,12 +7,13 @@ Evalbus.Board = class {
   constructor(place, viewer, hover) {
     const e = Evalbus.element;
     this.viewer = viewer;
+    this.title = e("h1", { class: "ev-board-title" }, "Overview");
     this.progress = e("p", { class: "ev-note" });
     this.table = e("table", { class: "ev-board-table" });
     this.remarks = e("div", { class: "ev-board-notes" });
     this.seeds = new Evalbus.Seeds(viewer, hover);
     this.funnel = e("div", { class: "ev-funnels" });
-    place.append(e("h1", { class: "ev-board-title" }, "Overview"), this.progress,
+    place.append(this.title, this.progress,
       e("div", { class: "ev-scroll", tabindex: "0", role: "region", "aria-label": "success of the policies" }, this.table), this.remarks,
       e("h2", {}, "Seeds"), this.seeds.place, e("h2", {}, "How far the episodes get"), this.funnel);
   }
@@ -48,6 +49,7 @@ Evalbus.Board = class {
     const done = policies.reduce((sum, policy) => sum + policy.all.done, 0);
     const planned = policies.reduce((sum, policy) => sum + policy.planned, 0);
     const count = (n) => n.toLocaleString("en");
+    Evalbus.setText(this.title, Evalbus.words(this.head.verdict) || "Overview");
     Evalbus.setText(this.progress, done < planned ? `${count(done)} of ${count(planned)} episodes; anytime-valid intervals`
       : `${count(done)} episodes; 95 % intervals (Wilson)`);
     const layout = JSON.stringify(this.head);

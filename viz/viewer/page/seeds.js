@@ -44,6 +44,9 @@ Evalbus.Seeds = class {
       this.tasks.addEventListener(kind, (event) => this.hover(this.rowOf.get(event.target) || null, event.target));
     }
     for (const kind of ["pointerleave", "focusout"]) this.tasks.addEventListener(kind, () => this.isRedrawing || this.hover(null));
+    // Each matrix is one stop of the Tab key; the arrow keys move within it.
+    this.tasks.addEventListener("focusin", (event) => this.stopAt(event.target));
+    this.tasks.addEventListener("keydown", (event) => this.step(event));
     new ResizeObserver(() => this.place.clientWidth !== this.width && this.redraw()).observe(this.place);
   }
 
@@ -59,6 +62,7 @@ Evalbus.Seeds = class {
   redraw() {
     if (!this.board || !this.place.clientWidth) return;
     this.width = this.place.clientWidth;
+    this.place.style.setProperty("--name", `${this.nameWidth()}px`);
     const { policies, tasks } = this.board.head;
     const rows = policies.map((_, k) => this.board.rowsOf(k));
     const counts = new Map();
@@ -77,9 +81,21 @@ Evalbus.Seeds = class {
     this.isRedrawing = true;
     this.tasks.replaceChildren(...tasks.map((task) => this.matrix(task.name, policies,
       rows.map((list) => list.filter((row) => `${row.task}/${row.variation}` === task.name)))));
+    for (const matrix of this.tasks.children) {
+      const first = matrix.querySelector("a.ev-cell");
+      if (first) first.tabIndex = 0;
+    }
     this.isRedrawing = false;
     if (this.toFocus) this.toFocus.focus({ preventScroll: true });
     else if (focused) this.hover(null);
+  }
+
+  // Width of the policies' names (px), of which long ones are shortened.
+  nameWidth() {
+    const context = document.createElement("canvas").getContext("2d");
+    context.font = `13px ${getComputedStyle(this.place).fontFamily}`;
+    const names = this.board.head.policies.map((policy) => context.measureText(Evalbus.words(policy.name)).width);
+    return Math.ceil(Math.min(Math.max(70, ...names) + 12, Math.max(132, 0.25 * this.width)));
   }
 
   showLegend(reasons, hasIncomplete) {
@@ -103,7 +119,7 @@ Evalbus.Seeds = class {
       columns = columns.filter((column) => new Set(column.filter((row) => row && row.complete).map((row) => row.success)).size > 1);
     }
     const shown = columns.slice(0, this.most);
-    const perBand = Math.max(5, 5 * Math.floor((this.width - Evalbus.Seeds.NAME) / Evalbus.Seeds.CELL / 5));
+    const perBand = Math.max(5, 5 * Math.floor((this.width - this.nameWidth()) / Evalbus.Seeds.CELL / 5));
     const bands = [];
     for (let from = 0; from < shown.length; from += perBand) bands.push(this.band(shown.slice(from, from + perBand), policies));
     const more = columns.length - shown.length;
@@ -111,7 +127,7 @@ Evalbus.Seeds = class {
       this.most += 5 * Evalbus.Seeds.PAGE;
       this.redraw();
     };
-    return e("div", {}, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, "no such seed"),
+    return e("div", { class: "ev-matrix" }, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, "no such seed"),
       more > 0 ? e("p", { class: "ev-segments" }, e("button", { type: "button", onclick: showMore }, `${more.toLocaleString("en")} more seeds`)) : null);
   }
 
@@ -126,6 +142,32 @@ Evalbus.Seeds = class {
     policies.map(line));
   }
 
+  stopAt(cell) {
+    if (!this.rowOf.has(cell)) return;
+    for (const other of cell.closest(".ev-matrix").querySelectorAll("a.ev-cell[tabindex='0']")) other.tabIndex = -1;
+    cell.tabIndex = 0;
+  }
+
+  step(event) {
+    const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+    if (!(event.key in ways) || !this.rowOf.has(event.target)) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const [dx, dy] = ways[event.key];
+    // Along a row the bands follow each other; a step down from the last row of a band leads to the first of the next.
+    const lines = [...event.target.closest(".ev-matrix").querySelectorAll(".ev-seed-line:not([aria-hidden])")]
+      .map((line) => [...line.querySelectorAll(".ev-cell")]);
+    const perBand = this.board.head.policies.length;
+    let y = lines.findIndex((line) => line.includes(event.target)), x = lines[y].indexOf(event.target);
+    do {
+      x += dx;
+      y += dy;
+      if (dx > 0 && x === lines[y].length) [x, y] = [0, y + perBand];
+      if (dx < 0 && x < 0) [x, y] = [(lines[y - perBand] || []).length - 1, y - perBand];
+    } while (lines[y] && lines[y][x] && !this.rowOf.has(lines[y][x]));
+    if (lines[y] && lines[y][x]) lines[y][x].focus();
+  }
+
   cell(row, column) {
     if (!row) return Evalbus.element("span", { class: "ev-cell", "data-outcome": "none" });
     const outcome = Evalbus.FILTER_TEXTS.result(row);
@@ -133,7 +175,7 @@ Evalbus.Seeds = class {
     const sign = outcome === "success" ? "✓" : outcome === "failure" ? this.letters.get(reason) : "–";
     const canOpen = row.has_track !== false;
     const cell = Evalbus.element(canOpen ? "a" : "span", { class: row.note ? "ev-cell ev-noted" : "ev-cell", "data-outcome": outcome,
-      href: canOpen ? Evalbus.episodeLink(row, Evalbus.partnerOf(row, column)) : null, "aria-describedby": "ev-hover",
+      href: canOpen ? Evalbus.episodeLink(row, Evalbus.partnerOf(row, column)) : null, tabindex: canOpen ? "-1" : null, "aria-describedby": "ev-hover",
       "aria-label": `${Evalbus.words(row.policy)}, episode ${row.episode}: ${Evalbus.reasonText(outcome === "success" ? "success" : reason)}` }, sign);
     this.rowOf.set(cell, row);
     if (Evalbus.keyOf(row) === this.focused) this.toFocus = cell;
@@ -143,4 +185,3 @@ Evalbus.Seeds = class {
 
 Evalbus.Seeds.PAGE = 200;  // seeds that are shown at first
 Evalbus.Seeds.CELL = 20;  // px; as in board.css
-Evalbus.Seeds.NAME = 132;

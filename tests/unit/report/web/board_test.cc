@@ -73,6 +73,23 @@ TEST_F(BoardTest, CountsAndDifferences) {
   EXPECT_EQ(noisy["against"]["judgment"], results::Word(expected.judgment()));
 }
 
+// The headline is that of a comparison, or the order of three policies.
+TEST_F(BoardTest, TheVerdictIsASentence) {
+  const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10)), c = Make("c", First(1, 10));
+  std::vector<BoardRun> runs = {{.number = 0, .policy = "a", .source = "x", .is_over = true, .run = &a}};
+  EXPECT_EQ(Board(runs)["verdict"], "");
+  runs.push_back({.number = 1, .policy = "b", .source = "x", .is_over = true, .run = &b});
+  EXPECT_THAT(std::string(Board(runs)["verdict"]),
+              testing::StartsWith("b is 100 points worse than a, 95 % CI "));
+  EXPECT_THAT(std::string(Board(runs, {.baseline = "b", .is_sequential = false})["verdict"]),
+              testing::StartsWith("a is 100 points better than b, 95 % CI "));
+  EXPECT_EQ(Board(runs, {.baseline = "a", .is_sequential = true})["verdict"], "");
+  runs.push_back({.number = 2, .policy = "c", .source = "x", .is_over = true, .run = &c});
+  EXPECT_EQ(Board(runs)["verdict"], "a > c ≈ b; not decided: c and b");
+  runs.back().is_over = false;
+  EXPECT_EQ(Board(runs)["verdict"], "");
+}
+
 // While episodes are missing, intervals are valid at any time, and nothing is called better or worse.
 TEST_F(BoardTest, ActiveRunsAreNotJudged) {
   const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10));
