@@ -62,6 +62,40 @@ def check_table(browser, plan, policies, found):
             found.append(f"{policy} has {counts}, its row is {row!r}")
 
 
+def check_heading(browser, found):
+    """The heading is the verdict, and the bars of all rates are equally long."""
+    heading = browser.evaluate("document.querySelector('.ev-board h1').textContent")
+    if not re.search(r" is \d+ points worse than .*, 95 % CI |^No difference shown between ", heading):
+        found.append(f"the heading is {heading!r}")
+    lengths = browser.evaluate("[...new Set([...document.querySelectorAll('.ev-board-table .ev-rate')].map((bar) => bar.clientWidth))]")
+    if len(lengths) != 1:
+        found.append(f"the bars of the rates are {lengths} pixels long")
+
+
+def check_arrows(browser, found):
+    """A matrix is one stop of the Tab key; arrow keys move within it."""
+    browser.call("Emulation.setFocusEmulationEnabled", enabled=True)
+    stops = browser.evaluate("[...document.querySelectorAll('.ev-matrix')].map((one) => [...one.querySelectorAll('.ev-cell')]"
+                             ".filter((cell) => cell.tabIndex === 0).length)")
+    if set(stops) != {1}:
+        found.append(f"the matrices have {stops} stops of the Tab key")
+    label = "document.activeElement.getAttribute('aria-label') || ''"
+    browser.evaluate("document.querySelector('.ev-matrix .ev-cell[tabindex=\"0\"]').focus()")
+    first = browser.evaluate(label)
+    labels = []
+    for key in ("ArrowRight", "ArrowDown"):
+        for kind in ("keyDown", "keyUp"):
+            browser.call("Input.dispatchKeyEvent", type=kind, key=key, code=key)
+        labels.append(browser.evaluate(label))
+    right, down = labels
+    if "episode 0:" not in first or "episode 1:" not in right or "episode 1:" not in down or down.split(",")[0] == first.split(",")[0]:
+        found.append(f"the arrow keys lead from {first!r} to {right!r} and {down!r}")
+    if browser.evaluate("document.querySelectorAll('.ev-matrix [tabindex=\"0\"]').length") != len(stops):
+        found.append("after the arrow keys, there are more stops of the Tab key")
+    browser.evaluate("document.activeElement.blur()")
+    browser.call("Emulation.setFocusEmulationEnabled", enabled=False)
+
+
 def check_seeds(browser, policies, found):
     cells = browser.evaluate("[...document.querySelectorAll('.ev-seed-line')].map((line) =>"
                              " [...line.querySelectorAll('a.ev-cell')].map((cell) => cell.dataset.outcome)).filter((line) => line.length)")
@@ -123,6 +157,12 @@ def check_hover(browser, policies, found):
     wait_until(browser, f"{VIEWS}.name === 'episodes'", "the list is not shown")
     browser.evaluate(f"{VIEWS}.episodes.setWall(true); [...document.querySelectorAll('.ev-failure')].pop().focus()")
     wait_until(browser, "Boolean(document.activeElement.querySelector('.ev-ready'))", "an image of the wall does not move with the focus")
+    failures = sum(not one["metrics"]["success"] for _, run in policies for one in episodes_of(run))
+    count = browser.evaluate("document.querySelector('.ev-filter-bar .ev-note').textContent")
+    if count != f"{failures} failures":
+        found.append(f"the wall of {failures} failures shows {count!r}")
+    if browser.evaluate("document.querySelector('.ev-thumbnail canvas').tabIndex") != -1:
+        found.append("the small image is a stop of the Tab key")
     browser.evaluate(f"document.activeElement.blur(); {VIEWS}.episodes.setWall(false)")
     if browser.evaluate(f"{VIEWS}.thumbnails.isPlaying"):
         found.append("an image of the wall moves without the focus")
@@ -225,7 +265,9 @@ def check_plan(browser, evalbus, plan, folder, found):
         wait_until(browser, f"{VIEWS}.name === 'board' && document.querySelector('a.ev-cell[data-outcome=failure]')"
                    f" && {VIEWS}.board.head.is_over", "the overview is not shown")
         check_table(browser, plan, policies, found)
+        check_heading(browser, found)
         check_seeds(browser, policies, found)
+        check_arrows(browser, found)
         check_hover(browser, policies, found)
         for width, scheme in ((390, "light"), (1280, "light"), (1280, "dark"), (1920, "light")):
             browser.screen(width, 900, scheme)

@@ -67,9 +67,6 @@ Evalbus.Episodes = class extends Evalbus.RowList {
     this.rows = (this.all || []).filter(accepts);
     const column = Evalbus.Episodes.COLUMNS.find((one) => one.name === this.sort.name);
     if (column) this.rows.sort((a, b) => Evalbus.Episodes.compare(column.value(a), column.value(b), this.sort.isDown));
-    const count = (list) => list.length.toLocaleString("en");
-    Evalbus.setText(this.count, this.rows.length === (this.all || []).length ? `${count(this.rows)} episodes`
-      : `${count(this.rows)} of ${count(this.all)} episodes`);
     this.showRows();
   }
 
@@ -92,8 +89,13 @@ Evalbus.Episodes = class extends Evalbus.RowList {
     this.apply();
   }
 
+  // The wall shows the failures among the rows that the filter accepts.
   showRows() {
-    if (this.isWall) this.wall.show(this.rows.filter((row) => Evalbus.FILTER_TEXTS.result(row) === "failure"));
+    const accepted = this.isWall ? (list) => list.filter((row) => Evalbus.FILTER_TEXTS.result(row) === "failure") : (list) => list;
+    const shown = accepted(this.rows), all = accepted(this.all || []);
+    const count = (list) => list.length.toLocaleString("en");
+    Evalbus.setText(this.count, `${shown.length === all.length ? "" : `${count(shown)} of `}${count(all)} ${this.isWall ? "failures" : "episodes"}`);
+    if (this.isWall) this.wall.show(shown);
     else this.redraw();
   }
 
@@ -173,6 +175,7 @@ Evalbus.Wall = class {
     const layout = rows.map(Evalbus.keyOf).join();
     if (layout === this.layout) return;
     this.layout = layout;
+    this.hasTasks = new Set(rows.map(Evalbus.FILTER_TEXTS.task)).size > 1;
     const groups = new Map();
     for (const row of rows) {
       const reason = Evalbus.FILTER_TEXTS.reason(row);
@@ -182,7 +185,7 @@ Evalbus.Wall = class {
     const e = Evalbus.element;
     this.place.replaceChildren(...[...groups].sort((a, b) => b[1].length - a[1].length).flatMap(([reason, list]) => {
       const more = list.length - Evalbus.Wall.PER_REASON;
-      return [e("h3", {}, `${Evalbus.reasonText(reason)} (${list.length.toLocaleString("en")})`),
+      return [e("h2", {}, `${Evalbus.reasonText(reason)} (${list.length.toLocaleString("en")})`),
         e("div", { class: "ev-cards" }, list.slice(0, Evalbus.Wall.PER_REASON).map((row) => this.card(row))),
         more > 0 ? e("p", {}, e("a", { href: Evalbus.listLink(`reason=${Evalbus.filterValue(reason)}`) }, `${more.toLocaleString("en")} more in the list`)) : null];
     }).filter(Boolean));
@@ -196,7 +199,8 @@ Evalbus.Wall = class {
     const image = e("span", { class: "ev-card-image" }, canvas);
     const link = row.has_track === false ? null : Evalbus.episodeLink(row);
     const card = e("a", { class: "ev-failure", href: link }, image,
-      e("b", {}, `${Evalbus.words(row.policy)} · episode ${row.episode}`), e("span", {}, Evalbus.words(row.cause_text || row.text)));
+      e("b", {}, Evalbus.words(row.policy)), e("span", {}, `${this.hasTasks ? `${Evalbus.spaced(Evalbus.FILTER_TEXTS.task(row))}, ` : ""}episode\u00a0${row.episode}`),
+      e("span", { class: "ev-why" }, Evalbus.words(row.cause_text || row.text)));
     if (link) {
       this.waiting.push([row, canvas]);
       for (const kind of ["pointerenter", "focus"]) card.addEventListener(kind, () => this.thumbnails.play(row, image));
