@@ -144,6 +144,20 @@ def check_percent(browser, found):
             found.append(f"rates of {n} episodes are {row}, not {expected}")
 
 
+def check_outline(browser, found):
+    """The object of the current stage has an outline unless the highlight is switched off, and keeps its color."""
+    browser.evaluate("evalbusViewer.seek(0)")
+    frame(browser)
+    outlined = "[...evalbusViewer.scene.views[0].world.outlines.values()].flat().filter((mesh) => mesh.visible).length"
+    shown = browser.evaluate(outlined)
+    browser.evaluate("evalbusViewer.setLayer('highlight', false)")
+    frame(browser)
+    hidden = browser.evaluate(outlined)
+    browser.evaluate("evalbusViewer.setLayer('highlight', true)")
+    if not shown or hidden:
+        found.append(f"{shown} meshes are outlined, and {hidden} without the highlight")
+
+
 def check_time(browser, log, found):
     tick, last = press_time_line(browser, 0.5)
     if abs(tick - last / 2) > 1 + last / 300:
@@ -366,6 +380,7 @@ def check(browser, url, run, folder, found):
     if bodies < 3 or metrics < 20:
         found.append(f"only {bodies} poses and {metrics} metrics were compared")
     check_percent(browser, found)
+    check_outline(browser, found)
     found += browser.evaluate((pathlib.Path(__file__).parent / "page_functions.js").read_text())
     check_metrics(browser, found)
     check_time(browser, log, found)

@@ -16,6 +16,11 @@
   expect("a stage at the start, all reached", Evalbus.stageBands([{ name: "a", index: 1, tick: 0 }], 50),
     { flags: [{ tick: 0, number: 1, name: "a" }], bands: [] });
 
+  expect("axis", Evalbus.axisTexts([5, 5.2, 5.4]), ["5.0", "5.2", "5.4"]);
+  expect("axis from zero", Evalbus.axisTexts([0, 0.5]), ["0", "0.5"]);
+  expect("axis around zero", Evalbus.axisTexts([-20, 0, 20]), ["−20", "0", "20"]);
+  expect("axis with a rounding error", Evalbus.axisTexts([0.25, 0.1 + 0.2]), ["0.25", "0.30"]);
+
   // Zoom by 2 around 6 of 10 s: 3 to 8 s, and back.
   expect("zoom in", Evalbus.zoomed(null, 10, 6, 0.5, 0.2), { from: 3, to: 8 });
   expect("zoom in at the end", Evalbus.zoomed({ from: 6, to: 10 }, 10, 10, 0.5, 0.2), { from: 8, to: 10 });

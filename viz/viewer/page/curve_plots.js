@@ -52,7 +52,7 @@ Evalbus.CurvePlots = class {
       // If the only tick would be zero, uses closer ticks.
       const few = Evalbus.ticksOf(range.low, range.high, card.isLarge ? 4 : 1.6);
       const marks = few.length > 1 ? few : Evalbus.ticksOf(range.low, range.high, 2.5);
-      const texts = marks.map((mark) => Evalbus.number(Number(mark.toPrecision(6))));
+      const texts = Evalbus.axisTexts(marks);
       card.left = Math.ceil(Math.max(...texts.map((text) => context.measureText(text).width))) + 8;
       card.right = width - 6;
       const y = (value) => bottom - (value - range.low) / (range.high - range.low) * (bottom - top);

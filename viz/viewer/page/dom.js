@@ -95,6 +95,15 @@ Evalbus.ticksOf = (low, high, count) => {
   return ticks;
 };
 
+// Labels of an axis: all ticks have the decimals that the finest needs, and zero has none.
+Evalbus.axisTexts = (ticks) => {
+  const exact = ticks.map((tick) => Number(tick.toPrecision(6)));
+  const most = Math.max(...exact.map(Math.abs));
+  const decimals = Math.max(...exact.map((tick) => (String(tick).split(".")[1] || "").length));
+  if (most >= 1e7 || decimals > 6) return exact.map(Evalbus.number);
+  return exact.map((tick) => (tick === 0 ? "0" : tick.toFixed(decimals).replace("-", "−")));
+};
+
 // Resizes the canvas to its place in device pixels and calls `draw(context, width, height)`, which uses CSS
 // pixels.
 Evalbus.drawOn = (canvas, draw) => {

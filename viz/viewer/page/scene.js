@@ -42,6 +42,7 @@ Evalbus.SceneView = class {
     this.isBeside = false;
     this.layers = { contacts: true, trails: true, collision: false, clearance: false, shadows: true, highlight: true };
     this.isDirty = true;
+    this.outline = Evalbus.outlineMaterial();
     this.matrix = new THREE.Matrix4();
     this.scratch = new THREE.Vector3();
     this.watcher = new ResizeObserver(() => {
@@ -247,17 +248,16 @@ Evalbus.SceneView = class {
     const half = Math.tan(this.fovy * Math.PI / 360) * Math.max(1, 4 / 3 / aspect);
     this.camera.fov = 360 / Math.PI * Math.atan(half);
     this.camera.aspect = aspect;
+    this.outline.uniforms.pixel.value.set(2 / (aspect * height), 2 / height);
     this.camera.updateProjectionMatrix();
     this.isDirty = true;
   }
 
   // ticks: of A and of B. lit: index of the current stage's object, for each.
   update(ticks, lit) {
-    const color = this.litColor || (this.litColor = new THREE.Color());
-    color.set(this.palette.warn).multiplyScalar(0.16);
     this.views.forEach(({ world, marks }, k) => {
       world.update(ticks[k]);
-      world.light(this.layers.highlight ? lit[k] : -1, color);
+      world.outline(this.layers.highlight ? lit[k] : -1, this.outline);
       marks.update(ticks[k]);
     });
     this.isDirty = true;
@@ -323,6 +323,7 @@ Evalbus.SceneView = class {
     this.isGone = true;
     this.watcher.disconnect();
     this.clear();
+    this.outline.dispose();
     this.controls.dispose();
     this.renderer.dispose();
     if (this.renderer.forceContextLoss) this.renderer.forceContextLoss();

@@ -62,7 +62,7 @@ Evalbus.World = class {
     this.look = look;
     this.made = [];
     this.bodies = this.head.bodies.map((body) => this.makeBody(body));
-    this.objectMaterials = [];  // [{object, material}]
+    this.outlines = new Map();  // by object: meshes
     this.visualMeshes = this.build(visual, (geom) => this.materialOf(geom));
     this.collisionMeshes = null;
     if (!this.isGhost) this.addLights();
@@ -93,10 +93,10 @@ Evalbus.World = class {
     for (const geom of geoms) {
       const body = this.head.bodies[geom.body];
       if (this.isGhost && !body.moves) continue;
-      const { key, make, repeat } = materialOf(geom);
+      const { key, make, repeat, object } = materialOf(geom);
       const place = body.moves ? geom.body : -1;
       const name = `${place} ${key}`;
-      if (!groups.has(name)) groups.set(name, { place, key, make, parts: [] });
+      if (!groups.has(name)) groups.set(name, { place, key, make, object, parts: [] });
       const matrix = Evalbus.shapes.pose(geom.position_m, geom.quat_wxyz);
       if (!body.moves) matrix.premultiply(Evalbus.shapes.pose(body.position_m, body.quat_wxyz));
       const geometry = geom.shape === "mesh" ? this.scene.meshes.get(geom.mesh)
@@ -104,7 +104,7 @@ Evalbus.World = class {
       groups.get(name).parts.push({ geometry, matrix, repeat: repeat && repeat(geom) });
     }
     const materials = new Map(), meshes = [];
-    for (const { place, key, make, parts } of groups.values()) {
+    for (const { place, key, make, object, parts } of groups.values()) {
       if (!materials.has(key)) materials.set(key, make());
       const geometry = Evalbus.shapes.merge(parts);
       const mesh = new THREE.Mesh(geometry, materials.get(key));
@@ -113,6 +113,7 @@ Evalbus.World = class {
       mesh.castShadow = !this.isGhost && place >= 0 || place < 0 && !this.isGhost;
       mesh.receiveShadow = !this.isGhost;
       mesh.isOfVisual = true;
+      mesh.object = object;
       (place >= 0 ? this.bodies[place] : this.root).add(mesh);
       meshes.push(mesh);
     }
@@ -132,15 +133,13 @@ Evalbus.World = class {
       const shininess = Math.max(1, 128 * (own ? own.shininess : 0.5));
       const shine = (own ? own.specular : 0.5) * 0.6 / (0.25 * (shininess / 2 + 1));
       const color = new THREE.Color(rgba[0], rgba[1], rgba[2]);
-      const material = new THREE.MeshPhongMaterial({
+      return new THREE.MeshPhongMaterial({
         color: color, specular: new THREE.Color(shine, shine, shine), shininess, map: texture,
         emissive: color.clone().multiplyScalar(own ? own.emission : 0),
         transparent: rgba[3] < 1, opacity: rgba[3], depthWrite: rgba[3] >= 1,
       });
-      if (object >= 0) this.objectMaterials.push({ object, material, emissive: material.emissive.clone() });
-      return material;
     };
-    return { key, make, repeat: texture ? (one) => this.repeatOf(own, one) : null };
+    return { key, make, object, repeat: texture ? (one) => this.repeatOf(own, one) : null };
   }
 
   // Texture repetitions: per shape (given by two half sizes) or, if `uniform`, per meter.
@@ -225,11 +224,19 @@ Evalbus.World = class {
     });
   }
 
-  // Highlights the object of the current stage; -1 for none.
-  light(object, color) {
-    for (const entry of this.objectMaterials) {
-      entry.material.emissive.copy(entry.emissive);
-      if (entry.object === object) entry.material.emissive.add(color);
+  // Outlines an object with the material of Evalbus.outlineMaterial(); -1 for none.
+  outline(object, material) {
+    if (object >= 0 && !this.outlines.has(object)) {
+      this.outlines.set(object, this.visualMeshes.filter((mesh) => mesh.object === object).map((mesh) => {
+        const outline = new THREE.Mesh(mesh.geometry, material);
+        outline.matrixAutoUpdate = false;
+        mesh.parent.add(outline);
+        return outline;
+      }));
+    }
+    const isVisual = this.visualMeshes.some((mesh) => mesh.visible);
+    for (const [one, meshes] of this.outlines) {
+      for (const mesh of meshes) mesh.visible = isVisual && one === object;
     }
   }
 
@@ -251,3 +258,14 @@ Evalbus.World = class {
     for (const one of this.made) one.dispose();
   }
 };
+
+// Draws the back faces of a mesh, enlarged by two pixels along its normals: only the part beside the mesh is seen. The
+// uniform `pixel` is the size of a pixel in clip coordinates.
+Evalbus.outlineMaterial = () => new THREE.ShaderMaterial({
+  uniforms: { pixel: { value: new THREE.Vector2(0.002, 0.002) } },
+  vertexShader: "uniform vec2 pixel; void main() { gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); "
+    + "vec2 way = (projectionMatrix * vec4(normalMatrix * normal, 0.0)).xy / pixel; "
+    + "if (length(way) > 0.0) gl_Position.xy += 2.0 * normalize(way) * pixel * gl_Position.w; }",
+  fragmentShader: "void main() { gl_FragColor = vec4(1.0); }",
+  side: THREE.BackSide,
+});
