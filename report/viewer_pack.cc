@@ -16,6 +16,9 @@ constexpr size_t kImageBytes = size_t{1} << 20;
 // Size of a block's HTML element, without its name and text.
 constexpr size_t kElement = 80;
 
+// Number of unreadable logs that are named.
+constexpr size_t kMaxRemarks = 3;
+
 using Block = std::pair<std::string, std::string>;
 
 size_t SizeOf(const Block& block) { return block.first.size() + block.second.size() + kElement; }
@@ -66,8 +69,11 @@ void ViewerPack::Pack(const std::vector<std::vector<Wanted>>& wanted, size_t pag
         add(fmt::format("episode/{}/{}", episode.run, episode.episode), track->EpisodeBlock());
       }
     } catch (const InputError& error) {
-      remarks_.push_back(
-          fmt::format("episode {} is not shown in 3D: {}", together.front().episode, error.what()));
+      ++unreadable_;
+      if (remarks_.size() < kMaxRemarks) {
+        remarks_.push_back(
+            fmt::format("episode {} is not shown in 3D: {}", together.front().episode, error.what()));
+      }
       continue;
     }
     size_t more = 0;
@@ -83,11 +89,17 @@ void ViewerPack::Pack(const std::vector<std::vector<Wanted>>& wanted, size_t pag
 std::string ViewerPack::Note() const {
   if (packed_.empty()) return "No episode fits into the page in 3D (--mb).";
   if (packed_.size() < episodes_) {
-    return fmt::format("{} of {} episodes are packed into this page, failures first.", packed_.size(),
-                       episodes_);
+    return fmt::format("{} of {} episodes can be played in 3D (failures first).", packed_.size(), episodes_);
   }
-  return fmt::format("{} {} packed into this page.", Plural(episodes_, "episode"),
-                     episodes_ == 1 ? "is" : "are");
+  return fmt::format("{} can be played in 3D.", Plural(episodes_, "episode"));
+}
+
+std::vector<std::string> ViewerPack::remarks() const {
+  std::vector<std::string> remarks = remarks_;
+  if (const size_t more = unreadable_ - remarks.size(); more > 0)
+    remarks.push_back(
+        fmt::format("{} more {} not shown in 3D", more, more == 1 ? "episode is" : "episodes are"));
+  return remarks;
 }
 
 std::optional<viz::PackedViewer> ViewerPack::Viewer() const {

@@ -31,8 +31,8 @@ class ViewerPack {
     int run, episode;
   };
   // Packs groups of episodes in the given order until one does not fit; a group is packed completely or not
-  // at all. page: bytes of the rest of the page, without the viewer. most: maximum bytes of the page. A log
-  // that cannot be read adds a remark.
+  // at all. page: bytes of the rest of the page, without the viewer. most: maximum bytes of the page. Logs
+  // that cannot be read are remarked.
   void Pack(const std::vector<std::vector<Wanted>>& wanted, size_t page, size_t most);
 
   // True if the episode is packed.
@@ -41,7 +41,7 @@ class ViewerPack {
   std::optional<viz::PackedViewer> Viewer() const;
   // States which episodes are packed, in one sentence.
   std::string Note() const;
-  const std::vector<std::string>& remarks() const { return remarks_; }
+  std::vector<std::string> remarks() const;
 
  private:
   std::string ListBlock(int run) const;
@@ -54,7 +54,7 @@ class ViewerPack {
   std::vector<std::pair<std::string, std::string>> blocks_;
   std::set<std::string> names_;
   std::vector<std::string> remarks_;
-  size_t episodes_ = 0;
+  size_t episodes_ = 0, unreadable_ = 0;
 };
 
 // Orders a run's episodes: those of `first`, then failures, then successes.

@@ -538,6 +538,12 @@ bool MetricComparison::is_lower() const {
   return std::isnan(difference_95.lower) ? difference < 0 : difference_95.upper < 0;
 }
 
+int MetricComparison::decimals() const {
+  const double scale = number.scale();
+  return Decimals(scale * std::max(std::abs(mean), std::abs(baseline_mean)),
+                  scale * metrics::StandardErrorOf(difference_95));
+}
+
 Judgment MetricComparison::JudgmentByValue() const {
   if (!differs()) return Judgment::kNone;
   const Better better = number.metric->better;

@@ -109,6 +109,9 @@ struct MetricComparison {
   std::optional<double> ratio;
   metrics::Interval ratio_95{};
 
+  // Decimals of all its numbers in the display unit: those of the larger mean, limited by the standard error
+  // of the difference.
+  int decimals() const;
   bool differs() const { return p && p_holm < metrics::kAlpha; }
   // Whether the run's value is significantly higher (lower).
   bool is_higher() const;

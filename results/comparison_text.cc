@@ -43,14 +43,6 @@ std::string Label(const MetricNumber& number) {
   return number.label() + (number.metric->effort ? " *" : "") + (unit.empty() ? "" : ", " + unit);
 }
 
-// Decimals for all numbers of a row: those of the larger mean, limited by the standard error of the
-// difference.
-int RowDecimals(const MetricComparison& metric) {
-  const double scale = metric.number.scale();
-  return Decimals(scale * std::max(std::abs(metric.mean), std::abs(metric.baseline_mean)),
-                  scale * metrics::StandardErrorOf(metric.difference_95));
-}
-
 std::string Short(const std::string& name) {
   return name.size() <= 9 ? name : ".." + name.substr(name.size() - 7);
 }
@@ -74,7 +66,7 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
   int tested = 0;
   for (const MetricComparison& metric : task.metrics) {
     const auto scaled = [&](double value) { return value * metric.number.scale(); };
-    const int decimals = RowDecimals(metric);
+    const int decimals = metric.decimals();
     if (!metric.p) {
       const std::string unit(metric.number.shown_unit());
       equal.push_back(metric.number.label() + " " + ShownValue(*metric.number.metric, metric.mean) +
@@ -122,7 +114,7 @@ std::string SuiteTable(const Comparison& comparison, bool colors) {
     text += SuccessRow(task.task + "/" + task.variation, width, task.success, colors);
     for (const MetricComparison& metric : task.metrics) {
       if (!metric.differs()) continue;
-      const int decimals = RowDecimals(metric);
+      const int decimals = metric.decimals();
       metrics +=
           fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Pad(task.task + "/" + task.variation, -width),
                       metric.number.label(), FixedOrDash(metric.mean * metric.number.scale(), decimals),

@@ -119,14 +119,14 @@ void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, M
   const std::string unit(metric.number.shown_unit());
   const std::string css_class = JudgmentClass(metric.judgment());
   const RelativeChange change(metric);
-  const auto number = [&](double value, int digits = 4) { return WithMinus(Number(value * scale, digits)); };
+  const auto number = [&](double value) { return WithMinus(Fixed(value * scale, metric.decimals())); };
   html->Element("tr", {{"data-metric", metric.number.name}}, [&] {
     html->Element("th", {{"scope", "row"}}, [&] {
       html->Text(metric.number.label() + (metric.number.metric->effort ? " *" : ""));
       if (!unit.empty()) html->Element("span", {{"class", "unit"}}, ", " + unit);
     });
     for (const double mean : {metric.baseline_mean, metric.mean}) {
-      html->Element("td", {{"class", "number minor"}}, [&] { Data(mean * scale, html); });
+      html->Element("td", {{"class", "number minor"}}, [&] { Data(mean * scale, number(mean), html); });
     }
     html->Element("td", {{"class", "bar"}}, [&] {
       if (change.is_drawn()) axis.Draw(change.ratio, change.interval, css_class, html);
@@ -139,7 +139,7 @@ void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, M
       Data(metric.difference * scale, number(metric.difference), html);
       const metrics::Interval& interval = metric.difference_95;
       if (std::isfinite(interval.lower))
-        html->Text(fmt::format(" ({} to {})", number(interval.lower, 3), number(interval.upper, 3)));
+        html->Text(fmt::format(" ({} to {})", number(interval.lower), number(interval.upper)));
     });
     html->Element("td", {{"class", "number minor"}},
                   [&] { Data(metric.p_holm, PValue(metric.p_holm), html); });
@@ -153,7 +153,7 @@ void EqualMetrics(const std::vector<const results::MetricComparison*>& equal, Ma
   std::vector<std::string> parts;
   for (const results::MetricComparison* metric : equal) {
     const std::string unit(metric->number.shown_unit());
-    parts.push_back(metric->number.label() + " " + Number(metric->mean * metric->number.scale()) +
+    parts.push_back(metric->number.label() + " " + ShownValue(*metric->number.metric, metric->mean) +
                     (unit.empty() ? "" : " " + unit));
   }
   html->Element("p", {{"class", "note"}}, fmt::format("Equal everywhere: {}.", fmt::join(parts, ", ")));
@@ -165,9 +165,9 @@ void WriteSuccess(const results::Comparison& comparison, Markup* html) {
   const results::SuccessComparison& success = comparison.success;
   html->Element("table", {{"class", "bars sides"}}, [&] {
     html->Element("tbody", {}, [&] {
-      SideRow(comparison.baseline.name, "side-a", success.baseline_successes, success.baseline_trials,
+      SideRow(comparison.baseline.name, "side-b", success.baseline_successes, success.baseline_trials,
               success.samples.baseline_trials, html);
-      SideRow(comparison.run.name, "side-b", success.successes, success.trials, success.samples.trials, html);
+      SideRow(comparison.run.name, "side-a", success.successes, success.trials, success.samples.trials, html);
       if (success.trials > 0 && success.baseline_trials > 0) DifferenceRow(success, html);
     });
   });

@@ -132,7 +132,7 @@ void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& com
   constexpr size_t kFew = 4;
   html->Open("details", {});
   if (flipped.size() <= kFew) html->Attribute("open", "");
-  html->Element("summary", {}, "Why: " + Plural(flipped.size(), "seed") + " with success on one side only");
+  html->Element("summary", {}, "Why: " + Plural(flipped.size(), "seed") + " where only one policy succeeds");
   FlippedTable(parts, comparison, task, flipped, html);
   const bool any_video = std::ranges::any_of(flipped, [&](const results::ComparedPair& pair) {
     return !parts.videos(task.folder, pair.run.episode).empty() ||
