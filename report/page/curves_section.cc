@@ -4,6 +4,7 @@
 
 #include "lcmtypes/end_reason.h"
 #include "report/page/folded.h"
+#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 
 namespace evalbus::report {
@@ -59,9 +60,11 @@ void EpisodeCurves(const RunSection& section, const ReportCurves& curves,
                    const results::RecordedEpisode& episode, const std::vector<ReportLink>& videos) {
   Markup* html = section.html;
   html->Element(section.subheading, {},
-                fmt::format("Episode {}: {}{}", curves.episode, end_reason::Text(episode.end_reason),
+                fmt::format("Episode {}: {}{}", curves.episode,
+                            end_reason::Text(episode.failure_reason.empty() ? episode.end_reason
+                                                                            : episode.failure_reason),
                             curves.why.empty() ? "" : " (" + curves.why + ")"));
-  if (!episode.explanation.empty()) html->Element("p", {}, episode.explanation);
+  if (!WhyOf(episode).empty()) html->Element("p", {}, WhyOf(episode));
   const bool video = !videos.empty();
   html->Element("div", {{"class", video ? "beside" : ""}}, [&] {
     if (video) {

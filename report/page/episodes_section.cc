@@ -21,7 +21,7 @@ const char* OutcomeSign(const results::RecordedEpisode& episode) {
 // Successes need no reason; for them, the section with curves over time is more informative.
 bool NeedsReason(const results::RecordedEpisode& episode) {
   return !(episode.success && episode.complete) &&
-         !(episode.failure_reason.empty() && episode.explanation.empty());
+         !(episode.failure_reason.empty() && WhyOf(episode).empty());
 }
 
 void Titles(bool explained, bool noted, Markup* html) {
@@ -41,10 +41,11 @@ void ReasonCell(const results::RecordedEpisode& episode, Markup* html) {
     if (!NeedsReason(episode)) return;
     // The sentence may start with the reason, which is then not repeated.
     const std::string reason = end_reason::Text(episode.failure_reason);
-    const bool begins = episode.explanation.starts_with(reason);
+    const std::string& why = WhyOf(episode);
+    const bool begins = why.starts_with(reason);
     if (!reason.empty()) html->Element("b", {}, reason);
-    if (episode.explanation.empty()) return;
-    html->Text(begins ? episode.explanation.substr(reason.size()) : ": " + episode.explanation);
+    if (why.empty()) return;
+    html->Text(begins ? why.substr(reason.size()) : ": " + why);
   });
 }
 

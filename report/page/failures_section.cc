@@ -5,6 +5,7 @@
 #include "base/plural.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/page.h"
+#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 
 namespace evalbus::report {
@@ -36,7 +37,7 @@ void FailureCard(const RunSection& section, const results::RecordedEpisode& epis
                     name);
       html->Text(" ");
       html->Element("b", {{"class", "sign bad"}}, "✗ " + end_reason::Text(episode.failure_reason));
-      html->Element("div", {}, episode.cause.text.empty() ? episode.explanation : episode.cause.text);
+      html->Element("div", {}, WhyOf(episode));
       const auto point = section.run.no_returns.find(episode.episode);
       if (point != section.run.no_returns.end())
         html->Element("div", {{"class", "note"}}, results::NoReturnText(point->second));

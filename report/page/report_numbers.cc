@@ -29,6 +29,10 @@ double MeanOf(const ReportRun& run, const std::string& metric) {
   return summary ? summary->mean : kNaN;
 }
 
+const std::string& WhyOf(const results::RecordedEpisode& episode) {
+  return episode.cause.text.empty() ? episode.explanation : episode.cause.text;
+}
+
 const char* Outcome(const results::RecordedEpisode& episode) {
   return !episode.complete ? "incomplete" : episode.success ? "good" : "bad";
 }

@@ -17,6 +17,9 @@ double FirstOf(const results::RecordedEpisode& episode, std::initializer_list<co
 // NaN if no episode has the metric.
 double MeanOf(const ReportRun& run, const std::string& metric);
 
+// The sentence that explains how the episode ended: its cause, or the explanation in runs of older versions.
+const std::string& WhyOf(const results::RecordedEpisode& episode);
+
 // Returns the CSS class of an episode's outcome: "good", "bad" or "incomplete".
 const char* Outcome(const results::RecordedEpisode& episode);
 

@@ -178,13 +178,15 @@ class Touches {
   std::map<std::pair<std::string, int64_t>, Place> slipped_;
 };
 
-bool HasCauseOfFailure(const EpisodeMessages& episode) {
-  return episode.summary && !episode.summary->failure_reason.empty() && !episode.summary->cause.text.empty();
+// True if the cause describes a failure or a success, and not an episode without a verdict.
+bool HasCause(const EpisodeMessages& episode) {
+  if (!episode.summary || episode.summary->cause.text.empty()) return false;
+  return !episode.summary->failure_reason.empty() || episode.outcome() == end_reason::kSuccess;
 }
 
-// Explains the outcome: the cause of a failure; otherwise the deciding condition and the end reason in words.
+// Explains the outcome: the cause; otherwise the deciding condition and the end reason in words.
 std::string Reason(const EpisodeMessages& episode) {
-  if (HasCauseOfFailure(episode)) return Printable(episode.summary->cause.text);
+  if (HasCause(episode)) return Printable(episode.summary->cause.text);
   std::string text;
   const auto add = [&text](const std::string& part) {
     if (!part.empty()) text += (text.empty() ? "" : ", ") + part;
@@ -234,7 +236,7 @@ VideoFacts FactsOf(const EpisodeMessages& episode, const std::vector<size_t>& sc
   }
   facts.outcome = Printable(episode.outcome());
   facts.success = facts.outcome == end_reason::kSuccess;
-  facts.outcome_s = HasCauseOfFailure(episode) ? episode.summary->cause.time_s : facts.duration_s;
+  facts.outcome_s = HasCause(episode) ? episode.summary->cause.time_s : facts.duration_s;
   facts.reason = Reason(episode);
   return facts;
 }

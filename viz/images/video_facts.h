@@ -57,7 +57,7 @@ struct VideoFacts {
   // Empty if the log lacks the episode's end.
   std::string outcome;
   bool success = false;
-  // Time of the outcome, s: of the cause of a failure, otherwise of the end.
+  // Time of the outcome, s: of the cause, otherwise of the end.
   double outcome_s = 0;
   // Explanation of the outcome; may be empty.
   std::string reason;

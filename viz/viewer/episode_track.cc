@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/text.h"
 #include "bus/message.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
@@ -304,8 +305,9 @@ std::vector<TrackEvent> EpisodeTrack::Events() const {
   const double dt = ControlPeriod(*model_);
   for (size_t k = 0; metrics && k < metrics->stage_reached.size() && k < extended->stage_time_s.size(); ++k) {
     if (!metrics->stage_reached[k] || !std::isfinite(extended->stage_time_s[k])) continue;
-    events.push_back(MakeEvent(Kind::kStage, std::llround(extended->stage_time_s[k] / dt),
-                               fmt::format("stage {}: {}", metrics->stage_index[k], metrics->stage_name[k])));
+    events.push_back(
+        MakeEvent(Kind::kStage, std::llround(extended->stage_time_s[k] / dt),
+                  fmt::format("stage {}: {}", metrics->stage_index[k], Words(metrics->stage_name[k]))));
   }
   // The metrics end with the verdict; an episode may continue after it.
   const int64_t scored_tick = metrics ? std::llround(metrics->completion_time_s / dt) : 0;

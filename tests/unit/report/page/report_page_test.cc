@@ -214,6 +214,16 @@ TEST(ReportPage, ARealtimeRunListsItsTimes) {
   EXPECT_THAT(TextOf(table), HasSubstr("STATE to ACTION0.310.952.1012.30"));
 }
 
+// Runs of older versions have an explanation only.
+TEST(ReportPage, StatesTheCauseOfAFailure) {
+  ReportRun run = SomeRun();
+  run.run.episodes[2].cause = {"lost_object", 1.5, "Left gripper lost the pot at 1.50 s."};
+  const Page page(PageOf({run}));
+  EXPECT_THAT(TextOf(page.ById("episode-2")), HasSubstr("time limit: Left gripper lost the pot at 1.50 s."));
+  EXPECT_THAT(TextOf(page.ById("curves-2")), HasSubstr("Left gripper lost the pot at 1.50 s."));
+  EXPECT_THAT(TextOf(page.ById("curves-2")), Not(HasSubstr("27.4 deg")));
+}
+
 TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
   const Page page(PageOf({SomeRun()}));
   const XMLElement* row = page.ById("episode-2");
