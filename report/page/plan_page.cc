@@ -179,9 +179,10 @@ void Failures(const PlanReport& report, Markup* html) {
 }  // namespace
 
 std::string PlanPage(const PlanReport& report, const std::string& made_by) {
-  return Page(report.title, made_by, [&](Markup* html) {
-    if (!report.verdict.empty()) html->Element("p", {{"class", "verdict"}}, WithMinus(report.verdict));
+  const std::string heading = report.verdict.empty() ? report.title : WithMinus(report.verdict);
+  return Page(heading, made_by, [&](Markup* html) {
     html->Element("p", {{"class", "subtitle"}}, [&] {
+      if (!report.verdict.empty()) html->Text("Plan " + report.title + ": ");
       html->Text(fmt::format(
           "{} on {}, {} each.",
           report.policies.size() == 1 ? "1 policy" : fmt::format("{} policies", report.policies.size()),

@@ -55,7 +55,7 @@ TEST(PlanPage, RanksPoliciesBySuccess) {
                       .judgment = "better",
                       .url = "u"}};
   const std::string page = PlanPage(report, "evalbus");
-  EXPECT_THAT(page, HasSubstr("<p class=\"verdict\">a is 75 points better than b, 95 % CI −1 to 90</p>"));
+  EXPECT_THAT(page, HasSubstr("<h1>a is 75 points better than b, 95 % CI −1 to 90</h1>"));
   const size_t first = page.find("<th scope=\"row\">a</th>"), second = page.find("<th scope=\"row\">b</th>");
   ASSERT_NE(first, std::string::npos);
   EXPECT_LT(first, second);
