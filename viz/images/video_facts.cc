@@ -178,13 +178,11 @@ class Touches {
   std::map<std::pair<std::string, int64_t>, Place> slipped_;
 };
 
-// True if the cause describes a failure or a success, and not an episode without a verdict.
 bool HasCause(const EpisodeMessages& episode) {
-  if (!episode.summary || episode.summary->cause.text.empty()) return false;
-  return !episode.summary->failure_reason.empty() || episode.outcome() == end_reason::kSuccess;
+  return episode.summary && !episode.summary->cause.text.empty();
 }
 
-// Explains the outcome: the cause; otherwise the deciding condition and the end reason in words.
+// Explains the outcome: the cause; in logs without one, the deciding condition and the end reason in words.
 std::string Reason(const EpisodeMessages& episode) {
   if (HasCause(episode)) return Printable(episode.summary->cause.text);
   std::string text;
