@@ -182,7 +182,7 @@ std::string PlanPage(const PlanReport& report, const std::string& made_by) {
   const std::string heading = report.verdict.empty() ? report.title : WithMinus(report.verdict);
   return Page(heading, made_by, [&](Markup* html) {
     html->Element("p", {{"class", "subtitle"}}, [&] {
-      if (!report.verdict.empty()) html->Text("Plan " + report.title + ": ");
+      if (!report.verdict.empty()) html->Text(report.title + ": ");
       html->Text(fmt::format(
           "{} on {}, {} each.",
           report.policies.size() == 1 ? "1 policy" : fmt::format("{} policies", report.policies.size()),
