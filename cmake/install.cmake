@@ -50,6 +50,6 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 # dpkg-shlibdeps finds the linked libraries. The list names programs, fonts and libraries that are loaded at run time.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "ffmpeg, libosmesa6, fonts-dejavu-core, liblcm-bin, libjs-three, iproute2")
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "ffmpeg, libosmesa6 | libegl1, fonts-dejavu-core, liblcm-bin, libjs-three, iproute2")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy, python3-msgpack, python3-websockets, zstd")
 include(CPack)

@@ -102,7 +102,7 @@ Environment::Environment(EnvironmentOptions options) : sim_(std::move(options.si
   };
   add(std::make_unique<collision::CollisionComponent>(&bus_, false));
   add(std::make_unique<metrics::MetricsComponent>(&bus_, false));
-  if (contract_.needs_images()) add(std::make_unique<viz::CameraComponent>(&bus_));
+  if (contract_.needs_images()) add(std::make_unique<viz::CameraComponent>(&bus_, options.gl));
   add(std::make_unique<policy::PolicyComponent>(
       &bus_, "environment", [this](const mjModel& model, const model_info_t& info) {
         const auto wake = [event = bus_.wake_event()] { event->Set(); };

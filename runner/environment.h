@@ -18,6 +18,7 @@
 #include "runner/environment_contract.h"
 #include "runner/step_exchange.h"
 #include "sim/prepared_scene.h"
+#include "viz/images/painter/gl_context.h"
 
 namespace evalbus::runner {
 
@@ -27,6 +28,8 @@ struct EnvironmentOptions {
   // chunk_steps and first_step_rad do not apply.
   std::string contract;
   ContractForm form;
+  // Renderer of the images that are observed; see viz::UseGl.
+  std::string gl = viz::kDefaultGl;
 };
 
 class Environment {

@@ -63,12 +63,12 @@ TaskSelection Resolve(RunOptions* options) {
   return selection;
 }
 
-// Replaces "auto" by the library that it selects. Returns library and device, or nothing if the run renders
-// no images.
+// Replaces "software" and "auto" by the library that they select. Returns library and device, or nothing if
+// the run renders no images; then --gl is only checked.
 std::string ChooseRenderer(RunOptions* options) {
   const auto contract = policy::FindContractOf(options->policy);
   if (options->video.empty() && !(contract && contract->needs_images())) {
-    options->gl = viz::ResolveGl(options->gl);
+    viz::CheckGl(options->gl);
     return "";
   }
   const viz::GlChoice choice = viz::ChooseGl(options->gl);

@@ -35,7 +35,7 @@ struct RunOptions {
   bool by_hand = false;
   std::vector<std::string> video;
   // Renderer of a policy's images and of videos. run.json has the library that "auto" has selected.
-  std::string gl = "osmesa";
+  std::string gl = viz::kDefaultGl;
   // A source replaces sim and policy (`evalbus watch`).
   bool watch = false;
 

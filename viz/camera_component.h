@@ -18,6 +18,7 @@
 #include "evalbus/image_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "viz/images/painter/gl_context.h"
 #include "viz/images/renderer.h"
 
 namespace evalbus::viz {
@@ -28,7 +29,7 @@ class CameraComponent : public Component {
 
   // gl: see UseGl. Throws EnvironmentError if its library is missing. If a REQUEST_IMAGE of this episode
   // cannot be drawn (e.g. unknown camera, more than 2048 pixels per side), Bus::Handle throws InputError.
-  explicit CameraComponent(Bus* bus, const std::string& gl = "osmesa");
+  explicit CameraComponent(Bus* bus, const std::string& gl = kDefaultGl);
 
   // Number of images drawn since the start.
   int64_t num_drawn() const { return num_drawn_; }

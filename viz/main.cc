@@ -16,7 +16,7 @@
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "--answer-image-requests") {
-    std::string gl = "osmesa";
+    std::string gl = evalbus::viz::kDefaultGl;
     return evalbus::HostMain(
         argc - 1, argv + 1, "Renders only the images that a policy requests with REQUEST_IMAGE.",
         [&](CLI::App* app) {
@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   app.add_option("--size", size, "WIDTHxHEIGHT in pixels")->capture_default_str();
   app.add_option("--fps", options.fps, "maximum number of frames per second and camera")
       ->capture_default_str();
-  std::string gl = "osmesa";
+  std::string gl = evalbus::viz::kDefaultGl;
   app.add_option("--gl", gl, evalbus::viz::kGlHelp)->capture_default_str();
   if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
   try {

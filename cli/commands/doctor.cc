@@ -37,17 +37,19 @@ std::string LibraryOf(const char* symbol) {
 
 // Prints how videos are made, and what is missing for them.
 void PrintVideos() {
-  std::string renderer;
+  // Each line is of a library; a machine needs only one of them for software rendering.
+  std::string software, missing;
   try {
-    const viz::GlChoice choice = viz::ChooseGl("osmesa");
+    const viz::GlChoice choice = viz::ChooseGl(viz::kDefaultGl);
     if (!choice.warning.empty()) fmt::print("note  {}\n", choice.warning);
     const std::string gl = viz::GlInUse();
-    renderer = fmt::format(": {}, {}", gl, LibraryOf("OSMesaCreateContextExt"));
-  } catch (const EnvironmentError&) {
-    // The library is missing; the fix below names its package.
+    const bool is_osmesa = viz::IsGlInMemory();
+    software = fmt::format(": {}, {}", gl, LibraryOf(is_osmesa ? "OSMesaCreateContextExt" : "eglInitialize"));
+  } catch (const EnvironmentError& error) {
+    missing = error.what();
   }
-  Print(!renderer.empty(), "OSMesa, which renders videos" + renderer, "apt-get install libosmesa6");
-  // EGL is optional.
+  Print(!software.empty(), "software rendering of images and videos" + software, missing);
+  // A GPU is optional.
   try {
     fmt::print("ok    EGL, for --gl egl: {}\n", viz::ChooseGl("egl").device);
   } catch (const EnvironmentError& error) {

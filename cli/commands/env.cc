@@ -22,6 +22,7 @@
 #include "runner/environment.h"
 #include "runner/json_events.h"
 #include "runner/version.h"
+#include "viz/images/painter/gl_context.h"
 
 namespace evalbus::commands {
 namespace {
@@ -147,6 +148,7 @@ Action AddEnv(CLI::App* app) {
   app->add_option("--control-hz", sim.control_hz, "without --contract: steps per simulated second")
       ->check(InRange(5.0, 500.0))
       ->capture_default_str();
+  app->add_option("--gl", environment.gl, viz::kGlHelp)->capture_default_str();
   app->add_option("--robot", sim.robot, "robot instead of the task's own");
   app->add_option("--seed-stream", sim.seed_stream,
                   "what the starts are drawn from; roboeval/1: as RoboEval's env.reset(seed=...)")

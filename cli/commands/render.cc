@@ -48,7 +48,7 @@ struct RenderOptions {
   // Empty: beside the log, or in the run's folder.
   std::filesystem::path out;
   std::string format = "mp4";
-  std::string gl = "osmesa";
+  std::string gl = viz::kDefaultGl;
   std::string overlay = "full";
   double trail_s = 0;
   bool outline = false;

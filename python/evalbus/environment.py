@@ -40,7 +40,7 @@ class Environment:
     "eef_delta"; values of all arms, then of the grippers (0 open, 1 closed). cameras: names of cameras whose images are
     observed. image_size: (width, height). control_hz: steps per simulated second. contract: name or file of a contract
     (docs/connecting_a_policy.md), which describes all of these instead. seed_stream: "roboeval/1" starts episode 0 of
-    a seed as RoboEval's env.reset(seed=...).
+    a seed as RoboEval's env.reset(seed=...). gl: renderer of the images: "software", "egl" or "auto" (docs/videos.md).
 
     Raises InputError for wrong arguments, ProgramError if the program fails.
     """
@@ -56,16 +56,19 @@ class Environment:
         contract: Union[str, os.PathLike, None] = None,
         robot: Union[str, os.PathLike, None] = None,
         seed_stream: Optional[str] = None,
+        gl: Optional[str] = None,
     ):
         options = {
             "control": control,
             "camera": list(cameras) or None,
             "image_size": "x".join(map(str, image_size)),
             "control_hz": control_hz,
+            "contract": contract,
+            "robot": robot,
+            "seed_stream": seed_stream,
+            "gl": gl,
         }
-        self._program: Optional[Program] = Program(
-            ["env", task, *words({**options, "contract": contract, "robot": robot, "seed_stream": seed_stream})]
-        )
+        self._program: Optional[Program] = Program(["env", task, *words(options)])
         description = self._receive()
         if description["schema_version"] != _VERSION:
             self.close()

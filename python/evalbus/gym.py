@@ -28,7 +28,7 @@ class EvalbusEnv(gymnasium.Env):
     """A task of evalbus.
 
     task, variation: "lift_pot", "position"; or task alone: "lift_pot/position", a task file.
-    control, cameras, image_size, control_hz, contract, robot, seed_stream: as in evalbus.Environment.
+    control, cameras, image_size, control_hz, contract, robot, seed_stream, gl: as in evalbus.Environment.
     render_mode: "rgb_array": render() returns the image of render_camera, which is drawn at every step.
 
     reset(seed=S) starts episode 0 of `evalbus run --seed S`, and each reset() after it the next episode of that run;
@@ -51,6 +51,7 @@ class EvalbusEnv(gymnasium.Env):
         contract: Optional[str] = None,
         robot: Optional[str] = None,
         seed_stream: Optional[str] = None,
+        gl: Optional[str] = None,
         render_mode: Optional[str] = None,
         render_camera: str = "front",
     ):
@@ -68,6 +69,7 @@ class EvalbusEnv(gymnasium.Env):
             contract=contract,
             robot=robot,
             seed_stream=seed_stream,
+            gl=gl,
         )
         self.metadata = {**self.metadata, "render_fps": self._environment.control_hz}
         self.action_space = spaces.Box(

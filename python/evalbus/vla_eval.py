@@ -31,6 +31,7 @@ class EvalbusBenchmark(StepBenchmark):
         image_size: Sequence[int] = (224, 224),
         control_hz: float = 20,
         robot: Optional[str] = None,
+        gl: Optional[str] = None,
     ):
         super().__init__()
         self._tasks = list(tasks)
@@ -41,6 +42,7 @@ class EvalbusBenchmark(StepBenchmark):
             "image_size": image_size,
             "control_hz": control_hz,
             "robot": robot,
+            "gl": gl,
         }
         # The environment of one task is open at a time.
         self._environment: Optional[Environment] = None

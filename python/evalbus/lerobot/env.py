@@ -67,7 +67,7 @@ class EvalbusEnvConfig(EnvConfig):
     """Options of --env.type=evalbus.
 
     task: "lift_pot/position", or several tasks, separated by commas. fps: steps per simulated second. run_seed, robot,
-    control, cameras, image_size (width, height): as in evalbus.Environment. State and action are the joint positions
+    control, cameras, image_size (width, height), gl: as in evalbus.Environment. State and action are the joint positions
     of all arms (rad), then all grippers (state: 1 open; action: 1 closed), as in data sets of
     `evalbus export --lerobot`. render_mode: None draws no images for videos, which policies without cameras do not need.
     """
@@ -79,6 +79,7 @@ class EvalbusEnvConfig(EnvConfig):
     cameras: List[str] = dataclasses.field(default_factory=lambda: ["roboeval/head"])
     image_size: List[int] = dataclasses.field(default_factory=lambda: [224, 224])
     robot: Optional[str] = None
+    gl: Optional[str] = None
     render_mode: Optional[str] = "rgb_array"
 
     def __post_init__(self):
@@ -108,6 +109,7 @@ class EvalbusEnvConfig(EnvConfig):
             "image_size": tuple(self.image_size),
             "control_hz": self.fps,
             "robot": self.robot,
+            "gl": self.gl,
             "render_mode": self.render_mode,
         }
 

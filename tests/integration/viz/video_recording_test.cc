@@ -33,12 +33,14 @@ TEST(VideoRecording, RunEndsWithTheVideosOfItsEpisodes) {
   EXPECT_TRUE(again.out.ends_with("run/episodes/0001/front.mp4\n")) << again.out;
   EXPECT_EQ(again.err, "");
   // The renderer is reported unless it is the default; a machine with a GPU renders with that.
-  for (const std::string gl : {"egl", "auto"}) {
+  for (const std::string gl : {"egl", "egl-software", "auto"}) {
     const Result other = RunProgram(
         {"evalbus", "render", run, "--episode", "1", "--camera", "front", "--size", "64x48", "--gl", gl});
     EXPECT_EQ(other.code, 0) << other.err;
     const bool falls_back = other.err.starts_with("renders with osmesa (");
-    EXPECT_TRUE(other.err.starts_with("renders with egl (") || (gl == "auto" && falls_back)) << other.err;
+    EXPECT_TRUE(other.err.starts_with("renders with " + (gl == "auto" ? "egl" : gl) + " (") ||
+                (gl == "auto" && falls_back))
+        << other.err;
     EXPECT_EQ(other.err.ends_with("): there is no GPU that EGL can use\n"), falls_back) << other.err;
     // Mesa's software renderer gives equal bytes through both libraries.
     if (other.err.find("llvmpipe") == std::string::npos) continue;

@@ -155,7 +155,7 @@ TEST(VizInput, WrongInputIsOneLine) {
       {{"--size", "640"}, "--size 640: expected WIDTHxHEIGHT, for example 1280x720"},
       {{"--size", "641x480"}, "images of 641x480: expected even numbers of pixels, 2 to 4096 per side"},
       {{"--fps", "0"}, "--fps: expected a number above 0"},
-      {{"--gl", "metal"}, "--gl metal: expected osmesa, egl or auto"},
+      {{"--gl", "metal"}, "--gl metal: expected software, osmesa, egl-software, egl or auto"},
       {{"/nonexistent"}, "/nonexistent: there is no such run"},
   };
   for (const auto& [arguments, line] : cases) {
@@ -171,18 +171,20 @@ TEST(VizInput, WrongInputIsOneLine) {
 // A machine without OSMesa: in the child the loader does not find the library.
 class WithoutOsMesa : public testing::Test {
  protected:
-  static Result Run(std::vector<std::string> command) {
-    return RunProgram(std::move(command), {{}, [] {
-                                             setenv("LD_AUDIT", HIDE_OSMESA, 1);
+  static Result Run(std::vector<std::string> command, bool with_egl) {
+    return RunProgram(std::move(command), {{}, [=] {
+                                             setenv("LD_AUDIT", HIDE_RENDERERS, 1);
+                                             if (!with_egl) setenv("HIDE_EGL", "1", 1);
                                              // Room for the thread-local variables of a thread sanitizer:
                                              // with LD_AUDIT the loader reserves too little.
                                              setenv("GLIBC_TUNABLES",
                                                     "glibc.rtld.optional_static_tls=1000000", 1);
                                            }});
   }
-  // Returns the expected error line; the loader's message follows in brackets.
+  // The error line without EGL; the loader's message follows in brackets.
   static std::string Line() {
-    return "error: rendering needs OSMesa: install it with 'apt-get install libosmesa6' (";
+    return "error: rendering needs OSMesa or EGL: 'apt-get install libosmesa6' or 'apt-get install libegl1' "
+           "(";
   }
   static void ExpectLine(const std::string& text, const std::string& line) {
     EXPECT_TRUE(text.starts_with(line)) << text;
@@ -193,13 +195,36 @@ class WithoutOsMesa : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(WithoutOsMesa, VizAndRenderNameThePackageToInstall) {
+TEST_F(WithoutOsMesa, ARunRendersTheSameBytesWithEgl) {
+  std::string videos[2];
+  for (const bool has_osmesa : {true, false}) {
+    const fs::path run = folder_.path() / (has_osmesa ? "with" : "without");
+    const std::vector<std::string> command = {"evalbus",  "run",          ShortTask(folder_.path(), 0.2),
+                                              "--policy", "hold",         "--episodes",
+                                              "1",        "--in-process", "--video",
+                                              "front",    "--out",        run};
+    const Result result = has_osmesa ? RunProgram(command) : Run(command, true);
+    EXPECT_EQ(result.code, 0) << result.err;
+    const nlohmann::json json = nlohmann::json::parse(ReadText(run / "run.json"));
+    const std::string gl = has_osmesa ? "osmesa" : "egl-software";
+    EXPECT_EQ(json["gl"], gl);
+    EXPECT_TRUE(json["renderer"].get<std::string>().starts_with(gl + " (llvmpipe")) << json["renderer"];
+    videos[has_osmesa] = ReadText(run / "episodes/0000/front.mp4");
+  }
+  EXPECT_GT(videos[0].size(), 1000u);
+  EXPECT_TRUE(videos[0] == videos[1]);
+  // Commands without --gl.
+  const Result result = Run({"evalbus", "report", folder_.path() / "with"}, true);
+  EXPECT_EQ(result.code, 0) << result.err;
+}
+
+TEST_F(WithoutOsMesa, VizAndRenderNameThePackagesToInstall) {
   const fs::path run = folder_.path() / "run";
   const std::string task = ShortTask(folder_.path(), 0.2);
   Evaluate({task, "--policy", "hold", "--episodes", "1", "--in-process"}, run);
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"evalbus", "render", run}, {"evalbus-viz", "--url", UniqueUrl()}}) {
-    const Result result = Run(command);
+    const Result result = Run(command, false);
     EXPECT_EQ(result.code, 2);
     EXPECT_EQ(result.out, "");
     ExpectLine(result.err, Line());
@@ -207,22 +232,32 @@ TEST_F(WithoutOsMesa, VizAndRenderNameThePackageToInstall) {
   const auto episode = fs::directory_iterator(run / "episodes/0000");
   EXPECT_TRUE(std::none_of(begin(episode), end(episode),
                            [](const auto& entry) { return entry.path().extension() == ".mp4"; }));
+  const Result egl = Run({"evalbus", "render", run}, true);
+  EXPECT_EQ(egl.code, 0) << egl.err;
+  EXPECT_TRUE(egl.err.starts_with("renders with egl-software (llvmpipe")) << egl.err;
+  EXPECT_TRUE(egl.err.ends_with("): OSMesa is not installed\n")) << egl.err;
 }
 
 TEST_F(WithoutOsMesa, ARunThatDrawsEndsBeforeItsFirstEpisode) {
   const fs::path run = folder_.path() / "run";
   const Result result = Run({"evalbus", "run", ShortTask(folder_.path(), 0.2), "--policy", "hold",
-                             "--episodes", "2", "--in-process", "--video", "front", "--out", run});
+                             "--episodes", "2", "--in-process", "--video", "front", "--out", run},
+                            false);
   EXPECT_EQ(result.code, 2);
   ExpectLine(result.err, Line());
   EXPECT_FALSE(fs::exists(run / "episodes.jsonl"));
 }
 
 TEST_F(WithoutOsMesa, DoctorReportsIt) {
-  const Result result = Run({"evalbus", "doctor"});
-  EXPECT_NE(result.out.find("FAIL  OSMesa, which renders videos\n      fix: apt-get install libosmesa6\n"),
+  const Result egl = Run({"evalbus", "doctor"}, true);
+  EXPECT_NE(egl.out.find("ok    software rendering of images and videos: egl-software (llvmpipe"),
             std::string::npos)
-      << result.out;
+      << egl.out;
+  const Result none = Run({"evalbus", "doctor"}, false);
+  EXPECT_NE(none.out.find("FAIL  software rendering of images and videos\n"
+                          "      fix: rendering needs OSMesa or EGL: 'apt-get install libosmesa6'"),
+            std::string::npos)
+      << none.out;
 }
 
 }  // namespace evalbus::viz_run_test

@@ -3,7 +3,6 @@
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <GL/gl.h>
-#include <GL/osmesa.h>
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -14,6 +13,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include "base/errors.h"
@@ -22,7 +22,11 @@
 namespace evalbus::viz {
 namespace {
 
-constexpr char kOsMesaName[] = "osmesa", kEglName[] = "egl", kAutoName[] = "auto";
+// Names of --gl. The last two are resolved to one of the others.
+constexpr char kOsMesaName[] = "osmesa", kEglSoftwareName[] = "egl-software", kEglName[] = "egl",
+               kSoftwareName[] = "software", kAutoName[] = "auto";
+
+constexpr char kOsMesaFile[] = "libOSMesa.so.8";
 
 template <class Function>
 void Load(void* library, const char* file, const char* name, Function** function) {
@@ -35,37 +39,47 @@ void Load(void* library, const char* file, const char* name, Function** function
 // process in 28,000 images. Without them the calling thread rasterizes, which takes no longer.
 void NoMesaThreads() { setenv("LP_NUM_THREADS", "0", 1); }
 
-// Loaded once and never unloaded. MuJoCo looks up the OpenGL functions in the same library.
+// Returns the library, or nullptr if it is not installed.
+void* LoadOsMesa() {
+  NoMesaThreads();
+  // Disables the shader cache as well: its writer thread would not survive the fork of the video renderer,
+  // and it writes to the user's home directory.
+  setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
+  return dlopen(kOsMesaFile, RTLD_NOW | RTLD_GLOBAL);
+}
+
+// Loaded once and never unloaded. MuJoCo looks up the OpenGL functions in the same library. The functions are
+// declared here because Mesa has no OSMesa, and no header of it, from version 25.1 on.
 struct OsMesa {
   OsMesa() {
-    NoMesaThreads();
-    // Disables the shader cache as well: its writer thread would not survive the fork of the video renderer,
-    // and it writes to the user's home directory.
-    setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
-    void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
+    void* library = LoadOsMesa();
     if (!library) {
-      throw EnvironmentError("rendering needs OSMesa: install it with 'apt-get install libosmesa6' (" +
+      throw EnvironmentError("--gl osmesa needs OSMesa: install it with 'apt-get install libosmesa6' (" +
                              std::string(dlerror()) + ")");
     }
-    Load(library, "libOSMesa.so.8", "OSMesaCreateContextExt", &create);
-    Load(library, "libOSMesa.so.8", "OSMesaMakeCurrent", &make_current);
-    Load(library, "libOSMesa.so.8", "OSMesaDestroyContext", &destroy);
-    Load(library, "libOSMesa.so.8", "OSMesaGetProcAddress", &function);
+    Load(library, kOsMesaFile, "OSMesaCreateContextExt", &create);
+    Load(library, kOsMesaFile, "OSMesaMakeCurrent", &make_current);
+    Load(library, kOsMesaFile, "OSMesaDestroyContext", &destroy);
+    Load(library, kOsMesaFile, "OSMesaGetProcAddress", &function);
   }
 
-  decltype(OSMesaCreateContextExt)* create;
-  decltype(OSMesaMakeCurrent)* make_current;
-  decltype(OSMesaDestroyContext)* destroy;
-  decltype(OSMesaGetProcAddress)* function;
+  void* (*create)(GLenum format, GLint depth_bits, GLint stencil_bits, GLint accumulation_bits, void* shared);
+  GLboolean (*make_current)(void* context, void* buffer, GLenum type, GLsizei width, GLsizei height);
+  void (*destroy)(void* context);
+  void (*(*function)(const char* name))();
 };
 
 struct Egl {
-  Egl() {
+  explicit Egl(bool software) {
     NoMesaThreads();  // in case EGL falls back to software rendering
+    if (software) setenv("LIBGL_ALWAYS_SOFTWARE", "true", 1);
     void* library = dlopen("libEGL.so.1", RTLD_NOW | RTLD_GLOBAL);
     if (!library) {
-      throw EnvironmentError("--gl egl needs EGL: install it with 'apt-get install libegl1' (" +
-                             std::string(dlerror()) + ")");
+      throw EnvironmentError(
+          fmt::format("{} 'apt-get install libegl1' ({})",
+                      software ? "rendering needs OSMesa or EGL: 'apt-get install libosmesa6' or"
+                               : "--gl egl needs EGL: install it with",
+                      dlerror()));
     }
     Load(library, "libEGL.so.1", "eglGetProcAddress", &function);
     Load(library, "libEGL.so.1", "eglInitialize", &initialize);
@@ -74,19 +88,19 @@ struct Egl {
     Load(library, "libEGL.so.1", "eglCreateContext", &create);
     Load(library, "libEGL.so.1", "eglMakeCurrent", &make_current);
     Load(library, "libEGL.so.1", "eglDestroyContext", &destroy);
-    Open();
+    Open(software);
   }
 
-  // Opens the first device that works, in the order in which EGL lists them. On a machine without devices EGL
-  // draws in software.
-  void Open() {
+  // Opens the first device that works, in the order in which EGL lists them. Without devices, and with
+  // `software`, Mesa renders in software.
+  void Open(bool software) {
     const auto devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(function("eglQueryDevicesEXT"));
     const auto get_display =
         reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(function("eglGetPlatformDisplayEXT"));
     std::vector<EGLDisplay> displays;
     EGLDeviceEXT device[16];
     EGLint count = 0;
-    if (devices && get_display && devices(16, device, &count)) {
+    if (!software && devices && get_display && devices(16, device, &count)) {
       for (EGLint i = 0; i < count; ++i) {
         displays.push_back(get_display(EGL_PLATFORM_DEVICE_EXT, device[i], nullptr));
       }
@@ -105,7 +119,9 @@ struct Egl {
         return;
       }
     }
-    throw EnvironmentError("EGL finds no device on this machine that supports OpenGL");
+    throw EnvironmentError(software ? "EGL cannot render in software on this machine: install Mesa with "
+                                      "'apt-get install libegl-mesa0 libgl1-mesa-dri'"
+                                    : "EGL finds no device on this machine that supports OpenGL");
   }
 
   decltype(eglGetProcAddress)* function;
@@ -119,20 +135,29 @@ struct Egl {
   EGLConfig config = nullptr;
 };
 
+enum class GlKind { kUndecided, kOsMesa, kEglSoftware, kEgl };
+std::atomic<GlKind> g_kind = GlKind::kUndecided;
+
+bool IsEgl() { return g_kind == GlKind::kEgl || g_kind == GlKind::kEglSoftware; }
+
 const OsMesa& Mesa() {
   static const OsMesa mesa;
   return mesa;
 }
 
 const Egl& TheEgl() {
-  static const Egl egl;
+  static const Egl egl(g_kind == GlKind::kEglSoftware);
   return egl;
 }
 
-enum class GlKind { kUndecided, kOsMesa, kEgl };
-std::atomic<GlKind> g_kind = GlKind::kUndecided;
+// name: one that ResolveGl returns.
+GlKind KindOf(const std::string& name) {
+  return name == kOsMesaName ? GlKind::kOsMesa : name == kEglName ? GlKind::kEgl : GlKind::kEglSoftware;
+}
 
-bool IsEgl() { return g_kind == GlKind::kEgl; }
+const char* NameOf(GlKind kind) {
+  return kind == GlKind::kOsMesa ? kOsMesaName : kind == GlKind::kEgl ? kEglName : kEglSoftwareName;
+}
 
 std::string RendererName() {
   const auto get = reinterpret_cast<decltype(glGetString)*>(GlFunction("glGetString"));
@@ -147,18 +172,11 @@ bool IsSoftware(const std::string& renderer) {
   return false;
 }
 
-// Returns the device that the library draws with. A child process finds it: once a library is loaded, MuJoCo
-// would use it for drawing, and it cannot be unloaded. Throws EnvironmentError.
-std::string DeviceOf(const std::string& library) {
-  constexpr size_t kMaxBytes = 256;
+// Does the work in a child process: once a library is loaded, MuJoCo would use it for drawing, and it cannot
+// be unloaded. Throws as the work does, and EnvironmentError.
+void InChild(const std::string& library, const std::function<void()>& work) {
   constexpr int kTimeoutMs = 60000, kPollMs = 10;
-  const SharedMemory name(kMaxBytes);
-  ForkedWork check("the check of " + library, [&] {
-    g_kind = library == kEglName ? GlKind::kEgl : GlKind::kOsMesa;
-    const GlContext context;
-    const std::string renderer = RendererName();
-    std::copy_n(renderer.data(), std::min(renderer.size(), kMaxBytes - 1), static_cast<char*>(name.get()));
-  });
+  ForkedWork check("the check of " + library, work);
   for (int waited_ms = 0; !check.HasEnded(); waited_ms += kPollMs) {
     if (waited_ms > kTimeoutMs) {
       throw EnvironmentError(fmt::format("{} does not respond within {} s", library, kTimeoutMs / 1000));
@@ -166,7 +184,28 @@ std::string DeviceOf(const std::string& library) {
     poll(nullptr, 0, kPollMs);
   }
   check.CheckEnd();
+}
+
+// Returns the device that the library draws with. Throws EnvironmentError.
+std::string DeviceOf(const std::string& library) {
+  constexpr size_t kMaxBytes = 256;
+  const SharedMemory name(kMaxBytes);
+  InChild(library, [&] {
+    g_kind = KindOf(library);
+    const GlContext context;
+    const std::string renderer = RendererName();
+    std::copy_n(renderer.data(), std::min(renderer.size(), kMaxBytes - 1), static_cast<char*>(name.get()));
+  });
   return static_cast<const char*>(name.get());
+}
+
+bool HasOsMesa() {
+  try {
+    InChild(kOsMesaName, [] { Mesa(); });
+    return true;
+  } catch (const EnvironmentError&) {
+    return false;
+  }
 }
 
 bool HasGpuDevice() {
@@ -187,10 +226,18 @@ bool HasGraphicsProcessor() {
 
 }  // namespace
 
+void CheckGl(const std::string& name) {
+  for (const char* known : {kSoftwareName, kOsMesaName, kEglSoftwareName, kEglName, kAutoName}) {
+    if (name == known) return;
+  }
+  throw InputError("--gl " + name + ": expected software, osmesa, egl-software, egl or auto");
+}
+
 std::string ResolveGl(const std::string& name) {
-  if (name == kOsMesaName || name == kEglName) return name;
-  if (name == kAutoName) return HasGraphicsProcessor() ? kEglName : kOsMesaName;
-  throw InputError("--gl " + name + ": expected osmesa, egl or auto");
+  CheckGl(name);
+  if (name == kAutoName && HasGraphicsProcessor()) return kEglName;
+  if (name == kAutoName || name == kSoftwareName) return HasOsMesa() ? kOsMesaName : kEglSoftwareName;
+  return name;
 }
 
 GlChoice ChooseGl(const std::string& name) {
@@ -206,13 +253,19 @@ GlChoice ChooseGl(const std::string& name) {
 }
 
 void UseGl(const std::string& name) {
-  const GlKind kind = ResolveGl(name) == kEglName ? GlKind::kEgl : GlKind::kOsMesa;
+  CheckGl(name);
+  GlKind kind = KindOf(name);
+  if (name == kAutoName && HasGraphicsProcessor()) {
+    kind = GlKind::kEgl;
+  } else if (name == kAutoName || name == kSoftwareName) {
+    kind = LoadOsMesa() ? GlKind::kOsMesa : GlKind::kEglSoftware;
+  }
   GlKind before = GlKind::kUndecided;
   if (!g_kind.compare_exchange_strong(before, kind) && before != kind) {
-    throw EnvironmentError(fmt::format("--gl {}: this process already renders with {}", name,
-                                       before == GlKind::kEgl ? kEglName : kOsMesaName));
+    throw EnvironmentError(
+        fmt::format("--gl {}: this process already renders with {}", name, NameOf(before)));
   }
-  if (kind == GlKind::kEgl) {
+  if (IsEgl()) {
     TheEgl();
   } else {
     Mesa();
@@ -223,25 +276,31 @@ bool IsGlInMemory() { return !IsEgl(); }
 
 std::string GlInUse() {
   GlContext context;
-  return fmt::format("{} ({})", IsEgl() ? kEglName : kOsMesaName, RendererName());
+  return fmt::format("{} ({})", NameOf(g_kind), RendererName());
 }
 
 std::string UseGlAndDescribe(const std::string& name) {
   UseGl(name);
-  if (name == kOsMesaName) return "";
-  const bool fell_back = name == kAutoName && !IsEgl();
-  return fmt::format("renders with {}{}\n", GlInUse(), fell_back ? ": there is no GPU that EGL can use" : "");
+  std::string why;
+  if (name == kAutoName && g_kind != GlKind::kEgl) {
+    why = ": there is no GPU that EGL can use";
+  } else if (g_kind == GlKind::kOsMesa) {
+    return "";
+  } else if (name == kSoftwareName) {
+    why = ": OSMesa is not installed";
+  }
+  return fmt::format("renders with {}{}\n", GlInUse(), why);
 }
 
 GlContext::GlContext() {
-  if (g_kind == GlKind::kUndecided) UseGl(kOsMesaName);
+  if (g_kind == GlKind::kUndecided) UseGl(kSoftwareName);
   if (IsEgl()) {
     const Egl& egl = TheEgl();
     egl.bind_api(EGL_OPENGL_API);  // applies to this thread
     context_ = egl.create(egl.display, egl.config, EGL_NO_CONTEXT, nullptr);
     if (!context_) throw EnvironmentError("EGL cannot create an OpenGL context");
   } else {
-    context_ = Mesa().create(OSMESA_RGBA, 24, 8, 0, nullptr);
+    context_ = Mesa().create(GL_RGBA, 24, 8, 0, nullptr);
     if (!context_) throw EnvironmentError("OSMesa cannot create an OpenGL context");
   }
   MakeCurrent();
@@ -252,15 +311,14 @@ GlContext::~GlContext() {
     TheEgl().make_current(TheEgl().display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     TheEgl().destroy(TheEgl().display, context_);
   } else {
-    Mesa().destroy(static_cast<OSMesaContext>(context_));
+    Mesa().destroy(context_);
   }
 }
 
 void GlContext::MakeCurrent() {
   const bool good = IsEgl()
                         ? TheEgl().make_current(TheEgl().display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)
-                        : Mesa().make_current(static_cast<OSMesaContext>(context_), unused_, GL_UNSIGNED_BYTE,
-                                              kUnused, kUnused);
+                        : Mesa().make_current(context_, unused_, GL_UNSIGNED_BYTE, kUnused, kUnused);
   if (!good)
     throw EnvironmentError(IsEgl() ? "EGL refuses its own context" : "OSMesa refuses its own context");
 }

@@ -1,25 +1,31 @@
-// OpenGL contexts without a screen: in software (OSMesa) or on a graphics processor (EGL). The libraries are
-// loaded on first use, so that programs start without them.
+// OpenGL contexts without a screen: in software (OSMesa, or EGL with Mesa's software renderer) or on a
+// graphics processor (EGL). The libraries are loaded on first use, so that programs start without them.
 //
-// A process uses only one of the two, because MuJoCo looks up the OpenGL functions in whichever library is
+// A process uses only one of them, because MuJoCo looks up the OpenGL functions in whichever library is
 // loaded. Software rendering of equal models and states gives identical bits on all machines with the same
 // Mesa version and vector instructions; results of graphics processors vary. Images for policies are
-// therefore drawn with OSMesa unless the user selects EGL; run.json records the selection.
+// therefore drawn in software unless the user selects EGL; run.json records the selection.
 #pragma once
 
 #include <string>
 
 namespace evalbus::viz {
 
-// Selects the library: "osmesa", "egl" or "auto" (EGL if it works with a graphics processor of this machine,
-// else OSMesa). Without a call, OSMesa is used. Throws InputError for any other name. Throws EnvironmentError
-// if the selected library is missing or this process already draws with the other one.
+// Throws InputError unless `name` is one of:
+// - "software", the default: "osmesa" if it is installed, else "egl-software"; both give equal bytes
+// - "osmesa", "egl-software": one of the two, e.g. to compare them
+// - "egl": the first device that EGL lists, a graphics processor if it can use one
+// - "auto": "egl" if it works with a graphics processor of this machine, else "software"
+void CheckGl(const std::string& name);
+// Selects the library. Without a call, "software" is used. Throws as CheckGl. Throws EnvironmentError if the
+// selected library is missing or this process already draws with another one.
 void UseGl(const std::string& name);
-// Returns "osmesa" or "egl": what `name` resolves to on this machine. Loads no library into this process.
+// Returns "osmesa", "egl-software" or "egl": what `name` resolves to on this machine. Loads no library into
+// this process. Throws as CheckGl.
 std::string ResolveGl(const std::string& name);
 // The renderer of a run.
 struct GlChoice {
-  std::string library;  // "osmesa" or "egl"
+  std::string library;  // "osmesa", "egl-software" or "egl"
   std::string device;   // e.g. "llvmpipe (LLVM 15.0.6, 256 bits)"
   // A line for the user if software renders although this machine has a GPU; empty otherwise.
   std::string warning;
@@ -33,10 +39,12 @@ bool IsGlInMemory();
 std::string GlInUse();
 // Help text of the --gl option of drawing commands.
 inline constexpr char kGlHelp[] =
-    "renderer: osmesa (software, equal bytes on every machine); egl (on the GPU if there is one);\n"
-    "auto (egl if it can use a GPU, otherwise osmesa)";
-// Calls UseGl. If the result is not the default library, returns a line for the user with the library and the
-// reason. Throws as UseGl.
+    "renderer: software (equal bytes on every machine, with OSMesa or, where it is not installed, EGL);\n"
+    "egl (on the GPU if there is one); auto (egl if it can use a GPU, otherwise software);\n"
+    "osmesa, egl-software (this library)";
+inline constexpr char kDefaultGl[] = "software";
+// Calls UseGl. If the result is not OSMesa, or "auto" found no GPU, returns a line for the user with the
+// library and the reason. Throws as UseGl.
 std::string UseGlAndDescribe(const std::string& name);
 
 // An OpenGL context. It is current in the thread that constructed it or last called MakeCurrent. All members

@@ -1,0 +1,17 @@
+// For LD_AUDIT: the dynamic loader does not find OSMesa, nor EGL if HIDE_EGL is set, as on a machine without
+// them.
+#include <link.h>
+
+#include <cstdlib>
+#include <cstring>
+
+extern "C" unsigned la_version(unsigned) { return LAV_CURRENT; }
+
+extern "C" char* la_objsearch(const char* name, uintptr_t*, unsigned) {
+  // Paths that do not exist. If nullptr is returned, glibc 2.36 sometimes reports "wrong ELF class" without a
+  // file.
+  static char no_osmesa[] = "/nowhere/libOSMesa.so.8", no_egl[] = "/nowhere/libEGL.so.1";
+  if (std::strstr(name, "libOSMesa")) return no_osmesa;
+  if (std::strstr(name, "libEGL") && std::getenv("HIDE_EGL")) return no_egl;
+  return const_cast<char*>(name);
+}
