@@ -15,6 +15,8 @@ namespace evalbus {
 
 // Configuration and options of the run. A folder with this file is a run folder.
 inline constexpr char kRunJson[] = "run.json";
+// "schema_version" in run.json; it applies to all files of the run folder (docs/versioning.md).
+inline constexpr int kRunSchemaVersion = 1;
 // A folder with this file is the folder of a suite.
 inline constexpr char kSuiteJson[] = "suite.json";
 // One line for each finished episode.

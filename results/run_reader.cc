@@ -291,6 +291,13 @@ RecordedRun ReadRunInfo(const fs::path& folder) {
   run.name = Printable(NameOfRun(folder));
   run.info = ReadJsonFile<ordered_json>(file);
   if (!run.info.is_object()) Fail(file.string(), "not a JSON object");
+  // Runs of older versions have no schema_version.
+  if (const auto version = run.info.value("schema_version", ordered_json(kRunSchemaVersion));
+      version != kRunSchemaVersion) {
+    Fail(file.string(),
+         fmt::format("\"schema_version\" is {}, expected {}; read this run with evalbus {}", ToText(version),
+                     kRunSchemaVersion, ToText(run.info.value("evalbus_version", ordered_json()))));
+  }
   run.task = Get<std::string>(run.info, "task", "a name", file.string());
   run.variation = Get<std::string>(run.info, "variation", "a name", file.string());
   run.policy = Get<std::string>(run.info, "policy", "a name", file.string());

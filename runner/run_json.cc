@@ -9,6 +9,7 @@
 #include "base/json_file.h"
 #include "base/options_json.h"
 #include "base/plugins.h"
+#include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/text.h"
 #include "lcmtypes/clock.h"
@@ -38,7 +39,8 @@ ordered_json PluginsJson() {
 
 ordered_json SceneFacts(const sim::PreparedScene& prepared) {
   const ModelHashes model_hashes = ModelHashes::Of(prepared.info);
-  return {{"task", prepared.task.name},
+  return {{"schema_version", kRunSchemaVersion},
+          {"task", prepared.task.name},
           {"variation", prepared.variation},
           {"task_sha256", model_hashes.task_sha256},
           {"robot_sha256", Sha256File(prepared.robot.file)},

@@ -8,9 +8,11 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from evalbus.errors import InputError
+from evalbus.errors import EvalbusError, InputError
 
 Interval = Tuple[Optional[float], Optional[float]]
+# schema_version of run folders (docs/versioning.md).
+_VERSION = 1
 
 
 @dataclasses.dataclass(frozen=True)
@@ -142,8 +144,11 @@ class Run:
         return {episode.index: _log_in(_episode_folder(self.folder, episode.index)) for episode in self.episodes}
 
     def to_pandas(self):
-        """A pandas DataFrame: one row for each episode, with its scores. Requires pandas."""
-        import pandas
+        """A pandas DataFrame: one row for each episode, with its scores. Raises EvalbusError if pandas is missing."""
+        try:
+            import pandas
+        except ImportError:
+            raise EvalbusError("to_pandas() needs pandas: pip install pandas") from None
 
         keys = ("index", "seed", "success", "complete", "end_reason", "failure_reason")
         rows = [{**{key: getattr(e, key) for key in keys}, **_renamed(e.scores())} for e in self.episodes]
@@ -161,10 +166,15 @@ def read_run(folder) -> Run:
         raise InputError(f"{folder} is a suite; read one of its runs: {', '.join(runs)}")
     if not (folder / "run.json").exists():
         raise InputError(f"{folder} is not a run: it has no run.json")
-    summary = folder / "summary.json"
+    options, summary = _json(folder / "run.json"), folder / "summary.json"
+    # Runs of older versions have no schema_version.
+    if options.get("schema_version", _VERSION) != _VERSION:
+        raise InputError(
+            f"{folder / 'run.json'}: the run folder has version {options['schema_version']}, this package reads {_VERSION}"
+        )
     return Run(
         folder=folder,
-        options=_json(folder / "run.json"),
+        options=options,
         summary=Summary.of(_json(summary)) if summary.exists() else None,
         episodes=_episodes(folder / "episodes.jsonl"),
     )

@@ -137,6 +137,10 @@ class LogTest(unittest.TestCase):
             episodes.write_bytes(broken)
             with self.assertRaisesRegex(ValueError, reason):
                 evalbus.read_run(copy)
+        newer = {**run.options, "schema_version": 2}
+        (copy / "run.json").write_text(json.dumps(newer))
+        with self.assertRaisesRegex(evalbus.InputError, "run.json: the run folder has version 2, this package reads 1"):
+            evalbus.read_run(copy)
         (copy / "suite.json").write_text('{"runs": ["lift_pot-base"]}')
         with self.assertRaisesRegex(ValueError, "suite.*lift_pot-base"):
             evalbus.read_run(copy)

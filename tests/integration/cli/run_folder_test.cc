@@ -62,6 +62,7 @@ TEST_P(RunFolderTest, HoldsWhatItShould) {
             (Names{"collision.log", "metrics.log", "policy.log", "recorder.log", "run.log", "sim.log"}));
 
   const auto run = ordered_json::parse(ReadText(run_ / "run.json"));
+  EXPECT_EQ(run["schema_version"], 1);
   EXPECT_EQ(run["task"], "lift_pot");
   EXPECT_EQ(run["variation"], "position");
   EXPECT_EQ(run["seed"], 3);

@@ -170,8 +170,8 @@ TEST_F(Score, ListsTheSoftwareItWasMadeWith) {
   const auto info = nlohmann::json::parse(ReadText(run / "run.json")),
              other = nlohmann::json::parse(ReadText(scored / "run.json"));
   for (const char* key :
-       {"task", "variation", "task_sha256", "robot_sha256", "physics_sha256", "visual_sha256",
-        "evalbus_version", "git_commit", "git_dirty", "plugins", "mujoco_version"}) {
+       {"schema_version", "task", "variation", "task_sha256", "robot_sha256", "physics_sha256",
+        "visual_sha256", "evalbus_version", "git_commit", "git_dirty", "plugins", "mujoco_version"}) {
     ASSERT_TRUE(info.contains(key) && other.contains(key)) << key;
     EXPECT_EQ(info[key], other[key]) << key;
   }

@@ -227,6 +227,18 @@ TEST_F(RunReaderTest, ExcludesATruncatedLastLineWithARemark) {
   EXPECT_EQ(ReadRun(run_).episodes.size(), 2u);
 }
 
+TEST_F(RunReaderTest, VersionOfTheSchema) {
+  ordered_json info = RunInfo(1);
+  info["schema_version"] = 1;
+  WriteRun(run_, info, {EpisodeLine(0)});
+  EXPECT_EQ(Error(run_), "read");
+  info["schema_version"] = 2;
+  info["evalbus_version"] = "9.0";
+  WriteRun(run_, info, {EpisodeLine(0)});
+  EXPECT_EQ(Error(run_),
+            "run/run.json: \"schema_version\" is 2, expected 1; read this run with evalbus \"9.0\"");
+}
+
 TEST_F(RunReaderTest, Suite) {
   WriteFile(run_ / "suite.json", R"({"runs": ["a", "b", "c"]})");
   EXPECT_EQ(Error(run_), "run: this suite has no finished episode");
