@@ -20,6 +20,8 @@ from evalbus.evaluate import ActivePlan, ActiveRun, Comparison, Event, compare, 
 from evalbus.log import Log, events, read_log
 from evalbus.runs import Episode, Metric, Run, Summary, read_run
 
+__version__ = "0.3.0"
+
 # Imported on first use: reading runs requires neither websockets nor msgpack.
 _LAZY = {"serve": "evalbus.server", "Environment": "evalbus.environment", "Step": "evalbus.environment"}
 

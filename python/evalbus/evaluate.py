@@ -17,6 +17,8 @@ from evalbus.runs import Episode, Run, read_run
 # Version of the events of `evalbus run --json` (docs/schema/event.json).
 _EVENTS_VERSION = 1
 _CALLABLE_CONTRACT = "plain"
+# In the program's error if the shape of an answer differs from the contract's; the server's address follows.
+_CONTRADICTION = "the contract contradicts the answer of the server at "
 
 Policy = Union[str, os.PathLike, Callable]
 
@@ -72,7 +74,7 @@ class _Active:
                 if event.kind == "begin":
                     self._folders[pathlib.Path(event.content["run"])] = None
                 return event
-            self._program.finish()
+            self._finish()
         except BaseException:
             self.close()
             raise
@@ -92,6 +94,16 @@ class _Active:
             self._program.close()
         if self._serving:
             self._serving.close()
+
+    def _finish(self) -> None:
+        try:
+            self._program.finish()
+        except InputError as error:
+            contradiction = str(error).partition(_CONTRADICTION)[2]
+            if not self._serving or not contradiction:
+                raise
+            # The user knows a function, not a server and its address.
+            raise ActionError(f"the policy contradicts its contract: {contradiction.partition(': ')[2]}") from None
 
     def _check_policy(self) -> None:
         error = self._serving.error if self._serving else None
@@ -147,6 +159,10 @@ def start(
 
         serving = Serving(_checked(policy))
         policy, contract = serving.url, contract or _CALLABLE_CONTRACT
+    elif not isinstance(policy, (str, os.PathLike)):
+        raise InputError(
+            f"policy: expected a function, a class, a name, a contract or an address, got {type(policy).__name__}"
+        )
     more = {"contract": contract, "episodes": episodes, "seed": seed, "out": out, **options}
     return ActiveRun(
         ["run", str(task), "--json", "--quiet", "--policy", os.fspath(policy), *words(more)], serving
@@ -232,8 +248,14 @@ def _checked(policy: Callable) -> Callable:
     """The policy, except that it raises ActionError for actions that are not finite numbers."""
 
     def check(answer):
-        actions = np.asarray(answer["actions"] if isinstance(answer, dict) and "actions" in answer else answer)
-        if actions.dtype.kind in "fiub" and not np.isfinite(actions).all():
+        given = answer["actions"] if isinstance(answer, dict) and "actions" in answer else answer
+        try:
+            actions = np.asarray(given)
+        except ValueError as error:  # rows of different lengths
+            raise ActionError(f"the policy returned an action that is not an array: {error}") from None
+        if actions.dtype.kind not in "fiub":
+            raise ActionError(f"the policy returned an action of type {actions.dtype}, expected numbers")
+        if not np.isfinite(actions).all():
             raise ActionError(f"the policy returned an action that is not finite: {actions.ravel()[:8].tolist()}")
         return answer
 

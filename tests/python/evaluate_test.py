@@ -7,6 +7,8 @@ import support
 
 support.need("numpy", "msgpack", "websockets")
 
+import contextlib
+import io
 import json
 import os
 import pathlib
@@ -18,6 +20,7 @@ import sys
 import tempfile
 import threading
 import unittest
+from unittest import mock
 
 import evalbus
 import numpy as np
@@ -176,12 +179,20 @@ class EvaluateTest(unittest.TestCase):
         there = os.getcwd()
         os.chdir(self.folder)
         try:
-            for code in support.blocks("python.md")[:2]:
-                exec(code, names)
+            pathlib.Path("plan.yaml").write_text("policies: [expert, hold]\ntasks: [lift_pot/position]\nepisodes: 1\n")
+            output = io.StringIO()
+            with contextlib.redirect_stdout(output):
+                for code in support.blocks("python.md")[:4]:
+                    exec(code, names)
         finally:
             os.chdir(there)
         self.assertEqual((names["mine"].summary.success_rate, names["expert"].summary.success_rate), (0, 1))
         self.assertEqual(names["mine"].episodes[0].failure_reason, "timeout")
+        lines = output.getvalue().splitlines()
+        self.assertIn("difference", lines[0])
+        self.assertRegex("\n".join(lines), r"\nfirst stage reached after \d\.\d+ s\n")
+        self.assertEqual(set(lines[-2:]), {"expert lift_pot 0 True", "hold lift_pot 0 False"})
+        self.assertEqual([run.policy for run in names["runs"]], ["expert", "hold"])
 
     def assert_fails(self, error, words, task="lift_pot", policy="expert", **options):
         with self.assertRaisesRegex(error, words) as caught:
@@ -195,7 +206,15 @@ class EvaluateTest(unittest.TestCase):
         self.assert_fails(evalbus.InputError, 'there is no policy "no_such"', policy="no_such")
         self.assert_fails(evalbus.InputError, "there is no option '--wrong'", wrong=1)
         self.assert_fails(evalbus.InputError, "task 'lift_pot/all': expected one task", task="lift_pot/all")
-        self.assert_fails(evalbus.InputError, "1 steps of 7 values", policy=lambda _: np.zeros(7))
+        self.assert_fails(evalbus.InputError, "policy: expected a function, .*, got int", policy=3)
+        self.assert_fails(
+            evalbus.ActionError,
+            "^the policy contradicts its contract: the answer has 1 steps of 7 values, the contract expects 16 values",
+            policy=lambda _: np.zeros(7),
+        )
+        self.assert_fails(evalbus.ActionError, "an action of type <U3, expected numbers", policy=lambda _: "abc")
+        self.assert_fails(evalbus.ActionError, "an action of type object, expected numbers", policy=lambda _: None)
+        self.assert_fails(evalbus.ActionError, "an action that is not an array: ", policy=lambda _: [[1, 2], [3]])
         self.assert_fails(evalbus.ActionError, "not finite: .nan", policy=lambda _: np.full(16, np.nan))
 
         def fail(_):
@@ -203,6 +222,16 @@ class EvaluateTest(unittest.TestCase):
 
         error = self.assert_fails(evalbus.PolicyError, "the policy raised KeyError: 'images'", policy=fail)
         self.assertIsInstance(error.__cause__, KeyError)
+
+    def test_version(self):
+        done = subprocess.run([f"{BIN}/evalbus", "--version"], capture_output=True, text=True, check=True)
+        self.assertIn(evalbus.__version__, done.stdout.split())
+
+    def test_a_missing_package(self):
+        run = self.run_here("lift_pot", "hold", episodes=1)
+        with mock.patch.dict(sys.modules, {"pandas": None}):
+            with self.assertRaisesRegex(evalbus.EvalbusError, "^to_pandas.. needs pandas: pip install pandas$"):
+                run.to_pandas()
 
     def test_a_missing_program(self):
         for value, words in ((str(self.folder), "EVALBUS_BIN="), ("", "was not found")):
@@ -299,6 +328,15 @@ class EnvironmentTest(unittest.TestCase):
                     np.testing.assert_allclose(moved[7:14], 0, atol=8e-3)
         self.assertEqual(environment.task, "lift_pot/base")
 
+    def test_renderers(self):
+        """Software EGL, which machines without OSMesa use, draws the same bytes."""
+        images = []
+        for gl in (None, "egl-software"):
+            with evalbus.Environment("lift_pot", cameras=["head"], image_size=(64, 48), gl=gl) as environment:
+                images.append(environment.reset(0).observation["images"]["head"])
+        self.assertGreater(len(np.unique(images[0])), 10)
+        np.testing.assert_array_equal(*images)
+
     def test_a_contract(self):
         with evalbus.Environment("lift_pot", contract="plain") as environment:
             step = environment.reset(0)
@@ -311,6 +349,7 @@ class EnvironmentTest(unittest.TestCase):
             ("unknown task 'nothing'", {"task": "nothing"}),
             ("--control levers: expected one of joint", {"control": "levers"}),
             ("--image-size 64: expected WIDTHxHEIGHT", {"image_size": (64,)}),
+            ("--gl metal: expected software, osmesa, egl-software, egl or auto", {"cameras": ["head"], "gl": "metal"}),
         ):
             with self.assertRaisesRegex(evalbus.InputError, words):
                 evalbus.Environment(**{"task": "lift_pot", **options})
