@@ -42,8 +42,8 @@ class _Active:
     def __init__(self, arguments: List[str], serving=None):
         self._serving = serving
         self._program: Optional[Program] = None
-        # Folders of the runs that have begun, in this order.
-        self._folders: Dict[pathlib.Path, None] = {}
+        # Folders of the runs that have begun, with the event "begin", in this order.
+        self._folders: Dict[pathlib.Path, Dict[str, Any]] = {}
         self._is_finished = self._is_closed = False
         try:
             self._program = Program(arguments)
@@ -72,7 +72,7 @@ class _Active:
             if line:
                 event = _event(line)
                 if event.kind == "begin":
-                    self._folders[pathlib.Path(event.content["run"])] = None
+                    self._folders[pathlib.Path(event.content["run"])] = event.content
                 return event
             self._finish()
         except BaseException:
@@ -129,10 +129,25 @@ class ActiveRun(_Active):
 class ActivePlan(_Active):
     """A plan that is active. Iterate over its events, or wait() for its results; leave the context to stop it."""
 
+    _plan: Dict[str, Any] = {}
+
+    def __next__(self) -> Event:
+        event = super().__next__()
+        if event.kind == "plan_begin":
+            self._plan = event.content
+        return event
+
     def wait(self) -> List[Run]:
-        """Waits for the end of the plan, and reads its runs: one for each policy and task. Raises an EvalbusError if
-        the plan fails."""
-        return self._wait()
+        """Waits for the end of the plan, and reads its runs: one for each policy and task, in the order of the plan.
+        Raises an EvalbusError if the plan fails."""
+        return sorted(self._wait(), key=self._place)
+
+    def _place(self, run: Run):
+        # Workers begin runs in any order. A task of a file is named otherwise in the plan than in its run.
+        begin = self._folders[run.folder]
+        tasks = self._plan["tasks"]
+        place = tasks.index(run.task) if run.task in tasks else len(tasks)
+        return self._plan["policies"].index(begin["policy"]), place, run.folder.name
 
 
 def start_plan(plan: Union[str, os.PathLike], **options) -> ActivePlan:

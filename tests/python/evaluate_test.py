@@ -192,7 +192,7 @@ class EvaluateTest(unittest.TestCase):
         self.assertIn("difference", lines[0])
         self.assertRegex("\n".join(lines), r"\nfirst stage reached after \d\.\d+ s\n")
         self.assertEqual(set(lines[-2:]), {"expert lift_pot 0 True", "hold lift_pot 0 False"})
-        self.assertEqual([run.policy for run in names["runs"]], ["expert", "hold"])
+        self.assertEqual([run.options["policy"] for run in names["runs"]], ["expert", "hold"])
 
     def assert_fails(self, error, words, task="lift_pot", policy="expert", **options):
         with self.assertRaisesRegex(error, words) as caught:
