@@ -33,10 +33,10 @@ void ExecPythonModule(const std::string& module, const std::vector<std::string>&
   const char* const chosen = std::getenv("EVALBUS_PYTHON");
   const std::string python = chosen && *chosen ? chosen : "python3";
   const char* const path = std::getenv("PYTHONPATH");
-  setenv("PYTHONPATH", (PackageParent().string() + (path && *path ? std::string(":") + path : "")).c_str(),
-         1);
+  const fs::path package = PackageParent();
+  setenv("PYTHONPATH", (package.string() + (path && *path ? std::string(":") + path : "")).c_str(), 1);
   setenv("EVALBUS_BIN", ProgramFolder().c_str(), 1);
-  std::vector<std::string> words = {python, "-B", "-m", module};
+  std::vector<std::string> words = {python, "-B", package / "evalbus/start_module.py", module};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());

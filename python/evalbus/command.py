@@ -8,12 +8,9 @@ from evalbus.errors import EvalbusError, InputError
 
 
 def run_module(main: Callable[[], None]) -> None:
-    """Calls main(). Exit codes: 1 for wrong input, 2 for other failures."""
+    """Calls main(). Exit codes: 1 for wrong input, 2 for other failures. A missing package: see start_module."""
     try:
         main()
-    except ImportError as error:
-        package = (error.name or str(error)).partition(".")[0]
-        _exit(2, f"{sys.executable} has no {package}: install it, or set EVALBUS_PYTHON to a Python that has it")
     except EvalbusError as error:
         _exit(1 if isinstance(error, InputError) else 2, str(error))
     except KeyboardInterrupt:

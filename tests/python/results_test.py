@@ -138,6 +138,13 @@ class ResultsTest(unittest.TestCase):
         self.assertEqual(
             done.stderr, "error: /nonexistent/python: No such file or directory; EVALBUS_PYTHON names another Python\n"
         )
+        # A Python without site packages, so without numpy.
+        bare = self.here / "python"
+        bare.write_text(f'#!/bin/sh\nexec {sys.executable} -S "$@"\n')
+        bare.chmod(0o755)
+        done = export(self.recorded.folder, "--wandb", "pots", EVALBUS_PYTHON=bare)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+        self.assertIn("has no numpy: install it, or set EVALBUS_PYTHON", done.stderr)
         if importlib.util.find_spec("wandb") is None:
             done = export(self.recorded.folder, "--wandb", "pots")
             self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)

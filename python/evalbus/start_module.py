@@ -1,0 +1,21 @@
+"""Starts a module of this package for the program evalbus: start_module.py MODULE [ARGUMENT...].
+
+It imports nothing of the package itself, so that a Python without numpy is one line, too.
+"""
+
+import runpy
+import sys
+
+if __name__ == "__main__":
+    # The folder of this file: its modules must not hide others of the same name, such as gym.
+    sys.path[0] = ""
+    del sys.argv[0]
+    try:
+        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+    except ImportError as error:
+        package = (error.name or str(error)).partition(".")[0]
+        print(
+            f"error: {sys.executable} has no {package}: install it, or set EVALBUS_PYTHON to a Python that has it",
+            file=sys.stderr,
+        )
+        sys.exit(2)
