@@ -74,7 +74,7 @@ std::string ChooseRenderer(RunOptions* options) {
   const viz::GlChoice choice = viz::ChooseGl(options->gl);
   if (!choice.warning.empty()) fmt::print(stderr, "warning: {}\n", choice.warning);
   options->gl = choice.library;
-  return fmt::format("{} ({})", choice.library, choice.device);
+  return viz::Described(choice);
 }
 
 [[noreturn]] void FailDiffers(const fs::path& file, const std::string& key,

@@ -74,11 +74,12 @@ void SendFrame(const Value& message, ReservedStdout* output) {
   output->Write(frame);
 }
 
-Value Description(const runner::Environment& environment) {
+Value Description(const runner::Environment& environment, const std::string& gl) {
   const model_info_t& model = environment.model();
   const policy::Contract& contract = environment.contract();
   const runner::ActionBounds bounds = runner::BoundsOf(contract.actions, model);
   const auto size = static_cast<int64_t>(bounds.lower.size());
+  const viz::GlChoice renderer = contract.needs_images() ? viz::ChooseGl(gl) : viz::GlChoice();
   return Map{{"schema_version", runner::kEventsVersion},
              {"evalbus_version", kVersion},
              {"task", model.task},
@@ -88,6 +89,8 @@ Value Description(const runner::Environment& environment) {
              {"control_hz", 1 / ControlPeriod(model)},
              {"time_limit_s", Seconds(model.time_limit_us)},
              {"contract", contract.text},
+             {"renderer", contract.needs_images() ? viz::Described(renderer) : ""},
+             {"warning", renderer.warning},
              {"action_lower", policy::FloatArray(bounds.lower, {size})},
              {"action_upper", policy::FloatArray(bounds.upper, {size})}};
 }
@@ -121,7 +124,7 @@ int ServeEnvironment(EnvOptions options) {
   }
   ReservedStdout output;
   runner::Environment environment(options.environment);
-  SendFrame(Description(environment), &output);
+  SendFrame(Description(environment, options.environment.gl), &output);
   while (const auto request = ReadRequest()) SendFrame(Answer(&environment, *request), &output);
   return 0;
 }

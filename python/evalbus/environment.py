@@ -4,6 +4,7 @@ import dataclasses
 import json
 import os
 import struct
+import warnings
 from typing import Any, Dict, Optional, Sequence, Union
 
 import numpy as np
@@ -81,6 +82,11 @@ class Environment:
         self.instruction: str = description["instruction"]
         self.control_hz: float = description["control_hz"]
         self.time_limit_s: float = description["time_limit_s"]
+        # What draws the images, such as "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))"; empty without cameras.
+        # Programs of older versions send neither.
+        self.renderer: str = description.get("renderer", "")
+        if description.get("warning"):
+            warnings.warn(f"evalbus: {description['warning']}", stacklevel=2)
         # Text of the contract: saved as a file, `evalbus run --policy` evaluates a server with it.
         self.contract: str = description["contract"]
         # Usual range of each value of an action. Values beyond are executed, too, as far as the robot can.

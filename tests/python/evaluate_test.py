@@ -333,6 +333,7 @@ class EnvironmentTest(unittest.TestCase):
         images = []
         for gl in (None, "egl-software"):
             with evalbus.Environment("lift_pot", cameras=["head"], image_size=(64, 48), gl=gl) as environment:
+                self.assertRegex(environment.renderer, rf"^{gl or '(osmesa|egl-software)'} \(")
                 images.append(environment.reset(0).observation["images"]["head"])
         self.assertGreater(len(np.unique(images[0])), 10)
         np.testing.assert_array_equal(*images)
@@ -342,6 +343,7 @@ class EnvironmentTest(unittest.TestCase):
             step = environment.reset(0)
             self.assertEqual(list(step.observation), ["state", "prompt"])
             self.assertEqual(step.observation["prompt"], environment.instruction)
+            self.assertEqual(environment.renderer, "")
             self.assertEqual(environment.contract, (support.SOURCE / "models/policies/plain.yaml").read_text())
 
     def test_wrong_input(self):

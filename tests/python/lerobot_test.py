@@ -160,6 +160,11 @@ class LeRobotTest(unittest.TestCase):
         self.assertEqual(first["task"], "lift the pot by the handles")
         self.assertEqual(tuple(first["observation.images.head"].shape), (3, 64, 64))
         self.assertIn("mean", found.meta.stats["action"])
+        # For `trained_on` of a contract.
+        starts = [json.loads(line) for line in (self.set / "evalbus_starts.jsonl").read_text().splitlines()]
+        self.assertEqual(starts, [
+            {"task": "lift_pot/base", "parameters": episode.line["parameters"]} for episode in self.recorded.episodes
+        ])  # fmt: skip
         again = program("evalbus", "export", self.recorded.folder, "--lerobot", self.set, check=False)
         self.assertEqual((again.returncode, again.stderr), (1, f"error: {self.set}: exists; choose another name\n"))
 

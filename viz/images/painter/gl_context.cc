@@ -240,6 +240,10 @@ std::string ResolveGl(const std::string& name) {
   return name;
 }
 
+std::string Described(const GlChoice& choice) {
+  return fmt::format("{} ({})", choice.library, choice.device);
+}
+
 GlChoice ChooseGl(const std::string& name) {
   GlChoice choice;
   choice.library = ResolveGl(name);

@@ -30,6 +30,8 @@ struct GlChoice {
   // A line for the user if software renders although this machine has a GPU; empty otherwise.
   std::string warning;
 };
+// Returns library and device, e.g. "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))".
+std::string Described(const GlChoice& choice);
 // Returns what `name` resolves to on this machine. Loads no library into this process. Throws as UseGl.
 GlChoice ChooseGl(const std::string& name);
 // Returns whether contexts consist of process memory only, so that a fork copies them: true for OSMesa.
