@@ -73,7 +73,7 @@ class Episode:
         self.num_ticks = len(self.states["header"]["tick"])
         actions = log["EVALBUS_ACTION"]
         values = np.concatenate([actions["joint_position_rad"], actions["gripper_closing"]], axis=1)
-        self.actions = dict(zip(actions["header"]["tick"], values.astype(np.float32)))
+        self.actions = dict(zip(actions["header"]["tick"], values))
         # PARTIAL of each tick, without those that a process sent again.
         partial = log["EVALBUS_PARTIAL"]
         at = np.unique(partial["header"]["tick"], return_index=True)[1]
@@ -204,6 +204,13 @@ class Environment:
         *_, terminated, truncated, _ = _quietly(self.env.step, action)
         return terminated or truncated
 
+    def _update_positions(self):
+        """After a step, RoboEval's positions are those before its last physics step; evalbus's are those after it."""
+        import mujoco
+
+        physics = self.env.mojo.physics
+        mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
+
     def play(self, episode):
         """Plays the episode's actions from its start; returns how evalbus and RoboEval judge it."""
         self.reset(episode)
@@ -211,12 +218,14 @@ class Environment:
         for tick in range(last + 1 + round(_GRACE_S * self.control_hz)):
             *_, terminated, _, info = _quietly(self.env.step, episode.actions[min(tick, last)])
             if tick < min(last, episode.num_ticks - 1):
+                self._update_positions()
                 there = [gripper.wrist_position for gripper in self.env.robot.grippers.values()]
                 here = episode.states["arm"]["wrist_position_m"][tick + 1]
                 distances.append(np.linalg.norm(here - np.array(there), axis=-1))
             if terminated:
                 success_tick = tick + 1 if info["task_success"] else None
                 break
+        self._update_positions()
         end = min(tick + 1, episode.num_ticks - 1)
         ours = episode.stages[-1].tolist()
         return {
