@@ -236,12 +236,13 @@ void RunController::FinishIfRecorded() {
   const bool is_decided = summary.end_reason == end_reason::kSuccess ||
                           summary.end_reason == end_reason::kFailure ||
                           summary.end_reason == end_reason::kTimeLimit;
+  const int64_t scored_ticks = results::ScoredTicks(summary);
+  bool lacks_call = false;
   if (plan_.calls && is_decided) {
     attempt_.calls.RemoveUndecided(summary.header.tick);
-    if (!plan_.realtime && has_another_try() &&
-        !attempt_.calls.IsWhole(*plan_.calls, results::ScoredTicks(summary))) {
+    lacks_call = !plan_.realtime && !attempt_.calls.IsWhole(*plan_.calls, scored_ticks);
+    if (lacks_call && has_another_try())
       return BeginAgain("a call of the policy was lost on the way to the launcher");
-    }
   }
   nlohmann::ordered_json line = results::EpisodeJson(plan_.task, plan_.variation, summary,
                                                      plan_.is_watched ? nullptr : &*attempt_.begin);
@@ -254,7 +255,12 @@ void RunController::FinishIfRecorded() {
                                   : nlohmann::ordered_json();
   }
   if (plan_.calls) {
-    const nlohmann::ordered_json calls = attempt_.calls.Json(*plan_.calls, results::ScoredTicks(summary));
+    // The other scores do not depend on the messages about calls, so that the last attempt is accepted.
+    if (lacks_call) {
+      listener_->OnRemark(
+          fmt::format("{:>7}  has no metrics of the policy's delay: a call was lost", episode_index()));
+    }
+    const nlohmann::ordered_json calls = attempt_.calls.Json(*plan_.calls, lacks_call ? 0 : scored_ticks);
     results::AddDelayMetrics(calls, summary, &line);
     folder_.AddPolicyCalls(episode_index(), calls);
     const std::string warning = results::RareCallsWarning({calls});

@@ -92,6 +92,7 @@ class RunControllerTest : public testing::Test {
     summary.end_detail = detail;
     summary.complete = reason == "success";
     summary.metrics.slip_count = slips;
+    summary.metrics.completion_time_s = 0.1;
     Publish(channels::kEpisodeSummary, summary);
   }
   void PublishFinished(const std::string& component, int attempt = 0) {
@@ -476,6 +477,37 @@ TEST_F(RunControllerTest, AnEpisodeWhoseLogLacksTicksIsRetried) {
   for (int attempt = 0; attempt < 3; ++attempt) finish(attempt, 1);
   EXPECT_EQ(listener_.remarks.size(), 3u);
   EXPECT_EQ(listener_.done.size(), 2u);
+}
+
+TEST_F(RunControllerTest, AnEpisodeThatLacksACallOfThePolicyIsRetried) {
+  plan_.calls = results::CallSchedule{.execute_steps = 3};
+  // In a run, the recorder creates these folders.
+  for (const char* episode : {"0000", "0001"})
+    std::filesystem::create_directories(run_.path() / "episodes" / episode);
+  const auto finish = [this](int attempt, const std::vector<int64_t>& called_ticks) {
+    Begin(attempt);
+    for (const int64_t tick : called_ticks) {
+      policy_action_t action{};
+      action.header = {0, episode_, attempt, tick, tick * 20000};
+      action.num_steps = 3;
+      Publish(channels::kPolicyAction, action);
+    }
+    PublishEnd(attempt);
+    PublishSummary(attempt);
+    PublishFinished("recorder", attempt);
+  };
+  finish(0, {0});
+  EXPECT_THAT(listener_.remarks,
+              ElementsAre("      0  retrying: a call of the policy was lost on the way to the launcher"));
+  finish(1, {0, 3});
+  ASSERT_EQ(listener_.done.size(), 1u);
+  EXPECT_EQ(listener_.done[0]["extended"]["stale_action_ratio"], 0);
+  // The scores are correct. Only the metrics that follow from the calls are not known.
+  episode_ = 1;
+  for (int attempt = 0; attempt < 3; ++attempt) finish(attempt, {0});
+  ASSERT_EQ(listener_.done.size(), 2u);
+  EXPECT_TRUE(listener_.done[1]["extended"]["stale_action_ratio"].is_null());
+  EXPECT_THAT(listener_.remarks.back(), HasSubstr("a call was lost"));
 }
 
 TEST_F(RunControllerTest, MessagesOfAnotherRunsSimAreIgnored) {
