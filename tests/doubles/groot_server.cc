@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -224,7 +225,13 @@ Value GrootServer::Act(const Value& data) {
   {
     std::unique_lock lock(mutex_);
     batches_.push_back(static_cast<int>(size));
-    stop_.wait_for(lock, options_.thinks, [&] { return stopping_; });
+    if (options_.least_delay.count() > 0) {
+      using Duration = std::chrono::steady_clock::duration;
+      const Duration since = std::chrono::steady_clock::now() - last_answer_;
+      stop_.wait_for(lock, std::clamp<Duration>(2 * since, options_.least_delay, kLongestDelay),
+                     [&] { return stopping_; });
+    }
+    last_answer_ = std::chrono::steady_clock::now();
   }
   Array arm_action = policy::FloatArray(arms, {size, horizon, length});
   Array gripper_action = policy::FloatArray(grippers, {size, horizon, 1});

@@ -32,9 +32,11 @@ class GrootServer {
     double step = 1;
     // Added to the arm's action for each level of each pixel.
     double per_level = 0;
-    // Delay before actions are answered.
-    std::chrono::milliseconds thinks{0};
+    // Least delay before actions are answered, if it is not zero. The delay is twice the time since the last
+    // answer, at most kLongestDelay, so that other clients can send meanwhile on a busy machine, too.
+    std::chrono::milliseconds least_delay{0};
   };
+  static constexpr std::chrono::seconds kLongestDelay{1};
   explicit GrootServer(const Options& options);
   ~GrootServer();
 
@@ -72,6 +74,7 @@ class GrootServer {
   std::map<std::string, std::queue<Fate>> fates_;
   std::vector<policy::Value> requests_;
   std::vector<int> batches_;
+  std::chrono::steady_clock::time_point last_answer_ = std::chrono::steady_clock::now();
   std::unique_ptr<Sockets> sockets_;
   std::thread thread_;
 };

@@ -125,6 +125,10 @@ void Evaluate(const std::vector<std::string>& arguments, const fs::path& out) {
   EXPECT_EQ(result.err, "");
 }
 
+std::string WithoutProgress(const std::string& err) {
+  return std::regex_replace(err, std::regex("recording video of [^\n]*\n"), "");
+}
+
 std::string ShortTask(const fs::path& folder, double time_limit_s, const std::string& task) {
   const std::string models = EVALBUS_SOURCE_DIR "/models/";
   std::string text = ReadText(models + "tasks/" + task + ".yaml");

@@ -75,6 +75,9 @@ Result RunProgram(std::vector<std::string> command, const Program::Setting& sett
 // Runs `evalbus run` with these arguments; fails the test unless it exits with 0.
 void Evaluate(const std::vector<std::string>& arguments, const std::filesystem::path& out);
 
+// Returns the standard error of `evalbus render` without the lines that it prints every ten seconds.
+std::string WithoutProgress(const std::string& err);
+
 // Writes a task with this time limit into the folder; returns the file.
 std::string ShortTask(const std::filesystem::path& folder, double time_limit_s,
                       const std::string& task = "lift_pot");

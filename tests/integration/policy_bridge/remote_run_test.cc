@@ -189,7 +189,7 @@ TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
   options.step = 1e-3;
   options.per_level = 1e-8;
   // Leaves time for requests of other workers.
-  options.thinks = std::chrono::milliseconds(100);
+  options.least_delay = std::chrono::milliseconds(100);
   const doubles::GrootServer server(options);
   const fs::path contract = folder_.path() / "groot.yaml";
   WriteText(contract, "wire: groot\nurl: " + server.url() +
