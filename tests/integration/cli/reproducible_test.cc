@@ -54,8 +54,9 @@ class Reproducible : public testing::TestWithParam<const char*> {
     }
   }
 
+  // The metrics process repeats its RUN_SUMMARY, so that a log may begin with that of the episode before.
   run_summary_t RunSummaryOf(const std::string& name, int episode) {
-    return ReadLog(LogFile(folder_.path() / name, episode)).Messages(channels::kRunSummary).at(0);
+    return ReadLog(LogFile(folder_.path() / name, episode)).Messages(channels::kRunSummary).back();
   }
 
   TemporaryFolder folder_;
