@@ -224,6 +224,14 @@ bool HasGraphicsProcessor() {
   }
 }
 
+// Returns the name that `name` stands for; see ResolveGl().
+std::string Resolve(const std::string& name, bool (*has_osmesa)()) {
+  CheckGl(name);
+  if (name == kAutoName && HasGraphicsProcessor()) return kEglName;
+  if (name == kAutoName || name == kSoftwareName) return has_osmesa() ? kOsMesaName : kEglSoftwareName;
+  return name;
+}
+
 }  // namespace
 
 void CheckGl(const std::string& name) {
@@ -233,12 +241,7 @@ void CheckGl(const std::string& name) {
   throw InputError("--gl " + name + ": expected software, osmesa, egl-software, egl or auto");
 }
 
-std::string ResolveGl(const std::string& name) {
-  CheckGl(name);
-  if (name == kAutoName && HasGraphicsProcessor()) return kEglName;
-  if (name == kAutoName || name == kSoftwareName) return HasOsMesa() ? kOsMesaName : kEglSoftwareName;
-  return name;
-}
+std::string ResolveGl(const std::string& name) { return Resolve(name, HasOsMesa); }
 
 std::string Described(const GlChoice& choice) {
   return fmt::format("{} ({})", choice.library, choice.device);
@@ -257,13 +260,8 @@ GlChoice ChooseGl(const std::string& name) {
 }
 
 void UseGl(const std::string& name) {
-  CheckGl(name);
-  GlKind kind = KindOf(name);
-  if (name == kAutoName && HasGraphicsProcessor()) {
-    kind = GlKind::kEgl;
-  } else if (name == kAutoName || name == kSoftwareName) {
-    kind = LoadOsMesa() ? GlKind::kOsMesa : GlKind::kEglSoftware;
-  }
+  // This process is going to render, so it may load OSMesa.
+  const GlKind kind = KindOf(Resolve(name, [] { return LoadOsMesa() != nullptr; }));
   GlKind before = GlKind::kUndecided;
   if (!g_kind.compare_exchange_strong(before, kind) && before != kind) {
     throw EnvironmentError(
