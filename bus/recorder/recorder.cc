@@ -138,6 +138,10 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
   if (channel == channels::kModel && !OnModel(data, receive_time_us)) return;
   if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
   if (!events_) return;
+  // Metrics repeats RUN_SUMMARY, at times that depend on the machine. The log contains the one that follows
+  // this episode's EPISODE_SUMMARY.
+  const bool is_run_summary = channel == channels::kRunSummary;
+  if (is_run_summary && !closing_) return;
   Received* received = nullptr;
   if (recorded == Recorded::kOncePerTick) {
     auto found = received_.find(channel);
@@ -165,7 +169,7 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
     if (!end_ && Decode(data, &end) && IsOurs(end.header)) end_ = end;
   } else if (channel == channels::kEpisodeSummary) {
     has_summary_ = has_summary_ || (DecodeHeader<episode_summary_t>(data, &header) && IsOurs(header));
-  } else if (channel == channels::kRunSummary && closing_) {
+  } else if (is_run_summary) {
     return CloseEpisode();
   }
   if (end_ && has_summary_ && !closing_) closing_.emplace(std::chrono::steady_clock::now());

@@ -54,9 +54,8 @@ class Reproducible : public testing::TestWithParam<const char*> {
     }
   }
 
-  // The metrics process repeats its RUN_SUMMARY, so that a log may begin with that of the episode before.
   run_summary_t RunSummaryOf(const std::string& name, int episode) {
-    return ReadLog(LogFile(folder_.path() / name, episode)).Messages(channels::kRunSummary).back();
+    return ReadLog(LogFile(folder_.path() / name, episode)).Messages(channels::kRunSummary).at(0);
   }
 
   TemporaryFolder folder_;

@@ -65,6 +65,7 @@ class RecorderTest : public testing::Test {
 
 TEST_F(RecorderTest, WritesModelFirstAndStampsSimulatedTime) {
   Begin(0);
+  bus_.Publish(channels::kRunSummary, run_summary_t{});  // repeated; not of this episode
   for (int tick = 0; tick < 3; ++tick) Tick(0, tick);
   bus_.PublishRaw("OTHER", Encode(header_t{}));
   End(0);
