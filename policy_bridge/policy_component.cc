@@ -56,7 +56,7 @@ void PolicyComponent::OnModel(const model_info_t& model) {
 
 void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   if (EnterEpisode(begin)) {
-    is_starting_ = is_thinking_ = false;
+    is_starting_ = is_computing_ = false;
   }
   // EPISODE_BEGIN is repeated, so an episode whose MODEL arrives late is prepared at a later repetition.
   if (status_.state != component_status_t::IDLE || !model_ || is_starting_) return;
@@ -92,16 +92,16 @@ void PolicyComponent::OnState(const state_t& state) {
     return;
   }
   // The policy is already computing the action for this state.
-  if (is_thinking_ && state.header.tick <= state_.header.tick) return;
-  is_thinking_ = false;
+  if (is_computing_ && state.header.tick <= state_.header.tick) return;
+  is_computing_ = false;
   if (Act(state)) return;
   state_ = state;
-  is_thinking_ = true;
+  is_computing_ = true;
 }
 
 bool PolicyComponent::Act(const state_t& state) {
   try {
-    const bool is_done = policy_->Think(state);
+    const bool is_done = policy_->Compute(state);
     const auto now = std::chrono::steady_clock::now();
     const image_request_t* request = policy_->image_request();
     // A new request is published at once. The repetition period is for requests that may have been lost.
@@ -140,25 +140,25 @@ void PolicyComponent::SetError(const std::string& error, bool is_server_error) {
   log().Warn("cannot act: {}", error);
 }
 
-void PolicyComponent::ThinkOn() {
-  if (is_thinking_ && Act(state_)) is_thinking_ = false;
+void PolicyComponent::ContinueComputing() {
+  if (is_computing_ && Act(state_)) is_computing_ = false;
 }
 
 void PolicyComponent::OnImage(std::span<const uint8_t> data) {
   if (!policy_ || !policy_->image_request()) return;
   if (!Decode(data, &image_)) return bus().CountDecodeError();
   policy_->OnImage(image_);
-  ThinkOn();
+  ContinueComputing();
 }
 
 void PolicyComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   StartIfReady();
-  ThinkOn();
+  ContinueComputing();
 }
 
 SteadyTime PolicyComponent::next_poll() const {
-  return is_thinking_ ? policy_->think_again_at() : SteadyTime::max();
+  return is_computing_ ? policy_->compute_again_at() : SteadyTime::max();
 }
 
 }  // namespace evalbus::policy

@@ -39,7 +39,7 @@ class PolicyComponent : public Component {
   // Publishes the ACTION for this state. Returns false while the policy is still computing it.
   bool Act(const state_t& state);
   void SetError(const std::string& error, bool is_server_error);
-  void ThinkOn();
+  void ContinueComputing();
 
   std::string name_;
   PolicyMaker make_policy_;
@@ -50,7 +50,7 @@ class PolicyComponent : public Component {
   // EPISODE_BEGIN of the current episode has been received, but the policy is not ready.
   bool is_starting_ = false;
   // Whether the policy is computing an action, and for which state.
-  bool is_thinking_ = false;
+  bool is_computing_ = false;
   state_t state_{};
   // Header of the last REQUEST_IMAGE published, and when to repeat it.
   header_t observed_{};

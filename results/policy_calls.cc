@@ -45,7 +45,7 @@ std::string ExecutionInWords(const ordered_json& info) {
   return "";
 }
 
-std::string ThinkingInWords(const ordered_json& info) {
+std::string ComputationInWords(const ordered_json& info) {
   if (info.value("realtime", false))
     return "simulated time continued during the policy's computation (real time)" + ExecutionInWords(info);
   const std::string latency = info.value("latency", "none");
@@ -204,7 +204,8 @@ std::vector<std::string> PolicyNotes(const RecordedRun& run) {
   const auto found = run.info.find("policy_contract");
   if (found == run.info.end() || !found->is_object()) {
     if (run.info.value("latency", "none") == "none") return notes;
-    notes.push_back(fmt::format("Scripted policy with an inference delay: {}.", ThinkingInWords(run.info)));
+    notes.push_back(
+        fmt::format("Scripted policy with an inference delay: {}.", ComputationInWords(run.info)));
     if (std::string delay = DelayInWords(run); !delay.empty()) notes.push_back(std::move(delay));
     return notes;
   }
@@ -216,7 +217,7 @@ std::vector<std::string> PolicyNotes(const RecordedRun& run) {
       fmt::format("Policy behind a server, contract {} ({}): {}, {} of each answer executed at {:g} Hz; {}.",
                   contract.at("name").get<std::string>(), contract.at("wire").get<std::string>(),
                   action.at("kind").get<std::string>(), Plural(action.at("execute_steps").get<int>(), "step"),
-                  contract.at("rate_hz").get<double>(), ThinkingInWords(run.info)));
+                  contract.at("rate_hz").get<double>(), ComputationInWords(run.info)));
   if (contract.value("privileged", false)) {
     notes.push_back("The policy received poses of objects, which a real robot cannot measure.");
   }

@@ -22,7 +22,7 @@ struct PolicyCallbacks {
   std::function<void(const policy_action_t&)> on_policy_action;
   // Logs one line as a warning.
   std::function<void(const std::string&)> note;
-  // Notifies the owner that the result of Think() or IsReady() may have changed. May be called from any
+  // Notifies the owner that the result of Compute() or IsReady() may have changed. May be called from any
   // thread. Policies that compute on a thread of their own should call it as soon as they have the result;
   // otherwise it is noticed up to 100 ms later.
   std::function<void()> wake;
@@ -50,13 +50,13 @@ class Policy {
   virtual bool IsReady() { return true; }
   // Called repeatedly for the tick of `state` until it returns true; then Act() may be called. Throws as
   // Act() does.
-  virtual bool Think(const state_t& /*state*/) { return true; }
-  // After a Think() that returned false: latest time at which to call it again.
-  virtual std::chrono::steady_clock::time_point think_again_at() const {
+  virtual bool Compute(const state_t& /*state*/) { return true; }
+  // After a Compute() that returned false: latest time at which to call it again.
+  virtual std::chrono::steady_clock::time_point compute_again_at() const {
     return std::chrono::steady_clock::time_point::max();
   }
-  // Images that the policy needs before Think() can proceed; null: none. They are passed to OnImage() as they
-  // arrive.
+  // Images that the policy needs before Compute() can proceed; null: none. They are passed to OnImage() as
+  // they arrive.
   virtual const image_request_t* image_request() const { return nullptr; }
   // Receives an image. If it has no data, the requested tick is no longer available; request a newer one.
   virtual void OnImage(const image_t& /*image*/) {}

@@ -175,7 +175,7 @@ void RemotePolicy::OnImage(const image_t& image) {
   for (size_t i = 0; i < images_.size(); ++i) {
     if (SameView(image.view, image_request_->view[i])) images_[i] = image;
   }
-  // On a realtime clock, Think() is not called before the next tick, so the observation is sent from here.
+  // On a realtime clock, Compute() is not called before the next tick, so the observation is sent from here.
   try {
     PollAnswer();
   } catch (...) {
@@ -211,7 +211,7 @@ void RemotePolicy::StartCall() {
       [observation = std::move(observation)](PolicyClient& client) { return client.Infer(observation); });
 }
 
-bool RemotePolicy::Think(const state_t& state) {
+bool RemotePolicy::Compute(const state_t& state) {
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   if (state.header.tick != tick_) OnTick(state);
   PollAnswer();
@@ -225,10 +225,10 @@ bool RemotePolicy::Think(const state_t& state) {
     }
   }
   if (!image_request_ && !conversation_.is_busy()) return true;
-  return is_realtime_ && (schedule_.At(tick_) || Clock::now() >= think_again_at());
+  return is_realtime_ && (schedule_.At(tick_) || Clock::now() >= compute_again_at());
 }
 
-std::chrono::steady_clock::time_point RemotePolicy::think_again_at() const {
+std::chrono::steady_clock::time_point RemotePolicy::compute_again_at() const {
   return is_realtime_ ? tick_began_ + answer_window_ : Clock::time_point::max();
 }
 

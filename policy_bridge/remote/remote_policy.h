@@ -35,8 +35,8 @@ class RemotePolicy : public Policy {
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;
   bool IsReady() override;
-  bool Think(const state_t& state) override;
-  std::chrono::steady_clock::time_point think_again_at() const override;
+  bool Compute(const state_t& state) override;
+  std::chrono::steady_clock::time_point compute_again_at() const override;
   const image_request_t* image_request() const override;
   void OnImage(const image_t& image) override;
   void SetCallbacks(const PolicyCallbacks& callbacks) override;
@@ -86,7 +86,7 @@ class RemotePolicy : public Policy {
   std::optional<image_request_t> image_request_;
   state_t observed_{};
   std::vector<std::optional<image_t>> images_;
-  // Exception of a Look() between two ticks; rethrown by Think().
+  // Exception of a Look() between two ticks; rethrown by Compute().
   std::exception_ptr failure_;
   // Whether the tick being observed is to be sent to the server.
   bool asks_ = false;

@@ -58,16 +58,16 @@ class Guest {
       PublishStatus();
     });
     bus_.Subscribe(channels::kState, [this](const state_t& state) {
-      if (state.header.tick < thinks_about_) return Answer(state);
-      thought_about_ = state;
+      if (state.header.tick < holds_from_) return Answer(state);
+      unanswered_ = state;
     });
   }
 
-  bool thinks() const { return thought_about_.has_value(); }
+  bool is_computing() const { return unanswered_.has_value(); }
   // Answers STATEs until a STATE of `tick` waits for its answer.
   void Work(int64_t tick = std::numeric_limits<int64_t>::max()) {
-    thinks_about_ = tick;
-    if (thought_about_ && thought_about_->header.tick < tick) Answer(*std::exchange(thought_about_, {}));
+    holds_from_ = tick;
+    if (unanswered_ && unanswered_->header.tick < tick) Answer(*std::exchange(unanswered_, {}));
     while (bus_.Handle()) {
     }
     if (std::chrono::steady_clock::now() - said_ > std::chrono::milliseconds(300)) PublishStatus();
@@ -149,8 +149,8 @@ class Guest {
   model_info_t model_{};
   component_status_t status_{};
   std::optional<action_t> late_;
-  int64_t thinks_about_ = 0;
-  std::optional<state_t> thought_about_;
+  int64_t holds_from_ = 0;
+  std::optional<state_t> unanswered_;
   bool dead_ = false;
   SteadyTime said_{};
 };
@@ -293,7 +293,7 @@ TEST_F(MisbehavingPolicy, APauseOfAllIsNotItsTime) {
                     "--policy-timeout-s", "10", "--out", run_});
   ASSERT_TRUE(WaitFor([&] {
     guest.Work(5);
-    return guest.thinks();
+    return guest.is_computing();
   })) << launcher.err();
   std::vector<pid_t> all = ChildrenOf(launcher.pid());
   all.push_back(launcher.pid());

@@ -171,7 +171,7 @@ TEST_F(PolicyComponentTest, ActsOncePerStateAndRepeatsTheAction) {
 class ImagePolicy : public Policy {
  public:
   void Begin(const episode_begin_t&) override {}
-  bool Think(const state_t& state) override {
+  bool Compute(const state_t& state) override {
     if (seen_tick_ == state.header.tick) return true;
     image_request_.header = state.header;
     return false;

@@ -109,7 +109,7 @@ class RemotePolicyTest : public testing::Test {
   // Its command at a tick: the target of the left arm's first joint.
   double Act(int64_t tick) {
     const state_t state = State(tick);
-    EXPECT_TRUE(Until([&] { return policy_->Think(state); }));
+    EXPECT_TRUE(Until([&] { return policy_->Compute(state); }));
     action_ = {};
     policy_->Act(state, &action_);
     return action_.joint_position_rad.at(0);
@@ -187,7 +187,7 @@ TEST_F(RemotePolicyTest, SettlesFirst) {
   EXPECT_FLOAT_EQ(Act(2), 0.7);
 }
 
-TEST_F(RemotePolicyTest, ThinkingIsChargedInTicks) {
+TEST_F(RemotePolicyTest, ComputationIsChargedInTicks) {
   Serve([calls = 0](const Value&) mutable { return ChunkOf(2, 0.2 * ++calls); });
   // 120 ms are three ticks of 50 ms.
   Make(ParseLatency("120"));
@@ -299,7 +299,7 @@ TEST_F(RemotePolicyTest, WithoutAWindowAnAnswerCountsForTheNextTick) {
   Make({}, "realtime", 1e-3);
   Begin();
   const state_t state = State(0);
-  EXPECT_TRUE(policy_->Think(state)) << "it does not wait";
+  EXPECT_TRUE(policy_->Compute(state)) << "it does not wait";
 }
 
 TEST_F(RemotePolicyTest, CountsEpisodesTicksAndObservations) {
@@ -334,10 +334,10 @@ TEST_F(RemotePolicyTest, WakesItsOwnerWhenAnAnswerIsThere) {
     wake_event_->Clear();
     const state_t state = State(tick);
     // One call starts the request; the next one is made when the event is set, and returns the answer.
-    if (policy_->Think(state)) continue;
+    if (policy_->Compute(state)) continue;
     pollfd readable{wake_event_->fd(), POLLIN, 0};
     ASSERT_EQ(poll(&readable, 1, 60'000), 1);
-    EXPECT_TRUE(policy_->Think(state));
+    EXPECT_TRUE(policy_->Compute(state));
     policy_->Act(state, &action_);
     policy_->Act(State(tick + 1), &action_);
   }
@@ -351,16 +351,16 @@ TEST_F(RemotePolicyTest, AnImageThatIsNoLongerAvailableGivesWayToTheNewestTick) 
   contract_.url = server_->url();
   Make({}, "realtime");
   Begin();
-  policy_->Think(State(0));
+  policy_->Compute(State(0));
   ASSERT_NE(policy_->image_request(), nullptr);
   image_t gone{};
   gone.header = policy_->image_request()->header;
-  policy_->Think(State(7));
+  policy_->Compute(State(7));
   EXPECT_EQ(policy_->image_request()->header.tick, 0);
   gone.view = policy_->image_request()->view.at(0);
   policy_->OnImage(gone);
   EXPECT_EQ(policy_->image_request(), nullptr);
-  policy_->Think(State(8));
+  policy_->Compute(State(8));
   ASSERT_NE(policy_->image_request(), nullptr);
   EXPECT_EQ(policy_->image_request()->header.tick, 8);
 }
@@ -397,7 +397,7 @@ TEST_F(RemotePolicyTest, AnotherShapeIsReportedBeforeTheFirstEpisodeCounts) {
   Make();
   Begin();
   const state_t state = State(0);
-  EXPECT_THROW(Until([&] { return policy_->Think(state); }), InputError);
+  EXPECT_THROW(Until([&] { return policy_->Compute(state); }), InputError);
 }
 
 TEST_F(RemotePolicyTest, AnotherShapeLaterIsTheServersFault) {
@@ -407,7 +407,7 @@ TEST_F(RemotePolicyTest, AnotherShapeLaterIsTheServersFault) {
   Act(0);
   Act(1);
   const state_t state = State(2);
-  EXPECT_THROW(Until([&] { return policy_->Think(state); }), ServerError);
+  EXPECT_THROW(Until([&] { return policy_->Compute(state); }), ServerError);
 }
 
 TEST_F(RemotePolicyTest, NanIsThePolicysFault) {
@@ -415,7 +415,7 @@ TEST_F(RemotePolicyTest, NanIsThePolicysFault) {
   Make();
   Begin();
   const state_t state = State(0);
-  ASSERT_TRUE(Until([&] { return policy_->Think(state); }));
+  ASSERT_TRUE(Until([&] { return policy_->Compute(state); }));
   try {
     policy_->Act(state, &action_);
     FAIL();
@@ -432,7 +432,7 @@ TEST_F(RemotePolicyTest, WaitsForAServerThatComesBack) {
   Act(1);
   server_->Stop();
   const state_t state = State(2);
-  EXPECT_THROW(Until([&] { return policy_->Think(state); }), ServerError);
+  EXPECT_THROW(Until([&] { return policy_->Compute(state); }), ServerError);
   episode_begin_t begin{};
   begin.header.attempt = 1;
   policy_->Begin(begin);

@@ -262,7 +262,7 @@ TEST_F(MonitorScreenTest, AReplayIsCalledOne) {
   EXPECT_EQ(screen.find("✕"), std::string::npos) << screen;
 }
 
-TEST_F(MonitorScreenTest, OpenedWhileThePolicyThinksShowsWhereWeAre) {
+TEST_F(MonitorScreenTest, OpenedWhileThePolicyComputesShowsWhereWeAre) {
   PublishStatus("sim", 3, 17);
   EXPECT_NE(All(80, 24).find("episode 3   waiting for the next tick"), std::string::npos) << All(80, 24);
 }
