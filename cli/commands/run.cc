@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <optional>
 
@@ -28,6 +30,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Group of the options in --help that only plans have.
+constexpr char kPlanGroup[] = "Plans";
+
 struct PlanOptions {
   // "K/N"; empty: the whole plan.
   std::string part;
@@ -39,8 +44,25 @@ bool IsPlan(const std::vector<std::string>& tasks) {
   return tasks.size() == 1 && (plans::IsPlanFile(tasks[0]) || fs::path(tasks[0]).filename() == kPlanJson);
 }
 
+// Throws InputError if the command line has an option that a plan sets itself, and that would otherwise have
+// no effect.
+void CheckOptionsWithPlan(const CLI::App& app) {
+  constexpr const char* kWithPlan[] = {"--out",        "--resume", "--workers",  "--json",
+                                       "--partial-hz", "--quiet",  "--log-level"};
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    const bool is_allowed = option->get_positional() || option->get_group() == kPlanGroup ||
+                            std::ranges::find(kWithPlan, option->get_name()) != std::end(kWithPlan);
+    if (option->count() > 0 && !is_allowed) names.push_back(option->get_name());
+  }
+  if (names.empty()) return;
+  throw InputError(
+      fmt::format("{}: cannot be combined with a plan; set it in the plan's file (docs/plans.md)",
+                  fmt::join(names, ", ")));
+}
+
 void AddPlanOptions(CLI::App* app, PlanOptions* options) {
-  const std::string group = "Plans";
+  const std::string group = kPlanGroup;
   app->add_option("--part", options->part,
                   "K/N: run only the Kth of N parts of the plan; all parts share the folder --out, in "
                   "which\n'evalbus merge' combines their results")
@@ -99,6 +121,13 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
   if (is_begun && !options.out.empty())
     throw InputError("--out: " + file.string() + " already determines the folder");
   const bool is_shared = !plan_options.part.empty() || plan_options.slurm.submit;
+  const bool has_slurm = plan_options.slurm.submit || plan_options.slurm.dry_run;
+  if (!plan_options.part.empty() && has_slurm)
+    throw InputError("--part and --slurm exclude each other: --slurm runs all parts");
+  if (!has_slurm && (!plan_options.slurm.partition.empty() || !plan_options.slurm.time.empty() ||
+                     plan_options.slurm.array_size > 0)) {
+    throw InputError("--partition, --time, --array-size: require --slurm or --slurm-dry-run");
+  }
   if (output.json && (is_shared || plan_options.slurm.dry_run))
     throw InputError("--json: expected a plan on this machine, without --part and --slurm");
   if (is_shared && !is_begun && options.out.empty()) {
@@ -189,6 +218,7 @@ Action AddRun(CLI::App* app) {
     if (options->worker >= 0) {
       runner::RunWorker(*options);
     } else if (IsPlan(options->tasks)) {
+      CheckOptionsWithPlan(*app);
       std::optional<ReservedStdout> no_text;
       if (output->quiet && !output->json) no_text.emplace(true);
       RunPlanOrPart(*options, *plan, *output);

@@ -478,6 +478,32 @@ TEST(Plan, EventsAreLinesOfJson) {
   EXPECT_EQ(refused.code, 1);
 }
 
+// Options that would have no effect are refused: a user who passes them expects other results.
+TEST(Plan, RefusesOptionsThatItSetsItself) {
+  TemporaryFolder folder;
+  const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
+  WriteText(plan, "policies: [random]\ntasks: [" + ShortTask(folder.path(), 0.1) +
+                      "/position]\nepisodes: 1\noptions: {after_success_s: 0}\n");
+  const auto expect = [&](const std::vector<std::string>& options, const std::string& error) {
+    std::vector<std::string> command = {"evalbus", "run", plan, "--out", out};
+    command.insert(command.end(), options.begin(), options.end());
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1);
+    EXPECT_EQ(result.err, "error: " + error + "\n");
+    EXPECT_FALSE(fs::exists(out));
+  };
+  const std::string not_with_plan =
+      ": cannot be combined with a plan; set it in the plan's file (docs/plans.md)";
+  expect({"--episodes", "5", "--video", "head"}, "--episodes, --video" + not_with_plan);
+  expect({"--seed", "7"}, "--seed" + not_with_plan);
+  expect({"--policy", "hold"}, "--policy" + not_with_plan);
+  expect({"--web"}, "--web" + not_with_plan);
+  expect({"--partition", "cpu"}, "--partition, --time, --array-size: require --slurm or --slurm-dry-run");
+  expect({"--part", "1/2", "--slurm"}, "--part and --slurm exclude each other: --slurm runs all parts");
+  EXPECT_EQ(RunProgram({"evalbus", "run", plan, "--out", out, "--workers", "2", "--log-level", "warn"}).code,
+            0);
+}
+
 TEST(Suite, ResumeRefusesToForgetRuns) {
   TemporaryFolder folder;
   const fs::path suite = folder.path() / "suite";
