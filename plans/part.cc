@@ -118,10 +118,13 @@ class Shards {
       WriteFailure(folder_, shard, "");
       PrintLine(fmt::format("{}: {}", shard.name(), Plural(shard.size(), "episode")));
     } catch (const std::exception& error) {
-      failures_.push_back(fmt::format("{}: {}", shard.name(), error.what()));
+      // Errors of the shard's process begin with its name.
+      std::string why = error.what();
+      if (why.starts_with(shard.name() + ": ")) why.erase(0, shard.name().size() + 2);
+      failures_.push_back(fmt::format("{}: {}", shard.name(), why));
       PrintLine("error: " + failures_.back());
       try {
-        WriteFailure(folder_, shard, error.what());
+        WriteFailure(folder_, shard, why);
       } catch (const std::exception&) {
         // The disk to which the failure would be written is what failed.
       }

@@ -28,6 +28,25 @@ constexpr int kMaxTasks = 1000;
 
 std::string Evalbus() { return (runner::Processes::BinaryFolder() / "evalbus").string(); }
 
+// A value in a line "#SBATCH --OPTION=VALUE", which ends at the first blank that is not quoted.
+std::string SbatchValue(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  quoted += '"';
+  const bool is_plain = text.find_first_of(" \t\"'\\#") == std::string::npos;
+  return is_plain ? text : quoted;
+}
+
+// The value of --output for a file in a folder, in whose name sbatch must not replace "%a" and the like.
+std::string OutputPattern(const fs::path& folder, const char* file) {
+  std::string pattern;
+  for (const char c : folder.string()) pattern += c == '%' ? "%%" : std::string(1, c);
+  return SbatchValue(pattern + "/" + file);
+}
+
 // Returns a command's output; throws EnvironmentError with the output if the command fails.
 std::string OutputOf(const std::vector<std::string>& command) {
   FILE* const pipe = popen((ShellWords(command) + " 2>&1").c_str(), "r");
@@ -43,7 +62,9 @@ std::string OutputOf(const std::vector<std::string>& command) {
         "sbatch is missing: --slurm requires a machine of a Slurm cluster; --slurm-dry-run shows the "
         "scripts");
   }
-  throw EnvironmentError(command[0] + ": " + Printable(output));
+  std::string lines;
+  for (const char c : output) lines += c == '\n' ? "; " : std::string(1, c);
+  throw EnvironmentError(command[0] + ": " + Printable(lines));
 }
 
 int NumParts(const Plan& plan, const SlurmOptions& options) {
@@ -77,14 +98,14 @@ SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& opt
   }
   const fs::path own = folder.path() / kSlurmFolder;
   std::string where;
-  if (!options.partition.empty()) where += "#SBATCH --partition=" + options.partition + "\n";
+  if (!options.partition.empty()) where += "#SBATCH --partition=" + SbatchValue(options.partition) + "\n";
   std::string limits = where;
-  if (!options.time.empty()) limits += "#SBATCH --time=" + options.time + "\n";
+  if (!options.time.empty()) limits += "#SBATCH --time=" + SbatchValue(options.time) + "\n";
   const bool is_all = static_cast<int>(scripts.todo.size()) == parts;
   // --open-mode=append: a requeued task appends to its log instead of truncating it.
   scripts.array = fmt::format(
       "#!/bin/sh\n"
-      "#SBATCH --job-name=evalbus-{name}\n"
+      "#SBATCH --job-name={name}\n"
       "#SBATCH --array={array}\n"
       "#SBATCH --cpus-per-task={cpus}\n"
       "#SBATCH --requeue\n"
@@ -92,22 +113,22 @@ SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& opt
       "#SBATCH --output={log}\n"
       "{limits}"
       "exec {evalbus} run {plan} --part \"$SLURM_ARRAY_TASK_ID/{parts}\" --workers {cpus}\n",
-      fmt::arg("name", folder.plan().name),
+      fmt::arg("name", SbatchValue("evalbus-" + folder.plan().name)),
       fmt::arg("array",
                is_all ? fmt::format("1-{}", parts) : fmt::format("{}", fmt::join(scripts.todo, ","))),
-      fmt::arg("cpus", options.cpus), fmt::arg("log", (own / "part-%a.log").string()),
+      fmt::arg("cpus", options.cpus), fmt::arg("log", OutputPattern(own, "part-%a.log")),
       fmt::arg("limits", limits), fmt::arg("evalbus", ShellWords({Evalbus()})),
       fmt::arg("plan", ShellWords({(folder.path() / kPlanJson).string()})), fmt::arg("parts", parts));
   scripts.merge = fmt::format(
       "#!/bin/sh\n"
-      "#SBATCH --job-name=evalbus-{}-merge\n"
+      "#SBATCH --job-name={}\n"
       "#SBATCH --requeue\n"
       "#SBATCH --open-mode=append\n"
       "#SBATCH --output={}\n"
       "{}"
       "exec {} merge {}\n",
-      folder.plan().name, (own / "merge.log").string(), where, ShellWords({Evalbus()}),
-      ShellWords({folder.path().string()}));
+      SbatchValue("evalbus-" + folder.plan().name + "-merge"), OutputPattern(own, "merge.log"), where,
+      ShellWords({Evalbus()}), ShellWords({folder.path().string()}));
   return scripts;
 }
 
@@ -130,9 +151,9 @@ void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options) {
   const std::string job = array.substr(0, array.find(';'));
   const std::string merge =
       OutputOf({"sbatch", "--parsable", "--dependency=afterany:" + job, (own / "merge.sh").string()});
-  fmt::print("array    job {}, {}\nmerge    job {}\nfolder   {}\n'evalbus status {}' shows the progress\n",
-             job, Plural(scripts.todo.size(), "task"), merge.substr(0, merge.find(';')),
-             folder.path().string(), folder.path().string());
+  fmt::print("array    job {}, {}\nmerge    job {}\nfolder   {}\nprogress {}\n", job,
+             Plural(scripts.todo.size(), "task"), merge.substr(0, merge.find(';')), folder.path().string(),
+             ShellWords({"evalbus", "status", folder.path().string()}));
 }
 
 }  // namespace evalbus::plans

@@ -16,7 +16,8 @@ import unittest
 import cluster
 import evalbus.log
 
-PLAN = """policies:
+PLAN = """plan: check points
+policies:
   - expert
   - {name: shaky, policy: noisy_expert}
 tasks: [lift_pot/position, lift_pot/orientation, lift_pot/position_and_orientation]
@@ -95,10 +96,13 @@ class SlurmTest(unittest.TestCase):
         return self.running(array)[0]
 
     def test_is_as_without_it(self):
-        out, _ = self.submit("plain")
+        # sbatch splits unquoted values at blanks, and replaces "%a" in the name of a job's output.
+        out, _ = self.submit("50%a of it")
         self.assertIn("of 36 episodes done", self.evalbus("status", str(out)))
         self.cluster.wait_until_done()
         self.expect_equal(out)
+        logs = sorted(log.name for log in (out / "slurm").glob("*.log"))
+        self.assertEqual(logs, ["merge.log", *(f"part-{part}.log" for part in range(1, TASKS + 1))])
         self.assertIn("36 of 36 episodes done (100 %), 0 running, 0 shards failed", self.evalbus("status", str(out)))
         # Merging again, and by two processes at once, changes nothing.
         merges = [subprocess.Popen([f"{PROGRAMS}/evalbus", "merge", str(out)], stdout=subprocess.DEVNULL)
