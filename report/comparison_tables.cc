@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text.h"
+#include "base/percent.h"
 #include "results/comparison_text.h"
 #include "results/conclusion.h"
 
@@ -15,7 +15,7 @@ using results::TaskComparison;
 
 std::vector<std::string> SuccessCells(const Comparison& comparison, const std::string& task,
                                       const SuccessComparison& success) {
-  const auto points = [](double share) { return Fixed(100 * share, 1); };
+  const auto points = [](double share) { return PercentagePoints(share, 1); };
   return {task,
           comparison.run.name,
           fmt::format("{}/{}", success.successes, success.trials),

@@ -50,8 +50,9 @@ std::string Short(const std::string& name) {
 std::string SuccessRow(const std::string& label, int width, const SuccessComparison& success, bool colors) {
   const auto rate = [](int k, int n) { return Percent(static_cast<double>(k) / n); };
   return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
-             rate(success.successes, success.trials), FixedOrDash(success.difference * 100, 0),
-             Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0),
+             rate(success.successes, success.trials), PercentagePoints(success.difference),
+             fmt::format("{:>8} to {:>8}", PercentagePoints(success.difference_95.lower),
+                         PercentagePoints(success.difference_95.upper)),
              PText(success.p), PText(success.p_adjusted), Word(success.judgment()), colors);
 }
 

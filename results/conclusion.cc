@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/percent.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "metrics/statistics/power.h"
@@ -29,7 +30,7 @@ std::string OutlookText(const SuccessComparison& success) {
   if (success.difference == 0) return text + ".";
   const char* const kind = success.paired ? "pairs" : "episodes each";
   return fmt::format("{}; detecting one of {} points requires {} {}.", text,
-                     Fixed(std::abs(success.difference) * 100, 0),
+                     PercentagePoints(std::abs(success.difference)),
                      outlook.needed ? fmt::format("about {}", *outlook.needed)
                                     : fmt::format("more than {}", metrics::kMaxTrials),
                      kind);
@@ -39,7 +40,7 @@ std::string OutlookText(const SuccessComparison& success) {
 struct Points {
   explicit Points(const SuccessComparison& success)
       : decimals(success.difference_95.upper - success.difference_95.lower < 0.02 ? 1 : 0) {}
-  std::string Text(double share) const { return Fixed(share * 100, decimals); }
+  std::string Text(double share) const { return PercentagePoints(share, decimals); }
 
   int decimals;
 };

@@ -27,7 +27,7 @@ std::string JudgmentClass(results::Judgment judgment) {
 
 std::string PValue(double p) { return p < 0.001 ? std::string("< 0.001") : fmt::format("{:.3f}", p); }
 
-std::string PointsText(double share) { return WithMinus(Fixed(share * 100, 0)); }
+std::string PointsText(double share) { return WithMinus(PercentagePoints(share)); }
 
 // The table's columns: title and CSS class. Those of the class "minor" are not shown on phones.
 using Columns = std::vector<std::pair<std::string, std::string>>;

@@ -25,9 +25,9 @@ std::string RateSentence(const metrics::RunSummary& summary) {
   const char* const kind = summary.judged < summary.complete     ? "judged episode"
                            : summary.complete < summary.episodes ? "complete episode"
                                                                  : "episode";
-  return fmt::format("{} of {} succeeded: {} (95 % interval {:.0f} to {:.0f} %, Wilson).", summary.successes,
-                     Plural(summary.judged, kind), Percent(summary.success_rate), summary.wilson.lower * 100,
-                     summary.wilson.upper * 100);
+  return fmt::format("{} of {} succeeded: {} (95 % interval {}, Wilson).", summary.successes,
+                     Plural(summary.judged, kind), Percent(summary.success_rate),
+                     results::PercentText(summary.wilson));
 }
 
 std::string FailureSentence(const metrics::RunSummary& summary) {

@@ -59,6 +59,8 @@
     ["left", "right", "o2", "o3", "o0"]);
   expect("names of runs", [{ run: 2 }, { name: "lift_pot-position", policy: "noisy" }, { name: "noisy/lift_pot", policy: "noisy" }]
     .map(Evalbus.runName), ["run 2", "lift_pot-position (noisy)", "noisy/lift_pot"]);
+  expect("points", [-0.125, 0.125, 0.005, -0.004, 0, 0.375].map((share) => Evalbus.points(share)), ["−13", "+13", "+1", "0", "0", "+38"]);
+  expect("points with a decimal", [0.0125, -0.0125].map((share) => Evalbus.points(share, 1)), ["+1.3", "−1.3"]);
   expect("intervals", [[0.401, 0.892], [0.985, 1]].map(Evalbus.percentRange), ["40 to 89 %", "98.5 to 100.0 %"]);
   return wrong;
 })()

@@ -24,4 +24,16 @@ TEST(Percent, IsExactForAllRates) {
   }
 }
 
+// As Evalbus.points in the browser, which has the same test.
+TEST(PercentagePoints, RoundHalvesAwayFromZero) {
+  EXPECT_EQ(PercentagePoints(-0.125), "-13");
+  EXPECT_EQ(PercentagePoints(0.125), "13");
+  EXPECT_EQ(PercentagePoints(0.005), "1");
+  EXPECT_EQ(PercentagePoints(-0.004), "0");
+  EXPECT_EQ(PercentagePoints(0.375), "38");
+  EXPECT_EQ(PercentagePoints(0.0125, 1), "1.3");
+  EXPECT_EQ(PercentagePoints(-0.0125, 1), "-1.3");
+  EXPECT_EQ(PercentagePoints(NAN), "-");
+}
+
 }  // namespace evalbus::percent_test

@@ -112,12 +112,15 @@ Evalbus.Board = class {
     const e = Evalbus.element;
     if (k === this.head.baseline) return e("span", { class: "ev-note" }, "baseline");
     if (!against || against.remark || against.difference === null) return "–";
-    const points = (share) => `${share > 0 ? "+" : ""}${(100 * share).toFixed(0)}`.replace(/^-?0$/, "0").replace(/^\+0$/, "0").replace("-", "−");
     const [lower, upper] = against.interval;
+    // As in results/conclusion.cc.
+    const points = (share) => Evalbus.points(share, upper - lower < 0.02 ? 1 : 0);
     const word = against.judgment || (this.head.is_over && !this.head.is_sequential ? "not shown to differ" : "so far");
+    // The rates beside it cover all episodes of each policy.
+    const only = against.paired && against.trials < this.head.policies[k].all.judged ? `; over ${against.trials.toLocaleString("en")} pairs` : "";
     return e("span", {}, e("b", { class: `ev-${against.judgment || "open"}` }, `${points(against.difference)} points`),
       e("span", { class: "ev-counts" }, `${points(lower)} to ${points(upper)}`),
-      e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, p ${against.p < 0.001 ? "< 0.001" : `= ${against.p.toFixed(3)}`}`}`));
+      e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, p ${against.p < 0.001 ? "< 0.001" : `= ${against.p.toFixed(3)}`}`}${only}`));
   }
 
   // Per task: one line per policy, with the share of its episodes that reached each stage.

@@ -77,6 +77,13 @@ Evalbus.seconds = (value) => (value === null || !Number.isFinite(value) ? "–" 
 // The rule of base/percent.h: whole percents, halves up. A share of k / n may be up to 1e-16 below the exact one.
 Evalbus.percent = (share) => (Number.isFinite(share) ? `${Math.floor(100 * share + 0.5 + 1e-9)} %` : "–");
 
+// The rule of PercentagePoints in base/percent.h: halves away from zero, "+" before differences above zero.
+Evalbus.points = (share, decimals = 0) => {
+  const scale = 10 ** decimals;
+  const size = Math.floor(100 * scale * Math.abs(share) + 0.5 + 1e-9) / scale;
+  return `${size === 0 ? "" : share > 0 ? "+" : "−"}${size.toFixed(decimals)}`;
+};
+
 // The rule of PercentText in results/summary_table.h: one decimal if narrower than two percentage points.
 Evalbus.percentRange = ([lower, upper]) => {
   const decimals = upper - lower < 0.02 ? 1 : 0;
