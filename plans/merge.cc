@@ -24,9 +24,11 @@
 #include "lcmtypes/clock.h"
 #include "models/task_description.h"
 #include "results/log_check.h"
+#include "results/no_return.h"
 #include "results/notes.h"
 #include "results/run_reader.h"
 #include "results/run_summary.h"
+#include "results/verdicts.h"
 #include "runner/progress_line.h"
 #include "runner/suite.h"
 
@@ -226,6 +228,18 @@ void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, co
   results::WriteRunSummary(out);
 }
 
+// Copies what was added to a part after its evaluation: notes, verdicts of operators and points of no return.
+// They would be lost, because a merged part is removed.
+void AddLaterFindings(const fs::path& part, const fs::path& out) {
+  for (const auto& [episode, note] : results::ReadNotes(part)) results::WriteNote(out, episode, note);
+  for (const results::Verdict& verdict : results::ReadVerdicts(part)) results::WriteVerdict(out, verdict);
+  const results::NoReturns points = results::ReadNoReturns(part);
+  if (points.empty()) return;
+  results::NoReturns all = results::ReadNoReturns(out);
+  all.insert(points.begin(), points.end());
+  results::WriteNoReturns(out, all);
+}
+
 // Merges the parts into `out`, which appears atomically. When this returns, everything is synced to disk, so
 // that the parts may be removed.
 void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
@@ -235,9 +249,7 @@ void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
     fs::remove_all(coming);
     fs::create_directories(coming);
     MergeInto(parts, NameOfRun(out), coming);
-    for (const fs::path& part : parts) {
-      for (const auto& [episode, note] : results::ReadNotes(part)) results::WriteNote(coming, episode, note);
-    }
+    for (const fs::path& part : parts) AddLaterFindings(part, coming);
     SyncToDisk(coming, syncfs);
     if (rename(coming.c_str(), out.c_str()) != 0) ThrowFileError("cannot write " + out.string(), errno);
     SyncToDisk(out.parent_path(), syncfs);

@@ -112,6 +112,33 @@ TEST_F(Merge, IsThePlanWithoutParts) {
   EXPECT_EQ(Contents(results_).size(), before.size());
 }
 
+// A merged part is removed, and with it everything that was not copied.
+TEST_F(Merge, KeepsNotesVerdictsAndPointsOfNoReturn) {
+  for (const int first : {0, 2}) {
+    const fs::path part = Part("rnd", first == 0 ? "0000-0001" : "0002-0003");
+    const std::string episode = std::to_string(first);
+    WriteText(part / "notes.json", "{\"" + episode + "\": \"odd start\"}\n");
+    WriteText(
+        part / "verdicts.jsonl",
+        "{\"episode\": " + episode +
+            ", \"operator\": \"ann\", \"verdict\": \"failure\", \"stages_reached\": null, \"rubric\": 3, "
+            "\"time_utc\": \"2026-11-26T23:15:07Z\", \"place\": 0, \"order_seed\": null}\n");
+    WriteText(
+        part / "no_return.json",
+        "{\"" + episode + "\": {\"kind\": \"lost\", \"tick\": 5, \"time_s\": 0.1, \"monotone\": true}}\n");
+  }
+  const Result merged = MergePlan();
+  ASSERT_EQ(merged.code, 0) << merged.out << merged.err;
+  ExpectMerged();
+  EXPECT_EQ(nlohmann::json::parse(ReadText(Run("rnd") / "notes.json")).size(), 2u);
+  EXPECT_EQ(nlohmann::json::parse(ReadText(Run("rnd") / "no_return.json")).size(), 2u);
+  std::istringstream verdicts(ReadText(Run("rnd") / "verdicts.jsonl"));
+  std::vector<int> judged;
+  for (std::string line; std::getline(verdicts, line);)
+    judged.push_back(nlohmann::json::parse(line)["episode"].get<int>());
+  EXPECT_EQ(judged, (std::vector<int>{0, 2}));
+}
+
 TEST_F(Merge, RefusesAPartThatLacksEpisodes) {
   const fs::path lines = Part("rnd", "0000-0001") / "episodes.jsonl";
   const std::string text = ReadText(lines);
