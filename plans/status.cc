@@ -40,9 +40,27 @@ int Lines(const fs::path& file) {
   return static_cast<int>(std::count(std::istreambuf_iterator<char>(stream), {}, '\n'));
 }
 
+// The number of episodes of a plan with `until` depends on its results. Such a plan has no shards.
+PlanStatus StatusOfSequential(const PlanFolder& folder) {
+  const Plan& plan = folder.plan();
+  PlanStatus status;
+  status.is_sequential = true;
+  status.has_ended = fs::exists(folder.path() / kStopsJson);
+  status.episodes = plan.num_runs() * plan.until->max_episodes;
+  for (const PlannedPolicy& policy : plan.policies) {
+    for (const std::string& task : plan.tasks) {
+      const int lines = Lines(folder.run_folder(policy.name, task) / kEpisodesJsonl);
+      status.done += lines;
+      status.by_policy[policy.name] += lines;
+    }
+  }
+  return status;
+}
+
 }  // namespace
 
 PlanStatus StatusOf(const PlanFolder& folder) {
+  if (folder.plan().until) return StatusOfSequential(folder);
   PlanStatus status;
   std::map<std::string, int> sizes;
   double oldest = 0;
@@ -91,9 +109,12 @@ PlanStatus StatusOf(const PlanFolder& folder) {
 
 std::string PlanStatus::Text() const {
   std::string text =
-      fmt::format("{} of {} episodes done ({:.0f} %), {} running, {} failed\n", done, episodes,
-                  100.0 * done / std::max(episodes, 1), running, Plural(failed.size(), "shard"));
-  if (done < episodes && rate > 0) {
+      is_sequential
+          ? fmt::format("{} of at most {} episodes done; the plan {}\n", done, episodes,
+                        has_ended ? "has ended" : "ends when its results suffice ('until')")
+          : fmt::format("{} of {} episodes done ({:.0f} %), {} running, {} failed\n", done, episodes,
+                        100.0 * done / std::max(episodes, 1), running, Plural(failed.size(), "shard"));
+  if (!is_sequential && done < episodes && rate > 0) {
     text += fmt::format("{:.3g} episodes/s, about {} left\n", rate,
                         results::FormatDuration((episodes - done) / rate));
   }

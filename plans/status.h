@@ -13,6 +13,8 @@ struct PlanStatus {
   struct Failed {
     std::string shard, why;
   };
+  // True for a plan with `until`, which runs at most `episodes`; has_ended: it has stopped.
+  bool is_sequential = false, has_ended = false;
   // Counts of episodes: all, finished, and in shards that are being run.
   int episodes = 0, done = 0, running = 0;
   std::vector<Failed> failed;

@@ -474,6 +474,10 @@ TEST(Plan, EventsAreLinesOfJson) {
                 (std::vector<double>{0, 0.1, 0.2, 0.3, 0.4}));
     }
   }
+  // `episodes` is only the number until the first look.
+  const Result status = RunProgram({"evalbus", "status", out});
+  EXPECT_EQ(status.out,
+            "8 of at most 8 episodes done; the plan has ended\n         4  random\n         4  still\n");
   const auto refused = RunProgram({"evalbus", "run", plan, "--out", out, "--part", "1/2", "--json"});
   EXPECT_EQ(refused.code, 1);
 }
