@@ -265,7 +265,14 @@ void RunAllEpisodes(const PlanFolder& folder, int workers) {
 
 PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   const Plan& plan = folder.plan();
-  MakeVideos(folder, workers);
+  // Without videos, for example because ffmpeg is missing, the results are still compared and reported.
+  std::string no_videos;
+  try {
+    MakeVideos(folder, workers);
+  } catch (const std::exception& error) {
+    if (stop_requested()) throw;
+    no_videos = error.what();
+  }
   PlanResults results = ReadPlanResults(folder);
   for (const results::Comparison& comparison : results.comparisons) {
     const std::string headline = results::Headline(comparison) + ".";
@@ -283,6 +290,11 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   RunJobs(std::move(pages), workers, "pages", nullptr, [](const std::string&) {});
   WritePlanPages(folder, results);
   fmt::print("\nreport   {}\n", (fs::proximate(folder.path()) / "report.html").string());
+  if (!no_videos.empty()) {
+    throw EnvironmentError(
+        fmt::format("videos are missing: {}; to record them, run the same command with --out {} --resume",
+                    no_videos, fs::proximate(folder.path()).string()));
+  }
   return results;
 }
 

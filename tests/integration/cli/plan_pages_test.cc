@@ -97,6 +97,24 @@ TEST_F(PlanPages, OneThatStopsIsResumedAndVerified) {
                                       std::to_string(lost) + "\n"));
 }
 
+// A plan whose videos cannot be made keeps its results, as a run does.
+TEST_F(PlanPages, AreWrittenAlsoIfThereIsNoFfmpeg) {
+  WriteText(folder_.path() / "plan.yaml", "policies: [hold, random]\ntasks: [" +
+                                              ShortTask(folder_.path(), 0.1) +
+                                              "/position]\nepisodes: 1\nvideo: all\n");
+  const auto without_ffmpeg = [] {
+    setenv("EVALBUS_PATH", "/nowhere", 1);
+    unsetenv("EVALBUS_FFMPEG");
+  };
+  const Result run = RunProgram({"evalbus", "run", folder_.path() / "plan.yaml", "--out", results_},
+                                {.working_folder = {}, .before = without_ffmpeg});
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.out, HasSubstr("No difference shown between random and hold"));
+  EXPECT_THAT(run.err, HasSubstr("videos are missing: hold  "));
+  EXPECT_THAT(run.err, HasSubstr("; to record them, run the same command with --out "));
+  EXPECT_TRUE(fs::exists(results_ / "report.html"));
+}
+
 TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {
   const Result run = Run("episodes: 8\n");
   ASSERT_EQ(run.code, 0) << run.err;
