@@ -1,11 +1,13 @@
 // Protocol of openpi's websocket policy server and compatible servers
 // (github.com/Physical-Intelligence/openpi, src/openpi/serving/websocket_policy_server.py), and RoboArena's
-// dialect of it (github.com/robo-arena/roboarena, roboarena/policy_server.py).
+// dialect of it (github.com/robo-arena/roboarena, roboarena/policy_server.py), which vLLM-Omni also serves
+// (github.com/vllm-project/vllm-omni, vllm_omni/entrypoints/openpi/connection.py).
 //
 // The server first sends its metadata; then requests and replies alternate. An error is sent as a text and
 // ends the connection. RoboArena's dialect is used if the server's metadata contain "action_space", or if the
 // wire is Wire::kRoboArena: "endpoint" in every request, a reset at the beginning of an episode, and
-// "session_id" if "needs_session_id" is set.
+// "session_id" if "needs_session_id" is set. vLLM-Omni answers a reset with a map, and reports an error as a
+// map after which the connection stays open.
 #include <fmt/format.h>
 
 #include <random>
@@ -17,6 +19,7 @@ namespace evalbus::policy {
 namespace {
 
 using Kind = ServerError::Kind;
+constexpr const char* kResetAnswer = "reset successful";
 
 // An id that differs from that of any other client of this server.
 std::string NewSessionId(int64_t episode) {
@@ -60,13 +63,15 @@ class OpenpiClient : public WebsocketClient {
     }
     if (!session_id_.empty()) session_id_ = NewSessionId(episode);
     const Websocket::Message reply = Call(Map{}, "reset");
-    if (reply.is_text && reply.Text() == "reset successful") return;
-    const Value value = Decoded(reply);  // throws if the reply is a text, which is an error message
+    if (reply.is_text && reply.Text() == kResetAnswer) return;
+    const Value value = Answer(reply);
+    const Value* status = value.Find("status");  // of vLLM-Omni
+    if (status && *status == Value(kResetAnswer)) return;
     throw Ended(Kind::kProtocol, "answers a reset with " + Describe(value));
   }
 
   Reply Infer(const Value& observation) override {
-    Reply reply{Decoded(Call(*observation.As<Map>(), "infer")), {}};
+    Reply reply{Answer(Call(*observation.As<Map>(), "infer")), {}};
     // The first versions of RoboArena's server answered with a bare array.
     if (is_robo_arena_ && reply.value.Is<Array>()) reply.value = Map{{"actions", std::move(reply.value)}};
     if (!reply.value.Is<Map>()) {
@@ -89,6 +94,18 @@ class OpenpiClient : public WebsocketClient {
   void Reconnect() {
     Connect();
     Answered();
+  }
+
+  // The content of a reply. Throws the server's error, which is a text or, with vLLM-Omni, a map.
+  Value Answer(const Websocket::Message& reply) {
+    Value value = Decoded(reply);
+    const Value* type = is_robo_arena_ ? value.Find("type") : nullptr;
+    if (type && *type == Value("error")) {
+      const Value* message = value.Find("message");
+      const auto* words = message ? message->As<std::string>() : nullptr;
+      throw ErrorFrom(words ? *words : Describe(value));
+    }
+    return value;
   }
 
   Websocket::Message Call(Map request, const char* endpoint) {

@@ -470,6 +470,45 @@ TEST(RoboArena, HasOneAnswerToAReset) {
   EXPECT_EQ(failure.what, "answers a reset with map of 0");
 }
 
+// vLLM-Omni's endpoint for robot policies (vllm_omni/entrypoints/openpi/connection.py): its first message for
+// DreamZero, a bare array as an answer, and maps where RoboArena's own server sends texts.
+TEST(RoboArena, IsServedByVllmOmni) {
+  Double::Options options = Answering(Value(FloatArray({1, 2}, {1, 2})));
+  options.wire = Wire::kRoboArena;
+  options.greeting = Value(Map{{"image_resolution", List{180, 320}},
+                               {"n_external_cameras", 2},
+                               {"needs_wrist_camera", true},
+                               {"needs_stereo_camera", false},
+                               {"needs_session_id", true},
+                               {"action_space", "joint_position"}});
+  options.reset = Value(Map{{"status", "reset successful"}});
+  Double server(options);
+  const auto client = MakePolicyClient(To(server.url() + "/v1/realtime/robot/openpi"));
+  client->Connect();
+  EXPECT_EQ(server.Handshakes()[0].target, "/v1/realtime/robot/openpi");
+  EXPECT_EQ(client->Name(), "RoboArena websocket");
+  client->BeginEpisode("lift", 0);
+  EXPECT_EQ(client->Infer(kObservation).value, Value(Map{{"actions", FloatArray({1, 2}, {1, 2})}}));
+  EXPECT_NE(server.Requests()[1].Find("session_id"), nullptr);
+}
+
+TEST(RoboArena, HasErrorsOfVllmOmni) {
+  const Value error = Map{{"type", "error"}, {"message", "Internal inference error"}};
+  Double::Options options = Answering(error);
+  options.wire = Wire::kRoboArena;
+  options.greeting = Value(Map{{"action_space", "joint_position"}});
+  options.reset = error;
+  Double server(options);
+  const auto client = MakePolicyClient(To(server.url()));
+  client->Connect();
+  for (const Failure& failure : {FailureOf([&] { client->BeginEpisode("lift", 0); }),
+                                 FailureOf([&] { client->Infer(kObservation); })}) {
+    EXPECT_EQ(failure.kind, Kind::kServer);
+    EXPECT_EQ(failure.what, "the server reports: Internal inference error");
+  }
+  EXPECT_TRUE(client->connected()) << "the server continues";
+}
+
 // The reset's text in place of actions is an error, like every text.
 TEST(RoboArena, HasNoTextForAnAnswer) {
   Double::Options options = Answering(Double::Text{"reset successful"});
