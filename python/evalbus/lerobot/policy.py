@@ -58,7 +58,7 @@ class LeRobotPolicy:
             pretrained_path=str(checkpoint),
             preprocessor_overrides={"device_processor": {"device": str(self.config.device)}},
         )
-        self._is_chunked = steps_per_call(self.config) > 1
+        self._steps_per_call = steps_per_call(self.config)
 
     def reset(self) -> None:
         self._policy.reset()
@@ -74,10 +74,9 @@ class LeRobotPolicy:
                 batch[key] = torch.from_numpy(np.array(value, np.float32))[None]
         with torch.inference_mode():
             batch = self._before(batch)
-            if not self._is_chunked:
-                return self._after(self._policy.select_action(batch)).cpu().numpy()
-            chunk = self._policy.predict_action_chunk(batch)[:, : self.config.n_action_steps]
-            return self._after(chunk)[0].cpu().numpy()
+            # LeRobot's policies queue the actions of a chunk, and call the model when the queue is empty.
+            steps = [self._after(self._policy.select_action(dict(batch))) for _ in range(self._steps_per_call)]
+            return torch.cat(steps).cpu().numpy()
 
 
 def steps_per_call(config) -> int:
