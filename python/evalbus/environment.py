@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import operator
 import os
 import struct
 import warnings
@@ -11,7 +12,7 @@ import numpy as np
 
 from evalbus import codec
 from evalbus.errors import ActionError, InputError, ProgramError
-from evalbus.program import Program, words
+from evalbus.program import Program, check_task, words
 from evalbus.runs import Episode
 
 # Version of the messages of `evalbus env` (docs/environment.md).
@@ -59,6 +60,10 @@ class Environment:
         seed_stream: Optional[str] = None,
         gl: Optional[str] = None,
     ):
+        check_task(task)
+        for name, value in (("cameras", cameras), ("image_size", image_size)):
+            if isinstance(value, str) or not hasattr(value, "__iter__"):
+                raise InputError(f"{name}: expected a list, got {value!r}")
         options = {
             "control": control,
             "camera": list(cameras) or None,
@@ -95,11 +100,14 @@ class Environment:
 
     def reset(self, seed: int, episode: int = 0) -> Step:
         """Starts episode `episode` of `evalbus run --seed SEED`, and abandons the current one."""
-        return self._ask({"reset": {"seed": int(seed), "episode": int(episode)}})
+        return self._ask({"reset": {"seed": _whole("seed", seed), "episode": _whole("episode", episode)}})
 
     def step(self, action) -> Step:
         """Executes an action. Raises ActionError if its shape or type is wrong, or if it is not finite."""
-        values = np.asarray(action)
+        try:
+            values = np.asarray(action)
+        except ValueError as error:  # rows of different lengths
+            raise ActionError(f"the action is not an array: {error}") from None
         if values.shape != self.action_lower.shape:
             raise ActionError(f"the action has the shape {values.shape}, expected {self.action_lower.shape}")
         if values.dtype.kind not in "fiub":
@@ -152,3 +160,13 @@ class Environment:
             program.finish()
             raise ProgramError("evalbus env has exited")
         return data
+
+
+def _whole(name: str, value) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise InputError(f"reset: {name}: expected a whole number, got {value!r}") from None
+    if not -(2**63) <= number < 2**63:
+        raise InputError(f"reset: {name}: expected a number of at most 64 bits, got {value!r}")
+    return number

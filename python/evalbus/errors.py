@@ -4,6 +4,9 @@
 class EvalbusError(Exception):
     """Base class of all of them."""
 
+    def __init__(self, text: str):
+        super().__init__(" ".join(text.splitlines()))
+
 
 class InputError(EvalbusError, ValueError):
     """A task, policy, option or file is wrong."""

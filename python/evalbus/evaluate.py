@@ -11,7 +11,7 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Union
 import numpy as np
 
 from evalbus.errors import ActionError, InputError, PolicyError, ProgramError
-from evalbus.program import Program, words
+from evalbus.program import Program, check_task, words
 from evalbus.runs import Episode, Run, read_run
 
 # Version of the events of `evalbus run --json` (docs/schema/event.json).
@@ -166,6 +166,7 @@ def start(
     **options,
 ) -> ActiveRun:
     """Starts an evaluation; the arguments are those of run()."""
+    check_task(task)
     if str(task).split("/")[-1] == "all":
         raise InputError(f"task '{task}': expected one task")
     serving = None
@@ -228,7 +229,7 @@ class Comparison:
 
 def compare(a: Union[Run, str, os.PathLike], b: Union[Run, str, os.PathLike]) -> Comparison:
     """Tests whether run a differs from run b, the baseline. Raises InputError if they are not comparable."""
-    folders = [os.fspath(one.folder if isinstance(one, Run) else one) for one in (b, a)]
+    folders = [str(one.folder if isinstance(one, Run) else one) for one in (b, a)]
     with tempfile.TemporaryDirectory() as scratch:
         file = pathlib.Path(scratch) / "comparison.json"
         with contextlib.closing(Program(["compare", *folders, "--json", file])) as program:

@@ -12,6 +12,7 @@ import warnings
 import numpy as np
 
 from evalbus import messages
+from evalbus.errors import InputError, ProgramError
 
 _MAGIC = b"\xed\xa1\xda\x01"
 # _HEADER: magic number, event number, time in microseconds, size of the channel name, size of the message.
@@ -41,12 +42,15 @@ class Log(dict):
 
 
 def read_log(file):
-    """Reads the messages of a log as numpy arrays (see Log). Damaged parts are skipped, counted and warned about."""
+    """Reads the messages of a log as numpy arrays (see Log). Damaged parts are skipped, counted and warned about.
+
+    Raises InputError if the file cannot be read.
+    """
     log = Log()
     times, found, names = {}, {}, {}
     for time_us, channel, name, message in _messages(file, log):
         if names.setdefault(channel, name) != name:
-            raise ValueError(f"{file}: {channel} has messages of two types: {names[channel]} and {name}")
+            raise InputError(f"{file}: {channel} has messages of two types: {names[channel]} and {name}")
         times.setdefault(channel, []).append(time_us)
         found.setdefault(channel, []).append(message)
     for channel, name in names.items():
@@ -60,7 +64,7 @@ def read_log(file):
 def events(file):
     """Yields (time in microseconds, channel, message) for each message of a log; a message is a dictionary.
 
-    Raises OSError if the file cannot be read. At the end, it warns about damaged parts as read_log does.
+    Raises InputError if the file cannot be read. At the end, it warns about damaged parts as read_log does.
     """
     for time_us, channel, _, message in _messages(file, Log()):
         yield time_us, channel, message
@@ -105,7 +109,11 @@ def _events(file, log):
 @contextlib.contextmanager
 def _bytes(file):
     """Content of a log, decompressed if necessary."""
-    with open(file, "rb") as stream:
+    try:
+        stream = open(file, "rb")
+    except OSError as error:
+        raise InputError(f"{file}: {error.strerror}") from None
+    with stream:
         start = stream.read(len(_PACKED_MAGIC))
         if not start:
             yield b""
@@ -121,15 +129,15 @@ def _unpacked(file):
     try:
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     except FileNotFoundError:
-        raise OSError(f"{file}: compressed with zstd, but the program zstd was not found") from None
+        raise ProgramError(f"{file}: compressed with zstd, but the program zstd was not found") from None
     with process:
         data = process.stdout.read(_MAX_UNPACKED_BYTES + 1)
         if len(data) > _MAX_UNPACKED_BYTES:
             process.kill()
-            raise OSError(f"{file}: unpacks to more than {_MAX_UNPACKED_BYTES} bytes")
+            raise InputError(f"{file}: unpacks to more than {_MAX_UNPACKED_BYTES} bytes")
         error = process.stderr.read().decode(errors="replace").strip()
     if process.returncode != 0:
-        raise OSError(f"{file}: cannot be unpacked: {error}")
+        raise InputError(f"{file}: cannot be unpacked: {error}")
     return data
 
 

@@ -52,6 +52,12 @@ def environment():
     return own
 
 
+def check_task(task: Any) -> None:
+    """Raises InputError for a name that the program would take for an option."""
+    if str(task).startswith("-"):
+        raise InputError(f"unknown task '{task}'")
+
+
 def words(options: dict) -> List[str]:
     """Command-line options: {"workers": 2, "in_process": True} is --workers 2 --in-process; None is left out."""
     result = []
@@ -81,6 +87,9 @@ class Program:
                 # Ctrl-C reaches this process only, which then stops the program in order.
                 start_new_session=True,
             )
+        except ValueError as error:  # An argument contains a zero byte.
+            self._errors.close()
+            raise InputError(f"the program evalbus cannot be started: {error}") from None
         except BaseException:
             self._errors.close()
             raise

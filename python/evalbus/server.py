@@ -10,6 +10,7 @@ any site open in a browser on this machine could read the metadata and call the 
 import asyncio
 import concurrent.futures
 import http
+import queue
 import sys
 import threading
 import time
@@ -19,6 +20,7 @@ import numpy as np
 import websockets
 
 from evalbus import codec
+from evalbus.errors import InputError, ProgramError
 
 try:
     # websockets 13 and later; newer versions no longer contain the legacy API.
@@ -62,12 +64,18 @@ def serve(act, port=8000, host="127.0.0.1", metadata={}):
     port: 0 selects any free port, which is printed.
     host: use "0.0.0.0" to accept clients on other machines.
     metadata: sent to each client; evalbus compares it with its contract.
+
+    Raises InputError if act cannot be called, ProgramError if the port cannot be opened.
     """
+    if not callable(act):
+        raise InputError(f"policy: expected a function or a class, got {type(act).__name__}")
     server = _Server(act, metadata)
     try:
         asyncio.run(server.run(host, port, lambda url: print(f"policy server ready: {url}", flush=True)))
     except KeyboardInterrupt:
         pass
+    except (OSError, OverflowError) as error:
+        raise ProgramError(f"cannot serve a policy at {host}:{port}: {error}") from None
 
 
 class Serving:
@@ -118,7 +126,7 @@ class _Server:
         is_stateful = hasattr(self._act, "reset") and not isinstance(self._act, type)
         turn = asyncio.Lock() if is_stateful else None
         # The policy runs in a worker thread, so that the event loop can serve pings and other connections.
-        worker = concurrent.futures.ThreadPoolExecutor(max_workers=1)
+        worker = _Worker()
 
         async def handle(connection):
             try:
@@ -149,7 +157,7 @@ class _Server:
                 on_ready(f"ws://{host}:{next(iter(server.sockets)).getsockname()[1]}")
                 await self._stopped.wait()
         finally:
-            worker.shutdown(wait=False)
+            worker.close()
 
     def stop(self):
         """Ends run(). May be called from any thread."""
@@ -159,20 +167,49 @@ class _Server:
             pass  # The loop has ended.
 
     async def _converse(self, connection, worker):
-        loop, act = asyncio.get_running_loop(), self._act
+        act = self._act
         await connection.send(self._hello)
         try:
             if isinstance(act, type):
-                act = await loop.run_in_executor(worker, act)
+                act = await worker.call(act)
             if hasattr(act, "reset"):
-                await loop.run_in_executor(worker, act.reset)
+                await worker.call(act.reset)
             async for request in connection:
-                await connection.send(await loop.run_in_executor(worker, _answer, act, request))
+                await connection.send(await worker.call(_answer, act, request))
         except websockets.exceptions.ConnectionClosed:
             raise
         except Exception as error:
             self._on_error(error)
             await _refuse(connection, traceback.format_exc())
+
+
+class _Worker:
+    """Calls functions in a thread, one at a time. Unlike an executor's, the thread does not keep the process alive while
+    a function hangs."""
+
+    def __init__(self):
+        self._calls = queue.SimpleQueue()
+        threading.Thread(target=self._work, name="evalbus policy", daemon=True).start()
+
+    async def call(self, function, *arguments):
+        future = concurrent.futures.Future()
+        self._calls.put((future, function, arguments))
+        return await asyncio.wrap_future(future)
+
+    def close(self):
+        self._calls.put(None)
+
+    def _work(self):
+        while call := self._calls.get():
+            future, function, arguments = call
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                future.set_result(function(*arguments))
+            except Exception as error:
+                future.set_exception(error)
+            except BaseException as error:  # SystemExit would end the event loop.
+                future.set_exception(RuntimeError(repr(error)))
 
 
 def _print(_):

@@ -35,6 +35,16 @@ with evalbus.start("lift_pot/position", "hold", episodes=1000, out=sys.argv[1], 
     for event in active:
         print(active._program.pid, flush=True)
 """
+HANGING_POLICY = """
+import evalbus, sys, threading
+called, never = threading.Event(), threading.Event()
+def hang(_):
+    called.set()
+    never.wait()
+with evalbus.start("lift_pot", hang, episodes=1, out=sys.argv[1], in_process=True) as active:
+    called.wait()
+    print(active._program.pid)
+"""
 ACTIVE_ENVIRONMENT = """
 import evalbus
 with evalbus.Environment("lift_pot/position") as environment:
@@ -217,11 +227,38 @@ class EvaluateTest(unittest.TestCase):
         self.assert_fails(evalbus.ActionError, "an action that is not an array: ", policy=lambda _: [[1, 2], [3]])
         self.assert_fails(evalbus.ActionError, "not finite: .nan", policy=lambda _: np.full(16, np.nan))
 
+        self.assert_fails(evalbus.InputError, "cannot create: Not a directory", out=pathlib.Path(__file__) / "run")
+        self.assert_fails(evalbus.InputError, "--seed: expected a whole number .* not '1.5'", seed=1.5)
+        self.assert_fails(evalbus.InputError, "unknown task '--help'", task="--help")
+        self.assert_fails(evalbus.InputError, "embedded null byte", task="lift_pot\0")
+        self.assert_fails(evalbus.PolicyError, r"RuntimeError: SystemExit\(3\)$", policy=lambda _: sys.exit(3))
+
+        def fail_in_two_lines(_):
+            raise ValueError("weights\nare missing")
+
+        self.assert_fails(evalbus.PolicyError, "ValueError: weights are missing$", policy=fail_in_two_lines)
+
         def fail(_):
             raise KeyError("images")
 
         error = self.assert_fails(evalbus.PolicyError, "the policy raised KeyError: 'images'", policy=fail)
         self.assertIsInstance(error.__cause__, KeyError)
+
+    def test_wrong_files(self):
+        for function in (evalbus.read_run, evalbus.read_log):
+            with self.assertRaisesRegex(evalbus.InputError, "missing"):
+                function(self.folder / "missing")
+        with self.assertRaisesRegex(evalbus.InputError, "3: no such run folder"):
+            evalbus.compare(self.folder, 3)
+
+    def test_a_policy_that_hangs(self):
+        """Neither evalbus nor Python remains after the context is left."""
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", HANGING_POLICY, str(self.folder / "run")],
+            capture_output=True, text=True, timeout=support.DEADLINE_S,
+        )  # fmt: skip
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        wait_for_end(int(done.stdout))
 
     def test_version(self):
         done = subprocess.run([f"{BIN}/evalbus", "--version"], capture_output=True, text=True, check=True)
@@ -351,6 +388,9 @@ class EnvironmentTest(unittest.TestCase):
             ("unknown task 'nothing'", {"task": "nothing"}),
             ("--control levers: expected one of joint", {"control": "levers"}),
             ("--image-size 64: expected WIDTHxHEIGHT", {"image_size": (64,)}),
+            ("image_size: expected a list, got 64", {"image_size": 64}),
+            ("cameras: expected a list, got 'head'", {"cameras": "head"}),
+            ("unknown task '--help'", {"task": "--help"}),
             ("--gl metal: expected software, osmesa, egl-software, egl or auto", {"cameras": ["head"], "gl": "metal"}),
         ):
             with self.assertRaisesRegex(evalbus.InputError, words):
@@ -368,6 +408,16 @@ class EnvironmentTest(unittest.TestCase):
             ):
                 with self.assertRaisesRegex(evalbus.ActionError, words):
                     environment.step(action)
+            with self.assertRaisesRegex(evalbus.ActionError, "the action is not an array: "):
+                environment.step([[1, 2], [3]])
+            for words, given in (
+                ("seed: expected a whole number, got 1.5", (1.5,)),
+                ("seed: expected a whole number, got 'abc'", ("abc",)),
+                ("seed: expected a number of at most 64 bits", (2**70,)),
+                ("episode: expected a whole number, got None", (0, None)),
+            ):
+                with self.assertRaisesRegex(evalbus.InputError, words):
+                    environment.reset(*given)
             # The environment is still usable.
             self.assertIsNone(environment.step(state).episode)
         with self.assertRaisesRegex(evalbus.InputError, "the environment is closed"):

@@ -13,6 +13,7 @@ import unittest
 import urllib.error
 import urllib.request
 
+import evalbus
 import numpy as np
 import websockets
 from evalbus import codec
@@ -119,6 +120,16 @@ class ServerTest(unittest.TestCase):
         self.expect_failure("hello", "binary")
         self.expect_failure(b"\xc1", "not msgpack")
         self.expect_failure(codec.pack([1]), "is a map")
+
+    def test_wrong_input(self):
+        port = int(self.server.url.rpartition(":")[2])
+        for error, words, arguments in (
+            (evalbus.ProgramError, f"cannot serve a policy at 127.0.0.1:{port}: .*address already in use", (len, port)),
+            (evalbus.ProgramError, "cannot serve a policy at 127.0.0.1:99999: ", (len, 99999)),
+            (evalbus.InputError, "expected a function or a class, got int", (3, 0)),
+        ):
+            with self.assertRaisesRegex(error, words):
+                evalbus.serve(*arguments)
 
     def test_health(self):
         url = self.server.url.replace("ws:", "http:")
