@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "models/polyhedron_contacts.h"
 
 namespace evalbus {
 namespace {
@@ -48,6 +49,8 @@ void InstallMujocoHandlers() {
   std::call_once(once, [] {
     mju_user_error = OnError;
     mju_user_warning = OnWarning;
+    // Newer versions compute such contacts themselves.
+    if (mjVERSION_HEADER / 10 == 22) InstallPolyhedronContacts();
   });
 }
 
