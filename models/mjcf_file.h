@@ -18,6 +18,8 @@ struct MjcfFile {
   tinyxml2::XMLElement* root = nullptr;
 };
 inline constexpr const char* kSourceAttribute = "evalbus_source";
+// Density (kg/m^3) of a geom whose mass MuJoCo infers from the volume of its mesh.
+inline constexpr const char* kDensityAttribute = "evalbus_density";
 
 // Throws InputError if a file cannot be read, is not XML or not MJCF, or if an include is missing or
 // recursive.

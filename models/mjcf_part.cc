@@ -151,6 +151,7 @@ void Part::Normalize() {
     while (attribute && std::string(attribute->Name()) == kSourceAttribute) attribute = attribute->Next();
     if (attribute) Fail(section, "<worldbody> cannot have attributes");
     if (degree) ConvertJoints(section, "main");
+    StateDensities(section, "main");
     if (compiler("inertiafromgeom", "auto") == "true") RemoveInertials(section);
   }
   ConvertOrientations();
@@ -302,6 +303,15 @@ void Part::ConvertJoints(XMLElement* body, const std::string& childclass) {
       for (double& value : values) value *= kDegree;
       Set(child, attribute, Join(values));
     }
+  }
+}
+
+void Part::StateDensities(XMLElement* body, const std::string& childclass) {
+  for (XMLElement* child : Children(body)) {
+    if (Is(child, "body")) StateDensities(child, Get(child, "childclass", childclass));
+    if (!Is(child, "geom") || !child->Attribute("mesh")) continue;
+    if (Effective(child, childclass, "type") != "mesh" || Effective(child, childclass, "mass")) continue;
+    Set(child, kDensityAttribute, Effective(child, childclass, "density").value_or("1000"));
   }
 }
 

@@ -68,6 +68,8 @@ class Part {
   // Writes angles in radians at the joints themselves, because a default class does not show whether a joint
   // slides or rotates.
   void ConvertJoints(tinyxml2::XMLElement* body, const std::string& childclass);
+  // Sets kDensityAttribute.
+  void StateDensities(tinyxml2::XMLElement* body, const std::string& childclass);
   // Converts euler and axisangle orientations.
   void ConvertOrientations();
   // Makes the asset's file paths absolute. An asset without a name is named after its file.

@@ -83,6 +83,19 @@ bool InertiasAgree(const mjModel& a, const mjModel& b) {
          std::memcmp(a.body_ipos, b.body_ipos, 3 * a.nbody * sizeof(mjtNum)) == 0;
 }
 
+// Returns the model with other masses of meshes, if those that MuJoCo has inferred are wrong; otherwise null.
+ModelPtr WithMeshMasses(const mjModel& model, SceneComposer* composer) {
+  std::vector<std::string> warnings;
+  if (!composer->SetMeshMasses(model)) return nullptr;
+  ModelPtr corrected = CompileModel(*composer, false, &warnings);
+  composer->RemoveMeshMasses();
+  for (int body = 0; body < model.nbody; ++body) {
+    const double mass = model.body_mass[body], difference = corrected->body_mass[body] - mass;
+    if (std::abs(difference) > 1e-6 * mass) return corrected;
+  }
+  return nullptr;
+}
+
 // The two models must agree in everything on which ids in messages and replayed states depend.
 void CheckAgreement(const mjModel& physics, const mjModel& visual) {
   const auto colliding = [](const mjModel& model) {
@@ -152,9 +165,10 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   } catch (const InputError&) {
     // The second attempt below reports the error, unless it was that all mass is in visual geoms.
   }
-  if (!scene.physics || !InertiasAgree(*scene.physics, *scene.visual)) {
+  const ModelPtr corrected = WithMeshMasses(*scene.visual, &composer);
+  if (corrected || !scene.physics || !InertiasAgree(*scene.physics, *scene.visual)) {
     // MuJoCo drops visual geoms before it infers inertias from geoms.
-    composer.SetInertials(*scene.visual);
+    composer.SetInertials(corrected ? *corrected : *scene.visual);
     scene.visual = CompileModel(composer, false, &scene.warnings);
     scene.physics = CompileModel(composer, true, &scene.warnings);
   }

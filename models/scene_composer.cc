@@ -2,6 +2,8 @@
 
 #include <tinyxml2.h>
 
+#include <cmath>
+
 #include "base/errors.h"
 #include "models/inferred_inertials.h"
 #include "models/mjcf_file.h"
@@ -83,6 +85,20 @@ void RemoveSurroundings(mjcf::Part* part, bool keep_lights, std::vector<std::str
       if (Is(asset, "texture") && Get(asset, "type") == "skybox") section->DeleteChild(asset);
     }
   }
+}
+
+// Sum of the tetrahedra between a mesh's center of mass, which is its origin, and its faces, m^3.
+double Volume(const mjModel& model, int mesh) {
+  const float* vertices = model.mesh_vert + 3 * model.mesh_vertadr[mesh];
+  const int* faces = model.mesh_face + 3 * model.mesh_faceadr[mesh];
+  double volume = 0;
+  for (int i = 0; i < model.mesh_facenum[mesh]; ++i) {
+    mjtNum corner[3][3], normal[3];
+    for (int k = 0; k < 3; ++k) mju_f2n(corner[k], vertices + 3 * faces[3 * i + k], 3);
+    mju_cross(normal, corner[0], corner[1]);
+    volume += std::abs(mju_dot3(normal, corner[2])) / 6;
+  }
+  return volume;
 }
 
 }  // namespace
@@ -311,10 +327,31 @@ void SceneComposer::SetInertials(const mjModel& model) {
   mjcf::AddInferredInertials(impl_->sections["worldbody"], model);
 }
 
+bool SceneComposer::SetMeshMasses(const mjModel& model) {
+  bool found = false;
+  ForEach(impl_->sections["worldbody"], [&](XMLElement* geom) {
+    const char* density = geom->Attribute(kDensityAttribute);
+    if (!density || geom->Parent()->FirstChildElement("inertial")) return;
+    found = true;
+    const int mesh = mj_name2id(&model, mjOBJ_MESH, geom->Attribute("mesh"));
+    Set(geom, "mass", NumberText(std::stod(density) * Volume(model, mesh)));
+  });
+  return found;
+}
+
+void SceneComposer::RemoveMeshMasses() {
+  ForEach(impl_->sections["worldbody"], [](XMLElement* geom) {
+    if (geom->Attribute(kDensityAttribute)) geom->DeleteAttribute("mass");
+  });
+}
+
 std::string SceneComposer::ToXml(bool discard_visual) const {
   XMLDocument copy;
   impl_->document.DeepCopy(&copy);
-  ForEach(copy.RootElement(), [](XMLElement* element) { element->DeleteAttribute(kSourceAttribute); });
+  ForEach(copy.RootElement(), [](XMLElement* element) {
+    element->DeleteAttribute(kSourceAttribute);
+    element->DeleteAttribute(kDensityAttribute);
+  });
   if (discard_visual) Set(copy.RootElement()->FirstChildElement("compiler"), "discardvisual", "true");
   tinyxml2::XMLPrinter printer;
   copy.Print(&printer);

@@ -369,4 +369,41 @@ TEST(SceneComposer, AttachingWhereItCannotBe) {
       part.string() + ":1: a part on a body cannot be free or placed");
 }
 
+TEST(SceneComposer, MassOfAMeshThatIsNotConvex) {
+  // Two cubes of 1 m in one mesh, at x = -1 and 1.
+  std::string vertices, faces;
+  for (const int cube : {0, 1}) {
+    for (int i = 0; i < 8; ++i) {
+      const double corner[3] = {2.0 * cube - 1.5 + (i & 1), -0.5 + (i >> 1 & 1), -0.5 + (i >> 2 & 1)};
+      for (const double x : corner) vertices += std::to_string(x) + " ";
+    }
+    for (const int i : {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                        2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5}) {
+      faces += std::to_string(i + 8 * cube) + " ";
+    }
+  }
+  OnePart one(
+      "<mujoco><asset><mesh name='m' vertex='" + vertices + "' face='" + faces +
+      "'/></asset><default><default class='c'><geom density='10'/></default></default><worldbody>"
+      "<body name='b'><geom class='c' type='mesh' mesh='m'/><geom type='mesh' mesh='m' mass='2'/></body>"
+      "</worldbody></mujoco>");
+  const ModelPtr inferred = Compile(one.composer);
+  const int body = Id(inferred, mjOBJ_BODY, "p/b");
+  ASSERT_TRUE(one.composer.SetMeshMasses(*inferred));
+  const ModelPtr corrected = Compile(one.composer);
+  // Between the center of mass and the faces of one cube are 1/6, 1/2 and four times 1/6 m^3.
+  EXPECT_NEAR(corrected->body_mass[body], 10 * 2 * (1 + 1 / 3.0) + 2, 1e-6);
+  one.composer.RemoveMeshMasses();
+  EXPECT_EQ(Compile(one.composer)->body_mass[body], inferred->body_mass[body]);
+  EXPECT_LT(inferred->body_mass[body], 27);
+}
+
+TEST(SceneComposer, GivenMassesOfMeshesStay) {
+  OnePart one(
+      "<mujoco><asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset><worldbody>"
+      "<body name='b'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/><geom type='mesh' mesh='m'/>"
+      "<body name='c'><geom type='mesh' mesh='m' mass='3'/></body></body></worldbody></mujoco>");
+  EXPECT_FALSE(one.composer.SetMeshMasses(*Compile(one.composer)));
+}
+
 }  // namespace evalbus::scene_composer_test
