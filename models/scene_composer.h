@@ -77,8 +77,9 @@ class SceneComposer {
 
   // Gives geoms whose mass MuJoCo infers from a mesh the mass density x volume, and returns whether there are
   // any. `model` must be this document, compiled. MuJoCo 2.2 takes the volume of a box with the mesh's
-  // inertia; newer versions take the sum of the tetrahedra between the mesh's center of mass and its faces,
-  // which is up to 2.5 times as large if the mesh is not convex. Centers and radii of gyration are the same.
+  // inertia; newer versions take the sum of the tetrahedra between the mesh's center of mass and its faces.
+  // For meshes that are not convex, the difference is up to a factor of 2.5 in RoboEval's parts. Centers and
+  // radii of gyration are the same.
   bool SetMeshMasses(const mjModel& model);
   // Removes the masses that SetMeshMasses() set.
   void RemoveMeshMasses();

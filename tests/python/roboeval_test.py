@@ -96,6 +96,14 @@ def summarize(rows):
         line = [f"{equal(group, what):{cell}.1%}" for what in ("success", "stages") for group in groups]
         line += [f"{1e3 * np.sqrt(np.mean([row['wrist_rms_m'] ** 2 for row in group])):{cell}.2f}" for group in groups]
         print(f"{family:30}" + "".join(line))
+    print("\nepisodes with all objects within 5 mm of RoboEval's at the end; median of the largest distance, mm")
+    for family in [*dict.fromkeys(row["family"] for row in rows), "all"]:
+        line = ""
+        for scene in scenes:
+            chosen = [row for row in rows if row["scene"] == scene and family in ("all", row["family"])]
+            distances = np.array([max(row["object_end_m"].values()) for row in chosen])
+            line += f"{scene:>10}{np.mean(distances < 0.005):10.1%}{1e3 * np.median(distances):10.2f}"
+        print(f"{family:30}{line}")
 
 
 def report_verdicts(rows):
