@@ -109,10 +109,10 @@ struct Penetration {
 // nearest to the origin.
 class Expansion {
  public:
-  Expansion(Solid* first, Solid* second) : first_(first), second_(second) {}
-
   // Returns whether the solids penetrate.
-  bool Run(Penetration* penetration) {
+  bool Run(Solid* first, Solid* second, Penetration* penetration) {
+    first_ = first;
+    second_ = second;
     if (!MakeTetrahedron()) return false;
     for (int i = 0; i < kMaxSteps; ++i) {
       const Face face = *std::ranges::min_element(faces_, {}, &Face::distance);
@@ -247,7 +247,7 @@ class Expansion {
     return result;
   }
 
-  Solid *first_, *second_;
+  Solid *first_ = nullptr, *second_ = nullptr;
   std::vector<Vertex> vertices_;
   std::vector<Face> faces_;
   std::vector<std::array<int, 2>> edges_;
@@ -376,9 +376,10 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
                                                                       margin);
   }
   Solid first(*model, *data, geom1), second(*model, *data, geom2);
-  Expansion expansion(&first, &second);
+  // Keeps its memory.
+  thread_local Expansion expansion;
   Penetration penetration;
-  if (!expansion.Run(&penetration)) return 0;
+  if (!expansion.Run(&first, &second, &penetration)) return 0;
   const Vector& normal = penetration.normal;
   const Vector middle = 0.5 * (penetration.on_first + penetration.on_second);
   const auto add = [&](mjContact* contact, const Vector& position) {
