@@ -9,6 +9,7 @@ import support
 
 support.need("torch", "lerobot", "numpy", "msgpack", "websockets", "gymnasium", "h5py", "diffusers", "transformers")
 
+import json
 import os
 import pathlib
 import signal
@@ -193,6 +194,25 @@ class PoliciesTest(unittest.TestCase):
             self.assertGreater(np.ptp(b[:steps], axis=0).max(), 0)
             np.testing.assert_array_equal(np.array(a[:steps]), b[:steps])
         print(f"{name}: {verdicts}, {[len(a) for a in theirs]} equal actions")
+
+    def test_checkpoints_that_cannot_be_loaded(self):
+        checkpoint = self.checkpoint("broken", smolvla(self.here))
+        config = json.loads((checkpoint / "config.json").read_text())
+        for changed, words in (
+            ({"vlm_model_name": "evalbus/nothing"}, f"{checkpoint}: LeRobot cannot load it: .*huggingface.co"),
+            ({"type": "nothing"}, f"{checkpoint}: LeRobot cannot load it: .*nothing"),
+        ):
+            (checkpoint / "config.json").write_text(json.dumps({**config, **changed}))
+            self.assert_not_served(checkpoint, words)
+        (checkpoint / "model.safetensors").unlink()
+        self.assert_not_served(checkpoint, f"{checkpoint}: expected a folder with model.safetensors")
+
+    def assert_not_served(self, checkpoint, words):
+        command = [f"{BIN}/evalbus", "policy", "serve", "--lerobot", checkpoint, "--port", "0"]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=support.DEADLINE_S)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr.splitlines()[-1], f"^error: {words}")
+        self.assertNotIn("Traceback", done.stderr)
 
     def test_diffusion(self):
         self.assert_both_agree("diffusion", diffusion(self.here, 2))

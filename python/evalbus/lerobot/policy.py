@@ -38,8 +38,11 @@ class LeRobotPolicy:
     """
 
     def __init__(self, checkpoint, device: Optional[str] = None):
-        if not (pathlib.Path(checkpoint) / "config.json").is_file():
-            raise InputError(f"{checkpoint}: expected a folder with config.json, as lerobot-train writes it")
+        # LeRobot's pi0 continues with random weights if they are missing.
+        for name in ("config.json", "model.safetensors"):
+            if not (pathlib.Path(checkpoint) / name).is_file():
+                raise InputError(f"{checkpoint}: expected a folder with {name}, as lerobot-train writes it")
+        import draccus
         import torch
         from lerobot.configs import PreTrainedConfig
         from lerobot.policies import make_pre_post_processors
@@ -48,16 +51,19 @@ class LeRobotPolicy:
 
         register_third_party_plugins()
         self._torch = torch
-        self.config = PreTrainedConfig.from_pretrained(checkpoint)
-        if device:
-            self.config.device = device
-        self._policy = get_policy_class(self.config.type).from_pretrained(checkpoint, config=self.config)
-        self._policy.to(self.config.device).eval()
-        self._before, self._after = make_pre_post_processors(
-            self.config,
-            pretrained_path=str(checkpoint),
-            preprocessor_overrides={"device_processor": {"device": str(self.config.device)}},
-        )
+        try:
+            self.config = PreTrainedConfig.from_pretrained(checkpoint)
+            if device:
+                self.config.device = device
+            self._policy = get_policy_class(self.config.type).from_pretrained(checkpoint, config=self.config)
+            self._policy.to(self.config.device).eval()
+            self._before, self._after = make_pre_post_processors(
+                self.config,
+                pretrained_path=str(checkpoint),
+                preprocessor_overrides={"device_processor": {"device": str(self.config.device)}},
+            )
+        except (OSError, ValueError, RuntimeError, draccus.utils.DraccusException) as error:
+            raise InputError(f"{checkpoint}: LeRobot cannot load it: {error}") from error
         self._steps_per_call = steps_per_call(self.config)
 
     def reset(self) -> None:
