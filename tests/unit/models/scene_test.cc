@@ -354,6 +354,20 @@ TEST(Scene, InertiasComeFromVisualGeomsToo) {
   EXPECT_EQ(model->body_mass[body], scene.visual->body_mass[body]);
 }
 
+TEST(Scene, MassOfAMeshIsDensityTimesVolume) {
+  SceneFiles files;
+  files.folder.Write(
+      "thing.xml",
+      "<mujoco><asset><mesh name='m' vertex='-1 0 0 1 0 0 0 -1 0 0 1 0 0 0 -1 0 0 1'/></asset>"
+      "<worldbody><body name='b'><geom type='mesh' mesh='m' density='3'/></body></worldbody></mujoco>");
+  const Scene scene = files.Build();
+  const int body = mj_name2id(scene.physics.get(), mjOBJ_BODY, "thing/b");
+  ASSERT_GE(body, 0);
+  // An octahedron. MuJoCo 2.2 takes the volume of a box with its inertia, 1.31 m^3, instead of 4/3 m^3.
+  EXPECT_NEAR(scene.physics->body_mass[body], 4, 1e-6);
+  EXPECT_NEAR(scene.physics->body_inertia[3 * body], 4 / 5.0, 1e-6);
+}
+
 TEST(Scene, ErrorsInsideMuJoCoAreCaught) {
   // Input at which MuJoCo would wait for a key.
   SceneFiles files;
