@@ -34,8 +34,15 @@ class Statistics {
 
   // Log likelihood ratio of a range with its own rate against one common rate.
   double Ratio(int trials, int successes) const {
-    const auto of = [this](int n, int k) { return log_[k] + log_[n - k] - log_[n]; };
-    return of(trials, successes) + of(trials_ - trials, successes_ - successes) - of(trials_, successes_);
+    return LogLikelihood(trials, successes) + LogLikelihood(trials_ - trials, successes_ - successes) -
+           LogLikelihood(trials_, successes_);
+  }
+
+  // Log likelihood ratio of one rate per bin against one common rate.
+  double RatioOfAll(std::span<const RateBin> bins) const {
+    double ratio = -LogLikelihood(trials_, successes_);
+    for (const RateBin& bin : bins) ratio += LogLikelihood(bin.trials, bin.successes);
+    return ratio;
   }
 
   // Largest ratio of any range of bins.
@@ -64,10 +71,40 @@ class Statistics {
   }
 
  private:
+  // Log likelihood of k successes in n trials at their own rate.
+  double LogLikelihood(int n, int k) const { return log_[k] + log_[n - k] - log_[n]; }
+
   int trials_ = 0, successes_ = 0;
   std::vector<double> middle_;
   std::vector<double> log_;  // i log i
 };
+
+// Calls visit(bins) for kPermutations random assignments of the successes to the trials.
+template <class Visit>
+void VisitPermutations(std::span<const RateBin> bins, const Statistics& statistics, const Visit& visit) {
+  std::vector<int> bin_of;
+  for (size_t i = 0; i < bins.size(); ++i)
+    bin_of.insert(bin_of.end(), static_cast<size_t>(bins[i].trials), static_cast<int>(i));
+  // Draws the positions of the rarer outcome: successes or failures.
+  const int total = statistics.trials(), successes = statistics.successes();
+  const bool draws_failures = 2 * successes > total;
+  const int draws = draws_failures ? total - successes : successes;
+  Random random(kScanSeed, 0);
+  std::vector<RateBin> permuted(bins.begin(), bins.end());
+  for (int permutation = 0; permutation < RangeScan::kPermutations; ++permutation) {
+    for (RateBin& bin : permuted) bin.successes = draws_failures ? bin.trials : 0;
+    for (int i = 0; i < draws; ++i) {
+      std::swap(bin_of[static_cast<size_t>(i)], bin_of[static_cast<size_t>(i + random.Index(total - i))]);
+      permuted[static_cast<size_t>(bin_of[static_cast<size_t>(i)])].successes += draws_failures ? -1 : 1;
+    }
+    visit(permuted);
+  }
+}
+
+// Whether there is anything to test: two bins, and both outcomes.
+bool CanDiffer(std::span<const RateBin> bins, const Statistics& statistics) {
+  return bins.size() >= 2 && statistics.successes() > 0 && statistics.successes() < statistics.trials();
+}
 
 // Number of values that are at least `value`; ascending values.
 double CountFrom(const std::vector<double>& values, double value) {
@@ -104,38 +141,45 @@ BinRange FindRange(std::span<const RateBin> bins) {
   return range;
 }
 
+std::vector<bool> FindLowGroup(std::span<const RateBin> bins) {
+  const Statistics statistics(bins);
+  std::vector<size_t> order(bins.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::stable_sort(order, {},
+                           [&](size_t i) { return static_cast<double>(bins[i].successes) / bins[i].trials; });
+  double largest = -1;
+  size_t size = 0;
+  int trials = 0, successes = 0;
+  for (size_t i = 0; i + 1 < order.size(); ++i) {
+    trials += bins[order[i]].trials;
+    successes += bins[order[i]].successes;
+    const double ratio = statistics.Ratio(trials, successes);
+    if (ratio <= largest + kEqual) continue;
+    largest = ratio;
+    size = i + 1;
+  }
+  std::vector<bool> is_low(bins.size());
+  for (size_t i = 0; i < size; ++i) is_low[order[i]] = true;
+  return is_low;
+}
+
 int RangeScan::BinsFor(size_t trials) {
   return std::clamp(static_cast<int>(trials) / kTrialsPerBin, 2, kMaxBins);
 }
 
 const RangeScan::Null& RangeScan::NullOf(std::span<const RateBin> bins) {
   const Statistics statistics(bins);
-  std::vector<int> trials, bin_of;
-  for (size_t i = 0; i < bins.size(); ++i) {
-    trials.push_back(bins[i].trials);
-    bin_of.insert(bin_of.end(), static_cast<size_t>(bins[i].trials), static_cast<int>(i));
-  }
+  std::vector<int> trials;
+  for (const RateBin& bin : bins) trials.push_back(bin.trials);
   const auto [entry, is_new] = nulls_.try_emplace({trials, statistics.successes()});
   Null& null = entry->second;
   if (!is_new) return null;
-  // Draws the positions of the rarer outcome: successes or failures.
-  const int total = statistics.trials(), successes = statistics.successes();
-  const bool draws_failures = 2 * successes > total;
-  const int draws = draws_failures ? total - successes : successes;
-  Random random(kScanSeed, 0);
-  std::vector<RateBin> permuted(bins.begin(), bins.end());
-  std::vector<std::pair<double, double>> drawn(kPermutations);
-  for (auto& [scan, trend] : drawn) {
-    for (RateBin& bin : permuted) bin.successes = draws_failures ? bin.trials : 0;
-    for (int i = 0; i < draws; ++i) {
-      std::swap(bin_of[static_cast<size_t>(i)], bin_of[static_cast<size_t>(i + random.Index(total - i))]);
-      permuted[static_cast<size_t>(bin_of[static_cast<size_t>(i)])].successes += draws_failures ? -1 : 1;
-    }
-    scan = statistics.Scan(permuted);
-    trend = statistics.Trend(permuted);
+  std::vector<std::pair<double, double>> drawn;
+  VisitPermutations(bins, statistics, [&](std::span<const RateBin> permuted) {
+    const auto& [scan, trend] = drawn.emplace_back(statistics.Scan(permuted), statistics.Trend(permuted));
     null.scan.push_back(scan);
     null.trend.push_back(trend);
-  }
+  });
   std::ranges::sort(null.scan);
   std::ranges::sort(null.trend);
   for (const auto& [scan, trend] : drawn)
@@ -146,14 +190,24 @@ const RangeScan::Null& RangeScan::NullOf(std::span<const RateBin> bins) {
 
 double RangeScan::P(std::span<const RateBin> bins) {
   const Statistics statistics(bins);
-  if (bins.size() < 2 || statistics.successes() == 0 || statistics.successes() == statistics.trials())
-    return 1;
+  if (!CanDiffer(bins, statistics)) return 1;
   const Null& null = NullOf(bins);
   // The observed bins count as one more permutation.
   const double tail = 1 + std::min(CountFrom(null.scan, statistics.Scan(bins)),
                                    CountFrom(null.trend, statistics.Trend(bins)));
   const auto more_uneven = std::ranges::upper_bound(null.smallest_tail, tail) - null.smallest_tail.begin();
   return (1 + static_cast<double>(more_uneven)) / (kPermutations + 1);
+}
+
+double RangeScan::UnorderedP(std::span<const RateBin> bins) {
+  const Statistics statistics(bins);
+  if (!CanDiffer(bins, statistics)) return 1;
+  const double observed = statistics.RatioOfAll(bins);
+  int as_uneven = 0;
+  VisitPermutations(bins, statistics, [&](std::span<const RateBin> permuted) {
+    as_uneven += statistics.RatioOfAll(permuted) >= observed - kEqual;
+  });
+  return (1.0 + as_uneven) / (kPermutations + 1);
 }
 
 }  // namespace evalbus::metrics

@@ -2,6 +2,9 @@
 // statistics over bins of equal numbers of trials: the largest log likelihood ratio over all ranges of bins
 // (Kulldorff 1997, "A spatial scan statistic", Communications in Statistics 26; Bernoulli model), which also
 // finds effects that are not monotone, and the rank-sum of Mann and Whitney 1947, which finds slow trends.
+//
+// For what was drawn from a list without an order, the statistic is the log likelihood ratio of a rate per
+// bin against one common rate (Wilks 1938).
 #pragma once
 
 #include <map>
@@ -28,6 +31,10 @@ struct BinRange {
 // Expects at least two bins.
 BinRange FindRange(std::span<const RateBin> bins);
 
+// Expects at least two bins without an order. Returns, for each bin, whether it belongs to those with the
+// lower rates, if the bins are divided where the two groups differ most.
+std::vector<bool> FindLowGroup(std::span<const RateBin> bins);
+
 // Computes p-values. Every null distribution is drawn with the same random numbers, so that equal bins have
 // equal p-values, whatever was tested before.
 class RangeScan {
@@ -44,6 +51,8 @@ class RangeScan {
   // Probability, if all trials have the same rate, of bins that are at least as uneven. 1 if there are fewer
   // than two bins, no success or no failure.
   double P(std::span<const RateBin> bins);
+  // The same for bins without an order.
+  static double UnorderedP(std::span<const RateBin> bins);
 
  private:
   // Values of the statistics in the permutations, each in ascending order.

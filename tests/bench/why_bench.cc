@@ -31,10 +31,14 @@ struct Effect {
   int episodes;
   // Least share of simulations in which the parameter must be named.
   double wanted;
+  // The first parameter is not a number but one of kChoices choices, by quarters of the value.
+  bool is_choice = false;
 };
+constexpr int kChoices = 4;
 
 double None(double) { return 0.73; }
 double Step(double value) { return value > 0.74 ? kLow : kHigh; }
+double Quarter(double value) { return value >= 0.75 ? kLow : kHigh; }
 double Slope(double value) { return kHigh + (kLow - kHigh) * value; }
 double Middle(double value) { return std::abs(value - 0.5) < 0.13 ? kLow : kHigh; }
 double Both(double value) { return std::abs(value - 0.5) > 0.37 ? kLow : kHigh; }
@@ -53,7 +57,13 @@ constexpr Effect kEffects[] = {{"none", None, false, 30, 0},
                                {"middle quarter", Middle, true, 200, 0.8},
                                {"middle quarter", Middle, true, 1000, 0.99},
                                {"both ends", Both, true, 200, 0},
-                               {"both ends", Both, true, 1000, 0.99}};
+                               {"both ends", Both, true, 1000, 0.99},
+                               {"none, a choice", None, false, 60, 0, true},
+                               {"none, a choice", None, false, 200, 0, true},
+                               {"none, a choice", None, false, 1000, 0, true},
+                               {"one of 4 choices", Quarter, true, 60, 0, true},
+                               {"one of 4 choices", Quarter, true, 200, 0.8, true},
+                               {"one of 4 choices", Quarter, true, 1000, 0.99, true}};
 
 struct Counts {
   int simulations = 0, found = 0, false_alarms = 0;
@@ -71,14 +81,19 @@ Counts Simulate(const Effect& effect, int simulations, metrics::RangeScan* scan)
       success.push_back(random.Uniform(0, 1) < effect.rate(values[0][i]) ? 1 : 0);
     }
     std::vector<double> p;
-    for (const std::vector<double>& axis : values) {
-      const std::vector<int> bin_of = metrics::RankBins(axis, metrics::RangeScan::BinsFor(episodes));
+    for (std::vector<double>& axis : values) {
+      const bool is_choice = effect.is_choice && p.empty();
+      if (is_choice) {
+        for (double& value : axis) value = std::floor(kChoices * value);
+      }
+      const std::vector<int> bin_of =
+          metrics::RankBins(axis, is_choice ? kChoices : metrics::RangeScan::BinsFor(episodes));
       std::vector<metrics::RateBin> bins(static_cast<size_t>(std::ranges::max(bin_of)) + 1);
       for (size_t i = 0; i < episodes; ++i) {
         ++bins[static_cast<size_t>(bin_of[i])].trials;
         bins[static_cast<size_t>(bin_of[i])].successes += success[i];
       }
-      p.push_back(scan->P(bins));
+      p.push_back(is_choice ? metrics::RangeScan::UnorderedP(bins) : scan->P(bins));
     }
     const std::vector<double> adjusted = metrics::HolmAdjusted(p);
     const auto is_named = [&](size_t axis) { return adjusted[axis] < 0.05; };

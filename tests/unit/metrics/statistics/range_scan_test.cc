@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace evalbus::metrics::range_scan_test {
@@ -90,6 +91,63 @@ TEST(RangeScan, PIsThatOfAllPermutations) {
     // Four standard errors of 20,000 permutations.
     EXPECT_NEAR(scan.P(bins), exact, 4 * std::sqrt(exact * (1 - exact) / RangeScan::kPermutations));
   }
+}
+
+// The p-value of the likelihood ratio over all tables with the margins of `observed`, each with its
+// hypergeometric probability (Freeman and Halton 1951).
+double EnumeratedUnordered(const std::vector<RateBin>& observed) {
+  int successes = 0;
+  for (const RateBin& bin : observed) successes += bin.successes;
+  const auto log_choose = [](int n, int k) {
+    return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
+  };
+  const auto ratio = [](const std::vector<RateBin>& bins) {
+    double sum = 0;
+    for (const RateBin& bin : bins) sum += LogLikelihood(bin.trials, bin.successes);
+    return sum;
+  };
+  const double mine = ratio(observed);
+  double total = 0, as_uneven = 0;
+  std::vector<RateBin> table = observed;
+  const std::function<void(size_t, int)> visit = [&](size_t bin, int left) {
+    if (bin == table.size()) {
+      if (left != 0) return;
+      double log_weight = 0;
+      for (const RateBin& one : table) log_weight += log_choose(one.trials, one.successes);
+      total += std::exp(log_weight);
+      if (ratio(table) >= mine - 1e-9) as_uneven += std::exp(log_weight);
+      return;
+    }
+    for (int k = 0; k <= std::min(left, table[bin].trials); ++k) {
+      table[bin].successes = k;
+      visit(bin + 1, left - k);
+    }
+  };
+  visit(0, successes);
+  return as_uneven / total;
+}
+
+TEST(RangeScan, UnorderedPIsThatOfAllTables) {
+  for (const std::vector<RateBin>& bins : {std::vector<RateBin>{{8, 8}, {9, 4}, {7, 6}},
+                                           {{10, 9}, {10, 2}},
+                                           {{5, 1}, {12, 11}, {3, 3}, {6, 4}},
+                                           {{6, 3}, {6, 3}, {6, 4}}}) {
+    const double exact = EnumeratedUnordered(bins);
+    // Four standard errors of 20,000 permutations.
+    EXPECT_NEAR(RangeScan::UnorderedP(bins), exact,
+                4 * std::sqrt(exact * (1 - exact) / RangeScan::kPermutations) + 1e-4);
+    // The order does not matter, up to the random numbers.
+    const std::vector<RateBin> reversed(bins.rbegin(), bins.rend());
+    EXPECT_NEAR(RangeScan::UnorderedP(reversed), exact,
+                4 * std::sqrt(exact * (1 - exact) / RangeScan::kPermutations) + 1e-4);
+  }
+  EXPECT_EQ(RangeScan::UnorderedP(std::vector<RateBin>{{5, 5}, {5, 5}}), 1);
+}
+
+TEST(RangeScan, TheLowGroupIsTheOneThatDiffersMost) {
+  EXPECT_THAT(FindLowGroup(std::vector<RateBin>{{10, 9}, {10, 2}, {10, 10}, {10, 1}}),
+              ElementsAre(false, true, false, true));
+  EXPECT_THAT(FindLowGroup(std::vector<RateBin>{{10, 1}, {10, 9}}), ElementsAre(true, false));
 }
 
 TEST(RangeScan, PDoesNotDependOnEarlierTests) {
