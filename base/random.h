@@ -13,6 +13,8 @@ namespace evalbus {
 inline constexpr uint32_t kPhysicsStream = 0x10000;
 inline constexpr uint32_t kAppearanceStream = 0x10001;
 inline constexpr uint32_t kDistractorStream = 0x10002;
+inline constexpr uint32_t kLightStream = 0x10003;
+inline constexpr uint32_t kTextureStream = 0x10004;
 
 // Mersenne twister, whose output the C++ standard fixes; distributions written out here.
 class Random {

@@ -8,6 +8,8 @@ namespace {
 
 // Outside this range, the physics would not be meaningful.
 constexpr NumberRange kFactor{.min = 1e-3, .max = 1e3};
+// Degrees.
+constexpr NumberRange kTurn{.min = 0, .max = 180};
 
 // Context for reading an entry of the list.
 struct Context {
@@ -127,9 +129,29 @@ void ReadColor(const YamlValue& value, const Context& context) {
 }
 
 void ReadLight(const YamlValue& value, const Context& context) {
-  const YamlMap map(value, {"name", "min_factor", "max_factor"});
-  context.into->appearance.push_back(
-      RandomLight{ReadName(map["name"]), ReadFactor(map, {.min = 0, .max = kFactor.max})});
+  const YamlMap map(value, {"name"}, {"min_factor", "max_factor", "shift_m", "turn_deg", "turn_rad"});
+  RandomLight light{
+      .name = ReadName(map["name"]), .factor = {}, .shift = {}, .turn = map.Angle("turn", kTurn)};
+  const bool has_min = map.Find("min_factor") != nullptr, has_max = map.Find("max_factor") != nullptr;
+  if (has_min != has_max) value.Fail("expected both of min_factor and max_factor, or neither");
+  if (has_min) light.factor = ReadFactor(map, {.min = 0, .max = kFactor.max});
+  if (const YamlValue* shift = map.Find("shift_m")) light.shift = shift->Vector<3>(kNotNegative);
+  if (!light.factor && !light.shift && !light.turn)
+    value.Fail("expected min_factor and max_factor, shift_m, turn_deg or turn_rad");
+  context.into->appearance.push_back(std::move(light));
+}
+
+void ReadTexture(const YamlValue& value, const Context& context) {
+  const YamlMap map(value, {"of", "choices"});
+  RandomTexture texture{ReadNames(map["of"]), {}};
+  for (const YamlValue& element : map["choices"].List()) {
+    const std::string name = element.Text();
+    if (std::ranges::find(texture.choices, name, &NameInFile::text) != texture.choices.end())
+      element.Fail("'" + name + "' given twice");
+    texture.choices.push_back(ReadName(element));
+  }
+  if (texture.choices.size() < 2) map["choices"].Fail("expected at least two textures");
+  context.into->appearance.push_back(std::move(texture));
 }
 
 void ReadCamera(const YamlValue& value, const Context& context) {
@@ -137,7 +159,7 @@ void ReadCamera(const YamlValue& value, const Context& context) {
   RandomCamera camera;
   camera.name = ReadName(map["name"]);
   if (const YamlValue* shift = map.Find("shift_m")) camera.shift = shift->Vector<3>(kNotNegative);
-  camera.turn = map.Angle("turn", {.min = 0, .max = 180}).value_or(0);
+  camera.turn = map.Angle("turn", kTurn).value_or(0);
   context.into->appearance.push_back(camera);
 }
 
@@ -155,6 +177,7 @@ constexpr Kind kKinds[] = {{"spawn_box", ReadSpawnBox},
                            {"size", ReadSize},
                            {"color", ReadColor},
                            {"light", ReadLight},
+                           {"texture", ReadTexture},
                            {"camera", ReadCamera}};
 
 }  // namespace

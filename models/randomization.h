@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -84,10 +85,24 @@ struct RandomColor {
   std::array<double, 3> min{}, max{};
 };
 
-// Multiplies the brightness by a factor.
+// Changes what is given, at least one of them.
 struct RandomLight {
   NameInFile name;
-  Span factor;
+  // Multiplies the brightness.
+  std::optional<Span> factor;
+  // Shifts a lamp by up to this along each axis of the frame that it is mounted on, m.
+  std::optional<std::array<double, 3>> shift;
+  // Rotates the direction by up to this about each of these axes, rad. A directional light of the world is
+  // rotated about the scene's center, so that its shadows stay where the action is.
+  std::optional<double> turn;
+};
+
+// Replaces the texture of everything named that has one; if nothing named has one, that of everything with a
+// material. All choices are equally likely.
+struct RandomTexture {
+  std::vector<NameInFile> of;
+  // Names as in models/texture_files.h.
+  std::vector<NameInFile> choices;
 };
 
 // Shifts the camera by up to `shift` along each world axis, and rotates it by up to `turn` about each of its
@@ -99,7 +114,7 @@ struct RandomCamera {
 };
 
 using PhysicsChange = std::variant<RandomMass, RandomFriction>;
-using AppearanceChange = std::variant<RandomColor, RandomLight, RandomCamera>;
+using AppearanceChange = std::variant<RandomColor, RandomLight, RandomTexture, RandomCamera>;
 
 struct Randomized {
   // Initial positions; applied in order at each reset.

@@ -1,15 +1,27 @@
 #include "models/randomized_model.h"
 
 #include <algorithm>
+#include <array>
+#include <set>
 
 #include "base/errors.h"
 #include "base/random.h"
 #include "models/mujoco_ptr.h"
+#include "models/texture_files.h"
 
 namespace evalbus {
 namespace {
 
 using Parameters = std::vector<Parameter>;
+
+struct AppearanceRandom {
+  explicit AppearanceRandom(int64_t seed)
+      : main(seed, kAppearanceStream), light(seed, kLightStream), texture(seed, kTextureStream) {}
+  Random main;
+  // Poses of lights.
+  Random light;
+  Random texture;
+};
 
 int Find(const mjModel& model, mjtObj type, const NameInFile& name, const char* kind) {
   const int id = mj_name2id(&model, type, name.text.c_str());
@@ -55,11 +67,11 @@ void Change(const RandomFriction& friction, Random* random, mjModel* model, Para
   parameters->push_back({friction.of[0].text + "_friction_factor", factor});
 }
 
-void Change(const RandomColor& color, Random* random, mjModel* model, Parameters* parameters) {
+void Change(const RandomColor& color, AppearanceRandom* random, mjModel* model, Parameters* parameters) {
   float rgb[3];
   static constexpr const char* kName[] = {"_red_fraction", "_green_fraction", "_blue_fraction"};
   for (size_t i = 0; i < 3; ++i) {
-    const double drawn = random->Uniform(color.min[i], color.max[i]);
+    const double drawn = random->main.Uniform(color.min[i], color.max[i]);
     rgb[i] = static_cast<float>(drawn);
     parameters->push_back({color.of[0].text + kName[i], drawn});
   }
@@ -72,35 +84,116 @@ void Change(const RandomColor& color, Random* random, mjModel* model, Parameters
   }
 }
 
-void Change(const RandomLight& light, Random* random, mjModel* model, Parameters* parameters) {
-  const int id = Find(*model, mjOBJ_LIGHT, light.name, "light");
-  const double factor = Draw(light.factor, random);
-  for (float* color : {model->light_diffuse, model->light_specular}) {
-    for (int i = 0; i < 3; ++i) color[3 * id + i] *= static_cast<float>(factor);
-  }
-  parameters->push_back({"light_" + light.name.text + "_brightness_factor", factor});
-}
-
-void Change(const RandomCamera& camera, Random* random, mjModel* model, Parameters* parameters) {
-  const int id = Find(*model, mjOBJ_CAMERA, camera.name, "camera");
+// Shifts a position by up to `most` along each axis.
+void Shift(const std::array<double, 3>& most, const std::string& name, Random* random, double* position,
+           Parameters* parameters) {
   static constexpr const char* kShift[] = {"_shift_x_m", "_shift_y_m", "_shift_z_m"};
   for (size_t i = 0; i < 3; ++i) {
-    const double shift = random->Uniform(-camera.shift[i], camera.shift[i]);
-    model->cam_pos[3 * id + static_cast<int>(i)] += shift;
-    parameters->push_back({"camera_" + camera.name.text + kShift[i], shift});
+    const double shift = random->Uniform(-most[i], most[i]);
+    position[i] += shift;
+    parameters->push_back({name + kShift[i], shift});
   }
-  double turn[3];
-  static constexpr const char* kTurn[] = {"_turn_x_rad", "_turn_y_rad", "_turn_z_rad"};
-  for (size_t i = 0; i < 3; ++i) {
-    turn[i] = random->Uniform(-camera.turn, camera.turn);
-    parameters->push_back({"camera_" + camera.name.text + kTurn[i], turn[i]});
-  }
-  // Rotates about the camera's own axes.
-  mju_quatIntegrate(model->cam_quat + 4 * id, turn, 1);
 }
 
-template <class Draws>
-Parameters ChangeAll(const Draws& draws, Random random, mjModel* model) {
+// Draws a rotation by up to `most` about each axis, as a rotation vector.
+std::array<double, 3> DrawTurn(double most, const std::string& name, Random* random, Parameters* parameters) {
+  static constexpr const char* kTurn[] = {"_turn_x_rad", "_turn_y_rad", "_turn_z_rad"};
+  std::array<double, 3> turn{};
+  for (size_t i = 0; i < 3; ++i) {
+    turn[i] = random->Uniform(-most, most);
+    parameters->push_back({name + kTurn[i], turn[i]});
+  }
+  return turn;
+}
+
+void Rotate(double* vector, const double* quaternion) {
+  double rotated[3];
+  mju_rotVecQuat(rotated, vector, quaternion);
+  std::copy_n(rotated, 3, vector);
+}
+
+void TurnLight(const std::array<double, 3>& turn, int light, mjModel* model) {
+  double rotation[4] = {1, 0, 0, 0};
+  mju_quatIntegrate(rotation, turn.data(), 1);
+  Rotate(model->light_dir + 3 * light, rotation);
+  if (!model->light_directional[light] || model->light_bodyid[light] != 0) return;
+  double* position = model->light_pos + 3 * light;
+  mju_subFrom3(position, model->stat.center);
+  Rotate(position, rotation);
+  mju_addTo3(position, model->stat.center);
+}
+
+void Change(const RandomLight& light, AppearanceRandom* random, mjModel* model, Parameters* parameters) {
+  const int id = Find(*model, mjOBJ_LIGHT, light.name, "light");
+  const std::string name = "light_" + light.name.text;
+  const auto fail = [&](const char* why) {
+    throw InputError(light.name.location.ToString() + ": light '" + light.name.text + "' " + why);
+  };
+  if ((light.shift || light.turn) && model->light_mode[id] != mjCAMLIGHT_FIXED)
+    fail("tracks a body: only its brightness can be randomized");
+  if (light.shift && model->light_directional[id])
+    fail("is directional, so that its position does not matter: use turn_deg");
+  if (light.factor) {
+    const double factor = Draw(*light.factor, &random->main);
+    for (float* color : {model->light_diffuse, model->light_specular}) {
+      for (int i = 0; i < 3; ++i) color[3 * id + i] *= static_cast<float>(factor);
+    }
+    parameters->push_back({name + "_brightness_factor", factor});
+  }
+  if (light.shift) Shift(*light.shift, name, &random->light, model->light_pos + 3 * id, parameters);
+  if (light.turn) TurnLight(DrawTurn(*light.turn, name, &random->light, parameters), id, model);
+}
+
+// Id of the texture of a choice; -1 for kPlain.
+int TextureId(const NameInFile& choice, const mjModel& model) {
+  if (choice.text == kPlain) return -1;
+  const int id = Find(model, mjOBJ_TEXTURE, choice, "texture");
+  if (model.tex_type[id] == mjTEXTURE_2D) return id;
+  throw InputError(choice.location.ToString() + ": texture '" + choice.text +
+                   "' is a cube or a sky: only textures of type 2d can be exchanged");
+}
+
+int& TextureOf(mjModel* model, int material) {
+#if mjVERSION_HEADER >= 320
+  return model->mat_texid[mjNTEXROLE * material + mjTEXROLE_RGB];
+#else
+  return model->mat_texid[material];
+#endif
+}
+
+std::string NameOf(const RandomTexture& texture) { return texture.of[0].text + "_texture_choice"; }
+
+void Change(const RandomTexture& texture, AppearanceRandom* random, mjModel* model, Parameters* parameters) {
+  std::vector<int> ids;
+  for (const NameInFile& choice : texture.choices) ids.push_back(TextureId(choice, *model));
+  const std::vector<bool> bodies = Bodies(*model, texture.of);
+  std::set<int> all, textured;
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    const int material = model->geom_matid[geom];
+    if (material < 0 || !bodies[static_cast<size_t>(model->geom_bodyid[geom])]) continue;
+    all.insert(material);
+    if (TextureOf(model, material) >= 0) textured.insert(material);
+  }
+  if (all.empty()) {
+    throw InputError(texture.of[0].location.ToString() + ": '" + texture.of[0].text +
+                     "' has no material, which a texture belongs to");
+  }
+  const auto chosen = static_cast<size_t>(random->texture.Index(static_cast<int>(ids.size())));
+  for (const int material : textured.empty() ? all : textured) TextureOf(model, material) = ids[chosen];
+  parameters->push_back({NameOf(texture), static_cast<double>(chosen)});
+}
+
+void Change(const RandomCamera& camera, AppearanceRandom* random, mjModel* model, Parameters* parameters) {
+  const int id = Find(*model, mjOBJ_CAMERA, camera.name, "camera");
+  const std::string name = "camera_" + camera.name.text;
+  Shift(camera.shift, name, &random->main, model->cam_pos + 3 * id, parameters);
+  const std::array<double, 3> turn = DrawTurn(camera.turn, name, &random->main, parameters);
+  // Rotates about the camera's own axes.
+  mju_quatIntegrate(model->cam_quat + 4 * id, turn.data(), 1);
+}
+
+template <class Draws, class Source>
+Parameters ChangeAll(const Draws& draws, Source random, mjModel* model) {
   Parameters parameters;
   for (const auto& draw : draws)
     std::visit([&](const auto& kind) { Change(kind, &random, model, &parameters); }, draw);
@@ -118,7 +211,30 @@ std::vector<Parameter> RandomizePhysics(const Variation& variation, int64_t seed
 }
 
 std::vector<Parameter> RandomizeAppearance(const Variation& variation, int64_t seed, mjModel* model) {
-  return ChangeAll(variation.appearance, Random(seed, kAppearanceStream), model);
+  return ChangeAll(variation.appearance, AppearanceRandom(seed), model);
+}
+
+std::map<std::string, std::vector<std::string>> ParameterChoices(const Variation& variation) {
+  std::map<std::string, std::vector<std::string>> choices;
+  for (const AppearanceChange& change : variation.appearance) {
+    const auto* texture = std::get_if<RandomTexture>(&change);
+    if (!texture) continue;
+    std::vector<std::string>& names = choices[NameOf(*texture)];
+    names.clear();
+    for (const NameInFile& choice : texture->choices) names.push_back(choice.text);
+  }
+  return choices;
+}
+
+std::vector<int> TexturesOf(const Variation& variation, const mjModel& model) {
+  std::set<int> ids;
+  for (const AppearanceChange& change : variation.appearance) {
+    const auto* texture = std::get_if<RandomTexture>(&change);
+    if (!texture) continue;
+    for (const NameInFile& choice : texture->choices) ids.insert(TextureId(choice, model));
+  }
+  ids.erase(-1);
+  return {ids.begin(), ids.end()};
 }
 
 }  // namespace evalbus

@@ -1,13 +1,15 @@
 // Applies an episode's randomization to a compiled model: masses and frictions of the physics model; colors,
-// lights and cameras of the visual model. Initial positions are set by sim/world.h.
+// lights, textures and cameras of the visual model. Initial positions are set by sim/world.h.
 //
 // Physics and appearance use separate random streams, so that changes of appearance do not affect the
-// physics.
+// physics. Textures and the poses of lights have streams of their own, so that a variation to which they are
+// added keeps its other draws.
 #pragma once
 
 #include <mujoco/mujoco.h>
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -16,7 +18,7 @@
 namespace evalbus {
 
 // A randomized parameter of an episode. Its name ends in the unit ("pot_x_m", "pot_yaw_rad",
-// "pot_mass_factor").
+// "pot_mass_factor"), or in "_choice" if the value is the index of what was chosen from a list.
 struct Parameter {
   std::string name;
   double value = 0;
@@ -28,7 +30,12 @@ struct Parameter {
 // Changes masses and frictions of a physics model. If a mass changes, recomputes the model's constants that
 // depend on masses.
 std::vector<Parameter> RandomizePhysics(const Variation& variation, int64_t seed, mjModel* model);
-// Changes colors, lights and cameras of a visual model.
+// Changes colors, lights, textures and cameras of a visual model.
 std::vector<Parameter> RandomizeAppearance(const Variation& variation, int64_t seed, mjModel* model);
+
+// The lists from which a variation's "_choice" parameters are drawn, by the parameter's name.
+std::map<std::string, std::vector<std::string>> ParameterChoices(const Variation& variation);
+// Ids in a visual model of the textures that episodes of the variation may have. Throws InputError as above.
+std::vector<int> TexturesOf(const Variation& variation, const mjModel& model);
 
 }  // namespace evalbus

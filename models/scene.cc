@@ -10,6 +10,7 @@
 #include "models/mjcf_xml.h"
 #include "models/model_info.h"
 #include "models/scene_composer.h"
+#include "models/texture_files.h"
 #include "models/vibration.h"
 
 namespace evalbus {
@@ -156,6 +157,12 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   // If names repeat, the first camera takes precedence; a variation's cameras precede the task's.
   for (auto camera = task.cameras.rbegin(); camera != task.cameras.rend(); ++camera)
     composer.SetCamera(camera->name, PoseOf(*camera), camera->vertical_fov);
+
+  for (const NameInFile& texture : task.textures) {
+    if (texture.text == kPlain || composer.HasTexture(texture.text)) continue;
+    composer.AddTexture(texture.text, TextureFile(texture, task.file.parent_path()),
+                        texture.location.ToString());
+  }
 
   Scene scene;
   scene.warnings = composer.warnings();

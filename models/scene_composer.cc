@@ -294,6 +294,19 @@ void SceneComposer::SetCamera(const std::string& name, const Pose& pose, double 
   Set(camera, "fovy", NumberText(fov_deg));
 }
 
+bool SceneComposer::HasTexture(const std::string& name) const {
+  return Find(impl_->sections.at("asset"), "texture", name) != nullptr;
+}
+
+void SceneComposer::AddTexture(const std::string& name, const std::filesystem::path& file,
+                               const std::string& source) {
+  XMLElement* texture = impl_->sections["asset"]->InsertNewChildElement("texture");
+  Set(texture, kSourceAttribute, source);
+  Set(texture, "name", name);
+  Set(texture, "type", "2d");
+  Set(texture, "file", file.string());
+}
+
 void SceneComposer::AddSite(const std::string& name, const Pose& pose, const std::string& body) {
   XMLElement* world = impl_->sections["worldbody"];
   if (Find(world, "site", name)) throw InputError("the scene has a site '" + name + "' already");

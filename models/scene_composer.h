@@ -61,6 +61,10 @@ class SceneComposer {
   // all functions below.
   void SetCamera(const std::string& name, const Pose& pose, double fov_deg, const std::string& body = "");
 
+  bool HasTexture(const std::string& name) const;
+  // Adds a texture of type 2d from a PNG file. source: "file:line" of its description.
+  void AddTexture(const std::string& name, const std::filesystem::path& file, const std::string& source);
+
   // Adds a site to a body. Throws InputError if there is a site with this name.
   void AddSite(const std::string& name, const Pose& pose, const std::string& body);
 

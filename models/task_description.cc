@@ -224,6 +224,10 @@ void TaskDescription::Apply(const std::string& wanted) {
   // If names repeat, the first entry takes precedence.
   joints.insert(joints.begin(), chosen.joints.begin(), chosen.joints.end());
   cameras.insert(cameras.begin(), chosen.cameras.begin(), chosen.cameras.end());
+  for (const AppearanceChange& change : chosen.appearance) {
+    const auto* texture = std::get_if<RandomTexture>(&change);
+    if (texture) textures.insert(textures.end(), texture->choices.begin(), texture->choices.end());
+  }
   if (!chosen.instruction.empty()) instruction = chosen.instruction;
   if (!chosen.stages.empty()) stages = chosen.stages;
   if (!chosen.success.name.empty()) success = chosen.success;

@@ -133,6 +133,8 @@ struct TaskDescription {
   std::vector<JointStart> joints;
   // Cameras in addition to those of the scene; one with the same name replaces it.
   std::vector<Camera> cameras;
+  // Choices of RandomTexture of the applied variation; a variation's own are in its `appearance`.
+  std::vector<NameInFile> textures;
   std::vector<Variation> variations;
 
   MetricsOptions metrics;

@@ -120,7 +120,16 @@ std::string InWords(const RandomColor& color) {
 }
 
 std::string InWords(const RandomLight& light) {
-  return "brightness of light " + light.name.text + " " + InWords(light.factor);
+  Lines changes;
+  if (light.factor) changes.push_back("brightness " + InWords(*light.factor));
+  if (light.shift) changes.push_back("shifted by up to " + Vector(light.shift->data(), 3) + " m");
+  if (light.turn)
+    changes.push_back(fmt::format("rotated by up to {:.6g} degrees about each axis", ToDegrees(*light.turn)));
+  return "light " + light.name.text + ": " + Joined(changes);
+}
+
+std::string InWords(const RandomTexture& texture) {
+  return "texture of " + JoinedNames(texture.of) + ": one of " + JoinedNames(texture.choices);
 }
 
 std::string InWords(const RandomCamera& camera) {

@@ -212,17 +212,6 @@ Json Sky(const mjModel& m) {
   return nullptr;
 }
 
-Json Material(const mjModel& m, int id) {
-  return {{"rgba", ListAt(m.mat_rgba, id, 4)},
-          {"specular", List(m.mat_specular + id, 1)[0]},
-          {"shininess", List(m.mat_shininess + id, 1)[0]},
-          {"emission", List(m.mat_emission + id, 1)[0]},
-          {"reflectance", List(m.mat_reflectance + id, 1)[0]},
-          {"texture", nullptr},
-          {"repeat", ListAt(m.mat_texrepeat, id, 2)},
-          {"uniform", m.mat_texuniform[id] != 0}};
-}
-
 Json Light(const mjModel& m, int id) {
   return {
       {"name", m.names + m.name_lightadr[id]},         {"body", m.light_bodyid[id]},
@@ -305,6 +294,18 @@ SceneBlocks::SceneBlocks(const model_info_t& info, ModelPtr visual, const mjMode
   MakeScene(physics);
 }
 
+Json SceneBlocks::Material(const mjModel& m, int id) const {
+  const auto texture = textures_.find(m.mat_texid[id]);
+  return {{"rgba", ListAt(m.mat_rgba, id, 4)},
+          {"specular", List(m.mat_specular + id, 1)[0]},
+          {"shininess", List(m.mat_shininess + id, 1)[0]},
+          {"emission", List(m.mat_emission + id, 1)[0]},
+          {"reflectance", List(m.mat_reflectance + id, 1)[0]},
+          {"texture", texture == textures_.end() ? Json() : Json(texture->second)},
+          {"repeat", ListAt(m.mat_texrepeat, id, 2)},
+          {"uniform", m.mat_texuniform[id] != 0}};
+}
+
 void SceneBlocks::MakeScene(const mjModel& physics) {
   const mjModel& m = *visual_;
   const auto add = [this](std::string bytes) {
@@ -348,7 +349,7 @@ void SceneBlocks::MakeScene(const mjModel& physics) {
         {{"arm", arm.name}, {"body", m.site_bodyid[site]}, {"position_m", ListAt(m.site_pos, site, 3)}});
   }
 
-  std::map<int, std::string> meshes, hulls, textures;
+  std::map<int, std::string> meshes, hulls;
   Json& geoms = head["geoms"] = Json::array();
   for (int geom = 0; geom < m.ngeom; ++geom) {
     if (!IsShown(m, geom)) continue;
@@ -370,14 +371,19 @@ void SceneBlocks::MakeScene(const mjModel& physics) {
     json["mesh"] = hulls[mesh];
   }
 
-  head["materials"] = ListOf(m.nmat, [&](int id) {
-    Json material = Material(m, id);
-    const int texture = m.mat_texid[id];
-    if (texture < 0) return material;
-    if (!textures.contains(texture)) textures[texture] = add(Texture(m, texture));
-    material["texture"] = textures[texture];
-    return material;
-  });
+  const auto add_texture = [&](int id) {
+    if (id >= 0 && !textures_.contains(id)) textures_[id] = add(Texture(m, id));
+  };
+  for (int id = 0; id < m.nmat; ++id) add_texture(m.mat_texid[id]);
+  std::vector<int> choices;
+  if (!info_.variation.empty()) {
+    const TaskDescription task = ParseTask(info_.task_yaml, info_.task_file, false);
+    choices = TexturesOf(task.variation(info_.variation), m);
+  }
+  for (const int id : choices) add_texture(id);
+  head["materials"] = ListOf(m.nmat, [&](int id) { return Material(m, id); });
+  if (!choices.empty()) head["textures"] = Json::array();
+  for (const int id : choices) head["textures"].push_back(textures_[id]);
   Json& lights = head["lights"] = Json::array();
   for (int light = 0; light < m.nlight; ++light) {
     if (m.light_active[light]) lights.push_back(Light(m, light));
@@ -411,7 +417,7 @@ Json SceneBlocks::Appearance(int64_t seed) const {
     return Differences(ListOf(count, [&](int id) { return make(a, id); }),
                        ListOf(count, [&](int id) { return make(b, id); }));
   };
-  appearance["materials"] = differences(a.nmat, Material);
+  appearance["materials"] = differences(a.nmat, [this](const mjModel& m, int id) { return Material(m, id); });
   appearance["cameras"] = differences(a.ncam, Camera);
   // Lights and cameras are identified by their indices in the scene's lists.
   int place = 0;

@@ -34,12 +34,16 @@ class SceneBlocks {
 
  private:
   void MakeScene(const mjModel& physics);
+  // A material of the visual model, or of a changed copy of it.
+  nlohmann::ordered_json Material(const mjModel& model, int id) const;
 
   model_info_t info_;
   ModelPtr visual_;
   std::string id_;
   std::map<std::string, std::string> blocks_;
   std::vector<int> moving_;
+  // Ids of texture blocks by MuJoCo's number of the texture.
+  std::map<int, std::string> textures_;
 };
 
 }  // namespace evalbus::viz

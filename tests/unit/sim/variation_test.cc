@@ -1,6 +1,8 @@
 // Variations that change the scene and the success condition, and parts that are placed at each reset.
+#include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "bus/message.h"
 #include "models/scene.h"
@@ -292,6 +294,130 @@ TEST_F(RandomizedTest, WhatIsSeenChangesNothingOfWhatHappens) {
   EXPECT_NE(appearance(1), appearance(2));
 }
 
+// Textures and poses of lights have random streams of their own.
+TEST_F(RandomizedTest, TexturesAndPosesOfLightsChangeNoOtherDraw) {
+  const std::string color = "      - color: {of: [red], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n";
+  const std::string camera = "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n";
+  const auto parameters = [&](const std::string& randomize) {
+    TaskDescription task = TaskWith(randomize);
+    task.Apply("drawn");
+    const Scene scene = BuildScene(task, LoadRobot(task.robot_file));
+    std::map<std::string, double> values;
+    for (const Parameter& parameter : RandomizeAppearance(task.variation("drawn"), 3, scene.visual.get()))
+      values[parameter.name] = parameter.value;
+    return values;
+  };
+  const std::map<std::string, double> before =
+      parameters(color + "      - light: {name: key, min_factor: 0.5, max_factor: 1.5}\n" + camera);
+  const std::string light = "      - light: {name: key, min_factor: 0.5, max_factor: 1.5, turn_deg: 20}\n";
+  const std::map<std::string, double> after = parameters(
+      color + light + "      - texture: {of: [world], choices: [plain, checker, stripes]}\n" + camera);
+  EXPECT_EQ(before.size(), 3U + 1 + 6);
+  EXPECT_EQ(after.size(), before.size() + 3 + 1);
+  for (const auto& [name, value] : before) EXPECT_EQ(after.at(name), value) << name;
+  EXPECT_LE(std::abs(after.at("light_key_turn_y_rad")), 20 * std::numbers::pi / 180);
+  // The texture does not depend on whether a light is turned, either.
+  const std::map<std::string, double> texture =
+      parameters("      - texture: {of: [world], choices: [plain, checker, stripes]}\n");
+  EXPECT_EQ(texture.at("world_texture_choice"), after.at("world_texture_choice"));
+}
+
+TEST_F(RandomizedTest, ATurnedLightTurnsAboutTheScenesCenter) {
+  const TaskDescription task = TaskWith("      - light: {name: key, turn_deg: 30}\n");
+  const Scene scene = BuildScene(task, LoadRobot(task.robot_file));
+  const mjModel& before = *scene.visual;
+  const int key = mj_name2id(&before, mjOBJ_LIGHT, "key");
+  const ModelPtr after(mj_copyModel(nullptr, &before));
+  const std::vector<Parameter> turn = RandomizeAppearance(task.variation("drawn"), 1, after.get());
+  ASSERT_EQ(turn.size(), 3U);
+  // Rodrigues' formula, independently of MuJoCo's quaternions.
+  const double axis[3] = {turn[0].value, turn[1].value, turn[2].value};
+  const double angle = mju_norm3(axis);
+  const auto rotated = [&](const double* v) {
+    double unit[3], cross[3];
+    mju_scl3(unit, axis, 1 / angle);
+    mju_cross(cross, unit, v);
+    const double along = mju_dot3(unit, v);
+    std::array<double, 3> result{};
+    for (size_t i = 0; i < 3; ++i)
+      result[i] =
+          v[i] * std::cos(angle) + cross[i] * std::sin(angle) + unit[i] * along * (1 - std::cos(angle));
+    return result;
+  };
+  EXPECT_GT(angle, 0.05);
+  const std::array<double, 3> direction = rotated(before.light_dir + 3 * key);
+  double arm[3];
+  mju_sub3(arm, before.light_pos + 3 * key, before.stat.center);
+  const std::array<double, 3> turned_arm = rotated(arm);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(after->light_dir[3 * key + i], direction[static_cast<size_t>(i)], 1e-12);
+    EXPECT_NEAR(after->light_pos[3 * key + i] - before.stat.center[i], turned_arm[static_cast<size_t>(i)],
+                1e-12);
+  }
+}
+
+TEST_F(RandomizedTest, ATextureIsThatOfTheSeed) {
+  const std::string models = ModelsFolder().string();
+  const std::string text = ReplaceFirst(
+      TaskText(box_.string()), "objects: [box]\n",
+      "    - {name: table, model: " + models + "/props/table/table.xml, pose: {position_m: [2, 0, 0]}}\n" +
+          "    - {name: pot, model: " + models +
+          "/props/pot/pot.xml, pose: {position_m: [2, 2, 1]}}\nobjects: [box]\n");
+  const auto task_with = [&](const std::string& choices, const std::string& part) {
+    TaskDescription task = ParseTask(ReplaceFirst(text, "  elsewhere:\n",
+                                                  "  drawn:\n    randomize:\n      - texture: {of: [" + part +
+                                                      "], choices: " + choices + "}\n  elsewhere:\n"),
+                                     "t.yaml", true);
+    task.Apply("drawn");
+    return task;
+  };
+  const auto build = [](const TaskDescription& task) { return BuildScene(task, LoadRobot(task.robot_file)); };
+  const auto texture_of = [](const mjModel& model, const char* material) {
+    const int id = model.mat_texid[mj_name2id(&model, mjOBJ_MATERIAL, material)];
+    return std::string(id < 0 ? "plain" : mj_id2name(&model, mjOBJ_TEXTURE, id));
+  };
+  const std::vector<std::string> choices = {"table/oak", "plain", "marble", "checker"};
+  const TaskDescription task = task_with("[table/oak, plain, marble, checker]", "table");
+  const Scene scene = build(task);
+  std::map<std::string, int> counts;
+  for (int seed = 0; seed < 400; ++seed) {
+    const ModelPtr model(mj_copyModel(nullptr, scene.visual.get()));
+    const std::vector<Parameter> drawn = RandomizeAppearance(task.variation("drawn"), seed, model.get());
+    ASSERT_EQ(drawn.size(), 1U);
+    EXPECT_EQ(drawn[0].name, "table_texture_choice");
+    const std::string texture = texture_of(*model, "table/oak");
+    EXPECT_EQ(texture, choices.at(static_cast<size_t>(drawn[0].value)));
+    // The table's other materials have no texture, and keep none.
+    EXPECT_EQ(texture_of(*model, "table/frame"), "plain");
+    ++counts[texture];
+  }
+  // Standard deviation of each count: sqrt(400 / 4 * 3 / 4) = 8.7.
+  for (const std::string& choice : choices) EXPECT_NEAR(counts[choice], 100, 35) << choice;
+  EXPECT_EQ(ParameterChoices(task.variation("drawn")).at("table_texture_choice"), choices);
+
+  // A part without a texture gets one on all of its materials.
+  const TaskDescription pot = task_with("[stripes, dots]", "pot");
+  const Scene pot_scene = build(pot);
+  RandomizeAppearance(pot.variation("drawn"), 1, pot_scene.visual.get());
+  for (const char* material : {"pot/steel", "pot/handle"})
+    EXPECT_NE(texture_of(*pot_scene.visual, material), "plain");
+
+  const auto error = [&](const std::string& names, const std::string& part) {
+    return ErrorOf([&] {
+      const TaskDescription wrong = task_with(names, part);
+      RandomizeAppearance(wrong.variation("drawn"), 0, build(wrong).visual.get());
+    });
+  };
+  EXPECT_EQ(error("[oak, checker]", "table"),
+            "t.yaml:20: the scene has no texture 'oak'; besides its own, there are checker, concrete, dots, "
+            "marble, "
+            "plain, stripes, tiles, and files that end in .png");
+  EXPECT_EQ(error("[backdrop, checker]", "table"),
+            "t.yaml:20: texture 'backdrop' is a cube or a sky: only textures of type 2d can be exchanged");
+  EXPECT_EQ(error("[plain, checker]", "box"), "t.yaml:20: 'box' has no material, which a texture belongs to");
+  EXPECT_TRUE(error("[plain, none.png]", "table").ends_with("none.png does not exist"));
+}
+
 TEST_F(RandomizedTest, MassAndFrictionAreThoseOfTheSeed) {
   const TaskDescription task = TaskWith(
       "      - mass: {of: [red, blue], min_factor: 0.5, max_factor: 2}\n"
@@ -376,6 +502,20 @@ TEST_F(RandomizedTest, MistakesNameTheLine) {
             "t.yaml:20: key 'max_factor': expected at least min_factor");
   EXPECT_EQ(ErrorOfList("      - color: {of: [], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"),
             "t.yaml:20: key 'of': expected at least one part or body");
+  EXPECT_EQ(ErrorOfList("      - light: {name: key, min_factor: 1}\n"),
+            "t.yaml:20: key 'light': expected both of min_factor and max_factor, or neither");
+  EXPECT_EQ(ErrorOfList("      - light: {name: key}\n"),
+            "t.yaml:20: key 'light': expected min_factor and max_factor, shift_m, turn_deg or turn_rad");
+  EXPECT_EQ(ErrorOfList("      - texture: {of: [red], choices: [checker]}\n"),
+            "t.yaml:20: key 'choices': expected at least two textures");
+  EXPECT_EQ(ErrorOfList("      - texture: {of: [red], choices: [checker, checker]}\n"),
+            "t.yaml:20: key 'choices[1]': 'checker' given twice");
+  EXPECT_EQ(ErrorOf([&] {
+              const TaskDescription shifted = TaskWith("      - light: {name: key, shift_m: [1, 1, 1]}\n");
+              const Scene lit = BuildScene(shifted, LoadRobot(shifted.robot_file));
+              RandomizeAppearance(shifted.variation("drawn"), 0, lit.visual.get());
+            }),
+            "t.yaml:20: light 'key' is directional, so that its position does not matter: use turn_deg");
   EXPECT_EQ(ErrorOfList("      - distractors: {objects: [box], center_m: [0, 0], half_extents_m: [1, 1]}\n"),
             "t.yaml:8: part 'box' is a distractor of a variation, and must be 'free: true'");
   EXPECT_EQ(ErrorOfList("      - spawn_bx: {}\n"),

@@ -34,7 +34,7 @@ Evalbus.Assets = class {
     };
     const [meshes, textures] = await Promise.all([
       load(this.meshes, head.geoms.map((geom) => geom.mesh)),
-      load(this.textures, head.materials.map((material) => material.texture))]);
+      load(this.textures, [...head.materials.map((material) => material.texture), ...(head.textures || [])])]);
     return { head, meshes, textures };
   }
 };

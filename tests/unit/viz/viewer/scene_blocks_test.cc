@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "base/sha256.h"
 #include "models/randomized_model.h"
@@ -137,6 +138,41 @@ TEST(SceneBlocks, AppearanceIsWhatTheSeedChanges) {
   EXPECT_EQ(appearance["cameras"][0][0], camera);
   EXPECT_EQ(appearance["cameras"][0][1]["position_m"][1], changed->cam_pos[3 * camera + 1]);
   EXPECT_EQ(appearance["cameras"][0][1]["quat_wxyz"][1], changed->cam_quat[4 * camera + 1]);
+}
+
+TEST(SceneBlocks, AnEpisodesTextureIsOneOfTheScenesBlocks) {
+  const TaskSelection selection = FindTask("cube_handover");
+  const std::string variations = "\nvariations:\n";
+  std::string text = selection.task.text;
+  text.insert(text.find(variations) + variations.size(),
+              "  dressed:\n    randomize:\n"
+              "      - texture: {of: [table], choices: [plain, checker, marble]}\n"
+              "      - light: {name: key, turn_deg: 10}\n");
+  TaskDescription task = ParseTask(text, selection.task.file, true);
+  task.Apply("dressed");
+  Scene scene = BuildScene(task, LoadRobot(selection.task.robot_file, {}));
+  scene.info.task_yaml = text;
+  scene.info.task_file = selection.task.file;
+  scene.info.variation = "dressed";
+  const SceneBlocks blocks(scene.info, Copy(*scene.visual), *scene.physics);
+  const BlockReader block(blocks.blocks().at(blocks.id()));
+  ASSERT_EQ(block.head()["textures"].size(), 2U);
+  std::set<nlohmann::ordered_json> seen;
+  for (int seed = 0; seed < 20; ++seed) {
+    const nlohmann::ordered_json appearance = blocks.Appearance(seed);
+    ASSERT_EQ(appearance["materials"].size(), 1U);
+    const int material = appearance["materials"][0][0];
+    EXPECT_STREQ(mj_id2name(scene.visual.get(), mjOBJ_MATERIAL, material), "table/oak");
+    const nlohmann::ordered_json& change = appearance["materials"][0][1];
+    EXPECT_EQ(change.size(), 1U);
+    seen.insert(change["texture"]);
+    ASSERT_EQ(appearance["lights"].size(), 1U);
+    EXPECT_TRUE(appearance["lights"][0][1].contains("direction"));
+  }
+  // No texture, or one of the two.
+  EXPECT_EQ(seen.size(), 3U);
+  for (const nlohmann::ordered_json& texture : seen)
+    EXPECT_TRUE(texture.is_null() || blocks.blocks().contains(texture.get<std::string>()));
 }
 
 }  // namespace evalbus::viz::scene_blocks_test

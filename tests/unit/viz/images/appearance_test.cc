@@ -1,0 +1,117 @@
+// Images of an episode's textures and lights, by both painters (EVALBUS_PAINTER).
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "models/randomized_model.h"
+#include "models/scene.h"
+#include "tests/unit/viz/viz_scene.h"
+#include "viz/images/renderer.h"
+
+namespace evalbus::viz::appearance_test {
+
+using Pixels = std::vector<uint8_t>;
+
+// The scene of cube_handover, whose variation "dressed" has this randomization.
+class DressedScene {
+ public:
+  explicit DressedScene(const std::string& randomize) {
+    const TaskSelection selection = FindTask("cube_handover");
+    const std::string variations = "\nvariations:\n";
+    std::string text = selection.task.text;
+    text.insert(text.find(variations) + variations.size(), "  dressed:\n    randomize:\n" + randomize);
+    task_ = ParseTask(text, selection.task.file, true);
+    task_.Apply("dressed");
+    scene_ = BuildScene(task_, LoadRobot(task_.robot_file, {}));
+    scene_.info.task_yaml = text;
+    scene_.info.task_file = task_.file;
+    scene_.info.variation = "dressed";
+  }
+  const Scene& scene() const { return scene_; }
+
+  std::unique_ptr<Renderer> RendererWith(const char* painter) const {
+    setenv("EVALBUS_PAINTER", painter, 1);
+    auto renderer = std::make_unique<Renderer>(Copy(*scene_.visual), FrameSize{320, 240});
+    unsetenv("EVALBUS_PAINTER");
+    renderer->SetState(StateOf(HomeQpos(*scene_.visual)));
+    return renderer;
+  }
+  Pixels Image(Renderer* renderer, std::optional<int64_t> seed) const {
+    renderer->SetAppearance(scene_.info, seed);
+    renderer->SetState(StateOf(HomeQpos(*scene_.visual)));
+    Pixels rgb;
+    renderer->RenderRgb({FindCamera(*scene_.visual, "overview"), {320, 240}}, &rgb);
+    return rgb;
+  }
+  double Value(int64_t seed) const {
+    const ModelPtr model = Copy(*scene_.visual);
+    return RandomizeAppearance(task_.variation("dressed"), seed, model.get()).at(0).value;
+  }
+
+ private:
+  TaskDescription task_;
+  Scene scene_;
+};
+
+// Share of pixels of which a channel differs by more than `levels`.
+double ShareThatDiffers(const Pixels& a, const Pixels& b, int levels) {
+  EXPECT_EQ(a.size(), b.size());
+  int count = 0;
+  for (size_t i = 0; i < a.size(); i += 3) {
+    bool differs = false;
+    for (size_t c = i; c < i + 3; ++c) differs = differs || std::abs(a[c] - b[c]) > levels;
+    count += differs;
+  }
+  return 3.0 * count / static_cast<double>(a.size());
+}
+
+double Mean(const Pixels& a, const Pixels& b) {
+  double sum = 0;
+  for (size_t i = 0; i < a.size(); ++i) sum += std::abs(a[i] - b[i]);
+  return sum / static_cast<double>(a.size());
+}
+
+TEST(Appearance, EachTextureHasItsImage) {
+  const DressedScene dressed(
+      "      - texture: {of: [table], choices: [table/oak, plain, checker, marble]}\n");
+  const auto ours = dressed.RendererWith("evalbus"), mujocos = dressed.RendererWith("mujoco");
+  const Pixels without = dressed.Image(ours.get(), std::nullopt);
+  std::map<double, Pixels> images;
+  for (int seed = 0; seed < 20; ++seed) {
+    const Pixels image = dressed.Image(ours.get(), seed);
+    const auto [known, is_new] = images.emplace(dressed.Value(seed), image);
+    EXPECT_EQ(known->second, image) << "equal textures, equal bytes";
+    if (!is_new) continue;
+    EXPECT_LE(Mean(image, dressed.Image(mujocos.get(), seed)), 0.5) << "both painters draw the texture";
+  }
+  ASSERT_EQ(images.size(), 4U);
+  EXPECT_EQ(images.at(0), without) << "the table's own texture";
+  // The table top is a ninth of the image.
+  for (const auto& [a, image] : images) {
+    for (const auto& [b, other] : images) {
+      if (a == b) continue;
+      EXPECT_GT(ShareThatDiffers(image, other, 10), 0.05) << a << " and " << b;
+    }
+  }
+  EXPECT_EQ(dressed.Image(ours.get(), std::nullopt), without);
+}
+
+TEST(Appearance, ATurnedLightShadesAnew) {
+  const DressedScene dressed("      - light: {name: key, turn_deg: 25}\n");
+  const auto ours = dressed.RendererWith("evalbus"), mujocos = dressed.RendererWith("mujoco");
+  const Pixels without = dressed.Image(ours.get(), std::nullopt);
+  for (int seed = 1; seed < 4; ++seed) {
+    const Pixels image = dressed.Image(ours.get(), seed);
+    EXPECT_GT(ShareThatDiffers(image, without, 10), 0.05) << seed;
+    EXPECT_EQ(dressed.Image(ours.get(), seed), image);
+    // The edges of shadows differ in few pixels.
+    EXPECT_LE(Mean(image, dressed.Image(mujocos.get(), seed)), 1) << seed;
+  }
+  EXPECT_EQ(dressed.Image(ours.get(), std::nullopt), without);
+}
+
+}  // namespace evalbus::viz::appearance_test
