@@ -1,10 +1,15 @@
 #include "results/circumstances.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numbers>
 #include <set>
 
+#include "base/errors.h"
+#include "base/run_layout.h"
 #include "base/text.h"
 #include "metrics/statistics/holm.h"
 #include "metrics/statistics/wilson.h"
@@ -21,6 +26,8 @@ struct Values {
   std::string name;
   std::vector<double> value;
   std::vector<bool> success;
+  // If the value is an index: what it is chosen from.
+  std::vector<std::string> choices{};
 
   bool is_constant() const {
     return std::ranges::adjacent_find(value, std::ranges::not_equal_to()) == value.end();
@@ -33,6 +40,27 @@ bool Counts(const RecordedEpisode& episode) { return episode.complete && episode
 std::string PartOf(const std::string& name) {
   const size_t end = name.rfind("_x_m");
   return end == std::string::npos ? name : name.substr(0, end);
+}
+
+// The list from which a parameter is chosen, from run.json; empty if it is a number.
+std::vector<std::string> ChoicesOf(const std::string& name, const RecordedRun& run) {
+  const auto lists = run.info.find(kParameterChoices);
+  if (lists == run.info.end()) return {};
+  try {
+    return lists->value(name, std::vector<std::string>());
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(fmt::format("{}: \"{}\": expected lists of texts", (run.folder / kRunJson).string(),
+                                 kParameterChoices));
+  }
+}
+
+// Throws InputError unless the value is an index of the values' choices.
+void CheckChoice(const Values& values, double value, const RecordedRun& run) {
+  const size_t count = values.choices.size();
+  if (count == 0 || (value >= 0 && value < static_cast<double>(count) && value == std::floor(value))) return;
+  throw InputError(fmt::format("{}: {} is {}, but \"{}\" in {} has {} for it",
+                               (run.folder / kEpisodesJsonl).string(), values.name, value, kParameterChoices,
+                               kRunJson, count));
 }
 
 // All parameters of a run, in the order in which they first occur. A parameter that some episodes lack also
@@ -61,6 +89,8 @@ std::vector<Values> ValuesOf(const RecordedRun& run) {
       values.success.push_back(episode.success);
     }
     if (!presence.is_constant() && presences.insert(presence.value).second) all.push_back(presence);
+    values.choices = ChoicesOf(name, run);
+    for (const double value : values.value) CheckChoice(values, value, run);
     if (!values.is_constant()) all.push_back(std::move(values));
   }
   return all;
@@ -70,7 +100,7 @@ std::vector<Values> ValuesOf(const RecordedRun& run) {
 std::vector<CircumstanceBin> BinsOf(const Values& values, int most) {
   const std::vector<int> bin_of = metrics::RankBins(values.value, most);
   std::vector<CircumstanceBin> bins(static_cast<size_t>(std::ranges::max(bin_of)) + 1,
-                                    {kInfinity, -kInfinity, {}});
+                                    {.from = kInfinity, .to = -kInfinity, .episodes = {}});
   for (size_t i = 0; i < bin_of.size(); ++i) {
     CircumstanceBin& bin = bins[static_cast<size_t>(bin_of[i])];
     bin.from = std::min(bin.from, values.value[i]);
@@ -81,14 +111,43 @@ std::vector<CircumstanceBin> BinsOf(const Values& values, int most) {
   return bins;
 }
 
+std::vector<metrics::RateBin> RatesOf(const std::vector<CircumstanceBin>& bins) {
+  std::vector<metrics::RateBin> rates;
+  for (const CircumstanceBin& bin : bins) rates.push_back(bin.episodes);
+  return rates;
+}
+
+Circumstance TestChoices(const Values& values) {
+  // As many bins as there are choices: each choice has its own.
+  Circumstance result{.name = values.name,
+                      .episodes = {},
+                      .is_choice = true,
+                      .inside = {},
+                      .bins = BinsOf(values, static_cast<int>(values.choices.size()))};
+  const std::vector<metrics::RateBin> rates = RatesOf(result.bins);
+  const std::vector<bool> is_low = metrics::FindLowGroup(rates);
+  for (size_t i = 0; i < rates.size(); ++i) {
+    CircumstanceBin& bin = result.bins[i];
+    bin.choice = values.choices[static_cast<size_t>(bin.from)];
+    bin.is_low = is_low[i];
+    result.episodes.trials += rates[i].trials;
+    result.episodes.successes += rates[i].successes;
+    if (!bin.is_low) continue;
+    result.inside.trials += rates[i].trials;
+    result.inside.successes += rates[i].successes;
+  }
+  result.p = metrics::RangeScan::UnorderedP(rates);
+  return result;
+}
+
 Circumstance Test(const Values& values, metrics::RangeScan* scan) {
+  if (!values.choices.empty()) return TestChoices(values);
   Circumstance result{.name = values.name, .episodes = {}, .inside = {}, .bins = BinsOf(values, kShownBins)};
   const std::vector<CircumstanceBin> fine = BinsOf(values, metrics::RangeScan::BinsFor(values.value.size()));
-  std::vector<metrics::RateBin> rates;
-  for (const CircumstanceBin& bin : fine) {
-    rates.push_back(bin.episodes);
-    result.episodes.trials += bin.episodes.trials;
-    result.episodes.successes += bin.episodes.successes;
+  const std::vector<metrics::RateBin> rates = RatesOf(fine);
+  for (const metrics::RateBin& bin : rates) {
+    result.episodes.trials += bin.trials;
+    result.episodes.successes += bin.successes;
   }
   result.p = scan->P(rates);
   const metrics::BinRange range = metrics::FindRange(rates);
@@ -108,6 +167,7 @@ ParameterName NameOfParameter(const std::string& name) {
   const auto stem = [&](size_t ending) { return Words(name.substr(0, name.size() - ending)); };
   if (name.ends_with("_rad")) return {stem(4), "deg", 180 / std::numbers::pi};
   if (name.ends_with("_m")) return {stem(2), "m"};
+  if (name.ends_with("_choice")) return {stem(7), ""};
   return {Words(name), ""};
 }
 

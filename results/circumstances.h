@@ -11,9 +11,12 @@
 
 namespace evalbus::results {
 
-// A number whose name ends in its unit, as it is shown.
+// Key in run.json of the lists from which parameters are chosen, by name.
+inline constexpr char kParameterChoices[] = "parameter_choices";
+
+// A parameter whose name ends in its unit, as it is shown.
 struct ParameterName {
-  // For example "pot y" of "pot_y_m".
+  // For example "pot y" of "pot_y_m", "table texture" of "table_texture_choice".
   std::string label;
   // "m", "deg" or empty.
   std::string unit;
@@ -26,6 +29,10 @@ ParameterName NameOfParameter(const std::string& name);
 struct CircumstanceBin {
   double from = 0, to = 0;
   metrics::RateBin episodes;
+  // What was chosen, if the parameter is the index of a choice from a list.
+  std::string choice{};
+  // Whether it belongs to the choices with lower rates (metrics::FindLowGroup).
+  bool is_low = false;
 
   double rate() const { return static_cast<double>(episodes.successes) / episodes.trials; }
   metrics::Interval wilson() const;
@@ -36,10 +43,13 @@ struct Circumstance {
   std::string name;
   metrics::RateBin episodes;
   double p = 1, p_holm = 1;
-  // The range of values that separates successes from failures best. Infinite at the ends of the values.
+  // True if the parameter is the index of a choice from a list, which has no order.
+  bool is_choice = false;
+  // The range of values that separates successes from failures best. Infinite at the ends of the values. Of
+  // choices, the bins that are low.
   double from = 0, to = 0;
   metrics::RateBin inside;
-  // For display, ascending.
+  // For display, ascending; one for each choice that occurred.
   std::vector<CircumstanceBin> bins;
 
   bool is_shown() const { return p_holm < metrics::kAlpha; }

@@ -24,9 +24,25 @@ std::string WithUnit(const std::string& number, const ParameterName& name) {
   return name.unit.empty() ? number : number + " " + name.unit;
 }
 
-// The values at which success is less frequent: "pot y is above 0.100 m".
+// "a, b or c".
+std::string JoinedByOr(const std::vector<std::string>& names) {
+  std::string text;
+  for (size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 < names.size() ? ", " : " or ") + names[i];
+  return text;
+}
+
+// The choices with which success is less frequent: "checker or stripes", "not oak".
+std::string LowChoices(const Circumstance& parameter) {
+  std::vector<std::string> low, others;
+  for (const CircumstanceBin& bin : parameter.bins) (bin.is_low ? low : others).push_back(bin.choice);
+  return others.size() == 1 && low.size() > 1 ? "not " + others[0] : JoinedByOr(low);
+}
+
+// The values at which success is less frequent: "pot y is above 0.100 m", "table texture is checker".
 std::string WhereItFails(const Circumstance& parameter) {
   const ParameterName name = NameOfParameter(parameter.name);
+  if (parameter.is_choice) return name.label + " is " + LowChoices(parameter);
   const bool fails_inside = parameter.inside_rate() < parameter.outside_rate();
   const bool has_lower = std::isfinite(parameter.from), has_upper = std::isfinite(parameter.to);
   if (IsPresence(name)) {
@@ -81,8 +97,8 @@ std::string LabelOf(const Circumstance& parameter) {
 std::string BinRow(const Circumstance& parameter, const CircumstanceBin& bin) {
   const metrics::Interval interval = bin.wilson();
   return fmt::format("    {}  {:>4} of {:<4}  {:>5}  (95 % interval {:.0f} to {:.0f} %)\n",
-                     Pad(BinText(parameter, bin), -24), bin.episodes.successes, bin.episodes.trials,
-                     Percent(bin.rate()), 100 * interval.lower, 100 * interval.upper);
+                     Pad(Printable(BinText(parameter, bin)), -24), bin.episodes.successes,
+                     bin.episodes.trials, Percent(bin.rate()), 100 * interval.lower, 100 * interval.upper);
 }
 
 ordered_json Bound(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); }
@@ -91,15 +107,27 @@ ordered_json RateJson(const metrics::RateBin& episodes) {
   return {{"episodes", episodes.trials}, {"successes", episodes.successes}};
 }
 
+// "0.100 to 0.350", "5 choices".
+std::string ExtentText(const Circumstance& parameter) {
+  if (parameter.is_choice) return Plural(static_cast<int64_t>(parameter.bins.size()), "choice");
+  return ParameterText(parameter, parameter.bins.front().from) + " to " +
+         ParameterText(parameter, parameter.bins.back().to);
+}
+
 ordered_json ParameterJson(const Circumstance& parameter) {
   ordered_json json = {{"name", parameter.name}};
   json.update(RateJson(parameter.episodes));
   json["p"] = parameter.p;
   json["p_holm"] = parameter.p_holm;
-  json["range"] = {{"from", Bound(parameter.from)}, {"to", Bound(parameter.to)}};
-  json["range"].update(RateJson(parameter.inside));
+  ordered_json& inside = json[parameter.is_choice ? "low" : "range"];
+  if (!parameter.is_choice) inside = {{"from", Bound(parameter.from)}, {"to", Bound(parameter.to)}};
   for (const CircumstanceBin& bin : parameter.bins) {
-    ordered_json entry = {{"from", bin.from}, {"to", bin.to}};
+    if (bin.is_low) inside["choices"].push_back(bin.choice);
+  }
+  inside.update(RateJson(parameter.inside));
+  for (const CircumstanceBin& bin : parameter.bins) {
+    ordered_json entry = parameter.is_choice ? ordered_json{{"choice", bin.choice}}
+                                             : ordered_json{{"from", bin.from}, {"to", bin.to}};
     entry.update(RateJson(bin.episodes));
     entry["rate_wilson_95"] = {bin.wilson().lower, bin.wilson().upper};
     json["bins"].push_back(std::move(entry));
@@ -117,6 +145,7 @@ std::string ParameterText(const Circumstance& parameter, double value) {
 }
 
 std::string BinText(const Circumstance& parameter, const CircumstanceBin& bin) {
+  if (parameter.is_choice) return bin.choice;
   const ParameterName name = NameOfParameter(parameter.name);
   if (IsPresence(name)) return bin.to > 0 ? "present" : "absent";
   const std::string from = ParameterText(parameter, bin.from), to = ParameterText(parameter, bin.to);
@@ -146,11 +175,9 @@ std::string CircumstancesText(const RunCircumstances& run, bool colors) {
   for (const Circumstance& parameter : run.parameters) {
     std::vector<double> rates;
     for (const CircumstanceBin& bin : parameter.bins) rates.push_back(bin.rate());
-    text += fmt::format("{}  {:>6}  {:>8}  {}  {} to {}\n", Pad(Printable(LabelOf(parameter)), -width),
+    text += fmt::format("{}  {:>6}  {:>8}  {}  {}\n", Pad(Printable(LabelOf(parameter)), -width),
                         PText(parameter.p), PText(parameter.p_holm),
-                        Sparkline(rates, static_cast<int>(rates.size())),
-                        ParameterText(parameter, parameter.bins.front().from),
-                        ParameterText(parameter, parameter.bins.back().to));
+                        Sparkline(rates, static_cast<int>(rates.size())), ExtentText(parameter));
   }
   for (const Circumstance* parameter : Shown(run)) {
     text += "\n" + Printable(LabelOf(*parameter)) + "\n";

@@ -17,9 +17,10 @@ std::vector<std::string> CircumstanceSentences(const RunCircumstances& run);
 // "p = 0.002", "p < 0.001".
 std::string PEquals(double p);
 
-// A value of a parameter in its display unit, with enough decimals for the range of its values.
+// A value of a parameter that is not a choice in its display unit, with enough decimals for the range of its
+// values.
 std::string ParameterText(const Circumstance& parameter, double value);
-// "0.100 to 0.150 m"; "present", "absent" for NAME_present.
+// "0.100 to 0.150 m"; "present", "absent" for NAME_present; the name of a choice.
 std::string BinText(const Circumstance& parameter, const CircumstanceBin& bin);
 
 // Sentences, a table of the parameters, and the rates of those that are shown.

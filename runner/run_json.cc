@@ -13,9 +13,11 @@
 #include "base/sha256.h"
 #include "base/text.h"
 #include "lcmtypes/clock.h"
+#include "models/randomized_model.h"
 #include "models/task_description.h"
 #include "policy_bridge/contract/contract.h"
 #include "policy_bridge/policy_options.h"
+#include "results/circumstances.h"
 #include "runner/engines.h"
 #include "runner/run_controller.h"
 #include "runner/version.h"
@@ -83,6 +85,8 @@ ordered_json RunFacts(const sim::PreparedScene& prepared, const RunOptions& opti
   ordered_json facts = SceneFacts(prepared);
   const auto contract = policy::FindContractOf(options.policy);
   facts["policy_contract"] = contract ? policy::ContractJson(*contract) : ordered_json();
+  const auto choices = ParameterChoices(prepared.task.variation(prepared.variation));
+  if (!choices.empty()) facts[results::kParameterChoices] = choices;
   facts["mujoco_version"] = EngineVersion(options.sim.engine);
   facts["painter"] = viz::MujocoPaints() ? "mujoco" : "evalbus";
   return facts;

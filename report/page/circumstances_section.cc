@@ -15,7 +15,32 @@ namespace {
 // Number of figures that are initially visible; the rest can be expanded.
 constexpr size_t kParametersShown = 4;
 
-void ParameterCard(const results::Circumstance& parameter, Markup* html) {
+std::string BinTitle(const results::Circumstance& parameter, const results::CircumstanceBin& bin) {
+  const metrics::Interval interval = bin.wilson();
+  return fmt::format("{}: {} of {} succeeded, {} (95 % interval {:.0f} to {:.0f} %)",
+                     results::BinText(parameter, bin), bin.episodes.successes, bin.episodes.trials,
+                     Percent(bin.rate()), 100 * interval.lower, 100 * interval.upper);
+}
+
+// The rate of each choice. Those of the group with the lower rates are bold.
+void ChoiceRates(const results::Circumstance& parameter, Markup* html) {
+  html->Element("table", {{"class", "bars"}}, [&] {
+    html->Element("tbody", {}, [&] {
+      for (const results::CircumstanceBin& bin : parameter.bins) {
+        html->Element("tr", {{"title", BinTitle(parameter, bin)}}, [&] {
+          html->Element("th", {{"scope", "row"}},
+                        [&] { html->Element(bin.is_low ? "b" : "span", {}, bin.choice); });
+          html->Element("td", {{"class", "bar"}},
+                        [&] { DrawShare(bin.rate(), bin.wilson().lower, bin.wilson().upper, false, html); });
+          html->Element("td", {{"class", "number"}},
+                        fmt::format("{} of {}", bin.episodes.successes, bin.episodes.trials));
+        });
+      }
+    });
+  });
+}
+
+void RangeRates(const results::Circumstance& parameter, Markup* html) {
   const results::ParameterName name = results::NameOfParameter(parameter.name);
   RateFigure figure{.name = name.label,
                     .unit = name.unit,
@@ -24,22 +49,23 @@ void ParameterCard(const results::Circumstance& parameter, Markup* html) {
                     .to = parameter.to * name.scale};
   for (const results::CircumstanceBin& bin : parameter.bins) {
     const metrics::Interval interval = bin.wilson();
-    figure.bins.push_back(
-        {.from = bin.from * name.scale,
-         .to = bin.to * name.scale,
-         .rate = bin.rate(),
-         .lower = interval.lower,
-         .upper = interval.upper,
-         .title = fmt::format("{}: {} of {} succeeded, {} (95 % interval {:.0f} to {:.0f} %)",
-                              results::BinText(parameter, bin), bin.episodes.successes, bin.episodes.trials,
-                              Percent(bin.rate()), 100 * interval.lower, 100 * interval.upper)});
+    figure.bins.push_back({.from = bin.from * name.scale,
+                           .to = bin.to * name.scale,
+                           .rate = bin.rate(),
+                           .lower = interval.lower,
+                           .upper = interval.upper,
+                           .title = BinTitle(parameter, bin)});
   }
+  DrawRates(figure, html);
+}
+
+void ParameterCard(const results::Circumstance& parameter, Markup* html) {
   html->Element("figure", {{"class", "card"}}, [&] {
     html->Element("figcaption", {}, [&] {
-      html->Element("b", {}, name.label);
+      html->Element("b", {}, results::NameOfParameter(parameter.name).label);
       html->Text(", " + results::PEquals(parameter.p_holm));
     });
-    DrawRates(figure, html);
+    (parameter.is_choice ? ChoiceRates : RangeRates)(parameter, html);
   });
 }
 
@@ -64,7 +90,7 @@ void WriteCircumstances(const RunSection& section) {
     html->Element(
         "p", {{"class", "note"}},
         "Success rate by the start's random parameters, with 95 % intervals; most significant first. "
-        "Shaded: the range that differs most from the rest. Permutation tests, p adjusted by Holm.");
+        "Shaded, or bold: the values that differ most from the rest. Permutation tests, p adjusted by Holm.");
     Folded(figures, kParametersShown, "more parameters", "cards", html);
   });
 }

@@ -26,7 +26,8 @@ class RandomizedRun : public testing::Test {
         "      - friction: {of: [pot, left/hand], min_factor: 0.8, max_factor: 1.2}\n";
     const std::string appearance =
         "      - color: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"
-        "      - light: {name: key, min_factor: 0.5, max_factor: 1.5}\n"
+        "      - light: {name: key, min_factor: 0.5, max_factor: 1.5, turn_deg: 10}\n"
+        "      - texture: {of: [left_cabinet, right_cabinet], choices: [left_cabinet/oak, checker, marble]}\n"
         "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n";
     WriteText(file, text.insert(at, "  seen:\n    instruction: lift the colored pot\n" + physics +
                                         appearance + "  unseen:\n" + physics));
@@ -80,10 +81,16 @@ TEST_F(RandomizedRun, WhatIsSeenChangesNoByteOfTheRest) {
   const episode_begin_t first = parameters("seen", 0), unseen = parameters("unseen", 0);
   EXPECT_EQ(unseen.parameter_name,
             (std::vector<std::string>{"pot_x_m", "pot_y_m", "pot_mass_factor", "pot_friction_factor"}));
-  ASSERT_EQ(first.num_parameters, 4 + 3 + 1 + 6);
+  ASSERT_EQ(first.num_parameters, 4 + 3 + 1 + 3 + 1 + 6);
   EXPECT_TRUE(std::equal(unseen.parameter_value_mixed.begin(), unseen.parameter_value_mixed.end(),
                          first.parameter_value_mixed.begin()));
   EXPECT_EQ(first.parameter_name[4], "pot_red_fraction");
+  EXPECT_EQ(first.parameter_name[8], "light_key_turn_x_rad");
+  EXPECT_EQ(first.parameter_name[11], "left_cabinet_texture_choice");
+  const fs::path run_json = folder_.path() / "seen/run.json";
+  EXPECT_EQ(SchemaError("run", run_json), "");
+  EXPECT_EQ(nlohmann::json::parse(ReadText(run_json))["parameter_choices"]["left_cabinet_texture_choice"],
+            (nlohmann::json{"left_cabinet/oak", "checker", "marble"}));
   EXPECT_NE(first.parameter_value_mixed, parameters("seen", 1).parameter_value_mixed);
   EXPECT_EQ(Log("seen", 0).Messages(channels::kModel).at(0).instruction, "lift the colored pot");
   EXPECT_EQ(Log("unseen", 0).Messages(channels::kModel).at(0).instruction, "lift the pot by the handles");

@@ -70,6 +70,52 @@ TEST_F(CircumstancesTest, TestsThePresenceOfDistractorsOnce) {
   EXPECT_EQ(NameOfParameter("red_mug_yaw_rad").unit, "deg");
 }
 
+TEST_F(CircumstancesTest, NamesTheChoicesWithWhichEpisodesFail) {
+  // Episodes from 30 on fail; these, and three others, have the texture "checker" or "dots".
+  const auto change = [](int i, ordered_json* line) {
+    (*line)["parameters"] = {{"table_texture_choice", i >= 27 ? 1 + 2 * (i % 2) : 2 * (i % 2)}};
+  };
+  nlohmann::ordered_json info = Info(40);
+  info["parameter_choices"] = {
+      {"table_texture_choice", {"table/oak", "checker", "marble", "dots", "stripes"}}};
+  const auto of = [&](const ordered_json& run_info) {
+    std::vector<ordered_json> lines;
+    for (int i = 0; i < 40; ++i) {
+      lines.push_back(EpisodeLine(i, i < 30, {{"completion_time", 4}}));
+      change(i, &lines.back());
+    }
+    const std::filesystem::path folder = folder_.path() / "choices";
+    std::filesystem::remove_all(folder);
+    WriteRun(folder, run_info, lines);
+    const RecordedRun run = ReadRun(folder);
+    return FindCircumstances({&run}).front();
+  };
+  const RunCircumstances found = of(info);
+  ASSERT_EQ(found.parameters.size(), 1);
+  const Circumstance& texture = found.parameters[0];
+  EXPECT_TRUE(texture.is_choice);
+  // "stripes" did not occur.
+  ASSERT_EQ(texture.bins.size(), 4);
+  EXPECT_THAT(
+      CircumstanceSentences(found),
+      ElementsAre("Success falls from 100 % to 23 % where table texture is checker or dots (p < 0.001; 1 "
+                  "parameter tested)."));
+  EXPECT_EQ(texture.inside.trials, 13);
+  EXPECT_EQ(texture.inside.successes, 3);
+  const std::string text = CircumstancesText(found, false);
+  EXPECT_THAT(text, HasSubstr("\ntable texture  "));
+  EXPECT_THAT(text, HasSubstr("  4 choices\n"));
+  EXPECT_THAT(text, HasSubstr("    table/oak "));
+  const ordered_json json = CircumstancesJson({found})[0]["parameters"][0];
+  EXPECT_EQ(json["low"],
+            (ordered_json{{"choices", {"checker", "dots"}}, {"episodes", 13}, {"successes", 3}}));
+  EXPECT_EQ(json["bins"][0]["choice"], "table/oak");
+  EXPECT_FALSE(json.contains("range"));
+
+  info["parameter_choices"]["table_texture_choice"] = {"table/oak", "checker"};
+  EXPECT_THROW(of(info), InputError);
+}
+
 TEST_F(CircumstancesTest, NothingIsShownByChance) {
   const RunCircumstances found =
       Of([](int i, ordered_json* line) { (*line)["parameters"]["pot_y_m"] = (i * 17) % 40; });

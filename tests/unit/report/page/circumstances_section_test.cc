@@ -46,6 +46,20 @@ TEST(CircumstancesSection, HasTheSentenceAndAFigure) {
   EXPECT_THAT(html, HasSubstr("<rect class=\"shaded\" x=\"142\" y=\"10\" width=\"108\" height=\"98\"/>"));
 }
 
+TEST(CircumstancesSection, ChoicesAreATable) {
+  results::RunCircumstances circumstances = Circumstances();
+  results::Circumstance& texture = circumstances.parameters[0];
+  texture.name = "table_texture_choice";
+  texture.is_choice = true;
+  texture.bins = {{.from = 0, .to = 0, .episodes = {10, 10}, .choice = "table/oak"},
+                  {.from = 1, .to = 1, .episodes = {10, 0}, .choice = "checker", .is_low = true}};
+  const std::string html = Section(circumstances);
+  EXPECT_THAT(html, HasSubstr("where table texture is checker (p = 0.020"));
+  EXPECT_THAT(html, HasSubstr("<b>checker</b>"));
+  EXPECT_THAT(html, HasSubstr("<span>table/oak</span>"));
+  EXPECT_THAT(html, HasSubstr("title=\"checker: 0 of 10 succeeded, 0 % (95 % interval 0 to 28 %)\""));
+}
+
 TEST(CircumstancesSection, IsLeftOutIfAllEpisodesSucceeded) {
   results::RunCircumstances circumstances = Circumstances();
   circumstances.episodes = {20, 20};
