@@ -12,6 +12,7 @@
 #include "metrics/statistics/run_statistics.h"
 #include "plans/plan_run.h"
 #include "report/comparison_report.h"
+#include "report/page/page_check.h"
 #include "report/page/plan_page.h"
 #include "report/viewer_pack.h"
 #include "results/conclusion.h"
@@ -23,6 +24,7 @@ namespace evalbus::plans {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 using results::RecordedRun;
 using results::RecordedRuns;
 
@@ -120,8 +122,9 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
   return results;
 }
 
-void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
+std::map<fs::path, std::string> PlanPages(const PlanFolder& folder, const PlanResults& results, size_t most) {
   const Plan& plan = folder.plan();
+  std::map<fs::path, std::string> pages;
   const std::string made_by =
       fmt::format("{} ({}{})", kVersion, kGitCommit, kGitDirty ? ", with changes" : "");
   report::PlanReport report;
@@ -169,9 +172,9 @@ void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
     const results::Comparison& comparison = results.comparisons[i];
     const std::string& policy = comparison.run.name;
     const fs::path page = folder.policy_folder(policy) / ("against_" + plan.baseline + ".html");
-    WriteWhole(page, report::ComparisonReport({comparison}, page, made_by,
-                                              static_cast<size_t>(report::kPageMegabytes * 1e6))
-                         .html);
+    const ordered_json source = {{"page", report::kPlanComparisonPage},
+                                 {"folder", report::RelativeToPage(folder.path(), page)}};
+    pages[page] = report::ComparisonReport({comparison}, page, made_by, most, source).html;
     std::string text = results::Conclusion(comparison);
     if (i < results.stops.size()) text += " The plan: " + results.stops[i] + ".";
     report.verdicts.push_back({.policy = policy,
@@ -189,7 +192,14 @@ void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
                 plan.options.episodes, plan.until->max_episodes);
   report.ranking = results.ranking;
   report.verdict = VerdictOf(results);
-  WriteWhole(folder.path() / "report.html", report::PlanPage(report, made_by));
+  pages[folder.path() / "report.html"] = report::PlanPage(report, made_by);
+  return pages;
+}
+
+void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
+  for (const auto& [file, html] :
+       PlanPages(folder, results, static_cast<size_t>(report::kPageMegabytes * 1e6)))
+    WriteWhole(file, html);
 }
 
 }  // namespace evalbus::plans

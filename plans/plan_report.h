@@ -1,6 +1,8 @@
 // The results of a plan as pages: an overview, and a page for each comparison, all from the same numbers.
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,11 @@ struct PlanResults {
 
 // Throws InputError if a policy has no finished episode.
 PlanResults ReadPlanResults(const PlanFolder& folder);
+
+// Returns the pages that WritePlanPages() writes, by file. most: maximum size of a comparison page with its
+// episodes for 3D playback; 0: none.
+std::map<std::filesystem::path, std::string> PlanPages(const PlanFolder& folder, const PlanResults& results,
+                                                       size_t most);
 
 // Writes FOLDER/report.html and the comparison pages POLICY/against_BASELINE.html. The former links to the
 // policies' reports (POLICY/report.html), even if these do not exist yet.

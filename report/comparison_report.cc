@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "report/page/comparison_page.h"
+#include "report/page/page_check.h"
 #include "report/page_links.h"
 #include "report/viewer_pack.h"
 
@@ -48,7 +49,8 @@ struct PackedRuns {
 }  // namespace
 
 BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
-                           const std::filesystem::path& file, const std::string& made_by, size_t most) {
+                           const std::filesystem::path& file, const std::string& made_by, size_t most,
+                           const nlohmann::ordered_json& source) {
   const PageLinks links(file);
   ComparisonPageParts parts{
       .comparisons = comparisons,
@@ -56,7 +58,8 @@ BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
       .player_url = [](const auto&, const auto&) { return std::string(); },
       .viewer = {},
       .viewer_notes = {},
-      .made_by = made_by};
+      .made_by = made_by,
+      .source = source};
   if (most == 0) return {ComparisonPage(parts), ""};
   // Determines the size of the page; links of about this length follow.
   parts.player_url = [](const auto&, const auto&) {
@@ -77,6 +80,16 @@ BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
     return packed.PlayerUrlOf(task, pair);
   };
   return {ComparisonPage(parts), packed.pack.Note()};
+}
+
+nlohmann::ordered_json ComparisonSource(const std::vector<results::Comparison>& comparisons,
+                                        const std::filesystem::path& file) {
+  const auto of = [&](const results::ComparedRuns& runs) {
+    return nlohmann::ordered_json{{"folder", RelativeToPage(runs.folder, file)}, {"name", runs.name}};
+  };
+  nlohmann::ordered_json source = {{"page", kComparisonPage}, {"baseline", of(comparisons.front().baseline)}};
+  for (const results::Comparison& comparison : comparisons) source["runs"].push_back(of(comparison.run));
+  return source;
 }
 
 }  // namespace evalbus::report

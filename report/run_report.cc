@@ -10,6 +10,7 @@
 #include "base/plural.h"
 #include "report/episode_trace.h"
 #include "report/episode_tracks.h"
+#include "report/page/page_check.h"
 #include "report/page/report_page.h"
 #include "report/page_links.h"
 #include "report/stills.h"
@@ -150,7 +151,7 @@ void AddStills(Report* report) {
       try {
         run.moments[episode.episode].image = renderer->DrawMoment(run.run, episode);
       } catch (const InputError& error) {
-        run.remarks.push_back(fmt::format("no image of episode {}: {}", episode.episode, error.what()));
+        run.image_remarks.push_back(fmt::format("no image of episode {}: {}", episode.episode, error.what()));
       }
     }
   }
@@ -194,7 +195,7 @@ std::string AddViewer(const std::vector<int>& episodes, size_t most, const PageL
   // For the size of the page, all failures have links.
   LinkMoments([](int, int) { return true; }, report);
   pack.Pack(wanted, ReportPage(*report).size(), most);
-  for (const std::string& remark : pack.remarks()) report->remarks.push_back(remark);
+  for (const std::string& remark : pack.remarks()) report->viewer_remarks.push_back(remark);
   report->viewer = pack.Viewer();
   LinkMoments([&](int run, int episode) { return pack.has(run, episode); }, report);
   return pack.Note();
@@ -208,6 +209,10 @@ BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& fil
   const PageLinks links(file);
   Report report;
   report.made_by = made_by;
+  report.source = {{"page", kReportPage},
+                   {"folder", RelativeToPage(runs.folder, file)},
+                   {"name", runs.name},
+                   {"episodes", episodes}};
   report.title = runs.is_suite ? fmt::format("{} in {}", Plural(runs.runs.size(), "run"), runs.name)
                                : TitleOf(runs.runs[0]);
   for (results::RecordedRun& run : runs.runs) {

@@ -18,6 +18,8 @@ struct Verification {
   // Versions of evalbus that recorded the runs, for example "0.3.0 (c1b69e987838)".
   std::set<std::string> versions;
   int runs = 0, episodes = 0;
+  // Pages and comparisons that were made again.
+  int pages = 0, comparisons = 0;
   uint64_t files = 0, bytes = 0;
 };
 

@@ -150,9 +150,9 @@ int Compare(const CompareOptions& options) {
   if (!options.markdown.empty()) WriteWhole(options.markdown, report::ComparisonMarkdown(comparisons));
   if (!options.latex.empty()) WriteWhole(options.latex, report::ComparisonLatex(comparisons));
   if (!options.report.empty()) {
-    const report::BuiltPage page =
-        report::ComparisonReport(comparisons, options.report, fmt::format("{} ({})", kVersion, kGitCommit),
-                                 static_cast<size_t>(options.megabytes * 1e6));
+    const report::BuiltPage page = report::ComparisonReport(
+        comparisons, options.report, fmt::format("{} ({})", kVersion, kGitCommit),
+        static_cast<size_t>(options.megabytes * 1e6), report::ComparisonSource(comparisons, options.report));
     WriteWhole(options.report, page.html);
     fmt::print("\nreport   {}\n", options.report.string());
     if (!page.note.empty()) {

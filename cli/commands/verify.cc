@@ -12,6 +12,7 @@
 #include "base/plural.h"
 #include "base/text.h"
 #include "cli/commands/commands.h"
+#include "plans/page_verification.h"
 #include "plans/plan_folder.h"
 #include "plans/stop_rule.h"
 #include "results/manifest.h"
@@ -66,6 +67,7 @@ int Verify(const VerifyOptions& options) {
   if (!options.hashes) {
     results::VerifyNumbers(options.folder, &result);
     VerifyStops(options.folder, &result);
+    plans::VerifyPages(options.folder, &result);
   }
   for (const std::string& finding : result.findings) fmt::print("{}\n", Printable(finding));
   for (const std::string& note : result.notes) fmt::print("note: {}\n", Printable(note));
@@ -81,6 +83,8 @@ int Verify(const VerifyOptions& options) {
                     static_cast<double>(result.bytes) / 1e6));
   if (!options.hashes)
     add(fmt::format("{} of {} scored again", Plural(result.episodes, "episode"), Plural(result.runs, "run")));
+  if (result.pages > 0) add(Plural(result.pages, "page") + " made again");
+  if (result.comparisons > 0) add(Plural(result.comparisons, "comparison") + " made again");
   if (!result.findings.empty()) {
     fmt::print("{}: {}\n", Plural(static_cast<int64_t>(result.findings.size()), "finding"), what);
     return 1;

@@ -86,9 +86,10 @@ std::string ComparisonPage(const ComparisonPageParts& parts) {
       Write(parts, comparison, html);
     }
     if (parts.viewer) WriteViewer(*parts.viewer, html, OpenedPair(parts));
-    for (const std::string& note : parts.viewer_notes) html->Element("p", {{"class", "note"}}, note);
+    for (const std::string& note : parts.viewer_notes)
+      html->Element("p", {{"class", "note"}, {kUnchecked, ""}}, note);
   };
-  return Page(WithMinus(Title(parts.comparisons)), parts.made_by, content,
+  return Page(WithMinus(Title(parts.comparisons)), parts.made_by, parts.source, content,
               parts.viewer ? &*parts.viewer : nullptr);
 }
 

@@ -27,6 +27,8 @@ struct ComparisonPageParts {
   std::vector<std::string> viewer_notes;
   // Version and commit of the program that wrote the page.
   std::string made_by;
+  // See Page().
+  nlohmann::ordered_json source = nullptr;
 };
 
 std::string ComparisonPage(const ComparisonPageParts& parts);

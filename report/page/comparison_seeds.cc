@@ -85,7 +85,7 @@ void FlippedRow(const ComparisonPageParts& parts, const results::Comparison& com
       html->Element("b", {}, end_reason::Text(failed.failure_reason));
       if (!failed.cause.text.empty()) html->Text(": " + failed.cause.text);
     });
-    html->Element("td", {{"class", "files"}}, [&] {
+    html->Element("td", {{"class", "files"}, {kUnchecked, ""}}, [&] {
       Links(parts.videos(task.baseline_folder, pair.baseline.episode), html);
       Links(parts.videos(task.folder, pair.run.episode), html);
     });
@@ -139,7 +139,7 @@ void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& com
            !parts.videos(task.baseline_folder, pair.baseline.episode).empty();
   });
   if (!any_video) {
-    html->Element("p", {{"class", "note"}},
+    html->Element("p", {{"class", "note"}, {kUnchecked, ""}},
                   "There are no videos of these: evalbus render RUN --episode N makes them; run evalbus "
                   "compare --report again to link them here.");
   }

@@ -28,7 +28,7 @@ void Titles(bool explained, bool noted, Markup* html) {
   html->Element("th", {{"class", "number"}}, "episode");
   html->Element("th", {}, "end");
   if (explained) html->Element("th", {}, "why");
-  if (noted) html->Element("th", {}, "note");
+  if (noted) html->Element("th", {{kUnchecked, ""}}, "note");
   for (const char* title : {"time, s", "stages", "slips", "collisions", "clearance, mm", "path, m"}) {
     html->Element("th", {{"class", "number"}}, title);
   }
@@ -74,7 +74,7 @@ void NumberCells(const results::RecordedEpisode& episode, Markup* html) {
 }
 
 void FilesCell(const EpisodeFiles& files, Markup* html) {
-  html->Element("td", {{"class", "files"}}, [&] {
+  html->Element("td", {{"class", "files"}, {kUnchecked, ""}}, [&] {
     Links(files.videos, html);
     Links(files.logs, html);
   });
@@ -94,7 +94,7 @@ void EpisodeRow(const RunSection& section, size_t index, bool explained, bool no
       html->Text(" " + end_reason::Text(episode.end_reason) + (episode.complete ? "" : ", not complete"));
     });
     if (explained) ReasonCell(episode, html);
-    if (noted) html->Element("td", {{"class", "why"}}, episode.note);
+    if (noted) html->Element("td", {{"class", "why"}, {kUnchecked, ""}}, episode.note);
     NumberCells(episode, html);
     FilesCell(section.run.files[index], html);
     html->Element("td", {{"class", "number seed"}}, std::to_string(episode.seed));
@@ -137,7 +137,7 @@ void WriteEpisodes(const RunSection& section) {
       html->Element("table", {{"class", "sortable episodes"}, {"id", section.id + "episode-table"}}, table);
     });
     if (std::ranges::all_of(run.files, [](const auto& files) { return files.videos.empty(); })) {
-      html->Element("p", {{"class", "note"}},
+      html->Element("p", {{"class", "note"}, {kUnchecked, ""}},
                     "There are no videos of this run: evalbus render " + run.run.name +
                         " renders them; running evalbus report again then links them here.");
     }

@@ -40,7 +40,7 @@ void FailureCard(const RunSection& section, const results::RecordedEpisode& epis
       html->Element("div", {}, WhyOf(episode));
       const auto point = section.run.no_returns.find(episode.episode);
       if (point != section.run.no_returns.end())
-        html->Element("div", {{"class", "note"}}, results::NoReturnText(point->second));
+        html->Element("div", {{"class", "note"}, {kUnchecked, ""}}, results::NoReturnText(point->second));
     });
   });
 }

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <string_view>
 
+#include "base/json_file.h"
 #include "report/page/assets.h"
+#include "report/page/page_check.h"
 #include "report/page/scale.h"
 
 namespace evalbus::report {
@@ -39,7 +41,7 @@ void WriteViewer(const viz::PackedViewer& viewer, Markup* html, const std::strin
   });
 }
 
-std::string Page(const std::string& title, const std::string& made_by,
+std::string Page(const std::string& title, const std::string& made_by, const nlohmann::ordered_json& source,
                  const std::function<void(Markup*)>& content, const viz::PackedViewer* viewer) {
   Markup html;
   html.Doctype();
@@ -47,6 +49,7 @@ std::string Page(const std::string& title, const std::string& made_by,
     html.Element("head", {}, [&] {
       html.Empty("meta", {{"charset", "utf-8"}});
       html.Empty("meta", {{"name", "viewport"}, {"content", "width=device-width, initial-scale=1"}});
+      if (!source.is_null()) html.Empty("meta", {{"name", kSourceMeta}, {"content", ToText(source)}});
       // Without this, browsers request /favicon.ico.
       html.Empty("link", {{"rel", "icon"}, {"href", "data:,"}});
       html.Element("title", {}, title);
@@ -58,7 +61,7 @@ std::string Page(const std::string& title, const std::string& made_by,
         html.Element("h1", {}, title);
         content(&html);
       });
-      html.Element("footer", {}, "Made by evalbus " + made_by + ".");
+      html.Element("footer", {}, kMadeBy + made_by + ".");
       html.Element("script", {}, [&] { html.Verbatim(kReportJs); });
       if (viewer) WriteScripts(*viewer, &html);
     });

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,9 +21,13 @@ struct ReportLink {
 // Writes the links one after the other.
 void Links(const std::vector<ReportLink>& links, Markup* html);
 
-// Returns a whole page with the title as heading. made_by: version and commit. viewer: null if the page has
-// no viewer; otherwise `content` must call WriteViewer().
-std::string Page(const std::string& title, const std::string& made_by,
+// Attribute of elements that do not show results: `evalbus verify` does not compare them (page_check.h).
+inline constexpr char kUnchecked[] = "data-unchecked";
+
+// Returns a whole page with the title as heading. made_by: version and commit. source: what the page was made
+// from, for `evalbus verify`, which makes it again; null if it cannot. viewer: null if the page has no
+// viewer; otherwise `content` must call WriteViewer().
+std::string Page(const std::string& title, const std::string& made_by, const nlohmann::ordered_json& source,
                  const std::function<void(Markup*)>& content, const viz::PackedViewer* viewer = nullptr);
 
 // Writes the section with the 3D episode viewer. opened: fragment of the episode that it shows first; empty:

@@ -11,6 +11,7 @@
 #include "base/plural.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/figures.h"
+#include "report/page/page_check.h"
 
 namespace evalbus::report {
 namespace {
@@ -34,8 +35,10 @@ void Cell(const PlanCell& cell, const std::string& label, Markup* html) {
     html->Element("div", {{"class", "note"}}, [&] {
       html->Text(fmt::format("{} of {}", summary.successes, summary.judged));
       if (cell.episodes.empty()) return;
-      html->Text("; ");
-      Links(cell.episodes, html);
+      html->Element("span", {{kUnchecked, ""}}, [&] {
+        html->Text("; ");
+        Links(cell.episodes, html);
+      });
     });
   });
 }
@@ -180,7 +183,7 @@ void Failures(const PlanReport& report, Markup* html) {
 
 std::string PlanPage(const PlanReport& report, const std::string& made_by) {
   const std::string heading = report.verdict.empty() ? report.title : WithMinus(report.verdict);
-  return Page(heading, made_by, [&](Markup* html) {
+  return Page(heading, made_by, {{"page", kPlanPage}}, [&](Markup* html) {
     html->Element("p", {{"class", "subtitle"}}, [&] {
       if (!report.verdict.empty()) html->Text(report.title + ": ");
       html->Text(fmt::format(

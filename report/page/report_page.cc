@@ -82,6 +82,8 @@ std::string ReportPage(const Report& report) {
   const auto content = [&](Markup* html) {
     const bool suite = report.runs.size() > 1;
     for (const std::string& remark : report.remarks) html->Element("p", {{"class", "warning"}}, remark);
+    for (const std::string& remark : report.viewer_remarks)
+      html->Element("p", {{"class", "warning"}, {kUnchecked, ""}}, remark);
     if (suite) SuiteTable(report, html);
     if (suite && report.viewer) WriteViewer(*report.viewer, html, report.opened);
     for (size_t i = 0; i < report.runs.size(); ++i) {
@@ -101,7 +103,8 @@ std::string ReportPage(const Report& report) {
       WriteMade(section);
     }
   };
-  return Page(report.title, report.made_by, content, report.viewer ? &*report.viewer : nullptr);
+  return Page(report.title, report.made_by, report.source, content,
+              report.viewer ? &*report.viewer : nullptr);
 }
 
 }  // namespace evalbus::report

@@ -43,6 +43,8 @@ struct ReportRun {
   metrics::RunSummary summary;
   // Caveats that are shown above the numbers, one sentence each.
   std::vector<std::string> remarks;
+  // The same about images.
+  std::vector<std::string> image_remarks{};
   // How the policy was run, one sentence each.
   std::vector<std::string> notes;
   // Success rates by the verdicts of operators, and their agreement with the automatic verdicts, one sentence
@@ -71,12 +73,16 @@ struct Report {
   // At least one. If there are several, the page starts with a table of them.
   std::vector<ReportRun> runs;
   std::vector<std::string> remarks;
+  // Remarks about the 3D viewer.
+  std::vector<std::string> viewer_remarks = {};
   // Nothing if the page has no 3D viewer.
   std::optional<viz::PackedViewer> viewer = {};
   // URL fragment of the episode that the viewer shows first.
   std::string opened = {};
   // Version and commit of the program that wrote the page.
   std::string made_by;
+  // See Page().
+  nlohmann::ordered_json source = nullptr;
 };
 
 std::string ReportPage(const Report& report);

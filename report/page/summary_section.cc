@@ -192,6 +192,8 @@ void WriteSummary(const RunSection& section) {
     html->Element("p", {{"class", "warning"}}, text);
   }
   for (const std::string& remark : run.remarks) html->Element("p", {{"class", "warning"}}, remark);
+  for (const std::string& remark : run.image_remarks)
+    html->Element("p", {{"class", "warning"}, {kUnchecked, ""}}, remark);
   for (const std::string& note : run.notes) html->Element("p", {}, note);
   if (const std::string text = results::RepeatabilityText(run.summary); !text.empty()) {
     html->Element("p", {{"class", "note"}}, text + ".");

@@ -128,6 +128,21 @@ TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {
   EXPECT_THAT(page, HasSubstr(evidence));
   EXPECT_THAT(run.out, HasSubstr("Ranking by success\nexpert"));
   EXPECT_THAT(Page("report.html"), HasSubstr("Policies that share a letter"));
+
+  // `verify` makes all pages again: the plan's, two comparisons, three reports of policies.
+  const auto verify = [&] { return RunProgram({"evalbus", "verify", results_}); };
+  EXPECT_THAT(verify().out, HasSubstr("; 6 pages made again"));
+  for (const std::string name : {"report.html", "flawed_expert-miss/against_expert.html"}) {
+    const std::string text = Page(name);
+    std::string edited = text;
+    WriteText(results_ / name, edited.replace(edited.find("0 of 8 against"), 1, "1"));
+    const Result found = verify();
+    EXPECT_EQ(found.code, 1);
+    EXPECT_THAT(found.out, HasSubstr((results_ / name).string() + ": '"));
+    EXPECT_THAT(found.out, HasSubstr("1 of 8 against"));
+    EXPECT_THAT(found.out, HasSubstr("1 finding: "));
+    WriteText(results_ / name, text);
+  }
 }
 
 }  // namespace evalbus::plan_pages_test

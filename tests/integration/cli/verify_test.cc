@@ -2,6 +2,8 @@
 // number.
 #include <random>
 
+#include "base/json_file.h"
+#include "base/sha256.h"
 #include "tests/integration/harness.h"
 
 namespace evalbus::verify_test {
@@ -32,6 +34,19 @@ class Verify : public testing::Test {
     const size_t at = text.find(what);
     ASSERT_NE(at, std::string::npos) << file;
     WriteText(file, text.replace(at, what.size(), with));
+  }
+
+  // Changes a file and the hashes of the manifest, so that only the content of the file is wrong.
+  void ReplaceAndSeal(const fs::path& folder, const std::string& file, const std::string& what,
+                      const std::string& with) {
+    Replace(folder / file, what, with);
+    nlohmann::ordered_json manifest = ManifestOf(folder);
+    manifest["machine"]["files"].at(file) = Sha256File(folder / file);
+    manifest.erase("sha256");
+    manifest["sha256"] = Sha256Text(ToText(manifest));
+    WriteText(folder / "manifest.json", ToText(manifest, 2) + "\n");
+    const Result hashes = Of(folder, {"--hashes"});
+    EXPECT_EQ(hashes.code, 0) << hashes.out;
   }
 
   TemporaryFolder folder_;
@@ -111,6 +126,77 @@ TEST_F(Verify, AnEditedMetricOfADelayIsNamed) {
   EXPECT_EQ(result.code, 1);
   EXPECT_SAYS(result.out,
               LogFile(run, 0).string() + ": episodes.jsonl differs: extended.effective_hz 50.0 -> 40.0\n");
+}
+
+TEST_F(Verify, AnEditedPageIsNamedAlthoughItsHashIsRight) {
+  ASSERT_EQ(RunProgram({"evalbus", "report", run_}).code, 0);
+  ASSERT_EQ(
+      RunProgram({"evalbus", "report", run_, "--mb", "0", "--episode", "1", "-o", run_ / "small.html"}).code,
+      0);
+  Seal(run_);
+  Result result = Of(run_);
+  EXPECT_EQ(result.code, 0) << result.out;
+  EXPECT_SAYS(result.out, "; 2 pages made again");
+  const std::string rate = "0 of 3 episodes succeeded: 0 % (95 % interval 0 to 56 %, Wilson).";
+  ReplaceAndSeal(run_, "report.html", rate, "1" + rate.substr(1));
+  result = Of(run_);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, (run_ / "report.html").string() + ": '1" + rate.substr(1) + "' under '");
+  EXPECT_SAYS(result.out, ", recomputed '" + rate + "'\n1 finding: ");
+  ReplaceAndSeal(run_, "report.html", "1" + rate.substr(1), rate);
+  // The value behind a rounded number.
+  ReplaceAndSeal(run_, "small.html", "<data value=\"0.4\">", "<data value=\"0.41\">");
+  result = Of(run_);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, (run_ / "small.html").string() + ": 'value=\"0.41\"' under '");
+}
+
+// Neither a new name of the folder nor notes that a user adds later make a page wrong.
+TEST_F(Verify, ARenamedRunAndItsPageHaveNoFinding) {
+  ASSERT_EQ(RunProgram({"evalbus", "report", run_, "--mb", "0"}).code, 0);
+  const fs::path renamed = folder_.path() / "renamed";
+  fs::rename(run_, renamed);
+  WriteText(renamed / "notes.json", R"({"1": "looks odd"})");
+  const Result result = Of(renamed);
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  EXPECT_SAYS(result.out, "; 1 page made again");
+}
+
+TEST_F(Verify, APageOfAnotherVersionIsNotCompared) {
+  ASSERT_EQ(RunProgram({"evalbus", "report", run_, "--mb", "0"}).code, 0);
+  Replace(run_ / "report.html", "Made by evalbus ", "Made by evalbus 0.0.1 of ");
+  const Result result = Of(run_);
+  EXPECT_EQ(result.code, 0) << result.out;
+  EXPECT_SAYS(result.out,
+              "note: " + (run_ / "report.html").string() + ": not compared: made by evalbus 0.0.1 of ");
+}
+
+TEST_F(Verify, AnEditedComparisonIsNamedAlthoughItsHashIsRight) {
+  const fs::path other = folder_.path() / "other";
+  Evaluate({ShortTask(folder_.path(), 0.4), "--policy", "hold", "--episodes", "3", "--in-process"}, other);
+  // Named relative to the folder in which the command ran.
+  const Result compared = RunProgram({"evalbus", "compare", "run", "other", "--json", "run/against.json",
+                                      "--report", "run/against.html", "--mb", "0"},
+                                     {.working_folder = folder_.path(), .before = {}});
+  ASSERT_EQ(compared.code, 0) << compared.err;
+  Seal(run_);
+  Result result = Of(run_);
+  EXPECT_EQ(result.code, 0) << result.out;
+  EXPECT_SAYS(result.out, "; 1 page made again; 1 comparison made again");
+  ReplaceAndSeal(run_, "against.json", "\"baseline_episodes\": 3", "\"baseline_episodes\": 4");
+  result = Of(run_);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, (run_ / "against.json").string() +
+                              ": comparisons.0.success.baseline_episodes is 4, recomputed 3\n");
+  ReplaceAndSeal(run_, "against.json", "\"baseline_episodes\": 4", "\"baseline_episodes\": 3");
+  ReplaceAndSeal(run_, "against.html", "0 of 3 against 0 of 3", "2 of 3 against 0 of 3");
+  result = Of(run_);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, (run_ / "against.html").string() + ": '2 of 3 against 0 of 3");
+  fs::remove_all(other);
+  result = Of(run_);
+  EXPECT_SAYS(result.out,
+              "note: " + (run_ / "against.json").string() + ": not compared: there is no run other\n");
 }
 
 TEST_F(Verify, AChangedOptionIsNamed) {

@@ -20,7 +20,7 @@ TEST_F(ComparisonReportTest, LinksTheVideosOfSeedsThatFlipped) {
   const RecordedRuns b = Run("b", Info(4), {true, false, false, true}, 5);
   const Comparison comparison = CompareRuns(b, a);
   const std::filesystem::path page = folder_.path() / "pages/comparison.html";
-  std::string html = ComparisonReport({comparison}, page, "0.1.0", 0).html;
+  std::string html = ComparisonReport({comparison}, page, "0.1.0", 0, nullptr).html;
   EXPECT_THAT(html, HasSubstr("2 seeds where only one policy succeeds"));
   EXPECT_THAT(html, HasSubstr(std::to_string(EpisodeSeed(7, 1))));
   EXPECT_THAT(html, HasSubstr(std::to_string(EpisodeSeed(7, 3))));
@@ -29,7 +29,7 @@ TEST_F(ComparisonReportTest, LinksTheVideosOfSeedsThatFlipped) {
   EXPECT_THAT(html, HasSubstr("<h1>No difference shown between b and a: 0 points, 95 % CI "));
   EXPECT_THAT(html, HasSubstr("evalbus render"));
   results::WriteFile(folder_.path() / "b/episodes/0001/front.mp4", "video");
-  html = ComparisonReport({comparison}, page, "0.1.0", 0).html;
+  html = ComparisonReport({comparison}, page, "0.1.0", 0, nullptr).html;
   EXPECT_THAT(html, HasSubstr("href=\"../b/episodes/0001/front.mp4\""));
   EXPECT_THAT(html, Not(HasSubstr("evalbus render")));
 }
@@ -37,7 +37,8 @@ TEST_F(ComparisonReportTest, LinksTheVideosOfSeedsThatFlipped) {
 TEST_F(ComparisonReportTest, StatesWhatMeansCoverAndWhichIntervalsAreAdjusted) {
   const Comparison comparison =
       CompareRuns(Run("b", Info(8), First(8, 8), 5), Run("a", Info(8), First(7, 8), 6));
-  const std::string html = ComparisonReport({comparison}, folder_.path() / "page.html", "0.1.0", 0).html;
+  const std::string html =
+      ComparisonReport({comparison}, folder_.path() / "page.html", "0.1.0", 0, nullptr).html;
   EXPECT_THAT(html, HasSubstr("over the 7 pairs in which both succeeded"));
   EXPECT_THAT(html, HasSubstr("Intervals are not adjusted"));
 }
@@ -49,7 +50,7 @@ TEST_F(ComparisonReportTest, NumbersHaveAsManyDecimalsAsTheirDifferenceBears) {
     if (metric.number.name == "completion_time") metric.difference_95 = {-1.2345, -0.5};
   }
   EXPECT_THAT(
-      ComparisonReport({comparison}, folder_.path() / "page.html", "0.1.0", 0).html,
+      ComparisonReport({comparison}, folder_.path() / "page.html", "0.1.0", 0, nullptr).html,
       testing::AllOf(HasSubstr("<data value=\"-1\">−1.00</data> (−1.23 to −0.50)"), HasSubstr(">6.13<")));
 }
 
@@ -58,7 +59,7 @@ TEST_F(ComparisonReportTest, NamesOnlyAFewEpisodesThatCannotBeShown) {
   const Comparison comparison =
       CompareRuns(Run("b", Info(8), First(8, 8), 5), Run("a", Info(8), First(7, 8), 6));
   const std::string html =
-      ComparisonReport({comparison}, folder_.path() / "page.html", "0.1.0", 8 << 20).html;
+      ComparisonReport({comparison}, folder_.path() / "page.html", "0.1.0", 8 << 20, nullptr).html;
   EXPECT_THAT(html, HasSubstr("episode 7 is not shown in 3D: "));
   EXPECT_THAT(html, HasSubstr("episode 1 is not shown in 3D: "));
   EXPECT_THAT(html, Not(HasSubstr("episode 2 is not shown in 3D")));

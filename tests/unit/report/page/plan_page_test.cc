@@ -36,7 +36,7 @@ TEST(PlanPage, LeadsToEpisodesIn3D) {
   report.tasks[0].cells[0].episodes = {{"episode 2", "a/report.html#view:run=0,episode=2"}};
   report.failed_episodes[1] = {{"dropped", "b/report.html#view:run=0,episode=1"}};
   const std::string page = PlanPage(report, "evalbus");
-  EXPECT_THAT(page, HasSubstr("3 of 4; <a href=\"a/report.html#view:run=0,episode=2\">episode 2</a>"));
+  EXPECT_THAT(page, HasSubstr("<a href=\"a/report.html#view:run=0,episode=2\">episode 2</a>"));
   EXPECT_THAT(page, HasSubstr("<a href=\"b/report.html#view:run=0,episode=1\" title=\"one of them in 3D\">"));
   EXPECT_THAT(page, HasSubstr("0 of 4<"));
 }
