@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <set>
 
 #include "base/errors.h"
 #include "bus/channels.h"
 #include "evalbus/log_t.hpp"
+#include "models/physics_model.h"
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
 #include "viz/viz_component.h"
@@ -153,6 +155,42 @@ TEST_F(CameraComponentTest, ShowsExactlyTheRequestedTick) {
   EXPECT_EQ(process.component.status().foreign_messages, 0);
   EXPECT_EQ(process.component.status().skipped_ticks, 0);
   EXPECT_EQ(process.component.status().missing_ticks, 0);
+}
+
+// A policy sees the texture and the light with which the log of the episode is rendered later.
+TEST_F(CameraComponentTest, ShowsTheTextureAndTheLightOfTheSeed) {
+  const TaskSelection selection = FindTask("lift_pot");
+  const std::string variations = "\nvariations:\n";
+  std::string text = selection.task.text;
+  text.insert(
+      text.find(variations) + variations.size(),
+      "  dressed:\n    randomize:\n"
+      "      - texture: {of: [left_cabinet, right_cabinet], choices: [left_cabinet/oak, marble, checker]}\n"
+      "      - light: {name: key, turn_deg: 20}\n");
+  TaskDescription task = ParseTask(text, selection.task.file, true);
+  task.Apply("dressed");
+  const Scene dressed = BuildScene(task, LoadRobot(task.robot_file, {}));
+  model_info_t info = VisualInfo(folder_.path(), *dressed.visual);
+  info.task_yaml = text;
+  info.variation = "dressed";
+  Process process;
+  process.PublishModel(info);
+  std::set<std::vector<uint8_t>> different;
+  for (int episode = 0; episode < 3; ++episode) {
+    const int64_t seed = 10 + episode;
+    process.PublishBegin(episode, 0, seed);
+    process.PublishState(0, episode);
+    const std::vector<image_t> live = process.RequestImages(0, {views_[0]}, episode);
+    ASSERT_EQ(live.size(), 1u);
+    Renderer renderer(LoadVisualModel(info), {64, 64});
+    renderer.SetAppearance(info, seed);
+    renderer.SetState(StateAt(0));
+    std::vector<uint8_t> replayed;
+    renderer.RenderRgb({FindCamera(renderer.model(), "front"), {64, 48}, 0, true}, &replayed);
+    EXPECT_TRUE(live[0].data == replayed);
+    different.insert(replayed);
+  }
+  EXPECT_EQ(different.size(), 3u);
 }
 
 TEST_F(CameraComponentTest, WaitsForTheState) {
