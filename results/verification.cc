@@ -162,6 +162,18 @@ void CheckSuite(const fs::path& folder, Verification* result) {
 
 }  // namespace
 
+void Verification::Add(const Verification& other) {
+  for (const std::string& finding : other.findings) AddFinding(this, finding);
+  notes.insert(notes.end(), other.notes.begin(), other.notes.end());
+  versions.insert(other.versions.begin(), other.versions.end());
+  runs += other.runs;
+  episodes += other.episodes;
+  pages += other.pages;
+  comparisons += other.comparisons;
+  files += other.files;
+  bytes += other.bytes;
+}
+
 void VerifyHashes(const fs::path& folder, Verification* result) {
   CheckFolderKind(folder);
   if (fs::exists(folder / kManifestJson)) {

@@ -21,6 +21,9 @@ struct Verification {
   // Pages and comparisons that were made again.
   int pages = 0, comparisons = 0;
   uint64_t files = 0, bytes = 0;
+
+  // Appends what another check found; a finding of both is kept once.
+  void Add(const Verification& other);
 };
 
 // Compares this folder and all results folders below it with their manifests (manifest.h). Throws InputError
