@@ -186,6 +186,14 @@ void Change(const RandomTexture& texture, AppearanceRandom* random, mjModel* mod
 void Change(const RandomCamera& camera, AppearanceRandom* random, mjModel* model, Parameters* parameters) {
   const int id = Find(*model, mjOBJ_CAMERA, camera.name, "camera");
   const std::string name = "camera_" + camera.name.text;
+  const auto fail = [&](const char* why) {
+    throw InputError(camera.name.location.ToString() + ": camera '" + camera.name.text + "' " + why);
+  };
+  // MuJoCo computes these poses from what they had at the start, and ignores the model's.
+  const int mode = model->cam_mode[id];
+  if (mode == mjCAMLIGHT_TRACK || mode == mjCAMLIGHT_TRACKCOM)
+    fail("tracks a body, so that it can neither be shifted nor turned");
+  if (mode != mjCAMLIGHT_FIXED && camera.turn > 0) fail("looks at a body, so that it cannot be turned");
   Shift(camera.shift, name, &random->main, model->cam_pos + 3 * id, parameters);
   const std::array<double, 3> turn = DrawTurn(camera.turn, name, &random->main, parameters);
   // Rotates about the camera's own axes.

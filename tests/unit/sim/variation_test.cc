@@ -491,6 +491,43 @@ TEST_F(RandomizedTest, DistractorsAreThereOrFarAway) {
   EXPECT_GT(seen["blue"], 2);
 }
 
+TEST_F(RandomizedTest, ALampIsShiftedByWhatIsRecorded) {
+  const TaskDescription task = TaskWith("      - light: {name: key, shift_m: [0.1, 0.2, 0.3]}\n");
+  const Scene scene = BuildScene(task, LoadRobot(task.robot_file));
+  const int key = mj_name2id(scene.visual.get(), mjOBJ_LIGHT, "key");
+  scene.visual->light_directional[key] = false;
+  const ModelPtr drawn(mj_copyModel(nullptr, scene.visual.get()));
+  const std::vector<Parameter> parameters = RandomizeAppearance(task.variation("drawn"), 3, drawn.get());
+  ASSERT_EQ(parameters.size(), 3u);
+  const double most[] = {0.1, 0.2, 0.3};
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(parameters[i].name, std::string("light_key_shift_") + "xyz"[i] + "_m");
+    EXPECT_NE(parameters[i].value, 0);
+    EXPECT_LE(std::abs(parameters[i].value), most[i]);
+    const size_t at = 3 * static_cast<size_t>(key) + i;
+    EXPECT_DOUBLE_EQ(drawn->light_pos[at], scene.visual->light_pos[at] + parameters[i].value);
+  }
+}
+
+TEST_F(RandomizedTest, CamerasThatFollowABodyAreRefused) {
+  const auto error = [&](const std::string& change, mjtCamLight mode) {
+    const TaskDescription task = TaskWith("      - camera: {name: overview, " + change + "}\n");
+    const Scene scene = BuildScene(task, LoadRobot(task.robot_file));
+    scene.visual->cam_mode[mj_name2id(scene.visual.get(), mjOBJ_CAMERA, "overview")] = mode;
+    return ErrorOf([&] { RandomizeAppearance(task.variation("drawn"), 0, scene.visual.get()); });
+  };
+  const std::string shift = "shift_m: [1, 0, 0]", turn = "turn_deg: 5";
+  EXPECT_EQ(error(shift, mjCAMLIGHT_FIXED), "(no error)");
+  EXPECT_EQ(error(turn, mjCAMLIGHT_FIXED), "(no error)");
+  for (const mjtCamLight mode : {mjCAMLIGHT_TRACK, mjCAMLIGHT_TRACKCOM}) {
+    EXPECT_EQ(error(shift, mode),
+              "t.yaml:20: camera 'overview' tracks a body, so that it can neither be shifted nor turned");
+  }
+  EXPECT_EQ(error(shift, mjCAMLIGHT_TARGETBODY), "(no error)");
+  EXPECT_EQ(error(turn, mjCAMLIGHT_TARGETBODY),
+            "t.yaml:20: camera 'overview' looks at a body, so that it cannot be turned");
+}
+
 TEST_F(RandomizedTest, MistakesNameTheLine) {
   EXPECT_EQ(ErrorOfList("      - size: {of: [red], min_factor: 1, max_factor: 2}\n"),
             "t.yaml:20: key 'size': sizes cannot be randomized, because shapes and inertias are compiled "
