@@ -406,9 +406,40 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
   return static_cast<int>(points.size());
 }
 
+// True if a point is inside a box (the geom) whose size is multiplied by this factor.
+bool IsInside(const mjModel& model, const mjData& data, int geom, const mjtNum* point, double factor) {
+  mjtNum offset[3], local[3];
+  mju_sub3(offset, point, data.geom_xpos + 3 * geom);
+  mju_rotVecMatT(local, offset, data.geom_xmat + 9 * geom);
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(local[i]) > factor * model.geom_size[3 * geom + i]) return false;
+  }
+  return true;
+}
+
+// Removes the contacts of two boxes that 3.3 does not have: a contact outside one box, unless it is well
+// inside the other. (This limit of 1 % separates 12,585 contacts of random poses that 3.3.3 has from 231 that
+// only 2.2.2 has.)
+int FindBoxContacts(const mjModel* model, const mjData* data, mjContact* contacts, int geom1, int geom2,
+                    mjtNum margin) {
+  const int number = original[mjGEOM_BOX][mjGEOM_BOX](model, data, contacts, geom1, geom2, margin);
+  if (margin > 0 || !IsMarked(*model)) return number;
+  constexpr double kTolerance = 0.01;
+  const auto is_extra = [&](const mjContact& contact) {
+    const auto is_inside = [&](int geom, double factor) {
+      return IsInside(*model, *data, geom, contact.pos, factor);
+    };
+    return (!is_inside(geom1, 1 + kTolerance) && !is_inside(geom2, 1 - kTolerance)) ||
+           (!is_inside(geom2, 1 + kTolerance) && !is_inside(geom1, 1 - kTolerance));
+  };
+  return static_cast<int>(std::remove_if(contacts, contacts + number, is_extra) - contacts);
+}
+
 }  // namespace
 
 void InstallPolyhedronContacts() {
+  original[mjGEOM_BOX][mjGEOM_BOX] = mjCOLLISIONFUNC[mjGEOM_BOX][mjGEOM_BOX];
+  mjCOLLISIONFUNC[mjGEOM_BOX][mjGEOM_BOX] = FindBoxContacts;
   for (const auto& [a, b] : {std::pair{mjGEOM_BOX, mjGEOM_MESH}, std::pair{mjGEOM_MESH, mjGEOM_MESH}}) {
     original[a][b] = mjCOLLISIONFUNC[a][b];
     mjCOLLISIONFUNC[a][b] = FindContacts;

@@ -8,8 +8,9 @@ inline constexpr const char* kPolyhedronContacts = "polyhedron_contacts";
 
 // For a pair of a box and a mesh, or of two meshes, some of MuJoCo 2.2's contact normals are turned by up to
 // 60 degrees. In scenes that have the number kPolyhedronContacts, such a pair gets the direction in which the
-// smallest movement separates it, and up to four contacts where a face or an edge lies on a face. Pairs with
-// a margin keep MuJoCo's contacts. Must not be called while another thread computes contacts.
+// smallest movement separates it, and up to four contacts where a face or an edge lies on a face. Two boxes
+// keep 2.2's contacts without those that 3.3 has removed, which lie outside one of the boxes. Pairs with a
+// margin keep MuJoCo's contacts. Must not be called while another thread computes contacts.
 void InstallPolyhedronContacts();
 
 }  // namespace evalbus

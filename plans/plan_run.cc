@@ -265,6 +265,14 @@ void RunAllEpisodes(const PlanFolder& folder, int workers) {
 
 PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   const Plan& plan = folder.plan();
+  PlanResults results = ReadPlanResults(folder);
+  for (const results::Comparison& comparison : results.comparisons) {
+    const std::string headline = results::Headline(comparison) + ".";
+    fmt::print("\n{}\n{}\n", Styled(headline, Style::kStrong, UsesColors(stdout)),
+               results::Evidence(comparison));
+  }
+  if (!results.ranking.empty()) fmt::print("\n{}", results::RankingText(results.ranking));
+  std::fflush(stdout);
   // Without videos, for example because ffmpeg is missing, the results are still compared and reported.
   std::string no_videos;
   try {
@@ -273,13 +281,6 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
     if (stop_requested()) throw;
     no_videos = error.what();
   }
-  PlanResults results = ReadPlanResults(folder);
-  for (const results::Comparison& comparison : results.comparisons) {
-    const std::string headline = results::Headline(comparison) + ".";
-    fmt::print("\n{}\n{}\n", Styled(headline, Style::kStrong, UsesColors(stdout)),
-               results::Evidence(comparison));
-  }
-  if (!results.ranking.empty()) fmt::print("\n{}", results::RankingText(results.ranking));
   std::vector<runner::Job> pages;
   const std::string evalbus = (runner::Processes::BinaryFolder() / "evalbus").string();
   for (const PlannedPolicy& policy : plan.policies) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cctype>
 #include <string_view>
 
 #include "base/text.h"
@@ -12,8 +13,16 @@ namespace {
 
 std::string LatexCell(const std::string& text) {
   std::string escaped;
-  for (const char c : Printable(text)) {
+  const std::string printable = Printable(text);
+  for (size_t i = 0; i < printable.size(); ++i) {
+    const char c = printable[i];
+    // A sign, not a hyphen.
+    const bool is_sign = c == '-' && (i == 0 || printable[i - 1] == ' ') && i + 1 < printable.size() &&
+                         std::isdigit(static_cast<unsigned char>(printable[i + 1]));
     switch (c) {
+      case '-':
+        escaped += is_sign ? "$-$" : "-";
+        break;
       case '\\':
         escaped += "\\textbackslash{}";
         break;

@@ -40,17 +40,19 @@ std::string LastLine(const std::filesystem::path& file) {
   return last;
 }
 
-// Returns the part of a log's last line that explains why the process ended. If it exited by itself, only an
-// error line does; if it was killed, any line but routine ones.
+// Returns what a log's last line adds to the reason why the process ended. If it exited by itself, only an
+// error line does; if it was killed, any line but routine ones. A line that was not logged (a result, a
+// message of the C library) may have another cause.
 std::string LastWords(const std::string& name, const std::string& line, bool by_itself) {
-  if (by_itself) return line.find("error: ") == std::string::npos ? "" : line;
+  if (line.empty()) return "";
+  if (by_itself) return line.find("error: ") == std::string::npos ? "" : ": " + line;
   if (line == name + " ready" || line.find(" [info] ") != std::string::npos ||
       line.find(" [debug] ") != std::string::npos) {
     return "";
   }
   const size_t level = line.find("] ");
   const bool is_logged = line.find(" [") < level && level != std::string::npos;
-  return is_logged ? line.substr(level + 2) : line;
+  return is_logged ? ": " + line.substr(level + 2) : "; its last line: " + line;
 }
 
 // Returns activity counters of a process's main thread: CPU time and context switches. Empty if the system
@@ -112,7 +114,7 @@ Processes::Exit Processes::Describe(const Child& child, int status) const {
   const std::string last = LastWords(child.name, LastLine(child.log_file), WIFEXITED(status));
   // If the disk is full, the log cannot contain the error.
   const std::string disk = last.empty() ? WhyNotWritable(child.log_file.parent_path()) : "";
-  if (!last.empty()) exit.description += ": " + last;
+  exit.description += last;
   if (!disk.empty()) exit.description += "; " + disk;
   return exit;
 }

@@ -140,10 +140,12 @@ TEST_F(JobPoolTest, RoutineLogLinesAreNotTheReason) {
            "test -e a && exit 0; touch a; echo '2026-11-22 05:41:09.521 [info] sim  e0  begins'; kill -9 $$"),
        Shell("b",
              "test -e b && exit 0; touch b; echo '2026-11-22 05:41:09.521 [error] sim  e0 t3  falls'; kill "
-             "-9 $$")},
+             "-9 $$"),
+       Shell("c", "test -e c && exit 0; touch c; echo '6  success'; kill -9 $$")},
       1);
   EXPECT_THAT(restarts_,
-              ElementsAre("a was ended by signal Killed", "b was ended by signal Killed: sim  e0 t3  falls"));
+              ElementsAre("a was ended by signal Killed", "b was ended by signal Killed: sim  e0 t3  falls",
+                          "c was ended by signal Killed; its last line: 6  success"));
 }
 
 TEST(Workers, ShareTheEpisodes) {
