@@ -205,6 +205,24 @@ TEST(PolyhedronContacts, NormalIsTheShortestWayOut) {
   EXPECT_GT(touching, 30);
 }
 
+TEST(PolyhedronContacts, BoxesDoNotTouchOutsideOneOfThem) {
+  // Poses of a finger's pad on a rod for which 2.2.2 has four contacts and 3.3.3 has three.
+  const std::string scene = R"(<mujoco>
+  <custom><numeric name="polyhedron_contacts" data="1"/></custom>
+  <worldbody><geom name="rod" type="box" size="0.02 0.1 0.02"/>
+    <body name="pad"><freejoint/><geom name="pad" type="box" size="0.0085 0.004 0.0085"/></body></worldbody></mujoco>)";
+  World world(scene);
+  world.Place("pad", {0.01985206, -0.06488557, 0.02646232},
+              {0.99947181, -0.0270425, -0.00349489, -0.01768027});
+  std::vector<mjContact> contacts = world.Contacts();
+  ASSERT_EQ(contacts.size(), 3u);
+  const double expected[] = {-0.00112, -0.00115, -0.00094};
+  for (size_t i = 0; i < 3; ++i) EXPECT_NEAR(contacts[i].dist, expected[i], 1e-5);
+  // Flat on it: all four corners of the pad.
+  world.Place("pad", {0, 0, 0.028});
+  EXPECT_EQ(world.Contacts().size(), 4u);
+}
+
 TEST(PolyhedronContacts, OtherScenesKeepMujocosContacts) {
   std::string xml = kScene;
   const std::string number = "polyhedron_contacts";
