@@ -206,7 +206,7 @@ TEST(PolyhedronContacts, NormalIsTheShortestWayOut) {
 }
 
 TEST(PolyhedronContacts, BoxesDoNotTouchOutsideOneOfThem) {
-  // Poses of a finger's pad on a rod for which 2.2.2 has four contacts and 3.3.3 has three.
+  // A pose of a finger's pad on a rod for which 2.2.2 has four contacts and 3.3.3 has three.
   const std::string scene = R"(<mujoco>
   <custom><numeric name="polyhedron_contacts" data="1"/></custom>
   <worldbody><geom name="rod" type="box" size="0.02 0.1 0.02"/>
