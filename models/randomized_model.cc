@@ -44,6 +44,10 @@ std::vector<bool> Bodies(const mjModel& model, const std::vector<NameInFile>& na
   return chosen;
 }
 
+[[noreturn]] void Refuse(const char* kind, const NameInFile& name, const char* why) {
+  throw InputError(name.location.ToString() + ": " + kind + " '" + name.text + "' " + why);
+}
+
 double Draw(const Span& range, Random* random) { return random->Uniform(range.min, range.max); }
 
 void Change(const RandomMass& mass, Random* random, mjModel* model, Parameters* parameters) {
@@ -126,13 +130,10 @@ void TurnLight(const std::array<double, 3>& turn, int light, mjModel* model) {
 void Change(const RandomLight& light, AppearanceRandom* random, mjModel* model, Parameters* parameters) {
   const int id = Find(*model, mjOBJ_LIGHT, light.name, "light");
   const std::string name = "light_" + light.name.text;
-  const auto fail = [&](const char* why) {
-    throw InputError(light.name.location.ToString() + ": light '" + light.name.text + "' " + why);
-  };
   if ((light.shift || light.turn) && model->light_mode[id] != mjCAMLIGHT_FIXED)
-    fail("tracks a body: only its brightness can be randomized");
+    Refuse("light", light.name, "tracks a body: only its brightness can be randomized");
   if (light.shift && model->light_directional[id])
-    fail("is directional, so that its position does not matter: use turn_deg");
+    Refuse("light", light.name, "is directional, so that its position does not matter: use turn_deg");
   if (light.factor) {
     const double factor = Draw(*light.factor, &random->main);
     for (float* color : {model->light_diffuse, model->light_specular}) {
@@ -186,14 +187,12 @@ void Change(const RandomTexture& texture, AppearanceRandom* random, mjModel* mod
 void Change(const RandomCamera& camera, AppearanceRandom* random, mjModel* model, Parameters* parameters) {
   const int id = Find(*model, mjOBJ_CAMERA, camera.name, "camera");
   const std::string name = "camera_" + camera.name.text;
-  const auto fail = [&](const char* why) {
-    throw InputError(camera.name.location.ToString() + ": camera '" + camera.name.text + "' " + why);
-  };
   // MuJoCo computes these poses from what they had at the start, and ignores the model's.
   const int mode = model->cam_mode[id];
   if (mode == mjCAMLIGHT_TRACK || mode == mjCAMLIGHT_TRACKCOM)
-    fail("tracks a body, so that it can neither be shifted nor turned");
-  if (mode != mjCAMLIGHT_FIXED && camera.turn > 0) fail("looks at a body, so that it cannot be turned");
+    Refuse("camera", camera.name, "tracks a body, so that it can neither be shifted nor turned");
+  if (mode != mjCAMLIGHT_FIXED && camera.turn > 0)
+    Refuse("camera", camera.name, "looks at a body, so that it cannot be turned");
   Shift(camera.shift, name, &random->main, model->cam_pos + 3 * id, parameters);
   const std::array<double, 3> turn = DrawTurn(camera.turn, name, &random->main, parameters);
   // Rotates about the camera's own axes.
