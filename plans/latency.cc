@@ -28,9 +28,7 @@ Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::strin
   std::set<std::string> names;
   for (const std::string& execution : executions) {
     for (const std::string& delay : delays_ms) {
-      const policy::Latency latency = policy::ParseLatency(delay);
-      if (latency.kind != policy::Latency::Kind::kFixed)
-        throw InputError("--delays: expected milliseconds, got '" + delay + "'");
+      const policy::Latency latency = policy::ParseDelay(delay, "--delays", "milliseconds (0 to 60000)");
       const std::string name = fmt::format("{}-{:g}ms", execution, latency.fixed_s * 1e3);
       if (!names.insert(name).second)
         throw InputError("--delays, --execution: '" + name + "' is given twice");

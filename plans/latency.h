@@ -9,8 +9,8 @@
 
 namespace evalbus::plans {
 
-// Returns the plan. options: those of every run; they name one task and one policy. delays_ms: as for
-// --latency; executions: as for --execution. Throws InputError.
+// Returns the plan. options: those of every run; they name one task and one policy. delays_ms: in
+// milliseconds; executions: as for --execution. Throws InputError.
 Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::string>& delays_ms,
                  const std::vector<std::string>& executions, bool rate_is_given);
 

@@ -20,17 +20,22 @@ struct Latency {
   Execution execution = Execution::kSynchronous;
 };
 
-// Parses "none", "measured" or milliseconds, as in --latency. Throws InputError.
-inline Latency ParseLatency(const std::string& text) {
+// Parses a delay of at most a minute in milliseconds, for `option`. expected: what the option takes. Throws
+// InputError.
+inline Latency ParseDelay(const std::string& text, const std::string& option, const std::string& expected) {
   constexpr double kLongest = 60e3;  // ms
-  if (text == "none") return {};
-  if (text == "measured") return {Latency::Kind::kMeasured};
   double ms = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ms);
-  if (error != std::errc() || end != text.data() + text.size() || !(ms >= 0 && ms <= kLongest)) {
-    throw InputError("--latency: expected none, measured or milliseconds, got '" + text + "'");
-  }
+  if (error != std::errc() || end != text.data() + text.size() || !(ms >= 0 && ms <= kLongest))
+    throw InputError(option + ": expected " + expected + ", got '" + text + "'");
   return {Latency::Kind::kFixed, ms / 1e3};
+}
+
+// Parses "none", "measured" or milliseconds, as in --latency. Throws InputError.
+inline Latency ParseLatency(const std::string& text) {
+  if (text == "none") return {};
+  if (text == "measured") return {Latency::Kind::kMeasured};
+  return ParseDelay(text, "--latency", "none, measured or milliseconds");
 }
 
 // Number of ticks that pass during a call that costs this much simulated time; rounded up.

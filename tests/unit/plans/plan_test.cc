@@ -15,6 +15,8 @@ namespace evalbus::plans::plan_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::StrEq;
+using testing::ThrowsMessage;
 
 class PlanTest : public testing::Test {
  protected:
@@ -154,7 +156,14 @@ TEST_F(PlanTest, OfALatencyCurveHasAnEntryForEachDelay) {
   EXPECT_EQ(plan.policies[3].name, "rtc-100ms");
   EXPECT_EQ(plan.OptionsOf(plan.policies[3]).policy.latency, "100");
   EXPECT_EQ(plan.OptionsOf(plan.policies[3]).policy.execution, "rtc");
-  EXPECT_THROW(LatencyPlan(options, {"none"}, {"rtc"}, false), InputError);
+  for (const char* wrong : {"none", "x", "-1", "60001"}) {
+    EXPECT_THAT(
+        [&] {
+          LatencyPlan(options, {"0", wrong}, {"rtc"}, false);
+        },
+        ThrowsMessage<InputError>(
+            StrEq("--delays: expected milliseconds (0 to 60000), got '" + std::string(wrong) + "'")));
+  }
   EXPECT_THROW(LatencyPlan(options, {"0", "0.0"}, {"rtc"}, false), InputError);
   options.tasks = {"lift_pot/all"};
   EXPECT_THROW(LatencyPlan(options, {"0"}, {"rtc"}, false), InputError);
