@@ -365,9 +365,9 @@ void SimComponent::CheckAnswerTimeouts(SteadyTime now) {
   if (!(tick_.has_action && tick_.verdict) && unanswered_state_.Due(now)) {
     const double waited_s = std::chrono::duration<double>(waited).count();
     if (tick_.verdict) {
-      log().Info("no ACTION from policy for {:.0f} s: resending STATE", waited_s);  // a slow policy
+      log().Info("no ACTION from policy for {:.1f} s: resending STATE", waited_s);  // a slow policy
     } else {
-      log().Warn("no {} from {} for {:.0f} s: resending STATE", lacking, from, waited_s);
+      log().Warn("no {} from {} for {:.1f} s: resending STATE", lacking, from, waited_s);
     }
     unanswered_state_.MarkSent(now);
     bus().Publish(channels::kState, state_);
