@@ -40,6 +40,13 @@ int Lines(const fs::path& file) {
   return static_cast<int>(std::count(std::istreambuf_iterator<char>(stream), {}, '\n'));
 }
 
+// Keeps the age of a file in `newest_s` if it is younger.
+void KeepNewest(const fs::path& file, std::optional<double>* newest_s) {
+  if (!fs::exists(file)) return;
+  const double age_s = std::max(Age(file).count(), 0.0);
+  *newest_s = std::min(newest_s->value_or(age_s), age_s);
+}
+
 // The number of episodes of a plan with `until` depends on its results. Such a plan has no shards.
 PlanStatus StatusOfSequential(const PlanFolder& folder) {
   const Plan& plan = folder.plan();
@@ -49,7 +56,9 @@ PlanStatus StatusOfSequential(const PlanFolder& folder) {
   status.episodes = plan.num_runs() * plan.until->max_episodes;
   for (const PlannedPolicy& policy : plan.policies) {
     for (const std::string& task : plan.tasks) {
-      const int lines = Lines(folder.run_folder(policy.name, task) / kEpisodesJsonl);
+      const fs::path file = folder.run_folder(policy.name, task) / kEpisodesJsonl;
+      const int lines = Lines(file);
+      KeepNewest(file, &status.newest_s);
       status.done += lines;
       status.by_policy[policy.name] += lines;
     }
@@ -72,7 +81,10 @@ PlanStatus StatusOf(const PlanFolder& folder) {
     if (!folder.has(shard)) {
       const fs::path run = folder.run_folder(shard.policy, shard.task);
       const auto [left, is_new] = lines_left.emplace(run, 0);
-      if (is_new) left->second = Lines(run / kEpisodesJsonl);
+      if (is_new) {
+        left->second = Lines(run / kEpisodesJsonl);
+        KeepNewest(run / kEpisodesJsonl, &status.newest_s);
+      }
       const int there = std::min(left->second, shard.size());
       left->second -= there;
       status.done += there;
@@ -84,6 +96,7 @@ PlanStatus StatusOf(const PlanFolder& folder) {
     const fs::path come = fs::exists(folder.shard_folder(shard))
                               ? folder.shard_folder(shard) / kRunJson
                               : folder.run_folder(shard.policy, shard.task);
+    KeepNewest(come, &status.newest_s);
     if (const double age = Age(come).count(); age < std::chrono::duration<double>(kRecent).count()) {
       recent += shard.size();
       oldest = std::max(oldest, age);
@@ -108,15 +121,19 @@ PlanStatus StatusOf(const PlanFolder& folder) {
 }
 
 std::string PlanStatus::Text() const {
-  std::string text =
-      is_sequential
-          ? fmt::format("{} of at most {} episodes done; the plan {}\n", done, episodes,
-                        has_ended ? "has ended" : "ends when its results suffice ('until')")
-          : fmt::format("{} of {} episodes done ({:.0f} %), {} running, {} failed\n", done, episodes,
-                        100.0 * done / std::max(episodes, 1), running, Plural(failed.size(), "shard"));
-  if (!is_sequential && done < episodes && rate > 0) {
-    text += fmt::format("{:.3g} episodes/s, about {} left\n", rate,
-                        results::FormatDuration((episodes - done) / rate));
+  std::string text = is_sequential
+                         ? fmt::format("{} of at most {} episodes done; the plan {}\n", done, episodes,
+                                       has_ended ? "has ended" : "ends when its results suffice ('until')")
+                         : fmt::format("{} of {} episodes done ({:.0f} %), {} in running shards, {} failed\n",
+                                       done, episodes, 100.0 * done / std::max(episodes, 1), running,
+                                       Plural(failed.size(), "shard"));
+  if (done < episodes && !has_ended && newest_s) {
+    text += fmt::format("newest result {} ago", results::FormatDuration(*newest_s));
+    if (!is_sequential && rate > 0) {
+      text += fmt::format("; {:.3g} episodes/s, about {} left", rate,
+                          results::FormatDuration((episodes - done) / rate));
+    }
+    text += '\n';
   }
   for (const auto& [policy, count] : by_policy)
     text += fmt::format("  {}  {}\n", Pad(std::to_string(count), 8), policy);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,9 @@ struct PlanStatus {
   };
   // True for a plan with `until`, which runs at most `episodes`; has_ended: it has stopped.
   bool is_sequential = false, has_ended = false;
-  // Counts of episodes: all, finished, and in shards that are being run.
+  // Counts of episodes: all, finished, and in shards that are being run by machines with `run --part`. Runs
+  // of a plan without parts do not announce themselves; the age of the newest result tells whether they
+  // proceed.
   int episodes = 0, done = 0, running = 0;
   std::vector<Failed> failed;
   // Entries "HOST-PID  SHARD" of the active processes.
@@ -24,6 +27,8 @@ struct PlanStatus {
   std::map<std::string, int> by_policy;
   // Episodes per second over the last ten minutes, from the arrival times of shards; 0 if none arrived.
   double rate = 0;
+  // Age of the newest result, from the time stamps of files.
+  std::optional<double> newest_s;
 
   std::string Text() const;
 };

@@ -103,7 +103,7 @@ class SlurmTest(unittest.TestCase):
         self.expect_equal(out)
         logs = sorted(log.name for log in (out / "slurm").glob("*.log"))
         self.assertEqual(logs, ["merge.log", *(f"part-{part}.log" for part in range(1, TASKS + 1))])
-        self.assertIn("36 of 36 episodes done (100 %), 0 running, 0 shards failed", self.evalbus("status", str(out)))
+        self.assertIn("36 of 36 episodes done (100 %), 0 in running shards, 0 shards failed", self.evalbus("status", str(out)))
         # Merging again, and by two processes at once, changes nothing.
         merges = [subprocess.Popen([f"{PROGRAMS}/evalbus", "merge", str(out)], stdout=subprocess.DEVNULL)
                   for _ in range(2)]

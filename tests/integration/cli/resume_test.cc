@@ -1,4 +1,5 @@
 // Resumed runs and runs of several workers have the same bytes as one uninterrupted run.
+#include <gmock/gmock.h>
 #include <signal.h>
 
 #include <algorithm>
@@ -11,6 +12,10 @@
 namespace evalbus::resume_test {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
 
 const std::string kTask = "lift_pot/position_and_orientation";
 
@@ -480,6 +485,32 @@ TEST(Plan, EventsAreLinesOfJson) {
             "8 of at most 8 episodes done; the plan has ended\n         4  random\n         4  still\n");
   const auto refused = RunProgram({"evalbus", "run", plan, "--out", out, "--part", "1/2", "--json"});
   EXPECT_EQ(refused.code, 1);
+}
+
+// Nothing announces the runs of a plan without parts, so the status of one that was stopped two hours ago
+// must not claim that it will end soon.
+TEST(Plan, StatusTellsTheAgeOfTheNewestResult) {
+  TemporaryFolder folder;
+  const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
+  WriteText(plan, "policies: [random, hold]\ntasks: [" + ShortTask(folder.path(), 0.1) +
+                      "/position]\nepisodes: 2\n");
+  ASSERT_EQ(RunProgram({"evalbus", "run", plan, "--out", out}).code, 0);
+  EXPECT_THAT(RunProgram({"evalbus", "status", out}).out,
+              AllOf(StartsWith("4 of 4 episodes done (100 %), "), Not(HasSubstr("newest"))));
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(out)) {
+    if (entry.path().filename() != "episodes.jsonl") continue;
+    const std::string text = ReadText(entry.path());
+    if (++files == 1) WriteText(entry.path(), text.substr(0, text.find('\n') + 1));
+    fs::remove(entry.path().parent_path() / "summary.json");
+    for (const fs::path& file : {entry.path(), entry.path().parent_path()})
+      fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(2));
+  }
+  EXPECT_EQ(files, 2);
+  const std::string status = RunProgram({"evalbus", "status", out}).out;
+  EXPECT_THAT(status, StartsWith("3 of 4 episodes done (75 %), 0 in running shards, 0 shards failed\n"
+                                 "newest result 2:0"));
+  EXPECT_THAT(status, Not(HasSubstr("left")));
 }
 
 // Options that would have no effect are refused: a user who passes them expects other results.
