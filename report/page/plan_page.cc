@@ -32,14 +32,9 @@ void Cell(const PlanCell& cell, const std::string& label, Markup* html) {
     }
     html->Element("div", {},
                   [&] { DrawShare(rate, summary.wilson.lower, summary.wilson.upper, false, html); });
-    html->Element("div", {{"class", "note"}}, [&] {
-      html->Text(fmt::format("{} of {}", summary.successes, summary.judged));
-      if (cell.episodes.empty()) return;
-      html->Element("span", {{kUnchecked, ""}}, [&] {
-        html->Text("; ");
-        Links(cell.episodes, html);
-      });
-    });
+    html->Element("div", {{"class", "note"}}, fmt::format("{} of {}", summary.successes, summary.judged));
+    if (cell.episodes.empty()) return;
+    html->Element("div", {{"class", "note"}, {kUnchecked, ""}}, [&] { Links(cell.episodes, html); });
   });
 }
 
@@ -62,7 +57,7 @@ std::string LettersOf(const PlanReport& report, const std::string& policy) {
 // The verdict against the baseline in one cell.
 void VerdictCell(const PlanReport& report, const std::string& policy, Markup* html) {
   const auto verdict = std::ranges::find(report.verdicts, policy, &PlanVerdict::policy);
-  html->Element("td", {{"data-label", "against " + report.baseline}}, [&] {
+  html->Element("td", {{"class", "against"}, {"data-label", "against " + report.baseline}}, [&] {
     if (verdict == report.verdicts.end()) return html->Text(policy == report.baseline ? "baseline" : "-");
     const bool is_shown = !verdict->judgment.empty();
     html->Element("span", {{"class", is_shown ? verdict->judgment : "none"}},
@@ -97,17 +92,31 @@ void PolicyTitles(const PlanReport& report, Markup* html) {
   for (const std::string& policy : report.policies) html->Element("th", {{"class", "number"}}, policy);
 }
 
+// A task's name, which may be broken after "_" and "/".
+void TaskTitle(const std::string& task, Markup* html) {
+  html->Element("th", {{"class", "number"}}, [&] {
+    for (size_t begin = 0; begin < task.size();) {
+      const size_t end = std::min(task.find_first_of("_/", begin), task.size() - 1) + 1;
+      if (begin > 0) html->Empty("wbr", {});
+      html->Text(task.substr(begin, end - begin));
+      begin = end;
+    }
+  });
+}
+
 void Rates(const PlanReport& report, Markup* html) {
+  // So that eight tasks fit on a page.
+  const char* const kind = report.tasks.size() > 4 ? "sortable stacked narrow" : "sortable stacked";
   html->Element("h2", {{"id", "success"}}, "Success");
   html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-    html->Element("table", {{"class", "sortable stacked"}, {"id", "rates"}}, [&] {
+    html->Element("table", {{"class", kind}, {"id", "rates"}}, [&] {
       html->Element("thead", {}, [&] {
         html->Element("tr", {}, [&] {
           html->Element("th", {{"class", "number"}}, "rank");
           html->Element("th", {}, "policy");
           html->Element("th", {{"class", "number"}}, "all");
           html->Element("th", {}, "against " + report.baseline);
-          for (const PlanRow& task : report.tasks) html->Element("th", {{"class", "number"}}, task.name);
+          for (const PlanRow& task : report.tasks) TaskTitle(task.name, html);
           if (report.tasks.size() > 1) html->Element("th", {{"class", "number"}}, "mean of tasks");
         });
       });
