@@ -20,6 +20,7 @@
 #include "results/operator_results.h"
 #include "results/pacing.h"
 #include "results/policy_calls.h"
+#include "results/tally.h"
 
 namespace evalbus::report {
 namespace {
@@ -81,11 +82,15 @@ void AddCurves(const std::vector<Choice>& choices, bool asked_for, ReportRun* re
 }
 
 // For example "expert succeeds in 19 of 20 episodes of lift_pot/position".
-std::string TitleOf(const results::RecordedRun& run) {
-  const metrics::RunSummary summary = run.Statistics().Summary(false);
-  if (summary.judged == 0) return run.policy + " on " + run.task_name();
-  return fmt::format("{} succeeds in {} of {} of {}", run.policy, summary.successes,
-                     Plural(summary.judged, "episode"), run.task_name());
+std::string TitleOf(const results::RecordedRuns& runs) {
+  const results::RecordedRun& first = runs.runs.at(0);
+  results::Tally tally;
+  for (const results::RecordedRun& run : runs.runs) tally.Add(run);
+  const metrics::RunSummary summary = tally.Summary();
+  const std::string tasks = runs.runs.size() == 1 ? first.task_name() : Plural(runs.runs.size(), "task");
+  if (summary.judged == 0) return first.policy + " on " + tasks;
+  return fmt::format("{} succeeds in {} of {} of {}", first.policy, summary.successes,
+                     Plural(summary.judged, "episode"), tasks);
 }
 
 // Returns null unless the run is a realtime run of which every episode has its pacing.
@@ -213,8 +218,7 @@ BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& fil
                    {"folder", RelativeToPage(runs.folder, file)},
                    {"name", runs.name},
                    {"episodes", episodes}};
-  report.title = runs.is_suite ? fmt::format("{} in {}", Plural(runs.runs.size(), "run"), runs.name)
-                               : TitleOf(runs.runs[0]);
+  report.title = TitleOf(runs);
   for (results::RecordedRun& run : runs.runs) {
     report.runs.push_back(Describe(std::move(run), episodes, runs.is_suite, links, command_of));
   }

@@ -128,6 +128,8 @@ TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {
   EXPECT_THAT(page, HasSubstr(evidence));
   EXPECT_THAT(run.out, HasSubstr("Ranking by success\nexpert"));
   EXPECT_THAT(Page("report.html"), HasSubstr("Policies that share a letter"));
+  EXPECT_THAT(Page("flawed_expert-miss/report.html"),
+              HasSubstr("<h1>flawed_expert-miss succeeds in 0 of 8 episodes of lift_pot/position</h1>"));
 
   // `verify` makes all pages again: the plan's, two comparisons, three reports of policies.
   const auto verify = [&] { return RunProgram({"evalbus", "verify", results_}); };
