@@ -1,12 +1,12 @@
 """Compares evalbus's episodes with RoboEval's own environment (scripts/interop roboeval).
 
 usage: PYTHON roboeval_test.py BIN ROBOEVAL OUT [--episodes N] [--families A,B] [--policies A,B] [--engine VERSION]
-    [--native]
+    [--scenes own,2.2,engine] [--native]
 
 Runs policies in evalbus's scenes, plays their commands in RoboEval's scenes (composed by evalbus, with MuJoCo 2.2 and with
 VERSION) and in RoboEval's environment. Prints how often verdicts and stages are equal. Exit code 1 if the scenes of RoboEval
-in evalbus have other verdicts than allowed, or a recorded state is judged otherwise. With --native, the policies act in
-RoboEval's scenes with VERSION instead.
+in evalbus have other verdicts than allowed, or a recorded state is judged otherwise. --scenes: some of evalbus's own scenes
+and those of RoboEval with 2.2 and with VERSION. With --native, the policies act in RoboEval's scenes themselves.
 """
 
 import json
@@ -29,15 +29,16 @@ def main():
     parser.add_argument("--variation", default="position_and_orientation")
     parser.add_argument("--policies", default=_POLICIES)
     parser.add_argument("--engine", default="3.3.3")
-    # own: our scenes; 2.2 and engine: the same commands in RoboEval's scenes.
-    parser.add_argument("--scenes", default="own,2.2,engine")
-    # The policies act in RoboEval's scenes, with --engine only; otherwise in ours, and their commands are replayed.
+    parser.add_argument("--scenes")
     parser.add_argument("--native", action="store_true")
     args = parser.parse_args()
+    scenes = (args.scenes or ("engine" if args.native else "own,2.2,engine")).split(",")
+    if args.native and "own" in scenes:
+        parser.error("--native: expected --scenes without own")
     rows, states = [], []
     for family in args.families.split(","):
         for policy in args.policies.split(","):
-            for scene in ["engine"] if args.native else args.scenes.split(","):
+            for scene in scenes:
                 run = evaluate(args, family, policy, scene)
                 rows += compare(run, scene, policy, states)
     (args.out / "roboeval.json").write_text(json.dumps({"episodes": rows, "states": states}, indent=1))
