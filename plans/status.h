@@ -16,9 +16,8 @@ struct PlanStatus {
   };
   // True for a plan with `until`, which runs at most `episodes`; has_ended: it has stopped.
   bool is_sequential = false, has_ended = false;
-  // Counts of episodes: all, finished, and in shards that are being run by machines with `run --part`. Runs
-  // of a plan without parts do not announce themselves; the age of the newest result tells whether they
-  // proceed.
+  // Counts of episodes: all, finished, and in shards that are being run by machines with `run --part`.
+  // Without parts, runs do not announce themselves.
   int episodes = 0, done = 0, running = 0;
   std::vector<Failed> failed;
   // Entries "HOST-PID  SHARD" of the active processes.
