@@ -6,6 +6,7 @@
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "tests/integration/harness.h"
+#include "tests/unit/dressed_scene.h"
 
 namespace evalbus::randomized_test {
 
@@ -16,9 +17,6 @@ class RandomizedRun : public testing::Test {
   // lift_pot with two variations that differ only visually.
   std::string Task() {
     const std::string file = ShortTask(folder_.path(), 2);
-    std::string text = ReadText(file);
-    const std::string variations = "\nvariations:\n";
-    const size_t at = text.find(variations) + variations.size();
     const std::string physics =
         "    randomize:\n"
         "      - spawn_box: {object: pot, center_m: [0.735, 0], half_extents_m: [0.1, 0.1]}\n"
@@ -29,8 +27,8 @@ class RandomizedRun : public testing::Test {
         "      - light: {name: key, min_factor: 0.5, max_factor: 1.5, turn_deg: 10}\n"
         "      - texture: {of: [left_cabinet, right_cabinet], choices: [left_cabinet/oak, checker, marble]}\n"
         "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n";
-    WriteText(file, text.insert(at, "  seen:\n    instruction: lift the colored pot\n" + physics +
-                                        appearance + "  unseen:\n" + physics));
+    WriteText(file, WithVariation(ReadText(file), "  seen:\n    instruction: lift the colored pot\n" +
+                                                      physics + appearance + "  unseen:\n" + physics));
     return file;
   }
   void Run(const std::string& variation, const std::string& name, std::vector<std::string> more = {}) {

@@ -12,6 +12,7 @@
 #include "bus/channels.h"
 #include "evalbus/log_t.hpp"
 #include "models/physics_model.h"
+#include "tests/unit/dressed_scene.h"
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
 #include "viz/viz_component.h"
@@ -159,19 +160,13 @@ TEST_F(CameraComponentTest, ShowsExactlyTheRequestedTick) {
 
 // A policy sees the texture and the light with which the log of the episode is rendered later.
 TEST_F(CameraComponentTest, ShowsTheTextureAndTheLightOfTheSeed) {
-  const TaskSelection selection = FindTask("lift_pot");
-  const std::string variations = "\nvariations:\n";
-  std::string text = selection.task.text;
-  text.insert(
-      text.find(variations) + variations.size(),
-      "  dressed:\n    randomize:\n"
-      "      - texture: {of: [left_cabinet, right_cabinet], choices: [left_cabinet/oak, marble, checker]}\n"
-      "      - light: {name: key, turn_deg: 20}\n");
-  TaskDescription task = ParseTask(text, selection.task.file, true);
-  task.Apply("dressed");
-  const Scene dressed = BuildScene(task, LoadRobot(task.robot_file, {}));
+  const Scene dressed = BuildDressed("lift_pot",
+                                     "      - texture: {of: [left_cabinet, right_cabinet], choices: "
+                                     "[left_cabinet/oak, marble, checker]}\n"
+                                     "      - light: {name: key, turn_deg: 20}\n")
+                            .scene;
   model_info_t info = VisualInfo(folder_.path(), *dressed.visual);
-  info.task_yaml = text;
+  info.task_yaml = dressed.info.task_yaml;
   info.variation = "dressed";
   Process process;
   process.PublishModel(info);
@@ -350,10 +345,9 @@ TEST_F(CameraComponentTest, DepthIsFloatsInMeters) {
 TEST_F(CameraComponentTest, AnEpisodesColorsAreThoseOfItsSeed) {
   model_info_t info = Info();
   info.variation = "green";
-  const std::string variations = "\nvariations:\n";
-  info.task_yaml.insert(info.task_yaml.find(variations) + variations.size(),
-                        "  green:\n    randomize:\n"
-                        "      - color: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
+  info.task_yaml = WithVariation(info.task_yaml,
+                                 "  green:\n    randomize:\n"
+                                 "      - color: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
   Process process;
   process.PublishModel(info);
   std::vector<std::vector<uint8_t>> drawn;

@@ -9,6 +9,7 @@
 
 #include "models/randomized_model.h"
 #include "models/scene.h"
+#include "tests/unit/dressed_scene.h"
 #include "tests/unit/viz/viz_scene.h"
 #include "viz/images/renderer.h"
 
@@ -16,45 +17,33 @@ namespace evalbus::viz::appearance_test {
 
 using Pixels = std::vector<uint8_t>;
 
-// The scene of cube_handover, whose variation "dressed" has this randomization.
-class DressedScene {
+// The scene of cube_handover with this randomization.
+class Dressed {
  public:
-  explicit DressedScene(const std::string& randomize) {
-    const TaskSelection selection = FindTask("cube_handover");
-    const std::string variations = "\nvariations:\n";
-    std::string text = selection.task.text;
-    text.insert(text.find(variations) + variations.size(), "  dressed:\n    randomize:\n" + randomize);
-    task_ = ParseTask(text, selection.task.file, true);
-    task_.Apply("dressed");
-    scene_ = BuildScene(task_, LoadRobot(task_.robot_file, {}));
-    scene_.info.task_yaml = text;
-    scene_.info.task_file = task_.file;
-    scene_.info.variation = "dressed";
-  }
-  const Scene& scene() const { return scene_; }
+  explicit Dressed(const std::string& randomize) : dressed_(BuildDressed("cube_handover", randomize)) {}
+  const Scene& scene() const { return dressed_.scene; }
 
   std::unique_ptr<Renderer> RendererWith(const char* painter) const {
     setenv("EVALBUS_PAINTER", painter, 1);
-    auto renderer = std::make_unique<Renderer>(Copy(*scene_.visual), FrameSize{320, 240});
+    auto renderer = std::make_unique<Renderer>(Copy(*scene().visual), FrameSize{320, 240});
     unsetenv("EVALBUS_PAINTER");
-    renderer->SetState(StateOf(HomeQpos(*scene_.visual)));
+    renderer->SetState(StateOf(HomeQpos(*scene().visual)));
     return renderer;
   }
   Pixels Image(Renderer* renderer, std::optional<int64_t> seed) const {
-    renderer->SetAppearance(scene_.info, seed);
-    renderer->SetState(StateOf(HomeQpos(*scene_.visual)));
+    renderer->SetAppearance(scene().info, seed);
+    renderer->SetState(StateOf(HomeQpos(*scene().visual)));
     Pixels rgb;
-    renderer->RenderRgb({FindCamera(*scene_.visual, "overview"), {320, 240}}, &rgb);
+    renderer->RenderRgb({FindCamera(*scene().visual, "overview"), {320, 240}}, &rgb);
     return rgb;
   }
   double Value(int64_t seed) const {
-    const ModelPtr model = Copy(*scene_.visual);
-    return RandomizeAppearance(task_.variation("dressed"), seed, model.get()).at(0).value;
+    const ModelPtr model = Copy(*scene().visual);
+    return RandomizeAppearance(dressed_.task.variation("dressed"), seed, model.get()).at(0).value;
   }
 
  private:
-  TaskDescription task_;
-  Scene scene_;
+  DressedScene dressed_;
 };
 
 // Share of pixels of which a channel differs by more than `levels`.
@@ -76,8 +65,7 @@ double Mean(const Pixels& a, const Pixels& b) {
 }
 
 TEST(Appearance, EachTextureHasItsImage) {
-  const DressedScene dressed(
-      "      - texture: {of: [table], choices: [table/oak, plain, checker, marble]}\n");
+  const Dressed dressed("      - texture: {of: [table], choices: [table/oak, plain, checker, marble]}\n");
   const auto ours = dressed.RendererWith("evalbus"), mujocos = dressed.RendererWith("mujoco");
   const Pixels without = dressed.Image(ours.get(), std::nullopt);
   std::map<double, Pixels> images;
@@ -101,7 +89,7 @@ TEST(Appearance, EachTextureHasItsImage) {
 }
 
 TEST(Appearance, ATurnedLightShadesAnew) {
-  const DressedScene dressed("      - light: {name: key, turn_deg: 25}\n");
+  const Dressed dressed("      - light: {name: key, turn_deg: 25}\n");
   const auto ours = dressed.RendererWith("evalbus"), mujocos = dressed.RendererWith("mujoco");
   const Pixels without = dressed.Image(ours.get(), std::nullopt);
   for (int seed = 1; seed < 4; ++seed) {

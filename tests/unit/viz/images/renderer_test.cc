@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "base/errors.h"
+#include "tests/unit/dressed_scene.h"
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
 #include "viz/images/overlay.h"
@@ -221,10 +222,9 @@ TEST_F(RendererTest, ShadowsAreDrawn) {
 TEST_F(RendererTest, AnEpisodesColorsAreThoseOfItsSeed) {
   model_info_t info = scene_->info;
   info.variation = "green";
-  const std::string variations = "\nvariations:\n";
-  info.task_yaml.insert(info.task_yaml.find(variations) + variations.size(),
-                        "  green:\n    randomize:\n"
-                        "      - color: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
+  info.task_yaml = WithVariation(info.task_yaml,
+                                 "  green:\n    randomize:\n"
+                                 "      - color: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
   const std::vector<double> home = HomeQpos(model());
   const Frame red = Image("front", home);
   renderer_->SetAppearance(info, 1);

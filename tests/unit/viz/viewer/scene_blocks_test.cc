@@ -9,6 +9,7 @@
 #include "base/sha256.h"
 #include "models/randomized_model.h"
 #include "models/scene.h"
+#include "tests/unit/dressed_scene.h"
 #include "viz/viewer/block.h"
 
 namespace evalbus::viz::scene_blocks_test {
@@ -98,23 +99,14 @@ TEST(SceneBlocks, AMeshIsTheModelsToTheSixteenthBit) {
 }
 
 TEST(SceneBlocks, AppearanceIsWhatTheSeedChanges) {
-  TaskSelection selection = FindTask("lift_pot");
-  const std::string variations = "\nvariations:\n";
-  std::string text = selection.task.text;
-  text.insert(text.find(variations) + variations.size(),
-              "  seen:\n    randomize:\n"
-              "      - color: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"
-              "      - light: {name: key, min_factor: 0.5, max_factor: 0.9}\n"
-              "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n");
-  TaskDescription task = ParseTask(text, selection.task.file, false);
-  task.Apply("seen");
-  Scene scene = BuildScene(task, LoadRobot(selection.task.robot_file, {}));
-  scene.info.task_yaml = text;
-  scene.info.task_file = selection.task.file;
-  scene.info.variation = "seen";
+  const auto [task, scene] =
+      BuildDressed("lift_pot",
+                   "      - color: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"
+                   "      - light: {name: key, min_factor: 0.5, max_factor: 0.9}\n"
+                   "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n");
   const SceneBlocks blocks(scene.info, Copy(*scene.visual), *scene.physics);
   const ModelPtr changed = Copy(*scene.visual);
-  RandomizeAppearance(task.variation("seen"), 5, changed.get());
+  RandomizeAppearance(task.variation("dressed"), 5, changed.get());
 
   const nlohmann::ordered_json appearance = blocks.Appearance(5);
   EXPECT_EQ(blocks.Appearance(5), appearance);
@@ -141,19 +133,10 @@ TEST(SceneBlocks, AppearanceIsWhatTheSeedChanges) {
 }
 
 TEST(SceneBlocks, AnEpisodesTextureIsOneOfTheScenesBlocks) {
-  const TaskSelection selection = FindTask("cube_handover");
-  const std::string variations = "\nvariations:\n";
-  std::string text = selection.task.text;
-  text.insert(text.find(variations) + variations.size(),
-              "  dressed:\n    randomize:\n"
-              "      - texture: {of: [table], choices: [plain, checker, marble]}\n"
-              "      - light: {name: key, turn_deg: 10}\n");
-  TaskDescription task = ParseTask(text, selection.task.file, true);
-  task.Apply("dressed");
-  Scene scene = BuildScene(task, LoadRobot(selection.task.robot_file, {}));
-  scene.info.task_yaml = text;
-  scene.info.task_file = selection.task.file;
-  scene.info.variation = "dressed";
+  const Scene scene = BuildDressed("cube_handover",
+                                   "      - texture: {of: [table], choices: [plain, checker, marble]}\n"
+                                   "      - light: {name: key, turn_deg: 10}\n")
+                          .scene;
   const SceneBlocks blocks(scene.info, Copy(*scene.visual), *scene.physics);
   const BlockReader block(blocks.blocks().at(blocks.id()));
   ASSERT_EQ(block.head()["textures"].size(), 2U);
