@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
-#include <limits>
+#include <unordered_map>
 #include <vector>
 
 namespace evalbus {
@@ -44,7 +45,6 @@ class Solid {
     neighbors_ = index_ + num_vertices_;
   }
 
-  int num_vertices() const { return num_vertices_; }
   Vector center() const { return {position_[0], position_[1], position_[2]}; }
 
   Vector Vertex(int i) const { return ToWorld(Local(i)); }
@@ -66,6 +66,20 @@ class Solid {
       }
     }
     return furthest_;
+  }
+  // Where the next search begins. If several vertices are equally far, the result depends on it.
+  void SearchFrom(int vertex) { furthest_ = vertex < num_vertices_ ? vertex : 0; }
+
+  // Calls visit(i) for each vertex that could be within an angle (rad) of the plane that touches the solid at
+  // `corner`, perpendicular to `direction`, and for some others.
+  template <class Visit>
+  void ForEachNear(const Vector& direction, int corner, double angle, const Visit& visit) const {
+    const Vector local = ToLocal(direction), at = Local(corner);
+    for (int i = 0; i < num_vertices_; ++i) {
+      const Vector to = Local(i) - at;
+      const double below = -Dot(local, to) - 2e-9;
+      if (below <= 0 || below * below <= 1.1 * angle * angle * Dot(to, to)) visit(i);
+    }
   }
 
  private:
@@ -92,7 +106,6 @@ class Solid {
   const float* vertices_ = nullptr;
   const int *neighbors_at_ = nullptr, *index_ = nullptr, *neighbors_ = nullptr;
   int num_vertices_ = 8;
-  // Where the next search begins.
   int furthest_ = 0;
 };
 
@@ -105,20 +118,44 @@ struct Penetration {
   Vector on_first, on_second;
 };
 
+// A direction in which two geoms (perhaps of another model) were separated.
+struct Separation {
+  Vector direction{1, 0, 0};
+  // The outermost vertices in this direction.
+  int on_first = 0, on_second = 0;
+
+  // True if the solids are clearly separated in this direction. Most pairs of geoms are, and remain so from
+  // step to step. If so, the expansion below would find no penetration, either, so that contacts do not
+  // depend on earlier ones.
+  bool StillHolds(Solid* first, Solid* second) {
+    constexpr double kClear = 1e-6;  // m
+    first->SearchFrom(on_first);
+    second->SearchFrom(on_second);
+    on_first = first->Furthest(direction);
+    on_second = second->Furthest(-1 * direction);
+    first->SearchFrom(0);
+    second->SearchFrom(0);
+    return Dot(second->Vertex(on_second) - first->Vertex(on_first), direction) > kClear;
+  }
+};
+
 // Expanding polytope algorithm: a polytope inside the Minkowski difference of both solids grows where it is
 // nearest to the origin.
 class Expansion {
  public:
-  // Returns whether the solids penetrate.
-  bool Run(Solid* first, Solid* second, Penetration* penetration) {
+  // Returns whether the solids penetrate. If not, `separating` is a direction in which they are separated.
+  bool Run(Solid* first, Solid* second, Penetration* penetration, Vector* separating) {
     first_ = first;
     second_ = second;
-    if (!MakeTetrahedron()) return false;
+    if (!MakeTetrahedron(separating)) return false;
     for (int i = 0; i < kMaxSteps; ++i) {
       const Face face = *std::ranges::min_element(faces_, {}, &Face::distance);
       const Vertex vertex = Support(face.normal);
       const double support = Dot(vertex.difference, face.normal);
-      if (support <= 0) return false;
+      if (support <= 0) {
+        *separating = face.normal;
+        return false;
+      }
       if (support - face.distance < kTolerance || i == kMaxSteps - 1) {
         *penetration = Measure(face);
         return true;
@@ -150,13 +187,18 @@ class Expansion {
   }
 
   // Returns false if a direction has been found in which the solids are separated.
-  bool MakeTetrahedron() {
+  bool MakeTetrahedron(Vector* separating) {
+    const auto separates = [&](const Vector& direction) {
+      if (Dot(vertices_.back().difference, direction) > 0) return false;
+      *separating = 1 / Norm(direction) * direction;
+      return true;
+    };
     vertices_.clear();
     faces_.clear();
     Vector direction = second_->center() - first_->center();
     if (Norm(direction) < 1e-12) direction = {1, 0, 0};
     vertices_.push_back(Support(direction));
-    if (Dot(vertices_[0].difference, direction) <= 0) return false;
+    if (separates(direction)) return false;
     vertices_.push_back(Support(-1 * direction));
     const Vector line = vertices_[1].difference - vertices_[0].difference;
     // Away from the line, toward the origin if possible.
@@ -169,7 +211,7 @@ class Expansion {
       side = Cross(line, unit);
     }
     vertices_.push_back(Support(side));
-    if (Dot(vertices_[2].difference, side) <= 0) return false;
+    if (separates(side)) return false;
     Vector normal = Cross(line, vertices_[2].difference - vertices_[0].difference);
     if (Norm(normal) < 1e-12) {
       vertices_[2] = Support(-1 * side);
@@ -276,12 +318,13 @@ struct Plane {
 // The face, edge or corner of a solid that is furthest in a direction, as a counterclockwise polygon in the
 // plane.
 std::vector<Point> Outermost(Solid* solid, const Vector& direction, const Plane& plane) {
-  const Vector corner = solid->Vertex(solid->Furthest(direction));
+  const int furthest = solid->Furthest(direction);
+  const Vector corner = solid->Vertex(furthest);
   std::vector<Point> points;
-  for (int i = 0; i < solid->num_vertices(); ++i) {
+  solid->ForEachNear(direction, furthest, kFlat, [&](int i) {
     const Vector vertex = solid->Vertex(i), to = vertex - corner;
     if (-Dot(to, direction) <= kFlat * Norm(to) + 1e-9) points.push_back(plane.Project(vertex));
-  }
+  });
   // Convex hull by Andrew's monotone chain.
   std::ranges::sort(points);
   std::vector<Point> hull;
@@ -319,27 +362,32 @@ std::vector<Point> Clip(std::vector<Point> points, const std::vector<Point>& pol
 }
 
 // Four corners of a polygon with the largest area between them.
-std::vector<Point> LargestQuadrilateral(const std::vector<Point>& polygon) {
+std::vector<Point> LargestQuadrilateral(std::vector<Point> polygon) {
   const size_t n = polygon.size();
   if (n <= 4) return polygon;
+  // Twice around, because the corners after k continue with the first one.
+  polygon.reserve(2 * n);
+  polygon.insert(polygon.end(), polygon.begin(), polygon.begin() + static_cast<std::ptrdiff_t>(n));
   double most = -1;
   std::array<size_t, 4> best{};
   for (size_t i = 0; i < n; ++i) {
     for (size_t k = i + 2; k < n; ++k) {
-      const auto furthest = [&](size_t begin, size_t end, size_t a, size_t b) {
-        size_t found = begin % n;
-        for (size_t j = begin; j < end; ++j) {
-          if (std::abs(Turn(polygon[a], polygon[b], polygon[j % n])) >
-              std::abs(Turn(polygon[a], polygon[b], polygon[found])))
-            found = j % n;
+      const auto area_with = [&](size_t j) { return std::abs(Turn(polygon[i], polygon[k], polygon[j])); };
+      const auto furthest = [&](size_t begin, size_t end, double* area) {
+        size_t found = begin;
+        *area = area_with(begin);
+        for (size_t j = begin + 1; j < end; ++j) {
+          if (const double other = area_with(j); other > *area) {
+            *area = other;
+            found = j;
+          }
         }
         return found;
       };
-      const size_t j = furthest(i + 1, k, i, k), l = furthest(k + 1, i + n, i, k);
-      const double area = std::abs(Turn(polygon[i], polygon[k], polygon[j])) +
-                          std::abs(Turn(polygon[i], polygon[k], polygon[l]));
-      if (area > most) {
-        most = area;
+      double area_j = 0, area_l = 0;
+      const size_t j = furthest(i + 1, k, &area_j), l = furthest(k + 1, i + n, &area_l);
+      if (area_j + area_l > most) {
+        most = area_j + area_l;
         best = {i, j, k, l};
       }
     }
@@ -376,10 +424,13 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
                                                                       margin);
   }
   Solid first(*model, *data, geom1), second(*model, *data, geom2);
+  thread_local std::unordered_map<int64_t, Separation> separations;
+  Separation& separation = separations[int64_t{geom1} << 32 | geom2];
+  if (separation.StillHolds(&first, &second)) return 0;
   // Keeps its memory.
   thread_local Expansion expansion;
   Penetration penetration;
-  if (!expansion.Run(&first, &second, &penetration)) return 0;
+  if (!expansion.Run(&first, &second, &penetration, &separation.direction)) return 0;
   const Vector& normal = penetration.normal;
   const Vector middle = 0.5 * (penetration.on_first + penetration.on_second);
   const auto add = [&](mjContact* contact, const Vector& position) {
