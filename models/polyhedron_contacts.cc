@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
-#include <unordered_map>
 #include <vector>
 
 namespace evalbus {
@@ -361,7 +359,8 @@ std::vector<Point> Clip(std::vector<Point> points, const std::vector<Point>& pol
   return points;
 }
 
-// Four corners of a polygon with the largest area between them.
+// Four corners of a convex polygon with the largest area between them. For each diagonal from i to k, those
+// are the corners on both sides that are furthest from it. While k moves around the polygon, so do they.
 std::vector<Point> LargestQuadrilateral(std::vector<Point> polygon) {
   const size_t n = polygon.size();
   if (n <= 4) return polygon;
@@ -371,21 +370,15 @@ std::vector<Point> LargestQuadrilateral(std::vector<Point> polygon) {
   double most = -1;
   std::array<size_t, 4> best{};
   for (size_t i = 0; i < n; ++i) {
+    size_t j = i + 1, l = i + 3;
     for (size_t k = i + 2; k < n; ++k) {
-      const auto area_with = [&](size_t j) { return std::abs(Turn(polygon[i], polygon[k], polygon[j])); };
-      const auto furthest = [&](size_t begin, size_t end, double* area) {
-        size_t found = begin;
-        *area = area_with(begin);
-        for (size_t j = begin + 1; j < end; ++j) {
-          if (const double other = area_with(j); other > *area) {
-            *area = other;
-            found = j;
-          }
-        }
-        return found;
+      const auto area = [&](size_t corner) {
+        return std::abs(Turn(polygon[i], polygon[k], polygon[corner]));
       };
-      double area_j = 0, area_l = 0;
-      const size_t j = furthest(i + 1, k, &area_j), l = furthest(k + 1, i + n, &area_l);
+      l = std::max(l, k + 1);
+      double area_j = area(j), area_l = area(l), next = 0;
+      for (; j + 1 < k && (next = area(j + 1)) > area_j; ++j) area_j = next;
+      for (; l + 1 < i + n && (next = area(l + 1)) > area_l; ++l) area_l = next;
       if (area_j + area_l > most) {
         most = area_j + area_l;
         best = {i, j, k, l};
@@ -398,7 +391,10 @@ std::vector<Point> LargestQuadrilateral(std::vector<Point> polygon) {
 void RemoveRepeated(std::vector<Point>* points) {
   std::vector<Point> kept;
   for (const Point& p : *points) {
-    const auto is_near = [&](const Point& q) { return std::hypot(p[0] - q[0], p[1] - q[1]) < 1e-9; };
+    const auto is_near = [&](const Point& q) {
+      const double x = p[0] - q[0], y = p[1] - q[1];
+      return x * x + y * y < 1e-18;
+    };
     if (std::ranges::none_of(kept, is_near)) kept.push_back(p);
   }
   *points = kept;
@@ -424,8 +420,11 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
                                                                       margin);
   }
   Solid first(*model, *data, geom1), second(*model, *data, geom2);
-  thread_local std::unordered_map<int64_t, Separation> separations;
-  Separation& separation = separations[int64_t{geom1} << 32 | geom2];
+  // By geom1 and geom2.
+  thread_local std::vector<Separation> separations;
+  const auto ngeom = static_cast<size_t>(model->ngeom);
+  if (separations.size() != ngeom * ngeom) separations.assign(ngeom * ngeom, {});
+  Separation& separation = separations[static_cast<size_t>(geom1) * ngeom + static_cast<size_t>(geom2)];
   if (separation.StillHolds(&first, &second)) return 0;
   // Keeps its memory.
   thread_local Expansion expansion;
