@@ -167,12 +167,12 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   Scene scene;
   scene.warnings = composer.warnings();
   scene.visual = CompileModel(composer, false, &scene.warnings);
+  const ModelPtr corrected = WithMeshMasses(*scene.visual, &composer);
   try {
-    scene.physics = CompileModel(composer, true, &scene.warnings);
+    if (!corrected) scene.physics = CompileModel(composer, true, &scene.warnings);
   } catch (const InputError&) {
     // The second attempt below reports the error, unless it was that all mass is in visual geoms.
   }
-  const ModelPtr corrected = WithMeshMasses(*scene.visual, &composer);
   if (corrected || !scene.physics || !InertiasAgree(*scene.physics, *scene.visual)) {
     // MuJoCo drops visual geoms before it infers inertias from geoms.
     composer.SetInertials(corrected ? *corrected : *scene.visual);
