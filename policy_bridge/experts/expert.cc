@@ -102,7 +102,7 @@ std::string Expert::WhyNoPlan(const Configuration& now, const state_t& state) {
 
 void NeedTwoArms(const model_info_t& info) {
   if (info.num_arms == 2) return;
-  throw InputError("policy \"expert\": " + info.task + " needs a robot with two arms");
+  throw InputError(info.task + " needs a robot with two arms");
 }
 
 void SetAction(const Configuration& configuration, action_t* action) {
@@ -163,7 +163,12 @@ void CheckExpert(const std::string& task) {
 
 std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info) {
   CheckExpert(task);
-  return Experts().at(FamilyOf(task))(model, info);
+  try {
+    return Experts().at(FamilyOf(task))(model, info);
+  } catch (const InputError& error) {
+    // For example, roboeval/lift_tray lacks the sites of our own tray.
+    throw InputError(std::string("policy \"expert\": ") + error.what());
+  }
 }
 
 }  // namespace evalbus::policy

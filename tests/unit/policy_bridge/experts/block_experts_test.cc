@@ -57,6 +57,17 @@ TEST(CubeHandoverExpert, OneArmIsTooFew) {
   }
 }
 
+TEST(CubeHandoverExpert, NamesWhatItMissesInAnotherScene) {
+  const TaskSelection pot = FindTask("lift_pot");
+  const Scene scene = BuildScene(pot.task, LoadRobot(pot.task.robot_file));
+  try {
+    MakePolicy("expert:cube_handover", *scene.physics, scene.info);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "policy \"expert\": the task has no object \"rod\"");
+  }
+}
+
 // Props at rest: dropped as the task specifies, they neither creep nor vibrate.
 TEST(BlockProps, LieStill) {
   for (const std::string name : {"stack_two_blocks/base", "cube_handover/base", "cube_handover/vertical"}) {
