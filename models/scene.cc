@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <ranges>
 
 #include "base/errors.h"
 #include "models/compile_model.h"
@@ -155,8 +156,8 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   }
 
   // If names repeat, the first camera takes precedence; a variation's cameras precede the task's.
-  for (auto camera = task.cameras.rbegin(); camera != task.cameras.rend(); ++camera)
-    composer.SetCamera(camera->name, PoseOf(*camera), camera->vertical_fov);
+  for (const Camera& camera : std::ranges::reverse_view(task.cameras))
+    composer.SetCamera(camera.name, PoseOf(camera), camera.vertical_fov);
 
   for (const NameInFile& texture : task.textures) {
     if (texture.text == kPlain || composer.HasTexture(texture.text)) continue;
