@@ -49,6 +49,23 @@ TEST_F(FormatsTest, SchemasHold) {
   broken["end_reason"] = "boredom";
   WriteText(folder_->path() / "broken.json", broken.dump());
   EXPECT_NE(SchemaError("episode", folder_->path() / "broken.json"), "");
+  for (const char* key : {"extended", "explanation"}) {
+    broken = nlohmann::ordered_json::parse(ReadText(A() / "episodes/0000/summary.json"));
+    broken[key]["unheard_of"] = 1;
+    WriteText(folder_->path() / "broken.json", broken.dump());
+    EXPECT_NE(SchemaError("episode", folder_->path() / "broken.json"), "") << key;
+  }
+}
+
+TEST_F(FormatsTest, SchemaOfViolationsOfForceLimitsHolds) {
+  const fs::path limits = folder_->path() / "limits.yaml", out = folder_->path() / "limited";
+  WriteText(
+      limits,
+      "limits: {pot: {bodies: [pot], quasi_static_force_N: 1, transient_force_N: 1, grip_force_N: 1}}\n");
+  Evaluate({"lift_pot/position", "--policy", "expert", "--episodes", "1", "--in-process", "--limits", limits},
+           out);
+  EXPECT_NE(ReadText(out / "episodes.jsonl").find("\"limit\":\"grip\""), std::string::npos);
+  EXPECT_EQ(SchemaError("episode", out / "episodes.jsonl"), "");
 }
 
 // Each is checked by a test against what a command wrote.

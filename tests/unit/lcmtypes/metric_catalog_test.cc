@@ -5,6 +5,7 @@
 
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
 
@@ -48,6 +49,16 @@ TEST(MetricCatalog, IsThatOfTheDocumentation) {
     EXPECT_EQ(documented[name], unit) << name;
   }
   for (const auto& [name, unit] : documented) EXPECT_TRUE(known.contains(name)) << name << " is not known";
+}
+
+TEST(MetricCatalog, ExtendedNamesAreThoseOfTheSchema) {
+  std::ifstream file(EVALBUS_SOURCE_DIR "/docs/schema/episode.json");
+  const auto schema = nlohmann::json::parse(file);
+  std::set<std::string> known;
+  for (const MetricInfo& metric : Metrics()) {
+    if (metric.is_extended()) known.emplace(metric.wire_name());
+  }
+  EXPECT_EQ(schema["properties"]["extended"]["propertyNames"]["enum"].get<std::set<std::string>>(), known);
 }
 
 TEST(MetricCatalog, HasWhatPeopleReadOfEachMetric) {
