@@ -21,6 +21,8 @@ namespace {
 // If all differences are equal, nothing shows how much they vary. At this number of pairs, the share of
 // starts that differ from them is at most 5 %, with 95 % confidence: 0.95^59 < 0.05.
 constexpr int kEqualPairsNeeded = 59;
+// What the names of evalbus' own metrics begin with; users may leave it out.
+constexpr std::string_view kExtended = "extended.";
 // Fewer differing pairs show too little of how much they vary.
 constexpr int kDifferingPairsNeeded = 10;
 
@@ -32,24 +34,40 @@ std::optional<double> ValueOf(const RecordedEpisode& episode, const MetricNumber
   return std::nullopt;
 }
 
-MetricNumber FindNumber(const std::string& name, const std::set<std::string>& available) {
-  for (const std::string& exact : {name, "extended." + name}) {
-    if (available.contains(exact)) return FindMetric(exact);
-  }
+// Those of the numbers that `name` means: a metric, or the label of one of its numbers.
+std::vector<MetricNumber> Matching(const std::string& name, const std::vector<MetricNumber>& numbers) {
   std::vector<MetricNumber> found;
-  std::vector<std::string> known;
-  for (const MetricNumber& number : MainMetrics({available.begin(), available.end()})) {
-    known.push_back(number.name);
+  for (const MetricNumber& number : numbers) {
     const MetricInfo& metric = *number.metric;
     if (name == metric.name || name == metric.wire_name() || Words(name) == metric.label ||
         Words(name) == number.label())
       found.push_back(number);
   }
+  return found;
+}
+
+MetricNumber FindNumber(const std::string& name, const std::set<std::string>& available) {
+  for (const std::string& exact : {name, std::string(kExtended) + name}) {
+    if (available.contains(exact)) return FindMetric(exact);
+  }
+  std::vector<MetricNumber> all;
+  for (const std::string& each : available) {
+    if (const MetricNumber number = FindMetric(each); number.metric) all.push_back(number);
+  }
+  // "wrist_path" means that of both arms, which tables show.
+  std::vector<MetricNumber> found = Matching(name, MainMetrics({available.begin(), available.end()}));
+  if (found.empty()) found = Matching(name, all);
   if (found.size() == 1) return found[0];
-  std::vector<std::string> several;
+  std::vector<std::string> several, known;
   for (const MetricNumber& number : found) several.push_back(number.name);
-  throw InputError(found.empty() ? "--on " + name + ": no such metric in both runs" + Suggestion(name, known)
-                                 : "--on " + name + ": means several: " + ListOf(several));
+  for (const MetricNumber& number : all) {
+    known.push_back(number.metric->is_extended() ? number.name.substr(kExtended.size()) : number.name);
+  }
+  throw InputError(
+      found.empty()
+          ? "--on " + name + ": no such metric in both runs" +
+                Suggestion(name, known, "; expected one of 'metrics' in summary.json that both have")
+          : "--on " + name + ": means several: " + ListOf(several));
 }
 
 // Parses "0.2" and "10%".

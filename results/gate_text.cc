@@ -16,10 +16,12 @@ std::string WithUnit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
 }
 
-// A loss with enough decimals to be compared with the margin, for example "4.2 points".
+// A loss with enough decimals to be compared with the margin, for example "4.2 points". A loss is never shown
+// as 0 if it is not 0.
 std::string LossText(const GateCriterion& criterion, double loss) {
   const int decimals = criterion.margin >= 10 ? 0 : criterion.margin >= 1 ? 1 : 3;
-  return WithUnit(Fixed(loss, decimals), criterion.unit);
+  const bool would_be_zero = loss != 0 && std::abs(loss) < 0.5 * std::pow(10, -decimals);
+  return WithUnit(would_be_zero ? fmt::format("{:.1g}", loss) : Fixed(loss, decimals), criterion.unit);
 }
 
 // Means of both sides, for example "81.7 -> 90.0 %".

@@ -165,14 +165,36 @@ TEST_F(GateTest, MarginsInPercentAreOfTheBaseline) {
   EXPECT_EQ(decide("completion_time:30%").verdict, GateVerdict::kPass);
 }
 
+// The bound is far below the margin.
+TEST_F(GateTest, ASmallLossIsNotShownAsNone) {
+  const auto late = [](int i, ordered_json* line) {
+    (*line)["extended"]["tracking_error_rad"] = {{"left", 0.001 * (i % 2)}};
+  };
+  const auto none = [](int, ordered_json* line) {
+    (*line)["extended"]["tracking_error_rad"] = {{"left", 0.0}};
+  };
+  GateOptions options;
+  options.on = {"tracking_error_rad.left:1"};
+  const Gate gate = Decide(Of("a", 100, 100, late), Of("b", 100, 100, none), options);
+  // 0.0005 + 1.98 * 0.00005 rad.
+  EXPECT_THAT(gate.criteria.at(1).why, HasSubstr(": a loss of at most 0.0006 rad (one-sided 95 % bound)"));
+}
+
 TEST_F(GateTest, UnusableMetricsAreRefused) {
-  const RecordedRuns run = Of("a", 60, 60), baseline = Of("b", 60, 60);
+  const auto idle = [](int, ordered_json* line) {
+    (*line)["extended"]["idle_time_s"] = {{"left", 1}, {"right", 2}};
+  };
+  const RecordedRuns run = Of("a", 60, 60, idle), baseline = Of("b", 60, 60, idle);
   const auto refusal = [&](const std::string& on) {
     GateOptions options;
     options.on = {on};
     return RefusalOf(run, baseline, options);
   };
   EXPECT_THAT(refusal("slip_cont"), HasSubstr("--on slip_cont: no such metric in both runs; did you mean"));
+  EXPECT_THAT(refusal("unheard_of"), HasSubstr("; expected one of 'metrics' in summary.json that both have"));
+  EXPECT_THAT(refusal("idle_time_s:1"),
+              HasSubstr("means several: extended.idle_time_s.left, extended.idle_time_s.right"));
+  EXPECT_THAT(refusal("idle_time.left"), HasSubstr("did you mean 'idle_time_s.left'"));
   EXPECT_THAT(refusal("slips:x"), HasSubstr("margin 'x', expected a number"));
   EXPECT_THAT(refusal("slips:-1"), HasSubstr("margin '-1', expected a number"));
   EXPECT_THAT(refusal("success:3"), HasSubstr("--margin is the margin of success"));
