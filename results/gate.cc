@@ -36,10 +36,7 @@ void CheckUsable(const RecordedRuns& runs) {
 
 // True if the episode with this seed is one that the run was to contain.
 bool IsPlanned(const RecordedRun& run, int episode, int64_t seed) {
-  if (episode >= run.planned || run.seeds().OfEpisode(episode) != seed) return false;
-  const auto only = run.info.find("only");
-  return only == run.info.end() || only->empty() ||
-         std::find(only->begin(), only->end(), episode) != only->end();
+  return run.IsPlanned(episode) && run.seeds().OfEpisode(episode) == seed;
 }
 
 using EpisodesBySeed = std::map<int64_t, const RecordedEpisode*>;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
+#include <ranges>
 
 #include "base/errors.h"
 #include "base/input_file.h"
@@ -222,6 +223,12 @@ std::vector<int> RecordedRun::incomplete() const {
   return numbers;
 }
 
+bool RecordedRun::IsPlanned(int episode) const {
+  if (episode >= planned) return false;
+  const auto only = info.find("only");
+  return only == info.end() || only->empty() || std::find(only->begin(), only->end(), episode) != only->end();
+}
+
 std::vector<int> RecordedRun::invalid() const {
   std::vector<int> numbers;
   for (const RecordedEpisode& episode : episodes) {
@@ -241,9 +248,9 @@ metrics::RunStatistics RecordedRun::Statistics() const {
 std::vector<std::string> RecordedRun::Remarks() const {
   std::vector<std::string> remarks;
   const size_t finished = episodes.size();
-  if (static_cast<int>(finished) < planned) {
-    remarks.push_back(fmt::format("{} of {} episodes have finished", finished, planned));
-  }
+  const auto total = static_cast<size_t>(
+      std::ranges::count_if(std::views::iota(0, planned), [&](int episode) { return IsPlanned(episode); }));
+  if (finished < total) remarks.push_back(fmt::format("{} of {} episodes have finished", finished, total));
   if (!unfinished.empty()) {
     remarks.push_back(
         fmt::format("started but not finished: {} {}", Episodes(unfinished.size()), List(unfinished)));

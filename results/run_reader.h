@@ -73,7 +73,7 @@ struct RecordedRun {
   // As --seed-stream (base/random.h).
   std::string seed_stream;
   SeedSource seeds() const { return {seed, seed_stream, FamilyOf(task), variation}; }
-  // Requested number of episodes.
+  // Requested number of episodes; with --only, of those from which the run's episodes are chosen.
   int planned = 0;
   // Finished episodes by number, including incomplete ones.
   std::vector<RecordedEpisode> episodes;
@@ -90,6 +90,8 @@ struct RecordedRun {
   std::string engine() const;
   // For example "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
+  // Whether the run is to have this episode: one of --only, if that is given.
+  bool IsPlanned(int episode) const;
   std::vector<int> incomplete() const;  // without invalid ones
   std::vector<int> invalid() const;
   metrics::RunStatistics Statistics() const;

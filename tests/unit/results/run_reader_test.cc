@@ -106,6 +106,16 @@ TEST_F(RunReaderTest, InterruptedRunReportsIt) {
                 "excluded from all rates because ticks are missing or samples were refused: episode 1"}));
 }
 
+// The run.json of a collection has the numbers of the kept episodes as --only.
+TEST_F(RunReaderTest, ChosenEpisodesAreAllOfARun) {
+  ordered_json info = RunInfo(20);
+  info["only"] = {1, 7};
+  WriteRun(run_, info, {EpisodeLine(1), EpisodeLine(7, false)});
+  EXPECT_EQ(ReadRun(run_).Remarks(), std::vector<std::string>{});
+  WriteRun(run_, info, {EpisodeLine(1)});
+  EXPECT_EQ(ReadRun(run_).Remarks(), std::vector<std::string>{"1 of 2 episodes have finished"});
+}
+
 TEST_F(RunReaderTest, InvalidEpisodesAreCountedForThemselves) {
   ordered_json invalid = EpisodeLine(1, false), incomplete = EpisodeLine(2);
   invalid["complete"] = incomplete["complete"] = false;
