@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "base/interned.h"
+#include "results/verdicts.h"
 
 namespace evalbus::exports {
 namespace {
@@ -41,6 +43,49 @@ std::string RunCells(const results::RecordedRun& run) {
   return cells;
 }
 
+// Verdicts of operators on the episodes of some runs.
+class OperatorColumns {
+ public:
+  explicit OperatorColumns(const std::vector<results::RecordedRun>& runs) {
+    for (const results::RecordedRun& run : runs) {
+      for (results::Verdict& verdict : results::ReadVerdicts(run.folder)) {
+        operators_.insert(verdict.operator_name);
+        verdicts_[run.folder][{verdict.episode, verdict.operator_name}] = std::move(verdict);
+      }
+    }
+  }
+
+  std::string Header() const {
+    std::string header;
+    for (const std::string& name : operators_) {
+      for (const char* what : {"verdict.", "stages_reached.", "rubric."}) header += "," + Quoted(what + name);
+    }
+    return header;
+  }
+
+  // Empty cells for an episode that the operator has not judged.
+  std::string Cells(const results::RecordedRun& run, int episode) const {
+    std::string cells;
+    for (const std::string& name : operators_) {
+      const auto of_run = verdicts_.find(run.folder);
+      const results::Verdict* verdict = nullptr;
+      if (of_run != verdicts_.end()) {
+        const auto found = of_run->second.find({episode, name});
+        if (found != of_run->second.end()) verdict = &found->second;
+      }
+      cells += verdict ? std::string(",") + results::Word(verdict->outcome) : ",";
+      cells += verdict && verdict->stages ? "," + std::to_string(*verdict->stages) : ",";
+      cells += verdict && verdict->rubric ? "," + Number(*verdict->rubric) : ",";
+    }
+    return cells;
+  }
+
+ private:
+  std::set<std::string> operators_;
+  // By run folder, then by episode and operator.
+  std::map<std::filesystem::path, std::map<std::pair<int, std::string>, results::Verdict>> verdicts_;
+};
+
 }  // namespace
 
 std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
@@ -75,7 +120,8 @@ std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
   std::string table = std::string(kRunColumns) + ",episode,seed,end_reason,failure_reason,complete";
   if (has_training) table += std::string(",") + metrics::kSeenInTraining;
   for (const std::string& name : names) table += "," + Quoted(name);
-  table += has_notes ? ",note\n" : "\n";
+  const OperatorColumns operators(runs);
+  table += operators.Header() + (has_notes ? ",note\n" : "\n");
   auto row = values.begin();
   for (const results::RecordedRun& run : runs) {
     const std::string run_cells = RunCells(run);
@@ -88,6 +134,7 @@ std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
       std::vector<std::string> cells(names.size());
       for (const auto& [column, value] : *row++) cells[column] = Number(value);
       for (const std::string& cell : cells) table += "," + cell;
+      table += operators.Cells(run, episode.episode);
       table += has_notes ? "," + Quoted(episode.note) + "\n" : "\n";
     }
   }

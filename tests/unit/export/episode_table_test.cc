@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "results/verdicts.h"
 #include "tests/unit/results/compare_fixture.h"
 
 namespace evalbus::exports::episode_table_test {
@@ -47,6 +48,19 @@ TEST_F(EpisodeTableTest, StatesWhetherAStartWasSeenInTraining) {
   EXPECT_NE(table.find(",complete,seen_in_training,completion_time,"), std::string::npos) << table;
   EXPECT_NE(table.find(",success,,1,1,0.1,"), std::string::npos) << table;
   EXPECT_NE(table.find(",timeout,1,0,0.11,"), std::string::npos) << table;
+}
+
+TEST_F(EpisodeTableTest, HasTheVerdictsOfOperators) {
+  const RecordedRuns run = Run("a", Info(2), {true, false}, 0.1);
+  results::WriteVerdict(run.runs[0].folder, {.episode = 1,
+                                             .operator_name = "ann",
+                                             .outcome = results::Outcome::kAbstain,
+                                             .stages = 2,
+                                             .rubric = 7.5});
+  const std::string table = EpisodeTable(run.runs);
+  EXPECT_NE(table.find(",verdict.ann,stages_reached.ann,rubric.ann\n"), std::string::npos) << table;
+  EXPECT_NE(table.find(",,,\n"), std::string::npos) << table;
+  EXPECT_TRUE(table.ends_with(",abstain,2,7.5\n")) << table;
 }
 
 }  // namespace evalbus::exports::episode_table_test
