@@ -76,5 +76,5 @@ def _from_map(value):
 
 
 def _check(dtype):
-    if dtype.kind not in _KINDS:
-        raise CodecError(f"arrays of type {dtype} are not sent: numbers, booleans and strings only")
+    if dtype.kind not in _KINDS or (dtype.kind == "f" and dtype.itemsize > 8):
+        raise CodecError(f"arrays of type {dtype} are not sent: numbers of at most 64 bits, booleans and strings only")

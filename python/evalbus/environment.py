@@ -61,9 +61,8 @@ class Environment:
         gl: Optional[str] = None,
     ):
         check_task(task)
-        for name, value in (("cameras", cameras), ("image_size", image_size)):
-            if isinstance(value, str) or not hasattr(value, "__iter__"):
-                raise InputError(f"{name}: expected a list, got {value!r}")
+        check_list("cameras", cameras)
+        check_list("image_size", image_size)
         options = {
             "control": control,
             "camera": list(cameras) or None,
@@ -114,7 +113,7 @@ class Environment:
             raise ActionError(f"the action is of type {values.dtype}, expected numbers")
         if not np.isfinite(values).all():
             raise ActionError(f"value {int(np.argmin(np.isfinite(values)))} of the action is not finite")
-        return self._ask({"step": np.ascontiguousarray(values)})
+        return self._ask({"step": np.ascontiguousarray(values, dtype=float)})
 
     def close(self) -> None:
         """Ends the program. Calling it again does nothing."""
@@ -160,6 +159,12 @@ class Environment:
             program.finish()
             raise ProgramError("evalbus env has exited")
         return data
+
+
+def check_list(name: str, value: Any) -> None:
+    """Raises InputError if the argument is not a list, such as the name of one camera."""
+    if isinstance(value, str) or not hasattr(value, "__iter__"):
+        raise InputError(f"{name}: expected a list, got {value!r}")
 
 
 def _whole(name: str, value) -> int:

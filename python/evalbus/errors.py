@@ -1,11 +1,14 @@
 """Exceptions of evalbus. Each has one line that states what is wrong and what to do."""
 
+from typing import Any
+
 
 class EvalbusError(Exception):
     """Base class of all of them."""
 
-    def __init__(self, text: str):
-        super().__init__(" ".join(text.splitlines()))
+    def __init__(self, text: Any):
+        # Gymnasium's AsyncVectorEnv passes the exception of its worker process instead of a text.
+        super().__init__(" ".join(str(text).splitlines()))
 
 
 class InputError(EvalbusError, ValueError):

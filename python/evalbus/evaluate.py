@@ -232,7 +232,7 @@ def compare(a: Union[Run, str, os.PathLike], b: Union[Run, str, os.PathLike]) ->
     folders = [str(one.folder if isinstance(one, Run) else one) for one in (b, a)]
     with tempfile.TemporaryDirectory() as scratch:
         file = pathlib.Path(scratch) / "comparison.json"
-        with contextlib.closing(Program(["compare", *folders, "--json", file])) as program:
+        with contextlib.closing(Program(["compare", "--json", file, "--", *folders])) as program:
             program.output.read()
             program.finish()
         content = json.loads(file.read_bytes())

@@ -7,7 +7,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from evalbus.environment import Environment, Step
+from evalbus.environment import Environment, Step, check_list
 from evalbus.errors import InputError
 
 TASKS = {
@@ -55,6 +55,7 @@ class EvalbusEnv(gymnasium.Env):
         render_mode: Optional[str] = None,
         render_camera: str = "front",
     ):
+        check_list("cameras", cameras)
         self.render_mode = render_mode
         self._render_camera = render_camera if render_mode else None
         self._hides_camera = bool(render_mode) and render_camera not in cameras
@@ -102,6 +103,8 @@ class EvalbusEnv(gymnasium.Env):
             self._episode = 0
         else:
             self._episode += 1
+        if options is not None and not isinstance(options, dict):
+            raise InputError(f"reset: options: expected a dictionary, got {options!r}")
         self._episode = (options or {}).get("episode", self._episode)
         step = self._environment.reset(self._run_seed, self._episode)
         return self._seen(step), _info(step)

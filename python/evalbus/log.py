@@ -113,6 +113,8 @@ def _bytes(file):
         stream = open(file, "rb")
     except OSError as error:
         raise InputError(f"{file}: {error.strerror}") from None
+    except (TypeError, ValueError) as error:  # No path, or one with a zero byte.
+        raise InputError(f"{file!r}: expected a file: {error}") from None
     with stream:
         start = stream.read(len(_PACKED_MAGIC))
         if not start:

@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import json
+import operator
 import pathlib
 from typing import Any, Dict, List, Optional, Tuple
 
@@ -40,8 +41,11 @@ class Episode:
 
     @staticmethod
     def of(line: Dict[str, Any]) -> "Episode":
+        for key in ("metrics", "extended", "parameters", "final_poses", "cause"):
+            if not isinstance(line.get(key, {}), dict):
+                raise TypeError(f"{key}: expected an object")
         return Episode(
-            index=line["episode"],
+            index=operator.index(line["episode"]),
             seed=line["seed"],
             success=line["metrics"]["success"] == 1,
             complete=line["complete"],
@@ -160,32 +164,56 @@ def read_run(folder) -> Run:
 
     Raises InputError, with file and line, if the folder is not a valid run.
     """
-    folder = pathlib.Path(folder)
+    folder = _path(folder)
     if (folder / "suite.json").exists():
-        runs = _json(folder / "suite.json")["runs"]
-        raise InputError(f"{folder} is a suite; read one of its runs: {', '.join(runs)}")
+        raise InputError(f"{folder} is a suite; read one of its runs: {', '.join(_names_of_runs(folder))}")
     if not (folder / "run.json").exists():
         raise InputError(f"{folder} is not a run: it has no run.json")
-    options, summary = _json(folder / "run.json"), folder / "summary.json"
+    options, summary, episodes = _json(folder / "run.json"), folder / "summary.json", folder / "episodes.jsonl"
     # Runs of older versions have no schema_version.
     if options.get("schema_version", _VERSION) != _VERSION:
         raise InputError(
             f"{folder / 'run.json'}: the run folder has version {options['schema_version']}, this package reads {_VERSION}"
         )
+    for key in ("task", "variation"):
+        if not isinstance(options.get(key), str):
+            raise InputError(f"{folder / 'run.json'}: {key}: expected a name")
     return Run(
         folder=folder,
         options=options,
-        summary=Summary.of(_json(summary)) if summary.exists() else None,
-        episodes=_episodes(folder / "episodes.jsonl"),
+        summary=_summary(summary) if summary.exists() else None,
+        # The file does not exist before the first episode has finished.
+        episodes=_episodes(episodes) if episodes.exists() or summary.exists() else [],
     )
 
 
 def read_runs(folder) -> List[Run]:
     """Reads each run of a suite, or a single run. Raises InputError as read_run() does."""
-    folder = pathlib.Path(folder)
+    folder = _path(folder)
     if not (folder / "suite.json").exists():
         return [read_run(folder)]
-    return [read_run(folder / name) for name in _json(folder / "suite.json")["runs"]]
+    return [read_run(folder / name) for name in _names_of_runs(folder)]
+
+
+def _path(folder) -> pathlib.Path:
+    try:
+        return pathlib.Path(folder)
+    except TypeError:
+        raise InputError(f"expected the folder of a run, got {folder!r}") from None
+
+
+def _names_of_runs(suite) -> List[str]:
+    names = _json(suite / "suite.json").get("runs")
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InputError(f"{suite / 'suite.json'}: runs: expected a list of folders")
+    return names
+
+
+def _summary(file) -> Summary:
+    try:
+        return Summary.of(_json(file))
+    except (AttributeError, KeyError, TypeError) as error:
+        raise InputError(f"{file}: no summary of a run: {_reason(error)}") from None
 
 
 def _interval(value):
@@ -208,25 +236,41 @@ def _log_in(episode_folder):
     return packed if packed.exists() else log
 
 
-def _json(file):
+def _bytes(file):
     try:
-        return json.loads(file.read_bytes())
-    except ValueError as error:
+        return file.read_bytes()
+    except OSError as error:
+        raise InputError(f"{file}: {error.strerror}") from None
+
+
+def _json(file):
+    """The object in a file."""
+    data = _bytes(file)
+    try:
+        content = json.loads(data)
+    except (RecursionError, ValueError) as error:
         raise InputError(f"{file}: {error}") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{file}: expected a JSON object")
+    return content
+
+
+def _reason(error):
+    return f"it has no {error}" if isinstance(error, KeyError) else error
 
 
 def _episodes(file):
-    lines = file.read_bytes().split(b"\n")
+    lines = _bytes(file).split(b"\n")
     episodes = {}
     for number, line in enumerate(lines, 1):
         if not line and number == len(lines):
             break
         try:
             episode = Episode.of(json.loads(line))
-        except (ValueError, TypeError, KeyError) as error:
+        except (RecursionError, ValueError, TypeError, KeyError, AttributeError) as error:
             if number == len(lines):
                 break  # The last line is truncated: the run was killed while writing it.
-            raise InputError(f"{file}:{number}: no line of an episode: {error}") from None
+            raise InputError(f"{file}:{number}: no line of an episode: {_reason(error)}") from None
         if episode.index in episodes:
             raise InputError(f"{file}:{number}: episode {episode.index} again")
         episodes[episode.index] = episode

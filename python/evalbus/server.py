@@ -20,7 +20,7 @@ import numpy as np
 import websockets
 
 from evalbus import codec
-from evalbus.errors import InputError, ProgramError
+from evalbus.errors import ActionError, InputError, ProgramError
 
 try:
     # websockets 13 and later; newer versions no longer contain the legacy API.
@@ -249,9 +249,9 @@ def _answer(act, request):
 def _chunk(actions):
     actions = np.asarray(actions)
     if actions.dtype.kind not in "biuf":
-        raise ValueError(f"actions are of type {actions.dtype}, expected numbers")
+        raise ActionError(f"actions are of type {actions.dtype}, expected numbers")
     if actions.ndim == 1:
         actions = actions[None]
     if actions.ndim != 2 or actions.size == 0:
-        raise ValueError(f"actions have the shape {actions.shape}, expected (steps, numbers) or (numbers,)")
+        raise ActionError(f"actions have the shape {actions.shape}, expected (steps, numbers) or (numbers,)")
     return actions

@@ -122,6 +122,9 @@ class EvaluateTest(unittest.TestCase):
     def test_events(self):
         with evalbus.start("lift_pot", episodes=2, out=self.folder / "run", in_process=True) as active:
             for event in active:
+                if event.kind == "begin":
+                    begun = evalbus.read_run(active.folder)
+                    self.assertEqual((begun.episodes, begun.summary), ([], None))
                 if event.kind == "episode":
                     break
             self.assertEqual((active.folder, event.episode.index), (self.folder / "run", 0))
@@ -226,6 +229,11 @@ class EvaluateTest(unittest.TestCase):
         self.assert_fails(evalbus.ActionError, "an action of type object, expected numbers", policy=lambda _: None)
         self.assert_fails(evalbus.ActionError, "an action that is not an array: ", policy=lambda _: [[1, 2], [3]])
         self.assert_fails(evalbus.ActionError, "not finite: .nan", policy=lambda _: np.full(16, np.nan))
+        self.assert_fails(evalbus.ActionError, r"actions have the shape \(\)", policy=lambda _: 0.0)
+        self.assert_fails(evalbus.ActionError, r"actions have the shape \(1, 0\)", policy=lambda _: [])
+        self.assert_fails(
+            evalbus.PolicyError, "arrays of type float128 are not sent", policy=lambda _: np.zeros(16, np.longdouble)
+        )
 
         self.assert_fails(evalbus.InputError, "cannot create: Not a directory", out=pathlib.Path(__file__) / "run")
         self.assert_fails(evalbus.InputError, "--seed: expected a whole number .* not '1.5'", seed=1.5)
@@ -248,8 +256,40 @@ class EvaluateTest(unittest.TestCase):
         for function in (evalbus.read_run, evalbus.read_log):
             with self.assertRaisesRegex(evalbus.InputError, "missing"):
                 function(self.folder / "missing")
-        with self.assertRaisesRegex(evalbus.InputError, "3: no such run folder"):
-            evalbus.compare(self.folder, 3)
+        for function in (evalbus.read_run, evalbus.read_log):
+            with self.assertRaisesRegex(evalbus.InputError, "None.*expected|expected.*None"):
+                function(None)
+        for folders, words in (((self.folder, 3), "3: no such run folder"), (("--help", "--help"), "--help: no such")):
+            with self.assertRaisesRegex(evalbus.InputError, words):
+                evalbus.compare(*folders)
+
+    def test_damaged_files(self):
+        intact = self.run_here("lift_pot", "hold", out="intact", episodes=1)
+        line = intact.episodes[0].line
+        for name, content, words in (
+            ("run.json", [], "run.json: expected a JSON object$"),
+            ("run.json", {**intact.options, "task": 3}, "run.json: task: expected a name$"),
+            ("summary.json", {"metrics": {}}, "summary.json: no summary of a run: it has no 'episodes'$"),
+            ("summary.json", {"metrics": []}, "summary.json: no summary of a run: "),
+            ("episodes.jsonl", {**line, "parameters": [1]}, "jsonl:1: no line of an episode: parameters: expected an object$"),
+            ("episodes.jsonl", {**line, "episode": "x"}, "jsonl:1: no line of an episode: "),
+            ("episodes.jsonl", None, "jsonl: No such file or directory$"),
+            ("suite.json", {"runs": 3}, "suite.json: runs: expected a list of folders$"),
+        ):
+            with self.subTest(words):
+                folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder), "damaged")
+                shutil.copytree(intact.folder, folder)
+                if content is None:
+                    (folder / name).unlink()
+                else:
+                    (folder / name).write_text(json.dumps(content) + "\n")
+                with self.assertRaisesRegex(evalbus.InputError, words):
+                    evalbus.read_run(folder)
+
+    def test_errors_have_one_line(self):
+        # Gymnasium's AsyncVectorEnv makes an exception of the exception of its worker process.
+        error = evalbus.ActionError(evalbus.ActionError("wrong\nshape"))
+        self.assertEqual(str(error), "wrong shape")
 
     def test_a_policy_that_hangs(self):
         """Neither evalbus nor Python remains after the context is left."""
@@ -408,6 +448,8 @@ class EnvironmentTest(unittest.TestCase):
             ):
                 with self.assertRaisesRegex(evalbus.ActionError, words):
                     environment.step(action)
+            # Numbers of any type are actions.
+            self.assertIsNone(environment.step(state.astype(np.longdouble)).episode)
             with self.assertRaisesRegex(evalbus.ActionError, "the action is not an array: "):
                 environment.step([[1, 2], [3]])
             for words, given in (

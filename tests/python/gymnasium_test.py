@@ -131,6 +131,26 @@ class GymnasiumTest(unittest.TestCase):
             env.close()
             with self.assertRaisesRegex(evalbus.InputError, "the environment is closed"):
                 env.unwrapped.reset(seed=0)
+        for options, words in (({"cameras": "head"}, "cameras: expected a list"), ({"cameras": None}, "expected a list")):
+            with self.assertRaisesRegex(evalbus.InputError, words):
+                make(**options)
+        with make() as env, self.assertRaisesRegex(evalbus.InputError, "options: expected a dictionary, got 3"):
+            env.reset(seed=0, options=3)
+
+    def test_wrong_input_of_vectors(self):
+        for mode in ("sync", "async"):
+            with self.subTest(mode):
+                options = {"num_envs": 2, "vectorization_mode": mode, "variation": "position"}
+                with self.assertRaisesRegex(evalbus.InputError, "nowhere"):
+                    gymnasium.make_vec("evalbus/LiftPot-v0", **{**options, "variation": "nowhere"})
+                for action, words in ((np.full((2, 16), np.nan), "is not finite"), (np.zeros((2, 3)), "has the shape .3,.")):
+                    envs = gymnasium.make_vec("evalbus/LiftPot-v0", **options)
+                    try:
+                        envs.reset(seed=0)
+                        with self.assertRaisesRegex(evalbus.ActionError, words):
+                            envs.step(action)
+                    finally:
+                        envs.close()
 
     def test_what_the_documentation_does(self):
         names = {}
