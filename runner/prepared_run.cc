@@ -63,18 +63,20 @@ TaskSelection Resolve(RunOptions* options) {
   return selection;
 }
 
-// Replaces "software" and "auto" by the library that they select. Returns library and device, or nothing if
-// the run renders no images; then --gl is only checked.
-std::string ChooseRenderer(RunOptions* options) {
+// Replaces "software" and "auto" by the library that they select. Adds library, device and a warning, if
+// there is one, to run.json, unless the run renders no images; then --gl is only checked.
+void ChooseRenderer(RunOptions* options, nlohmann::ordered_json* facts) {
   const auto contract = policy::FindContractOf(options->policy);
   if (options->video.empty() && !(contract && contract->needs_images())) {
     viz::CheckGl(options->gl);
-    return "";
+    return;
   }
   const viz::GlChoice choice = viz::ChooseGl(options->gl);
-  if (!choice.warning.empty()) fmt::print(stderr, "warning: {}\n", choice.warning);
   options->gl = choice.library;
-  return viz::Described(choice);
+  (*facts)["renderer"] = viz::Described(choice);
+  if (choice.warning.empty()) return;
+  (*facts)["renderer_warning"] = choice.warning;
+  fmt::print(stderr, "warning: {}\n", choice.warning);
 }
 
 [[noreturn]] void FailDiffers(const fs::path& file, const std::string& key,
@@ -194,11 +196,10 @@ PreparedRun PrepareRun(RunOptions options) {
   if (!rate.empty()) fmt::print("{}\n", rate);
   options.sim.scene_warnings = prepared.scene.warnings;
   std::erase(options.sim.scene_warnings, rate);
-  const std::string renderer = ChooseRenderer(&options);
   nlohmann::ordered_json facts = RunFacts(prepared, options);
   std::optional<TrainingStarts> training = TrainingOf(options);
   if (training) facts["trained_on"] = training->Json();
-  if (!renderer.empty()) facts["renderer"] = renderer;
+  ChooseRenderer(&options, &facts);
   results::RunFolder folder = results::RunFolder::OfRun(
       options.out,
       fmt::format("{}-{}-{}", selection.task.name, selection.variation, ShortPolicyName(options)),

@@ -42,6 +42,7 @@ void MainSettings(const ReportRun& run, Markup* html) {
   if (!rate.empty()) row("pace", fmt::format("{} Hz, {}", rate, run.run.clock()));
   row("MuJoCo", run.run.engine());
   row("renderer", SettingOf(info, "renderer"));
+  row("warning", SettingOf(info, "renderer_warning"));
   const std::string commit = SettingOf(info, "git_commit");
   row("evalbus", SettingOf(info, "evalbus_version") + (commit.empty() ? "" : " (" + commit + ")"));
 }

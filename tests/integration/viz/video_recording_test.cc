@@ -53,6 +53,22 @@ TEST(VideoRecording, RunEndsWithTheVideosOfItsEpisodes) {
   }
 }
 
+TEST(VideoRecording, SoftwareBesideAGpuIsAWarning) {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  const Result result = RunProgram({"evalbus", "run", ShortTask(folder.path(), 0.2), "--policy", "hold",
+                                    "--episodes", "1", "--in-process", "--video", "front", "--out", run},
+                                   {{}, [] { setenv("LD_PRELOAD", FAKE_GPU, 1); }});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const std::string warning = "images are rendered in software";
+  EXPECT_NE(result.err.find("warning: " + warning), std::string::npos) << result.err;
+  const nlohmann::json json = nlohmann::json::parse(ReadText(run / "run.json"));
+  EXPECT_TRUE(json["renderer_warning"].get<std::string>().starts_with(warning)) << json["renderer_warning"];
+  ASSERT_EQ(RunProgram({"evalbus", "report", run}).code, 0);
+  EXPECT_NE(ReadText(run / "report.html").find("<th scope=\"row\">warning</th><td>" + warning),
+            std::string::npos);
+}
+
 TEST(VideoRecording, CtrlCEndsItInOrderAndResumeMakesTheRest) {
   const TemporaryFolder folder;
   const std::vector<std::string> command = {"evalbus",  "run",          ShortTask(folder.path(), 0.2),
