@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <ranges>
+#include <vector>
 
 #include "base/errors.h"
 #include "models/compile_model.h"
@@ -156,7 +156,8 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   }
 
   // If names repeat, the first camera takes precedence; a variation's cameras precede the task's.
-  for (const Camera& camera : std::ranges::reverse_view(task.cameras))
+  const std::vector<Camera> last_first(task.cameras.rbegin(), task.cameras.rend());
+  for (const Camera& camera : last_first)
     composer.SetCamera(camera.name, PoseOf(camera), camera.vertical_fov);
 
   for (const NameInFile& texture : task.textures) {

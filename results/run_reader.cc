@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
-#include <ranges>
 
 #include "base/errors.h"
 #include "base/input_file.h"
@@ -248,8 +247,8 @@ metrics::RunStatistics RecordedRun::Statistics() const {
 std::vector<std::string> RecordedRun::Remarks() const {
   std::vector<std::string> remarks;
   const size_t finished = episodes.size();
-  const auto total = static_cast<size_t>(
-      std::ranges::count_if(std::views::iota(0, planned), [&](int episode) { return IsPlanned(episode); }));
+  size_t total = 0;
+  for (int episode = 0; episode < planned; ++episode) total += IsPlanned(episode) ? 1 : 0;
   if (finished < total) remarks.push_back(fmt::format("{} of {} episodes have finished", finished, total));
   if (!unfinished.empty()) {
     remarks.push_back(
