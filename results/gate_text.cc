@@ -16,12 +16,18 @@ std::string WithUnit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
 }
 
-// A loss with enough decimals to be compared with the margin, for example "4.2 points". A loss is never shown
-// as 0 if it is not 0.
-std::string LossText(const GateCriterion& criterion, double loss) {
-  const int decimals = criterion.margin >= 10 ? 0 : criterion.margin >= 1 ? 1 : 3;
-  const bool would_be_zero = loss != 0 && std::abs(loss) < 0.5 * std::pow(10, -decimals);
-  return WithUnit(would_be_zero ? fmt::format("{:.1g}", loss) : Fixed(loss, decimals), criterion.unit);
+enum class BoundFrom { kAbove, kBelow };
+
+// A bound of a loss with enough decimals to be compared with the margin, for example "4.2 points". One from
+// above is rounded up, one from below down, and none of at least 1e-6 is shown as 0.
+std::string LossText(const GateCriterion& criterion, double loss, BoundFrom from) {
+  int decimals = criterion.margin >= 10 ? 0 : criterion.margin >= 1 ? 1 : 3;
+  while (loss != 0 && decimals < 6 && std::abs(loss) < std::pow(10, -decimals)) ++decimals;
+  constexpr double kRounding = 1e-9;
+  const double scale = std::pow(10, decimals), scaled = loss * scale;
+  const double whole =
+      from == BoundFrom::kAbove ? std::ceil(scaled - kRounding) : std::floor(scaled + kRounding);
+  return WithUnit(Fixed(whole / scale, decimals), criterion.unit);
 }
 
 // Means of both sides, for example "81.7 -> 90.0 %".
@@ -36,8 +42,8 @@ std::string Bound(double alpha) { return fmt::format("(one-sided {:.3g} % bound)
 
 // "a loss of at most 2.3 points", or "a gain of at least 1.2 points" if the loss is negative.
 std::string AtMost(const GateCriterion& criterion, double loss) {
-  return loss < 0 ? "a gain of at least " + LossText(criterion, -loss)
-                  : "a loss of at most " + LossText(criterion, loss);
+  return loss < 0 ? "a gain of at least " + LossText(criterion, -loss, BoundFrom::kBelow)
+                  : "a loss of at most " + LossText(criterion, loss, BoundFrom::kAbove);
 }
 
 std::string Undecided(const GateCriterion& criterion) {
@@ -46,8 +52,8 @@ std::string Undecided(const GateCriterion& criterion) {
     text = "no pair has a value on both sides";
   } else if (std::isfinite(criterion.loss_upper)) {
     text = fmt::format(
-        "the loss is between {} and {} {}", LossText(criterion, criterion.loss_lower),
-        LossText(criterion, criterion.loss_upper),
+        "the loss is between {} and {} {}", LossText(criterion, criterion.loss_lower, BoundFrom::kBelow),
+        LossText(criterion, criterion.loss_upper, BoundFrom::kAbove),
         criterion.fail_alpha == metrics::kAlpha ? "(one-sided 95 % bounds)" : "(one-sided bounds)");
   } else if (!std::isfinite(criterion.loss)) {
     text = "the baseline's mean is 0, so the margin cannot be in percent";
@@ -75,7 +81,8 @@ std::string WhyText(const GateCriterion& criterion) {
       return fmt::format("{}: {} {}{}", values, AtMost(criterion, criterion.loss_upper),
                          Bound(metrics::kAlpha), margin);
     case GateVerdict::kFail:
-      return fmt::format("{}: a loss of at least {} {}{}", values, LossText(criterion, criterion.loss_lower),
+      return fmt::format("{}: a loss of at least {} {}{}", values,
+                         LossText(criterion, criterion.loss_lower, BoundFrom::kBelow),
                          Bound(criterion.fail_alpha), margin);
     case GateVerdict::kCannotTell:
       break;

@@ -70,7 +70,17 @@ TEST_F(GateTest, ALossBeyondTheMarginFails) {
 TEST_F(GateTest, ALossThatIsNotShownCannotTell) {
   const Gate gate = Decide(Of("a", 55, 60), Of("b", 60, 60), {});
   EXPECT_EQ(gate.verdict, GateVerdict::kCannotTell);
-  EXPECT_THAT(gate.why, HasSubstr("the loss is between "));
+  const std::string words = "the loss is between ";
+  ASSERT_THAT(gate.why, HasSubstr(words));
+  // The bounds are rounded outward.
+  double lower = 0, upper = 0;
+  ASSERT_EQ(std::sscanf(gate.why.c_str() + gate.why.find(words) + words.size(), "%lf points and %lf", &lower,
+                        &upper),
+            2);
+  EXPECT_LE(lower, gate.criteria[0].loss_lower);
+  EXPECT_GE(upper, gate.criteria[0].loss_upper);
+  EXPECT_NEAR(lower, gate.criteria[0].loss_lower, 0.1);
+  EXPECT_NEAR(upper, gate.criteria[0].loss_upper, 0.1);
 }
 
 TEST_F(GateTest, APolicyThatCommandedNothingCannotPass) {
