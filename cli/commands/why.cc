@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <vector>
 
 #include "base/arguments.h"
@@ -40,11 +41,14 @@ struct WhyOptions {
 // Reads the runs, suites and plans that have finished episodes.
 std::vector<results::RecordedRun> ReadAll(const std::vector<fs::path>& folders) {
   std::vector<results::RecordedRun> runs;
+  std::set<fs::path> read;
   for (const fs::path& folder : folders) {
     if (!fs::exists(folder)) throw InputError(folder.string() + ": no such run folder");
     const size_t before = runs.size();
     for (const results::FoundRun& found : results::FindRuns(folder).runs) {
       if (!fs::exists(found.folder / kEpisodesJsonl)) continue;
+      if (!read.insert(fs::weakly_canonical(found.folder)).second)
+        throw InputError(found.folder.string() + ": given twice");
       runs.push_back(results::ReadRun(found.folder));
       runs.back().name = found.name;
     }
