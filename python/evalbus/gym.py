@@ -105,6 +105,9 @@ class EvalbusEnv(gymnasium.Env):
             self._episode += 1
         if options is not None and not isinstance(options, dict):
             raise InputError(f"reset: options: expected a dictionary, got {options!r}")
+        for name in options or {}:
+            if name != "episode":
+                raise InputError(f"reset: options: there is no {name!r}, only 'episode'")
         self._episode = (options or {}).get("episode", self._episode)
         step = self._environment.reset(self._run_seed, self._episode)
         return self._seen(step), _info(step)
