@@ -14,14 +14,23 @@ namespace {
 using Vector = std::array<double, 3>;
 using Point = std::array<double, 2>;
 
-Vector operator+(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vector operator*(double s, const Vector& a) { return {s * a[0], s * a[1], s * a[2]}; }
-double Dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vector Cross(const Vector& a, const Vector& b) {
+// Called a thousand times per physics step; GCC does not inline them by itself.
+[[gnu::always_inline]] inline Vector operator+(const Vector& a, const Vector& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+[[gnu::always_inline]] inline Vector operator-(const Vector& a, const Vector& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+[[gnu::always_inline]] inline Vector operator*(double s, const Vector& a) {
+  return {s * a[0], s * a[1], s * a[2]};
+}
+[[gnu::always_inline]] inline double Dot(const Vector& a, const Vector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+[[gnu::always_inline]] inline Vector Cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-double Norm(const Vector& a) { return std::sqrt(Dot(a, a)); }
+[[gnu::always_inline]] inline double Norm(const Vector& a) { return std::sqrt(Dot(a, a)); }
 
 // A box, or the convex hull of a mesh, in the world frame.
 class Solid {
@@ -296,7 +305,7 @@ class Expansion {
 // A polygon counts as flat, and two polygons as parallel, up to this angle (rad).
 constexpr double kFlat = 1.6e-3;
 
-double Turn(const Point& a, const Point& b, const Point& c) {
+[[gnu::always_inline]] inline double Turn(const Point& a, const Point& b, const Point& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
