@@ -469,7 +469,7 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
 bool IsInside(const mjModel& model, const mjData& data, int geom, const mjtNum* point, double factor) {
   mjtNum offset[3], local[3];
   mju_sub3(offset, point, data.geom_xpos + 3 * geom);
-  mju_rotVecMatT(local, offset, data.geom_xmat + 9 * geom);
+  mju_mulMatTVec(local, data.geom_xmat + 9 * geom, offset, 3, 3);
   for (int i = 0; i < 3; ++i) {
     if (std::abs(local[i]) > factor * model.geom_size[3 * geom + i]) return false;
   }

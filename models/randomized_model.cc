@@ -116,11 +116,21 @@ void Rotate(double* vector, const double* quaternion) {
   std::copy_n(rotated, 3, vector);
 }
 
+// True for a light whose rays are parallel. The field's name depends on MuJoCo's version.
+template <class Model>
+bool IsDirectional(const Model& model, int light) {
+  if constexpr (requires { model.light_type; }) {
+    return model.light_type[light] == 1;  // mjLIGHT_DIRECTIONAL
+  } else {
+    return model.light_directional[light] != 0;
+  }
+}
+
 void TurnLight(const std::array<double, 3>& turn, int light, mjModel* model) {
   double rotation[4] = {1, 0, 0, 0};
   mju_quatIntegrate(rotation, turn.data(), 1);
   Rotate(model->light_dir + 3 * light, rotation);
-  if (!model->light_directional[light] || model->light_bodyid[light] != 0) return;
+  if (!IsDirectional(*model, light) || model->light_bodyid[light] != 0) return;
   double* position = model->light_pos + 3 * light;
   mju_subFrom3(position, model->stat.center);
   Rotate(position, rotation);
@@ -132,7 +142,7 @@ void Change(const RandomLight& light, AppearanceRandom* random, mjModel* model, 
   const std::string name = "light_" + light.name.text;
   if ((light.shift || light.turn) && model->light_mode[id] != mjCAMLIGHT_FIXED)
     Refuse("light", light.name, "tracks a body: only its brightness can be randomized");
-  if (light.shift && model->light_directional[id])
+  if (light.shift && IsDirectional(*model, id))
     Refuse("light", light.name, "is directional, so that its position does not matter: use turn_deg");
   if (light.factor) {
     const double factor = Draw(*light.factor, &random->main);
