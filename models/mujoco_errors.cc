@@ -50,7 +50,9 @@ void InstallMujocoHandlers() {
     mju_user_error = OnError;
     mju_user_warning = OnWarning;
     // Newer versions compute such contacts themselves.
-    if (mjVERSION_HEADER / 10 == 22) InstallPolyhedronContacts();
+#if mjVERSION_HEADER / 10 == 22
+    InstallPolyhedronContacts();
+#endif
   });
 }
 
