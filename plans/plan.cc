@@ -11,6 +11,7 @@
 #include "base/input_file.h"
 #include "base/options_json.h"
 #include "base/text.h"
+#include "metrics/statistics/confidence_sequence.h"
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
 #include "policy_bridge/policy_options.h"
@@ -123,10 +124,19 @@ Until ReadUntil(const YamlValue& value, int least) {
   int end = 0;
   double width = 0;
   const auto is_whole = [&] { return end == static_cast<int>(text.size()); };
+  const auto check_width = [&] {
+    if (!(width > 0 && width < 1)) value.Fail("expected a width above 0 and below 1, of a rate from 0 to 1");
+    until.width = width;
+  };
   if (std::sscanf(text.c_str(), "width(%lf, max %d)%n", &width, &until.max_episodes, &end) == 2 &&
       is_whole()) {
-    until.width = width;
-    if (!(width > 0 && width < 1)) value.Fail("expected a width above 0 and below 1, of a rate from 0 to 1");
+    check_width();
+  } else if (std::sscanf(text.c_str(), "width(%lf)%n", &width, &end) == 1 && is_whole()) {
+    check_width();
+    const double most = std::max(metrics::TrialsForWidth(width), static_cast<double>(least));
+    if (most > kMaxEpisodes)
+      value.Fail(fmt::format("takes up to {:.0f} episodes, expected a larger width", most));
+    until.max_episodes = static_cast<int>(most);
   } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %d, on progress)%n", &until.alpha,
                          &until.max_episodes, &end) == 2 &&
              is_whole()) {
@@ -135,8 +145,8 @@ Until ReadUntil(const YamlValue& value, int least) {
                          &end) != 2 ||
              !is_whole()) {
     value.Fail(
-        "expected decided(alpha A, max EPISODES), decided(alpha A, max EPISODES, on progress) or "
-        "width(W, max EPISODES), for example decided(alpha 0.05, max 200), got '" +
+        "expected decided(alpha A, max EPISODES), decided(alpha A, max EPISODES, on progress), "
+        "width(W) or width(W, max EPISODES), for example decided(alpha 0.05, max 200), got '" +
         text + "'");
   }
   if (!(until.alpha > 0 && until.alpha <= 0.5)) value.Fail("expected alpha above 0 and at most 0.5");

@@ -41,4 +41,21 @@ inline Interval ConfidenceSequence(double successes, double trials, double alpha
   return {successes == 0 ? 0 : bound(0), failures == 0 ? 1 : bound(1)};
 }
 
+// Smallest number of trials at which the interval is at most this wide, whatever the number of successes: it
+// is widest for half as many successes as trials.
+inline double TrialsForWidth(double width) {
+  const auto is_wide = [&](double trials) {
+    const Interval interval = ConfidenceSequence(trials / 2, trials);
+    return interval.upper - interval.lower > width;
+  };
+  double enough = 1;
+  while (is_wide(enough)) enough *= 2;
+  double few = enough / 2;
+  while (enough - few > 1) {
+    const double middle = std::floor((few + enough) / 2);
+    (is_wide(middle) ? few : enough) = middle;
+  }
+  return enough;
+}
+
 }  // namespace evalbus::metrics

@@ -129,6 +129,19 @@ double EverMissed(const std::function<Interval(int, int)>& interval, double rate
   return static_cast<double>(missed) / kRuns;
 }
 
+TEST(ConfidenceSequence, IsNarrowForAnyRateAfterEnoughTrials) {
+  const auto width = [](int successes, int trials) {
+    const Interval interval = ConfidenceSequence(successes, trials);
+    return interval.upper - interval.lower;
+  };
+  EXPECT_EQ(TrialsForWidth(0.1), 1262);  // docs/plans.md
+  for (const double wanted : {0.1, 0.2}) {
+    const auto trials = static_cast<int>(TrialsForWidth(wanted));
+    for (int successes = 0; successes <= trials; ++successes) EXPECT_LE(width(successes, trials), wanted);
+    EXPECT_GT(width((trials - 2) / 2, trials - 2), wanted);
+  }
+}
+
 TEST(ConfidenceSequence, CoversAtAllTimesAtOnce) {
   for (const double rate : {0.5, 0.8, 0.97}) {
     // At most 5 %; with 10,000 runs, an estimate of 5 % is off by less than one point.
