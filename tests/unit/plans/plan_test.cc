@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "base/errors.h"
+#include "metrics/statistics/confidence_sequence.h"
 #include "plans/latency.h"
 #include "plans/plan_folder.h"
 #include "tests/unit/temporary_folder.h"
