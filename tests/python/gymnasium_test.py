@@ -136,8 +136,8 @@ class GymnasiumTest(unittest.TestCase):
                 make(**options)
         with make() as env, self.assertRaisesRegex(evalbus.InputError, "options: expected a dictionary, got 3"):
             env.reset(seed=0, options=3)
-        with make() as env, self.assertRaisesRegex(evalbus.InputError, "there is no 'epsiode', only 'episode'"):
-            env.reset(seed=0, options={"epsiode": 3})
+        with make() as env, self.assertRaisesRegex(evalbus.InputError, "there is no 'episodes', only 'episode'"):
+            env.reset(seed=0, options={"episodes": 3})
 
     def test_wrong_input_of_vectors(self):
         for mode in ("sync", "async"):
