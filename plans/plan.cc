@@ -133,10 +133,10 @@ Until ReadUntil(const YamlValue& value, int least) {
     check_width();
   } else if (std::sscanf(text.c_str(), "width(%lf)%n", &width, &end) == 1 && is_whole()) {
     check_width();
-    const double most = std::max(metrics::TrialsForWidth(width), static_cast<double>(least));
-    if (most > kMaxEpisodes)
-      value.Fail(fmt::format("takes up to {:.0f} episodes, expected a larger width", most));
-    until.max_episodes = static_cast<int>(most);
+    const int needed = metrics::TrialsForWidth(width, kMaxEpisodes);
+    if (needed > kMaxEpisodes)
+      value.Fail(fmt::format("takes more than {} episodes, expected a larger width", kMaxEpisodes));
+    until.max_episodes = std::max(needed, least);
   } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %d, on progress)%n", &until.alpha,
                          &until.max_episodes, &end) == 2 &&
              is_whole()) {

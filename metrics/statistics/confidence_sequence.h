@@ -42,18 +42,13 @@ inline Interval ConfidenceSequence(double successes, double trials, double alpha
 }
 
 // Smallest number of trials at which the interval is at most this wide, whatever the number of successes: it
-// is widest for half as many successes as trials.
-inline double TrialsForWidth(double width) {
-  const auto is_wide = [&](double trials) {
-    const Interval interval = ConfidenceSequence(trials / 2, trials);
-    return interval.upper - interval.lower > width;
-  };
-  double enough = 1;
-  while (is_wide(enough)) enough *= 2;
-  double few = enough / 2;
+// is widest for half as many successes as trials. most + 1 if `most` trials do not suffice.
+inline int TrialsForWidth(double width, int most) {
+  int few = 0, enough = most + 1;
   while (enough - few > 1) {
-    const double middle = std::floor((few + enough) / 2);
-    (is_wide(middle) ? few : enough) = middle;
+    const int trials = few + (enough - few) / 2;
+    const Interval interval = ConfidenceSequence(trials / 2.0, trials);
+    (interval.upper - interval.lower > width ? few : enough) = trials;
   }
   return enough;
 }

@@ -134,8 +134,11 @@ TEST_F(PlanTest, StopsAtAWidthOrByProgress) {
   // Without a maximum, as many episodes as the width takes at a rate of one half.
   const Plan sure = Read(std::string(kSmall) + "until: width(0.1)\n");
   EXPECT_EQ(sure.until->width, 0.1);
-  EXPECT_EQ(sure.until->max_episodes, metrics::TrialsForWidth(0.1));
-  EXPECT_THAT(ErrorOf(std::string(kSmall) + "until: width(1e-5)\n"), HasSubstr("expected a larger width"));
+  EXPECT_EQ(sure.until->max_episodes, metrics::TrialsForWidth(0.1, 10'000));
+  for (const std::string width : {"1e-5", "1e-9", "1e-300"}) {
+    EXPECT_THAT(ErrorOf(std::string(kSmall) + "until: width(" + width + ")\n"),
+                HasSubstr("expected a larger width"));
+  }
   const Plan progress =
       Read("policies: [expert, hold]\ntasks: lift_pot\nuntil: decided(alpha 0.05, max 90, on progress)\n");
   EXPECT_TRUE(progress.until->on_progress);

@@ -134,9 +134,11 @@ TEST(ConfidenceSequence, IsNarrowForAnyRateAfterEnoughTrials) {
     const Interval interval = ConfidenceSequence(successes, trials);
     return interval.upper - interval.lower;
   };
-  EXPECT_EQ(TrialsForWidth(0.1), 1262);  // docs/plans.md
+  EXPECT_EQ(TrialsForWidth(0.1, 10'000), 1262);  // docs/plans.md
+  EXPECT_EQ(TrialsForWidth(0.1, 1262), 1262);
+  EXPECT_EQ(TrialsForWidth(0.1, 1261), 1262);
   for (const double wanted : {0.1, 0.2}) {
-    const auto trials = static_cast<int>(TrialsForWidth(wanted));
+    const int trials = TrialsForWidth(wanted, 10'000);
     for (int successes = 0; successes <= trials; ++successes) EXPECT_LE(width(successes, trials), wanted);
     EXPECT_GT(width((trials - 2) / 2, trials - 2), wanted);
   }
