@@ -7,12 +7,12 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
-#include "base/sha256.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
 #include "bus/message.h"
 #include "evalbus/episode_summary_t.hpp"
 #include "results/episode_json.h"
+#include "results/model_of_run.h"
 #include "results/rescorer.h"
 
 namespace evalbus::results {
@@ -59,13 +59,8 @@ model_info_t CheckLog(const RecordedRun& run, const RecordedEpisode& episode) {
         "no EPISODE_SUMMARY of episode {}: the log is truncated, or was made by another version of evalbus",
         episode.episode));
   }
-  for (const auto& [key, found] : {std::pair("task_sha256", Sha256Text(model->task_yaml)),
-                                   std::pair("physics_sha256", model->physics_sha256),
-                                   std::pair("visual_sha256", model->visual_sha256)}) {
-    if (const auto made = run.info.find(key); made != run.info.end() && *made != found) {
-      fail(fmt::format("belongs to another run: its {} differs from that of {}", key,
-                       (run.folder / kRunJson).string()));
-    }
+  if (const auto differences = ModelDifferences(run, *model); !differences.empty()) {
+    fail(fmt::format("belongs to another run: {}: {}", (run.folder / kRunJson).string(), differences[0]));
   }
   const auto differences = DifferentValues(episode.Json(), EpisodeJson(run.task, run.variation, *summary));
   if (!differences.empty()) {

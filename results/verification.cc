@@ -13,6 +13,7 @@
 #include "base/write_whole.h"
 #include "results/kept_results.h"
 #include "results/manifest.h"
+#include "results/model_of_run.h"
 #include "results/rescorer.h"
 #include "results/run_reader.h"
 #include "results/run_summary.h"
@@ -79,9 +80,9 @@ void CheckScore(const RecordedRun& run, const fs::path& log, KeptResults* kept, 
     return;
   }
   const RescoredEpisode& episode = scored.episodes[0];
-  CheckHash(log, run, "task_sha256", Sha256Text(episode.model->task_yaml), result);
-  CheckHash(log, run, "physics_sha256", episode.model->physics_sha256, result);
-  CheckHash(log, run, "visual_sha256", episode.model->visual_sha256, result);
+  for (const std::string& difference : ModelDifferences(run, *episode.model))
+    result->findings.push_back(
+        fmt::format("{}: does not belong to this run: {}: {}", log.string(), kRunJson, difference));
   if (!episode.equal()) {
     result->findings.push_back(
         log.string() + ": its score " +

@@ -108,6 +108,21 @@ TEST_F(Verify, AnEditedNumberIsNamed) {
   EXPECT_SAYS(result.out, "1 finding: ");
 }
 
+TEST_F(Verify, AnEditedOptionThatTheLogsContainIsNamed) {
+  for (const auto& [recorded, edited, difference] :
+       {std::tuple("\"control_hz\": 50.0", "\"control_hz\": 20.0", "control_hz is 20.0, MODEL has 50.0"),
+        std::tuple("\"realtime\": false", "\"realtime\": true", "realtime is true, MODEL has false"),
+        std::tuple("\"after_success_s\": 0.0", "\"after_success_s\": 0.5",
+                   "after_success_s is 0.5, MODEL has 0")}) {
+    Replace(run_ / "run.json", recorded, edited);
+    const Result result = Of(run_);
+    EXPECT_EQ(result.code, 1);
+    EXPECT_SAYS(result.out,
+                LogFile(run_, 0).string() + ": does not belong to this run: run.json: " + difference + "\n");
+    Replace(run_ / "run.json", edited, recorded);
+  }
+}
+
 // The log alone does not have these metrics; policy_calls.json beside it does.
 TEST_F(Verify, AnEditedMetricOfADelayIsNamed) {
   const fs::path run = folder_.path() / "delayed";
