@@ -13,8 +13,6 @@ namespace {
 using enum MetricKind;
 using Values = metric_values_t;
 
-constexpr std::string_view kExtended = "extended.";
-
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Better kLower = Better::kLower, kHigher = Better::kHigher;
 

@@ -15,6 +15,9 @@
 
 namespace evalbus {
 
+// Prefix of the names of evalbus' own metrics.
+inline constexpr std::string_view kExtended = "extended.";
+
 enum class Better { kNeither, kLower, kHigher };
 
 // The number of values of a metric, and their names in episodes.jsonl, with keys joined by dots.
@@ -48,7 +51,7 @@ struct JerkMembers {
 };
 
 struct MetricInfo {
-  // As in summary.json, where the names of evalbus' own metrics begin with "extended.".
+  // As in summary.json.
   std::string_view name;
   std::string_view label;
   // SI unit; "count" for whole numbers, "1" for values without unit.
@@ -83,9 +86,9 @@ struct MetricInfo {
   // Member of evalbus' own counters; its other metrics are in extended_metrics_t by name.
   int64_t extended_metrics_t::*counter = nullptr;
 
-  bool is_extended() const { return name.starts_with("extended."); }
+  bool is_extended() const { return name.starts_with(kExtended); }
   // As in extended_metrics_t, and below "extended" in episodes.jsonl.
-  std::string_view wire_name() const { return is_extended() ? name.substr(9) : name; }
+  std::string_view wire_name() const { return is_extended() ? name.substr(kExtended.size()) : name; }
 };
 
 // True for a metric whose statistics across episodes use successes only: the completion time. After a failure

@@ -21,8 +21,6 @@ namespace {
 // If all differences are equal, nothing shows how much they vary. At this number of pairs, the share of
 // starts that differ from them is at most 5 %, with 95 % confidence: 0.95^59 < 0.05.
 constexpr int kEqualPairsNeeded = 59;
-// What the names of evalbus' own metrics begin with; users may leave it out.
-constexpr std::string_view kExtended = "extended.";
 // Fewer differing pairs show too little of how much they vary.
 constexpr int kDifferingPairsNeeded = 10;
 
@@ -47,6 +45,7 @@ std::vector<MetricNumber> Matching(const std::string& name, const std::vector<Me
 }
 
 MetricNumber FindNumber(const std::string& name, const std::set<std::string>& available) {
+  // Users may leave out the prefix.
   for (const std::string& exact : {name, std::string(kExtended) + name}) {
     if (available.contains(exact)) return FindMetric(exact);
   }

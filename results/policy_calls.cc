@@ -102,7 +102,7 @@ double TickSeconds(const episode_summary_t& summary) {
 std::string DelayInWords(const RecordedRun& run) {
   const metrics::RunSummary summary = run.Statistics().Summary(false);
   const auto mean = [&](const char* name) {
-    const metrics::MetricSummary* metric = summary.Find(std::string("extended.") + name);
+    const metrics::MetricSummary* metric = summary.Find(std::string(kExtended) + name);
     return metric ? metric->mean : std::numeric_limits<double>::quiet_NaN();
   };
   if (!std::isfinite(mean(kActionAge))) return "";

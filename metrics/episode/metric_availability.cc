@@ -107,7 +107,8 @@ void MetricAvailability::MaskUnavailable(extended_metrics_t* values) const {
   const auto is_known = [this](std::string_view name) {
     const std::string_view metric = name.substr(0, name.find('.'));
     for (const Row& row : kNeeds) {
-      if (row.metric.starts_with("extended.") && row.metric.substr(9) == metric) return Has(row.need);
+      if (row.metric.starts_with(kExtended) && row.metric.substr(kExtended.size()) == metric)
+        return Has(row.need);
     }
     return true;
   };

@@ -72,7 +72,7 @@ ExtendedMetrics::ExtendedMetrics(const MetricsConfig& config) {
   for (const Type& type : kTypes) {
     const size_t first = names_.size();
     for (const std::string name : type.names) {
-      const MetricInfo* metric = FindMetric("extended." + name).metric;
+      const MetricInfo* metric = FindMetric(std::string(kExtended) + name).metric;
       if (!metric) throw std::logic_error(name + " is not in lcmtypes/metric_catalog.cc");
       const std::vector<std::string> owners = Owners(metric->kind, config);
       if (IsOneNumber(metric->kind) || owners.size() == 1) {

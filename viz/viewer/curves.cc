@@ -133,7 +133,7 @@ void CurveTable::AddExtended(const extended_metrics_t& e, std::vector<Entry>* en
   for (size_t k = 0; k < e.name.size(); ++k) {
     // Splits names such as "mechanical_work_J.left".
     const size_t dot = std::min(e.name[k].find('.'), e.name[k].size());
-    const std::string whole = "extended." + e.name[k].substr(0, dot);
+    const std::string whole = std::string(kExtended) + e.name[k].substr(0, dot);
     auto entry = std::find_if(entries->begin() + static_cast<std::ptrdiff_t>(begin), entries->end(),
                               [&](const Entry& other) { return other.curve.name == whole; });
     if (entry == entries->end()) entry = entries->insert(entry, Entry{MakeCurve(whole), {}});
