@@ -71,6 +71,7 @@ bool IsEvaluation(const fs::path& folder) {
 }
 
 FoundRuns FindRuns(const fs::path& folder) {
+  CheckRunFolder(folder);
   if (fs::exists(folder / kPlanJson)) return FindRunsOfPlan(folder);
   FoundRuns found;
   if (!fs::exists(folder / kSuiteJson)) {

@@ -113,12 +113,12 @@ std::string List(const std::vector<int>& numbers) {
 
 std::string Episodes(size_t n) { return n == 1 ? "episode" : "episodes"; }
 
-void CheckFolder(const fs::path& folder) {
+}  // namespace
+
+void CheckRunFolder(const fs::path& folder) {
   if (!fs::exists(folder)) Fail(folder.string(), "no such run folder");
   if (!fs::is_directory(folder)) Fail(folder.string(), "a file; expected a run folder");
 }
-
-}  // namespace
 
 RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, const RecordedRun& run) {
   RecordedEpisode episode;
@@ -247,8 +247,8 @@ metrics::RunStatistics RecordedRun::Statistics() const {
 std::vector<std::string> RecordedRun::Remarks() const {
   std::vector<std::string> remarks;
   const size_t finished = episodes.size();
-  size_t total = 0;
-  for (int episode = 0; episode < planned; ++episode) total += IsPlanned(episode) ? 1 : 0;
+  const auto only = info.find("only");
+  const size_t total = only == info.end() || only->empty() ? planned : only->size();
   if (finished < total) remarks.push_back(fmt::format("{} of {} episodes have finished", finished, total));
   if (!unfinished.empty()) {
     remarks.push_back(
@@ -319,7 +319,7 @@ RecordedRun ReadRunInfo(const fs::path& folder) {
 }
 
 RecordedRun ReadRun(const fs::path& folder) {
-  CheckFolder(folder);
+  CheckRunFolder(folder);
   if (!fs::exists(folder / kRunJson)) {
     Fail(folder.string(), fs::exists(folder / kSuiteJson)
                               ? "a suite; expected one of the runs in it"
@@ -362,7 +362,7 @@ std::vector<std::string> RunsInSuite(const fs::path& folder) {
 }
 
 RecordedRuns ReadRuns(const fs::path& folder) {
-  CheckFolder(folder);
+  CheckRunFolder(folder);
   RecordedRuns result{
       .folder = folder, .name = Printable(NameOfRun(folder)), .is_suite = false, .runs = {}, .missing = {}};
   if (!fs::exists(folder / kSuiteJson)) {

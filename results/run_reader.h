@@ -109,6 +109,8 @@ struct RecordedRuns {
   std::vector<std::string> missing;
 };
 
+// Throws InputError unless `folder` is a folder.
+void CheckRunFolder(const std::filesystem::path& folder);
 // Both throw InputError, one line: no such folder, not a run folder, no finished episode; a line that is not
 // JSON, lacks a key, repeats an episode, or belongs to another task, variation or seed.
 RecordedRun ReadRun(const std::filesystem::path& folder);

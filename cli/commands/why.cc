@@ -43,7 +43,6 @@ std::vector<results::RecordedRun> ReadAll(const std::vector<fs::path>& folders) 
   std::vector<results::RecordedRun> runs;
   std::set<fs::path> read;
   for (const fs::path& folder : folders) {
-    if (!fs::exists(folder)) throw InputError(folder.string() + ": no such run folder");
     const size_t before = runs.size();
     for (const results::FoundRun& found : results::FindRuns(folder).runs) {
       if (!fs::exists(found.folder / kEpisodesJsonl)) continue;
