@@ -17,14 +17,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::chrono::minutes kRecent{10};
+constexpr double kRecent_s = 600;
 
-// Time since a file appeared or was last touched. Assumes that the machines' clocks roughly agree.
-std::chrono::duration<double> Age(const fs::path& file) {
+// Seconds since a file appeared or was last touched; nothing if it is not there. Assumes that the machines'
+// clocks roughly agree.
+std::optional<double> AgeOf(const fs::path& file) {
   std::error_code error;
   const auto then = fs::last_write_time(file, error);
-  return error ? std::chrono::hours(1000)
-               : std::chrono::duration<double>(fs::file_time_type::clock::now() - then);
+  if (error) return std::nullopt;
+  return std::max(0.0, std::chrono::duration<double>(fs::file_time_type::clock::now() - then).count());
 }
 
 std::string FirstLine(const fs::path& file) {
@@ -40,11 +41,9 @@ int Lines(const fs::path& file) {
   return static_cast<int>(std::count(std::istreambuf_iterator<char>(stream), {}, '\n'));
 }
 
-// Keeps the age of a file in `newest_s` if it is younger.
-void KeepNewest(const fs::path& file, std::optional<double>* newest_s) {
-  if (!fs::exists(file)) return;
-  const double age_s = std::max(Age(file).count(), 0.0);
-  *newest_s = std::min(newest_s->value_or(age_s), age_s);
+// Keeps an age in `newest_s` if it is smaller.
+void KeepNewest(std::optional<double> age_s, std::optional<double>* newest_s) {
+  if (age_s) *newest_s = std::min(newest_s->value_or(*age_s), *age_s);
 }
 
 // The number of episodes of a plan with `until` depends on its results. Such a plan has no shards.
@@ -58,7 +57,7 @@ PlanStatus StatusOfSequential(const PlanFolder& folder) {
     for (const std::string& task : plan.tasks) {
       const fs::path file = folder.run_folder(policy.name, task) / kEpisodesJsonl;
       const int lines = Lines(file);
-      KeepNewest(file, &status.newest_s);
+      KeepNewest(AgeOf(file), &status.newest_s);
       status.done += lines;
       status.by_policy[policy.name] += lines;
     }
@@ -83,7 +82,7 @@ PlanStatus StatusOf(const PlanFolder& folder) {
       const auto [left, is_new] = lines_left.emplace(run, 0);
       if (is_new) {
         left->second = Lines(run / kEpisodesJsonl);
-        KeepNewest(run / kEpisodesJsonl, &status.newest_s);
+        KeepNewest(AgeOf(run / kEpisodesJsonl), &status.newest_s);
       }
       const int there = std::min(left->second, shard.size());
       left->second -= there;
@@ -96,21 +95,26 @@ PlanStatus StatusOf(const PlanFolder& folder) {
     const fs::path come = fs::exists(folder.shard_folder(shard))
                               ? folder.shard_folder(shard) / kRunJson
                               : folder.run_folder(shard.policy, shard.task);
-    KeepNewest(come, &status.newest_s);
-    if (const double age = Age(come).count(); age < std::chrono::duration<double>(kRecent).count()) {
+    const std::optional<double> age_s = AgeOf(come);
+    KeepNewest(age_s, &status.newest_s);
+    if (age_s && *age_s < kRecent_s) {
       recent += shard.size();
-      oldest = std::max(oldest, age);
+      oldest = std::max(oldest, *age_s);
     }
   }
   // The first of the recent shards took as long as the others.
   if (recent > 0 && oldest > 0) status.rate = recent / oldest;
+  const auto is_at_work = [](const fs::path& marker) {
+    const std::optional<double> age_s = AgeOf(marker);
+    return age_s && *age_s < AtWork::kGone.count();
+  };
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder.path() / kPartsFolder, none)) {
     const auto [shard, rest] = ParseHidden(entry.path().filename());
     if (!sizes.contains(shard)) continue;
     if (rest == "failed") {
       status.failed.push_back({shard, FirstLine(entry.path())});
-    } else if (entry.is_regular_file(none) && Age(entry.path()) < AtWork::kGone) {
+    } else if (entry.is_regular_file(none) && is_at_work(entry.path())) {
       status.running += sizes[shard];
       status.at_work.push_back(fmt::format("{}  {}", rest, shard));
     }
