@@ -34,6 +34,9 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.set_defaults(families="lift_pot")
     args = parser.parse_args()
+    # The first line names the library of engine 2.2: PyPI's is faster than Debian's.
+    doctor = subprocess.run([args.bin / "evalbus", "doctor"], capture_output=True, text=True)
+    print(doctor.stdout.splitlines()[0])
     engines = "".join(f"{engine:>12}" for engine in args.engines.split(","))
     print(f"{'':37}RoboEval, times as fast: evalbus's own scene; RoboEval's scene, by engine")
     print(f"{'family':30}{'rate':>7}{'ms/step':>10}{'own':>12}{engines}")
