@@ -16,14 +16,15 @@ namespace {
 namespace fs = std::filesystem;
 
 // Returns the finished shards of a run, ordered by episode.
-std::vector<FoundRun> ShardsOfRun(const fs::path& plan, const std::string& policy, const std::string& task) {
+std::vector<FoundRun> ShardsOfRun(const fs::path& plan, const std::string& policy, const std::string& task,
+                                  int planned) {
   std::vector<FoundRun> shards;
   std::error_code gone;
   for (auto entry = fs::directory_iterator(plan / kPartsFolder, gone);
        !gone && entry != fs::directory_iterator(); entry.increment(gone)) {
     const std::string name = entry->path().filename().string();
     if (!name.starts_with(ShardPrefix(policy, task)) || !fs::exists(entry->path() / kRunJson)) continue;
-    shards.push_back({entry->path(), policy, name});
+    shards.push_back({entry->path(), policy, name, planned});
   }
   std::ranges::sort(shards, {}, &FoundRun::name);
   return shards;
@@ -43,15 +44,17 @@ FoundRuns FindRunsOfPlan(const fs::path& folder) {
     found.baseline = json.at("baseline").get<std::string>();
     const auto until = json.find("until");
     found.is_sequential = until != json.end() && !until->is_null();
+    const auto options = json.find("options");
+    const int planned = options == json.end() ? 0 : options->value("episodes", 0);
     for (const auto& listed : json.at("policies")) {
       const auto policy = listed.at("name").get<std::string>();
       CheckFolderName(policy, file);
       for (const auto& task : json.at("tasks").get<std::vector<std::string>>()) {
         CheckFolderName(FolderOfTask(task), file);
         const FoundRun whole = {folder / policy / FolderOfTask(task), policy,
-                                policy + "/" + FolderOfTask(task)};
+                                policy + "/" + FolderOfTask(task), planned};
         std::vector<FoundRun> shards;
-        if (!fs::exists(whole.folder / kRunJson)) shards = ShardsOfRun(folder, policy, task);
+        if (!fs::exists(whole.folder / kRunJson)) shards = ShardsOfRun(folder, policy, task, planned);
         if (shards.empty()) shards.push_back(whole);
         std::ranges::move(shards, std::back_inserter(found.runs));
       }
@@ -75,11 +78,11 @@ FoundRuns FindRuns(const fs::path& folder) {
   if (fs::exists(folder / kPlanJson)) return FindRunsOfPlan(folder);
   FoundRuns found;
   if (!fs::exists(folder / kSuiteJson)) {
-    found.runs.push_back({folder, "", NameOfRun(folder)});
+    found.runs.push_back({.folder = folder, .policy = "", .name = NameOfRun(folder)});
     return found;
   }
   for (const std::string& name : RunsInSuite(folder)) {
-    found.runs.push_back({folder / name, "", NameOfRun(folder) + "/" + name});
+    found.runs.push_back({.folder = folder / name, .policy = "", .name = NameOfRun(folder) + "/" + name});
   }
   return found;
 }

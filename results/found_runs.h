@@ -14,6 +14,8 @@ struct FoundRun {
   // For example "lift_pot-position" or "expert/lift_pot-position", relative to the folder that was searched;
   // the folder's name for a run alone.
   std::string name;
+  // Number of episodes of the whole run according to its plan; 0 outside a plan.
+  int planned = 0;
 };
 
 struct FoundRuns {

@@ -176,6 +176,19 @@ fs::path RunFolder::shown() const {
   return near.string().starts_with("..") ? path_ : near;
 }
 
+bool IsInUse(const fs::path& folder) {
+  const auto is_locked = [](const fs::path& path) {
+    const int file = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (file < 0) return false;
+    // Held until close() only; RunFolder waits kLockWait for it.
+    const bool is_free = flock(file, LOCK_SH | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+    close(file);
+    return !is_free;
+  };
+  const fs::path full = fs::absolute(folder).lexically_normal();
+  return is_locked(full) || (fs::exists(full.parent_path() / kSuiteJson) && is_locked(full.parent_path()));
+}
+
 RunFolder RunFolder::OfWorker(const fs::path& folder) {
   RunFolder run;
   run.path_ = fs::absolute(folder).lexically_normal();

@@ -44,6 +44,10 @@ class EpisodeLines {
   int line_ = 0;
 };
 
+// Whether a process on this machine evaluates into the folder of a run or a suite, or into the suite of a
+// run. Never waits.
+bool IsInUse(const std::filesystem::path& folder);
+
 class RunFolder {
  public:
   // Creates the folder `out`, or runs/NAME-DATE-TIME if `out` is empty. With `resume`, an existing folder is

@@ -25,6 +25,8 @@ struct Policy {
   results::RecordedRuns runs;
   std::vector<int> numbers;
   int planned = 0;
+  // Planned episodes of runs whose shards have been found only in part.
+  int missing = 0;
   bool is_over = true;
 };
 
@@ -44,9 +46,13 @@ void AddRun(const BoardRun& run, Policy* policy) {
   policy->is_over = policy->is_over && run.is_over;
   const auto only = run.run->info.find("only");
   const bool is_shard = only != run.run->info.end() && only->is_array() && !only->empty();
-  policy->planned += is_shard ? static_cast<int>(only->size()) : run.run->planned;
+  const int own = is_shard ? static_cast<int>(only->size()) : run.run->planned;
   auto same = std::ranges::find(policy->runs.runs, run.run->task_name(), &RecordedRun::task_name);
-  if (same == policy->runs.runs.end()) {
+  const bool is_first = same == policy->runs.runs.end();
+  const bool is_part = is_shard && run.planned > 0;
+  policy->planned += !is_part ? own : is_first ? run.planned : 0;
+  if (is_part) policy->missing += (is_first ? run.planned : 0) - own;
+  if (is_first) {
     policy->runs.runs.push_back(*run.run);
     policy->runs.runs.back().name = policy->name;
     return;
@@ -69,6 +75,7 @@ std::vector<Policy> PoliciesOf(const std::vector<BoardRun>& runs) {
     }
     AddRun(run, &*policy);
   }
+  for (Policy& policy : policies) policy.is_over = policy.is_over && policy.missing == 0;
   return policies;
 }
 
@@ -198,7 +205,7 @@ ordered_json PolicyJson(const Policy& policy, const std::vector<std::string>& ta
 std::string BoardBlock(const std::vector<BoardRun>& runs, const BoardFacts& facts) {
   const std::vector<Policy> policies = PoliciesOf(runs);
   const std::vector<std::string> tasks = TasksOf(policies);
-  const bool is_over = std::ranges::all_of(policies, &Policy::is_over);
+  const bool is_over = facts.waiting_runs == 0 && std::ranges::all_of(policies, &Policy::is_over);
   const auto named = std::ranges::find(policies, facts.baseline, &Policy::name);
   const auto baseline = named == policies.end() ? size_t{0} : static_cast<size_t>(named - policies.begin());
   const bool is_final = is_over && !facts.is_sequential;
@@ -207,6 +214,8 @@ std::string BoardBlock(const std::vector<BoardRun>& runs, const BoardFacts& fact
   viz::BlockWriter block("board");
   ordered_json& head = block.head();
   head["is_over"] = is_over;
+  head["planned"] = facts.waiting_episodes;
+  for (const Policy& policy : policies) head["planned"] = head["planned"].get<int>() + policy.planned;
   head["is_sequential"] = facts.is_sequential;
   head["baseline"] = baseline;
   head["verdict"] = is_final && std::ranges::all_of(policies, HasJudged) ? VerdictOf(policies, baseline) : "";

@@ -21,6 +21,8 @@ struct BoardRun {
   // them, each folder gets its own row.
   std::string source;
   bool is_over = false;
+  // Number of episodes of the whole run according to its plan, of which `run` may be a shard; 0 if not known.
+  int planned = 0;
   const results::RecordedRun* run = nullptr;
   // Names of the task's stages by index; some may be missing.
   std::map<int, std::string> stage_names{};
@@ -31,6 +33,8 @@ struct BoardFacts {
   std::string baseline;
   // The plan tests its results while it runs, so that p values of a single test are not valid.
   bool is_sequential = false;
+  // Runs that have not begun, and the number of their episodes as far as known.
+  int waiting_runs = 0, waiting_episodes = 0;
 };
 
 std::string BoardBlock(const std::vector<BoardRun>& runs, const BoardFacts& facts);

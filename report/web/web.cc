@@ -20,6 +20,7 @@
 #include "report/web/web_jobs.h"
 #include "results/found_runs.h"
 #include "results/notes.h"
+#include "results/run_folder.h"
 #include "results/run_reader.h"
 #include "viz/web/live_feed.h"
 #include "viz/web/page.h"
@@ -83,8 +84,17 @@ class ShownRun {
                     .policy = policy(),
                     .source = source_,
                     .is_over = follower_->is_over(),
+                    .planned = found_.planned,
                     .run = follower_->info(),
                     .stage_names = follower_->stage_names()};
+  }
+  // Whether the run has not begun.
+  bool is_waiting() const { return follower_ && !follower_->info() && suffix_.empty() && !is_replaced_; }
+  int planned() const { return found_.planned; }
+  // Must be called about once a second.
+  void UpdateActivity() {
+    const bool is_active = follower_ && !follower_->is_over() && results::IsInUse(folder());
+    if (std::exchange(is_active_, is_active) != is_active) Publish();
   }
   // Must be called when other runs on the page contain its episodes.
   void SetReplaced() {
@@ -205,6 +215,7 @@ class ShownRun {
     label.is_replaced = is_replaced_;
     if (follower_ && follower_->info()) label.policy = policy();
     label.is_live = has_bus() && !feed_->watch().is_over();
+    label.is_active = is_active_;
     if (follower_ && !follower_->error().empty()) label.remarks.push_back(follower_->error());
     if (!remark_.empty()) label.remarks.push_back(remark_);
     return label;
@@ -260,7 +271,7 @@ class ShownRun {
   std::optional<RunFollower> follower_;
   std::optional<results::NotesFollower> notes_;
   std::string url_;
-  bool is_replay_ = false, has_news_ = true, is_replaced_ = false;
+  bool is_replay_ = false, has_news_ = true, is_replaced_ = false, is_active_ = false;
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<viz::LiveFeed> feed_;
   std::shared_ptr<const model_info_t> asked_model_;
@@ -345,7 +356,10 @@ class WebPage {
   void PublishBoard() {
     const auto begin = steady_clock::now();
     std::vector<BoardRun> rows;
+    board_facts_.waiting_runs = board_facts_.waiting_episodes = 0;
     for (const auto& run : runs_) {
+      board_facts_.waiting_runs += run->is_waiting() ? 1 : 0;
+      board_facts_.waiting_episodes += run->is_waiting() ? run->planned() : 0;
       if (std::optional<BoardRun> row = run->ForBoard()) rows.push_back(std::move(*row));
     }
     if (!rows.empty()) broadcaster_->SetBoard(BoardBlock(rows, board_facts_));
@@ -411,7 +425,10 @@ class WebPage {
         continue;  // suite.json is being written
       }
       const std::string source = folder.string();
-      if (!found.baseline.empty()) board_facts_ = {found.baseline, found.is_sequential};
+      if (!found.baseline.empty()) {
+        board_facts_.baseline = found.baseline;
+        board_facts_.is_sequential = found.is_sequential;
+      }
       for (const results::FoundRun& run : found.runs) {
         if (runs_.size() >= kMaxRuns) continue;
         const auto is_same = [&](const auto& shown) { return shown->shows(run.folder); };
@@ -430,6 +447,7 @@ class WebPage {
           std::ranges::any_of(live, [&](const LiveRun& other) { return run->is_on(other); });
       // A bus given by --url may belong to another machine, so it is kept.
       if (run->has_bus() && !is_there && !run->folder().empty()) run->Detach();
+      run->UpdateActivity();
     }
   }
 

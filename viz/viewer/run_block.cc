@@ -25,6 +25,7 @@ Json Labeled(const RunLabel& label) {
           {"name", label.name},
           {"policy", label.policy},
           {"is_live", label.is_live},
+          {"is_active", label.is_active},
           {"is_replaced", label.is_replaced},
           {"remarks", label.remarks},
           {"task", nullptr},

@@ -19,6 +19,8 @@ struct RunLabel {
   std::string policy;
   // The run is or may be active; false if it is read from disk.
   bool is_live = false;
+  // A process of this machine evaluates into its folder, with or without messages on a bus.
+  bool is_active = false;
   // Other runs on the page now contain its episodes.
   bool is_replaced = false;
   // One sentence each.

@@ -25,7 +25,8 @@ class FoundRunsTest : public testing::Test {
     ordered_json plan = {{"policies", ordered_json::array()},
                          {"tasks", {"lift_pot/position", "lift_tray/base"}},
                          {"baseline", policies.front()},
-                         {"until", until}};
+                         {"until", until},
+                         {"options", {{"episodes", 40}}}};
     for (const std::string& policy : policies) plan["policies"].push_back({{"name", policy}});
     WriteFile(plan_ / "plan.json", plan.dump());
   }
@@ -65,6 +66,7 @@ TEST_F(FoundRunsTest, OfAPlanWhoseShardsArriveAndAreMerged) {
               ElementsAre("a/lift_pot-position", "a/lift_tray-base", "b+lift_pot-position+0000-0019",
                           "b+lift_pot-position+0020-0039", "b/lift_tray-base"));
   EXPECT_EQ(found.runs[2].policy, "b");
+  EXPECT_EQ(found.runs[2].planned, 40);  // of the run, not of its shard
   EXPECT_EQ(found.runs[2].folder, plan_ / "parts" / "b+lift_pot-position+0000-0019");
   EXPECT_EQ(found.baseline, "a");
   EXPECT_FALSE(found.is_sequential);

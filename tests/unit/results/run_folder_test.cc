@@ -142,6 +142,21 @@ TEST(RunFolder, IsCalledByItsFolderHoweverThatIsWritten) {
 }
 
 // RLIMIT_FSIZE acts like a full disk: a part of the data is written.
+TEST(RunFolder, IsInUseWhileAProcessEvaluatesIntoItOrItsSuite) {
+  const TemporaryFolder folder;
+  const fs::path suite = folder.path() / "suite", run = suite / "lift_pot-base";
+  EXPECT_FALSE(IsInUse(run));  // does not exist
+  {
+    const RunFolder open = RunFolder::OfRun(run, "run", false);
+    EXPECT_TRUE(IsInUse(run));
+    EXPECT_FALSE(IsInUse(suite));
+  }
+  EXPECT_FALSE(IsInUse(run));
+  std::ofstream(suite / "suite.json") << R"({"runs": ["lift_pot-base"]})";
+  const RunFolder open = RunFolder::OfSuite(suite, "suite", true);
+  EXPECT_TRUE(IsInUse(run));
+}
+
 TEST(RunFolder, ALineThatDoesNotFitLeavesNothing) {
   TemporaryFolder folder;
   const RunFolder run = RunFolder::OfWorker(folder.path());

@@ -47,11 +47,11 @@ Evalbus.Board = class {
     if (!this.head) return;
     const { policies } = this.head;
     const done = policies.reduce((sum, policy) => sum + policy.all.done, 0);
-    const planned = policies.reduce((sum, policy) => sum + policy.planned, 0);
+    const { planned, is_over } = this.head;
     const count = (n) => n.toLocaleString("en");
     Evalbus.setText(this.title, Evalbus.words(this.head.verdict) || "Overview");
-    Evalbus.setText(this.progress, done < planned ? `${count(done)} of ${count(planned)} episodes; anytime-valid intervals`
-      : `${count(done)} episodes; 95 % intervals (Wilson)`);
+    Evalbus.setText(this.progress, `${count(done)}${done < planned ? ` of ${count(planned)}` : ""} episodes; ${is_over ? "95 % intervals (Wilson)"
+      : "rates of unfinished policies have anytime-valid intervals, differences are preliminary"}`);
     const layout = JSON.stringify(this.head);
     if (layout !== this.layout) {
       this.layout = layout;
@@ -65,9 +65,9 @@ Evalbus.Board = class {
     const e = Evalbus.element, { tasks, policies } = this.head;
     const many = tasks.length > 1;
     const title = (text, hint) => e("th", { scope: "col", title: hint }, text);
-    const head = e("tr", {}, title("policy"), many ? tasks.map((task) => title(Evalbus.spaced(task.name))) : null,
-      title(many ? "all" : Evalbus.spaced(tasks[0].name)),
+    const head = e("tr", {}, title("policy"), title(many ? "all" : Evalbus.spaced(tasks[0].name)),
       policies.length > 1 ? title(`vs ${Evalbus.words(policies[this.head.baseline].name)}`, "difference of the success rates in percentage points, with its 95 % interval; over equal seeds if both have them") : null,
+      many ? tasks.map((task) => title(Evalbus.spaced(task.name))) : null,
       title("time to success", "mean over the successes"), title("slips per grasp"));
     this.table.replaceChildren(e("thead", {}, head), e("tbody", {}, policies.map((policy, k) => this.policyRow(policy, k))));
     const remarks = policies.filter((policy) => policy.against && policy.against.remark)
@@ -84,9 +84,9 @@ Evalbus.Board = class {
     return e("tr", {},
       e("th", { scope: "row" }, e("span", { class: "ev-key" }, String(k + 1)), " ",
         e("a", { href: Evalbus.listLink(`policy=${Evalbus.filterValue(policy.name)}`) }, Evalbus.words(policy.name))),
-      many ? policy.cells.map((one, t) => cell(Evalbus.spaced(tasks[t].name), this.rate(one, policy, tasks[t].name))) : null,
       cell(many ? "all" : "success", this.rate(policy.all, policy, many ? null : tasks[0].name), "ev-all"),
       this.head.policies.length > 1 ? cell("difference", this.difference(against, k), "ev-against") : null,
+      many ? policy.cells.map((one, t) => cell(Evalbus.spaced(tasks[t].name), this.rate(one, policy, tasks[t].name))) : null,
       cell("time to success", policy.all.time_s === null ? "–" : `${policy.all.time_s.toFixed(2)} s`, "ev-figure"),
       cell("slips per grasp", policy.slips_per_grasp === null ? "–" : policy.slips_per_grasp.toFixed(2), "ev-figure"));
   }
@@ -117,10 +117,10 @@ Evalbus.Board = class {
     const points = (share) => Evalbus.points(share, upper - lower < 0.02 ? 1 : 0);
     const word = against.judgment || (this.head.is_over && !this.head.is_sequential ? "not shown to differ" : "so far");
     // The rates beside it cover all episodes of each policy.
-    const only = against.paired && against.trials < this.head.policies[k].all.judged ? `; over ${against.trials.toLocaleString("en")} pairs` : "";
+    const only = against.paired && against.trials < this.head.policies[k].all.judged ? `; over ${against.trials.toLocaleString("en")} ${against.trials === 1 ? "pair" : "pairs"}` : "";
     return e("span", {}, e("b", { class: `ev-${against.judgment || "open"}` }, `${points(against.difference)} points`),
       e("span", { class: "ev-counts" }, `${points(lower)} to ${points(upper)}`),
-      e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, p ${against.p < 0.001 ? "< 0.001" : `= ${against.p.toFixed(3)}`}`}${only}`));
+      e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, ${Evalbus.pText(against.p)}`}${only}`));
   }
 
   // Per task: one line per policy, with the share of its episodes that reached each stage.

@@ -84,6 +84,9 @@ Evalbus.points = (share, decimals = 0) => {
   return `${size === 0 ? "" : share > 0 ? "+" : "−"}${size.toFixed(decimals)}`;
 };
 
+// The rule of PText in results/comparison_text.h: halves up.
+Evalbus.pText = (p) => (p < 0.001 ? "p < 0.001" : `p = ${(Math.floor(1000 * p + 0.5 + 1e-9) / 1000).toFixed(3)}`);
+
 // The rule of PercentText in results/summary_table.h: one decimal if narrower than two percentage points.
 Evalbus.percentRange = ([lower, upper]) => {
   const decimals = upper - lower < 0.02 ? 1 : 0;

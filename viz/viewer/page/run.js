@@ -146,7 +146,7 @@ Evalbus.RunPanel = class {
     this.rateMark.hidden = info.rate === null;
     this.rateMark.style.left = `${100 * (info.rate || 0)}%`;
     const planned = info.planned || 0;
-    this.progress.hidden = !(planned > 0 && info.is_live && !info.is_over);
+    this.progress.hidden = !(planned > 0 && (info.is_live || info.is_active) && !info.is_over);
     this.done.style.transform = `scaleX(${planned > 0 ? Math.min(1, info.done / planned) : 0})`;
     this.progress.setAttribute("aria-valuenow", String(info.done));
     const speed = info.speed && !info.is_over && info.is_live ? `, ${Number(info.speed.toPrecision(2))} times real time` : "";

@@ -475,7 +475,7 @@ Evalbus.Viewer = class {
       connecting: ["wait", "connecting"], unsupported: ["gone", "cannot be unpacked"], packed: ["still", "finished run"],
       lost: ["gone", this.runs.size ? "connection lost; reconnecting" : "no connection yet; retrying"],
       open: info.is_over ? ["still", info.is_live === false ? "finished run" : "run ended"]
-        : info.is_live === false ? ["still", "interrupted (no process is running)"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
+        : info.is_live === false ? info.is_active ? ["live", "running"] : ["still", "interrupted (no process on this machine)"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
     };
     const [kind, text] = states[this.connectionState];
     p.state.dataset.kind = kind;

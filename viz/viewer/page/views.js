@@ -61,7 +61,11 @@ Evalbus.Views = class {
     const { policies, tasks, is_over } = this.board.head || { policies: [], tasks: [] };
     const count = (list, one, more) => `${list.length} ${list.length === 1 ? one : more}`;
     return { name: "evalbus", task: `${count(policies, "policy", "policies")}, ${count(tasks, "task", "tasks")}`, is_over,
-      is_live: [...this.viewer.runs.values()].some((run) => run.info.is_live) };
+      is_live: this.some("is_live"), is_active: this.some("is_active") };
+  }
+
+  some(key) {
+    return [...this.viewer.runs.values()].some((run) => run.info[key]);
   }
 
   choose(name) {

@@ -123,6 +123,38 @@ TEST_F(BoardTest, TheBaselineIsTheOneOfThePlan) {
   EXPECT_EQ(board["policies"][0]["against"]["difference"], 1.0);
 }
 
+// Runs that have not begun, and shards that have not arrived, belong to the result.
+TEST_F(BoardTest, APlanIsOverWhenAllOfItsRunsAre) {
+  const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10));
+  const std::vector<BoardRun> runs = {
+      {.number = 0, .policy = "a", .source = "x", .is_over = true, .run = &a},
+      {.number = 1, .policy = "b", .source = "x", .is_over = true, .run = &b}};
+  ordered_json board = Board(runs);
+  EXPECT_EQ(board["is_over"], true);
+  EXPECT_EQ(board["planned"], 20);
+  BoardFacts facts;
+  facts.waiting_runs = 2;
+  facts.waiting_episodes = 20;
+  board = Board(runs, facts);
+  EXPECT_EQ(board["is_over"], false);
+  EXPECT_EQ(board["planned"], 40);
+  EXPECT_EQ(board["verdict"], "");
+  EXPECT_EQ(board["policies"][1]["against"]["judgment"], "");
+
+  ordered_json info = results::Info(10);
+  info["only"] = {0, 1};
+  const RecordedRun shard = Make("shard", First(2, 2), 0, info);
+  std::vector<BoardRun> shards = {
+      {.number = 0, .policy = "a", .source = "x", .is_over = true, .planned = 4, .run = &shard}};
+  board = Board(shards);
+  EXPECT_EQ(board["is_over"], false);
+  EXPECT_EQ(board["planned"], 4);
+  shards.push_back(shards[0]);  // the other two episodes
+  board = Board(shards);
+  EXPECT_EQ(board["is_over"], true);
+  EXPECT_EQ(board["planned"], 4);
+}
+
 // Shards of one run are one cell; runs of one policy in two folders are two rows.
 TEST_F(BoardTest, ShardsAreOneRunAndFoldersAreApart) {
   ordered_json first_info = results::Info(10), second_info = first_info;
