@@ -131,7 +131,9 @@ std::string SuiteTable(const Comparison& comparison, bool colors) {
 
 }  // namespace
 
-std::string PText(double p) { return p < 0.001 ? "<0.001" : fmt::format("{:.3f}", p); }
+std::string PText(double p) {
+  return p < 0.001 ? "<0.001" : Fixed(std::floor(1000 * p + 0.5 + 1e-9) / 1000, 3);
+}
 
 std::string ComparisonText(const Comparison& comparison, bool ratios, bool colors) {
   std::string text = fmt::format("{} ({}) against {} ({})", comparison.run.name, comparison.run.policy,

@@ -11,6 +11,12 @@
 #include "results/comparison.h"
 
 namespace evalbus::results {
+namespace {
+
+// What a headline names at most.
+constexpr size_t kMaxInOrder = 6, kMaxNamedPairs = 3;
+
+}  // namespace
 
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs) {
   if (runs.size() < 3) return {};
@@ -46,15 +52,29 @@ std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& run
 
 std::string RankingHeadline(const std::vector<RankedRun>& ranking) {
   if (ranking.empty()) return "";
-  std::string order = ranking.front().name;
-  std::vector<std::string> open;
-  for (size_t i = 1; i < ranking.size(); ++i) {
-    const RankedRun &above = ranking[i - 1], &below = ranking[i];
-    const bool differs = above.letters.find_first_of(below.letters) == std::string::npos;
-    order += (differs ? " > " : " ≈ ") + below.name;
-    if (!differs) open.push_back(above.name + " and " + below.name);
+  const auto differ = [](const RankedRun& a, const RankedRun& b) {
+    return a.letters.find_first_of(b.letters) == std::string::npos;
+  };
+  const RankedRun& first = ranking.front();
+  if (ranking.size() > kMaxInOrder) {
+    const auto worse =
+        std::ranges::count_if(ranking, [&](const RankedRun& run) { return differ(first, run); });
+    return fmt::format("{} succeeds most often; {} of {} others are shown to be worse", first.name, worse,
+                       ranking.size() - 1);
   }
-  return order + (open.empty() ? "; all decided" : fmt::format("; not decided: {}", fmt::join(open, ", ")));
+  std::string order = first.name;
+  std::vector<std::string> open;
+  size_t pairs = 0;
+  for (size_t i = 1; i < ranking.size(); ++i) {
+    order += (differ(ranking[i - 1], ranking[i]) ? " > " : " ≈ ") + ranking[i].name;
+    for (size_t k = 0; k < i; ++k, ++pairs) {
+      if (!differ(ranking[k], ranking[i])) open.push_back(ranking[k].name + " and " + ranking[i].name);
+    }
+  }
+  if (open.empty()) return order + "; all decided";
+  if (open.size() > kMaxNamedPairs)
+    return fmt::format("{}; {} of {} pairs not decided", order, open.size(), pairs);
+  return fmt::format("{}; not decided: {}", order, fmt::join(open, ", "));
 }
 
 std::string RankingText(const std::vector<RankedRun>& ranking) {

@@ -20,7 +20,8 @@ struct RankedRun {
 // Throws as CompareRuns() does.
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
-// The order in one sentence, for example "a > b ≈ c; not decided: b and c" or "a > b > c; all decided"; empty
+// The order in one sentence, for example "a > b ≈ c; not decided: b and c" or "a > b > c; all decided". Of
+// more than six policies, only the first: "a succeeds most often; 5 of 7 others are shown to be worse". Empty
 // for an empty ranking.
 std::string RankingHeadline(const std::vector<RankedRun>& ranking);
 // Returns a table and a line that explains it; empty for an empty ranking.

@@ -13,6 +13,7 @@
 #include "report/page/page.h"
 #include "report/page/ratio_axis.h"
 #include "report/page/scale.h"
+#include "results/comparison_text.h"
 #include "results/conclusion.h"
 
 namespace evalbus::report {
@@ -25,7 +26,7 @@ std::string JudgmentClass(results::Judgment judgment) {
   return word.empty() ? "none" : word;
 }
 
-std::string PValue(double p) { return p < 0.001 ? std::string("< 0.001") : fmt::format("{:.3f}", p); }
+std::string PValue(double p) { return p < 0.001 ? "< 0.001" : results::PText(p); }
 
 std::string PointsText(double share) { return WithMinus(PercentagePoints(share)); }
 

@@ -598,4 +598,13 @@ TEST_F(CompareTest, SuitesByTask) {
   EXPECT_EQ(CompareRuns(b, suite("a", 3)).remarks[0], "lift_pot/base is not in b: excluded");
 }
 
+// Five pairs that only one policy wins have p = 2 / 32.
+TEST(PText, RoundsHalvesUp) {
+  EXPECT_EQ(PText(0.0625), "0.063");
+  EXPECT_EQ(PText(0.3125), "0.313");
+  EXPECT_EQ(PText(0.0009), "<0.001");
+  EXPECT_EQ(PText(0.001), "0.001");
+  EXPECT_EQ(PText(0.9996), "1.000");
+}
+
 }  // namespace evalbus::results::comparison_test

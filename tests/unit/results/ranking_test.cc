@@ -58,6 +58,16 @@ TEST(Ranking, MostSuccessfulFirstWithLetters) {
             "a > c ≈ b; not decided: c and b");
 }
 
+TEST(Ranking, HeadlinesNameEachPairThatIsNotDecided) {
+  const std::vector<RankedRun> three = {
+      {.name = "a", .letters = "a"}, {.name = "b", .letters = "b"}, {.name = "c", .letters = "ab"}};
+  EXPECT_EQ(RankingHeadline(three), "a > b ≈ c; not decided: a and c, b and c");
+  std::vector<RankedRun> equal(4, {.name = "x", .letters = "a"});
+  EXPECT_EQ(RankingHeadline(equal), "x ≈ x ≈ x ≈ x; 6 of 6 pairs not decided");
+  equal.resize(7, {.name = "y", .letters = "b"});
+  EXPECT_EQ(RankingHeadline(equal), "x succeeds most often; 3 of 6 others are shown to be worse");
+}
+
 // The probability that any two of several equal policies are separated is at most 5 %.
 TEST(Ranking, ErrsInFivePercentAtMost) {
   const char* const asked = std::getenv("EVALBUS_SIMULATIONS");
