@@ -72,6 +72,21 @@ def check_heading(browser, found):
         found.append(f"the bars of the rates are {lengths} pixels long")
 
 
+def check_narrow(browser, found):
+    """Rates and differences are inside narrow screens, and long names do not widen the table."""
+    name = "document.querySelector('.ev-board-table tbody th a').textContent"
+    before = browser.evaluate(name)
+    browser.evaluate(f"{name} = 'long_name_'.repeat(20)")
+    for width in (390, 600, 1280):
+        browser.screen(width, 900, "light")
+        frame(browser)
+        hidden = browser.evaluate("[...document.querySelectorAll('.ev-board-table .ev-all, .ev-board-table .ev-against')]"
+                                  ".filter((cell) => cell.getBoundingClientRect().right > innerWidth).length")
+        if hidden:
+            found.append(f"{width} pixels: {hidden} results are outside the screen")
+    browser.evaluate(f"{name} = {json.dumps(before)}")
+
+
 def check_arrows(browser, found):
     """A matrix is one stop of the Tab key; arrow keys move within it."""
     browser.call("Emulation.setFocusEmulationEnabled", enabled=True)
@@ -266,6 +281,7 @@ def check_plan(browser, evalbus, plan, folder, found):
                    f" && {VIEWS}.board.head.is_over", "the overview is not shown")
         check_table(browser, plan, policies, found)
         check_heading(browser, found)
+        check_narrow(browser, found)
         check_seeds(browser, policies, found)
         check_arrows(browser, found)
         check_hover(browser, policies, found)
