@@ -6,7 +6,6 @@
 #include <cmath>
 #include <string_view>
 
-#include "base/plural.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "metrics/cause/cause_finder.h"
@@ -125,7 +124,8 @@ std::string CauseFinder::Text(const CauseMoment& moment, const std::vector<Unmet
     text += fmt::format(" ({} of {} stages)", reached, stage_tick_.size());
   }
   if (moment.lost_again > 0) {
-    text += fmt::format(" and {} later", Plural(moment.lost_again, "more time"));
+    text += moment.lost_again == 1 ? " and once more later"
+                                   : fmt::format(" and {} more times later", moment.lost_again);
   } else if (moment.gripper >= 0 && !moment.held_again && !moment.tried_again) {
     text += " and never tried again";
   }

@@ -126,14 +126,11 @@ class Holds {
     const size_t gripper = index % widest_.size(), object = index / widest_.size();
     const double opening = sample.opening[gripper];
     pair.widest = std::max(pair.widest, opening);
-    // An object that slips out of the fingers pushes them apart, and then they close.
-    if (pair.opened_hold >= 0 && TickTime(sample.tick - pair.opened_tick, dt_) <= kInterruption &&
-        opening <= pair.widest - kOpened) {
-      holds_[pair.opened_hold].opened = false;
-    }
+    CheckOpening(pair, opening, sample.tick);
     if (opening > (pair.opened_hold >= 0 ? pair.widest : widest_[gripper]) - kClosed) return;
     if (!sample.touching[index]) return;
-    pair = {.hold = static_cast<int>(holds_.size())};
+    pair.hold = static_cast<int>(holds_.size());
+    pair.last_opening = 0;
     CauseHold hold{.object = static_cast<int>(object),
                    .gripper = static_cast<int>(gripper),
                    .first_tick = sample.tick,
@@ -143,10 +140,20 @@ class Holds {
     Held(index, sample);
   }
 
+  // An object that slips out of the fingers pushes them apart, and then they close. They may touch it again
+  // meanwhile, so that the next hold has begun.
+  void CheckOpening(const Pair& pair, double opening, int64_t tick) {
+    if (pair.opened_hold >= 0 && TickTime(tick - pair.opened_tick, dt_) <= kInterruption &&
+        opening <= pair.widest - kOpened) {
+      holds_[pair.opened_hold].opened = false;
+    }
+  }
+
   void Held(size_t index, const CauseSample& sample) {
     Pair& pair = pair_[index];
     CauseHold& hold = holds_[pair.hold];
     const double opening = sample.opening[hold.gripper];
+    CheckOpening(pair, opening, sample.tick);
     if (sample.touching[index]) {
       hold.last_tick = sample.tick;
       hold.rest_since = rest_since_;
@@ -165,6 +172,7 @@ class Holds {
     } else if (TickTime(sample.tick - hold.last_tick, dt_) >= kInterruption) {
       hold.closing = opening <= pair.last_opening - kClosed;
       End(&pair, &hold);
+      pair.opened_hold = -1;
     }
   }
 

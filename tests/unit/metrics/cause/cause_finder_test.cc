@@ -15,7 +15,7 @@ condition_t Holding(const std::string& gripper) {
   condition.kind = condition_t::HOLDING;
   condition.subject = "kitchen_pot";
   condition.other = gripper;
-  condition.text = gripper + " holds kitchen_pot";
+  condition.text = gripper + " gripper touches kitchen_pot";
   return condition;
 }
 
@@ -301,6 +301,21 @@ TEST_F(CauseFinderTest, AnObjectThatPushesTheFingersApartIsNotLetGo) {
          "least 1.1 m is needed.");
 }
 
+// The fingers touch the object again while they close, so that a short hold begins.
+TEST_F(CauseFinderTest, AnObjectThatIsTouchedAgainWhileItSlipsOutIsNotLetGo) {
+  HoldWithBoth();
+  Move(5);
+  with_both_fingers_ = false;
+  Close(kLeft, 0.52, true);
+  Close(kLeft, 0.45, true);
+  Close(kLeft, 0.3, true);
+  Close(kLeft, 0.1, false);
+  Move(300);
+  EXPECT_EQ(Find().kind, "lost_object");
+  EXPECT_EQ(Reason(), "grasp_slip");
+  EXPECT_TRUE(Find().text.starts_with("Left gripper lost")) << Find().text;
+}
+
 TEST_F(CauseFinderTest, AClosingFarFromTheObjectIsNoAttempt) {
   Close(kRight, 0, false);
   Move(10);
@@ -323,8 +338,9 @@ TEST_F(CauseFinderTest, AnArmPressesOnTheScene) {
   Move(5);
   torque_[kLeft] = 80;
   Move(300);
-  Expect("collision", 11,
-         "Left arm hit the big counter at 0.22 s (0 of 3 stages); not met: left holds kitchen pot.");
+  Expect(
+      "collision", 11,
+      "Left arm hit the big counter at 0.22 s (0 of 3 stages); not met: left gripper touches kitchen pot.");
 }
 
 // The torques that hold the arm up do not count as pressing; 50 N m more than their maximum do.
@@ -337,8 +353,9 @@ TEST_F(CauseFinderTest, AHeavyArmPressesOnTheScene) {
   EXPECT_EQ(Find().kind, "missed_condition");
   torque_[kLeft] = 50;
   Move(300);
-  Expect("collision", 11,
-         "Left arm hit the big counter at 0.22 s (0 of 3 stages); not met: left holds kitchen pot.");
+  Expect(
+      "collision", 11,
+      "Left arm hit the big counter at 0.22 s (0 of 3 stages); not met: left gripper touches kitchen pot.");
 }
 
 TEST_F(CauseFinderTest, ALightTouchIsNoCollision) {
@@ -438,8 +455,9 @@ TEST_F(CauseFinderTest, ASlowRobotRunsOutOfTime) {
     commands_[1] += 0.0049;  // 0.245 rad/s
     Move(1);
   }
-  Expect("out_of_time", 300,
-         "No progress until time ran out at 6.00 s (0 of 3 stages); not met: left holds kitchen pot.");
+  Expect(
+      "out_of_time", 300,
+      "No progress until time ran out at 6.00 s (0 of 3 stages); not met: left gripper touches kitchen pot.");
   commands_[1] += 0.0051;
   Move(1);
   EXPECT_EQ(Find().kind, "missed_condition");
@@ -448,7 +466,7 @@ TEST_F(CauseFinderTest, ASlowRobotRunsOutOfTime) {
 TEST_F(CauseFinderTest, ARobotThatRestsWithoutProgressMissesACondition) {
   Move(100);
   Tick(200);
-  Expect("missed_condition", 0, "No progress (0 of 3 stages); not met: left holds kitchen pot.");
+  Expect("missed_condition", 0, "No progress (0 of 3 stages); not met: left gripper touches kitchen pot.");
   EXPECT_EQ(Reason(), "timeout");
 }
 
