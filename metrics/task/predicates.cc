@@ -40,11 +40,13 @@ class Holding : public Relation {
     condition_.kind = condition_t::HOLDING;
     condition_.subject = object;
     condition_.other = gripper;
-    const std::string who = gripper == "first"   ? "the first gripper"
-                            : gripper == "other" ? "the other gripper"
-                                                 : gripper;
-    text_if_true_ = (gripper == "any" ? "a gripper" : who) + " holds " + object;
-    text_if_false_ = gripper == "any" ? "no gripper holds " + object : who + " does not hold " + object;
+    const std::string who = gripper == "first"             ? "the first gripper"
+                            : gripper == "other"           ? "the other gripper"
+                            : gripper.ends_with("gripper") ? gripper
+                                                           : gripper + " gripper";
+    // "Holds" would suggest a grasp; bars on the timeline show grasps.
+    text_if_true_ = (gripper == "any" ? "a gripper" : who) + " touches " + object;
+    text_if_false_ = gripper == "any" ? "no gripper touches " + object : who + " does not touch " + object;
     Start();
   }
   void Start() override { first_ = pads_.size(); }

@@ -87,7 +87,7 @@ void ExpectConsistent(const Json& episode) {
 }
 
 // Conditions that decide several kinds of failures.
-const char *const kOtherGripper = "the other gripper does not hold rod",
+const char *const kOtherGripper = "the other gripper does not touch rod",
                   *const kCabinet = "pot touches left_cabinet", *const kBook = "height of book 0.7",
                   *const kWheel = "fraction of the range of first_valve/wheel 0",
                   *const kFlap = "fraction of the range of box/left_flap 1.00",
@@ -99,7 +99,7 @@ const char *const kOtherGripper = "the other gripper does not hold rod",
 const std::vector<Outcome> kAfterAnError = {
     {"cube_handover", "policy_error", {1}, kOtherGripper},
     {"lift_pot", "policy_error", {1, 2}, "height of pot 1.006 m < 1.096"},
-    {"lift_tray", "policy_error", {1}, "right does not hold tray"},
+    {"lift_tray", "policy_error", {1}, "right gripper does not touch tray"},
     {"pack_box", "policy_error", {2}, kFlap},
     {"pick_single_book_from_table", "policy_error", {1, 2}, kBook},
     {"rotate_valve", "policy_error", {1, 3}, kWheel},
@@ -111,7 +111,7 @@ const std::vector<Failures> kFailures = {
     {"miss",
      {{"cube_handover", "grasp_miss", {}, kOtherGripper},
       {"lift_pot", "grasp_miss", {}, kCabinet},
-      {"lift_tray", "grasp_miss", {}, "left does not hold tray"},
+      {"lift_tray", "grasp_miss", {}, "left gripper does not touch tray"},
       {"pack_box", "timeout", {}, "fraction of the range of box/left_flap 1.00 > 0.05"},
       // The closed hand that should pull the book misses it, and no hand closes near the book.
       {"pick_single_book_from_table", "timeout", {}, kBook},
@@ -138,7 +138,7 @@ const std::vector<Failures> kFailures = {
     {"stop",
      {{"cube_handover", "stall", {1}, kOtherGripper},
       {"lift_pot", "stall", {1, 2}, "height of pot 1.0"},
-      {"lift_tray", "stall", {1}, "right does not hold tray"},
+      {"lift_tray", "stall", {1}, "right gripper does not touch tray"},
       {"pack_box", "stall", {2}, kFlap},
       {"pick_single_book_from_table", "stall", {1, 2}, kBook},
       {"rotate_valve", "stall", {1, 3}, kWheel},

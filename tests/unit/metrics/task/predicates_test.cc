@@ -397,7 +397,7 @@ TEST_F(PredicatesTest, RefusesWhatCanNeverHold) {
   one_gripper.gripper.pop_back();
   one_gripper.num_grippers = 1;
   EXPECT_EQ(Compile("{holding: {gripper: other, object: pot}}")->Describe(false),
-            std::vector<std::string>{"the other gripper does not hold pot"});
+            std::vector<std::string>{"the other gripper does not touch pot"});
   try {
     CompilePredicate(task_.success, {ModelNames(one_gripper), task_});
     FAIL() << "must throw";
@@ -417,7 +417,7 @@ TEST_F(PredicatesTest, DescribeThemselvesInWords) {
   EXPECT_EQ(
       all->Describe(true),
       (Lines{"all of", "  pot does not touch counter", "  height of pot at least 1.1 m", "  any of",
-             "    the other gripper holds pot", "    fraction of the range of pot/lid_hinge at most 0.1"}));
+             "    the other gripper touches pot", "    fraction of the range of pot/lid_hinge at most 0.1"}));
   EXPECT_EQ(Compile("{not: {position: {object: pot, axis: x, min_m: 0, max_m: 1}}}")->Describe(true),
             (Lines{"x of pot not between 0 and 1 m"}));
   EXPECT_EQ(Compile("{latched: {touching: {a: pot, b: counter}}}")->Describe(true),
