@@ -133,6 +133,8 @@ void StatisticsRow(const metrics::MetricSummary& metric, Markup* html) {
   const bool has_unit = info && info->unit != "count" && info->unit != "1";
   const auto cell = [&](const Statistic& statistic) {
     const std::vector<double> values = statistic.values(metric);
+    if (std::ranges::none_of(values, [](double value) { return std::isfinite(value); }))
+      return html->Text("-");  // equal values have no interval
     for (size_t i = 0; i < values.size(); ++i) {
       if (i > 0) html->Text(" to ");
       Data(values[i], html);

@@ -203,8 +203,8 @@ std::string PlanPage(const PlanReport& report, const std::string& made_by) {
               ? "no episodes"
               : Plural(report.tasks[0].cells[0].summary.judged, "episode")));
     });
-    for (const std::string& remark : report.remarks) html->Element("p", {{"class", "note"}}, remark);
     Rates(report, html);
+    for (const std::string& remark : report.remarks) html->Element("p", {{"class", "note"}}, remark);
     Verdicts(report, html);
     Failures(report, html);
   });
