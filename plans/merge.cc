@@ -234,10 +234,7 @@ void AddLaterFindings(const fs::path& part, const fs::path& out) {
   for (const auto& [episode, note] : results::ReadNotes(part)) results::WriteNote(out, episode, note);
   for (const results::Verdict& verdict : results::ReadVerdicts(part)) results::WriteVerdict(out, verdict);
   const results::NoReturns points = results::ReadNoReturns(part);
-  if (points.empty()) return;
-  results::NoReturns all = results::ReadNoReturns(out);
-  all.insert(points.begin(), points.end());
-  results::WriteNoReturns(out, all);
+  if (!points.empty()) results::AddNoReturns(out, points);
 }
 
 // Merges the parts into `out`, which appears atomically. When this returns, everything is synced to disk, so

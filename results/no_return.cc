@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/write_whole.h"
+#include "results/run_files_lock.h"
 
 namespace evalbus::results {
 namespace {
@@ -92,8 +93,11 @@ nlohmann::ordered_json NoReturnsJson(const NoReturns& points) {
   return json;
 }
 
-void WriteNoReturns(const fs::path& run, const NoReturns& points) {
-  WriteWhole(run / kNoReturnJson, ToText(NoReturnsJson(points), 2) + "\n");
+void AddNoReturns(const fs::path& run, const NoReturns& points) {
+  const RunFilesLock lock(run);
+  NoReturns all = ReadNoReturns(run);
+  for (const auto& [episode, point] : points) all.insert_or_assign(episode, point);
+  WriteWhole(run / kNoReturnJson, ToText(NoReturnsJson(all), 2) + "\n");
 }
 
 }  // namespace evalbus::results

@@ -33,11 +33,11 @@ struct NoReturn {
 // One sentence.
 std::string NoReturnText(const NoReturn& point);
 
-// By episode. Both throw InputError; WriteNoReturns() also EnvironmentError. Reading a missing file gives
-// none.
+// By episode. Both throw InputError; AddNoReturns() also EnvironmentError. Reading a missing file gives none.
 using NoReturns = std::map<int, NoReturn>;
 NoReturns ReadNoReturns(const std::filesystem::path& run);
-void WriteNoReturns(const std::filesystem::path& run, const NoReturns& points);
+// Replaces the points of these episodes only. Several processes may do this at the same time.
+void AddNoReturns(const std::filesystem::path& run, const NoReturns& points);
 // The content of the file.
 nlohmann::ordered_json NoReturnsJson(const NoReturns& points);
 

@@ -11,6 +11,7 @@
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
+#include "results/run_files_lock.h"
 
 namespace evalbus::results {
 namespace {
@@ -51,6 +52,7 @@ void WriteNote(const fs::path& run, int episode, const std::string& text) {
   }
   // A link could lead out of the run's folder.
   if (fs::is_symlink(file)) throw InputError(file.string() + ": a link; notes are not written through links");
+  const RunFilesLock lock(run);
   Notes notes = ReadNotes(run);
   if (text.empty()) {
     notes.erase(episode);

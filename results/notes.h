@@ -23,7 +23,7 @@ Notes ReadNotes(const std::filesystem::path& run);
 
 // Sets the note of an episode, or removes it if `text` is empty; the file is replaced atomically. Throws
 // InputError if the text is too long, if notes.json is a link or cannot be read, or if the folder cannot be
-// written; EnvironmentError if writing fails. Must not be called concurrently for one run.
+// written; EnvironmentError if writing fails. Several processes may do this at the same time.
 void WriteNote(const std::filesystem::path& run, int episode, const std::string& text);
 
 // Reads notes.json when it has changed.

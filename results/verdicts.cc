@@ -12,6 +12,7 @@
 #include "base/json_file.h"
 #include "base/text.h"
 #include "base/write_whole.h"
+#include "results/run_files_lock.h"
 
 namespace evalbus::results {
 namespace {
@@ -124,6 +125,7 @@ void WriteVerdict(const fs::path& run, const Verdict& verdict) {
   // A link could lead out of the run's folder.
   if (fs::is_symlink(file))
     throw InputError(file.string() + ": a link; verdicts are not written through links");
+  const RunFilesLock lock(run);
   std::vector<Verdict> verdicts = ReadVerdicts(run);
   const auto same = std::ranges::find_if(verdicts, [&](const Verdict& other) {
     return other.episode == verdict.episode && other.operator_name == verdict.operator_name;

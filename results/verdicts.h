@@ -44,7 +44,7 @@ std::vector<Verdict> ReadVerdicts(const std::filesystem::path& run);
 
 // Adds a verdict, or replaces that of the same operator on the same episode; the file is replaced atomically.
 // Throws InputError if verdicts.jsonl is a link or cannot be read, or if the folder cannot be written;
-// EnvironmentError if writing fails. Must not be called concurrently for one run.
+// EnvironmentError if writing fails. Several processes may do this at the same time.
 void WriteVerdict(const std::filesystem::path& run, const Verdict& verdict);
 
 }  // namespace evalbus::results

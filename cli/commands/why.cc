@@ -71,11 +71,7 @@ void FindNoReturns(const results::RecordedRun& run, const WhyOptions& options) {
   for (const results::RecordedEpisode& episode : run.episodes)
     if (options.failures && has_failed(episode)) wanted.push_back(episode.episode);
   runner::NoReturnFinder finder(run);
-  results::NoReturns points = results::ReadNoReturns(run.folder);
-  for (const int episode : wanted) {
-    points[episode] = finder.Find(episode);
-    results::WriteNoReturns(run.folder, points);
-  }
+  for (const int episode : wanted) results::AddNoReturns(run.folder, {{episode, finder.Find(episode)}});
 }
 
 void PrintNoReturns(const results::RecordedRun& run, const results::RunCircumstances& found) {

@@ -191,7 +191,6 @@ void WebJobs::RequestNote(viz::WebNote note, std::function<void(const std::strin
           if (folder.empty() || !fs::exists(EpisodeFolder(folder, note.episode))) {
             throw InputError("this episode has no folder");
           }
-          const std::lock_guard lock(notes_mutex_);
           results::WriteNote(folder, note.episode, Printable(note.text));
         } catch (const std::exception& failure) {
           error = fmt::format("the note on episode {} was not saved: {}", note.episode,

@@ -87,8 +87,6 @@ class WebJobs {
   std::list<Kept> kept_;
   size_t kept_bytes_ = 0;
   Scenes scenes_;
-  // Held while notes are written: each note replaces the whole file.
-  std::mutex notes_mutex_;
 
   // Declared last, because its jobs use all other members.
   ReaderThreads threads_{ReaderThreads::Limits{}};

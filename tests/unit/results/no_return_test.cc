@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "base/errors.h"
+#include "base/run_layout.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::results::no_return_test {
@@ -14,9 +15,10 @@ using Kind = NoReturn::Kind;
 
 TEST(NoReturn, IsReadAsItWasWritten) {
   const TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / kEpisodesFolder);
   EXPECT_TRUE(ReadNoReturns(folder.path()).empty());
-  WriteNoReturns(folder.path(),
-                 {{3, {Kind::kLost, 181, 3.62, true}}, {12, {Kind::kOutOfTime, 700, 14, false}}});
+  AddNoReturns(folder.path(), {{3, {Kind::kNever, 0, 0, true}}, {12, {Kind::kOutOfTime, 700, 14, false}}});
+  AddNoReturns(folder.path(), {{3, {Kind::kLost, 181, 3.62, true}}});
   const NoReturns points = ReadNoReturns(folder.path());
   ASSERT_EQ(points.size(), 2);
   EXPECT_EQ(points.at(3).kind, Kind::kLost);

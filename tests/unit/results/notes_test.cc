@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "base/errors.h"
+#include "base/run_layout.h"
 #include "tests/unit/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
 
@@ -19,6 +20,7 @@ using testing::Pair;
 
 class NotesTest : public testing::Test {
  protected:
+  void SetUp() override { fs::create_directory(run_ / kEpisodesFolder); }
   std::string Refusal(int episode, const std::string& text) const {
     try {
       WriteNote(run_, episode, text);

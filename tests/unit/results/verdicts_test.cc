@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "base/errors.h"
+#include "base/run_layout.h"
 #include "tests/unit/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
 
@@ -20,6 +21,7 @@ constexpr char kLine[] =
 
 class VerdictsTest : public testing::Test {
  protected:
+  void SetUp() override { fs::create_directory(run_ / kEpisodesFolder); }
   std::string Content() const {
     std::ifstream file(run_ / kVerdictsJsonl);
     return {std::istreambuf_iterator<char>(file), {}};

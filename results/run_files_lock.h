@@ -1,0 +1,23 @@
+// Lock for the files of a run that several programs change: notes.json, verdicts.jsonl and no_return.json.
+#pragma once
+
+#include <filesystem>
+
+namespace evalbus::results {
+
+// Held while such a file is read, changed and replaced, so that no change of another process or thread is
+// lost. The constructor waits for its turn. The lock is that of the folder `episodes`, because an active run
+// holds the lock of its own folder until it ends.
+class RunFilesLock {
+ public:
+  // Throws InputError or EnvironmentError if the run has no folder `episodes`, or if it cannot be locked.
+  explicit RunFilesLock(const std::filesystem::path& run);
+  ~RunFilesLock();
+  RunFilesLock(const RunFilesLock&) = delete;
+  RunFilesLock& operator=(const RunFilesLock&) = delete;
+
+ private:
+  int fd_;
+};
+
+}  // namespace evalbus::results
