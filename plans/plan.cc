@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <set>
 
@@ -14,6 +15,7 @@
 #include "metrics/statistics/confidence_sequence.h"
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
+#include "plans/plan_folder.h"
 #include "policy_bridge/policy_options.h"
 #include "runner/engines.h"
 #include "runner/suite.h"
@@ -26,25 +28,33 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr int kMaxEpisodes = 10'000'000;
+constexpr double kMaxAlpha = 0.5;
 // Options that a plan sets by keys of its own, or that are decided anew wherever a part of it runs.
 constexpr const char* kNotOptions[] = {"policy",  "contract", "policy_name", "episodes",   "seed", "only",
                                        "workers", "url",      "by_hand",     "in_process", "video"};
 
 bool IsOption(const std::string& key) { return std::ranges::find(kNotOptions, key) == std::end(kNotOptions); }
 
-// Resolves a path relative to the plan's folder.
+// Resolves a path relative to the plan's folder: a YAML file, or a variation of one
+// ("my_task.yaml/position").
 std::string FromPlan(const std::string& name, const fs::path& plan) {
-  if (!name.ends_with(".yaml") && !name.ends_with(".yml")) return name;
-  const fs::path near = fs::absolute(plan).parent_path() / name;
-  return fs::exists(near) ? near.lexically_normal().string() : name;
+  if (!IsTaskFile(name)) return name;
+  const fs::path path(name), folder = fs::absolute(plan).parent_path();
+  const fs::path file = IsTaskFile(path.parent_path()) ? path.parent_path() : path;
+  return fs::exists(folder / file) ? (folder / name).lexically_normal().string() : name;
 }
 
-// The name must be valid as a folder's name, because the policy's results are stored under it.
-void CheckPolicyName(const YamlValue& value, const std::string& name) {
+// Returns what is wrong with the name of a policy, or nothing. The policy's results are in a folder of this
+// name, beside the plan's own files.
+std::string ProblemOfPolicyName(const std::string& name) {
+  constexpr std::array kTaken = {kPlanJson,    kStopsJson,  kPartsFolder,
+                                 kSlurmFolder, kReportHtml, "manifest.json"};
   if (name.empty() || name.starts_with(".") || name.find('/') != std::string::npos ||
       Printable(name) != name || name.size() > 100) {
-    value.Fail("expected a name that is valid for a folder, got '" + OneLine(name) + "'");
+    return "expected a name that is valid for a folder, got '" + OneLine(name) + "'";
   }
+  if (std::ranges::find(kTaken, name) == kTaken.end()) return "";
+  return "a policy cannot be named '" + name + "': the folder of a plan's results has a file of this name";
 }
 
 // Name of a policy that has none in the plan; empty for the address of a server.
@@ -73,7 +83,7 @@ PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
   }
   if (policy.name.empty()) policy.name = DefaultName(policy.policy);
   if (policy.name.empty()) value.Fail("expected 'name' with the address of a server");
-  CheckPolicyName(value, policy.name);
+  if (const std::string problem = ProblemOfPolicyName(policy.name); !problem.empty()) value.Fail(problem);
   try {
     policy::PolicyOptions options{.policy = policy.policy, .contract = policy.contract};
     if (!policy.latency.empty()) options.latency = policy.latency;
@@ -149,7 +159,7 @@ Until ReadUntil(const YamlValue& value, int least) {
         "width(W) or width(W, max EPISODES), for example decided(alpha 0.05, max 200), got '" +
         text + "'");
   }
-  if (!(until.alpha > 0 && until.alpha <= 0.5)) value.Fail("expected alpha above 0 and at most 0.5");
+  if (!(until.alpha > 0 && until.alpha <= kMaxAlpha)) value.Fail("expected alpha above 0 and at most 0.5");
   if (until.max_episodes < least || until.max_episodes > kMaxEpisodes) {
     value.Fail(fmt::format("expected max {} to {}: 'episodes' are always run", least, kMaxEpisodes));
   }
@@ -201,6 +211,42 @@ T Get(const nlohmann::json& json, const char* key, const std::string& file) {
 }
 
 constexpr const char* kWhichVideos[] = {"none", "all", "failures", "first"};
+
+// Throws InputError unless plan.json is of a plan that evalbus could have written.
+void CheckPlan(const Plan& plan, const std::string& file) {
+  const auto check = [&](bool good, const std::string& what) {
+    if (!good) throw InputError(file + ": " + what);
+  };
+  std::set<std::string> names, folders;
+  for (const PlannedPolicy& policy : plan.policies) {
+    const std::string problem = ProblemOfPolicyName(policy.name);
+    check(problem.empty(), "\"policies\": " + problem);
+    check(names.insert(policy.name).second, "\"policies\": two policies have the name '" + policy.name + "'");
+  }
+  check(!names.empty(), "\"policies\": expected at least one policy");
+  for (const std::string& task : plan.tasks) {
+    const std::string folder = FolderOfTask(task);
+    check(!folder.empty() && folder != "." && folder != "..",
+          "\"tasks\": expected a task, got '" + OneLine(task) + "'");
+    check(folders.insert(folder).second, "\"tasks\": '" + OneLine(task) + "' is given twice");
+  }
+  check(!folders.empty(), "\"tasks\": expected at least one task");
+  check(names.contains(plan.baseline),
+        "\"baseline\": no policy '" + OneLine(plan.baseline) + "' in this plan");
+  const auto check_count = [&](const char* key, int value, int least) {
+    check(value >= least && value <= kMaxEpisodes,
+          fmt::format("\"{}\" is {}, expected {} to {}", key, value, least, kMaxEpisodes));
+  };
+  check_count("shard_episodes", plan.shard_episodes, 1);
+  if (!plan.until) return;
+  check_count("max_episodes", plan.until->max_episodes, plan.options.episodes);
+  const auto check_share = [&](const char* key, double value, double most) {
+    check(value > 0 && value <= most,
+          fmt::format("\"{}\" is {:g}, expected a number above 0 and at most {:g}", key, value, most));
+  };
+  check_share("alpha", plan.until->alpha, kMaxAlpha);
+  if (plan.until->width) check_share("width", *plan.until->width, 1);
+}
 
 }  // namespace
 
@@ -307,6 +353,8 @@ Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
     if (planned.name.empty()) {
       throw InputError("--policies " + policy + ": a policy server must be named in a plan (docs/plans.md)");
     }
+    if (const std::string problem = ProblemOfPolicyName(planned.name); !problem.empty())
+      throw InputError("--policies " + policy + ": " + problem);
     if (std::ranges::find(plan.policies, planned.name, &PlannedPolicy::name) != plan.policies.end()) {
       throw InputError("--policies: two policies have the name '" + planned.name + "'");
     }
@@ -365,26 +413,31 @@ Plan PlanOfJson(const nlohmann::json& json, const std::string& file) {
   Plan plan;
   plan.name = Get<std::string>(json, "plan", file);
   for (const auto& policy : Get<nlohmann::json>(json, "policies", file)) {
-    plan.policies.push_back({Get<std::string>(policy, "name", file), Get<std::string>(policy, "policy", file),
-                             Get<std::string>(policy, "contract", file), policy.value("latency", ""),
-                             policy.value("execution", "")});
+    plan.policies.push_back(
+        {Get<std::string>(policy, "name", file), Get<std::string>(policy, "policy", file),
+         Get<std::string>(policy, "contract", file),
+         policy.contains("latency") ? Get<std::string>(policy, "latency", file) : "",
+         policy.contains("execution") ? Get<std::string>(policy, "execution", file) : ""});
   }
   plan.tasks = Get<std::vector<std::string>>(json, "tasks", file);
   plan.baseline = Get<std::string>(json, "baseline", file);
   const auto videos = Get<nlohmann::json>(json, "video", file);
   const auto which = std::ranges::find(kWhichVideos, Get<std::string>(videos, "episodes", file));
+  if (which == std::end(kWhichVideos))
+    throw InputError(file + ": \"video\": expected \"episodes\" of none, all, failures or first");
   plan.videos = {static_cast<PlannedVideos::Which>(which - std::begin(kWhichVideos)),
                  Get<int>(videos, "first", file), Get<std::vector<std::string>>(videos, "cameras", file)};
   if (const auto until = Get<nlohmann::json>(json, "until", file); !until.is_null()) {
     plan.until = {.alpha = Get<double>(until, "alpha", file),
                   .max_episodes = Get<int>(until, "max_episodes", file),
-                  .on_progress = until.value("on_progress", false)};
+                  .on_progress = until.contains("on_progress") && Get<bool>(until, "on_progress", file)};
     if (until.contains("width")) plan.until->width = Get<double>(until, "width", file);
   }
   plan.shard_episodes = Get<int>(json, "shard_episodes", file);
   plan.rate_is_given = Get<bool>(json, "rate_is_given", file);
   plan.timeout_is_given = Get<bool>(json, "timeout_is_given", file);
   runner::ReadOlderOptions(Get<nlohmann::json>(json, "options", file), file, &plan.options);
+  CheckPlan(plan, file);
   return plan;
 }
 

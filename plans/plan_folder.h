@@ -6,6 +6,7 @@
 //   parts/.SHARD.HOST-PID           marks a shard that a process is running or copying here
 //   parts/.SHARD.failed             error of a shard that failed
 //   slurm/                          scripts and logs of the jobs
+//   stops.json, report.html         decisions of a plan with `until`; the plan's page
 //
 // The folder needs no locks: every file has a single writer and appears atomically by rename. A shard that
 // was run twice is therefore stored once.
@@ -26,6 +27,8 @@ namespace evalbus::plans {
 // Results of the sequential comparisons (Plan::until).
 inline constexpr char kStopsJson[] = "stops.json";
 inline constexpr char kSlurmFolder[] = "slurm";
+// The page of the plan.
+inline constexpr char kReportHtml[] = "report.html";
 
 // Episodes `first` to `last` of one run.
 struct Shard {

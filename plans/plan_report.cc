@@ -192,7 +192,7 @@ std::map<fs::path, std::string> PlanPages(const PlanFolder& folder, const PlanRe
                 plan.options.episodes, plan.until->max_episodes);
   report.ranking = results.ranking;
   report.verdict = VerdictOf(results);
-  pages[folder.path() / "report.html"] = report::PlanPage(report, made_by);
+  pages[folder.path() / kReportHtml] = report::PlanPage(report, made_by);
   return pages;
 }
 

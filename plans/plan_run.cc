@@ -290,7 +290,7 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   }
   RunJobs(std::move(pages), workers, "pages", nullptr, [](const std::string&) {});
   WritePlanPages(folder, results);
-  fmt::print("\nreport   {}\n", (fs::proximate(folder.path()) / "report.html").string());
+  fmt::print("\nreport   {}\n", (fs::proximate(folder.path()) / kReportHtml).string());
   if (!no_videos.empty()) {
     throw EnvironmentError(
         fmt::format("videos are missing: {}; to record them, run the same command with --out {} --resume",

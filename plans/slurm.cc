@@ -28,8 +28,11 @@ constexpr int kMaxTasks = 1000;
 
 std::string Evalbus() { return (runner::Processes::BinaryFolder() / "evalbus").string(); }
 
-// A value in a line "#SBATCH --OPTION=VALUE", which ends at the first blank that is not quoted.
+// A value in a line "#SBATCH --OPTION=VALUE", which ends at the first blank that is not quoted. Throws
+// InputError if the value has a line break, which would end the line and all options of the script.
 std::string SbatchValue(const std::string& text) {
+  if (text.find_first_of("\r\n") != std::string::npos)
+    throw InputError("--slurm: expected names without line breaks, got '" + Printable(text) + "'");
   std::string quoted = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') quoted += '\\';

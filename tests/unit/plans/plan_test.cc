@@ -1,5 +1,6 @@
 #include "plans/plan.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,8 +9,10 @@
 
 #include "base/errors.h"
 #include "metrics/statistics/confidence_sequence.h"
+#include "models/task_description.h"
 #include "plans/latency.h"
 #include "plans/plan_folder.h"
+#include "plans/slurm.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::plans::plan_test {
@@ -189,6 +192,62 @@ TEST_F(PlanTest, IsKeptAsJsonAndReadBack) {
     const Plan plan = Read(text);
     const auto json = PlanJson(plan);
     EXPECT_EQ(PlanJson(PlanOfJson(nlohmann::json::parse(json.dump()), "plan.json")), json);
+  }
+}
+
+TEST_F(PlanTest, PlanJsonThatCannotBeOfAPlanIsRefused) {
+  const nlohmann::json good = nlohmann::json::parse(
+      PlanJson(Read("policies: [expert, hold]\ntasks: lift_pot\nuntil: width(0.1, max 90)\n")).dump());
+  const auto error_of = [&](const char* pointer, const nlohmann::json& value) -> std::string {
+    nlohmann::json changed = good;
+    changed[nlohmann::json::json_pointer(pointer)] = value;
+    try {
+      PlanOfJson(changed, "plan.json");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "(no error)";
+  };
+  // A shard of no episode would never fill the plan.
+  for (const int size : {0, -1}) {
+    EXPECT_EQ(error_of("/shard_episodes", size),
+              fmt::format("plan.json: \"shard_episodes\" is {}, expected 1 to 10000000", size));
+  }
+  EXPECT_THAT(error_of("/baseline", "unknown"), HasSubstr("plan.json: \"baseline\": no policy 'unknown'"));
+  EXPECT_THAT(error_of("/policies", nlohmann::json::array()), HasSubstr("expected at least one policy"));
+  EXPECT_THAT(error_of("/policies/1/name", "../../x"),
+              HasSubstr("expected a name that is valid for a folder"));
+  EXPECT_THAT(error_of("/policies/1/name", "expert"), HasSubstr("two policies have the name 'expert'"));
+  EXPECT_THAT(error_of("/policies/1/latency", 100), HasSubstr("\"latency\" is missing or has another type"));
+  EXPECT_THAT(error_of("/tasks", nlohmann::json::array()), HasSubstr("expected at least one task"));
+  EXPECT_THAT(error_of("/tasks/0", ".."), HasSubstr("\"tasks\": expected a task, got '..'"));
+  EXPECT_THAT(error_of("/video/episodes", "some"), HasSubstr("of none, all, failures or first"));
+  EXPECT_THAT(error_of("/until/max_episodes", -5), HasSubstr("\"max_episodes\" is -5, expected "));
+  EXPECT_THAT(error_of("/until/alpha", 0), HasSubstr("\"alpha\" is 0, expected "));
+  EXPECT_THAT(error_of("/until/width", 7), HasSubstr("\"width\" is 7, expected "));
+}
+
+TEST_F(PlanTest, PathsAreRelativeToThePlan) {
+  const auto copy = folder_.path() / "my_pot.yaml";
+  std::filesystem::copy_file(ModelsFolder() / "tasks/lift_pot.yaml", copy);
+  const Plan plan = Read("policies: [expert]\ntasks: [my_pot.yaml, my_pot.yaml/position]\n");
+  EXPECT_THAT(plan.tasks, ElementsAre(copy.string(), (copy / "position").string()));
+}
+
+TEST_F(PlanTest, APolicyIsNotNamedAsAFileOfThePlan) {
+  for (const char* name : {"plan.json", "parts", "slurm", "stops.json", "report.html", "manifest.json"}) {
+    EXPECT_THAT(ErrorOf(fmt::format("policies: [{{name: {}, policy: hold}}]\ntasks: lift_pot\n", name)),
+                HasSubstr(fmt::format("a policy cannot be named '{}'", name)));
+  }
+}
+
+TEST_F(PlanTest, SlurmScriptsHaveNoValueOfTwoLines) {
+  const PlanFolder folder(Read(kSmall), folder_.path() / "two\nlines", false);
+  try {
+    WriteSlurmScripts(folder, {}, 1);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--slurm: expected names without line breaks, got '"));
   }
 }
 
