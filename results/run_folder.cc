@@ -84,18 +84,28 @@ bool IsTemporary(const std::string& name, const std::string& file) {
   return temporary && temporary->file == file;
 }
 
-// True if the folder contains only what a run creates before its `mark`.
-bool HoldsNothing(const fs::path& folder, const std::string& mark) {
-  return std::ranges::all_of(fs::directory_iterator(folder), [&](const fs::directory_entry& entry) {
-    return (entry.path().filename() == kLogsFolder && entry.is_directory() && fs::is_empty(entry)) ||
-           IsTemporary(entry.path().filename(), mark);
-  });
-}
-
 bool IsHalfWritten(const std::string& name) {
   return std::ranges::any_of(
       std::array{kRunJson, kSuiteJson, kEpisodesJsonl, kSummaryJson, kPhysicsModel, kVisualModel, kSceneXml},
       [&](const char* file) { return IsTemporary(name, file); });
+}
+
+// True for the models of a run, finished or half-written.
+bool IsModelFile(const fs::directory_entry& entry) {
+  const std::string name = entry.path().filename();
+  return name == kPhysicsModel || name == kVisualModel || name == kSceneXml || IsHalfWritten(name);
+}
+
+// True if the folder contains only what a run creates before its `mark`: a run that was killed then has made
+// nothing.
+bool HoldsNothing(const fs::path& folder, const std::string& mark) {
+  return std::ranges::all_of(fs::directory_iterator(folder), [&](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename();
+    if (!entry.is_directory()) return IsTemporary(name, mark);
+    return name == kLogsFolder
+               ? fs::is_empty(entry)
+               : name == kModelFolder && std::ranges::all_of(fs::directory_iterator(entry), IsModelFile);
+  });
 }
 
 // Removes files of a folder by their names. Processes of a killed worker may still be ending, so files can
@@ -235,13 +245,21 @@ void RunFolder::Remove() const {
 std::vector<std::string> NewLines::Next() {
   std::vector<std::string> lines;
   if (!fs::exists(file_)) return lines;
-  std::ifstream stream = OpenInput(file_);
-  stream.seekg(position_);
-  std::string line;
-  while (std::getline(stream, line) && !stream.eof()) {
-    position_ = stream.tellg();
-    lines.push_back(line);
+  const InputFile input(file_);
+  std::string text;
+  std::array<char, 65536> block{};
+  while (true) {
+    const ssize_t n =
+        pread(input.fd(), block.data(), block.size(), position_ + static_cast<off_t>(text.size()));
+    if (n == 0) break;
+    if (n > 0) text.append(block.data(), static_cast<size_t>(n));
+    if (n < 0 && errno != EINTR) input.Fail(errno);
   }
+  size_t begin = 0;
+  for (size_t end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    lines.push_back(text.substr(begin, end - begin));
+  }
+  position_ += static_cast<off_t>(begin);
   return lines;
 }
 

@@ -16,6 +16,9 @@
 
 namespace evalbus::results {
 
+// Largest number of an episode.
+inline constexpr int kMaxEpisode = 99'999'999;
+
 // runs/NAME-DATE-TIME
 std::filesystem::path DatedFolder(const std::string& name);
 
@@ -29,7 +32,7 @@ class NewLines {
 
  private:
   std::filesystem::path file_;
-  std::streamoff position_ = 0;
+  off_t position_ = 0;
 };
 
 // Reads the lines of an episodes.jsonl that may still be growing.

@@ -112,6 +112,22 @@ TEST(RunFolder, ToOpenOneChangesNothingInIt) {
   EXPECT_EQ(Entries(folder.path()), before);
 }
 
+// A run writes its models before run.json, and may be killed at any time.
+TEST(RunFolder, OneThatWasKilledBeforeRunJsonWasWrittenIsResumed) {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  fs::create_directories(run / kLogsFolder);
+  fs::create_directories(run / kModelFolder);
+  for (const char* file : {"model/physics.mjb.node7-12.tmp", "model/scene.xml", "model/physics.mjb",
+                           "model/visual.mjb", "run.json.node7-12.tmp"}) {
+    Touch(run / file);
+    EXPECT_NO_THROW(RunFolder::OfRun(run, "", true)) << file;
+    EXPECT_THROW(RunFolder::OfRun(run, "", false), InputError) << file;
+  }
+  Touch(run / kModelFolder / "thesis.tex");
+  EXPECT_THROW(RunFolder::OfRun(run, "", true), InputError);
+}
+
 TEST(RunFolder, ManyThatBeginInOneSecondHaveAFolderEach) {
   TemporaryFolder folder;
   const fs::path back = fs::current_path();
