@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "base/errors.h"
+#include "base/file_errors.h"
 
 namespace evalbus {
 namespace {
@@ -48,7 +48,7 @@ InputFile::~InputFile() {
   if (fd_ >= 0) close(fd_);
 }
 
-void InputFile::Fail(int error) const { throw InputError(fault_ + ": " + std::strerror(error)); }
+void InputFile::Fail(int error) const { ThrowFileError(fault_, error); }
 
 std::string ReadInput(const std::filesystem::path& file, const std::string& what) {
   const InputFile input(file, what);

@@ -12,9 +12,9 @@ namespace evalbus {
 
 class InputFile {
  public:
-  // Opens a file, or the target of a link, and never blocks. Throws InputError, one line with the reason:
-  // "a.yaml: cannot be read: No such file or directory"; with `what`, "a.yaml: cannot read the contract:
-  // ...".
+  // Opens a file, or the target of a link, and never blocks. Throws InputError, or EnvironmentError if the
+  // machine is the cause, in one line: "a.yaml: cannot be read: No such file or directory"; with `what`,
+  // "a.yaml: cannot read the contract: ...".
   explicit InputFile(const std::filesystem::path& file, const std::string& what = "");
   ~InputFile();
   InputFile(const InputFile&) = delete;
@@ -23,7 +23,7 @@ class InputFile {
   int fd() const { return fd_; }
   // Size in bytes when the file was opened.
   uint64_t size() const { return size_; }
-  // Throws InputError as above, "a.yaml: cannot be read: Input/output error".
+  // Throws as above, "a.yaml: cannot be read: Input/output error".
   [[noreturn]] void Fail(int error) const;
 
  private:
@@ -33,13 +33,13 @@ class InputFile {
   uint64_t size_ = 0;
 };
 
-// The whole file. Throws InputError.
+// The whole file. Throws as above.
 std::string ReadInput(const std::filesystem::path& file, const std::string& what = "");
 
-// A file to be read piece by piece. Throws InputError.
+// To be read piece by piece. Not for lines: a failed read looks like the end of the file. Throws as above.
 std::ifstream OpenInput(const std::filesystem::path& file, const std::string& what = "");
 
-// For files that a library opens itself. Throws InputError.
+// For files that a library opens itself. Throws as above.
 void CheckInput(const std::filesystem::path& file);
 
 }  // namespace evalbus

@@ -1,12 +1,12 @@
 #include "base/sha256.h"
 
 #include <openssl/evp.h>
+#include <unistd.h>
 
 #include <array>
-#include <fstream>
+#include <cerrno>
 #include <memory>
 
-#include "base/errors.h"
 #include "base/input_file.h"
 
 namespace evalbus {
@@ -34,14 +34,15 @@ class Sha256 {
 }  // namespace
 
 std::string Sha256File(const std::filesystem::path& file) {
-  std::ifstream stream = OpenInput(file);
+  const InputFile input(file);
   Sha256 sha256;
   std::array<char, 65536> block{};
-  while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
-    sha256.Add({block.data(), static_cast<size_t>(stream.gcount())});
+  while (true) {
+    const ssize_t n = read(input.fd(), block.data(), block.size());
+    if (n == 0) return sha256.Text();
+    if (n > 0) sha256.Add({block.data(), static_cast<size_t>(n)});
+    if (n < 0 && errno != EINTR) input.Fail(errno);
   }
-  if (!stream.eof()) throw InputError(file.string() + ": cannot be read");
-  return sha256.Text();
 }
 
 std::string Sha256Text(std::string_view text) {

@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -22,8 +21,7 @@ namespace fs = std::filesystem;
 // Not a JSON object if the file is missing or malformed.
 nlohmann::json RunJson(const fs::path& folder) {
   if (!fs::exists(folder / kRunJson)) return nlohmann::json::value_t::discarded;
-  std::ifstream stream = OpenInput(folder / kRunJson);
-  return nlohmann::json::parse(stream, nullptr, false);
+  return nlohmann::json::parse(ReadInput(folder / kRunJson), nullptr, false);
 }
 
 template <class T>
@@ -36,8 +34,7 @@ T Get(const nlohmann::json& json, const char* key, T otherwise) {
 
 int64_t FinishedEpisodes(const fs::path& run) {
   if (!fs::exists(run / kEpisodesJsonl)) return 0;
-  std::ifstream stream = OpenInput(run / kEpisodesJsonl);
-  return std::count(std::istreambuf_iterator<char>(stream), {}, '\n');
+  return std::ranges::count(ReadInput(run / kEpisodesJsonl), '\n');
 }
 
 // Throws InputError that explains why no bus is found for this run folder, suite or log.

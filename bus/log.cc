@@ -8,7 +8,9 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <optional>
 
 #include "base/errors.h"
@@ -127,7 +129,7 @@ spdlog::sink_ptr FileSink(const std::string& component) {
   try {
     return std::make_shared<spdlog::sinks::basic_file_sink_st>(file.string());
   } catch (const spdlog::spdlog_ex&) {
-    throw EnvironmentError("cannot write " + file.string());
+    throw EnvironmentError("cannot write " + file.string() + ": " + std::strerror(errno));
   }
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 
 #include "base/input_file.h"
 #include "base/plural.h"
@@ -29,16 +28,13 @@ std::optional<double> AgeOf(const fs::path& file) {
 }
 
 std::string FirstLine(const fs::path& file) {
-  std::ifstream stream = OpenInput(file);
-  std::string line;
-  std::getline(stream, line);
-  return Printable(line);
+  const std::string text = ReadInput(file);
+  return Printable(text.substr(0, text.find('\n')));
 }
 
 int Lines(const fs::path& file) {
   if (!fs::exists(file)) return 0;
-  std::ifstream stream = OpenInput(file);
-  return static_cast<int>(std::count(std::istreambuf_iterator<char>(stream), {}, '\n'));
+  return static_cast<int>(std::ranges::count(ReadInput(file), '\n'));
 }
 
 // Keeps an age in `newest_s` if it is smaller.

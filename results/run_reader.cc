@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
+#include <sstream>
 
 #include "base/errors.h"
 #include "base/input_file.h"
@@ -15,6 +15,7 @@
 #include "lcmtypes/source_name.h"
 #include "results/notes.h"
 #include "results/pacing.h"
+#include "results/run_folder.h"
 
 namespace evalbus::results {
 namespace {
@@ -65,7 +66,7 @@ void CheckPacing(const ordered_json& json, const std::string& where) {
 
 void ReadEpisodes(RecordedRun* run) {
   const fs::path file = run->folder / kEpisodesJsonl;
-  std::ifstream stream = OpenInput(file);
+  std::istringstream stream(ReadInput(file));
   std::map<int, int> line_of;
   int line = 0;
   for (std::string text; std::getline(stream, text);) {
@@ -130,7 +131,7 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
                             variation, run.task_name()));
   }
   const auto number = Get<int64_t>(json, "episode", "a number", where);
-  if (number < 0 || number > 99'999'999) {
+  if (number < 0 || number > kMaxEpisode) {
     Fail(where, fmt::format("\"episode\" is {}, expected a number from 0", number));
   }
   episode.episode = static_cast<int>(number);
@@ -314,7 +315,11 @@ RecordedRun ReadRunInfo(const fs::path& folder) {
   }
   run.seed = Get<int64_t>(run.info, "seed", "a whole number", file.string());
   run.seed_stream = SeedStreamOf(run.info, file.string());
-  run.planned = static_cast<int>(Get<int64_t>(run.info, "episodes", "a number", file.string()));
+  const auto planned = Get<int64_t>(run.info, "episodes", "a number", file.string());
+  if (planned < 0 || planned > kMaxEpisode) {
+    Fail(file.string(), fmt::format("\"episodes\" is {}, expected a number from 0", planned));
+  }
+  run.planned = static_cast<int>(planned);
   return run;
 }
 

@@ -8,9 +8,12 @@
 
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <vector>
 
 #include "base/errors.h"
+#include "base/sha256.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::input_file_test {
@@ -57,6 +60,21 @@ TEST_F(InputFileTest, ReadsFilesOfAnyLength) {
   // A file that does not report its size.
   EXPECT_EQ(InputFile("/proc/self/cmdline").size(), 0u);
   EXPECT_GT(ReadInput("/proc/self/cmdline").size(), 3u);
+}
+
+// The machine has failed, not the user: exit code 2.
+TEST_F(InputFileTest, AFailedReadIsNotTheEndOfTheFile) {
+  // Regular according to stat(), but its first byte cannot be read.
+  const fs::path unreadable = "/proc/self/mem";
+  for (const auto& read :
+       std::vector<std::function<void()>>{[&] { ReadInput(unreadable); }, [&] { Sha256File(unreadable); }}) {
+    try {
+      read();
+      ADD_FAILURE();
+    } catch (const EnvironmentError& error) {
+      EXPECT_STREQ(error.what(), "/proc/self/mem: cannot be read: Input/output error");
+    }
+  }
 }
 
 TEST_F(InputFileTest, AStreamIsTheFileThatWasOpened) {

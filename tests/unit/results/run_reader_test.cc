@@ -1,8 +1,10 @@
 #include "results/run_reader.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
+#include "results/run_folder.h"
 #include "tests/unit/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
 
@@ -235,6 +237,25 @@ TEST_F(RunReaderTest, ExcludesATruncatedLastLineWithARemark) {
   // The whole line except its newline.
   WriteFile(run_ / "episodes.jsonl", whole.substr(0, whole.size() - 1));
   EXPECT_EQ(ReadRun(run_).episodes.size(), 2u);
+}
+
+// An I/O error is not the end of the file: episodes would be missing silently.
+TEST_F(RunReaderTest, AFailedReadIsNotTheEndOfTheRun) {
+  WriteRun(run_, RunInfo(3), {});
+  fs::remove(run_ / "episodes.jsonl");
+  fs::create_symlink("/proc/self/mem", run_ / "episodes.jsonl");
+  EXPECT_THROW(ReadRunAsFarAsItGot(run_), EnvironmentError);
+  EXPECT_THROW(EpisodeLines(run_ / "episodes.jsonl").Next(), EnvironmentError);
+}
+
+TEST_F(RunReaderTest, RefusesANumberOfEpisodesThatNoRunHas) {
+  for (const int64_t episodes : {int64_t{-1}, int64_t{1} << 32}) {
+    ordered_json info = RunInfo(3);
+    info["episodes"] = episodes;
+    WriteRun(run_, info, {EpisodeLine(0)});
+    EXPECT_EQ(Error(run_),
+              fmt::format("run/run.json: \"episodes\" is {}, expected a number from 0", episodes));
+  }
 }
 
 TEST_F(RunReaderTest, VersionOfTheSchema) {
