@@ -7,12 +7,18 @@ from typing import Callable
 from evalbus.errors import EvalbusError, InputError
 
 
+# Errors of files that the name of the file causes. All others, such as a full disk, are failures of the machine.
+_OF_THE_NAME = (FileExistsError, FileNotFoundError, IsADirectoryError, NotADirectoryError, PermissionError)
+
+
 def run_module(main: Callable[[], None]) -> None:
     """Calls main(). Exit codes: 1 for wrong input, 2 for other failures. A missing package: see start_module."""
     try:
         main()
     except EvalbusError as error:
         _exit(1 if isinstance(error, InputError) else 2, str(error))
+    except OSError as error:
+        _exit(1 if isinstance(error, _OF_THE_NAME) else 2, " ".join(str(error).splitlines()))
     except KeyboardInterrupt:
         sys.exit(130)
 

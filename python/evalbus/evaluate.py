@@ -167,6 +167,10 @@ def start(
 ) -> ActiveRun:
     """Starts an evaluation; the arguments are those of run()."""
     check_task(task)
+    for name, number in (("episodes", episodes), ("seed", seed)):
+        # words() would make a flag of True, and leave False out.
+        if isinstance(number, (bool, np.bool_)):
+            raise InputError(f"{name}: expected a whole number, got {number!r}")
     if str(task).split("/")[-1] == "all":
         raise InputError(f"task '{task}': expected one task")
     serving = None

@@ -5,7 +5,9 @@ repository of the benchmark's data set. The value is the success rate in percent
 """
 
 import json
+import os
 import pathlib
+import shutil
 from typing import List
 
 from evalbus.command import parser, run_module
@@ -24,8 +26,15 @@ def write_results(run, out, dataset: str) -> None:
     for one in runs:
         if one.summary is None or one.summary.success_rate is None:
             raise InputError(f"{one.folder}: the run is not finished, or has no complete episode")
-    _write(out / "model" / ".eval_results" / "evalbus.yaml", [line for one in runs for line in _result(one, dataset)])
-    _write(out / "dataset" / "eval.yaml", _benchmark(runs, dataset))
+    # The folder appears when it is complete.
+    coming = out.with_name(f".{out.name}.{os.getpid()}.tmp")
+    try:
+        results = [line for one in runs for line in _result(one, dataset)]
+        _write(coming / "model" / ".eval_results" / "evalbus.yaml", results)
+        _write(coming / "dataset" / "eval.yaml", _benchmark(runs, dataset))
+        coming.rename(out)
+    finally:
+        shutil.rmtree(coming, ignore_errors=True)
 
 
 def _result(run: Run, dataset: str) -> List[str]:
@@ -68,7 +77,7 @@ def _text(value: str) -> str:
 
 def _write(file: pathlib.Path, lines: List[str]) -> None:
     file.parent.mkdir(parents=True)
-    file.write_text("\n".join([*lines, ""]))
+    file.write_text("\n".join([*lines, ""]), encoding="utf-8")
 
 
 def main():

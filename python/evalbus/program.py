@@ -68,7 +68,7 @@ def words(options: dict) -> List[str]:
         if isinstance(value, (list, tuple)):
             value = ",".join(map(str, value))
         if value is not True:
-            result.append(str(value))
+            result.append(os.fsdecode(value) if isinstance(value, (bytes, os.PathLike)) else str(value))
     return result
 
 

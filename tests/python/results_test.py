@@ -10,6 +10,7 @@ support.need("numpy")
 import importlib.util
 import os
 import pathlib
+import resource
 import shutil
 import sqlite3
 import subprocess
@@ -74,6 +75,22 @@ class ResultsTest(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn("the run is not finished", done.stderr)
         self.assertFalse((self.here / "x").exists())
+        done = export(self.recorded.folder, "--hf", self.here / "run/run.json/x", "--dataset", "me/pots")
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, "^error: .*Not a directory: .*\n$")
+
+    def test_hugging_face_on_a_full_disk(self):
+        out = self.here / "full" / "hf"
+        out.parent.mkdir()
+        done = subprocess.run(
+            [f"{BIN}/evalbus", "export", self.recorded.folder, "--hf", out, "--dataset", "me/pots"],
+            capture_output=True,
+            text=True,
+            # A file cannot grow beyond this, as on a full disk.
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)),
+        )
+        self.assertEqual((done.returncode, done.stderr), (2, "error: [Errno 27] File too large\n"))
+        self.assertEqual(list(out.parent.iterdir()), [])
 
     @needs("huggingface_hub")
     def test_the_parser_of_hugging_face(self):
