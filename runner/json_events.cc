@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "base/errors.h"
+#include "base/json_file.h"
 #include "metrics/episode/result_json.h"
 
 namespace evalbus::runner {
@@ -18,7 +19,7 @@ constexpr char kEpisode[] = "episode";
 std::string Line(const char* event, const ordered_json& content) {
   ordered_json line = {{"schema_version", kEventsVersion}, {"event", event}};
   line.update(content);
-  return line.dump() + "\n";
+  return ToText(line) + "\n";
 }
 
 const char* VerdictWord(int8_t verdict) {

@@ -323,7 +323,8 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
     for (const auto& entry : fs::directory_iterator(data)) {
       const std::string ending = entry.path().extension();
       const bool is_one = ending == ".csv" || ending == ".npz" || ending == ".hdf5" || ending == ".h5";
-      if (entry.is_regular_file() && is_one) files.push_back(entry.path());
+      // Reading reports a broken link or a named pipe.
+      if (is_one && !entry.is_directory()) files.push_back(entry.path());
     }
     std::ranges::sort(files);
     if (files.empty()) throw InputError(data.string() + ": no *.csv, *.npz, *.hdf5 or *.h5 in it");

@@ -77,6 +77,11 @@ int Verify(const VerifyOptions& options) {
   }
   results::Verification result = hashing.get();
   result.Add(recomputed);
+  if (options.hashes && result.files == 0 && result.findings.empty()) {
+    throw InputError(fmt::format("{}: no {}, so there is nothing to compare; {} writes it",
+                                 options.folder.string(), results::kManifestJson,
+                                 ShellWords({"evalbus", "verify", options.folder.string(), "--write"})));
+  }
   for (const std::string& finding : result.findings) fmt::print("{}\n", Printable(finding));
   for (const std::string& note : result.notes) fmt::print("note: {}\n", Printable(note));
   const std::string version = fmt::format("{} ({})", kVersion, kGitCommit);

@@ -17,6 +17,8 @@ from evalbus.runs import Episode
 
 # Version of the messages of `evalbus env` (docs/environment.md).
 _VERSION = 1
+# Largest number of an episode (results/run_folder.h).
+_MAX_EPISODE = 99_999_999
 _SIZE = struct.Struct("<I")
 
 
@@ -99,7 +101,11 @@ class Environment:
 
     def reset(self, seed: int, episode: int = 0) -> Step:
         """Starts episode `episode` of `evalbus run --seed SEED`, and abandons the current one."""
-        return self._ask({"reset": {"seed": _whole("seed", seed), "episode": _whole("episode", episode)}})
+        seed, episode = _whole("seed", seed), _whole("episode", episode)
+        # An error of the program would close the environment.
+        if not 0 <= episode <= _MAX_EPISODE:
+            raise InputError(f"reset: episode: expected 0 to {_MAX_EPISODE}, got {episode}")
+        return self._ask({"reset": {"seed": seed, "episode": episode}})
 
     def step(self, action) -> Step:
         """Executes an action. Raises ActionError if its shape or type is wrong, or if it is not finite."""

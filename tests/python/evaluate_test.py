@@ -237,6 +237,10 @@ class EvaluateTest(unittest.TestCase):
 
         self.assert_fails(evalbus.InputError, "cannot create: Not a directory", out=pathlib.Path(__file__) / "run")
         self.assert_fails(evalbus.InputError, "--seed: expected a whole number .* not '1.5'", seed=1.5)
+        for wrong in (True, False, np.True_):
+            self.assert_fails(evalbus.InputError, f"^seed: expected a whole number, got {wrong!r}", seed=wrong)
+            with self.assertRaisesRegex(evalbus.InputError, f"^episodes: expected a whole number, got {wrong!r}"):
+                evalbus.run("lift_pot", episodes=wrong)
         self.assert_fails(evalbus.InputError, "unknown task '--help'", task="--help")
         self.assert_fails(evalbus.InputError, "embedded null byte", task="lift_pot\0")
         self.assert_fails(evalbus.PolicyError, r"RuntimeError: SystemExit\(3\)$", policy=lambda _: sys.exit(3))
@@ -456,6 +460,9 @@ class EnvironmentTest(unittest.TestCase):
                 ("seed: expected a whole number, got 1.5", (1.5,)),
                 ("seed: expected a whole number, got 'abc'", ("abc",)),
                 ("seed: expected a number of at most 64 bits", (2**70,)),
+                ("reset: episode: expected 0 to 99999999, got -1", (0, -1)),
+                ("reset: episode: expected 0 to 99999999, got 2147483647", (0, 2**31 - 1)),
+                ("reset: episode: expected 0 to 99999999, got 4611686018427387904", (0, 2**62)),
                 ("episode: expected a whole number, got None", (0, None)),
             ):
                 with self.assertRaisesRegex(evalbus.InputError, words):

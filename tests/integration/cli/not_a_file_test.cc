@@ -120,6 +120,8 @@ TEST_P(NotAFile, Tables) {
     ExpectRefused(folder_.path() / table, {{"score", "map.yaml", table, "--out", "scored"}});
     EXPECT_FALSE(fs::exists(folder_.path() / "scored"));
   }
+  fs::create_directory(folder_.path() / "tables");
+  ExpectRefused(folder_.path() / "tables/a.csv", {{"score", "map.yaml", "tables", "--out", "scored"}});
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, NotAFile, testing::Bool(),

@@ -222,6 +222,12 @@ TEST_F(Verify, AChangedOptionIsNamed) {
   EXPECT_SAYS(result.out, (run_ / "run.json").string() + ": policy_timeout_s 60.0 -> 90.0\n");
 }
 
+TEST_F(Verify, HashesWithoutAManifestAreRefused) {
+  const Result result = Of(run_, {"--hashes"});
+  EXPECT_EQ(result.code, 1) << result.out;
+  EXPECT_SAYS(result.err, run_.string() + ": no manifest.json, so there is nothing to compare; ");
+}
+
 TEST_F(Verify, AMissingFileIsNamed) {
   Seal(run_);
   fs::remove(LogFile(run_, 1));
