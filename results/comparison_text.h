@@ -11,7 +11,6 @@ namespace evalbus::results {
 // to the baseline. colors: as in base/styled_text.h.
 std::string ComparisonText(const Comparison& comparison, bool ratios, bool colors = false);
 
-// p as in the tables: "<0.001" or three decimals.
 // "0.063" of 0.0625, a frequent p value of exact tests: halves up, as in viz/viewer/page/dom.js. "<0.001"
 // below.
 std::string PText(double p);

@@ -10,6 +10,7 @@
 #include "base/arguments.h"
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/output_files.h"
 #include "base/run_layout.h"
 #include "base/styled_text.h"
 #include "base/write_whole.h"
@@ -131,6 +132,11 @@ int Compare(const CompareOptions& options) {
     throw InputError("--highlight, --speed and --trim require --video");
   }
   viz::CheckVideoTiming(options.timing);
+  CheckFilesDiffer({{"--json", options.json},
+                    {"--markdown", options.markdown},
+                    {"--latex", options.latex},
+                    {"--report", options.report},
+                    {"--video", options.video}});
   const results::RecordedRuns baseline = results::RemoveBaseline(options.baseline, &runs);
   if (runs.empty()) throw InputError("expected two or more runs, got only " + baseline.folder.string());
   std::vector<const results::RecordedRuns*> all = {&baseline};

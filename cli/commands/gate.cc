@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/arguments.h"
+#include "base/output_files.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
 #include "report/gate_files.h"
@@ -64,6 +65,7 @@ int ExitCode(results::GateVerdict verdict) {
 
 // Returns 0 for PASS, 10 for FAIL, 11 for CANNOT TELL. Throws InputError, EnvironmentError.
 int DecideGate(GateCommandOptions options) {
+  CheckFilesDiffer({{"--junit", options.junit}, {"--markdown", options.markdown}});
   std::vector<results::RecordedRuns> runs = {results::ReadForComparison(options.baseline),
                                              results::ReadForComparison(options.run)};
   results::NameApart(&runs);
