@@ -5,11 +5,12 @@ usage: PYTHON roboeval_speed_test.py BIN ROBOEVAL OUT [--families A,B] [--rates 
 Records episodes of the expert per family and rate. The same commands are then played, in turns, in RoboEval's environment
 (env.step, which computes its metrics), in evalbus's own scene, and in RoboEval's scene composed by evalbus, with its checks,
 metrics and log. Prints processor time per control step and ratios: medians of the rounds. The start of the programs and
-environments does not count: for evalbus it is the difference between runs of many episodes and of one. Takes 4 minutes.
+environments does not count: evalbus's time begins with the end of the first episode. Takes 3 minutes.
 """
 
 import json
-import resource
+import os
+import pathlib
 import shutil
 import subprocess
 import time
@@ -21,10 +22,15 @@ import roboeval_env
 _EPISODES = 6
 
 
-def processor_s():
-    """Processor time of the child processes that have ended."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
+def processor_s(process):
+    """Processor time so far of a process and its child processes, s."""
+    children = pathlib.Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    ticks = 0
+    for each in [str(process), *children]:
+        # User and system time are the 12th and 13th values after the name, which is in parentheses.
+        values = pathlib.Path(f"/proc/{each}/stat").read_text().rpartition(")")[2].split()
+        ticks += int(values[11]) + int(values[12])
+    return ticks / os.sysconf("SC_CLK_TCK")
 
 
 def main():
@@ -77,22 +83,21 @@ def roboeval_s(environment):
 
 
 def evalbus_s(args, task, rate, source, options):
-    """Processor time of a control step of evalbus, s: of all its processes, without their start."""
-    few, many = (run(args, task, rate, f"replay_anyway:{source}", n, options, args.out / "run") for n in (1, 1 + _EPISODES))
-    return (many[0] - few[0]) / (many[1] - few[1])
+    """Processor time of a control step of evalbus, s: of all its processes, after the end of the first episode."""
+    used, steps = run(args, task, rate, f"replay_anyway:{source}", 1 + _EPISODES, options, args.out / "run")
+    return (used[-1] - used[0]) / sum(steps[1:])
 
 
 def run(args, task, rate, policy, episodes, options, out):
-    """Returns the processor time and the number of control steps of a run."""
+    """Returns the processor time at the end of each episode, and the episodes' numbers of control steps."""
     shutil.rmtree(out, ignore_errors=True)
     command = [args.bin / "evalbus", "run", f"{task}/base", "--policy", policy, "--episodes", str(episodes), "--seed", "1"]
-    command += ["--control-hz", str(rate), "--video", "none", "--out", out, *options]
-    began = processor_s()
-    subprocess.run(list(map(str, command)), check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    used = processor_s() - began
+    command += ["--control-hz", str(rate), "--video", "none", "--json", "--out", out, *options]
+    with subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        used = [processor_s(process.pid) for line in process.stdout if json.loads(line)["event"] == "episode"]
     lines = (out / "episodes.jsonl").read_text().splitlines()
-    assert len(lines) == episodes, (command, len(lines))
-    return used, sum(round(json.loads(line)["metrics"]["completion_time"] * rate) for line in lines)
+    assert process.returncode == 0 and len(used) == len(lines) == episodes, (command, process.returncode, len(lines))
+    return used, [round(json.loads(line)["metrics"]["completion_time"] * rate) for line in lines]
 
 
 main()

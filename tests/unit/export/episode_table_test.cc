@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/run_layout.h"
 #include "results/verdicts.h"
 #include "tests/unit/results/compare_fixture.h"
 
@@ -52,6 +53,7 @@ TEST_F(EpisodeTableTest, StatesWhetherAStartWasSeenInTraining) {
 
 TEST_F(EpisodeTableTest, HasTheVerdictsOfOperators) {
   const RecordedRuns run = Run("a", Info(2), {true, false}, 0.1);
+  std::filesystem::create_directory(run.runs[0].folder / kEpisodesFolder);
   results::WriteVerdict(run.runs[0].folder, {.episode = 1,
                                              .operator_name = "ann",
                                              .outcome = results::Outcome::kAbstain,
