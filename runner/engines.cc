@@ -38,16 +38,17 @@ std::string FindEngine(const std::string& wanted, const std::string& option) {
   const auto matches = [&](const std::string& version) {
     return version == wanted || version.starts_with(wanted + ".");
   };
-  const std::vector<std::string> versions = AvailableEngines();
+  std::vector<std::string> versions = AvailableEngines();
   if (std::ranges::find(versions, wanted) != versions.end()) return wanted;
   if (matches(own)) return "";
   const auto newest = std::find_if(versions.rbegin(), versions.rend(), matches);
   if (newest != versions.rend()) return *newest;
   const bool is_whole = std::ranges::count(wanted, '.') == 2;
-  throw InputError(
-      fmt::format("{} {}: not built; 'scripts/engine {}' builds it; available: {}", option, wanted,
-                  is_whole ? wanted : "VERSION",
-                  own + (versions.empty() ? "" : fmt::format(", {}", fmt::join(versions, ", ")))));
+  // A sim of the same version may have been built, too.
+  std::erase(versions, own);
+  versions.insert(versions.begin(), own);
+  throw InputError(fmt::format("{} {}: not built; 'scripts/engine {}' builds it; available: {}", option,
+                               wanted, is_whole ? wanted : "VERSION", fmt::join(versions, ", ")));
 }
 
 std::string EngineVersion(const std::string& engine) { return engine.empty() ? mj_versionString() : engine; }
