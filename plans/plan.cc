@@ -17,6 +17,7 @@
 #include "models/yaml_reader.h"
 #include "plans/plan_folder.h"
 #include "policy_bridge/policy_options.h"
+#include "results/manifest.h"
 #include "runner/engines.h"
 #include "runner/suite.h"
 #include "viz/images/renderer.h"
@@ -48,7 +49,7 @@ std::string FromPlan(const std::string& name, const fs::path& plan) {
 // name, beside the plan's own files.
 std::string ProblemOfPolicyName(const std::string& name) {
   constexpr std::array kTaken = {kPlanJson,    kStopsJson,  kPartsFolder,
-                                 kSlurmFolder, kReportHtml, "manifest.json"};
+                                 kSlurmFolder, kReportHtml, results::kManifestJson};
   if (name.empty() || name.starts_with(".") || name.find('/') != std::string::npos ||
       Printable(name) != name || name.size() > 100) {
     return "expected a name that is valid for a folder, got '" + OneLine(name) + "'";

@@ -131,9 +131,7 @@ void RunFollower::Count() {
   numbers_.task = info_->task;
   numbers_.variation = info_->variation;
   numbers_.clock = info_->clock();
-  const auto only = info_->info.find("only");
-  const bool is_part = only != info_->info.end() && only->is_array() && !only->empty();
-  numbers_.planned = is_part ? static_cast<int>(only->size()) : info_->planned;
+  numbers_.planned = info_->num_planned();
   numbers_.done = summary.episodes;
   numbers_.complete = summary.complete;
   numbers_.successes = summary.successes;

@@ -225,8 +225,18 @@ std::vector<int> RecordedRun::incomplete() const {
 
 bool RecordedRun::IsPlanned(int episode) const {
   if (episode >= planned) return false;
+  if (!is_part()) return true;
+  const ordered_json& only = info.at("only");
+  return std::find(only.begin(), only.end(), episode) != only.end();
+}
+
+bool RecordedRun::is_part() const {
   const auto only = info.find("only");
-  return only == info.end() || only->empty() || std::find(only->begin(), only->end(), episode) != only->end();
+  return only != info.end() && only->is_array() && !only->empty();
+}
+
+int RecordedRun::num_planned() const {
+  return is_part() ? static_cast<int>(info.at("only").size()) : planned;
 }
 
 std::vector<int> RecordedRun::invalid() const {
@@ -248,8 +258,7 @@ metrics::RunStatistics RecordedRun::Statistics() const {
 std::vector<std::string> RecordedRun::Remarks() const {
   std::vector<std::string> remarks;
   const size_t finished = episodes.size();
-  const auto only = info.find("only");
-  const size_t total = only == info.end() || only->empty() ? planned : only->size();
+  const auto total = static_cast<size_t>(num_planned());
   if (finished < total) remarks.push_back(fmt::format("{} of {} episodes have finished", finished, total));
   if (!unfinished.empty()) {
     remarks.push_back(

@@ -92,6 +92,10 @@ struct RecordedRun {
   std::string task_name() const { return task + "/" + variation; }
   // Whether the run is to have this episode: one of --only, if that is given.
   bool IsPlanned(int episode) const;
+  // Whether --only is given, as for a shard of a plan.
+  bool is_part() const;
+  // Number of planned episodes: of those of --only, if that is given.
+  int num_planned() const;
   std::vector<int> incomplete() const;  // without invalid ones
   std::vector<int> invalid() const;
   metrics::RunStatistics Statistics() const;

@@ -44,12 +44,10 @@ std::set<std::string> PoliciesInSeveralSources(const std::vector<BoardRun>& runs
 void AddRun(const BoardRun& run, Policy* policy) {
   policy->numbers.push_back(run.number);
   policy->is_over = policy->is_over && run.is_over;
-  const auto only = run.run->info.find("only");
-  const bool is_shard = only != run.run->info.end() && only->is_array() && !only->empty();
-  const int own = is_shard ? static_cast<int>(only->size()) : run.run->planned;
+  const int own = run.run->num_planned();
   auto same = std::ranges::find(policy->runs.runs, run.run->task_name(), &RecordedRun::task_name);
   const bool is_first = same == policy->runs.runs.end();
-  const bool is_part = is_shard && run.planned > 0;
+  const bool is_part = run.run->is_part() && run.planned > 0;
   policy->planned += !is_part ? own : is_first ? run.planned : 0;
   if (is_part) policy->missing += (is_first ? run.planned : 0) - own;
   if (is_first) {
