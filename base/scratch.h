@@ -1,33 +1,29 @@
-// A temporary folder on this machine's local disk. The destructor removes it.
+// A temporary folder on this machine's local disk.
 #pragma once
 
-#include <stdlib.h>
-
-#include <cerrno>
 #include <filesystem>
-#include <string>
-
-#include "base/file_errors.h"
 
 namespace evalbus {
 
 class Scratch {
  public:
-  Scratch() {
-    std::string name = (std::filesystem::temp_directory_path() / "evalbus-XXXXXX").string();
-    if (!mkdtemp(name.data())) ThrowFileError("cannot create " + name, errno);
-    path_ = name;
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
+  // Creates TMPDIR/evalbus-PROCESS-XXXXXX. Before the first one, a process removes those of processes that
+  // were killed. Throws InputError, EnvironmentError.
+  Scratch();
+  // Removes the folder.
+  ~Scratch();
   Scratch(const Scratch&) = delete;
   Scratch& operator=(const Scratch&) = delete;
   const std::filesystem::path& path() const { return path_; }
 
  private:
   std::filesystem::path path_;
+  // Locked as long as this object exists.
+  int fd_ = -1;
 };
+
+// Removes from `folder` the temporary folders of this user's processes that have ended without their
+// destructors.
+void RemoveAbandonedScratch(const std::filesystem::path& folder);
 
 }  // namespace evalbus

@@ -1,0 +1,65 @@
+#include "base/scratch.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
+#include <string_view>
+
+#include "base/file_errors.h"
+#include "base/this_process.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kPrefix = "evalbus-", kSuffix = "-XXXXXX";
+
+// Another container may have another process of the same number, and another machine with the same TMPDIR may
+// not see the lock: both must say that the process has ended.
+bool IsAbandoned(const fs::path& folder, int fd) {
+  struct stat status {};
+  if (fstat(fd, &status) != 0 || status.st_uid != geteuid()) return false;
+  const std::string name = folder.filename();
+  return HasEnded(name.substr(kPrefix.size(), name.size() - kPrefix.size() - kSuffix.size())) &&
+         flock(fd, LOCK_EX | LOCK_NB) == 0;
+}
+
+}  // namespace
+
+void RemoveAbandonedScratch(const fs::path& folder) {
+  std::error_code error;
+  for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    const std::string name = entry->path().filename();
+    if (!name.starts_with(kPrefix) || name.size() <= kPrefix.size() + kSuffix.size()) continue;
+    const int fd = open(entry->path().c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0) continue;
+    std::error_code ignored;
+    if (IsAbandoned(entry->path(), fd)) fs::remove_all(entry->path(), ignored);
+    close(fd);
+  }
+}
+
+Scratch::Scratch() {
+  const fs::path all = fs::temp_directory_path();
+  [[maybe_unused]] static const bool once = (RemoveAbandonedScratch(all), true);
+  std::string name = (all / (std::string(kPrefix) + ThisProcess() + std::string(kSuffix))).string();
+  if (!mkdtemp(name.data())) ThrowFileError("cannot create " + name, errno);
+  path_ = name;
+  fd_ = open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd_ >= 0) flock(fd_, LOCK_SH | LOCK_NB);
+}
+
+Scratch::~Scratch() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+  if (fd_ >= 0) close(fd_);
+}
+
+}  // namespace evalbus
