@@ -48,6 +48,15 @@ InputFile::~InputFile() {
   if (fd_ >= 0) close(fd_);
 }
 
+size_t InputFile::ReadAt(uint64_t position, std::span<char> bytes) const {
+  ssize_t n = -1;
+  do {
+    n = pread(fd_, bytes.data(), bytes.size(), static_cast<off_t>(position));
+  } while (n < 0 && errno == EINTR);
+  if (n < 0) Fail(errno);
+  return static_cast<size_t>(n);
+}
+
 void InputFile::Fail(int error) const { ThrowFileError(fault_, error); }
 
 std::string ReadInput(const std::filesystem::path& file, const std::string& what) {
@@ -57,12 +66,14 @@ std::string ReadInput(const std::filesystem::path& file, const std::string& what
   for (size_t room = input.size() + 1;; room = text.size() + (64 << 10)) {
     const size_t done = text.size();
     text.resize(std::max(room, done + 1));
-    const ssize_t n = read(input.fd(), text.data() + done, text.size() - done);
-    const int error = errno;
-    text.resize(done + static_cast<size_t>(std::max<ssize_t>(n, 0)));
-    if (n < 0 && error != EINTR) input.Fail(error);
+    const size_t n = input.ReadAt(done, {text.data() + done, text.size() - done});
+    text.resize(done + n);
     if (n == 0) return text;
   }
+}
+
+int64_t CountLines(const std::filesystem::path& file) {
+  return std::filesystem::exists(file) ? std::ranges::count(ReadInput(file), '\n') : 0;
 }
 
 std::ifstream OpenInput(const std::filesystem::path& file, const std::string& what) {

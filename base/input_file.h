@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <string>
 
 namespace evalbus {
@@ -23,7 +24,10 @@ class InputFile {
   int fd() const { return fd_; }
   // Size in bytes when the file was opened.
   uint64_t size() const { return size_; }
+  // Reads bytes from a position in the file, and returns how many: 0 at the end, otherwise at least one.
   // Throws as above, "a.yaml: cannot be read: Input/output error".
+  size_t ReadAt(uint64_t position, std::span<char> bytes) const;
+  // Throws the error of an operation on fd().
   [[noreturn]] void Fail(int error) const;
 
  private:
@@ -35,6 +39,9 @@ class InputFile {
 
 // The whole file. Throws as above.
 std::string ReadInput(const std::filesystem::path& file, const std::string& what = "");
+
+// Number of complete lines; 0 if the file does not exist. Throws as above.
+int64_t CountLines(const std::filesystem::path& file);
 
 // To be read piece by piece. Not for lines: a failed read looks like the end of the file. Throws as above.
 std::ifstream OpenInput(const std::filesystem::path& file, const std::string& what = "");

@@ -1,6 +1,7 @@
 // Names in the folder of a run (docs/run_folder.md), which several processes write and read.
 #pragma once
 
+#include <array>
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
@@ -32,6 +33,10 @@ inline constexpr char kModelFolder[] = "model";
 inline constexpr char kPhysicsModel[] = "physics.mjb";
 inline constexpr char kVisualModel[] = "visual.mjb";
 inline constexpr char kSceneXml[] = "scene.xml";
+inline constexpr std::array kModelFiles{kPhysicsModel, kVisualModel, kSceneXml};
+
+// Largest index of an episode.
+inline constexpr int kMaxEpisode = 99'999'999;
 
 inline constexpr char kEpisodesFolder[] = "episodes";
 inline constexpr char kEventLog[] = "events.lcmlog";

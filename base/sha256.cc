@@ -1,10 +1,8 @@
 #include "base/sha256.h"
 
 #include <openssl/evp.h>
-#include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <memory>
 
 #include "base/input_file.h"
@@ -37,12 +35,12 @@ std::string Sha256File(const std::filesystem::path& file) {
   const InputFile input(file);
   Sha256 sha256;
   std::array<char, 65536> block{};
-  while (true) {
-    const ssize_t n = read(input.fd(), block.data(), block.size());
-    if (n == 0) return sha256.Text();
-    if (n > 0) sha256.Add({block.data(), static_cast<size_t>(n)});
-    if (n < 0 && errno != EINTR) input.Fail(errno);
+  uint64_t position = 0;
+  while (const size_t n = input.ReadAt(position, block)) {
+    sha256.Add({block.data(), n});
+    position += n;
   }
+  return sha256.Text();
 }
 
 std::string Sha256Text(std::string_view text) {

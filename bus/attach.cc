@@ -32,11 +32,6 @@ T Get(const nlohmann::json& json, const char* key, T otherwise) {
   return found->is_number_integer() || found->is_boolean() ? found->get<T>() : otherwise;
 }
 
-int64_t FinishedEpisodes(const fs::path& run) {
-  if (!fs::exists(run / kEpisodesJsonl)) return 0;
-  return std::ranges::count(ReadInput(run / kEpisodesJsonl), '\n');
-}
-
 // Throws InputError that explains why no bus is found for this run folder, suite or log.
 [[noreturn]] void NothingOf(const fs::path& folder) {
   if (!fs::exists(folder)) throw InputError(folder.string() + ": there is no such run");
@@ -47,7 +42,7 @@ int64_t FinishedEpisodes(const fs::path& run) {
     }
     throw InputError((folder / kRunJson).string() + ": not a run folder");
   }
-  const int64_t finished = FinishedEpisodes(folder), planned = Get<int64_t>(run, "episodes", 0);
+  const int64_t finished = CountLines(folder / kEpisodesJsonl), planned = Get<int64_t>(run, "episodes", 0);
   if (finished < planned && Get(run, "in_process", false)) {
     throw InputError(
         folder.string() +

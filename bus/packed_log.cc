@@ -50,20 +50,20 @@ void PackLog(const std::filesystem::path& log, const std::filesystem::path& file
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
   ZSTD_CCtx_setPledgedSrcSize(context.get(), input.size());
-  std::vector<uint8_t> read_bytes(ZSTD_CStreamInSize()), buffer(ZSTD_CStreamOutSize());
-  uint64_t left_to_read = input.size();
+  std::vector<char> read_bytes(ZSTD_CStreamInSize()), buffer(ZSTD_CStreamOutSize());
+  uint64_t position = 0;
   ZSTD_inBuffer in{read_bytes.data(), 0, 0};
-  for (size_t left = 1; left > 0 || left_to_read > 0;) {
-    if (in.pos == in.size && left_to_read > 0) {
-      const ssize_t n =
-          read(input.fd(), read_bytes.data(), std::min<uint64_t>(read_bytes.size(), left_to_read));
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) input.Fail(n < 0 ? errno : EIO);
-      in = {read_bytes.data(), static_cast<size_t>(n), 0};
-      left_to_read -= static_cast<uint64_t>(n);
+  for (size_t left = 1; left > 0 || position < input.size();) {
+    if (in.pos == in.size && position < input.size()) {
+      const size_t size = std::min<uint64_t>(read_bytes.size(), input.size() - position);
+      const size_t n = input.ReadAt(position, {read_bytes.data(), size});
+      if (n == 0) input.Fail(EIO);
+      in = {read_bytes.data(), n, 0};
+      position += n;
     }
     ZSTD_outBuffer out{buffer.data(), buffer.size(), 0};
-    left = ZSTD_compressStream2(context.get(), &out, &in, left_to_read > 0 ? ZSTD_e_continue : ZSTD_e_end);
+    left = ZSTD_compressStream2(context.get(), &out, &in,
+                                position < input.size() ? ZSTD_e_continue : ZSTD_e_end);
     if (ZSTD_isError(left)) throw EnvironmentError(std::string("zstd: ") + ZSTD_getErrorName(left));
     check(std::fwrite(buffer.data(), 1, out.pos, stream.get()) == out.pos);
   }

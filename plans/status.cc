@@ -32,11 +32,6 @@ std::string FirstLine(const fs::path& file) {
   return Printable(text.substr(0, text.find('\n')));
 }
 
-int Lines(const fs::path& file) {
-  if (!fs::exists(file)) return 0;
-  return static_cast<int>(std::ranges::count(ReadInput(file), '\n'));
-}
-
 // Keeps an age in `newest_s` if it is smaller.
 void KeepNewest(std::optional<double> age_s, std::optional<double>* newest_s) {
   if (age_s) *newest_s = std::min(newest_s->value_or(*age_s), *age_s);
@@ -52,7 +47,7 @@ PlanStatus StatusOfSequential(const PlanFolder& folder) {
   for (const PlannedPolicy& policy : plan.policies) {
     for (const std::string& task : plan.tasks) {
       const fs::path file = folder.run_folder(policy.name, task) / kEpisodesJsonl;
-      const int lines = Lines(file);
+      const auto lines = static_cast<int>(CountLines(file));
       KeepNewest(AgeOf(file), &status.newest_s);
       status.done += lines;
       status.by_policy[policy.name] += lines;
@@ -77,7 +72,7 @@ PlanStatus StatusOf(const PlanFolder& folder) {
       const fs::path run = folder.run_folder(shard.policy, shard.task);
       const auto [left, is_new] = lines_left.emplace(run, 0);
       if (is_new) {
-        left->second = Lines(run / kEpisodesJsonl);
+        left->second = static_cast<int>(CountLines(run / kEpisodesJsonl));
         KeepNewest(AgeOf(run / kEpisodesJsonl), &status.newest_s);
       }
       const int there = std::min(left->second, shard.size());

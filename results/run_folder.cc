@@ -85,15 +85,15 @@ bool IsTemporary(const std::string& name, const std::string& file) {
 }
 
 bool IsHalfWritten(const std::string& name) {
-  return std::ranges::any_of(
-      std::array{kRunJson, kSuiteJson, kEpisodesJsonl, kSummaryJson, kPhysicsModel, kVisualModel, kSceneXml},
-      [&](const char* file) { return IsTemporary(name, file); });
+  const auto is_temporary = [&](const char* file) { return IsTemporary(name, file); };
+  return std::ranges::any_of(std::array{kRunJson, kSuiteJson, kEpisodesJsonl, kSummaryJson}, is_temporary) ||
+         std::ranges::any_of(kModelFiles, is_temporary);
 }
 
 // True for the models of a run, finished or half-written.
 bool IsModelFile(const fs::directory_entry& entry) {
   const std::string name = entry.path().filename();
-  return name == kPhysicsModel || name == kVisualModel || name == kSceneXml || IsHalfWritten(name);
+  return std::ranges::find(kModelFiles, name) != kModelFiles.end() || IsHalfWritten(name);
 }
 
 // True if the folder contains only what a run creates before its `mark`: a run that was killed then has made
@@ -248,18 +248,12 @@ std::vector<std::string> NewLines::Next() {
   const InputFile input(file_);
   std::string text;
   std::array<char, 65536> block{};
-  while (true) {
-    const ssize_t n =
-        pread(input.fd(), block.data(), block.size(), position_ + static_cast<off_t>(text.size()));
-    if (n == 0) break;
-    if (n > 0) text.append(block.data(), static_cast<size_t>(n));
-    if (n < 0 && errno != EINTR) input.Fail(errno);
-  }
+  while (const size_t n = input.ReadAt(position_ + text.size(), block)) text.append(block.data(), n);
   size_t begin = 0;
   for (size_t end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
     lines.push_back(text.substr(begin, end - begin));
   }
-  position_ += static_cast<off_t>(begin);
+  position_ += begin;
   return lines;
 }
 

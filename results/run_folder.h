@@ -16,9 +16,6 @@
 
 namespace evalbus::results {
 
-// Largest number of an episode.
-inline constexpr int kMaxEpisode = 99'999'999;
-
 // runs/NAME-DATE-TIME
 std::filesystem::path DatedFolder(const std::string& name);
 
@@ -32,7 +29,7 @@ class NewLines {
 
  private:
   std::filesystem::path file_;
-  off_t position_ = 0;
+  uint64_t position_ = 0;  // of the first byte that was not returned
 };
 
 // Reads the lines of an episodes.jsonl that may still be growing.

@@ -15,11 +15,11 @@
 #include "base/arguments.h"
 #include "base/errors.h"
 #include "base/reserved_stdout.h"
+#include "base/run_layout.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/scene_words.h"
 #include "lcmtypes/clock.h"
 #include "policy_bridge/wire/msgpack_codec.h"
-#include "results/run_folder.h"
 #include "runner/environment.h"
 #include "runner/json_events.h"
 #include "runner/version.h"
@@ -105,9 +105,9 @@ Value Answer(runner::Environment* environment, const Value& request) {
     const Value* const episode = reset->Find("episode");
     if (!seed || !seed->As<int64_t>() || !episode || !episode->As<int64_t>())
       throw InputError("reset: expected the integers 'seed' and 'episode'");
-    if (*episode->As<int64_t>() < 0 || *episode->As<int64_t>() > results::kMaxEpisode) {
-      throw InputError(fmt::format("reset: episode: expected 0 to {}, got {}", results::kMaxEpisode,
-                                   *episode->As<int64_t>()));
+    if (*episode->As<int64_t>() < 0 || *episode->As<int64_t>() > kMaxEpisode) {
+      throw InputError(
+          fmt::format("reset: episode: expected 0 to {}, got {}", kMaxEpisode, *episode->As<int64_t>()));
     }
     step = environment->Reset(*seed->As<int64_t>(), static_cast<int>(*episode->As<int64_t>()));
   } else {

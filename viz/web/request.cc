@@ -6,12 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "base/run_layout.h"
+
 namespace evalbus::viz {
 namespace {
 
 constexpr size_t kMaxName = 64, kIdLength = 64;
-// Largest index of a run, and of an episode, in a message.
-constexpr uint64_t kMaxRun = 1'000'000, kMaxEpisode = 99'999'999;
+// Largest index of a run in a message.
+constexpr uint64_t kMaxRun = 1'000'000;
 
 std::optional<int> WholeNumber(std::string_view text) {
   int number = 0;
