@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kPrefix = "evalbus-", kSuffix = "-XXXXXX";
 
 // Another container may have another process of the same number, and another machine with the same TMPDIR may
-// not see the lock: both must say that the process has ended.
+// not see the lock, so both are checked.
 bool IsAbandoned(const fs::path& folder, int fd) {
   struct stat status {};
   if (fstat(fd, &status) != 0 || status.st_uid != geteuid()) return false;
