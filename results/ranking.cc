@@ -16,6 +16,10 @@ namespace {
 // What a headline names at most.
 constexpr size_t kMaxInOrder = 6, kMaxNamedPairs = 3;
 
+std::string Rate(const RankedRun& run) {
+  return run.trials > 0 ? Percent(static_cast<double>(run.successes) / run.trials) : "–";
+}
+
 }  // namespace
 
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs) {
@@ -59,22 +63,22 @@ std::string RankingHeadline(const std::vector<RankedRun>& ranking) {
   if (ranking.size() > kMaxInOrder) {
     const auto worse =
         std::ranges::count_if(ranking, [&](const RankedRun& run) { return differ(first, run); });
-    return fmt::format("{} succeeds most often; {} of {} others are shown to be worse", first.name, worse,
-                       ranking.size() - 1);
+    return fmt::format("{} {} succeeds most often; {} of {} others are shown to be worse", first.name,
+                       Rate(first), worse, ranking.size() - 1);
   }
-  std::string order = first.name;
+  std::string order = first.name + " " + Rate(first);
   std::vector<std::string> open;
   size_t pairs = 0;
   for (size_t i = 1; i < ranking.size(); ++i) {
-    order += (differ(ranking[i - 1], ranking[i]) ? " > " : " ≈ ") + ranking[i].name;
+    order += (differ(ranking[i - 1], ranking[i]) ? " > " : " ≈ ") + ranking[i].name + " " + Rate(ranking[i]);
     for (size_t k = 0; k < i; ++k, ++pairs) {
       if (!differ(ranking[k], ranking[i])) open.push_back(ranking[k].name + " and " + ranking[i].name);
     }
   }
-  if (open.empty()) return order + "; all decided";
+  if (open.empty()) return order + "; all differ";
   if (open.size() > kMaxNamedPairs)
-    return fmt::format("{}; {} of {} pairs not decided", order, open.size(), pairs);
-  return fmt::format("{}; not decided: {}", order, fmt::join(open, ", "));
+    return fmt::format("{}; {} of {} pairs not shown to differ", order, open.size(), pairs);
+  return fmt::format("{}; not shown to differ: {}", order, fmt::join(open, ", "));
 }
 
 std::string RankingText(const std::vector<RankedRun>& ranking) {
@@ -84,8 +88,7 @@ std::string RankingText(const std::vector<RankedRun>& ranking) {
   std::string text = "Ranking by success\n";
   for (const RankedRun& run : ranking) {
     text += fmt::format("{}  {:>14}  {:>5}  {}\n", Pad(run.name, -static_cast<int>(width)),
-                        fmt::format("{} of {}", run.successes, run.trials),
-                        Percent(static_cast<double>(run.successes) / run.trials), run.letters);
+                        fmt::format("{} of {}", run.successes, run.trials), Rate(run), run.letters);
   }
   return text + kRankingNote + "\n";
 }

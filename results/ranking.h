@@ -20,9 +20,9 @@ struct RankedRun {
 // Throws as CompareRuns() does.
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
-// The order in one sentence, for example "a > b ≈ c; not decided: b and c" or "a > b > c; all decided". Of
-// more than six policies, only the first: "a succeeds most often; 5 of 7 others are shown to be worse". Empty
-// for an empty ranking.
+// The order in one sentence, for example "a 90 % > b 56 % ≈ c 52 %; not shown to differ: b and c" or
+// "a 90 % > b 56 % > c 20 %; all differ". Of more than six policies, only the first: "a 90 % succeeds most
+// often; 5 of 7 others are shown to be worse". Empty for an empty ranking.
 std::string RankingHeadline(const std::vector<RankedRun>& ranking);
 // Returns a table and a line that explains it; empty for an empty ranking.
 std::string RankingText(const std::vector<RankedRun>& ranking);

@@ -49,23 +49,22 @@ TEST(Ranking, MostSuccessfulFirstWithLetters) {
             "base          28 of 50   56 %  c\n"
             "expert        20 of 50   40 %  d\n"
             "Policies that share a letter are not shown to differ (all pairs tested, p adjusted by Holm).\n");
-  EXPECT_EQ(RankingHeadline(ranking), "large > small > base > expert; all decided");
+  EXPECT_EQ(RankingHeadline(ranking), "large 90 % > small 76 % > base 56 % > expert 40 %; all differ");
   EXPECT_TRUE(Rank({Policy("a", First(1, 3)), Policy("b", First(2, 3))}).empty());
   EXPECT_EQ(RankingText({}), "");
   EXPECT_EQ(RankingHeadline({}), "");
   EXPECT_EQ(RankingHeadline(
                 Rank({Policy("a", First(9, 10)), Policy("b", First(0, 10)), Policy("c", First(1, 10))})),
-            "a > c ≈ b; not decided: c and b");
+            "a 90 % > c 10 % ≈ b 0 %; not shown to differ: c and b");
 }
 
 TEST(Ranking, HeadlinesNameEachPairThatIsNotDecided) {
-  const std::vector<RankedRun> three = {
-      {.name = "a", .letters = "a"}, {.name = "b", .letters = "b"}, {.name = "c", .letters = "ab"}};
-  EXPECT_EQ(RankingHeadline(three), "a > b ≈ c; not decided: a and c, b and c");
-  std::vector<RankedRun> equal(4, {.name = "x", .letters = "a"});
-  EXPECT_EQ(RankingHeadline(equal), "x ≈ x ≈ x ≈ x; 6 of 6 pairs not decided");
-  equal.resize(7, {.name = "y", .letters = "b"});
-  EXPECT_EQ(RankingHeadline(equal), "x succeeds most often; 3 of 6 others are shown to be worse");
+  const std::vector<RankedRun> three = {{"a", 8, 10, "a"}, {"b", 4, 10, "b"}, {"c", 1, 2, "ab"}};
+  EXPECT_EQ(RankingHeadline(three), "a 80 % > b 40 % ≈ c 50 %; not shown to differ: a and c, b and c");
+  std::vector<RankedRun> equal(4, {"x", 1, 4, "a"});
+  EXPECT_EQ(RankingHeadline(equal), "x 25 % ≈ x 25 % ≈ x 25 % ≈ x 25 %; 6 of 6 pairs not shown to differ");
+  equal.resize(7, {"y", 0, 4, "b"});
+  EXPECT_EQ(RankingHeadline(equal), "x 25 % succeeds most often; 3 of 6 others are shown to be worse");
 }
 
 // The probability that any two of several equal policies are separated is at most 5 %.

@@ -82,7 +82,7 @@ Evalbus.Board = class {
     const cell = (label, node, kind) => e("td", { class: kind, "data-label": label }, node);
     const against = policy.against;
     return e("tr", {},
-      e("th", { scope: "row" }, e("span", { class: "ev-key" }, String(k + 1)), " ",
+      e("th", { scope: "row" }, k < 9 ? e("kbd", { title: `key ${k + 1} shows its episodes` }, String(k + 1)) : null, " ",
         e("a", { href: Evalbus.listLink(`policy=${Evalbus.filterValue(policy.name)}`) }, Evalbus.words(policy.name))),
       cell(many ? "all" : "success", this.rate(policy.all, policy, many ? null : tasks[0].name), "ev-all"),
       this.head.policies.length > 1 ? cell("difference", this.difference(against, k), "ev-against") : null,

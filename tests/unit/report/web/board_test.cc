@@ -85,7 +85,7 @@ TEST_F(BoardTest, TheVerdictIsASentence) {
               testing::StartsWith("a is 100 points better than b, 95 % CI "));
   EXPECT_EQ(Board(runs, {.baseline = "a", .is_sequential = true})["verdict"], "");
   runs.push_back({.number = 2, .policy = "c", .source = "x", .is_over = true, .run = &c});
-  EXPECT_EQ(Board(runs)["verdict"], "a > c ≈ b; not decided: c and b");
+  EXPECT_EQ(Board(runs)["verdict"], "a 100 % > c 10 % ≈ b 0 %; not shown to differ: c and b");
   runs.back().is_over = false;
   EXPECT_EQ(Board(runs)["verdict"], "");
 }
