@@ -25,12 +25,17 @@ std::string Range(const metrics::Interval& interval, int decimals) {
                      FixedOrDash(interval.upper, decimals));
 }
 
-std::string Row(int label_width, const std::string& label, const std::string& baseline,
-                const std::string& run, const std::string& difference, const std::string& interval,
-                const std::string& p, const std::string& holm, const std::string& verdict, bool colors) {
+// Columns of labels and of the values of each side, in characters.
+struct Widths {
+  int label, side;
+};
+
+std::string Row(Widths widths, const std::string& label, const std::string& baseline, const std::string& run,
+                const std::string& difference, const std::string& interval, const std::string& p,
+                const std::string& holm, const std::string& verdict, bool colors) {
   const std::string line =
-      fmt::format("{}  {:>9}  {:>9}  {:>9}  {:>21}  {:>6}  {:>6}", Pad(label, -label_width), baseline, run,
-                  difference, interval, p, holm);
+      fmt::format("{}  {}  {}  {:>9}  {:>21}  {:>6}  {:>6}", Pad(label, -widths.label),
+                  Pad(baseline, widths.side), Pad(run, widths.side), difference, interval, p, holm);
   if (verdict.empty()) return line + "\n";
   const Style style = verdict == Word(Judgment::kBetter)  ? Style::kGood
                       : verdict == Word(Judgment::kWorse) ? Style::kBad
@@ -43,13 +48,28 @@ std::string Label(const MetricNumber& number) {
   return number.label() + (number.metric->effort ? " *" : "") + (unit.empty() ? "" : ", " + unit);
 }
 
-std::string Short(const std::string& name) {
-  return name.size() <= 9 ? name : ".." + name.substr(name.size() - 7);
+Widths WidthsOf(int label, const Comparison& comparison) {
+  constexpr int kLeast = 9, kMost = 16;
+  return {label,
+          std::clamp(std::max(Width(comparison.baseline.name), Width(comparison.run.name)), kLeast, kMost)};
 }
 
-std::string SuccessRow(const std::string& label, int width, const SuccessComparison& success, bool colors) {
+// The end of a name that is too long: checkpoints often differ there.
+std::string Short(const std::string& name, int width) {
+  const int cut = Width(name) - width;
+  return cut <= 0 ? name : ".." + name.substr(Cut(name, cut + 2).size());
+}
+
+std::string TitleRow(Widths widths, const std::string& label, const Comparison& comparison, bool colors) {
+  return Row(widths, label, Short(comparison.baseline.name, widths.side),
+             Short(comparison.run.name, widths.side), "difference", "95 % CI of difference", "p", "Holm", "",
+             colors);
+}
+
+std::string SuccessRow(const std::string& label, Widths widths, const SuccessComparison& success,
+                       bool colors) {
   const auto rate = [](int k, int n) { return Percent(static_cast<double>(k) / n); };
-  return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
+  return Row(widths, label, rate(success.baseline_successes, success.baseline_trials),
              rate(success.successes, success.trials), PercentagePoints(success.difference),
              fmt::format("{:>8} to {:>8}", PercentagePoints(success.difference_95.lower),
                          PercentagePoints(success.difference_95.upper)),
@@ -60,9 +80,9 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
   int label_width = 30;
   for (const MetricComparison& metric : task.metrics)
     label_width = std::max(label_width, Width(Label(metric.number)));
-  std::string text = Row(label_width, "", Short(comparison.baseline.name), Short(comparison.run.name),
-                         "difference", "95 % CI of difference", "p", "Holm", "", colors);
-  text += SuccessRow("success", label_width, comparison.success, colors);
+  const Widths widths = WidthsOf(label_width, comparison);
+  std::string text = TitleRow(widths, "", comparison, colors);
+  text += SuccessRow("success", widths, comparison.success, colors);
   std::vector<std::string> equal;
   int tested = 0;
   for (const MetricComparison& metric : task.metrics) {
@@ -74,7 +94,7 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
                       (unit.empty() ? "" : " " + unit));
       continue;
     }
-    text += Row(label_width, Label(metric.number), FixedOrDash(scaled(metric.baseline_mean), decimals),
+    text += Row(widths, Label(metric.number), FixedOrDash(scaled(metric.baseline_mean), decimals),
                 FixedOrDash(scaled(metric.mean), decimals), FixedOrDash(scaled(metric.difference), decimals),
                 Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),
                 PText(*metric.p), PText(metric.p_holm), metric.word(), colors);
@@ -108,11 +128,11 @@ std::string SuiteTable(const Comparison& comparison, bool colors) {
   int width = 7;
   for (const TaskComparison& task : comparison.tasks)
     width = std::max(width, static_cast<int>(task.task.size() + 1 + task.variation.size()));
-  std::string text = Row(width, "success", Short(comparison.baseline.name), Short(comparison.run.name),
-                         "difference", "95 % CI of difference", "p", "Holm", "", colors);
+  const Widths widths = WidthsOf(width, comparison);
+  std::string text = TitleRow(widths, "success", comparison, colors);
   std::string metrics;
   for (const TaskComparison& task : comparison.tasks) {
-    text += SuccessRow(task.task + "/" + task.variation, width, task.success, colors);
+    text += SuccessRow(task.task + "/" + task.variation, widths, task.success, colors);
     for (const MetricComparison& metric : task.metrics) {
       if (!metric.differs()) continue;
       const int decimals = metric.decimals();
@@ -123,7 +143,7 @@ std::string SuiteTable(const Comparison& comparison, bool colors) {
                       metric.number.shown_unit(), PText(metric.p_holm), metric.word());
     }
   }
-  text += SuccessRow("all", width, comparison.success, colors);
+  text += SuccessRow("all", widths, comparison.success, colors);
   text += "\nHolm: p adjusted for the tasks. Intervals are not adjusted: each is for its row alone.\n";
   if (!metrics.empty()) text += "\nMetrics that differ, p adjusted for those of a task\n" + metrics;
   return text;
@@ -135,9 +155,12 @@ std::string PText(double p) {
   return p < 0.001 ? "<0.001" : Fixed(std::floor(1000 * p + 0.5 + 1e-9) / 1000, 3);
 }
 
+std::string NameAndPolicy(const ComparedRuns& runs) {
+  return runs.name == runs.policy ? runs.name : fmt::format("{} ({})", runs.name, runs.policy);
+}
+
 std::string ComparisonText(const Comparison& comparison, bool ratios, bool colors) {
-  std::string text = fmt::format("{} ({}) against {} ({})", comparison.run.name, comparison.run.policy,
-                                 comparison.baseline.name, comparison.baseline.policy);
+  std::string text = NameAndPolicy(comparison.run) + " against " + NameAndPolicy(comparison.baseline);
   const bool one = comparison.tasks.size() == 1;
   if (one) text += ", " + comparison.tasks[0].name();
   text += "\n\n" + Styled(Headline(comparison) + ".", Style::kStrong, colors) + "\n" + Evidence(comparison) +

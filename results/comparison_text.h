@@ -11,6 +11,9 @@ namespace evalbus::results {
 // to the baseline. colors: as in base/styled_text.h.
 std::string ComparisonText(const Comparison& comparison, bool ratios, bool colors = false);
 
+// "ckpt-12000 (pi0)", or "expert" if name and policy are equal.
+std::string NameAndPolicy(const ComparedRuns& runs);
+
 // "0.063" of 0.0625, a frequent p value of exact tests: halves up, as in viz/viewer/page/dom.js. "<0.001"
 // below.
 std::string PText(double p);

@@ -68,8 +68,8 @@ void DifferenceRow(const results::SuccessComparison& success, Markup* html) {
   html->Element("tr", {}, [&] {
     html->Element("th", {{"scope", "row"}}, "difference");
     html->Element("td", {{"class", "bar"}}, [&] {
-      DrawDifference(success.difference, interval.lower, interval.upper, JudgmentClass(success.judgment()),
-                     html);
+      DrawDifference(success.difference, interval.lower, interval.upper, true,
+                     JudgmentClass(success.judgment()), html);
     });
     html->Element("td", {{"class", "number"}}, PointsText(success.difference) + " points");
     html->Element("td", {{"class", "number note"}},
@@ -89,8 +89,8 @@ void TaskRow(const std::string& name, const results::SuccessComparison& success,
     rate(success.successes, success.trials);
     NumberCell(success.difference, PointsText(success.difference), html);
     html->Element("td", {{"class", "bar"}}, [&] {
-      DrawDifference(success.difference, interval.lower, interval.upper, JudgmentClass(success.judgment()),
-                     html);
+      DrawDifference(success.difference, interval.lower, interval.upper, false,
+                     JudgmentClass(success.judgment()), html);
     });
     html->Element("td", {{"class", "number minor"}},
                   PointsText(interval.lower) + " to " + PointsText(interval.upper));

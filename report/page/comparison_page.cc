@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "report/page/comparison_sections.h"
+#include "results/comparison_text.h"
 #include "results/conclusion.h"
 
 namespace evalbus::report {
@@ -32,10 +33,6 @@ std::string Title(const std::vector<results::Comparison>& comparisons) {
   add(results::Judgment::kWorse, "is worse than", "are worse than");
   add(results::Judgment::kNone, "is not shown to differ from", "are not shown to differ from");
   return fmt::format("{}", fmt::join(parts, "; "));
-}
-
-std::string NameAndPolicy(const results::ComparedRuns& runs) {
-  return runs.name == runs.policy ? runs.name : fmt::format("{} ({})", runs.name, runs.policy);
 }
 
 void Write(const ComparisonPageParts& parts, const results::Comparison& comparison, Markup* html) {
@@ -77,7 +74,7 @@ std::string ComparisonPage(const ComparisonPageParts& parts) {
   const auto content = [&](Markup* html) {
     for (const results::Comparison& comparison : parts.comparisons) {
       const std::string who =
-          NameAndPolicy(comparison.run) + " against " + NameAndPolicy(comparison.baseline);
+          results::NameAndPolicy(comparison.run) + " against " + results::NameAndPolicy(comparison.baseline);
       const std::string where = comparison.tasks.size() == 1
                                     ? ", " + comparison.tasks[0].name()
                                     : fmt::format(", {} tasks", comparison.tasks.size());

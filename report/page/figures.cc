@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "base/percent.h"
+#include "report/page/page.h"
 #include "report/page/scale.h"
 
 namespace evalbus::report {
@@ -377,11 +378,18 @@ void DrawBar(double share, const std::string& css_class, Markup* html) {
                 [&] { DrawBarOnTrack(share, css_class, html); });
 }
 
-void DrawDifference(double difference, double lower, double upper, const std::string& css_class,
+void DrawDifference(double difference, double lower, double upper, bool scale, const std::string& css_class,
                     Markup* html) {
   // Leaves a margin of 2 % on each side.
   const auto x = [](double value) { return CssPercent(0.5 + 0.48 * std::clamp(value, -1.0, 1.0)); };
-  html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}}, [&] {
+  html->Element("svg", {{"class", scale ? "share scale" : "share"}, {"aria-hidden", "true"}}, [&] {
+    for (const int points : {-100, -50, 0, 50, 100}) {
+      if (!scale) break;
+      const std::string at = x(points / 100.0);
+      html->Empty("line", {{"class", "axis"}, {"x1", at}, {"x2", at}, {"y1", "16"}, {"y2", "20"}});
+      html->Element("text", {{"x", at}, {"y", "32"}, {"text-anchor", "middle"}},
+                    points == 0 ? "0" : WithMinus(fmt::format("{:+}", points)));
+    }
     html->Empty("line", {{"class", "axis"}, {"x1", "50%"}, {"x2", "50%"}, {"y1", "0"}, {"y2", "18"}});
     html->Empty(
         "line",

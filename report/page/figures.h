@@ -83,8 +83,9 @@ struct RateFigure {
 };
 void DrawRates(const RateFigure& figure, Markup* html);
 
-// Draws a difference with its interval around a line at 0. All values are within -1 to 1.
-void DrawDifference(double difference, double lower, double upper, const std::string& css_class,
+// Draws a difference with its interval around a line at 0. All values are within -1 to 1. scale: whether tick
+// marks in percentage points are drawn.
+void DrawDifference(double difference, double lower, double upper, bool scale, const std::string& css_class,
                     Markup* html);
 
 // Maps values in [from, to] to pixels.

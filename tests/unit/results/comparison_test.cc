@@ -316,6 +316,21 @@ TEST_F(CompareTest, TwoVariationsAreNamedFirst) {
   const std::string text = ComparisonText(result, false);
   EXPECT_TRUE(text.starts_with("b (expert) against a (expert), lift_pot/base against lift_pot/position\n"))
       << text;
+  EXPECT_THAT(text, testing::HasSubstr("          a          b  difference"));
+}
+
+// Up to 16 characters of names, and the policy only if it is not the name.
+TEST_F(CompareTest, TextHasTheNames) {
+  const std::string text = ComparisonText(
+      CompareRuns(Run("pi0-ckpt-12000", Info(6), First(6, 6), 5), Run("expert", Info(6), First(0, 6), 5)),
+      false);
+  EXPECT_TRUE(text.starts_with("pi0-ckpt-12000 (expert) against expert, lift_pot/position\n")) << text;
+  EXPECT_THAT(text, testing::HasSubstr("          expert  pi0-ckpt-12000  difference"));
+  const std::string long_names =
+      ComparisonText(CompareRuns(Run("diffusion-lift_pot-030000", Info(6), First(6, 6), 5),
+                                 Run("a", Info(6), First(0, 6), 5)),
+                     false);
+  EXPECT_THAT(long_names, testing::HasSubstr("               a  ..ift_pot-030000  difference"));
 }
 
 TEST_F(CompareTest, RemarksOnDifferencesOfContracts) {
