@@ -65,7 +65,7 @@ def check_table(browser, plan, policies, found):
 def check_heading(browser, found):
     """The heading is the verdict, and the bars of all rates are equally long."""
     heading = browser.evaluate("document.querySelector('.ev-board h1').textContent")
-    if not re.search(r" is \d+ points worse than .*, 95 % CI |^No difference shown between ", heading):
+    if not re.search(r" is \d+ points worse than .*, 95 % CI |^No difference shown between ", heading) or re.search(r" -\d", heading):
         found.append(f"the heading is {heading!r}")
     lengths = browser.evaluate("[...new Set([...document.querySelectorAll('.ev-board-table .ev-rate')].map((bar) => bar.clientWidth))]")
     if len(lengths) != 1:

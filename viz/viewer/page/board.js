@@ -49,7 +49,7 @@ Evalbus.Board = class {
     const done = policies.reduce((sum, policy) => sum + policy.all.done, 0);
     const { planned, is_over } = this.head;
     const count = (n) => n.toLocaleString("en");
-    Evalbus.setText(this.title, Evalbus.words(this.head.verdict) || "Overview");
+    Evalbus.setText(this.title, Evalbus.withMinus(Evalbus.words(this.head.verdict)) || "Overview");
     Evalbus.setText(this.progress, `${count(done)}${done < planned ? ` of ${count(planned)}` : ""} episodes; ${is_over ? "95 % intervals (Wilson)"
       : "rates of unfinished policies have anytime-valid intervals, differences are preliminary"}`);
     const layout = JSON.stringify(this.head);
@@ -68,7 +68,8 @@ Evalbus.Board = class {
     const head = e("tr", {}, title("policy"), title(many ? "all" : Evalbus.spaced(tasks[0].name)),
       policies.length > 1 ? title(`vs ${Evalbus.words(policies[this.head.baseline].name)}`, "difference of the success rates in percentage points, with its 95 % interval; over equal seeds if both have them") : null,
       many ? tasks.map((task) => title(Evalbus.spaced(task.name))) : null,
-      title("time to success", "mean over the successes"), title("slips per grasp"));
+      // Over several tasks, a mean would depend on which of them a policy solves.
+      many ? null : title("time to success", "mean over the successes"), title("slips per grasp"));
     this.table.replaceChildren(e("thead", {}, head), e("tbody", {}, policies.map((policy, k) => this.policyRow(policy, k))));
     const remarks = policies.filter((policy) => policy.against && policy.against.remark)
       .map((policy) => `${Evalbus.words(policy.name)}: ${Evalbus.words(policy.against.remark)}`);
@@ -87,7 +88,7 @@ Evalbus.Board = class {
       cell(many ? "all" : "success", this.rate(policy.all, policy, many ? null : tasks[0].name), "ev-all"),
       this.head.policies.length > 1 ? cell("difference", this.difference(against, k), "ev-against") : null,
       many ? policy.cells.map((one, t) => cell(Evalbus.spaced(tasks[t].name), this.rate(one, policy, tasks[t].name))) : null,
-      cell("time to success", policy.all.time_s === null ? "–" : `${policy.all.time_s.toFixed(2)} s`, "ev-figure"),
+      many ? null : cell("time to success", policy.all.time_s === null ? "–" : `${policy.all.time_s.toFixed(2)} s`, "ev-figure"),
       cell("slips per grasp", policy.slips_per_grasp === null ? "–" : policy.slips_per_grasp.toFixed(2), "ev-figure"));
   }
 
