@@ -58,7 +58,9 @@ std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>&
     }
     if (how != "open" && how != "closed")
       throw InputError("--gripper " + text + ": expected " + name + "=open or " + name + "=closed");
-    openings[static_cast<size_t>(found - names.begin())] = how == "open" ? 1 : 0;
+    auto& opening = openings[static_cast<size_t>(found - names.begin())];
+    if (opening) throw InputError("--gripper " + text + ": '" + name + "' is given twice");
+    opening = how == "open" ? 1 : 0;
   }
   return openings;
 }

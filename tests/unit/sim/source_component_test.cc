@@ -613,6 +613,11 @@ TEST_F(SourceComponentTest, AnUnmeasuredGripperHasTheGivenState) {
   EXPECT_EQ(states_.at(0).gripper[1].opening, 0);
 }
 
+TEST_F(SourceComponentTest, AGripperHasOneState) {
+  options_.gripper = {"left=open", "left=closed"};
+  EXPECT_EQ(Error([&] { MakeSource(); }), "--gripper left=closed: 'left' is given twice");
+}
+
 // The range of the wheels is 0 to 4.71 rad, of which 5 % are 0.2355 rad.
 class JointsOfObjects : public SourceComponentTest {
  protected:
