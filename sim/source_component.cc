@@ -31,6 +31,11 @@ constexpr int64_t kMaxLeapTicks = 4000;
 // Maximum queue length, for a source that is faster than its scoring: about a hundred megabytes.
 constexpr size_t kMaxWaiting = 100'000;
 
+// After this many samples, stamps that advance by less than a hundredth of the stated period have another
+// unit.
+constexpr int64_t kSamplesForUnit = 20;
+constexpr double kLeastShareOfPeriod = 0.01;
+
 // Images are only for people, so a few small ones are sufficient: a minute with two cameras takes about 60 MB
 // in the log.
 constexpr size_t kMaxCameras = 8;
@@ -342,6 +347,16 @@ std::string SourceComponent::TakeContacts(const source_state_t& message, Sample*
   return "";
 }
 
+void SourceComponent::CheckUnitOfStamps(double time_s) const {
+  const double expected_s = Seconds(kSamplesForUnit * source_announcement_->period_us);
+  if (time_s >= kLeastShareOfPeriod * expected_s) return;
+  throw InputError(
+      fmt::format("source '{}': {} samples took {:.3g} s by their stamp_us, expected about {:.3g} s with the "
+                  "stated period_us of {}; are "
+                  "these microseconds?",
+                  source(), kSamplesForUnit, time_s, expected_s, source_announcement_->period_us));
+}
+
 void SourceComponent::OnSample(const source_state_t& message) {
   if (!source_announcement_) {
     ++status_.foreign_messages;
@@ -398,6 +413,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
       arrived.is_last = true;
     }
     newest_->stamp_us = message.stamp_us;
+    if (newest_episode_ == 0 && message.sample == kSamplesForUnit) CheckUnitOfStamps(arrived.sample->time_s);
     const std::string beyond = scene_->BeyondRange(*arrived.sample);
     if (!beyond.empty()) arrived.beyond_range = fmt::format("sample {}: {}", message.sample, beyond);
   }

@@ -98,6 +98,8 @@ class SourceComponent : public Component {
   void OnCommand(const command_t& command);
   void OnStatus(const component_status_t& status);
   void OnSample(const source_state_t& message);
+  // Throws InputError if the stamps of the first samples, which took this long, are not in microseconds.
+  void CheckUnitOfStamps(double time_s) const;
   void OnContacts(const source_contacts_t& contacts);
   void OnImage(std::string_view channel, std::span<const uint8_t> data);
   void OnPartial(const partial_metrics_t& partial);

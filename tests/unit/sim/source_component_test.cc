@@ -589,6 +589,20 @@ TEST_F(SourceComponentTest, TheFirstSampleMustBeRight) {
             "degrees?");
 }
 
+TEST_F(SourceComponentTest, StampsAreMicroseconds) {
+  Start();
+  const auto milliseconds = [&](int64_t i) {
+    source_state_t sample = Sample(i);
+    sample.stamp_us /= 1000;
+    return sample;
+  };
+  for (int64_t i = 0; i < 20; ++i) Send(milliseconds(i));
+  EXPECT_EQ(Error([&] { Send(milliseconds(20)); }),
+            "source 'two Frankas': 20 samples took 0.0004 s by their stamp_us, expected about 0.4 s with the "
+            "stated "
+            "period_us of 20000; are these microseconds?");
+}
+
 TEST_F(SourceComponentTest, CountsMustBeThoseOfTheAnnouncement) {
   Start();
   source_state_t sample = Sample(0);
