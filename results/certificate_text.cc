@@ -135,10 +135,9 @@ std::string Ranking(const Certificate& certificate) {
     for (size_t i = 0; i < pair.on_engine.size(); ++i) {
       const SuccessComparison& success = pair.on_engine[i];
       const char* const word = Word(success.judgment());
-      on.push_back(fmt::format("{} against {} on {}, p = {}{}{}",
-                               ShareText(success.successes, success.trials),
+      on.push_back(fmt::format("{} against {} on {}, {}{}{}", ShareText(success.successes, success.trials),
                                ShareText(success.baseline_successes, success.baseline_trials),
-                               certificate.engines[i], PText(success.p_adjusted), *word ? ", " : "", word));
+                               certificate.engines[i], PEquals(success.p_adjusted), *word ? ", " : "", word));
     }
     text += fmt::format("{} against {}{}: {}\n", pair.policy, pair.baseline,
                         pair.order_reverses() ? " (order reverses)" : "", fmt::join(on, "; "));

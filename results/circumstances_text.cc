@@ -152,8 +152,6 @@ std::string BinText(const Circumstance& parameter, const CircumstanceBin& bin) {
   return WithUnit(from == to ? from : from + " to " + to, name);
 }
 
-std::string PEquals(double p) { return p < 0.001 ? "p < 0.001" : "p = " + PText(p); }
-
 std::vector<std::string> CircumstanceSentences(const RunCircumstances& run) {
   std::vector<std::string> sentences;
   for (const Circumstance* parameter : Shown(run)) sentences.push_back(Sentence(*parameter, run.tested));

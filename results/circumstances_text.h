@@ -14,9 +14,6 @@ namespace evalbus::results {
 // sentence that none is.
 std::vector<std::string> CircumstanceSentences(const RunCircumstances& run);
 
-// "p = 0.002", "p < 0.001".
-std::string PEquals(double p);
-
 // A value of a parameter that is not a choice in its display unit, with enough decimals for the range of its
 // values.
 std::string ParameterText(const Circumstance& parameter, double value);

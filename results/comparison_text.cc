@@ -135,12 +135,13 @@ std::string SuiteTable(const Comparison& comparison, bool colors) {
     text += SuccessRow(task.task + "/" + task.variation, widths, task.success, colors);
     for (const MetricComparison& metric : task.metrics) {
       if (!metric.differs()) continue;
+      const std::string unit(metric.number.shown_unit());
       const int decimals = metric.decimals();
       metrics +=
-          fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Pad(task.task + "/" + task.variation, -width),
+          fmt::format("{}  {} {} against {}{}, {}  {}\n", Pad(task.task + "/" + task.variation, -width),
                       metric.number.label(), FixedOrDash(metric.mean * metric.number.scale(), decimals),
                       FixedOrDash(metric.baseline_mean * metric.number.scale(), decimals),
-                      metric.number.shown_unit(), PText(metric.p_holm), metric.word());
+                      unit.empty() ? "" : " " + unit, PEquals(metric.p_holm), metric.word());
     }
   }
   text += SuccessRow("all", widths, comparison.success, colors);
@@ -154,6 +155,8 @@ std::string SuiteTable(const Comparison& comparison, bool colors) {
 std::string PText(double p) {
   return p < 0.001 ? "<0.001" : Fixed(std::floor(1000 * p + 0.5 + 1e-9) / 1000, 3);
 }
+
+std::string PEquals(double p) { return p < 0.001 ? "p < 0.001" : "p = " + PText(p); }
 
 std::string NameAndPolicy(const ComparedRuns& runs) {
   return runs.name == runs.policy ? runs.name : fmt::format("{} ({})", runs.name, runs.policy);

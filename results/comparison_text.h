@@ -17,5 +17,7 @@ std::string NameAndPolicy(const ComparedRuns& runs);
 // "0.063" of 0.0625, a frequent p value of exact tests: halves up, as in viz/viewer/page/dom.js. "<0.001"
 // below.
 std::string PText(double p);
+// "p = 0.002", "p < 0.001".
+std::string PEquals(double p);
 
 }  // namespace evalbus::results

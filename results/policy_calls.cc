@@ -76,7 +76,8 @@ std::string CallsInWords(const std::vector<ordered_json>& episodes) {
   for (const ordered_json& calls : episodes) {
     for (const auto& seconds : calls.at("answered_s")) answered_s.push_back(seconds.get<double>());
     for (const auto& seconds : calls.at("server_s")) {
-      if (seconds.get<double>() >= 0) server_s.push_back(seconds.get<double>());
+      // Older versions wrote null if a server reported NaN.
+      if (seconds.is_number() && seconds.get<double>() >= 0) server_s.push_back(seconds.get<double>());
     }
     held_ticks += calls.at("held_ticks").get<int64_t>();
   }

@@ -38,6 +38,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Longest time between two samples. A longer one is an error of the data or of the unit, and would be scored
+// as ticks without a change.
+constexpr double kLongestGap_s = 60;
+
 double OneOf(const YamlValue& value, const std::map<std::string, double>& units) {
   const auto found = units.find(value.Text());
   if (found != units.end()) return found->second;
@@ -143,6 +147,12 @@ std::vector<sim::Sample> Kinematics::Read(const fs::path& file) const {
                                      time[row]));
       }
       samples[row].time_s = (time[row] - time[0]) * map_.time_scale;
+      const double gap_s = row > 0 ? samples[row].time_s - samples[row - 1].time_s : 0;
+      if (gap_s <= kLongestGap_s) continue;
+      throw InputError(
+          fmt::format("{}: column '{}': {:g} s after the sample before, expected at most {:g} s (time: unit: "
+                      "s, ms, us or ns)",
+                      table->Place(row), Printable(map_.time_column), gap_s, kLongestGap_s));
     }
   }
   for (const gripper_info_t& gripper : info().gripper) {

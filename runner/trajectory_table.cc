@@ -1,6 +1,7 @@
 #include "runner/trajectory_table.h"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <charconv>
@@ -229,7 +230,10 @@ std::vector<ZipEntry> ZipEntries(std::span<const uint8_t> bytes, const std::stri
     const uint64_t begin = local + 30 + number(local + 26, 2) + number(local + 28, 2);
     if (begin > bytes.size() || size > bytes.size() - begin)
       fail("truncated: '" + Printable(name) + "' is not complete");
-    entries.push_back({std::move(name), bytes.subspan(begin, size)});
+    const auto content = bytes.subspan(begin, size);
+    if (crc32_z(0, content.data(), content.size()) != number(at + 16, 4))
+      fail("damaged: '" + Printable(name) + "' has another checksum (CRC-32)");
+    entries.push_back({std::move(name), content});
     at += 46 + name_length + extra + comment;
   }
   return entries;

@@ -140,7 +140,7 @@ Action AddEnv(CLI::App* app) {
   sim::SimOptions& sim = environment.sim;
   sim.control_hz = 20;
   app->add_option("task", sim.task, "TASK[/VARIATION]")->required();
-  app->add_option(
+  CLI::Option* const contract = app->add_option(
       "--contract", environment.contract,
       "contract that describes observations and actions: a file, or one of 'evalbus policy list'");
   app->add_option("--control", environment.form.control,
@@ -154,6 +154,8 @@ Action AddEnv(CLI::App* app) {
   app->add_option("--control-hz", sim.control_hz, "without --contract: steps per simulated second")
       ->check(InRange(5.0, 500.0))
       ->capture_default_str();
+  for (const char* const name : {"--control", "--camera", "--image-size", "--control-hz"})
+    contract->excludes(app->get_option(name));
   app->add_option("--gl", environment.gl, viz::kGlHelp)->capture_default_str();
   app->add_option("--robot", sim.robot, "robot instead of the task's own");
   app->add_option("--seed-stream", sim.seed_stream,

@@ -62,15 +62,20 @@ std::string Value(double value, double limit, const std::string& unit) {
   return text;
 }
 
-// For example "height of pot reached 0.997 m, at least 1.096 m is needed", or "left holds pot is not met".
+// For example "height of pot reached 0.997 m, at least 1.096 m is needed", "height of pot reached 1.097 m and
+// was 0.951 m at the end, at least 1.096 m is needed", or "not met: left holds pot".
 std::string Reached(const condition_t& condition, const BestOfCondition& best) {
   const std::string text = Words(condition.text);
   for (const std::string_view limit : {" at least ", " at most ", " between "}) {
     const size_t at = text.find(limit);
     const std::string quantity = text.substr(0, at);
     if (at == std::string::npos || std::isnan(best.value) || quantity.ends_with(" not")) continue;
-    return fmt::format("{} reached {}{}, {} is needed", quantity,
-                       Value(best.value, condition.threshold_mixed, condition.unit), Unit(condition.unit),
+    const auto shown = [&](double value) {
+      return Value(value, condition.threshold_mixed, condition.unit) + Unit(condition.unit);
+    };
+    const std::string at_end =
+        best.gap == 0 ? " and was " + shown(condition.value_mixed) + " at the end" : "";
+    return fmt::format("{} reached {}{}, {} is needed", quantity, shown(best.value), at_end,
                        text.substr(at + 1));
   }
   return "not met: " + text;

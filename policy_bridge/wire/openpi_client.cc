@@ -81,7 +81,7 @@ class OpenpiClient : public WebsocketClient {
     is_used_ = true;
     if (const Value* timing = reply.value.Find("server_timing")) {
       const std::optional<double> infer_ms = Number(timing->Find("infer_ms"));
-      if (infer_ms) reply.server_s = *infer_ms / 1000;
+      if (infer_ms) reply.SetServerTime(*infer_ms);
     }
     return reply;
   }

@@ -1,6 +1,7 @@
 // Interface of the clients of policy servers, independent of the wire.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -64,6 +65,11 @@ struct Reply {
   Value value;
   // Wall-clock time of the inference as reported by the server; nothing if it does not report it.
   std::optional<double> server_s;
+
+  // Keeps the time that a server reports, unless it is negative or not finite.
+  void SetServerTime(double milliseconds) {
+    if (milliseconds >= 0 && std::isfinite(milliseconds)) server_s = milliseconds / 1000;
+  }
 };
 
 // All calls block, for at most the deadlines of ClientOptions. Not thread-safe. After a ServerError, the

@@ -161,7 +161,7 @@ class XPolicyLabClient : public WebsocketClient {
     ++step_;
     Reply reply;
     if (const Value* latency = payload.Find("latency_ms")) {
-      if (const auto* ms = latency->As<double>()) reply.server_s = *ms / 1000;
+      if (const auto* ms = latency->As<double>()) reply.SetServerTime(*ms);
     }
     if (List* list = actions->As<List>(); list && !list->empty() && list->front().Is<Map>()) {
       try {

@@ -17,9 +17,11 @@ from evalbus.runs import Episode
 
 # Version of the messages of `evalbus env` (docs/environment.md).
 _VERSION = 1
-# Largest number of an episode (results/run_folder.h).
+# Largest number of an episode (base/run_layout.h).
 _MAX_EPISODE = 99_999_999
 _SIZE = struct.Struct("<I")
+# What is observed and what actions mean, unless a contract describes it.
+_DEFAULT_FORM = {"control": "joint", "cameras": [], "image_size": (224, 224), "control_hz": 20}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,16 +67,14 @@ class Environment:
         check_task(task)
         check_list("cameras", cameras)
         check_list("image_size", image_size)
-        options = {
-            "control": control,
-            "camera": list(cameras) or None,
-            "image_size": "x".join(map(str, image_size)),
-            "control_hz": control_hz,
-            "contract": contract,
-            "robot": robot,
-            "seed_stream": seed_stream,
-            "gl": gl,
-        }
+        options = {"contract": contract, "robot": robot, "seed_stream": seed_stream, "gl": gl}
+        form = {"control": control, "cameras": list(cameras), "image_size": tuple(image_size), "control_hz": control_hz}
+        if contract is None:
+            options["camera"] = form.pop("cameras") or None
+            options |= {**form, "image_size": "x".join(map(str, image_size))}
+        elif given := [name for name, value in form.items() if value != _DEFAULT_FORM[name]]:
+            raise InputError(f"{given[0]}: the contract describes it; expected one of the two")
+        self._is_active = False
         self._program: Optional[Program] = Program(["env", task, *words(options)])
         description = self._receive()
         if description["schema_version"] != _VERSION:
@@ -119,6 +119,9 @@ class Environment:
             raise ActionError(f"the action is of type {values.dtype}, expected numbers")
         if not np.isfinite(values).all():
             raise ActionError(f"value {int(np.argmin(np.isfinite(values)))} of the action is not finite")
+        # An error of the program would close the environment.
+        if self._program and not self._is_active:
+            raise InputError("no episode is active: reset the environment first")
         return self._ask({"step": np.ascontiguousarray(values, dtype=float)})
 
     def close(self) -> None:
@@ -148,6 +151,7 @@ class Environment:
         reply = self._receive()
         scores = json.loads(reply["scores"])
         episode = reply["episode"] and Episode.of(json.loads(reply["episode"]))
+        self._is_active = not episode
         return Step(reply["observation"], scores["metrics"], scores["extended"], episode)
 
     def _receive(self):

@@ -8,6 +8,7 @@
 #include "report/page/folded.h"
 #include "report/page/report_sections.h"
 #include "results/circumstances_text.h"
+#include "results/comparison_text.h"
 
 namespace evalbus::report {
 namespace {

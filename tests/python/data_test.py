@@ -197,12 +197,17 @@ with tempfile.TemporaryDirectory() as name:
 
     time = numpy.arange(len(data)) / 50.0
     time[9] = 0.01
+    # A pause of 1e300 s, which no unit explains.
+    late = numpy.append(numpy.arange(len(data) - 1) / 50.0, 1e300)
     timed = (map_text + poses).replace("rate_hz: 50", "time: {column: t, unit: s}")
     bad_text("time.yaml", timed)
     numpy.savez_compressed(here / "packed.npz", q0=data[:, 0])
     numpy.savez(here / "objects.npz", **{c: numpy.array([{}], object) for c in columns})
     numpy.savez(here / "uneven.npz", **{c: data[: len(data) - (c == "q5"), k] for k, c in enumerate(columns)})
     (here / "cut.npz").write_bytes((here / "a.npz").read_bytes()[:5000])
+    flipped = bytearray((here / "a.npz").read_bytes())
+    flipped[len(flipped) // 2] ^= 1
+    (here / "flipped.npz").write_bytes(flipped)
     (here / "cut.h5").write_bytes((here / "a.h5").read_bytes()[:3000])
     csv = (here / "a.csv").read_text()
     with h5py.File(here / "wide.h5", "w") as f:
@@ -228,10 +233,13 @@ with tempfile.TemporaryDirectory() as name:
         (good, changed("less.csv", lambda t: t[:, :-1], columns[:-1]), "no column 'qz'"),
         (here / "time.yaml", changed("t.csv", lambda t: numpy.hstack([t, time[:, None]]), columns + ["t"]),
          "t.csv:11: column 't': the time changes from 0.16 to 0.01; it must increase"),
+        (here / "time.yaml", changed("late.csv", lambda t: numpy.hstack([t, late[:, None]]), columns + ["t"]),
+         "column 't': 1e+300 s after the sample before, expected at most 60 s"),
         (good, here / "packed.npz", "is compressed"),
         (good, here / "objects.npz", "objects.npz"),
         (good, here / "uneven.npz", "uneven.npz: 'q"),
         (good, here / "cut.npz", "cut.npz: "),
+        (good, here / "flipped.npz", "has another checksum (CRC-32)"),
         (good, here / "cut.h5", "cut.h5: not an HDF5 file, or truncated"),
         (here / "wide.yaml", here / "wide.h5", "a column is 'q[0]' to 'q[12]'"),
         (good, bad_text("cut.csv", csv[: csv.rfind(",")]), "expected 23 values, one for each column, got 22"),

@@ -434,6 +434,8 @@ class EnvironmentTest(unittest.TestCase):
             ("--image-size 64: expected WIDTHxHEIGHT", {"image_size": (64,)}),
             ("image_size: expected a list, got 64", {"image_size": 64}),
             ("cameras: expected a list, got 'head'", {"cameras": "head"}),
+            ("control: the contract describes it", {"contract": "plain", "control": "eef_delta"}),
+            ("cameras: the contract describes it", {"contract": "plain", "cameras": ["head"]}),
             ("unknown task '--help'", {"task": "--help"}),
             ("--gl metal: expected software, osmesa, egl-software, egl or auto", {"cameras": ["head"], "gl": "metal"}),
         ):
@@ -444,6 +446,8 @@ class EnvironmentTest(unittest.TestCase):
                 environment.reset(0)
         environment = evalbus.Environment("lift_pot")
         with environment:
+            with self.assertRaisesRegex(evalbus.InputError, "no episode is active: reset the environment first"):
+                environment.step(np.zeros(16))
             state = environment.reset(0).observation["state"]
             for words, action in (
                 ("has the shape .3,., expected .16,", state[:3]),

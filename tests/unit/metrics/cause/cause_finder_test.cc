@@ -478,6 +478,18 @@ TEST_F(CauseFinderTest, AValueIsNotRoundedToItsLimit) {
       << Find().text;
 }
 
+// The stage was reached, so the largest value alone does not explain the failure.
+TEST_F(CauseFinderTest, AValueThatWasReachedAndLostHasBothValues) {
+  HoldWithBoth();
+  object_[0][2] = 1.15;
+  Move(10);
+  object_[0][2] = 1.05;
+  Move(300);
+  EXPECT_NE(Find().text.find("reached 1.150 m and was 1.050 m at the end, at least 1.1 m is needed"),
+            std::string::npos)
+      << Find().text;
+}
+
 TEST_F(CauseFinderTest, AnErrorOfThePolicyIsItsOwnCause) {
   HoldWithBoth();
   touching_[kLeft] = 0;

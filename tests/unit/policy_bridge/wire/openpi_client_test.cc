@@ -1,5 +1,8 @@
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <limits>
+
 #include "base/errors.h"
 #include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/websocket.h"
@@ -91,6 +94,16 @@ TEST(OpenpiClient, HasNoServerTimeIfNoneIsReported) {
   const auto client = MakePolicyClient(To(server.url()));
   client->Connect();
   EXPECT_EQ(client->Infer(kObservation).server_s, std::nullopt);
+}
+
+TEST(OpenpiClient, HasNoServerTimeIfItIsNoNumber) {
+  for (const double ms : {std::nan(""), std::numeric_limits<double>::infinity(), -1.0}) {
+    Double server(
+        Answering(Map{{"actions", FloatArray({0.5, -1}, {1, 2})}, {"server_timing", Map{{"infer_ms", ms}}}}));
+    const auto client = MakePolicyClient(To(server.url()));
+    client->Connect();
+    EXPECT_EQ(client->Infer(kObservation).server_s, std::nullopt) << ms;
+  }
 }
 
 TEST(OpenpiClient, KeepsPathAndKeyAndOffersNoCompression) {
