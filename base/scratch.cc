@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <stdlib.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -20,6 +19,19 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "evalbus-", kSuffix = "-XXXXXX";
 
+// Not flock(), with which a run locks its folder: it may be this one.
+struct flock LockOf(short type) {
+  struct flock lock {};
+  lock.l_type = type;
+  lock.l_whence = SEEK_SET;
+  return lock;
+}
+
+bool IsLocked(int fd) {
+  struct flock lock = LockOf(F_WRLCK);
+  return fcntl(fd, F_OFD_GETLK, &lock) != 0 || lock.l_type != F_UNLCK;
+}
+
 // Another container may have another process of the same number, and another machine with the same TMPDIR may
 // not see the lock, so both are checked.
 bool IsAbandoned(const fs::path& folder, int fd) {
@@ -27,7 +39,7 @@ bool IsAbandoned(const fs::path& folder, int fd) {
   if (fstat(fd, &status) != 0 || status.st_uid != geteuid()) return false;
   const std::string name = folder.filename();
   return HasEnded(name.substr(kPrefix.size(), name.size() - kPrefix.size() - kSuffix.size())) &&
-         flock(fd, LOCK_EX | LOCK_NB) == 0;
+         !IsLocked(fd);
 }
 
 }  // namespace
@@ -53,7 +65,8 @@ Scratch::Scratch() {
   if (!mkdtemp(name.data())) ThrowFileError("cannot create " + name, errno);
   path_ = name;
   fd_ = open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd_ >= 0) flock(fd_, LOCK_SH | LOCK_NB);
+  struct flock lock = LockOf(F_RDLCK);
+  if (fd_ >= 0) fcntl(fd_, F_OFD_SETLK, &lock);
 }
 
 Scratch::~Scratch() {

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <stdlib.h>
-#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -82,7 +81,9 @@ TEST(ScratchTest, ALockedOneIsInUseWhateverItsProcess) {
       folder.path() / ("evalbus-" + std::string(host) + "-" + std::to_string(ended) + "-Ab3dEf");
   fs::create_directory(abandoned);
   const int fd = open(abandoned.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  ASSERT_EQ(flock(fd, LOCK_SH), 0);
+  struct flock lock {};
+  lock.l_type = F_RDLCK;
+  ASSERT_EQ(fcntl(fd, F_OFD_SETLK, &lock), 0);
   RemoveAbandonedScratch(folder.path());
   EXPECT_TRUE(fs::exists(abandoned));
   close(fd);
