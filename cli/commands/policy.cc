@@ -9,6 +9,7 @@
 #include <sstream>
 #include <string>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/plural.h"
@@ -298,7 +299,7 @@ Action AddPolicy(CLI::App* app) {
           "maximum distance of the first action from the robot's position, rad; default: the contract's "
           "first_step_rad, else 0.5. Increase it for a policy whose first step is large on purpose")
       ->type_name("RAD")
-      ->check(CLI::PositiveNumber);
+      ->check(InRange(1e-6, 100.0));
   check->add_option("--out", options->out, "folder for images and check.json; default policy_check/CONTRACT");
   check->add_flag("--json", options->json, "print check.json instead of text");
   options->check = check;

@@ -34,6 +34,8 @@ struct RobotsOptions {
 
 // Time for which `check` holds the robot at home, and in which a gripper must close or open, s.
 constexpr double kSeconds = 1;
+// Error of distances by rounding, m.
+constexpr double kRounding = 1e-8;
 // Limits up to which the robot counts as at rest.
 constexpr double kMaxSag = 0.02;    // rad
 constexpr double kMaxSpeed = 0.05;  // rad/s, mean over the joints of the last half
@@ -150,7 +152,7 @@ void CheckHome(const Alone& alone, Lines* wrong, Lines* notes) {
     const auto entity = [&](int geom) { return info.body_entity[info.geom_body[geom]]; };
     const std::string pair = info.geom_name[geoms.first] + " and " + info.geom_name[geoms.second];
     const std::string apart = fmt::format("{} are {:.3g} mm apart at home", pair, 1000 * distance);
-    if (distance < 0) {
+    if (distance < -kRounding) {
       wrong->push_back(fmt::format("{} overlap by {:.3g} mm at home", pair, -1000 * distance));
     } else if (entity(geoms.first) == entity(geoms.second)) {
       notes->push_back(apart + ": scripted experts do not check this pair for collisions");

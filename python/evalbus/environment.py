@@ -117,12 +117,14 @@ class Environment:
             raise ActionError(f"the action has the shape {values.shape}, expected {self.action_lower.shape}")
         if values.dtype.kind not in "fiub":
             raise ActionError(f"the action is of type {values.dtype}, expected numbers")
+        with np.errstate(over="ignore"):  # checked below
+            values = np.ascontiguousarray(values, dtype=float)
         if not np.isfinite(values).all():
             raise ActionError(f"value {int(np.argmin(np.isfinite(values)))} of the action is not finite")
         # An error of the program would close the environment.
         if self._program and not self._is_active:
             raise InputError("no episode is active: reset the environment first")
-        return self._ask({"step": np.ascontiguousarray(values, dtype=float)})
+        return self._ask({"step": values})
 
     def close(self) -> None:
         """Ends the program. Calling it again does nothing."""

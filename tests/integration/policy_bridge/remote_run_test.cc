@@ -452,6 +452,9 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   EXPECT_NE(result.out.find("state it: 'first_step_rad: 0.7' in the contract's action, or --first-step 0.7"),
             std::string::npos)
       << result.out;
+  EXPECT_NE(RunProgram({"evalbus", "policy", "check", elsewhere, "--first-step", "nan"})
+                .err.find("--first-step: Value nan is not a number"),
+            std::string::npos);
   result = RunProgram({"evalbus", "policy", "check", elsewhere, "--first-step", "0.75", "--out",
                        (folder_.path() / "check").string()});
   EXPECT_EQ(result.code, 0) << result.out << result.err;
