@@ -27,6 +27,18 @@ fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string&
   return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
 }
 
+// The first difference of two values that are not equal, for example "\"options.episodes\": 2, not 3".
+std::string Difference(const std::string& key, const nlohmann::ordered_json& before,
+                       const nlohmann::ordered_json& now) {
+  if (before.is_object() && now.is_object()) {
+    for (const auto& [name, value] : now.items()) {
+      if (!before.contains(name)) return Difference(key + "." + name, {}, value);
+      if (before[name] != value) return Difference(key + "." + name, before[name], value);
+    }
+  }
+  return fmt::format("\"{}\": {}, not {}", key, before.is_null() ? "none" : ToText(before), ToText(now));
+}
+
 }  // namespace
 
 std::string Shard::name() const {
@@ -77,9 +89,8 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
   const auto before = ReadJsonFile<nlohmann::ordered_json>(file);
   for (const auto& [key, value] : json.items()) {
     if (before.contains(key) && before[key] == value) continue;
-    throw InputError(fmt::format("--out {}: the plan in this folder has a different \"{}\": {}, not {}",
-                                 file.string(), key, before.contains(key) ? ToText(before[key]) : "none",
-                                 ToText(value)));
+    throw InputError("--out " + file.string() + ": the plan in this folder has a different " +
+                     Difference(key, before.contains(key) ? before[key] : nlohmann::ordered_json(), value));
   }
 }
 

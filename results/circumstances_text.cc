@@ -76,8 +76,9 @@ std::string SentenceOfNone(const RunCircumstances& run) {
   if (run.parameters.empty()) return "No parameter of the start differs between the episodes.";
   double smallest = 1;
   for (const Circumstance& parameter : run.parameters) smallest = std::min(smallest, parameter.p_holm);
-  return fmt::format("No parameter of the start is shown to drive failure ({}, {} tested; smallest {}).",
-                     episodes, Plural(run.tested, "parameter"), PEquals(smallest));
+  return fmt::format(
+      "No parameter of the start is shown to drive failure ({}, {} tested; smallest adjusted {}).", episodes,
+      Plural(run.tested, "parameter"), PEquals(smallest));
 }
 
 std::vector<const Circumstance*> Shown(const RunCircumstances& run) {

@@ -65,6 +65,9 @@ size_t PlaceOfKept(const std::vector<int>& stratum, const std::set<int>& kept) {
 // Throws InputError if the collection in the folder was made with other options.
 void CheckCollection(const RunOptions& options, int wanted) {
   const results::RecordedRun before = results::ReadRunInfo(options.out);
+  if (before.seed_stream != kCollectSeeds)
+    throw InputError("--resume: " + options.out.string() +
+                     " is the folder of a run, expected that of a collection");
   if (before.planned != options.episodes) {
     throw InputError(fmt::format("--resume: {} was collected with --episodes {}, not {}",
                                  options.out.string(), before.planned / kStartsEach, wanted));

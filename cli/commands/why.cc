@@ -17,6 +17,7 @@
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
+#include "policy_bridge/experts/expert.h"
 #include "results/circumstances.h"
 #include "results/circumstances_text.h"
 #include "results/found_runs.h"
@@ -78,7 +79,7 @@ void PrintNoReturns(const results::RecordedRun& run, const results::RunCircumsta
   const results::NoReturns points = results::ReadNoReturns(run.folder);
   if (!points.empty()) {
     fmt::print("\nepisode\n");
-  } else if (found.episodes.successes < found.episodes.trials) {
+  } else if (found.episodes.successes < found.episodes.trials && policy::HasExpert(run.task)) {
     fmt::print("\npoints of no return: {}\n",
                ShellWords({"evalbus", "why", run.folder.string(), "--failures"}));
   }

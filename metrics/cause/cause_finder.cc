@@ -275,14 +275,17 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
     bool is_collision = touch.pressed_ticks >= Ticks(kPressed);
     if (object < 0 && !collisions_.knows_torque())
       is_collision |= touch.last_tick - touch.first_tick >= Ticks(kTouched);
-    if (object >= 0 && touch.displacement >= kPushed && AsksForHold(object)) {
-      is_collision |=
+    int64_t tick = touch.first_tick;
+    if (!is_collision && object >= 0 && touch.displacement >= kPushed && AsksForHold(object)) {
+      is_collision =
           !HeldAfter(touch.first_tick, object, -1) &&
           std::ranges::any_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); });
+      // The arm may have touched the object before, without moving it.
+      tick = touch.push_tick;
     }
-    if (!is_collision || touch.first_tick > last_tick) continue;
+    if (!is_collision || tick > last_tick) continue;
     moments->push_back({.kind = cause_kind::kCollision,
-                        .tick = touch.first_tick,
+                        .tick = tick,
                         .object = object,
                         .arm = touch.pair.arm,
                         .entity = touch.pair.entity,

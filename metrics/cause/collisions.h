@@ -21,6 +21,8 @@ struct ArmTouch {
   int64_t pressed_ticks = 0;
   // Largest distance (m) of the object from where it was at the first tick; 0 for the scene.
   double displacement = 0;
+  // Last tick of the contact at which the object had not been moved by CauseCollisions::kMoved yet.
+  int64_t push_tick = 0;
   std::array<double, 3> start{};
 };
 
@@ -32,6 +34,7 @@ class CauseCollisions {
  public:
   static constexpr double kMinExcess = 10;    // N m
   static constexpr double kInterruption = 1;  // s
+  static constexpr double kMoved = 0.001;     // m
 
   explicit CauseCollisions(const CauseConfig& config)
       : config_(config), free_torque_(config.joint_arm.size()) {
@@ -58,6 +61,7 @@ class CauseCollisions {
       if (object >= 0) {
         const auto &a = sample.object[object], &b = touch.start;
         touch.displacement = std::max(touch.displacement, std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]));
+        if (touch.displacement < kMoved) touch.push_tick = sample.tick;
       }
     }
     for (size_t joint = 0; joint < sample.torque.size(); ++joint) {
@@ -103,7 +107,8 @@ class CauseCollisions {
       if (!IsInterrupted(touch->last_tick, sample.tick)) return *touch;
       break;
     }
-    ArmTouch touch{.pair = pair, .first_tick = sample.tick, .last_tick = sample.tick};
+    ArmTouch touch{
+        .pair = pair, .first_tick = sample.tick, .last_tick = sample.tick, .push_tick = sample.tick};
     if (object >= 0) touch.start = sample.object[object];
     return touches_.emplace_back(touch);
   }

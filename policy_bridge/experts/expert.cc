@@ -153,8 +153,10 @@ const std::map<std::string, Factory>& Experts() {
 
 }  // namespace
 
+bool HasExpert(const std::string& task) { return Experts().contains(FamilyOf(task)); }
+
 void CheckExpert(const std::string& task) {
-  if (Experts().contains(FamilyOf(task))) return;
+  if (HasExpert(task)) return;
   std::string known;
   for (const auto& [name, unused] : Experts()) known += (known.empty() ? "" : ", ") + name;
   throw InputError("policy \"expert\": task \"" + task + "\" has no expert; tasks with one: " + known +

@@ -77,6 +77,7 @@ void NeedTwoArms(const model_info_t& info);
 // Writes a configuration as an action.
 void SetAction(const Configuration& configuration, action_t* action);
 
+bool HasExpert(const std::string& task);
 // Throws InputError with the supported tasks if there is no expert for this one.
 void CheckExpert(const std::string& task);
 

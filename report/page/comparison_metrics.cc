@@ -127,7 +127,7 @@ void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, M
       if (!unit.empty()) html->Element("span", {{"class", "unit"}}, ", " + unit);
     });
     for (const double mean : {metric.baseline_mean, metric.mean}) {
-      html->Element("td", {{"class", "number minor"}}, [&] { Data(mean * scale, number(mean), html); });
+      html->Element("td", {{"class", "number minor"}}, [&] { Data(mean, number(mean), html); });
     }
     html->Element("td", {{"class", "bar"}}, [&] {
       if (change.is_drawn()) axis.Draw(change.ratio, change.interval, css_class, html);
@@ -137,7 +137,7 @@ void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, M
       html->Text(metric.baseline_mean == 0 ? "from 0" : "-");
     });
     html->Element("td", {{"class", "number minor"}}, [&] {
-      Data(metric.difference * scale, number(metric.difference), html);
+      Data(metric.difference, number(metric.difference), html);
       const metrics::Interval& interval = metric.difference_95;
       if (std::isfinite(interval.lower))
         html->Text(fmt::format(" ({} to {})", number(interval.lower), number(interval.upper)));

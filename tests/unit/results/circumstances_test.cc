@@ -122,7 +122,7 @@ TEST_F(CircumstancesTest, NothingIsShownByChance) {
   EXPECT_THAT(
       CircumstanceSentences(found),
       ElementsAre(testing::MatchesRegex("No parameter of the start is shown to drive failure \\(40 "
-                                        "episodes, 1 parameter tested; smallest p = 0\\.[0-9]+\\)\\.")));
+                                        "episodes, 1 parameter tested; smallest adjusted p = 0\\.[0-9]+\\)\\.")));
 }
 
 TEST_F(CircumstancesTest, LeavesOutIncompleteEpisodes) {
