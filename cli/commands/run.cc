@@ -56,9 +56,9 @@ void CheckOptionsWithPlan(const CLI::App& app) {
     if (option->count() > 0 && !is_allowed) names.push_back(option->get_name());
   }
   if (names.empty()) return;
-  throw InputError(
-      fmt::format("{}: cannot be combined with a plan; set it in the plan's file (docs/plans.md)",
-                  fmt::join(names, ", ")));
+  throw InputError(fmt::format(
+      "{}: cannot be combined with a plan, whose file has the options of its runs (docs/plans.md)",
+      fmt::join(names, ", ")));
 }
 
 void AddPlanOptions(CLI::App* app, PlanOptions* options) {

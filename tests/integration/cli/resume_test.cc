@@ -528,7 +528,7 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
     EXPECT_FALSE(fs::exists(out));
   };
   const std::string not_with_plan =
-      ": cannot be combined with a plan; set it in the plan's file (docs/plans.md)";
+      ": cannot be combined with a plan, whose file has the options of its runs (docs/plans.md)";
   expect({"--episodes", "5", "--video", "head"}, "--episodes, --video" + not_with_plan);
   expect({"--seed", "7"}, "--seed" + not_with_plan);
   expect({"--policy", "hold"}, "--policy" + not_with_plan);
