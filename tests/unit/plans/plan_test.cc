@@ -326,7 +326,8 @@ TEST_F(PlanTest, AFolderIsOfOnePlan) {
     PlanFolder(Read(std::string(kSmall) + "episodes: 7\n"), out);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("the plan in this folder has a different \"options\""));
+    EXPECT_THAT(error.what(),
+                HasSubstr("the plan in this folder has a different \"options.episodes\": 10, not 7"));
   }
   const auto taken = folder_.path() / "taken";
   std::filesystem::create_directories(taken / "thesis");

@@ -119,10 +119,10 @@ TEST_F(CircumstancesTest, NamesTheChoicesWithWhichEpisodesFail) {
 TEST_F(CircumstancesTest, NothingIsShownByChance) {
   const RunCircumstances found =
       Of([](int i, ordered_json* line) { (*line)["parameters"]["pot_y_m"] = (i * 17) % 40; });
-  EXPECT_THAT(
-      CircumstanceSentences(found),
-      ElementsAre(testing::MatchesRegex("No parameter of the start is shown to drive failure \\(40 "
-                                        "episodes, 1 parameter tested; smallest adjusted p = 0\\.[0-9]+\\)\\.")));
+  EXPECT_THAT(CircumstanceSentences(found),
+              ElementsAre(testing::MatchesRegex(
+                  "No parameter of the start is shown to drive failure \\(40 "
+                  "episodes, 1 parameter tested; smallest adjusted p = 0\\.[0-9]+\\)\\.")));
 }
 
 TEST_F(CircumstancesTest, LeavesOutIncompleteEpisodes) {
