@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "report/page/page.h"
 #include "results/comparison.h"
 #include "results/conclusion.h"
 #include "results/ranking.h"
@@ -154,8 +155,8 @@ std::vector<ordered_json> Comparisons(const std::vector<Policy>& policies, size_
 std::string VerdictOf(const std::vector<Policy>& policies, size_t baseline) {
   try {
     if (policies.size() == 2)
-      return results::Headline(
-          results::CompareVerdicts(policies[1 - baseline].runs, policies[baseline].runs));
+      return WithMinus(
+          results::Headline(results::CompareVerdicts(policies[1 - baseline].runs, policies[baseline].runs)));
     std::vector<const results::RecordedRuns*> all;
     for (const Policy& policy : policies) all.push_back(&policy.runs);
     return results::RankingHeadline(results::RankBySuccess(all));

@@ -49,7 +49,7 @@ Evalbus.Board = class {
     const done = policies.reduce((sum, policy) => sum + policy.all.done, 0);
     const { planned, is_over } = this.head;
     const count = (n) => n.toLocaleString("en");
-    Evalbus.setText(this.title, Evalbus.withMinus(Evalbus.words(this.head.verdict)) || "Overview");
+    Evalbus.setText(this.title, Evalbus.words(this.head.verdict) || "Overview");
     Evalbus.setText(this.progress, `${count(done)}${done < planned ? ` of ${count(planned)}` : ""} episodes; ${is_over ? "95 % intervals (Wilson)"
       : "rates of unfinished policies have anytime-valid intervals, differences are preliminary"}`);
     const layout = JSON.stringify(this.head);

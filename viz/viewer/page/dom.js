@@ -39,9 +39,6 @@ Evalbus.setText = (node, text) => {
 Evalbus.words = (text) => String(text === null || text === undefined ? "" : text)
   .replace(/[\u0000-\u001f\u007f-\u009f\u200b-\u200f\u2028-\u202e\u2066-\u2069\ufeff]+/g, " ").trim();
 
-// As in report/page/page.cc.
-Evalbus.withMinus = (text) => text.replace(/(^|[ ([])-(?=\d)/g, "$1−");
-
 // Replaces underscores: "left_gripper_touches_pot" becomes "left gripper touches pot".
 Evalbus.spaced = (name) => Evalbus.words(name).replace(/_/g, " ");
 
