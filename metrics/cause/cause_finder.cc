@@ -35,6 +35,11 @@ constexpr double kSlow = 0.25;
 
 bool IsOfHold(const condition_t& condition) { return condition.kind == condition_t::HOLDING; }
 
+// Whether the condition is met by the absence of something, by the words that predicate.h defines.
+bool IsNegated(const condition_t& condition) {
+  return condition.text.find(" not ") != std::string::npos || condition.text.starts_with("no ");
+}
+
 int64_t Length(const CauseHold& hold) { return hold.last_tick - hold.first_tick; }
 
 bool IsAnyGripper(const std::string& name) { return name == "any" || name == "first" || name == "other"; }
@@ -46,6 +51,7 @@ CauseFinder::CauseFinder(CauseConfig config)
       holds_(config_),
       closings_(config_),
       collisions_(config_),
+      rest_(config_.dt),
       held_(config_.objects.size() * config_.arms.size()),
       height_(config_.objects.size()) {}
 
@@ -73,6 +79,18 @@ bool CauseFinder::IsAbout(const condition_t& condition, size_t object) const {
   return IsOf(condition.subject, object) || IsOf(condition.other, object);
 }
 
+bool CauseFinder::IsAboutAny(const std::vector<Unmet>& unmet, size_t object) const {
+  return std::ranges::any_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); });
+}
+
+// Whether no other object is part of the condition.
+bool CauseFinder::IsAboutOnly(const condition_t& condition, size_t object) const {
+  for (size_t other = 0; other < config_.objects.size(); ++other) {
+    if (IsAbout(condition, other) != (other == object)) return false;
+  }
+  return true;
+}
+
 // The points that a name stands for: the wrist of a gripper, or the first body of this name or of this
 // entity.
 std::vector<int> CauseFinder::PointsOf(const std::string& operand) const {
@@ -92,10 +110,8 @@ std::vector<int> CauseFinder::PointsOf(const std::string& operand) const {
 
 CauseFinder::Measure CauseFinder::MeasureOf(const condition_t& condition) const {
   Measure measure{.points = {}, .farthest = condition.other == "other"};
-  const bool is_negated =
-      condition.text.find(" not ") != std::string::npos || condition.text.starts_with("no ");
   const bool is_near = IsOfHold(condition) || condition.kind == condition_t::CONTACT;
-  if (condition.has_value || is_negated || !is_near) return measure;
+  if (condition.has_value || IsNegated(condition) || !is_near) return measure;
   for (const int a : PointsOf(condition.subject)) {
     for (const int b : PointsOf(condition.other)) measure.points.emplace_back(a, b);
   }
@@ -165,11 +181,18 @@ bool CauseFinder::StageAbout(size_t object, int64_t after) const {
   return false;
 }
 
+// Whether the gripper held the object, and not only touched it while it was closed completely.
+bool CauseFinder::IsGrasp(const CauseHold& hold) const {
+  if (Length(hold) < Ticks(kShortestHold)) return false;
+  // A finger that touches the object from outside, while the gripper opens or closes, does not hold it.
+  return hold.pinched_ticks >= Ticks(kShortestHold) || (hold.is_wide && !hold.closing && !hold.opened);
+}
+
 // gripper: -1 for any.
 bool CauseFinder::HeldAfter(int64_t tick, int object, int gripper) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return hold.object == object && (gripper < 0 || hold.gripper == gripper) && hold.last_tick > tick &&
-           Length(hold) >= Ticks(kShortestHold);
+           IsGrasp(hold);
   });
 }
 
@@ -179,13 +202,44 @@ bool CauseFinder::IsHeldAt(int64_t tick, int object) const {
   });
 }
 
+bool CauseFinder::IsTouchedAtEnd(int object, int gripper) const {
+  return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
+    return hold.object == object && hold.gripper == gripper && !hold.is_over;
+  });
+}
+
 // Whether the task has a condition that the gripper holds the object. gripper: empty for any.
 bool CauseFinder::AsksForHold(size_t object, const std::string& gripper) const {
   return std::ranges::any_of(conditions_, [&](const auto& section) {
     return std::ranges::any_of(section, [&](const condition_t& c) {
-      return IsOfHold(c) && IsOf(c.subject, object) && (gripper.empty() || c.other == gripper);
+      return IsOfHold(c) && !IsNegated(c) && IsOf(c.subject, object) &&
+             (gripper.empty() || c.other == gripper);
     });
   });
+}
+
+// Whether the task has a condition that the object is at least this high.
+bool CauseFinder::AsksForLift(size_t object) const {
+  return std::ranges::any_of(conditions_, [&](const auto& section) {
+    return std::ranges::any_of(section, [&](const condition_t& c) {
+      return (c.predicate == "lift" || c.predicate == "height_above") && !IsNegated(c) &&
+             IsOf(c.subject, object);
+    });
+  });
+}
+
+// Whether the task requires that the object is released, and it lies where it was released, with every
+// condition of success that concerns no other object met.
+bool CauseFinder::IsReleaseAsRequired(const CauseHold& hold) const {
+  const auto object = static_cast<size_t>(hold.object);
+  if (!hold.opened || height_[object] <= hold.last_height - kFallen) return false;
+  bool is_released = false, is_in_place = false;
+  for (const condition_t& condition : conditions_.back()) {
+    if (!IsAboutOnly(condition, object)) continue;
+    if (!condition.holds) return false;
+    (IsOfHold(condition) ? is_released : is_in_place) = true;
+  }
+  return is_released && is_in_place;
 }
 
 // Whether a gripper pulled the object without lifting it, before a hold that lifted it.
@@ -212,11 +266,10 @@ bool CauseFinder::IsMadeGood(const CauseHold& lost) const {
 void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const {
   for (const CauseHold& hold : holds_.holds()) {
     const auto object = static_cast<size_t>(hold.object);
-    if (!hold.is_over || Length(hold) < Ticks(kShortestHold)) continue;
-    if (std::ranges::none_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); })) continue;
+    if (!hold.is_over || !IsGrasp(hold) || !IsAboutAny(unmet, object)) continue;
     const bool fell = height_[object] <= hold.last_height - kFallen;
     if (!AsksForHold(object) && !(fell && hold.pinched_ticks >= Ticks(kShortestHold))) continue;
-    if (IsMadeGood(hold) || IsPullBeforeLift(hold)) continue;
+    if (IsMadeGood(hold) || IsPullBeforeLift(hold) || IsReleaseAsRequired(hold)) continue;
     if (StageAbout(object, hold.last_tick + Ticks(kSameTime))) continue;
     if (!hold.opened && hold.last_tick - hold.rest_since >= Ticks(kStill)) {
       moments->push_back({.kind = cause_kind::kStall, .tick = hold.rest_since});
@@ -232,25 +285,34 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
   }
 }
 
+// Whether a gripper that closed on nothing should have grasped the object.
+bool CauseFinder::IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& unmet, size_t object) const {
+  const auto index = static_cast<int>(object);
+  if (closing.distance[object] > closings_.Nearest(object, closing.gripper) + kNear) return false;
+  for (const Unmet& u : unmet) {
+    if (!IsOfHold(*u.condition) || IsNegated(*u.condition) || !IsOf(u.condition->subject, object)) continue;
+    const std::string& asked = u.condition->other;
+    if (!IsAnyGripper(asked) && asked != config_.grippers[closing.gripper]) continue;
+    // An object that was lost before it was handed over.
+    if (asked == "other" && !IsHeldAt(closing.tick, index)) continue;
+    const bool by_any = asked == "any" || asked == "first";
+    if (!HeldAfter(asked == "other" ? -1 : closing.tick, index, by_any ? -1 : closing.gripper)) return true;
+  }
+  // A touch is enough for a condition that a gripper holds the object, but not for what follows.
+  if (!IsAboutAny(unmet, object) || IsTouchedAtEnd(index, closing.gripper)) return false;
+  if (AsksForHold(object, config_.grippers[closing.gripper])) return !HeldAfter(-1, index, closing.gripper);
+  return AsksForLift(object) && !HeldAfter(-1, index, -1);
+}
+
 void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const {
   for (const EmptyClosing& closing : closings_.closings()) {
-    for (const Unmet& u : unmet) {
-      if (!IsOfHold(*u.condition)) continue;
-      const std::string& asked = u.condition->other;
-      if (!IsAnyGripper(asked) && asked != config_.grippers[closing.gripper]) continue;
-      for (size_t o = 0; o < config_.objects.size(); ++o) {
-        if (!IsOf(u.condition->subject, o)) continue;
-        const int object = static_cast<int>(o);
-        const bool by_any = asked == "any" || asked == "first";
-        if (HeldAfter(asked == "other" ? -1 : closing.tick, object, by_any ? -1 : closing.gripper)) continue;
-        // An object that was lost before it was handed over.
-        if (asked == "other" && !IsHeldAt(closing.tick, object)) continue;
-        if (closing.distance[o] > closings_.Nearest(o, closing.gripper) + kNear) continue;
-        moments->push_back({.kind = cause_kind::kEmptyGrasp,
-                            .tick = closing.tick,
-                            .gripper = closing.gripper,
-                            .object = object});
-      }
+    for (size_t o = 0; o < config_.objects.size(); ++o) {
+      if (!IsMiss(closing, unmet, o)) continue;
+      moments->push_back({.kind = cause_kind::kEmptyGrasp,
+                          .tick = closing.tick,
+                          .gripper = closing.gripper,
+                          .object = static_cast<int>(o),
+                          .touches = closing.touches[o] != 0});
     }
   }
 }
@@ -264,22 +326,32 @@ bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   });
 }
 
+// Whether the arm's gripper held an object that the task asks for when this contact began, or grasped one
+// later: fingers touch the scene when they grasp an object or put it down.
+bool CauseFinder::IsTouchOfGrasp(const ArmTouch& touch) const {
+  return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
+    const auto object = static_cast<size_t>(hold.object);
+    return config_.gripper_arm[hold.gripper] == touch.pair.arm &&
+           (!hold.is_over || hold.last_tick >= touch.first_tick) && IsGrasp(hold) &&
+           (AsksForHold(object) || AsksForLift(object));
+  });
+}
+
 void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
                                 std::vector<CauseMoment>* moments) const {
   for (const ArmTouch& touch : collisions_.touches()) {
     const int object = collisions_.ObjectOf(touch.pair.entity);
     const int64_t later = touch.first_tick + Ticks(kSameTime);
-    const bool is_stuck = 2 * touch.pressed_ticks >= last_tick - touch.first_tick;
+    const int64_t remaining = last_tick - touch.first_tick;
+    const bool is_stuck = 2 * touch.pressed_ticks >= remaining && remaining >= Ticks(kStill);
     if (!is_stuck && std::ranges::any_of(stage_tick_, [&](int64_t tick) { return tick > later; })) continue;
-    if (WasJustHeld(touch)) continue;
+    if (WasJustHeld(touch) || (!is_stuck && IsTouchOfGrasp(touch))) continue;
     bool is_collision = touch.pressed_ticks >= Ticks(kPressed);
     if (object < 0 && !collisions_.knows_torque())
       is_collision |= touch.last_tick - touch.first_tick >= Ticks(kTouched);
     int64_t tick = touch.first_tick;
     if (!is_collision && object >= 0 && touch.displacement >= kPushed && AsksForHold(object)) {
-      is_collision =
-          !HeldAfter(touch.first_tick, object, -1) &&
-          std::ranges::any_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); });
+      is_collision = !HeldAfter(touch.first_tick, object, -1) && IsAboutAny(unmet, object);
       // The arm may have touched the object before, without moving it.
       tick = touch.push_tick;
     }
@@ -331,7 +403,7 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
       if (hold.gripper != first.gripper || hold.object != first.object || hold.first_tick <= first.tick)
         continue;
       first.held_again = true;
-      first.lost_again += hold.is_over && Length(hold) >= Ticks(kShortestHold);
+      first.lost_again += hold.is_over && IsGrasp(hold);
     }
   }
   return first;
@@ -344,9 +416,7 @@ std::string CauseFinder::Reason(const CauseMoment& moment, const std::vector<Unm
   if (moment.kind == cause_kind::kCollision || moment.kind == cause_kind::kStall) return moment.kind;
   if (moment.kind == cause_kind::kMissedCondition &&
       std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
-        return Length(hold) >= Ticks(kShortestHold) && std::ranges::any_of(unmet, [&](const Unmet& u) {
-                 return IsAbout(*u.condition, static_cast<size_t>(hold.object));
-               });
+        return Length(hold) >= Ticks(kShortestHold) && IsAboutAny(unmet, static_cast<size_t>(hold.object));
       }))
     return "wrong_pose";
   return end.reason;
@@ -359,7 +429,7 @@ FoundCause CauseFinder::Find(const CauseEnd& end) const {
   cause.kind = moment.kind;
   cause.tick = moment.tick;
   cause.time_s = Time(moment.tick);
-  cause.text = Text(moment, unmet, end);
+  cause.text = Text(moment, end);
   return {cause, Reason(moment, unmet, end)};
 }
 

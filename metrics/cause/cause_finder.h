@@ -52,7 +52,8 @@ struct CauseMoment {
   int gripper = -1, object = -1;
   int arm = -1, entity = -1;
   bool opened = false, closing = false;
-  double lifted = 0;  // m, by how much the object was lifted when it was lost
+  bool touches = false;  // a gripper that closed completely touches the object from outside
+  double lifted = 0;     // m, by how much the object was lifted when it was lost
   // Whether the gripper closed later, and whether it held the object later.
   bool tried_again = false, held_again = false;
   int lost_again = 0;       // number of later holds that ended
@@ -91,6 +92,8 @@ class CauseFinder {
 
   bool IsOf(const std::string& operand, size_t object) const;
   bool IsAbout(const condition_t& condition, size_t object) const;
+  bool IsAboutAny(const std::vector<Unmet>& unmet, size_t object) const;
+  bool IsAboutOnly(const condition_t& condition, size_t object) const;
   // What measures the progress of a condition without a number: distances between points, which are bodies
   // or, with indices after those of bodies, wrists.
   struct Measure {
@@ -102,20 +105,27 @@ class CauseFinder {
   double Distance(const Measure& measure, const CauseSample& sample) const;
   bool StageAbout(size_t object, int64_t after) const;
   bool IsHeldAt(int64_t tick, int object) const;
+  bool IsTouchedAtEnd(int object, int gripper) const;
+  bool IsGrasp(const CauseHold& hold) const;
   bool HeldAfter(int64_t tick, int object, int gripper) const;
   bool AsksForHold(size_t object, const std::string& gripper = {}) const;
+  bool AsksForLift(size_t object) const;
+  bool IsReleaseAsRequired(const CauseHold& hold) const;
   bool IsPullBeforeLift(const CauseHold& pull) const;
   bool IsMadeGood(const CauseHold& lost) const;
   void AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
+  bool IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& unmet, size_t object) const;
   void AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
   bool WasJustHeld(const ArmTouch& touch) const;
+  bool IsTouchOfGrasp(const ArmTouch& touch) const;
   void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
                      std::vector<CauseMoment>* moments) const;
   std::vector<Unmet> FindUnmet() const;
   CauseMoment MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   CauseMoment FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   std::string Reason(const CauseMoment& moment, const std::vector<Unmet>& unmet, const CauseEnd& end) const;
-  std::string Text(const CauseMoment& moment, const std::vector<Unmet>& unmet, const CauseEnd& end) const;
+  std::string Lack(const CauseMoment& moment) const;
+  std::string Text(const CauseMoment& moment, const CauseEnd& end) const;
   std::string What(const CauseMoment& moment, const CauseEnd& end) const;
   int64_t Ticks(double seconds) const;
   double Time(int64_t tick) const;

@@ -38,6 +38,7 @@ struct ArmContact {
 struct CauseSample {
   int64_t tick;
   std::span<const double> opening;                // by gripper: 0 closed, 1 open
+  std::span<const double> closing;                // command by gripper: 0 open, 1 closed; empty if unknown
   std::span<const uint8_t> touching;              // [object * grippers + gripper]: a pad touches the object
   std::span<const uint8_t> pinched;               // same index; pads of both fingers touch it
   std::span<const std::array<double, 3>> object;  // m, origin of each object

@@ -99,7 +99,9 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
     if (moment.lifted >= 0.01) text += fmt::format(" after lifting it by {:.2f} m", moment.lifted);
     return text;
   }
-  if (moment.kind == cause_kind::kEmptyGrasp) return gripper + " closed on nothing" + at;
+  if (moment.kind == cause_kind::kEmptyGrasp) {
+    return gripper + (moment.touches ? " closed beside " + object : " closed on nothing") + at;
+  }
   if (moment.kind == cause_kind::kCollision && moment.arm >= 0) {
     const std::string arm = Capitalized(PartOf(config_.arms[moment.arm], "arm"));
     const std::string what = "the " + Words(config_.entities[moment.entity]);
@@ -120,12 +122,34 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
   return Capitalized(Words(moment.kind)) + at + (end.detail.empty() ? "" : ": " + Printable(end.detail));
 }
 
-std::string CauseFinder::Text(const CauseMoment& moment, const std::vector<Unmet>& unmet,
-                              const CauseEnd& end) const {
+// The condition of success that is not met and says most about the moment: one about its object, with a
+// number, and never met. Empty if there is none.
+std::string CauseFinder::Lack(const CauseMoment& moment) const {
+  if (conditions_.empty()) return {};
+  size_t index = 0;
+  for (size_t k = 0; k + 1 < conditions_.size(); ++k) index += conditions_[k].size();
+  const condition_t* chosen = nullptr;
+  const BestOfCondition* best = nullptr;
+  int highest = -1;
+  for (const condition_t& condition : conditions_.back()) {
+    const BestOfCondition& candidate = progress_.best(index++);
+    if (condition.holds) continue;
+    const bool is_about = moment.object >= 0 && IsAbout(condition, static_cast<size_t>(moment.object));
+    const int score = 4 * is_about + 2 * !std::isnan(candidate.value) + (candidate.gap > 0);
+    if (score <= highest) continue;
+    highest = score;
+    chosen = &condition;
+    best = &candidate;
+  }
+  return chosen ? Reached(*chosen, *best) : "";
+}
+
+std::string CauseFinder::Text(const CauseMoment& moment, const CauseEnd& end) const {
   std::string text = What(moment, end);
   if (end.by == CauseEnd::By::kSuccess) return text + ".";
   if (!stage_tick_.empty()) {
-    const auto reached = std::ranges::count_if(stage_tick_, [](int64_t tick) { return tick >= 0; });
+    const auto reached =
+        std::ranges::count_if(stage_tick_, [&](int64_t tick) { return tick >= 0 && tick <= moment.tick; });
     text += fmt::format(" ({} of {} stages)", reached, stage_tick_.size());
   }
   if (moment.lost_again > 0) {
@@ -134,16 +158,8 @@ std::string CauseFinder::Text(const CauseMoment& moment, const std::vector<Unmet
   } else if (moment.gripper >= 0 && !moment.held_again && !moment.tried_again) {
     text += " and never tried again";
   }
-  if (end.by == CauseEnd::By::kTime && !unmet.empty()) {
-    // After the loss of an object, an unmet condition with a number is more informative than a missing hold.
-    auto next = unmet.begin();
-    if (moment.object >= 0) {
-      next = std::ranges::find_if(unmet, [](const Unmet& u) { return !std::isnan(u.best->value); });
-    }
-    if (next == unmet.end()) next = unmet.begin();
-    text += "; " + Reached(*next->condition, *next->best);
-  }
-  return text + ".";
+  const std::string lack = end.by == CauseEnd::By::kTime ? Lack(moment) : "";
+  return text + (lack.empty() ? "" : "; " + lack) + ".";
 }
 
 }  // namespace evalbus::metrics

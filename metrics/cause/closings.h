@@ -1,4 +1,4 @@
-// Finds when a gripper closed completely without touching an object. Used for the decisive moment.
+// Finds when a gripper closed completely with nothing between its fingers. Used for the decisive moment.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "metrics/cause/cause_sample.h"
+#include "metrics/cause/holds.h"
 
 namespace evalbus::metrics {
 
@@ -14,20 +15,20 @@ struct EmptyClosing {
   int gripper;
   int64_t tick;                  // at which the gripper was closed
   std::vector<double> distance;  // m, of the wrist from each object
+  std::vector<uint8_t> touches;  // by object: a pad touches it, from outside
 };
 
-// A gripper closes on nothing if its opening falls from at least kOpen to at most kShut while its pads touch
-// no object. After a touch, it must first open by kReopened, or to kWide: it also closes when an object slips
-// out.
+// A gripper closes on nothing if its opening falls from at least kOpen to at most Holds::kShut and pads of
+// both fingers never touch an object meanwhile. After such a touch, it must first open by kReopened, or to
+// kWide: it also closes when an object slips out.
 class Closings {
  public:
-  static constexpr double kOpen = 0.25, kShut = 0.1, kReopened = 0.05,
-                          kWide = 0.9;  // fractions of the gripper's travel
+  static constexpr double kOpen = 0.25, kReopened = 0.05, kWide = 0.9;  // fractions of the gripper's travel
 
   explicit Closings(const CauseConfig& config)
       : arm_(config.gripper_arm),
         was_open_(arm_.size()),
-        touched_at_(arm_.size()),
+        pinched_at_(arm_.size()),
         nearest_(config.objects.size() * arm_.size()) {
     closings_.reserve(64);
   }
@@ -35,28 +36,33 @@ class Closings {
   void Start() {
     closings_.clear();
     was_open_.assign(was_open_.size(), 0);
-    touched_at_.assign(touched_at_.size(), 0);
+    pinched_at_.assign(pinched_at_.size(), 0);
     nearest_.assign(nearest_.size(), INFINITY);
   }
 
   void Add(const CauseSample& sample) {
     const size_t grippers = arm_.size(), objects = nearest_.size() / std::max<size_t>(1, grippers);
     for (size_t k = 0; k < grippers; ++k) {
-      bool touching = false;
+      bool pinched = false;
       for (size_t o = 0; o < objects; ++o) {
-        touching |= sample.touching[o * grippers + k] != 0;
+        pinched |= sample.pinched[o * grippers + k] != 0;
         double& nearest = nearest_[o * grippers + k];
         nearest = std::min(nearest, Distance(sample, o, k));
       }
-      if (touching) {
+      if (pinched) {
         was_open_[k] = 0;
-        touched_at_[k] = sample.opening[k];
+        pinched_at_[k] = sample.opening[k];
       }
-      if (sample.opening[k] >= std::clamp(touched_at_[k] + kReopened, kOpen, kWide)) was_open_[k] = 1;
-      if (sample.opening[k] > kShut || !was_open_[k]) continue;
+      if (sample.opening[k] >= std::clamp(pinched_at_[k] + kReopened, kOpen, kWide)) was_open_[k] = 1;
+      if (sample.opening[k] > Holds::kShut || !was_open_[k]) continue;
       was_open_[k] = 0;
-      closings_.push_back({static_cast<int>(k), sample.tick, {}});
-      for (size_t o = 0; o < objects; ++o) closings_.back().distance.push_back(Distance(sample, o, k));
+      EmptyClosing& closing = closings_.emplace_back();
+      closing.gripper = static_cast<int>(k);
+      closing.tick = sample.tick;
+      for (size_t o = 0; o < objects; ++o) {
+        closing.distance.push_back(Distance(sample, o, k));
+        closing.touches.push_back(sample.touching[o * grippers + k]);
+      }
     }
   }
 
@@ -71,9 +77,10 @@ class Closings {
     return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
   }
 
-  std::vector<int> arm_;            // by gripper
-  std::vector<uint8_t> was_open_;   // by gripper: open, without contact, since the last closing
-  std::vector<double> touched_at_;  // by gripper: its opening at the last touch
+  std::vector<int> arm_;  // by gripper
+  std::vector<uint8_t>
+      was_open_;  // by gripper: open, with nothing between its fingers, since the last closing
+  std::vector<double> pinched_at_;  // by gripper: its opening at the last touch by both fingers
   std::vector<double> nearest_;
   std::vector<EmptyClosing> closings_;
 };

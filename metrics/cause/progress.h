@@ -60,12 +60,16 @@ class ConditionProgress {
 };
 
 // The robot is at rest while the commanded positions of its joints differ by at most kCommand (rad) from
-// those at the beginning of the rest, and its joints by at most kSag: servos yield to a load. If the commands
-// are unknown, the joints must differ by at most kCommand. Grippers are not considered: they yield while an
+// those at the beginning of the rest, and its joints by at most kSag: servos yield to a load. After kSettled,
+// only commands end a rest: an object that slides out of a hand moves the arm, too. If the commands are
+// unknown, the joints must differ by at most kCommand. Grippers are not considered: they yield while an
 // object slides in them.
 class Rest {
  public:
-  static constexpr double kCommand = 0.003, kSag = 0.1;
+  static constexpr double kCommand = 0.003, kSag = 0.1;  // rad
+  static constexpr double kSettled = 1;                  // s
+
+  explicit Rest(double dt) : settled_ticks_(std::llround(kSettled / dt)) {}
 
   void Start() {
     joints_.clear();
@@ -81,8 +85,11 @@ class Rest {
       largest_step_ = std::max(largest_step_, std::abs(now[j] - last_[j]));
     }
     last_.assign(now.begin(), now.end());
-    const double joint_tolerance = commands.empty() ? kCommand : kSag;
-    if (IsNear(joints, joints_, joint_tolerance) && IsNear(commands, commands_, kCommand)) return;
+    const bool are_known = !commands.empty();
+    const bool has_settled = are_known && tick > since_ + settled_ticks_;
+    if (IsNear(commands, commands_, kCommand) &&
+        (has_settled || IsNear(joints, joints_, are_known ? kSag : kCommand)))
+      return;
     joints_.assign(joints.begin(), joints.end());
     commands_.assign(commands.begin(), commands.end());
     since_ = tick;
@@ -97,6 +104,7 @@ class Rest {
     return std::ranges::equal(a, b, [&](double x, double y) { return std::abs(x - y) <= tolerance; });
   }
 
+  int64_t settled_ticks_;
   std::vector<double> joints_, commands_;  // at the beginning of the rest
   std::vector<double> last_;
   double largest_step_ = 0;

@@ -85,10 +85,15 @@ void CauseRecorder::Add(const Sample& sample, const state_t& state, std::span<co
     const std::vector<double>& torque = state.arm[k].joint_torque_Nm;
     torque_.insert(torque_.end(), torque.begin(), torque.end());
   }
+  closing_.clear();
+  for (size_t k = 0; names_.model().has_physics && k < sample.gripper_opening.size(); ++k) {
+    closing_.push_back(state.gripper[k].closing_command);
+  }
   SetContacts(contacts);
   if (sample.tick > 0) evaluator.ConditionsByStage(&conditions_);
   finder_.Add({.tick = sample.tick,
                .opening = sample.gripper_opening,
+               .closing = closing_,
                .touching = sample.holding,
                .pinched = sample.pinched,
                .object = object_,

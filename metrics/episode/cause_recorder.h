@@ -37,7 +37,7 @@ class CauseRecorder {
   CauseFinder finder_;
   // Storage of the current tick, reused.
   std::vector<std::array<double, 3>> object_, wrist_;
-  std::vector<double> joints_, commands_, torque_;
+  std::vector<double> joints_, commands_, torque_, closing_;
   std::vector<ArmContact> contacts_;
   // Conditions of each stage, then of success.
   std::vector<std::vector<condition_t>> conditions_;

@@ -61,7 +61,7 @@ std::string Text(const explanation_t& e, const std::string& reason, double time,
     text += (listed.size() == 1 ? ": " : ", ") + condition.text;
   }
   if (e.last_stage_index > 0) {
-    text += fmt::format("; last stage {} ({}) at {:.2f} s", e.last_stage_index, e.last_stage_name,
+    text += fmt::format("; highest stage {} ({}) at {:.2f} s", e.last_stage_index, e.last_stage_name,
                         e.last_stage_time_s);
   } else if (has_stages) {
     text += "; no stage reached";

@@ -238,7 +238,7 @@ TEST_F(Recorded, HigherThresholdIsNotDecidedByThisLog) {
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_SAYS(result.out, "success -> unconfirmed");
   EXPECT_SAYS(result.out, "4/4 -> 2/4");
-  EXPECT_SAYS(result.out, " m < 1.3; last stage 2");
+  EXPECT_SAYS(result.out, " m < 1.3; highest stage 2");
   EXPECT_SAYS(result.out, "1 of 1 verdicts changed: success -> unconfirmed 1\n");
   EXPECT_SAYS(result.out, "successes 1 -> 0");
   const nlohmann::json score = FirstScore(run_, {"--task", task});

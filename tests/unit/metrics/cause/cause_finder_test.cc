@@ -57,6 +57,7 @@ class CauseFinderTest : public testing::Test {
       reached_[2] |= conditions_[2][0].holds;
       dut_.Add({.tick = tick_,
                 .opening = opening_,
+                .closing = closing_,
                 .touching = touching_,
                 .pinched = with_both_fingers_ ? touching_ : none_,
                 .object = object_,
@@ -118,6 +119,7 @@ class CauseFinderTest : public testing::Test {
   std::vector<body_pose_t> body_ = {{}, {{0.5, 0, 1}, {1, 0, 0, 0}}};
   int64_t tick_ = -1;
   std::vector<double> opening_ = {1, 1};
+  std::vector<double> closing_;
   std::vector<uint8_t> touching_ = {0, 0};
   const std::vector<uint8_t> none_ = {0, 0};
   bool with_both_fingers_ = true;
@@ -176,6 +178,158 @@ TEST_F(CauseFinderTest, AGripperThatBouncesOnTheObjectDoesNotLetGo) {
   Move(300);
   EXPECT_EQ(Find().kind, "missed_condition");
   EXPECT_EQ(Reason(), "wrong_pose");
+}
+
+TEST_F(CauseFinderTest, AnOpeningWithoutACommandIsNoRelease) {
+  closing_ = {1, 1};
+  with_both_fingers_ = false;
+  HoldWithBoth();
+  opening_[kLeft] = 0.6;
+  Move(50);
+  opening_[kLeft] = 0.4;
+  Move(250);
+  EXPECT_EQ(Find().kind, "missed_condition");
+}
+
+TEST_F(CauseFinderTest, ACommandToOpenIsTheMomentOfARelease) {
+  closing_ = {1, 1};
+  HoldWithBoth();
+  opening_[kLeft] = 0.48;  // the grip bounces
+  Move(5);                 // up to tick 25
+  closing_[kLeft] = 0;
+  opening_[kLeft] = 0.45;
+  Move(5);
+  Close(kLeft, 1, false);
+  Move(300);
+  EXPECT_EQ(Find().tick, 25);
+  EXPECT_TRUE(Find().text.starts_with("Left gripper let go of the kitchen pot at 0.50 s")) << Find().text;
+}
+
+TEST_F(CauseFinderTest, AHandThatOpensAfterItLostTheObjectDidNotLetGo) {
+  closing_ = {1, 1};
+  HoldWithBoth();
+  Close(kLeft, 0.3, false);  // tick 21
+  Move(5);
+  closing_[kLeft] = 0;
+  Close(kLeft, 1, false);
+  Move(300);
+  EXPECT_EQ(Find().tick, 20);
+  EXPECT_EQ(Reason(), "grasp_slip");
+}
+
+TEST_F(CauseFinderTest, AClosedHandThatBrushesTheObjectDidNotHoldIt) {
+  with_both_fingers_ = false;
+  Move(10);
+  wrist_[kRight][0] = 0.55;
+  Close(kRight, 0.5, false);
+  Close(kRight, 0.05, false);  // tick 12
+  Move(10);
+  touching_[kRight] = 1;
+  opening_[kRight] = 0;
+  Move(20);
+  touching_[kRight] = 0;
+  Move(300);
+  Expect("empty_grasp", 12,
+         "Right gripper closed on nothing at 0.24 s (0 of 3 stages); height of kitchen pot reached 1.000 m, "
+         "at least 1.1 m is needed.");
+  EXPECT_EQ(Reason(), "grasp_miss");
+}
+
+// One finger touches the pot from outside while the gripper closes, which reaches the stage.
+TEST_F(CauseFinderTest, AHandThatClosesBesideTheObjectMissesIt) {
+  with_both_fingers_ = false;
+  Move(10);
+  wrist_[kRight][0] = 0.55;
+  for (const double opening : {0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2}) Close(kRight, opening, true);
+  Close(kRight, 0.08, true);  // tick 18
+  Close(kRight, 0, false);
+  Move(300);
+  Expect(
+      "empty_grasp", 18,
+      "Right gripper closed beside the kitchen pot at 0.36 s (1 of 3 stages) and never tried again; height "
+      "of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
+}
+
+TEST_F(CauseFinderTest, StagesCountUntilTheMoment) {
+  Close(kLeft, 0.4, true);
+  Move(10);
+  Close(kLeft, 1, false);
+  touching_[kRight] = 1;
+  opening_[kRight] = 0.4;
+  Move(300);
+  EXPECT_NE(Find().text.find("(1 of 3 stages)"), std::string::npos) << Find().text;
+}
+
+// The blue cube is put where it should be; the red one is not brought to it.
+TEST(ReleaseAsRequired, IsNoLoss) {
+  condition_t on{}, released{}, near{}, lifted{}, held{};
+  on.kind = condition_t::CONTACT;
+  on.subject = "blue";
+  on.other = "table";
+  on.text = "blue is on table";
+  released.kind = held.kind = condition_t::HOLDING;
+  released.subject = held.subject = "blue";
+  released.other = "any";
+  released.text = "no gripper touches blue";
+  held.other = "left";
+  held.text = "left gripper touches blue";
+  near.kind = condition_t::PROGRESS;
+  near.subject = "blue";
+  near.other = "red";
+  near.text = "distance of blue and red at most 0.1 m";
+  near.has_value = true;
+  near.value_mixed = 0.3;
+  near.threshold_mixed = 0.1;
+  near.comparison = "<=";
+  near.unit = "m";
+  for (const bool in_place : {true, false}) {
+    CauseFinder dut{{.dt = 0.02,
+                     .arms = {"left"},
+                     .joint_arm = {0},
+                     .grippers = {"left"},
+                     .gripper_arm = {0},
+                     .objects = {"blue", "red"},
+                     .entities = {"world", "left", "table", "blue", "red"},
+                     .object_entity = {3, 4},
+                     .bodies = {"world", "blue", "red"},
+                     .body_entity = {0, 3, 4}}};
+    dut.Start();
+    const std::vector<std::array<double, 3>> object = {{0.5, 0, 1}, {0.5, 0.3, 1}}, wrist = {{0.5, 0, 1.1}};
+    const std::vector<body_pose_t> body = {{}, {{0.5, 0, 1}, {1, 0, 0, 0}}, {{0.5, 0.3, 1}, {1, 0, 0, 0}}};
+    std::vector<double> joints = {0};
+    std::vector<uint8_t> reached = {0};
+    std::vector<std::vector<condition_t>> conditions = {{held}, {on, released, near}};
+    for (int64_t tick = 0; tick < 300; ++tick) {
+      const bool holds = tick >= 10 && tick < 100;
+      const std::vector<double> opening = {holds ? 0.4 : 1.0}, closing = {holds ? 1.0 : 0.0};
+      const std::vector<uint8_t> touching = {static_cast<uint8_t>(holds), 0};
+      reached[0] |= holds;
+      conditions[0][0].holds = holds;
+      conditions[1][0].holds = in_place;
+      conditions[1][1].holds = !holds;
+      joints[0] += 0.03;
+      dut.Add({.tick = tick,
+               .opening = opening,
+               .closing = closing,
+               .touching = touching,
+               .pinched = touching,
+               .object = object,
+               .wrist = wrist,
+               .body = body,
+               .joints = joints,
+               .commands = {},
+               .torque = {},
+               .contacts = {}},
+              reached, conditions);
+    }
+    const cause_t cause = dut.Find({.by = CauseEnd::By::kTime,
+                                    .reason = "timeout",
+                                    .detail = {},
+                                    .last_tick = 299,
+                                    .conditions = {}})
+                              .cause;
+    EXPECT_EQ(cause.kind, in_place ? "missed_condition" : "lost_object") << cause.text;
+  }
 }
 
 TEST_F(CauseFinderTest, APullBeforeALiftIsNoLoss) {
@@ -274,12 +428,13 @@ TEST_F(CauseFinderTest, AHandThatShouldTakeOverALostObjectClosesOnNothingBecause
 }
 
 TEST_F(CauseFinderTest, AGripperThatSnapsShutBouncesAtFirst) {
-  with_both_fingers_ = false;
   Close(kLeft, 0.6, true);
+  Move(5);
+  with_both_fingers_ = false;
   opening_[kLeft] = 0.76;
-  Move(7);  // 0.14 s
+  Move(5);  // up to tick 11
   opening_[kLeft] = 0.73;
-  Move(20);
+  Move(17);
   opening_[kLeft] = 1;
   touching_[kLeft] = false;
   Move(300);
@@ -288,7 +443,6 @@ TEST_F(CauseFinderTest, AGripperThatSnapsShutBouncesAtFirst) {
 }
 
 TEST_F(CauseFinderTest, AnObjectThatPushesTheFingersApartIsNotLetGo) {
-  with_both_fingers_ = false;
   Close(kLeft, 0.5, true);
   Move(20);
   Close(kLeft, 0.7, false);
@@ -296,9 +450,8 @@ TEST_F(CauseFinderTest, AnObjectThatPushesTheFingersApartIsNotLetGo) {
   opening_[kLeft] = 0;
   Move(300);
   Expect("lost_object", 21,
-         "Left gripper lost the kitchen pot at 0.42 s (1 of 3 stages); height of kitchen pot reached 1.000 "
-         "m, at "
-         "least 1.1 m is needed.");
+         "Left gripper lost the kitchen pot at 0.42 s while closing (1 of 3 stages); height of kitchen pot "
+         "reached 1.000 m, at least 1.1 m is needed.");
 }
 
 // The fingers touch the object again while they close, so that a short hold begins.
@@ -338,9 +491,9 @@ TEST_F(CauseFinderTest, AnArmPressesOnTheScene) {
   Move(5);
   torque_[kLeft] = 80;
   Move(300);
-  Expect(
-      "collision", 11,
-      "Left arm hit the big counter at 0.22 s (0 of 3 stages); not met: left gripper touches kitchen pot.");
+  Expect("collision", 11,
+         "Left arm hit the big counter at 0.22 s (0 of 3 stages); height of kitchen pot reached 1.000 m, at "
+         "least 1.1 m is needed.");
 }
 
 // The torques that hold the arm up do not count as pressing; 50 N m more than their maximum do.
@@ -353,9 +506,22 @@ TEST_F(CauseFinderTest, AHeavyArmPressesOnTheScene) {
   EXPECT_EQ(Find().kind, "missed_condition");
   torque_[kLeft] = 50;
   Move(300);
-  Expect(
-      "collision", 11,
-      "Left arm hit the big counter at 0.22 s (0 of 3 stages); not met: left gripper touches kitchen pot.");
+  Expect("collision", 11,
+         "Left arm hit the big counter at 0.22 s (0 of 3 stages); height of kitchen pot reached 1.000 m, at "
+         "least 1.1 m is needed.");
+}
+
+TEST_F(CauseFinderTest, AHandThatPressesOnTheSceneAndThenGraspsIsNoCause) {
+  Move(10);
+  contacts_ = {{kLeft, kCounter}};
+  torque_[kLeft] = 80;
+  Move(50);
+  contacts_ = {};
+  torque_[kLeft] = 2;
+  EXPECT_EQ(Find().kind, "collision");
+  HoldWithBoth();
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition");
 }
 
 TEST_F(CauseFinderTest, ALightTouchIsNoCollision) {
@@ -413,7 +579,7 @@ TEST_F(CauseFinderTest, ARobotThatSagsUnderALoadHasStopped) {
   commands_ = {0.33, 0};
   Tick();
   for (int k = 0; k < 300; ++k) {
-    joints_[0] -= 0.0001;
+    joints_[0] -= 0.001;  // 0.05 rad/s
     Tick();
   }
   EXPECT_EQ(Find().kind, "stall");
@@ -456,9 +622,9 @@ TEST_F(CauseFinderTest, ASlowRobotRunsOutOfTime) {
     commands_[1] += 0.0049;  // 0.245 rad/s
     Move(1);
   }
-  Expect(
-      "out_of_time", 300,
-      "No progress until time ran out at 6.00 s (0 of 3 stages); not met: left gripper touches kitchen pot.");
+  Expect("out_of_time", 300,
+         "No progress until time ran out at 6.00 s (0 of 3 stages); height of kitchen pot reached 1.000 m, "
+         "at least 1.1 m is needed.");
   commands_[1] += 0.0051;
   Move(1);
   EXPECT_EQ(Find().kind, "missed_condition");
@@ -467,7 +633,8 @@ TEST_F(CauseFinderTest, ASlowRobotRunsOutOfTime) {
 TEST_F(CauseFinderTest, ARobotThatRestsWithoutProgressMissesACondition) {
   Move(100);
   Tick(200);
-  Expect("missed_condition", 0, "No progress (0 of 3 stages); not met: left gripper touches kitchen pot.");
+  Expect("missed_condition", 0,
+         "No progress (0 of 3 stages); height of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "timeout");
 }
 

@@ -106,7 +106,7 @@ TEST_F(ExplanationTest, SlipsAreListed) {
   EXPECT_EQ(explanation.slip[0].time_s, 0.04);
   EXPECT_EQ(
       explanation.text,
-      "time limit at 0.04 s: pot touches counter; last stage 1 (held) at 0.02 s; pot slipped from left at "
+      "time limit at 0.04 s: pot touches counter; highest stage 1 (held) at 0.02 s; pot slipped from left at "
       "0.04 s");
 }
 
@@ -225,7 +225,7 @@ TEST_F(ExplanationTest, SuccessExplainsWhatHeld) {
   EXPECT_EQ(summary.failure_reason, "");
   EXPECT_EQ(
       summary.explanation.text,
-      "success at 0.02 s: pot does not touch counter, height of pot 1.13 m >= 1.1; last stage 2 (lifted) at "
+      "success at 0.02 s: pot does not touch counter, height of pot 1.13 m >= 1.1; highest stage 2 (lifted) at "
       "0.02 s");
   ASSERT_EQ(summary.explanation.num_grasps, 1);
   EXPECT_EQ(summary.explanation.grasp[0].gripper, "left");
@@ -269,7 +269,7 @@ TEST_F(ExplanationTest, AsJson) {
   Tick({{kLeftLink, kTop}, {kLeftLink, kRightLink}});
   EXPECT_EQ(
       ExplanationJson(End().explanation).dump(),
-      R"({"text":"time limit at 0.04 s: height of pot 1.00 m < 1.1; last stage 1 (held) at 0.02 s; )"
+      R"({"text":"time limit at 0.04 s: height of pot 1.00 m < 1.1; highest stage 1 (held) at 0.02 s; )"
       R"(first collision at 0.04 s, left/link with counter/top; pot slipped from left at 0.04 s",)"
       R"("last_stage":{"index":1,"name":"held","time_s":0.02},)"
       R"("conditions":[{"text":"height of pot 1.00 m < 1.1","predicate":"height_above","subject":"pot",)"
