@@ -13,6 +13,7 @@
 #include "base/options_json.h"
 #include "base/text.h"
 #include "metrics/statistics/confidence_sequence.h"
+#include "models/robot_description.h"
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
 #include "plans/plan_folder.h"
@@ -379,6 +380,7 @@ Plan OnEngine(Plan plan, const std::string& engine) {
   // In-process runs need no network and are the fastest; their results are identical bit by bit. Another
   // MuJoCo needs its own process.
   plan.options.in_process = engine.empty();
+  if (!plan.options.sim.robot.empty()) FindRobot(plan.options.sim.robot);  // throws if there is none
   for (const PlannedPolicy& policy : plan.policies)
     runner::CheckRunOptions(plan.OptionsOf(policy), plan.tasks.size());
   return plan;

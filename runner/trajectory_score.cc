@@ -22,6 +22,8 @@
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/source_name.h"
 #include "metrics/episode/episode_scorer.h"
+#include "models/robot_description.h"
+#include "models/task_description.h"
 #include "results/episode_json.h"
 #include "results/run_folder.h"
 #include "results/run_reader.h"
@@ -277,8 +279,16 @@ TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file
                      {"robot", "control_hz", "time", "rate_hz", "grippers", "objects"});
   TrajectoryMap map;
   map.file = file;
-  map.task = yaml["task"].Text();
-  if (const YamlValue* robot = yaml.Find("robot")) map.robot = robot->Text();
+  const auto check = [](const YamlValue& name, const auto& find) {
+    try {
+      find(name.Text());
+    } catch (const InputError& error) {
+      name.Fail(error.what());
+    }
+    return name.Text();
+  };
+  map.task = check(yaml["task"], FindTask);
+  if (const YamlValue* robot = yaml.Find("robot")) map.robot = check(*robot, FindRobot);
   if (const YamlValue* hz = yaml.Find("control_hz")) map.control_hz = hz->Number({.min = 5, .max = 500});
   const YamlValue *time = yaml.Find("time"), *rate = yaml.Find("rate_hz");
   if (!time == !rate) throw InputError(file + ": expected either 'time', a column, or 'rate_hz'");

@@ -326,14 +326,14 @@ bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   });
 }
 
-// Whether the arm's gripper held an object that the task asks for when this contact began, or grasped one
-// later: fingers touch the scene when they grasp an object or put it down.
+// Whether the arm's gripper held an object that the task asks for until just before this contact, or later:
+// fingers touch the scene when they grasp an object or put it down.
 bool CauseFinder::IsTouchOfGrasp(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     const auto object = static_cast<size_t>(hold.object);
     return config_.gripper_arm[hold.gripper] == touch.pair.arm &&
-           (!hold.is_over || hold.last_tick >= touch.first_tick) && IsGrasp(hold) &&
-           (AsksForHold(object) || AsksForLift(object));
+           (!hold.is_over || hold.last_tick >= touch.first_tick - Ticks(CauseCollisions::kInterruption)) &&
+           IsGrasp(hold) && (AsksForHold(object) || AsksForLift(object));
   });
 }
 

@@ -122,7 +122,7 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
   return Capitalized(Words(moment.kind)) + at + (end.detail.empty() ? "" : ": " + Printable(end.detail));
 }
 
-// The condition of success that is not met and says most about the moment: one about its object, with a
+// The condition of success that is not met and best explains the moment: one about its object, with a
 // number, and never met. Empty if there is none.
 std::string CauseFinder::Lack(const CauseMoment& moment) const {
   if (conditions_.empty()) return {};

@@ -145,6 +145,10 @@ TEST_F(Score, ZerosAndFramesOfTheRecordingAreConverted) {
   WriteText(map_, with(map, "left/joint1: 'left/joint1'", "left/joint1: {column: 'left/joint1', sign: 0}"));
   EXPECT_EQ(RunProgram({"evalbus", "score", map_, table_, "--out", folder_.path() / "refused"}).err,
             "error: " + map_.string() + ":3: key 'sign': expected 1 or -1, got 0\n");
+  WriteText(map_, with(map, "lift_pot/base", "lift_pt/base"));
+  EXPECT_EQ(RunProgram({"evalbus", "score", map_, table_, "--out", folder_.path() / "refused"}).err,
+            "error: " + map_.string() +
+                ":1: key 'task': unknown task 'lift_pt/base'; did you mean 'lift_pot/base'?\n");
 }
 
 // Spreadsheet programs write files in this way.

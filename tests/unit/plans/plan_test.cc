@@ -127,6 +127,8 @@ TEST_F(PlanTest, MadeFromOptionsHasTheirPolicies) {
   EXPECT_THROW(make({"expert", "expert"}), InputError);
   EXPECT_THROW(make({"ws://127.0.0.1:8000"}), InputError);
   EXPECT_THROW(make({"nonsense"}), InputError);
+  options.sim.robot = "nonsense";
+  EXPECT_THROW(make({"expert"}), InputError);
 }
 
 TEST_F(PlanTest, StopsAtAWidthOrByProgress) {
