@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "models/farthest.h"
+
 namespace evalbus {
 namespace {
 
@@ -10,6 +12,7 @@ namespace {
 constexpr NumberRange kFactor{.min = 1e-3, .max = 1e3};
 // Degrees.
 constexpr NumberRange kTurn{.min = 0, .max = 180};
+constexpr NumberRange kPosition{.min = -kFarthest, .max = kFarthest}, kExtent{.min = 0, .max = kFarthest};
 
 // Context for reading an entry of the list.
 struct Context {
@@ -47,8 +50,8 @@ void ReadSpawnBox(const YamlValue& value, const Context& context) {
   const YamlMap map(value, {"object", "center_m", "half_extents_m"}, {"min_distance_m"});
   SpawnBox spawn;
   spawn.object = PartName(map["object"], context.parts);
-  spawn.center = map["center_m"].Vector<2>();
-  spawn.half_extents = map["half_extents_m"].Vector<2>(kNotNegative);
+  spawn.center = map["center_m"].Vector<2>(kPosition);
+  spawn.half_extents = map["half_extents_m"].Vector<2>(kExtent);
   if (const YamlValue* distance = map.Find("min_distance_m"))
     spawn.min_distance = distance->Number(kNotNegative);
   context.into->randomizations.push_back(spawn);
@@ -58,8 +61,8 @@ void ReadSpawnPlane(const YamlValue& value, const Context& context) {
   const YamlMap map(value, {"objects", "origin_m", "half_extents_m", "spacing_m"}, {"jitter_m"});
   SpawnPlane spawn;
   spawn.objects = ReadPartNames(map["objects"], context.parts);
-  spawn.origin = map["origin_m"].Vector<3>();
-  spawn.half_extents = map["half_extents_m"].Vector<2>(kNotNegative);
+  spawn.origin = map["origin_m"].Vector<3>(kPosition);
+  spawn.half_extents = map["half_extents_m"].Vector<2>(kExtent);
   spawn.spacing = map["spacing_m"].Number(kPositive);
   constexpr double kMaxPoints = 1000;  // along each side
   if (2 * std::max(spawn.half_extents[0], spawn.half_extents[1]) > kMaxPoints * spawn.spacing) {
@@ -92,8 +95,8 @@ void ReadDistractors(const YamlValue& value, const Context& context) {
   const YamlMap map(value, {"objects", "center_m", "half_extents_m"}, {"min_count", "max_count"});
   Distractors distractors;
   distractors.objects = ReadPartNames(map["objects"], context.parts);
-  distractors.center = map["center_m"].Vector<2>();
-  distractors.half_extents = map["half_extents_m"].Vector<2>(kNotNegative);
+  distractors.center = map["center_m"].Vector<2>(kPosition);
+  distractors.half_extents = map["half_extents_m"].Vector<2>(kExtent);
   const int number = static_cast<int>(distractors.objects.size());
   const YamlValue *min = map.Find("min_count"), *max = map.Find("max_count");
   distractors.min_count = min ? min->Integer(0, number) : 0;

@@ -9,6 +9,7 @@
 
 #include "base/angles.h"
 #include "base/errors.h"
+#include "models/farthest.h"
 
 namespace evalbus {
 namespace {
@@ -290,7 +291,7 @@ YamlValue ParseYaml(const std::string& text, const std::string& file) {
 Pose ReadPose(const YamlValue& value) {
   const YamlMap map(value, {"position_m"}, {"quaternion_wxyz", "yaw_deg", "yaw_rad"});
   Pose pose;
-  pose.position = map["position_m"].Vector<3>();
+  pose.position = map["position_m"].Vector<3>({.min = -kFarthest, .max = kFarthest});
   const std::optional<double> yaw = map.Angle("yaw");
   if (yaw) pose.quaternion = {std::cos(*yaw / 2), 0, 0, std::sin(*yaw / 2)};
   if (const YamlValue* quaternion = map.Find("quaternion_wxyz")) {

@@ -10,6 +10,7 @@
 #include "base/plural.h"
 #include "base/text.h"
 #include "lcmtypes/clock.h"
+#include "models/farthest.h"
 #include "sim/world.h"
 
 namespace evalbus::sim {
@@ -19,8 +20,8 @@ namespace {
 constexpr double kBeyondRange = 0.05, kBeyondRangeOfObject = 0.05;
 // Joints of objects that are further beyond their range are counted, rad or m.
 constexpr double kCountedBeyondRange = 1e-3;
-// Plausibility limits for poses and joints without limits: m or rad, and m/s or rad/s.
-constexpr double kFarthest = 1000, kFastest = 1e6;
+// Plausibility limit of velocities, m/s or rad/s. That of joints without limits is kFarthest, m or rad.
+constexpr double kFastest = 1e6;
 
 bool Has(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();

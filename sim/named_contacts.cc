@@ -8,12 +8,13 @@
 
 #include "base/suggestion.h"
 #include "base/text.h"
+#include "models/farthest.h"
 
 namespace evalbus::sim {
 namespace {
 
-// Plausibility limits, m: as for poses, and for depths.
-constexpr double kFarthestContact = 1000, kDeepest = 1;
+// Plausibility limit of depths, m.
+constexpr double kDeepest = 1;
 
 }  // namespace
 
@@ -56,9 +57,9 @@ std::string NamedContacts::Fault(const source_contact_t& contact) const {
     return fmt::format("{} has a penetration of {:.4g} m, expected 0 to {:g}", pair, contact.penetration_m,
                        kDeepest);
   }
-  if (!std::ranges::all_of(contact.position_m, [](double at) { return std::abs(at) <= kFarthestContact; })) {
+  if (!std::ranges::all_of(contact.position_m, [](double at) { return std::abs(at) <= kFarthest; })) {
     return fmt::format("{} is at {:.4g}, {:.4g}, {:.4g} m, expected at most {:g} m from the origin", pair,
-                       contact.position_m[0], contact.position_m[1], contact.position_m[2], kFarthestContact);
+                       contact.position_m[0], contact.position_m[1], contact.position_m[2], kFarthest);
   }
   const double norm = std::hypot(contact.normal[0], contact.normal[1], contact.normal[2]);
   if (!(std::abs(norm - 1) <= 0.01)) {

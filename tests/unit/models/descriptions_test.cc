@@ -265,6 +265,8 @@ TEST(TaskDescription, MistakesNameTheLine) {
   EXPECT_EQ(TaskError("bound_deg: 90", "bound_deg: 190"),
             "25: key 'bound_deg': expected a number in [0, 180], got '190'");
   EXPECT_EQ(TaskError(", bound_deg: 90", ""), "25: key 'spawn_yaw': expected 'bound_deg' or 'bound_rad'");
+  EXPECT_NE(TaskError("center_m: [0, 1]", "center_m: [0, 1e30]").find("a number in [-1000, 1000]"),
+            std::string::npos);
   EXPECT_EQ(TaskError("spawn_box", "spawn_bocks"),
             "18: key 'spawn_bocks': unknown key here; did you mean 'spawn_box'?");
   EXPECT_EQ(TaskError("spacing_m: 0.5", "spacing_m: 0"),
