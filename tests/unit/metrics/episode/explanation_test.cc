@@ -223,10 +223,10 @@ TEST_F(ExplanationTest, SuccessExplainsWhatHeld) {
   Tick({{kLeftPad, kWall}});
   const episode_summary_t summary = End("success");
   EXPECT_EQ(summary.failure_reason, "");
-  EXPECT_EQ(
-      summary.explanation.text,
-      "success at 0.02 s: pot does not touch counter, height of pot 1.13 m >= 1.1; highest stage 2 (lifted) at "
-      "0.02 s");
+  EXPECT_EQ(summary.explanation.text,
+            "success at 0.02 s: pot does not touch counter, height of pot 1.13 m >= 1.1; highest stage 2 "
+            "(lifted) at "
+            "0.02 s");
   ASSERT_EQ(summary.explanation.num_grasps, 1);
   EXPECT_EQ(summary.explanation.grasp[0].gripper, "left");
   EXPECT_EQ(summary.explanation.grasp[0].duration_s, 0.02);
