@@ -272,8 +272,8 @@ void World::Fill(state_t* state) const {
       sum += (d.qpos[qpos] - gripper.joint_closed) / (gripper.joint_open - gripper.joint_closed);
     }
     state->gripper[i].opening = std::clamp(sum / static_cast<double>(gripper.qpos.size()), 0.0, 1.0);
-    state->gripper[i].closing_command = (d.ctrl[gripper.actuator] - gripper.command_open) /
-                                        (gripper.command_closed - gripper.command_open);
+    state->gripper[i].closing_command =
+        (d.ctrl[gripper.actuator] - gripper.command_open) / (gripper.command_closed - gripper.command_open);
   }
   forces_.Fill(state);
   state->action_clips = action_clips_;
