@@ -259,7 +259,7 @@ bool CauseFinder::IsMadeGood(const CauseHold& lost) const {
     if (hold.last_tick < lost.last_tick + Ticks(kShortestHold)) return false;
     if (hold.first_tick <= lost.last_tick || !hold.is_over) return true;
     // A gripper that opens and closes again changes its grip.
-    return Length(hold) > (lost.opened ? Ticks(kShortestHold) : kLonger * Length(lost));
+    return IsGrasp(hold) && Length(hold) > (lost.opened ? Ticks(kShortestHold) : kLonger * Length(lost));
   });
 }
 

@@ -23,7 +23,7 @@ struct CauseHold {
   int64_t rest_since = 0;
   // Number of ticks at which pads of both fingers touched the object.
   int64_t pinched_ticks = 0;
-  // At the last contact, the gripper was not closed completely: something was between its fingers.
+  // At the last contact, the gripper was not closed completely, and no other object was between its fingers.
   bool is_wide = false;
   bool is_over = false;
   // The hold ended because the gripper opened.
@@ -119,7 +119,7 @@ class Holds {
       hold.last_tick = sample.tick;
       hold.rest_since = rest_since_;
       hold.pinched_ticks += sample.pinched[index];
-      hold.is_wide = opening > kShut;
+      hold.is_wide = opening > kShut && !PinchesAnother(sample, index);
       hold.last_height = sample.object[hold.object][2];
       pair.last_opening = opening;
     }
@@ -132,6 +132,14 @@ class Holds {
     if (hold.opened) hold.last_tick = pair.before_opening;
     hold.closing = !hold.opened && opening <= pair.last_opening - kClosed;
     pair = {.was_opened = pair.last_closed < sample.tick, .widest = opening};
+  }
+
+  // Whether the gripper has another object between its fingers.
+  bool PinchesAnother(const CauseSample& sample, size_t index) const {
+    for (size_t pair = index % widest_.size(); pair < pair_.size(); pair += widest_.size()) {
+      if (pair != index && sample.pinched[pair]) return true;
+    }
+    return false;
   }
 
   void FollowOpening(const CauseSample& sample, const CauseHold& hold, Pair* pair) const {
