@@ -208,6 +208,11 @@ bool CauseFinder::IsTouchedAtEnd(int object, int gripper) const {
   });
 }
 
+// Whether the object is lower than when it was last held.
+bool CauseFinder::HasFallen(const CauseHold& hold) const {
+  return height_[hold.object] <= hold.last_height - kFallen;
+}
+
 // Whether the task has a condition that the gripper holds the object. gripper: empty for any.
 bool CauseFinder::AsksForHold(size_t object, const std::string& gripper) const {
   return std::ranges::any_of(conditions_, [&](const auto& section) {
@@ -232,7 +237,7 @@ bool CauseFinder::AsksForLift(size_t object) const {
 // condition of success that concerns no other object met.
 bool CauseFinder::IsReleaseAsRequired(const CauseHold& hold) const {
   const auto object = static_cast<size_t>(hold.object);
-  if (!hold.opened || height_[object] <= hold.last_height - kFallen) return false;
+  if (!hold.opened || HasFallen(hold)) return false;
   bool is_released = false, is_in_place = false;
   for (const condition_t& condition : conditions_.back()) {
     if (!IsAboutOnly(condition, object)) continue;
@@ -267,8 +272,7 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
   for (const CauseHold& hold : holds_.holds()) {
     const auto object = static_cast<size_t>(hold.object);
     if (!hold.is_over || !IsGrasp(hold) || !IsAboutAny(unmet, object)) continue;
-    const bool fell = height_[object] <= hold.last_height - kFallen;
-    if (!AsksForHold(object) && !(fell && hold.pinched_ticks >= Ticks(kShortestHold))) continue;
+    if (!AsksForHold(object) && !(HasFallen(hold) && hold.pinched_ticks >= Ticks(kShortestHold))) continue;
     if (IsMadeGood(hold) || IsPullBeforeLift(hold) || IsReleaseAsRequired(hold)) continue;
     if (StageAbout(object, hold.last_tick + Ticks(kSameTime))) continue;
     if (!hold.opened && hold.last_tick - hold.rest_since >= Ticks(kStill)) {

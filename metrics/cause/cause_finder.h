@@ -106,6 +106,7 @@ class CauseFinder {
   bool StageAbout(size_t object, int64_t after) const;
   bool IsHeldAt(int64_t tick, int object) const;
   bool IsTouchedAtEnd(int object, int gripper) const;
+  bool HasFallen(const CauseHold& hold) const;
   bool IsGrasp(const CauseHold& hold) const;
   bool HeldAfter(int64_t tick, int object, int gripper) const;
   bool AsksForHold(size_t object, const std::string& gripper = {}) const;
