@@ -1,6 +1,7 @@
 #include "results/comparison.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -106,6 +107,16 @@ void SetRatioOfPairs(std::span<const double> values, std::span<const double> bas
   metric->ratio_95 = {std::exp(interval.lower), std::exp(interval.upper)};
 }
 
+// A ratio of means over values of both signs would have no meaning.
+void SetRatioOfMeans(std::span<const double> values, std::span<const double> baseline,
+                     MetricComparison* metric) {
+  const auto is_negative = [](double value) { return value < 0; };
+  if (metric->baseline_mean > 0 && !std::ranges::any_of(values, is_negative) &&
+      !std::ranges::any_of(baseline, is_negative)) {
+    metric->ratio = metric->mean / metric->baseline_mean;
+  }
+}
+
 // Computes p and interval of a metric from its values.
 void TestPaired(std::span<const double> values, std::span<const double> baseline, MetricComparison* metric) {
   const std::vector<double> differences = metrics::PairedDifferences(values, baseline);
@@ -115,12 +126,8 @@ void TestPaired(std::span<const double> values, std::span<const double> baseline
     metric->p = metrics::WilcoxonSignedRankTest(differences).p;
   }
   if (metric->number.metric->effort) return SetRatioOfPairs(values, baseline, metric);
-  const auto is_negative = [](double value) { return value < 0; };
-  if (metric->baseline_mean > 0 && !std::ranges::any_of(values, is_negative) &&
-      !std::ranges::any_of(baseline, is_negative)) {
-    metric->ratio = metric->mean / metric->baseline_mean;
-    metric->ratio_95 = metrics::IntervalOfRatio(values, baseline);
-  }
+  SetRatioOfMeans(values, baseline, metric);
+  if (metric->ratio) metric->ratio_95 = metrics::IntervalOfRatio(values, baseline);
 }
 
 void TestUnpaired(std::span<const double> values, std::span<const double> baseline,
@@ -133,6 +140,7 @@ void TestUnpaired(std::span<const double> values, std::span<const double> baseli
   if (*most - *least > metrics::kTie * metrics::LargestMagnitude(all)) {
     metric->p = metrics::MannWhitneyTest(values, baseline).p;
   }
+  SetRatioOfMeans(values, baseline, metric);
 }
 
 // The main metrics that at least one of the episodes has.
@@ -218,7 +226,7 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
                             .no_merit = WhyNoMerit(*number.metric, run, baseline, paired),
                             .baseline_no_merit = WhyNoMerit(*number.metric, baseline, run, paired),
                             .ratio = std::nullopt,
-                            .ratio_95 = {}};
+                            .ratio_95 = metrics::kNoInterval};
     // Episodes that count as one sample are equal, so the test uses only the first one.
     std::span<const double> tested = values, baseline_tested = baseline_values;
     if (run.num_samples == 1 && (!paired || baseline.num_samples == 1)) tested = tested.first(1);
@@ -340,6 +348,17 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
                           !own.is_simulated && !other.is_simulated ? "either"
                           : own.is_simulated                       ? baseline
                                                                    : run));
+  }
+  std::vector<std::string> disagreeing;
+  for (const MetricComparison& metric : task.metrics) {
+    const bool excludes_0 = metric.difference_95.lower > 0 || metric.difference_95.upper < 0;
+    if (metric.p && *metric.p >= metrics::kAlpha && excludes_0) disagreeing.push_back(metric.number.label());
+  }
+  if (!disagreeing.empty()) {
+    remarks->Add(name,
+                 fmt::format("the interval of the mean difference excludes 0, but the test, which compares "
+                             "ranks, shows no difference: {}",
+                             fmt::join(disagreeing, ", ")));
   }
   MeritRemarks merits;
   for (const MetricComparison& metric : task.metrics) {

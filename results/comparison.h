@@ -104,8 +104,8 @@ struct MetricComparison {
   double p_holm = 1;
   // Why a difference in favor of the run, or of the baseline, must not be called better; null if it may be.
   const NoMerit *no_merit = nullptr, *baseline_no_merit = nullptr;
-  // Only over pairs. Of effort metrics: the geometric mean of the ratios of the pairs, if all values are
-  // positive; of other metrics: mean / baseline_mean, if no value is negative.
+  // Of effort metrics over pairs: the geometric mean of the ratios of the pairs, if all values are positive;
+  // otherwise mean / baseline_mean, if no value is negative, with an interval only over pairs.
   std::optional<double> ratio;
   metrics::Interval ratio_95{};
 

@@ -34,7 +34,7 @@ ordered_json Json(const MetricComparison& metric, bool paired) {
       {"p_holm", metric.p ? ordered_json(metric.p_holm) : ordered_json()},
       {"better", BetterWord(metric.number.metric->better)}};
   if (metric.ratio) {
-    json["ratio_of"] = metric.number.metric->effort ? "pairs" : "means";
+    json["ratio_of"] = paired && metric.number.metric->effort ? "pairs" : "means";
     json["ratio"] = *metric.ratio;
     json["ratio_95"] = Json(metric.ratio_95);
   }

@@ -109,7 +109,7 @@ std::string RatioTable(const TaskComparison& task, const Comparison& comparison)
   std::string text;
   int pairs = 0;
   for (const MetricComparison& metric : task.metrics) {
-    if (!metric.ratio || !metric.number.metric->effort) continue;
+    if (!task.paired || !metric.ratio || !metric.number.metric->effort) continue;
     text += fmt::format("{}  {:>6}  {}\n", Pad(metric.number.label(), -27), FixedOrDash(*metric.ratio, 2),
                         Range(metric.ratio_95, 2));
     pairs = std::max(pairs, metric.count);

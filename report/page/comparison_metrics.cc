@@ -99,27 +99,13 @@ void TaskRow(const std::string& name, const results::SuccessComparison& success,
   });
 }
 
-// A metric's relative change; NaN if it has none.
-struct RelativeChange {
-  explicit RelativeChange(const results::MetricComparison& metric) {
-    if (metric.ratio) {
-      ratio = *metric.ratio;
-      interval = metric.ratio_95;
-    } else if (metric.baseline_mean > 0 && metric.mean > 0) {
-      ratio = metric.mean / metric.baseline_mean;
-    }
-  }
-  bool is_drawn() const { return std::isfinite(ratio) && ratio > 0; }
-
-  double ratio = kUnknown;
-  metrics::Interval interval{kUnknown, kUnknown};
-};
+// A ratio of 0 has no place on the logarithmic axis.
+bool HasDrawnRatio(const results::MetricComparison& metric) { return metric.ratio && *metric.ratio > 0; }
 
 void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, Markup* html) {
   const double scale = metric.number.scale();
   const std::string unit(metric.number.shown_unit());
   const std::string css_class = JudgmentClass(metric.judgment());
-  const RelativeChange change(metric);
   const auto number = [&](double value) { return WithMinus(Fixed(value * scale, metric.decimals())); };
   html->Element("tr", {{"data-metric", metric.number.name}}, [&] {
     html->Element("th", {{"scope", "row"}}, [&] {
@@ -130,10 +116,10 @@ void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, M
       html->Element("td", {{"class", "number minor"}}, [&] { Data(mean, number(mean), html); });
     }
     html->Element("td", {{"class", "bar"}}, [&] {
-      if (change.is_drawn()) axis.Draw(change.ratio, change.interval, css_class, html);
+      if (HasDrawnRatio(metric)) axis.Draw(*metric.ratio, metric.ratio_95, css_class, html);
     });
     html->Element("td", {{"class", "number"}}, [&] {
-      if (change.is_drawn()) return Data(change.ratio, RatioText(change.ratio), html);
+      if (HasDrawnRatio(metric)) return Data(*metric.ratio, RatioText(*metric.ratio), html);
       html->Text(metric.baseline_mean == 0 ? "from 0" : "-");
     });
     html->Element("td", {{"class", "number minor"}}, [&] {
@@ -197,8 +183,7 @@ void WriteMetrics(const results::Comparison& comparison, const results::TaskComp
   std::vector<const results::MetricComparison*> tested, equal;
   for (const results::MetricComparison& metric : task.metrics) {
     (metric.p ? tested : equal).push_back(&metric);
-    const RelativeChange change(metric);
-    if (metric.p && change.is_drawn()) axis.Include(change.ratio, change.interval);
+    if (metric.p && HasDrawnRatio(metric)) axis.Include(*metric.ratio, metric.ratio_95);
   }
   if (tested.empty() && equal.empty()) return;
   html->Element(heading, {}, "Metrics");

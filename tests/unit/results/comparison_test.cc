@@ -13,6 +13,8 @@
 namespace evalbus::results::comparison_test {
 
 using nlohmann::ordered_json;
+using testing::Contains;
+using testing::Not;
 
 TEST_F(CompareTest, PairsBySeed) {
   // 28 of 50 seeds succeed in both runs, 15 only in b, 3 only in a.
@@ -131,7 +133,52 @@ TEST_F(CompareTest, UnpairedIsStated) {
   EXPECT_EQ(result.remarks[0], "lift_pot/position: no seed in common: compared as independent samples");
   EXPECT_EQ(result.tasks[0].metrics[0].count, 43);
   EXPECT_EQ(result.tasks[0].metrics[0].baseline_count, 31);
-  EXPECT_FALSE(result.tasks[0].metrics[0].ratio);
+  const MetricComparison& metric = result.tasks[0].metrics[0];
+  EXPECT_EQ(*metric.ratio, metric.mean / metric.baseline_mean);
+  EXPECT_TRUE(std::isnan(metric.ratio_95.lower));
+}
+
+// Student's t interval of these five differences excludes 0, but the smallest p of five signed ranks is 1/16.
+TEST_F(CompareTest, DisagreementOfTestAndIntervalIsStated) {
+  const auto runs = [this](const std::string& name, const std::vector<double>& times) {
+    std::vector<ordered_json> lines;
+    for (int i = 0; i < 5; ++i) {
+      lines.push_back(EpisodeLine(i, true, {{"completion_time", times[i]}}));
+      lines.back()["seed"] = EpisodeSeed(7, i);
+    }
+    WriteRun(folder_.path() / name, Info(5), lines);
+    return ReadRuns(folder_.path() / name);
+  };
+  const RecordedRuns baseline = runs("a", {4, 4, 4, 4, 4});
+  const std::string remark =
+      "lift_pot/position: the interval of the mean difference excludes 0, but the test, which compares "
+      "ranks, "
+      "shows no difference: completion time";
+  EXPECT_THAT(CompareRuns(runs("b", {5, 5.1, 5.2, 5.3, 5.4}), baseline).remarks, Contains(remark));
+  EXPECT_THAT(CompareRuns(runs("c", {5, 3.1, 5.2, 3.3, 5.4}), baseline).remarks, Not(Contains(remark)));
+}
+
+// A ratio of values of both signs would have no meaning.
+TEST_F(CompareTest, NoRatioOfValuesOfBothSigns) {
+  for (const int64_t seed : {0, 8}) {
+    const auto runs = [&](const std::string& name, double first, int64_t run_seed) {
+      std::vector<ordered_json> lines;
+      for (int i = 0; i < 4; ++i) {
+        lines.push_back(EpisodeLine(
+            i, true, {{"target_distance", {{"lift distance", i == 0 ? first : 0.1 + 0.01 * i}}}}));
+        lines.back()["seed"] = EpisodeSeed(run_seed, i);
+      }
+      WriteRun(folder_.path() / name, Info(4, run_seed), lines);
+      return ReadRuns(folder_.path() / name);
+    };
+    const RecordedRuns baseline = runs("a", 0.02, 0);
+    const auto ratio = [&](double first) {
+      const Comparison result = CompareRuns(runs("b", first, seed), baseline);
+      return result.tasks[0].metrics.at(0).ratio;
+    };
+    EXPECT_TRUE(ratio(0.01)) << seed;
+    EXPECT_FALSE(ratio(-0.01)) << seed;
+  }
 }
 
 TEST_F(CompareTest, NothingHasASign) {
