@@ -43,6 +43,11 @@ CLI::Validator FitsInt64() {
       "");
 }
 
+CLI::Validator NotEmpty() {
+  return CLI::Validator(
+      [](const std::string& text) { return std::string(text.empty() ? "expected a value" : ""); }, "");
+}
+
 CLI::Validator InRange(double least, double most) {
   const CLI::Range range(least, most);
   return CLI::Validator(

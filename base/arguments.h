@@ -24,6 +24,9 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 // Checks an integer: CLI11 reads an empty text as 0 and clamps a number that is too large.
 CLI::Validator FitsInt64();
 
+// Checks that a text is not empty.
+CLI::Validator NotEmpty();
+
 // Checks that a number is in a range, both ends included. CLI::Range accepts NaN.
 CLI::Validator InRange(double least, double most);
 
@@ -34,6 +37,7 @@ CLI::Option* AddList(CLI::App* app, const std::string& name, std::vector<Value>*
                      const std::string& help) {
   CLI::Option* const option = app->add_option(name, *values, help)->delimiter(',')->allow_extra_args(false);
   if constexpr (std::is_integral_v<Value>) option->check(FitsInt64());
+  if constexpr (std::is_same_v<Value, std::string>) option->check(NotEmpty());
   return option;
 }
 

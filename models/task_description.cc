@@ -166,7 +166,12 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
     Variation variation;
     variation.name = entry.key();
     variation.location = entry.location();
-    if (const YamlValue* alias = map.Find("alias")) variation.alias = alias->Name();
+    if (const YamlValue* alias = map.Find("alias")) {
+      variation.alias = alias->Name();
+      for (const Variation& other : task->variations) {
+        if (variation.alias == other.alias) alias->Fail("variation '" + other.name + "' has this alias");
+      }
+    }
     // The variation's own parts belong to the task while its keys are read, because these keys name parts.
     if (const YamlValue* own = map.Find("parts")) ReadParts(*own, folder, check_files, &task->parts);
     const std::vector<std::string> parts = PartNamesOf(*task);

@@ -61,7 +61,14 @@ void CheckNode(const YAML::Node& node, const std::string& file, int depth, int* 
     throw InputError(file + ":" + std::to_string(std::max(node.Mark().line, 0) + 1) + ": " + what);
   };
   if (depth > 50 || ++*count > 100000) fail("too deeply nested or too long");
-  if (node.IsScalar() && node.Scalar().find('\0') != std::string::npos) fail("text that contains a NUL byte");
+  // Plain scalars, maps and lists have the tag "?", quoted scalars "!".
+  if (node.Tag() != "" && node.Tag() != "?" && node.Tag() != "!")
+    fail("a tag such as !!str is not supported");
+  const auto is_control = [](unsigned char c) {
+    return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7f;
+  };
+  if (node.IsScalar() && std::ranges::any_of(node.Scalar(), is_control))
+    fail("text that contains a control character");
   for (const auto& entry : node) {
     if (node.IsMap()) {
       CheckNode(entry.first, file, depth + 1, count);

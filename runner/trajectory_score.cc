@@ -44,6 +44,20 @@ namespace fs = std::filesystem;
 // as ticks without a change.
 constexpr double kLongestGap_s = 60;
 
+// Rates of samples; others are probably an error of the unit: the ticks between two samples would be
+// interpolated over seconds, or all samples would lie within a few ticks.
+constexpr NumberRange kSampleRate_hz{.min = 1, .max = 10000};
+
+// Median time between two samples; 0 if there is only one.
+double UsualStep(const std::vector<sim::Sample>& samples) {
+  std::vector<double> steps;
+  for (size_t i = 1; i < samples.size(); ++i) steps.push_back(samples[i].time_s - samples[i - 1].time_s);
+  if (steps.empty()) return 0;
+  const auto middle = steps.begin() + static_cast<ptrdiff_t>(steps.size() / 2);
+  std::ranges::nth_element(steps, middle);
+  return *middle;
+}
+
 double OneOf(const YamlValue& value, const std::map<std::string, double>& units) {
   const auto found = units.find(value.Text());
   if (found != units.end()) return found->second;
@@ -156,6 +170,16 @@ std::vector<sim::Sample> Kinematics::Read(const fs::path& file) const {
                       "s, ms, us or ns)",
                       table->Place(row), Printable(map_.time_column), gap_s, kLongestGap_s));
     }
+    const double usual_s = UsualStep(samples);
+    constexpr double kRounding = 1e-6;
+    if (rows > 1 &&
+        (usual_s * kSampleRate_hz.max < 1 - kRounding || usual_s * kSampleRate_hz.min > 1 + kRounding)) {
+      throw InputError(fmt::format(
+          "{}: column '{}': samples are usually {:g} s apart, expected {:g} to {:g} s (time: unit: "
+          "s, ms, us or ns)",
+          file.string(), Printable(map_.time_column), usual_s, 1 / kSampleRate_hz.max,
+          1 / kSampleRate_hz.min));
+    }
   }
   for (const gripper_info_t& gripper : info().gripper) {
     const TrajectoryMap::Gripper& how = map_.grippers.at(gripper.name);
@@ -213,14 +237,7 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
   collision::ClearanceWatch clearance(checker_.get(), ControlPeriodUs(info()));
   clearance.Start();
 
-  std::vector<double> steps;
-  for (size_t i = 1; i < samples.size(); ++i) steps.push_back(samples[i].time_s - samples[i - 1].time_s);
-  double usual = 0;
-  if (!steps.empty()) {
-    std::ranges::nth_element(steps, steps.begin() + static_cast<ptrdiff_t>(steps.size() / 2));
-    usual = steps[steps.size() / 2];
-  }
-  sim::SampleTicks ticks(tick_s, usual);
+  sim::SampleTicks ticks(tick_s, UsualStep(samples));
   for (const sim::Sample& sample : samples) ticks.Add(sample);
 
   episode_end_t end{};
@@ -292,7 +309,7 @@ TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file
   if (const YamlValue* hz = yaml.Find("control_hz")) map.control_hz = hz->Number({.min = 5, .max = 500});
   const YamlValue *time = yaml.Find("time"), *rate = yaml.Find("rate_hz");
   if (!time == !rate) throw InputError(file + ": expected either 'time', a column, or 'rate_hz'");
-  if (rate) map.rate_hz = rate->Number({.min = 0.1, .max = 1e5});
+  if (rate) map.rate_hz = rate->Number(kSampleRate_hz);
   if (time) {
     const YamlMap entries(*time, {"column", "unit"});
     map.time_column = entries["column"].Text();

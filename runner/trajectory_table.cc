@@ -29,8 +29,10 @@ std::vector<std::string> Cells(std::string line) {
   for (size_t begin = 0;;) {
     const size_t end = line.find(',', begin);
     std::string cell = line.substr(begin, end - begin);
-    const size_t first = cell.find_first_not_of(" \t\""), last = cell.find_last_not_of(" \t\"");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+    const size_t first = cell.find_first_not_of(" \t"), last = cell.find_last_not_of(" \t");
+    cell = first == std::string::npos ? "" : cell.substr(first, last - first + 1);
+    const bool is_quoted = cell.size() >= 2 && cell.starts_with('"') && cell.ends_with('"');
+    cells.push_back(is_quoted ? cell.substr(1, cell.size() - 2) : cell);
     if (end == std::string::npos) return cells;
     begin = end + 1;
   }

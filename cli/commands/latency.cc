@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -55,7 +56,7 @@ void AddOptions(CLI::App* app, LatencyOptions* options) {
 }
 
 int MeasureLatency(LatencyOptions options, const CLI::App& app) {
-  if (options.executions == std::vector<std::string>{"all"}) {
+  if (std::ranges::find(options.executions, "all") != options.executions.end()) {
     options.executions = {"synchronous", "asynchronous", "rtc"};
   }
   const fs::path out = options.run.out;

@@ -47,7 +47,7 @@ struct RenderOptions {
   std::string grid;
   // Empty: beside the log, or in the run's folder.
   std::filesystem::path out;
-  std::string format = "mp4";
+  std::string format;
   std::string gl = viz::kDefaultGl;
   std::string overlay = "full";
   double trail_s = 0;
@@ -78,8 +78,7 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
       ->default_str("");
   app->add_option("--size", options->size,
                   "WIDTHxHEIGHT in pixels; default: 640x480, with panels 1280x720 (GIF, WebP: 640x360)");
-  app->add_option("--format", options->format, "mp4, gif or webp; READMEs can show gif and webp")
-      ->capture_default_str();
+  app->add_option("--format", options->format, "mp4 (default), gif or webp; READMEs can show gif and webp");
   app->add_option("--gl", options->gl, viz::kGlHelp)->capture_default_str();
   app->add_option("--overlay", options->overlay,
                   "text in the plain layout: full; small: time and outcome; none, for papers and slides")
@@ -181,7 +180,13 @@ int Render(const RenderOptions& options) {
   viz::VideoOptions video;
   video.layout = viz::ParseVideoLayout(options.layout);
   video.file = options.out;
-  video.ending = options.out.empty() ? "." + options.format : options.out.extension().string();
+  video.ending = !options.out.empty()     ? options.out.extension().string()
+                 : options.format.empty() ? ".mp4"
+                                          : "." + options.format;
+  if (!options.format.empty() && video.ending != "." + options.format) {
+    throw InputError("--format " + options.format + ": --out " + options.out.string() +
+                     " selects another format by its extension");
+  }
   viz::CheckVideoEnding(video.ending);
   // Checked before anything is rendered.
   if (!options.out.empty()) {

@@ -479,6 +479,14 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
     contract.groot_dialect = Choose(*dialect, kDialects);
   }
   contract.url = map["url"].Text();
+  try {
+    ClientOptions options;
+    options.wire = contract.wire;
+    options.url = contract.url;
+    MakePolicyClient(options);
+  } catch (const InputError& error) {
+    map["url"].Fail(error.what());
+  }
   if (const YamlValue* variable = map.Find("api_key_env")) contract.api_key_env = variable->Text();
   if (const YamlValue* value = map.Find("deadlines")) {
     const YamlMap deadlines(*value, {}, {"connect_s", "first_reply_s", "reply_s", "return_s"});

@@ -147,10 +147,10 @@ class RestClient : public PolicyClient {
 
     std::string answer = beast::buffers_to_string(response->get().body().data());
     if (response->get().result() != http::status::ok) {
-      throw ServerError(
-          Kind::kServer,
-          fmt::format("HTTP status {}: {}", response->get().result_int(), ErrorFromServer(answer).what()),
-          answer);
+      throw ServerError(Kind::kServer,
+                        fmt::format("{}: HTTP status {}: {}", options_.url, response->get().result_int(),
+                                    ErrorFromServer(answer).what()),
+                        answer);
     }
     return answer;
   }

@@ -199,6 +199,8 @@ with tempfile.TemporaryDirectory() as name:
     time[9] = 0.01
     # A pause of 1e300 s, which no unit explains.
     late = numpy.append(numpy.arange(len(data) - 1) / 50.0, 1e300)
+    # Milliseconds that are called seconds.
+    sparse = numpy.arange(len(data)) * 20.0
     timed = (map_text + poses).replace("rate_hz: 50", "time: {column: t, unit: s}")
     bad_text("time.yaml", timed)
     numpy.savez_compressed(here / "packed.npz", q0=data[:, 0])
@@ -235,6 +237,10 @@ with tempfile.TemporaryDirectory() as name:
          "t.csv:11: column 't': the time changes from 0.16 to 0.01; it must increase"),
         (here / "time.yaml", changed("late.csv", lambda t: numpy.hstack([t, late[:, None]]), columns + ["t"]),
          "column 't': 1e+300 s after the sample before, expected at most 60 s"),
+        (here / "time.yaml", changed("ms.csv", lambda t: numpy.hstack([t, sparse[:, None]]), columns + ["t"]),
+         "ms.csv: column 't': samples are usually 20 s apart, expected 0.0001 to 1 s (time: unit: s, ms, us or ns)"),
+        (bad_map("rate.yaml", "rate_hz: 50", "rate_hz: 0.5"), table, "key 'rate_hz': expected a number in [1, 10000]"),
+        (good, bad_text("quote.csv", csv.replace("\n", '\n"', 1)), "quote.csv:2: column 'q0': expected a number, got '\""),
         (good, here / "packed.npz", "is compressed"),
         (good, here / "objects.npz", "objects.npz"),
         (good, here / "uneven.npz", "uneven.npz: 'q"),

@@ -212,6 +212,12 @@ TEST(TaskDescription, ExpressionsAreTrees) {
   EXPECT_EQ(success.operands[1].location().ToString(), "t.yaml:" + std::to_string(LineOf(kTask, "facing")));
 }
 
+TEST(TaskDescription, AliasesDiffer) {
+  const std::string error =
+      ErrorOf([] { Parse(ReplaceFirst(kTask, "  base: {}", "  base: {alias: PushWide}")); });
+  EXPECT_NE(error.find("key 'alias': variation 'base' has this alias"), std::string::npos) << error;
+}
+
 TEST(TaskDescription, AVariationsConditionsAreItsOwn) {
   const TaskDescription task = Parse(ReplaceFirst(
       kTask, "    alias: PushWide", "    alias: PushWide\n    success: {touching: {a: block, b: left}}"));

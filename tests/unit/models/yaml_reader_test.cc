@@ -146,8 +146,18 @@ TEST(YamlReader, TextThatNoMessageCanCarryIsRefusedWithItsLine) {
   EXPECT_EQ(ErrorOf([] { Parse("a\0:\0 \0001\0"s); }), "f.yaml:1: a NUL byte; expected text in UTF-8");
   EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: 2  # a comment\0\n"s); }),
             "f.yaml:2: a NUL byte; expected text in UTF-8");
-  EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: [2, \"x\\0y\"]\n"); }), "f.yaml:2: text that contains a NUL byte");
-  EXPECT_EQ(ErrorOf([] { Parse("a: 1\n\"x\\0y\": 2\n"); }), "f.yaml:2: text that contains a NUL byte");
+  EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: [2, \"x\\0y\"]\n"); }),
+            "f.yaml:2: text that contains a control character");
+  EXPECT_EQ(ErrorOf([] { Parse("a: 1\n\"x\\0y\": 2\n"); }),
+            "f.yaml:2: text that contains a control character");
+  EXPECT_EQ(ErrorOf([] { Parse("a: \"red \\e[31m\"\n"); }),
+            "f.yaml:1: text that contains a control character");
+}
+
+TEST(YamlReader, TagsAreRefused) {
+  EXPECT_EQ(Parse("a: [1, 'two', {b: \"3\"}]\n").Entries().size(), 1u);
+  EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: !!str 20\n"); }), "f.yaml:2: a tag such as !!str is not supported");
+  EXPECT_EQ(ErrorOf([] { Parse("a: !mine [1]\n"); }), "f.yaml:1: a tag such as !!str is not supported");
 }
 
 TEST(YamlReader, Angles) {

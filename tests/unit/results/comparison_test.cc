@@ -174,7 +174,10 @@ TEST_F(CompareTest, NoRatioOfValuesOfBothSigns) {
     const RecordedRuns baseline = runs("a", 0.02, 0);
     const auto ratio = [&](double first) {
       const Comparison result = CompareRuns(runs("b", first, seed), baseline);
-      return result.tasks[0].metrics.at(0).ratio;
+      const std::vector<MetricComparison>& metrics = result.tasks[0].metrics;
+      return std::ranges::find(metrics, "target_distance.lift distance",
+                               [](const MetricComparison& metric) { return metric.number.name; })
+          ->ratio;
     };
     EXPECT_TRUE(ratio(0.01)) << seed;
     EXPECT_FALSE(ratio(-0.01)) << seed;

@@ -80,6 +80,10 @@ TEST(Contract, MistakesAreReportedWithLineAndKey) {
   const std::vector<std::array<std::string, 3>> mistakes = {
       {"wire: openpi", "wire: openpy", "mine.yaml:2: key 'wire': unknown 'openpy'; did you mean 'openpi'?"},
       {"wire: openpi", "wire: lerobot", std::string("mine.yaml:2: key 'wire': ") + kNoPickles},
+      {"ws://127.0.0.1:8000", "http://127.0.0.1:8000",
+       "mine.yaml:3: key 'url': http://127.0.0.1:8000: another scheme; expected ws://HOST:PORT"},
+      {"ws://127.0.0.1:8000", "ws://127.0.0.1:99999",
+       "mine.yaml:3: key 'url': ws://127.0.0.1:99999: not a valid port; expected ws://HOST:PORT"},
       {"rate_hz: 20", "rate_hz: fast",
        "mine.yaml:4: key 'rate_hz': expected a number in [1, 500], got 'fast'"},
       {"rate_hz: 20\n", "", "mine.yaml:1: key 'rate_hz': required here, but missing"},
