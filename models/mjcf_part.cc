@@ -191,13 +191,31 @@ void Part::RemoveBody(const std::string& name) {
   found->Parent()->DeleteChild(found);
 }
 
-void Part::Prefix(const std::string& prefix, const std::string& world) {
+std::string Part::DescribeAsset(const XMLElement* asset) const {
+  const bool is_mesh = Is(asset, "mesh") && (asset->Attribute("file") || asset->Attribute("vertex"));
+  const bool is_texture = Is(asset, "texture") && asset->Attribute("file");
+  if (!is_mesh && !is_texture) return "";
+  std::string text = asset->Name();
+  const SchemaNode* section = ChildSchema(Schema(), "mujoco", "asset");
+  for (const std::string& attribute : ChildSchema(*section, "asset", asset->Name())->attributes) {
+    if (attribute == "name" || attribute == "class") continue;
+    if (const auto value = Effective(asset, "main", attribute.c_str()))
+      text += "\n" + attribute + "=" + *value;
+  }
+  return text;
+}
+
+void Part::Prefix(const std::string& prefix, const std::string& world, const SharedAssets& shared) {
   ForEach(mjcf_.root, [&](XMLElement* element) {
     for (const auto* a = element->FirstAttribute(); a; a = a->Next()) {
       const std::string name = a->Name(), value = a->Value();
       if (!NameAttributes().contains(name) || value.empty()) continue;
       const bool is_world = value == "world" && NamesBody(element, name);
-      element->SetAttribute(a->Name(), (is_world ? world : prefix + value).c_str());
+      const auto asset = shared.find({name, value});
+      element->SetAttribute(a->Name(), (is_world                ? world
+                                        : asset != shared.end() ? asset->second
+                                                                : prefix + value)
+                                           .c_str());
     }
     // Without a second body, these elements connect to the world.
     if ((Is(element, "connect") || Is(element, "weld")) && element->Attribute("body1") &&

@@ -19,6 +19,10 @@ namespace evalbus::mjcf {
 // Compiler settings that MuJoCo has only once per document, with their defaults.
 const std::map<std::string, std::string>& GlobalSettings();
 
+// Assets that the document already has under another name: (kind, name in the part) -> name in the document.
+// Kinds are "mesh" and "texture".
+using SharedAssets = std::map<std::pair<std::string, std::string>, std::string>;
+
 // All functions throw InputError with file and line.
 class Part {
  public:
@@ -48,8 +52,12 @@ class Part {
   void Normalize();
   // Removes a body with everything on it.
   void RemoveBody(const std::string& name);
-  // Prefixes every name and reference. `world`: new name of the file's world body.
-  void Prefix(const std::string& prefix, const std::string& world);
+  // Describes everything that determines how MuJoCo compiles a mesh or a texture from a file: equal assets
+  // have equal descriptions, whatever their names are. Empty for other assets.
+  std::string DescribeAsset(const tinyxml2::XMLElement* asset) const;
+  // Prefixes every name and reference. `world`: new name of the file's world body. References to `shared`
+  // assets get their names in the document instead.
+  void Prefix(const std::string& prefix, const std::string& world, const SharedAssets& shared);
 
  private:
   void ReadCompiler();

@@ -82,7 +82,8 @@ Pose PoseOf(const Camera& camera) {
 bool InertiasAgree(const mjModel& a, const mjModel& b) {
   return std::memcmp(a.body_mass, b.body_mass, a.nbody * sizeof(mjtNum)) == 0 &&
          std::memcmp(a.body_inertia, b.body_inertia, 3 * a.nbody * sizeof(mjtNum)) == 0 &&
-         std::memcmp(a.body_ipos, b.body_ipos, 3 * a.nbody * sizeof(mjtNum)) == 0;
+         std::memcmp(a.body_ipos, b.body_ipos, 3 * a.nbody * sizeof(mjtNum)) == 0 &&
+         std::memcmp(a.body_iquat, b.body_iquat, 4 * a.nbody * sizeof(mjtNum)) == 0;
 }
 
 // Returns the model with other masses of meshes, if those that MuJoCo has inferred are wrong; otherwise null.
@@ -161,7 +162,7 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
     composer.SetCamera(camera.name, PoseOf(camera), camera.vertical_fov);
 
   for (const NameInFile& texture : task.textures) {
-    if (texture.text == kPlain || composer.HasTexture(texture.text)) continue;
+    if (texture.text == kPlain || composer.KeepTexture(texture.text)) continue;
     composer.AddTexture(texture.text, TextureFile(texture, task.file.parent_path()),
                         texture.location.ToString());
   }
@@ -169,17 +170,20 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   Scene scene;
   scene.warnings = composer.warnings();
   scene.visual = CompileModel(composer, false, &scene.warnings);
-  const ModelPtr corrected = WithMeshMasses(*scene.visual, &composer);
+  ModelPtr corrected = WithMeshMasses(*scene.visual, &composer);
   try {
     if (!corrected) scene.physics = CompileModel(composer, true, &scene.warnings);
   } catch (const InputError&) {
     // The second attempt below reports the error, unless it was that all mass is in visual geoms.
   }
-  if (corrected || !scene.physics || !InertiasAgree(*scene.physics, *scene.visual)) {
+  if (corrected) scene.visual = std::move(corrected);
+  if (!scene.physics || !InertiasAgree(*scene.physics, *scene.visual)) {
     // MuJoCo drops visual geoms before it infers inertias from geoms.
-    composer.SetInertials(corrected ? *corrected : *scene.visual);
-    scene.visual = CompileModel(composer, false, &scene.warnings);
+    composer.SetInertials(*scene.visual);
     scene.physics = CompileModel(composer, true, &scene.warnings);
+    // The numbers of an inertial may change in their last bits when MuJoCo reads them.
+    if (!InertiasAgree(*scene.physics, *scene.visual))
+      scene.visual = CompileModel(composer, false, &scene.warnings);
   }
   CheckTimestep(scene.physics->opt.timestep, composer);
   scene.xml = composer.ToXml();

@@ -110,10 +110,16 @@ struct SceneComposer::Impl {
   std::vector<std::string> warnings;
   // The base file's value of each global compiler setting.
   std::map<std::string, std::string> settings;
+  // Names of meshes and textures by their descriptions.
+  std::map<std::string, std::string> assets;
+  // Textures that were merged: their names -> the remaining one.
+  std::map<std::string, std::string> merged_textures;
 
   // Reads an attached file and removes everything that only the base file may define.
   mjcf::Part Load(const std::filesystem::path& file, bool free,
                   const std::map<std::string, double>& stiffness, bool keep_lights);
+  // Removes the assets from the part that the document already has.
+  mjcf::SharedAssets MergeAssets(mjcf::Part* part, const std::string& prefix);
   // Adds the part, whose names are prefixed, as the body `name` of the document.
   void Place(mjcf::Part* part, const std::string& name, const Pose& pose, Mount mount,
              const std::string& parent_body);
@@ -197,6 +203,23 @@ mjcf::Part SceneComposer::Impl::Load(const std::filesystem::path& file, bool fre
   return part;
 }
 
+mjcf::SharedAssets SceneComposer::Impl::MergeAssets(mjcf::Part* part, const std::string& prefix) {
+  mjcf::SharedAssets shared;
+  for (XMLElement* section : part->Sections("asset")) {
+    for (XMLElement* asset : Children(section)) {
+      const std::string description = part->DescribeAsset(asset);
+      if (description.empty()) continue;
+      const std::string kind = asset->Name(), name = Get(asset, "name");
+      const auto [first, is_new] = assets.emplace(description, prefix + name);
+      if (is_new) continue;
+      shared[{kind, name}] = first->second;
+      if (kind == "texture") merged_textures[prefix + name] = first->second;
+      section->DeleteChild(asset);
+    }
+  }
+  return shared;
+}
+
 void SceneComposer::Impl::Place(mjcf::Part* part, const std::string& name, const Pose& pose, Mount mount,
                                 const std::string& parent_body) {
   const std::string source = SourceOf(part->root());
@@ -275,7 +298,8 @@ void SceneComposer::Attach(const std::filesystem::path& file, const std::string&
   const std::string name = prefix.substr(0, prefix.size() - 1);
   mjcf::Part part = impl_->Load(file, how.mount == Mount::kFree, how.stiffness, how.keep_lights);
   for (const std::string& body : how.without) part.RemoveBody(body);
-  part.Prefix(prefix, name);
+  const mjcf::SharedAssets shared = impl_->MergeAssets(&part, prefix);
+  part.Prefix(prefix, name, shared);
   impl_->Place(&part, name, pose, how.mount, how.parent_body);
 }
 
@@ -294,8 +318,15 @@ void SceneComposer::SetCamera(const std::string& name, const Pose& pose, double 
   Set(camera, "fovy", NumberText(fov_deg));
 }
 
-bool SceneComposer::HasTexture(const std::string& name) const {
-  return Find(impl_->sections.at("asset"), "texture", name) != nullptr;
+bool SceneComposer::KeepTexture(const std::string& name) {
+  XMLElement* assets = impl_->sections.at("asset");
+  if (Find(assets, "texture", name)) return true;
+  const auto merged = impl_->merged_textures.find(name);
+  if (merged == impl_->merged_textures.end()) return false;
+  XMLElement* texture = Find(assets, "texture", merged->second)->DeepClone(&impl_->document)->ToElement();
+  Set(texture, "name", name);
+  assets->InsertEndChild(texture);
+  return true;
 }
 
 void SceneComposer::AddTexture(const std::string& name, const std::filesystem::path& file,

@@ -38,7 +38,8 @@ struct Attachment {
 // Each attached file becomes one body, named after its prefix ("pot" for "pot/"). The body replaces the
 // file's world: it has the given pose, and contains the file's bodies, geoms, sites and cameras. Every name
 // in the file, and every reference to one, gets the prefix ("pot/handle"). Defaults of one file never affect
-// another.
+// another. Meshes and textures from files are merged if they are equal: two arms of one model share those of
+// the first arm.
 //
 // Each file keeps its own <compiler> settings: angles, Euler sequences and folders are converted. A setting
 // that MuJoCo has only once per document and that differs from the base file's is an InputError. Only the
@@ -61,7 +62,9 @@ class SceneComposer {
   // all functions below.
   void SetCamera(const std::string& name, const Pose& pose, double fov_deg, const std::string& body = "");
 
-  bool HasTexture(const std::string& name) const;
+  // Returns whether there is a texture with this name. If it was merged with an equal one, it becomes a
+  // texture of its own.
+  bool KeepTexture(const std::string& name);
   // Adds a texture of type 2d from a PNG file. source: "file:line" of its description.
   void AddTexture(const std::string& name, const std::filesystem::path& file, const std::string& source);
 

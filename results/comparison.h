@@ -104,7 +104,7 @@ struct MetricComparison {
   double p_holm = 1;
   // Why a difference in favor of the run, or of the baseline, must not be called better; null if it may be.
   const NoMerit *no_merit = nullptr, *baseline_no_merit = nullptr;
-  // Of effort metrics over pairs: the geometric mean of the ratios of the pairs, if all values are positive;
+  // The geometric mean of the ratios of the pairs for effort metrics over pairs, if all values are positive;
   // otherwise mean / baseline_mean, if no value is negative, with an interval only over pairs.
   std::optional<double> ratio;
   metrics::Interval ratio_95{};

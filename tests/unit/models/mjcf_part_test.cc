@@ -32,7 +32,7 @@ TEST(MjcfPart, PrefixesNamesAndReferencesButNotOtherText) {
       "<worldbody><body name='b' childclass='c'><joint name='j' type='slide'/><geom material='shiny'/></body>"
       "</worldbody><equality><weld body1='b'/></equality><actuator><motor joint='j'/></actuator>"
       "<contact><exclude body1='world' body2='b'/></contact></mujoco>");
-  file.part.Prefix("pot/", "pot");
+  file.part.Prefix("pot/", "pot", {});
   EXPECT_EQ(Get(file.Only("body"), "name"), "pot/b");
   EXPECT_EQ(Get(file.Only("body"), "childclass"), "pot/c");
   EXPECT_EQ(Get(file.Only("joint"), "name"), "pot/j");

@@ -252,6 +252,47 @@ TEST(SceneComposer, NewerModelsLoadWithWarnings) {
   EXPECT_EQ(model->mat_rgba[4 * Id(model, mjOBJ_MATERIAL, "arm/hand/white")], 0.5f);
 }
 
+// Meshes and textures are merged if their files and all attributes, also those of default classes, are equal.
+TEST(SceneComposer, EqualAssetsAreMerged) {
+  TempFolder folder;
+  const auto part = [&](const std::string& file, const std::string& scale) {
+    return folder.Write(
+        file, "<mujoco><compiler meshdir='" + (kModelsData / "meshes").string() + "' texturedir='" +
+                  (kModelsData / "../../../models/textures").lexically_normal().string() +
+                  "'/><default><mesh scale='" + scale +
+                  "'/></default><asset><mesh name='m' file='cube.obj'/><mesh name='n' file='cube.obj' "
+                  "scale='3 3 3'/><texture name='t' type='2d' file='dots.png'/><material name='x' "
+                  "texture='t'/></asset><worldbody><geom name='g' type='mesh' mesh='m' material='x'/><geom "
+                  "name='h' type='mesh' mesh='n'/></worldbody></mujoco>");
+  };
+  SceneComposer composer(folder.Write("base.xml", kEmptyBase));
+  const auto same = part("same.xml", "1 1 1");
+  composer.Attach(same, "a/", Pose{});
+  composer.Attach(same, "b/", Pose{});
+  composer.Attach(part("other.xml", "2 2 2"), "c/", Pose{});
+  const auto mesh = [](const ModelPtr& model, const std::string& geom) {
+    return std::string(mj_id2name(model.get(), mjOBJ_MESH, model->geom_dataid[Id(model, mjOBJ_GEOM, geom)]));
+  };
+  ModelPtr model = Compile(composer);
+  EXPECT_EQ(model->nmesh, 3);
+  EXPECT_EQ(mesh(model, "b/g"), "a/m");
+  EXPECT_EQ(mesh(model, "b/h"), "a/n");
+  EXPECT_EQ(mesh(model, "c/g"), "c/m");
+  EXPECT_EQ(mesh(model, "c/h"), "a/n");
+  EXPECT_EQ(model->ntex, 1);
+  EXPECT_EQ(model->nmat, 3);
+  for (const char* material : {"a/x", "b/x", "c/x"})
+    EXPECT_EQ(model->mat_texid[Id(model, mjOBJ_MATERIAL, material)], 0);
+
+  EXPECT_TRUE(composer.KeepTexture("a/t"));
+  EXPECT_FALSE(composer.KeepTexture("d/t"));
+  EXPECT_EQ(Compile(composer)->ntex, 1);
+  EXPECT_TRUE(composer.KeepTexture("b/t"));
+  model = Compile(composer);
+  EXPECT_EQ(model->ntex, 2);
+  Id(model, mjOBJ_TEXTURE, "b/t");
+}
+
 TEST(SceneComposer, LightsAreKeptIfTheSceneWantsThem) {
   SceneComposer composer(kModelsData / "world.xml");
   const int of_world = Compile(composer)->nlight;
