@@ -10,11 +10,11 @@ namespace {
 
 // Converts MuJoCo's message to one line, and replaces the line of the composed document by file and line of
 // its source.
-std::string Translate(std::string message, const SceneComposer& composer) {
+std::string Translate(std::string message, const SceneComposer& composer, bool discard_visual) {
   std::string source;
   std::smatch match;
   if (std::regex_search(message, match, std::regex(R"(line =? ?(\d+))")))
-    source = composer.Locate(std::stoi(match[1]));
+    source = composer.Locate(std::stoi(match[1]), discard_visual);
   // "Object name = pot/pot, id = 3, line = 40, column = -1", "Element 'geom', line 40"
   message = std::regex_replace(message, std::regex(R"(\s*Object name = (\S*), id = (-?\d+).*)"), " ('$1')");
   message = std::regex_replace(message, std::regex(R"(\s*Element '(\w+)', line.*)"), " (<$1>)");
@@ -37,8 +37,8 @@ ModelPtr CompileModel(const SceneComposer& composer, bool discard_visual,
   const MujocoCompileGuard guard(warnings);
   char message[2000] = "";
   ModelPtr model(mj_loadXML(kFile, vfs.get(), message, sizeof(message)));
-  if (!model) throw InputError(Translate(message, composer));
-  if (*message) warnings->push_back(Translate(message, composer));
+  if (!model) throw InputError(Translate(message, composer, discard_visual));
+  if (*message) warnings->push_back(Translate(message, composer, discard_visual));
   return model;
 }
 

@@ -392,11 +392,19 @@ void SceneComposer::RemoveMeshMasses() {
 std::string SceneComposer::ToXml(bool discard_visual) const {
   XMLDocument copy;
   impl_->document.DeepCopy(&copy);
-  ForEach(copy.RootElement(), [](XMLElement* element) {
+  ForEach(copy.RootElement(), [&](XMLElement* element) {
     element->DeleteAttribute(kSourceAttribute);
     element->DeleteAttribute(kDensityAttribute);
+    if (discard_visual && Is(element, "material")) element->DeleteAttribute("texture");
   });
-  if (discard_visual) Set(copy.RootElement()->FirstChildElement("compiler"), "discardvisual", "true");
+  if (discard_visual) {
+    Set(copy.RootElement()->FirstChildElement("compiler"), "discardvisual", "true");
+    // MuJoCo drops visual geoms, but not the textures, which can be most of a model.
+    XMLElement* assets = copy.RootElement()->FirstChildElement("asset");
+    for (XMLElement* asset : Children(assets)) {
+      if (Is(asset, "texture")) assets->DeleteChild(asset);
+    }
+  }
   tinyxml2::XMLPrinter printer;
   copy.Print(&printer);
   return printer.CStr();
@@ -404,15 +412,16 @@ std::string SceneComposer::ToXml(bool discard_visual) const {
 
 std::string SceneComposer::OptionSource() const { return SourceOf(impl_->sections.at("option")); }
 
-std::string SceneComposer::Locate(int line) const {
-  // The printed text has the same elements in the same order.
+std::string SceneComposer::Locate(int line, bool discard_visual) const {
+  // The printed text has the same elements in the same order, but for the textures.
   XMLDocument printed;
-  printed.Parse(ToXml().c_str());
+  printed.Parse(ToXml(discard_visual).c_str());
   std::vector<int> lines;
   ForEach(printed.RootElement(), [&](XMLElement* element) { lines.push_back(element->GetLineNum()); });
   std::string source;
   size_t i = 0;
   ForEach(impl_->root, [&](XMLElement* element) {
+    if (discard_visual && Is(element, "texture")) return;
     if (lines[i++] == line) source = Get(element, kSourceAttribute);
   });
   return source;

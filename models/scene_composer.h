@@ -91,13 +91,13 @@ class SceneComposer {
   // Removes the masses that SetMeshMasses() set.
   void RemoveMeshMasses();
 
-  // Returns the composed document. discard_visual: sets the compiler option that drops visual geoms. Equal
-  // calls return equal bytes.
+  // Returns the composed document. discard_visual: sets the compiler option that drops visual geoms, and
+  // omits textures. Equal calls return equal bytes.
   std::string ToXml(bool discard_visual = false) const;
   // "file:line" of the base file's <option>, or of the file if it has none.
   std::string OptionSource() const;
-  // "file:line" of the source of a line of ToXml(); empty if unknown.
-  std::string Locate(int line) const;
+  // "file:line" of the source of a line of ToXml(discard_visual); empty if unknown.
+  std::string Locate(int line, bool discard_visual) const;
 
   const std::vector<std::string>& warnings() const;
 
