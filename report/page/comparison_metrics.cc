@@ -119,7 +119,7 @@ void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, M
       if (HasDrawnRatio(metric)) axis.Draw(*metric.ratio, metric.ratio_95, css_class, html);
     });
     html->Element("td", {{"class", "number"}}, [&] {
-      if (HasDrawnRatio(metric)) return Data(*metric.ratio, RatioText(*metric.ratio), html);
+      if (HasDrawnRatio(metric)) return Data(*metric.ratio, RatioText(*metric.ratio, metric.ratio_95), html);
       html->Text(metric.baseline_mean == 0 ? "from 0" : "-");
     });
     html->Element("td", {{"class", "number minor"}}, [&] {

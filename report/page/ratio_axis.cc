@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "report/page/scale.h"
 
 namespace evalbus::report {
@@ -57,7 +58,7 @@ void RatioAxis::DrawLabels(Markup* html) const {
   html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}}, [&] {
     for (const double tick : ticks()) {
       html->Element("text", {{"x", Px(At(tick))}, {"y", "13"}, {"text-anchor", "middle"}},
-                    tick == 1 ? std::string("1") : RatioText(tick));
+                    tick == 1 ? std::string("1") : "×" + Number(tick, 3));
     }
   });
 }
@@ -83,6 +84,9 @@ void RatioAxis::Draw(double ratio, const metrics::Interval& interval, const std:
   });
 }
 
-std::string RatioText(double ratio) { return "×" + Number(ratio, 3); }
+std::string RatioText(double ratio, const metrics::Interval& interval) {
+  const int three_digits = ratio < 9.995 ? 2 : ratio < 99.95 ? 1 : 0;
+  return "×" + Fixed(ratio, std::min(three_digits, Decimals(ratio, metrics::StandardErrorOf(interval))));
+}
 
 }  // namespace evalbus::report

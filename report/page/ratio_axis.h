@@ -32,7 +32,7 @@ class RatioAxis {
   double least_ = 0.5, most_ = 2;
 };
 
-// "×1.86"; "×0.5".
-std::string RatioText(double ratio);
+// "×1.86"; "×1.9" if the interval is too wide for more digits.
+std::string RatioText(double ratio, const metrics::Interval& interval);
 
 }  // namespace evalbus::report

@@ -50,9 +50,13 @@ TEST(RatioAxis, DrawsAnArrowForWhatIsBeyond) {
   EXPECT_THAT(Drawn(axis, 9, {8, 20}), HasSubstr("circle"));
 }
 
-TEST(RatioText, HasThreeDigits) {
-  EXPECT_EQ(RatioText(1.8649), "×1.86");
-  EXPECT_EQ(RatioText(0.5), "×0.5");
+TEST(RatioText, HasAsManyDigitsAsTheIntervalBears) {
+  EXPECT_EQ(RatioText(1.8649, {1.8, 1.9}), "×1.86");
+  EXPECT_EQ(RatioText(1.2999, {1.25, 1.35}), "×1.30");
+  EXPECT_EQ(RatioText(1.8649, {1.2, 3.1}), "×1.86");
+  EXPECT_EQ(RatioText(3.8649, {0.1, 80}), "×4");
+  EXPECT_EQ(RatioText(21.649, {21, 22}), "×21.6");
+  EXPECT_EQ(RatioText(0.5, {kNan, kNan}), "×0.50");
 }
 
 }  // namespace evalbus::report::ratio_axis_test
