@@ -9,6 +9,7 @@
 
 #include "metrics/statistics/chance_to_decide.h"
 #include "results/comparison.h"
+#include "results/comparison_text.h"
 #include "results/run_reader.h"
 
 namespace evalbus::plans {
@@ -61,7 +62,7 @@ Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const
 std::string Stop::Text(const std::string& baseline, const Until& until) const {
   std::string counts = fmt::format("{} pairs won and {} lost", success.a, success.b);
   if (until.on_progress) counts += fmt::format(" by success, {} ahead and {} behind", progress.a, progress.b);
-  counts += fmt::format(", p = {:.2g} at any look", p_adjusted);
+  counts += fmt::format(", {} at any look", results::PEquals(p_adjusted));
   if (is_hopeless) {
     return fmt::format(
         "not decided against {} after {} of {} episodes of each task, and the rest would decide it with a "

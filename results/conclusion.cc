@@ -8,6 +8,7 @@
 #include "base/plural.h"
 #include "base/text.h"
 #include "metrics/statistics/power.h"
+#include "results/comparison_text.h"
 
 namespace evalbus::results {
 namespace {
@@ -114,10 +115,9 @@ std::string Evidence(const Comparison& comparison) {
     test +=
         success.test == SuccessTest::kSequentialMcNemar ? ", adjusted by Bonferroni," : ", adjusted by Holm,";
   }
-  text += fmt::format(
-      "{} of {} against {} of {}{}, {} {}.", success.successes, success.trials, success.baseline_successes,
-      success.baseline_trials, success.paired ? " on the same seeds" : "", test,
-      success.p_adjusted < 0.001 ? std::string("p < 0.001") : fmt::format("p = {:.2g}", success.p_adjusted));
+  text += fmt::format("{} of {} against {} of {}{}, {} {}.", success.successes, success.trials,
+                      success.baseline_successes, success.baseline_trials,
+                      success.paired ? " on the same seeds" : "", test, PEquals(success.p_adjusted));
   const bool has_outlook = !success.is_shown && success.test != SuccessTest::kSequentialMcNemar;
   return has_outlook ? text + " " + OutlookText(success) : text;
 }

@@ -9,7 +9,7 @@ namespace evalbus::results {
 
 // For example "B is 24 points better than A, 95 % CI 8 to 39", without a period.
 std::string Headline(const Comparison& comparison);
-// What the headline is based on: "43 of 50 against 31 of 50 on the same seeds, exact McNemar p = 0.0075."
+// What the headline is based on: "43 of 50 against 31 of 50 on the same seeds, exact McNemar p = 0.008."
 // and, if no difference is shown, which one the episodes can detect. If two variations are compared, the text
 // begins with that.
 std::string Evidence(const Comparison& comparison);

@@ -206,6 +206,10 @@ class _Worker:
                 continue
             try:
                 future.set_result(function(*arguments))
+            except StopIteration as error:  # asyncio cannot pass it to the coroutine that waits.
+                failure = RuntimeError(repr(error))
+                failure.__cause__ = error
+                future.set_exception(failure)
             except Exception as error:
                 future.set_exception(error)
             except BaseException as error:  # SystemExit would end the event loop.

@@ -244,6 +244,7 @@ class EvaluateTest(unittest.TestCase):
         self.assert_fails(evalbus.InputError, "unknown task '--help'", task="--help")
         self.assert_fails(evalbus.InputError, "embedded null byte", task="lift_pot\0")
         self.assert_fails(evalbus.PolicyError, r"RuntimeError: SystemExit\(3\)$", policy=lambda _: sys.exit(3))
+        self.assert_fails(evalbus.PolicyError, r"RuntimeError: StopIteration\(\)$", policy=lambda _: next(iter(())))
 
         def fail_in_two_lines(_):
             raise ValueError("weights\nare missing")

@@ -42,7 +42,7 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_EQ(
       Conclusion(result),
       "b is 24 points better than a, 95 % CI 8 to 39. 43 of 50 against 31 of 50 on the same seeds, exact "
-      "McNemar p = 0.0075.");
+      "McNemar p = 0.008.");
 
   ASSERT_EQ(result.tasks.size(), 1u);
   const std::vector<MetricComparison>& metrics = result.tasks[0].metrics;
@@ -116,7 +116,7 @@ TEST_F(CompareTest, StatesThatNothingCanBeConcluded) {
   EXPECT_EQ(Conclusion(CompareRuns(Run("b", Info(10), First(10, 10), 5), a)),
             "No difference shown between b and a: 30 points, 95 % CI -4 to 60. 10 of 10 against 7 of 10 on "
             "the same "
-            "seeds, exact McNemar p = 0.25. 10 pairs like these detect a true difference of 68 "
+            "seeds, exact McNemar p = 0.250. 10 pairs like these detect a true difference of 68 "
             "points with 80 % power; detecting one of 30 points requires about 25 pairs.");
   const std::string few =
       Conclusion(CompareRuns(Run("c", Info(4), First(4, 4), 5), Run("d", Info(4), First(0, 4), 5)));
