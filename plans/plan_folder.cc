@@ -27,7 +27,8 @@ fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string&
   return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
 }
 
-// The first difference of two values that are not equal, for example "\"options.episodes\": 2, not 3".
+// The first difference of two values that are not equal, for example "\"options.episodes\" is 2 there, not
+// 3".
 std::string Difference(const std::string& key, const nlohmann::ordered_json& before,
                        const nlohmann::ordered_json& now) {
   if (before.is_object() && now.is_object()) {
@@ -36,7 +37,8 @@ std::string Difference(const std::string& key, const nlohmann::ordered_json& bef
       if (before[name] != value) return Difference(key + "." + name, before[name], value);
     }
   }
-  return fmt::format("\"{}\": {}, not {}", key, before.is_null() ? "none" : ToText(before), ToText(now));
+  return fmt::format("\"{}\" is {} there, not {}", key, before.is_null() ? "none" : ToText(before),
+                     ToText(now));
 }
 
 }  // namespace
@@ -89,7 +91,7 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
   const auto before = ReadJsonFile<nlohmann::ordered_json>(file);
   for (const auto& [key, value] : json.items()) {
     if (before.contains(key) && before[key] == value) continue;
-    throw InputError("--out " + file.string() + ": the plan in this folder has a different " +
+    throw InputError("--out " + file.string() + ": the plan in this folder differs: " +
                      Difference(key, before.contains(key) ? before[key] : nlohmann::ordered_json(), value));
   }
 }

@@ -105,7 +105,7 @@ void ForEachOption(Options& options, const F& f) {
                  "file (YAML) of force limits by region of bodies; violations are counted and explained",
                  Range{}, kFixed},
           Option{&SimOptions::seed_stream, "seed_stream",
-                 "what the starts are drawn from; roboeval/1: episode N starts as RoboEval's\n"
+                 "scheme that derives the starts from the seed; roboeval/1: episode N starts as RoboEval's\n"
                  "env.reset(seed=SEED+N)",
                  Range{}, kFixed},
           Option{&SimOptions::run_id, "run_id"},

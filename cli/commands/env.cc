@@ -158,8 +158,9 @@ Action AddEnv(CLI::App* app) {
     contract->excludes(app->get_option(name));
   app->add_option("--gl", environment.gl, viz::kGlHelp)->capture_default_str();
   app->add_option("--robot", sim.robot, "robot instead of the task's own");
-  app->add_option("--seed-stream", sim.seed_stream,
-                  "what the starts are drawn from; roboeval/1: as RoboEval's env.reset(seed=...)")
+  app->add_option(
+         "--seed-stream", sim.seed_stream,
+         "scheme that derives the starts from the seed; roboeval/1: as RoboEval's env.reset(seed=...)")
       ->capture_default_str();
   AddModelSources(app, &sim.model_path, &sim.assets);
   return [options] { return ServeEnvironment(*options); };

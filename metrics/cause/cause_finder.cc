@@ -83,7 +83,7 @@ bool CauseFinder::IsAboutAny(const std::vector<Unmet>& unmet, size_t object) con
   return std::ranges::any_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); });
 }
 
-// Whether no other object is part of the condition.
+// Whether the condition involves this object and no other.
 bool CauseFinder::IsAboutOnly(const condition_t& condition, size_t object) const {
   for (size_t other = 0; other < config_.objects.size(); ++other) {
     if (IsAbout(condition, other) != (other == object)) return false;
@@ -223,7 +223,7 @@ bool CauseFinder::AsksForHold(size_t object, const std::string& gripper) const {
   });
 }
 
-// Whether the task has a condition that the object is at least this high.
+// Whether the task requires that the object is lifted or above some height.
 bool CauseFinder::AsksForLift(size_t object) const {
   return std::ranges::any_of(conditions_, [&](const auto& section) {
     return std::ranges::any_of(section, [&](const condition_t& c) {
@@ -233,8 +233,8 @@ bool CauseFinder::AsksForLift(size_t object) const {
   });
 }
 
-// Whether the task requires that the object is released, and it lies where it was released, with every
-// condition of success that concerns no other object met.
+// Whether the task requires the release: the object has not fallen, and all success conditions that concern
+// it alone are met, one of which is that it is not held.
 bool CauseFinder::IsReleaseAsRequired(const CauseHold& hold) const {
   const auto object = static_cast<size_t>(hold.object);
   if (!hold.opened || HasFallen(hold)) return false;
@@ -330,8 +330,8 @@ bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   });
 }
 
-// Whether the arm's gripper held an object that the task asks for until just before this contact, or later:
-// fingers touch the scene when they grasp an object or put it down.
+// Whether the arm's gripper held an object that the task asks for at this contact or later, or until at most
+// kInterruption before it: fingers touch the scene when they grasp an object or put it down.
 bool CauseFinder::IsTouchOfGrasp(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     const auto object = static_cast<size_t>(hold.object);

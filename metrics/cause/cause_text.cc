@@ -122,8 +122,8 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
   return Capitalized(Words(moment.kind)) + at + (end.detail.empty() ? "" : ": " + Printable(end.detail));
 }
 
-// The condition of success that is not met and best explains the moment: one about its object, with a
-// number, and never met. Empty if there is none.
+// The unmet success condition that best explains the moment: preferably one about its object, then one with a
+// number, then one that was never met. Empty if all are met.
 std::string CauseFinder::Lack(const CauseMoment& moment) const {
   if (conditions_.empty()) return {};
   size_t index = 0;

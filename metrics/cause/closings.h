@@ -19,8 +19,9 @@ struct EmptyClosing {
 };
 
 // A gripper closes on nothing if its opening falls from at least kOpen to at most Holds::kShut and pads of
-// both fingers never touch an object meanwhile. After such a touch, it must first open by kReopened, or to
-// kWide: it also closes when an object slips out.
+// both fingers never touch an object meanwhile. After such a touch, it must
+// reopen by kReopened, or to kWide, before a closing counts: otherwise an object that slips out would look
+// like an empty closing.
 class Closings {
  public:
   static constexpr double kOpen = 0.25, kReopened = 0.05, kWide = 0.9;  // fractions of the gripper's travel

@@ -35,10 +35,10 @@ struct CauseHold {
 };
 
 // A hold begins when a pad of a gripper that has closed by kClosed since it was widest touches the object. It
-// ends if there is no contact for kPatience, or if the gripper has been open by kOpened for kPatience and not
-// both fingers touch the object. Whether it is open is that of its command, if known: a strong gripper
-// bounces on the object, and an object that slips out pushes the fingers apart. An opened gripper must close
-// by kClosed before the next hold of the same object.
+// ends after kPatience without contact, or kPatience after the gripper has opened by kOpened from its
+// minimum, unless both fingers touch the object. The commanded opening decides, if it is known, because a
+// strong gripper bounces on the object, and an object that slips out pushes the fingers apart. An opened
+// gripper must close by kClosed before the next hold of the same object.
 class Holds {
  public:
   static constexpr double kClosed = 0.05, kOpened = 0.1;  // fractions of the gripper's travel
@@ -79,8 +79,8 @@ class Holds {
  private:
   struct Pair {
     int hold = -1;  // index of the current hold; -1: none
-    // Of the current hold: the smallest opening, the last tick at which the gripper had not begun to open,
-    // and the last tick at which it was not open.
+    // Smallest opening during the current hold; last tick before the gripper began to open; last tick at
+    // which it was not yet open.
     double narrowest = 0;
     int64_t before_opening = 0, last_closed = 0;
     double last_opening = 0;  // at the last contact

@@ -59,11 +59,12 @@ class ConditionProgress {
   std::vector<Track> tracks_;
 };
 
-// The robot is at rest while the commanded positions of its joints differ by at most kCommand (rad) from
-// those at the beginning of the rest, and its joints by at most kSag: servos yield to a load. After kSettled,
-// only commands end a rest: an object that slides out of a hand moves the arm, too. If the commands are
-// unknown, the joints must differ by at most kCommand. Grippers are not considered: they yield while an
-// object slides in them.
+// The robot is at rest, compared with the beginning of the rest,
+//   - while the commanded positions of its joints differ by at most kCommand, and
+//   - during the first kSettled, while its joints differ by at most kSag, because servos yield to a load;
+//     afterwards, joints do not end a rest, because an object that slides out of a hand moves the arm.
+// If the commands are unknown, it is at rest while its joints differ by at most kCommand. Grippers are not
+// considered, because they yield while an object slides in them.
 class Rest {
  public:
   static constexpr double kCommand = 0.003, kSag = 0.1;  // rad

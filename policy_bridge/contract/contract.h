@@ -40,8 +40,7 @@ struct ObservationEntry {
   std::vector<Signal> signals;
   // For kState and kDepth: "<f4", "<f8" or "|u1".
   std::string dtype = "<f4";
-  // For kState: shape of the array. Nothing: one row with all values. Empty ([] in the file): a single
-  // number.
+  // For kState: shape of the array. Unset: one dimension with all values. Empty ([] in the file): a scalar.
   std::optional<std::vector<int64_t>> shape;
   // Control ticks relative to now, oldest first ([-15, 0]); stacked along a new first axis. Empty: now,
   // without the axis.

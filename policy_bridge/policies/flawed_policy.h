@@ -55,9 +55,8 @@ class FlawedPolicy : public Policy {
   // True from the tick at which the planted failure begins; the time of that tick.
   bool wrong_ = false;
   int64_t wrong_time_us_ = 0;
-  // Last targets: of everything, for kStop and kCollide; by arm, for Shift().
-  action_t last_{};
-  std::vector<JointVector> shifted_;
+  action_t last_{};                   // last action, which kStop and kCollide repeat
+  std::vector<JointVector> shifted_;  // by arm: last joint targets of Shift()
   // State passed to the policy if it differs from the real one.
   state_t seen_{};
 };

@@ -128,7 +128,7 @@ void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& com
     if (!text.empty()) html->Element("p", {}, text + ".");
   }
   if (flipped.empty()) return;
-  // The table of a few seeds is shown at once.
+  // A table of at most kFew rows is open by default.
   constexpr size_t kFew = 4;
   html->Open("details", {});
   if (flipped.size() <= kFew) html->Attribute("open", "");

@@ -199,7 +199,7 @@ with tempfile.TemporaryDirectory() as name:
     time[9] = 0.01
     # A pause of 1e300 s, which no unit explains.
     late = numpy.append(numpy.arange(len(data) - 1) / 50.0, 1e300)
-    # Milliseconds that are called seconds.
+    # Timestamps in milliseconds, declared as seconds.
     sparse = numpy.arange(len(data)) * 20.0
     timed = (map_text + poses).replace("rate_hz: 50", "time: {column: t, unit: s}")
     bad_text("time.yaml", timed)

@@ -99,7 +99,7 @@ TEST(Scene, LiftPot) {
           << info.geom_name[geom];
     }
   }
-  // Lists and counts agree, and every name occurs once.
+  // Every name occurs once.
   for (const auto* names : {&info.body_name, &info.geom_name, &info.joint_name, &info.entity_name}) {
     std::vector<std::string> sorted = *names;
     std::sort(sorted.begin(), sorted.end());

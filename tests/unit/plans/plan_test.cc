@@ -329,7 +329,7 @@ TEST_F(PlanTest, AFolderIsOfOnePlan) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(),
-                HasSubstr("the plan in this folder has a different \"options.episodes\": 10, not 7"));
+                HasSubstr("the plan in this folder differs: \"options.episodes\" is 10 there, not 7"));
   }
   const auto taken = folder_.path() / "taken";
   std::filesystem::create_directories(taken / "thesis");

@@ -496,7 +496,8 @@ TEST_F(CauseFinderTest, AnArmPressesOnTheScene) {
          "least 1.1 m is needed.");
 }
 
-// The torques that hold the arm up do not count as pressing; 50 N m more than their maximum do.
+// Torques of -40 to 0 N m support the arm; a torque counts as pressing if it is outside this range by at
+// least its width.
 TEST_F(CauseFinderTest, AHeavyArmPressesOnTheScene) {
   torque_[kLeft] = -40;
   Move(10);

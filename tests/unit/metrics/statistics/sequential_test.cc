@@ -140,7 +140,7 @@ TEST(ChanceToDecide, IsThePredictiveProbability) {
   const auto of_three = [](const Wins& wins) { return std::max(wins.a, wins.b) >= 3; };
   EXPECT_NEAR(ChanceToDecide({2, 0}, 4, 5, of_three), 2.5 / 5.5, 1e-12);
   EXPECT_NEAR(ChanceToDecide({2, 2}, 4, 5, of_three), 5 / 5.5, 1e-12);
-  // Two to come: a wins both, or one and not the other, or b wins both.
+  // Two pairs remain, and three wins decide: a wins at least one of them, or b wins both.
   EXPECT_NEAR(ChanceToDecide({2, 1}, 4, 6, of_three), 1 - (1.5 * 2.5 + 2 * 1.5 * 1.5) / (5.5 * 6.5), 1e-12);
   EXPECT_EQ(ChanceToDecide({1, 0}, 4, 5, of_three), 0);
   EXPECT_EQ(ChanceToDecide({3, 0}, 4, 4, of_three), 1);

@@ -12,7 +12,7 @@ namespace evalbus::policy::menagerie_test {
 
 namespace fs = std::filesystem;
 
-// The folder that the variable names, if it has the files; otherwise the test reports what is missing.
+// Sets `folder` to the folder that the environment variable names; skips the test if it lacks a file.
 #define MODELS_WITH(variable, folder, ...)                                                       \
   const char* const named = std::getenv(variable);                                               \
   if (!named) GTEST_SKIP() << variable " names no folder with models";                           \

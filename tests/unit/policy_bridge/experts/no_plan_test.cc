@@ -31,7 +31,7 @@ struct ChangedTask {
   fs::path file = folder.path() / "changed.yaml";
 };
 
-// The error of an expert that cannot plan; it is reported in the first second.
+// Plays an episode with the expert and returns its planning error, or "played N s" if there was none.
 std::string ErrorOfExpert(const std::string& task) {
   ExpertStage stage(task);
   try {
