@@ -78,7 +78,15 @@ int main(int argc, char** argv) {
     FlushStandardOutput();
     return 0;
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
+    if (error.get_exit_code() == 0) {  // --help, --version
+      try {
+        const int code = app.exit(error);
+        FlushStandardOutput();
+        return code;
+      } catch (const evalbus::EnvironmentError& lost) {
+        return evalbus::ReportError(lost);
+      }
+    }
     std::string typed = "evalbus";
     const CLI::App* part = &app;
     while (!part->get_subcommands().empty()) {

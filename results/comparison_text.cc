@@ -153,7 +153,10 @@ std::string SuiteTable(const Comparison& comparison, bool colors) {
 }  // namespace
 
 std::string PText(double p) {
-  return p < 0.001 ? "<0.001" : Fixed(std::floor(1000 * p + 0.5 + 1e-9) / 1000, 3);
+  if (p < 0.001) return "<0.001";
+  const double rounded = std::floor(1000 * p + 0.5 + 1e-9) / 1000;
+  if (p < metrics::kAlpha && rounded >= metrics::kAlpha) return Fixed(std::floor(10000 * p) / 10000, 4);
+  return Fixed(rounded, 3);
 }
 
 std::string PEquals(double p) { return p < 0.001 ? "p < 0.001" : "p = " + PText(p); }

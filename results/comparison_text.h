@@ -15,7 +15,7 @@ std::string ComparisonText(const Comparison& comparison, bool ratios, bool color
 std::string NameAndPolicy(const ComparedRuns& runs);
 
 // "0.063" of 0.0625, a frequent p value of exact tests: halves up, as in viz/viewer/page/dom.js. "<0.001"
-// below.
+// below; "0.0499" of 0.04996, because 0.050 would not be significant.
 std::string PText(double p);
 // "p = 0.002", "p < 0.001".
 std::string PEquals(double p);

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/write_whole.h"
@@ -48,6 +49,7 @@ Action AddJudge(CLI::App* app) {
       ->required();
   app->add_option("--operator", judge.operator_name,
                   "name of the person who judges; without it, the results so far are printed")
+      ->check(NotEmpty())
       ->type_name("NAME");
   app->add_option("--seed", judge.seed, "seed of the order in which the episodes of two runs are shown")
       ->capture_default_str();

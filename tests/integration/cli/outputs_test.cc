@@ -157,6 +157,8 @@ TEST_F(Outputs, WhatCannotBePrintedIsNoSuccess) {
   for (const std::vector<std::string>& command :
        std::vector<std::vector<std::string>>{{"evalbus", "compare", run_, run_},
                                              {"evalbus", "tasks", "list"},
+                                             {"evalbus", "--help"},
+                                             {"evalbus", "run", "--help"},
                                              {"evalbus", "export", run_, "--csv", "-"}}) {
     const Result result =
         RunProgram(command, {work_, [] { dup2(open("/dev/full", O_WRONLY), STDOUT_FILENO); }});

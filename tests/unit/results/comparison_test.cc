@@ -670,6 +670,10 @@ TEST(PText, RoundsHalvesUp) {
   EXPECT_EQ(PText(0.0009), "<0.001");
   EXPECT_EQ(PText(0.001), "0.001");
   EXPECT_EQ(PText(0.9996), "1.000");
+  // Significant values are not rounded to 0.05.
+  EXPECT_EQ(PText(0.0494), "0.049");
+  EXPECT_EQ(PText(0.04996), "0.0499");
+  EXPECT_EQ(PText(0.05), "0.050");
 }
 
 }  // namespace evalbus::results::comparison_test

@@ -84,8 +84,12 @@ Evalbus.points = (share, decimals = 0) => {
   return `${size === 0 ? "" : share > 0 ? "+" : "−"}${size.toFixed(decimals)}`;
 };
 
-// The rule of PText in results/comparison_text.h: halves up.
-Evalbus.pText = (p) => (p < 0.001 ? "p < 0.001" : `p = ${(Math.floor(1000 * p + 0.5 + 1e-9) / 1000).toFixed(3)}`);
+// The rule of PText in results/comparison_text.h: halves up, but a p below 0.05 is not rounded to 0.05.
+Evalbus.pText = (p) => {
+  if (p < 0.001) return "p < 0.001";
+  const rounded = Math.floor(1000 * p + 0.5 + 1e-9) / 1000;
+  return p < 0.05 && rounded >= 0.05 ? `p = ${(Math.floor(10000 * p) / 10000).toFixed(4)}` : `p = ${rounded.toFixed(3)}`;
+};
 
 // The rule of PercentText in results/summary_table.h: one decimal if narrower than two percentage points.
 Evalbus.percentRange = ([lower, upper]) => {
