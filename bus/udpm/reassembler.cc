@@ -6,10 +6,10 @@ namespace evalbus {
 
 std::optional<LcmMessage> Reassembler::Add(uint64_t sender, const LcmFragment& fragment) {
   const auto known = by_sender_.find(sender);
-  const bool goes_on =
+  const bool continues =
       known != by_sender_.end() && known->second.begun && known->second.sequence == fragment.sequence &&
       known->second.message_bytes == fragment.message_bytes && known->second.count == fragment.count;
-  if (!goes_on) {
+  if (!continues) {
     if (known != by_sender_.end() && known->second.begun) {
       known->second.begun = false;
       ++lost_;

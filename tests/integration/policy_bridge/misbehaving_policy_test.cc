@@ -158,11 +158,11 @@ class Guest {
 class MisbehavingPolicy : public testing::Test {
  protected:
   // Runs episodes `first` to `last` of the guest; returns the output of the run.
-  std::string Run(int first, int last, const char* policy_timeout_s, bool goes_on = false) {
+  std::string Run(int first, int last, const char* policy_timeout_s, bool continues = false) {
     std::string only;
     for (int i = first; i <= last; ++i) only += (i > first ? "," : "") + std::to_string(i);
     const std::string url = UniqueUrl();
-    Guest guest(url, goes_on);
+    Guest guest(url, continues);
     std::vector<std::string> command = {"evalbus",
                                         "run",
                                         task_,
@@ -178,7 +178,7 @@ class MisbehavingPolicy : public testing::Test {
                                         policy_timeout_s,
                                         "--out",
                                         run_};
-    if (goes_on) command.push_back("--resume");
+    if (continues) command.push_back("--resume");
     Program launcher(command);
     EXPECT_TRUE(WaitFor([&] {
       guest.Work();
