@@ -230,7 +230,8 @@ async def _taken(turn):
 
 
 async def _refuse(connection, text):
-    await connection.send(text)
+    # A name of a file, for example, may contain bytes that are not UTF-8, as surrogates.
+    await connection.send(text.encode(errors="backslashreplace").decode())
     await connection.close(1011, "the policy failed; the previous frame has the reason")
 
 

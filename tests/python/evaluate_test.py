@@ -246,6 +246,11 @@ class EvaluateTest(unittest.TestCase):
         self.assert_fails(evalbus.PolicyError, r"RuntimeError: SystemExit\(3\)$", policy=lambda _: sys.exit(3))
         self.assert_fails(evalbus.PolicyError, r"RuntimeError: StopIteration\(\)$", policy=lambda _: next(iter(())))
 
+        def fail_with_a_file_name(_):
+            raise ValueError("no file \udcff")
+
+        self.assert_fails(evalbus.PolicyError, r"ValueError: no file \\udcff$", policy=fail_with_a_file_name)
+
         def fail_in_two_lines(_):
             raise ValueError("weights\nare missing")
 
