@@ -43,7 +43,7 @@ TEST_F(PlanPages, OfOneThatStopsHaveThePOfAnyLook) {
     }
     const double adjusted = stop["p"];
     char exact[32];
-    std::snprintf(exact, sizeof exact, "p = %.2g", adjusted);
+    std::snprintf(exact, sizeof exact, "p = %.3f", adjusted);
     const bool is_tiny = adjusted < 0.001;
     const std::string p = is_tiny ? "p &lt; 0.001" : exact;
     const std::string page = Page(policy + "/against_expert.html");
@@ -53,7 +53,7 @@ TEST_F(PlanPages, OfOneThatStopsHaveThePOfAnyLook) {
     EXPECT_THAT(page, HasSubstr("on average larger than the true one"));
     EXPECT_THAT(Page("report.html"), HasSubstr(p));
     EXPECT_THAT(run.out, HasSubstr(is_tiny ? "p < 0.001" : exact));
-    EXPECT_THAT(stop["text"].get<std::string>(), HasSubstr(exact));
+    EXPECT_THAT(stop["text"].get<std::string>(), HasSubstr(is_tiny ? "p < 0.001" : exact));
     const bool is_decided = stop["is_decided"];
     EXPECT_EQ(page.find(" worse than ") != std::string::npos, is_decided);
   }

@@ -627,7 +627,7 @@ TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   result.success.SetSequential(0.06, 0.12, false);
   EXPECT_EQ(result.success.judgment(), Judgment::kNone);
   EXPECT_THAT(Conclusion(result),
-              testing::EndsWith("McNemar valid at any look, adjusted by Bonferroni, p = 0.12."));
+              testing::EndsWith("McNemar valid at any look, adjusted by Bonferroni, p = 0.120."));
   // A plan may choose another level than 5 %.
   result.success.SetSequential(0.03, 0.06, true);
   EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
