@@ -48,7 +48,7 @@ class OperatorColumns {
  public:
   explicit OperatorColumns(const std::vector<results::RecordedRun>& runs) {
     for (const results::RecordedRun& run : runs) {
-      for (results::Verdict& verdict : results::ReadVerdicts(run.folder)) {
+      for (results::Verdict& verdict : results::ReadVerdictsOf(run)) {
         operators_.insert(verdict.operator_name);
         verdicts_[run.folder][{verdict.episode, verdict.operator_name}] = std::move(verdict);
       }

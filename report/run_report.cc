@@ -108,8 +108,7 @@ ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, b
   report.summary = run.Statistics().Summary(true);
   report.remarks = run.Remarks();
   report.notes = results::PolicyNotes(run);
-  for (const results::OperatorResult& result :
-       results::OperatorResults(run, results::ReadVerdicts(run.folder))) {
+  for (const results::OperatorResult& result : results::OperatorResults(run, results::ReadVerdictsOf(run))) {
     for (std::string& sentence : results::OperatorSentences(result))
       report.operators.push_back(std::move(sentence));
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "base/errors.h"
 #include "base/percent.h"
 #include "base/plural.h"
 #include "base/text.h"
@@ -121,8 +122,20 @@ RecordedRuns AsSuite(const JudgedRun& judged, const std::string& operator_name) 
 
 }  // namespace
 
+std::vector<Verdict> ReadVerdictsOf(const RecordedRun& run) {
+  std::vector<Verdict> verdicts = ReadVerdicts(run.folder);
+  for (size_t i = 0; i < verdicts.size(); ++i) {
+    if (FindEpisode(run, verdicts[i].episode)) continue;
+    throw InputError(fmt::format("{}:{}: the run has no episode {}", (run.folder / kVerdictsJsonl).string(),
+                                 i + 1, verdicts[i].episode));
+  }
+  return verdicts;
+}
+
 JudgedRun ReadJudgedRun(const std::filesystem::path& folder) {
-  return {ReadRun(folder), ReadVerdicts(folder)};
+  RecordedRun run = ReadRun(folder);
+  std::vector<Verdict> verdicts = ReadVerdictsOf(run);
+  return {std::move(run), std::move(verdicts)};
 }
 
 std::vector<OperatorResult> OperatorResults(const RecordedRun& run, const std::vector<Verdict>& verdicts) {

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/input_file.h"
@@ -22,6 +23,10 @@ using nlohmann::ordered_json;
 
 bool IsCount(const ordered_json& json) {
   return json.is_number_unsigned() && json.get<uint64_t>() <= 10'000'000;
+}
+
+bool IsOperatorName(const std::string& name) {
+  return !name.empty() && name.size() <= kMaxOperatorBytes && Printable(name) == name;
 }
 
 template <class T>
@@ -48,7 +53,8 @@ struct Key {
 };
 constexpr Key kKeys[] = {
     {"episode", "the number of an episode", IsCount},
-    {"operator", "a name", [](const ordered_json& json) { return json.is_string(); }},
+    {"operator", "a name of 1 to 100 bytes without control characters",
+     [](const ordered_json& json) { return json.is_string() && IsOperatorName(json.get<std::string>()); }},
     {"verdict", "\"success\", \"failure\" or \"abstain\"",
      [](const ordered_json& json) { return json.is_string() && ParseOutcome(json.get<std::string>()); }},
     {"stages_reached", "a number of stages or null",
@@ -61,7 +67,10 @@ constexpr Key kKeys[] = {
     {"time_utc", "a string", [](const ordered_json& json) { return json.is_string(); }},
     {"place", "a number from 0", IsCount},
     {"order_seed", "an integer or null",
-     [](const ordered_json& json) { return json.is_null() || json.is_number_integer(); }},
+     [](const ordered_json& json) {
+       if (json.is_number_unsigned()) return std::in_range<int64_t>(json.get<uint64_t>());
+       return json.is_null() || json.is_number_integer();
+     }},
 };
 
 Verdict ParseVerdict(const ordered_json& json, const std::string& where) {
@@ -70,6 +79,11 @@ Verdict ParseVerdict(const ordered_json& json, const std::string& where) {
     const auto found = json.find(key.name);
     if (found == json.end() || !key.holds(*found))
       throw InputError(fmt::format("{}: \"{}\": expected {}", where, key.name, key.expected));
+  }
+  // WriteVerdict() would drop other keys.
+  for (const auto& [name, value] : json.items()) {
+    if (std::ranges::none_of(kKeys, [&](const Key& key) { return name == key.name; }))
+      throw InputError(fmt::format("{}: unknown key \"{}\"", where, Printable(name)));
   }
   return {.episode = json["episode"].get<int>(),
           .operator_name = json["operator"].get<std::string>(),
@@ -95,7 +109,7 @@ std::optional<Outcome> ParseOutcome(const std::string& word) {
 }
 
 void CheckOperatorName(const std::string& name) {
-  if (!name.empty() && name.size() <= kMaxOperatorBytes && Printable(name) == name) return;
+  if (IsOperatorName(name)) return;
   throw InputError(fmt::format("--operator: expected a name of 1 to {} bytes without control characters",
                                kMaxOperatorBytes));
 }

@@ -187,6 +187,9 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
   const double wall_s = SecondsSince(started);
   const results::RunSummary summary = results::WriteRunSummary(run.folder.path());
   if (run.options.round < 0) PrintResults(run, summary, wall_s, web ? &*web : nullptr);
+  if (output.quiet) {
+    fmt::print(stderr, "{}", results::InvalidText(summary.statistics.invalid, run.folder.shown().string()));
+  }
   if (events) events->Finish(ReadJsonFile<nlohmann::ordered_json>(run.folder.path() / kSummaryJson));
 
   const size_t without_video = video_recording->Finish();

@@ -184,6 +184,7 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
   if (const std::string note = results::InvalidText(tally.all().Summary().invalid, shown.string());
       !note.empty()) {
     fmt::print("\n{}", note);
+    if (output.quiet) fmt::print(stderr, "{}", note);
   }
   fmt::print("\n{} of {} runs in {}\nresults  {}\n", suite.num_done(), tasks.size(), elapsed(),
              (shown / "*" / kEpisodesJsonl).string());

@@ -196,7 +196,8 @@ Action AddRun(CLI::App* app) {
                   "with --json: also print the score so far, this often per simulated second; the control "
                   "rate\nprints every tick; default: only finished episodes")
       ->check(InRange(0.001, 1000.0));
-  app->add_flag("--quiet", output->quiet, "print errors only; with --json, also the events");
+  app->add_flag("--quiet", output->quiet,
+                "print errors and invalid episodes only; with --json, also the events");
   AddLogLevel(app);
   AddPlanOptions(app, plan.get());
   // Only for worker processes.

@@ -206,7 +206,9 @@ class _Worker:
                 continue
             try:
                 future.set_result(function(*arguments))
-            except StopIteration as error:  # asyncio cannot pass it to the coroutine that waits.
+            # asyncio cannot pass the first one to the coroutine that waits; there, the second one would mean that the client
+            # has left, and not that the policy's own connection ended.
+            except (StopIteration, websockets.exceptions.ConnectionClosed) as error:
                 failure = RuntimeError(repr(error))
                 failure.__cause__ = error
                 future.set_exception(failure)
@@ -252,6 +254,8 @@ def _answer(act, request):
 
 
 def _chunk(actions):
+    if np.ma.is_masked(actions):
+        raise ActionError("actions have masked elements, expected a number in each")
     actions = np.asarray(actions)
     if actions.dtype.kind not in "biuf":
         raise ActionError(f"actions are of type {actions.dtype}, expected numbers")

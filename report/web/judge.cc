@@ -54,6 +54,7 @@ class Judgment {
     std::erase_if(pairs, [&](const auto& pair) { return !HasLog(0, pair.first) || !HasLog(1, pair.second); });
     for (const results::JudgedEpisode& item : results::BlindOrder(pairs, options.seed)) Add(item);
     if (items_.empty()) throw InputError("no pair of episodes with equal seeds has logs in both runs");
+    ReadItemVerdicts();
     task_ = a.task;
     variation_ = a.variation;
   }
@@ -71,6 +72,7 @@ class Judgment {
         if (row.has_track && std::ranges::count(items_, item, &Item::episode) == 0) Add(item);
       }
     } while (!news.rows.empty());
+    if (items_.size() != before) ReadItemVerdicts();
     if (const results::RecordedRun* run = follower_->info()) {
       task_ = run->task;
       variation_ = run->variation;
@@ -84,6 +86,8 @@ class Judgment {
     try {
       const auto index = static_cast<size_t>(given.episode);
       if (index >= items_.size()) throw InputError("there is no such episode");
+      // Another process of this operator may have revealed the results.
+      ReadItemVerdicts();
       if (is_done()) throw InputError("the results have been revealed");
       Item& item = items_[index];
       const results::Verdict verdict = {.episode = item.episode.episode,
@@ -163,27 +167,40 @@ class Judgment {
   }
 
   void Add(const results::JudgedEpisode& episode) {
-    Item& item = items_.emplace_back(Item{episode, std::nullopt});
-    jobs_->AddBlind(FolderOf(item), episode.episode);
-    for (const results::Verdict& verdict : Earlier(episode.run)) {
-      if (verdict.episode == episode.episode) item.verdict = verdict;
+    jobs_->AddBlind(FolderOf(items_.emplace_back(Item{episode, std::nullopt})), episode.episode);
+  }
+
+  // Reads the verdicts that this operator has given, in this or in another process. Throws InputError.
+  void ReadItemVerdicts() {
+    std::vector<std::vector<results::Verdict>> verdicts;
+    for (const fs::path& run : options_.runs) verdicts.push_back(results::ReadVerdicts(run));
+    for (size_t place = 0; place < items_.size(); ++place) {
+      Item& item = items_[place];
+      item.verdict.reset();
+      for (const results::Verdict& verdict : verdicts[static_cast<size_t>(item.episode.run)]) {
+        if (verdict.episode != item.episode.episode || verdict.operator_name != options_.operator_name)
+          continue;
+        CheckOrder(verdict, FolderOf(item), static_cast<int>(place));
+        item.verdict = verdict;
+      }
     }
   }
 
-  // Verdicts that this operator gave before this process started.
-  const std::vector<results::Verdict>& Earlier(int run) {
-    auto [found, is_new] = earlier_.try_emplace(run);
-    if (!is_new) return found->second;
-    found->second = results::ReadVerdicts(options_.runs[static_cast<size_t>(run)]);
-    std::erase_if(found->second,
-                  [&](const auto& verdict) { return verdict.operator_name != options_.operator_name; });
-    for (const results::Verdict& verdict : found->second) {
-      if (order_seed() && verdict.order_seed && verdict.order_seed != order_seed()) {
-        throw InputError(fmt::format("--seed {}: {} has begun to judge in the order of --seed {}",
-                                     options_.seed, options_.operator_name, *verdict.order_seed));
-      }
+  // Throws InputError unless the verdict was given in this order. A verdict on a run alone, or beside another
+  // run, is not part of the random order of these two runs, and its results may have been revealed.
+  void CheckOrder(const results::Verdict& verdict, const fs::path& run, int place) const {
+    if (verdict.order_seed == order_seed() && (!order_seed() || verdict.place == place)) return;
+    if (order_seed() && verdict.order_seed && verdict.order_seed != order_seed()) {
+      throw InputError(fmt::format("--seed {}: {} has begun to judge in the order of --seed {}",
+                                   options_.seed, options_.operator_name, *verdict.order_seed));
     }
-    return found->second;
+    throw InputError(fmt::format(
+        "--operator {}: episode {} of {} has this operator's verdict from a judgment {}; expected "
+        "another name",
+        options_.operator_name, verdict.episode, run.string(),
+        !verdict.order_seed ? "of this run alone"
+        : order_seed()      ? "with another run"
+                            : "of two runs"));
   }
 
   const JudgeOptions& options_;
@@ -192,7 +209,6 @@ class Judgment {
   std::optional<RunFollower> follower_;
   std::string task_, variation_;
   std::vector<Item> items_;
-  std::map<int, std::vector<results::Verdict>> earlier_;
   std::string error_;
 };
 

@@ -24,6 +24,7 @@ from unittest import mock
 
 import evalbus
 import numpy as np
+import websockets.exceptions
 
 BIN = os.path.abspath(sys.argv.pop(1))
 os.environ["EVALBUS_BIN"] = BIN
@@ -245,6 +246,13 @@ class EvaluateTest(unittest.TestCase):
         self.assert_fails(evalbus.InputError, "embedded null byte", task="lift_pot\0")
         self.assert_fails(evalbus.PolicyError, r"RuntimeError: SystemExit\(3\)$", policy=lambda _: sys.exit(3))
         self.assert_fails(evalbus.PolicyError, r"RuntimeError: StopIteration\(\)$", policy=lambda _: next(iter(())))
+
+        def lose_its_own_connection(_):
+            raise websockets.exceptions.ConnectionClosedError(None, None)
+
+        self.assert_fails(evalbus.PolicyError, "RuntimeError: ConnectionClosedError", policy=lose_its_own_connection)
+        masked = np.ma.masked_array(np.zeros(16), mask=[True] + 15 * [False])
+        self.assert_fails(evalbus.PolicyError, "actions have masked elements", policy=lambda _: masked)
 
         def fail_with_a_file_name(_):
             raise ValueError("no file \udcff")

@@ -137,6 +137,48 @@ TEST_F(Judge, AnInterruptedSessionContinuesAndRevealsAtTheEnd) {
   EXPECT_EQ(verified.out.find("verdicts.jsonl"), std::string::npos) << verified.out;
 }
 
+TEST_F(Judge, AnotherProcessOfTheOperatorAcceptsNoVerdictAfterTheResults) {
+  const auto program = Begin(), second = Begin();
+  Page page(PortOf(*program)), late(PortOf(*second));
+  for (int episode = 0; episode < 6; ++episode) page.Give(episode, "failure");
+  page.Until([](const auto& head) { return !head["results"].is_null(); });
+  late.Give(0, "success");
+  const auto refused = late.Until([](const auto& head) { return head["error"] != ""; });
+  EXPECT_NE(refused["error"].dump().find("revealed"), std::string::npos) << refused;
+  for (const fs::path& run : {a_, b_}) {
+    for (const auto& verdict : Verdicts(run)) EXPECT_EQ(verdict["verdict"], "failure");
+  }
+}
+
+TEST_F(Judge, VerdictsOfAnotherJudgmentDoNotCount) {
+  const auto verdict = [](int episode, int place, const std::string& order_seed) {
+    return R"({"episode":)" + std::to_string(episode) +
+           R"(,"operator":"ann","verdict":"success","stages_reached":null,"rubric":null,)"
+           R"("time_utc":"2026-11-29T03:00:00Z","place":)" +
+           std::to_string(place) + R"(,"order_seed":)" + order_seed + "}\n";
+  };
+  const auto refusal = [&](const std::string& lines, bool is_pair) {
+    WriteText(a_ / "verdicts.jsonl", lines);
+    std::vector<std::string> command = {"evalbus", "judge", a_, "--operator", "ann", "--port", "0"};
+    if (is_pair) command.insert(command.begin() + 3, b_);
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1) << result.out;
+    return result.err;
+  };
+  EXPECT_NE(refusal(verdict(1, 1, "null"), true).find("from a judgment of this run alone"),
+            std::string::npos);
+  EXPECT_NE(refusal(verdict(1, 17, "0"), true).find("from a judgment with another run"), std::string::npos);
+  EXPECT_NE(refusal(verdict(1, 1, "0"), false).find("from a judgment of two runs"), std::string::npos);
+  // An episode that the run does not have.
+  WriteText(a_ / "verdicts.jsonl", verdict(1, 1, "null") + verdict(7, 2, "null"));
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"evalbus", "judge", a_}, {"evalbus", "report", a_}}) {
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1) << result.out;
+    EXPECT_NE(result.err.find("verdicts.jsonl:2: the run has no episode 7"), std::string::npos) << result.err;
+  }
+}
+
 TEST_F(Judge, NothingButAVerdictOnAnEpisodeIsAccepted) {
   const auto program = Begin();
   const uint16_t port = PortOf(*program);

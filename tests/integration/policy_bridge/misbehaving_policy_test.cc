@@ -158,7 +158,8 @@ class Guest {
 class MisbehavingPolicy : public testing::Test {
  protected:
   // Runs episodes `first` to `last` of the guest; returns the output of the run.
-  std::string Run(int first, int last, const char* policy_timeout_s, bool continues = false) {
+  std::string Run(int first, int last, const char* policy_timeout_s, bool continues = false,
+                  bool is_quiet = false) {
     std::string only;
     for (int i = first; i <= last; ++i) only += (i > first ? "," : "") + std::to_string(i);
     const std::string url = UniqueUrl();
@@ -179,18 +180,21 @@ class MisbehavingPolicy : public testing::Test {
                                         "--out",
                                         run_};
     if (continues) command.push_back("--resume");
+    if (is_quiet) command.push_back("--quiet");
     Program launcher(command);
     EXPECT_TRUE(WaitFor([&] {
       guest.Work();
       return !launcher.running();
     }));
     EXPECT_EQ(launcher.Wait(), 0) << launcher.err() << launcher.out();
+    err_ = launcher.err();
     return launcher.out();
   }
 
   TemporaryFolder folder_;
   const std::string task_ = ShortTask(folder_.path(), 0.4);
   const fs::path run_ = folder_.path() / "run";
+  std::string err_;
 };
 
 TEST_F(MisbehavingPolicy, EndsItsEpisodeAndTheNextOneBegins) {
@@ -282,6 +286,13 @@ TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
             "--only", "12,13,14"},
            hold);
   ExpectSameScores(run_, hold);
+}
+
+TEST_F(MisbehavingPolicy, AServersFaultIsReportedByAQuietRun) {
+  EVALBUS_NEEDS_BUS();
+  EXPECT_EQ(Run(Guest::kServerIsGone, Guest::kServerIsGone, "40", false, true), "");
+  EXPECT_NE(err_.find("1 episode is invalid because the policy's server failed; "), std::string::npos)
+      << err_;
 }
 
 // As in a frozen container or a suspended machine: no process runs for longer than the policy's timeout.

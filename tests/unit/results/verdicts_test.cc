@@ -89,6 +89,10 @@ TEST_F(VerdictsTest, AFileThatIsNotOfVerdictsIsRefusedWithItsLineAndKept) {
   EXPECT_THAT(Refusal(changed("success", "good")), HasSubstr("2: \"verdict\": expected \"success\""));
   EXPECT_THAT(Refusal(changed("7.5", "10.5")), HasSubstr("2: \"rubric\": expected a number from 0 to 10"));
   EXPECT_THAT(Refusal(changed("\"place\"", "\"at\"")), HasSubstr("2: \"place\": expected a number from 0"));
+  EXPECT_THAT(Refusal(changed("ann", "a\\nb")), HasSubstr("2: \"operator\": expected a name of 1 to 100"));
+  EXPECT_THAT(Refusal(changed("11", "9223372036854775808")),
+              HasSubstr("2: \"order_seed\": expected an integer"));
+  EXPECT_THAT(Refusal(changed("11", "11,\"mood\":1")), HasSubstr("2: unknown key \"mood\""));
 }
 
 TEST_F(VerdictsTest, NothingIsWrittenThroughALink) {
