@@ -198,9 +198,9 @@ Evalbus.Timeline = class {
     if (!this.tracks || !this.tracks.length) return;
     this.end = Math.max(...this.tracks.map(Evalbus.axisEnd));
     this.marks = [];
-    Evalbus.drawOn(this.canvas, (context, width, height) => this.draw(context, width, height));
     this.whole.hidden = this.view === null;
     if (this.view) Evalbus.setText(this.whole, `${(this.to - this.from).toFixed(2)} of ${this.end.toFixed(2)} s · show all`);
+    Evalbus.drawOn(this.canvas, (context, width, height) => this.draw(context, width, height));
     this.move(this.tick || 0);
   }
 
@@ -218,6 +218,8 @@ Evalbus.Timeline = class {
       context.moveTo(x, 0);
       context.lineTo(x, bottom);
       context.stroke();
+      // The button "show all" covers the end of the axis.
+      if (this.view && x + 20 > width - this.whole.offsetWidth) continue;
       context.fillStyle = palette.soft;
       context.textAlign = "center";
       context.fillText(`${Number(time.toPrecision(6))} s`, Math.min(x, width - 12), bottom + AXIS / 2 + 2);
