@@ -212,13 +212,11 @@ Geom CollisionChecker::Impl::MakeGeom(const mjModel& m, int id) const {
       break;
     case Shape::Kind::kMesh: {
       const auto hull = MakeHull(m, m.geom_dataid[id], who);
-      shape.corners = hull->getVertices();
-      Vector3d lower = Vector3d::Constant(kInfinity);
-      Vector3d upper = -lower;
-      for (const Vector3d& corner : shape.corners) {
-        lower = lower.cwiseMin(corner);
-        upper = upper.cwiseMax(corner);
-      }
+      const std::vector<Vector3d>& corners = hull->getVertices();
+      shape.corners.resize(static_cast<Eigen::Index>(corners.size()), 3);
+      for (size_t i = 0; i < corners.size(); ++i)
+        shape.corners.row(static_cast<Eigen::Index>(i)) = corners[i].transpose();
+      const Vector3d lower = shape.corners.colwise().minCoeff(), upper = shape.corners.colwise().maxCoeff();
       geom.mesh_center = 0.5 * (lower + upper);
       geom.mesh_half = 0.5 * (upper - lower);
       geom.fcl_shape = hull;

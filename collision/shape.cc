@@ -28,11 +28,8 @@ double Radius(const Shape& shape) {
       return std::hypot(s[0], s[1]);
     case Shape::Kind::kBox:
       return s.norm();
-    case Shape::Kind::kMesh: {
-      double radius = 0;
-      for (const Vector3d& corner : shape.corners) radius = std::max(radius, corner.norm());
-      return radius;
-    }
+    case Shape::Kind::kMesh:
+      return shape.corners.rowwise().norm().maxCoeff();
     case Shape::Kind::kPlane:
       break;
   }
@@ -58,13 +55,16 @@ Vector3d FarthestPoint(const Shape& shape, const Vector3d& u) {
     case Shape::Kind::kBox:
       return {Side(u[0]) * s[0], Side(u[1]) * s[1], Side(u[2]) * s[2]};
     case Shape::Kind::kMesh: {
-      double farthest = -std::numeric_limits<double>::infinity();
-      for (const Vector3d& corner : shape.corners) farthest = std::max(farthest, corner.dot(u));
+      // Keeps its memory.
+      thread_local Eigen::ArrayXd along;
+      const auto corners = shape.corners.array();
+      along = corners.col(0) * u[0] + corners.col(1) * u[1] + corners.col(2) * u[2];
+      const double farthest = along.maxCoeff();
       Vector3d sum = Vector3d::Zero();
       int count = 0;
-      for (const Vector3d& corner : shape.corners) {
-        if (corner.dot(u) < farthest - kCornerNoise) continue;
-        sum += corner;
+      for (Eigen::Index i = 0; i < along.size(); ++i) {
+        if (along[i] < farthest - kCornerNoise) continue;
+        sum += shape.corners.row(i).transpose();
         ++count;
       }
       // The center of all corners that are equally far within the noise, moved to the exact distance of the

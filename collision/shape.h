@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
 namespace evalbus::collision {
 
@@ -14,8 +13,8 @@ struct Shape {
   // Sphere: radius. Capsule and cylinder: radius, half length (of the segment). Ellipsoid: semi-axes. Box:
   // half extents.
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
-  // Corners of a mesh's convex hull, local frame.
-  std::vector<Eigen::Vector3d> corners;
+  // Corners of a mesh's convex hull, one per row, in the local frame.
+  Eigen::MatrixX3d corners;
   // Pose in the world.
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();

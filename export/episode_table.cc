@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/interned.h"
+#include "results/operator_results.h"
 #include "results/verdicts.h"
 
 namespace evalbus::exports {

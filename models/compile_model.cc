@@ -4,6 +4,7 @@
 
 #include "base/errors.h"
 #include "models/mujoco_errors.h"
+#include "models/polyhedron_contacts.h"
 
 namespace evalbus {
 namespace {
@@ -39,6 +40,8 @@ ModelPtr CompileModel(const SceneComposer& composer, bool discard_visual,
   ModelPtr model(mj_loadXML(kFile, vfs.get(), message, sizeof(message)));
   if (!model) throw InputError(Translate(message, composer, discard_visual));
   if (*message) warnings->push_back(Translate(message, composer, discard_visual));
+  // Visual models are not simulated.
+  if (discard_visual) ReserveKnownGaps(model.get());
   return model;
 }
 

@@ -131,19 +131,65 @@ struct Separation {
   // The outermost vertices in this direction.
   int on_first = 0, on_second = 0;
 
-  // True if the solids are clearly separated in this direction. Most pairs of geoms are, and remain so from
-  // step to step. If so, the expansion below would find no penetration, either, so that contacts do not
-  // depend on earlier ones.
-  bool StillHolds(Solid* first, Solid* second) {
-    constexpr double kClear = 1e-6;  // m
+  // Distance (m) by which the solids are separated in this direction; negative if they are not.
+  double Gap(Solid* first, Solid* second) {
     first->SearchFrom(on_first);
     second->SearchFrom(on_second);
     on_first = first->Furthest(direction);
     on_second = second->Furthest(-1 * direction);
     first->SearchFrom(0);
     second->SearchFrom(0);
-    return Dot(second->Vertex(on_second) - first->Vertex(on_first), direction) > kClear;
+    return Dot(second->Vertex(on_second) - first->Vertex(on_first), direction);
   }
+};
+
+// If two solids are separated by more than this (m), the expansion below finds no penetration, either, so
+// that contacts do not depend on earlier ones. Rounding errors are much smaller.
+constexpr double kClear = 1e-6;
+
+// Which pairs of geoms cannot have met yet, because both have moved less than the gap between them since it
+// was measured. It is kept in mjData.userdata, so that it belongs to one simulation and is cleared by its
+// reset.
+class KnownGaps {
+ public:
+  static int Size(int ngeom) { return ngeom * (kPerGeom + ngeom); }
+
+  KnownGaps(const mjModel& model, const mjData& data, int geom1, int geom2) {
+    if (model.nuserdata != Size(model.ngeom)) return;
+    travel_ = Travel(model, data, geom1) + Travel(model, data, geom2);
+    limit_ = data.userdata + model.ngeom * (kPerGeom + geom1) + geom2;
+  }
+
+  bool AreApart() const { return limit_ && travel_ < *limit_; }
+  void Set(double gap) {
+    if (limit_) *limit_ = travel_ + gap - kClear;
+  }
+
+ private:
+  // Travel, position and rotation matrix.
+  static constexpr int kPerGeom = 13;
+
+  // Upper bound (m) of the path that any point of the geom has moved along since the reset. A turn moves a
+  // point by at most the bounding radius times the norm of the difference of the matrices.
+  static double Travel(const mjModel& model, const mjData& data, int geom) {
+    mjtNum *travel = data.userdata + kPerGeom * geom, *position = travel + 1, *rotation = travel + 4;
+    const mjtNum *new_position = data.geom_xpos + 3 * geom, *new_rotation = data.geom_xmat + 9 * geom;
+    // Most geoms are part of many pairs, and are at the pose at which the previous pair found them.
+    if (std::memcmp(position, new_position, 3 * sizeof(mjtNum)) == 0 &&
+        std::memcmp(rotation, new_rotation, 9 * sizeof(mjtNum)) == 0)
+      return *travel;
+    double moved = 0, turned = 0;
+    for (int i = 0; i < 3; ++i) moved += (new_position[i] - position[i]) * (new_position[i] - position[i]);
+    for (int i = 0; i < 9; ++i) turned += (new_rotation[i] - rotation[i]) * (new_rotation[i] - rotation[i]);
+    *travel += std::sqrt(moved) + model.geom_rbound[geom] * std::sqrt(turned);
+    std::copy_n(new_position, 3, position);
+    std::copy_n(new_rotation, 9, rotation);
+    return *travel;
+  }
+
+  double travel_ = 0;
+  // Travel of both geoms up to which they are apart; null if the simulation has no memory for gaps.
+  mjtNum* limit_ = nullptr;
 };
 
 // Expanding polytope algorithm: a polytope inside the Minkowski difference of both solids grows where it is
@@ -424,6 +470,8 @@ bool HasHull(const mjModel& model, int geom) {
 
 int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, int geom1, int geom2,
                  mjtNum margin) {
+  KnownGaps gaps(*model, *data, geom1, geom2);
+  if (gaps.AreApart()) return 0;
   if (margin > 0 || !HasHull(*model, geom1) || !HasHull(*model, geom2) || !IsMarked(*model)) {
     return original[model->geom_type[geom1]][model->geom_type[geom2]](model, data, contacts, geom1, geom2,
                                                                       margin);
@@ -434,7 +482,10 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
   const auto ngeom = static_cast<size_t>(model->ngeom);
   if (separations.size() != ngeom * ngeom) separations.assign(ngeom * ngeom, {});
   Separation& separation = separations[static_cast<size_t>(geom1) * ngeom + static_cast<size_t>(geom2)];
-  if (separation.StillHolds(&first, &second)) return 0;
+  if (const double gap = separation.Gap(&first, &second); gap > kClear) {
+    gaps.Set(gap);
+    return 0;
+  }
   // Keeps its memory.
   thread_local Expansion expansion;
   Penetration penetration;
@@ -494,6 +545,10 @@ int FindBoxContacts(const mjModel* model, const mjData* data, mjContact* contact
 }
 
 }  // namespace
+
+void ReserveKnownGaps(mjModel* model) {
+  if (IsMarked(*model)) model->nuserdata = KnownGaps::Size(model->ngeom);
+}
 
 void InstallPolyhedronContacts() {
   original[mjGEOM_BOX][mjGEOM_BOX] = mjCOLLISIONFUNC[mjGEOM_BOX][mjGEOM_BOX];

@@ -234,4 +234,40 @@ TEST(PolyhedronContacts, OtherScenesKeepMujocosContacts) {
   EXPECT_EQ(unmarked.Contacts().size(), 1u);
 }
 
+// One simulation remembers gaps, the other does not: the contacts are equal bit by bit.
+TEST(PolyhedronContacts, DoNotDependOnRememberedGaps) {
+  World plain, remembering;
+  ReserveKnownGaps(remembering.model.get());
+  remembering.data.reset(mj_makeData(remembering.model.get()));
+  ASSERT_GT(remembering.model->nuserdata, 0);
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  int touches = 0, separations = 0;
+  for (int walk = 0; walk < 40; ++walk) {
+    // Steps from 10 um to 1 cm, with turns alone, moves alone, or both.
+    const double length = std::pow(10, -5 + walk % 4), move = walk % 3 == 0 ? 0 : length,
+                 turn = walk % 3 == 1 ? 0 : 10 * length;
+    std::array<double, 28> pose{};
+    for (size_t i = 0; i < pose.size(); ++i) pose[i] = i % 7 < 3 ? 0.2 * normal(random) : normal(random);
+    for (int step = 0; step < 300; ++step) {
+      // The first body is at rest.
+      for (size_t i = 7; i < pose.size(); ++i) pose[i] += (i % 7 < 3 ? move : turn) * normal(random);
+      for (World* world : {&plain, &remembering}) {
+        std::ranges::copy(pose, world->data->qpos);
+        mj_normalizeQuat(world->model.get(), world->data->qpos);
+      }
+      const std::vector<mjContact> expected = plain.Contacts(), contacts = remembering.Contacts();
+      ASSERT_EQ(contacts.size(), expected.size()) << "walk " << walk << ", step " << step;
+      for (size_t i = 0; i < contacts.size(); ++i) {
+        EXPECT_EQ(contacts[i].dist, expected[i].dist);
+        EXPECT_TRUE(std::equal(contacts[i].frame, contacts[i].frame + 9, expected[i].frame));
+        EXPECT_TRUE(std::equal(contacts[i].pos, contacts[i].pos + 3, expected[i].pos));
+      }
+      ++(contacts.empty() ? separations : touches);
+    }
+  }
+  EXPECT_GT(touches, 1000);
+  EXPECT_GT(separations, 1000);
+}
+
 }  // namespace evalbus::polyhedron_contacts_test
