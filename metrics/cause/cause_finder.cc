@@ -22,20 +22,20 @@ constexpr double kLifted = 0.01;
 // A gripper that closes on nothing has missed an object if its distance from the object exceeds the smallest
 // one in the episode by at most this much (m).
 constexpr double kNear = 0.1;
-// A contact is a collision if the arm presses for kPressed (s); if its torques are unknown, if it touches the
-// scene for kTouched (s); or if it pushes an object that it should hold by kPushed (m).
+// A contact is a collision if the arm presses for kPressed (s), or if it pushes an object that it should hold
+// by kPushed (m). If the torques are unknown, touching the scene for kTouched (s) is also a collision.
 constexpr double kPressed = 0.5, kTouched = 1, kPushed = 0.02;
 // A robot has stalled if it is at rest for the last kLastShare of the episode, and for at least kStill (s),
-// and made progress at most kPatience (s) before it came to rest. Otherwise, progress in this last share
-// means that time ran out. If an object slides out of a hand after the robot has been at rest for kStill, the
-// rest is the cause.
+// and made progress at most kPatience (s) before it came to rest. Otherwise, if it made progress within the
+// last kLastShare, the time ran out. If an object slides out of a hand after the robot has been at rest for
+// kStill, the cause is the stall.
 constexpr double kLastShare = 0.2, kStill = 2, kPatience = 1.5;
 // A robot is slow if no joint ever moves faster than this, rad/s.
 constexpr double kSlow = 0.25;
 
 bool IsOfHold(const condition_t& condition) { return condition.kind == condition_t::HOLDING; }
 
-// Whether the condition is met by the absence of something, by the words that predicate.h defines.
+// Whether the condition requires that something is absent. This is decided by the words of its text.
 bool IsNegated(const condition_t& condition) {
   return condition.text.find(" not ") != std::string::npos || condition.text.starts_with("no ");
 }
@@ -91,8 +91,8 @@ bool CauseFinder::IsAboutOnly(const condition_t& condition, size_t object) const
   return true;
 }
 
-// The points that a name stands for: the wrist of a gripper, or the first body of this name or of this
-// entity.
+// Returns the points for a name: the wrists of the grippers with this name, or the first body with this name
+// or entity.
 std::vector<int> CauseFinder::PointsOf(const std::string& operand) const {
   const int num_bodies = static_cast<int>(config_.bodies.size());
   std::vector<int> points;
@@ -181,14 +181,14 @@ bool CauseFinder::StageAbout(size_t object, int64_t after) const {
   return false;
 }
 
-// Whether the gripper held the object, and not only touched it while it was closed completely.
+// Whether the gripper really held the object, and did not only touch it with closed fingers.
 bool CauseFinder::IsGrasp(const CauseHold& hold) const {
   if (Length(hold) < Ticks(kShortestHold)) return false;
   // A finger that touches the object from outside, while the gripper opens or closes, does not hold it.
   return hold.pinched_ticks >= Ticks(kShortestHold) || (hold.is_wide && !hold.closing && !hold.opened);
 }
 
-// gripper: -1 for any.
+// Whether the gripper held the object after the tick. gripper: -1 for any.
 bool CauseFinder::HeldAfter(int64_t tick, int object, int gripper) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return hold.object == object && (gripper < 0 || hold.gripper == gripper) && hold.last_tick > tick &&
@@ -208,7 +208,7 @@ bool CauseFinder::IsTouchedAtEnd(int object, int gripper) const {
   });
 }
 
-// Whether the object is lower than when it was last held.
+// Whether the object is now lower than at the end of this hold, by at least kFallen.
 bool CauseFinder::HasFallen(const CauseHold& hold) const {
   return height_[hold.object] <= hold.last_height - kFallen;
 }
@@ -233,8 +233,8 @@ bool CauseFinder::AsksForLift(size_t object) const {
   });
 }
 
-// Whether the task requires the release: the object has not fallen, and all success conditions that concern
-// it alone are met, one of which is that it is not held.
+// Whether the task requires that the object is released here. This is so if the object has not fallen and all
+// success conditions that involve only this object are met, including one about its release.
 bool CauseFinder::IsReleaseAsRequired(const CauseHold& hold) const {
   const auto object = static_cast<size_t>(hold.object);
   if (!hold.opened || HasFallen(hold)) return false;
@@ -255,15 +255,16 @@ bool CauseFinder::IsPullBeforeLift(const CauseHold& pull) const {
   });
 }
 
-// Whether, after the end of this hold, the object was held at least as well: by another gripper at that time,
-// or later, until the end or for much longer. Another gripper does not count if the task names this one.
+// Whether another hold of the object makes up for the loss. It was already active at the loss, lasted until
+// the end of the episode, or lasted much longer than the lost hold. If the task names this gripper, holds by
+// other grippers do not count.
 bool CauseFinder::IsMadeGood(const CauseHold& lost) const {
   const bool is_named = AsksForHold(static_cast<size_t>(lost.object), config_.grippers[lost.gripper]);
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     if (hold.object != lost.object || (is_named && hold.gripper != lost.gripper)) return false;
     if (hold.last_tick < lost.last_tick + Ticks(kShortestHold)) return false;
     if (hold.first_tick <= lost.last_tick || !hold.is_over) return true;
-    // A gripper that opens and closes again changes its grip.
+    // If the gripper opened and grasped again, it changed its grip, so any later grasp suffices.
     return IsGrasp(hold) && Length(hold) > (lost.opened ? Ticks(kShortestHold) : kLonger * Length(lost));
   });
 }
@@ -297,12 +298,12 @@ bool CauseFinder::IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& 
     if (!IsOfHold(*u.condition) || IsNegated(*u.condition) || !IsOf(u.condition->subject, object)) continue;
     const std::string& asked = u.condition->other;
     if (!IsAnyGripper(asked) && asked != config_.grippers[closing.gripper]) continue;
-    // An object that was lost before it was handed over.
+    // If no gripper held the object at that time, it was lost before the handover, and this is not a miss.
     if (asked == "other" && !IsHeldAt(closing.tick, index)) continue;
     const bool by_any = asked == "any" || asked == "first";
     if (!HeldAfter(asked == "other" ? -1 : closing.tick, index, by_any ? -1 : closing.gripper)) return true;
   }
-  // A touch is enough for a condition that a gripper holds the object, but not for what follows.
+  // A single touch satisfies a condition that a gripper holds the object. The later conditions need a grasp.
   if (!IsAboutAny(unmet, object) || IsTouchedAtEnd(index, closing.gripper)) return false;
   if (AsksForHold(object, config_.grippers[closing.gripper])) return !HeldAfter(-1, index, closing.gripper);
   return AsksForLift(object) && !HeldAfter(-1, index, -1);
@@ -321,7 +322,7 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
   }
 }
 
-// Whether a gripper of this arm held the object until just before.
+// Whether a gripper of this arm held the object until at most kInterruption before this contact.
 bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return config_.object_entity[hold.object] == touch.pair.entity &&
@@ -330,8 +331,9 @@ bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   });
 }
 
-// Whether the arm's gripper held an object that the task asks for at this contact or later, or until at most
-// kInterruption before it: fingers touch the scene when they grasp an object or put it down.
+// Whether the contact belongs to a grasp, because fingers touch the scene when they grasp an object or put it
+// down. The arm's gripper holds an object that the task requires, and this hold ends at the earliest
+// kInterruption before the contact.
 bool CauseFinder::IsTouchOfGrasp(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     const auto object = static_cast<size_t>(hold.object);
@@ -378,7 +380,7 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   if (end.last_tick - rest >= std::max(last_share, Ticks(kStill)) && rest - progress <= Ticks(kPatience)) {
     return {.kind = cause_kind::kStall, .tick = rest};
   }
-  // The approach of a slow robot may not be long enough to be progress.
+  // A slow robot may have come too little closer for its approach to count as progress.
   const bool is_slow = rest_.largest_step() <= kSlow * config_.dt && end.last_tick - rest < last_share;
   if ((progress == 0 && is_slow) || end.last_tick - progress <= last_share) {
     return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick, .made_progress = progress > 0};

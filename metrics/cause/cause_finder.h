@@ -36,8 +36,8 @@ inline constexpr char kFailedCondition[] = "failed_condition";
 struct CauseEnd {
   enum class By { kSuccess, kFailure, kTime, kOther };
   By by = By::kTime;
-  // The failure reason if no event decided the episode (By::kOther: in any case), and details as text; both
-  // may be empty.
+  // The failure reason that applies if no event decided the episode; with By::kOther it always applies.
+  // `detail` describes it as text. Both may be empty.
   std::string reason;
   std::string detail;
   int64_t last_tick = 0;
@@ -45,7 +45,7 @@ struct CauseEnd {
   std::vector<condition_t> conditions;
 };
 
-// The decisive moment as data. Members that do not apply are -1 or 0.
+// The decisive moment as data. Members that do not apply keep their default values.
 struct CauseMoment {
   std::string kind;
   int64_t tick = 0;
@@ -75,9 +75,10 @@ class CauseFinder {
 
   void Start();
 
-  // Adds a tick, in tick order; tick 0 is the reset state. stage_reached: by stage. conditions: of each stage
-  // in the task's order, then of success, as TaskEvaluator writes them; not read at tick 0. Find() reads them
-  // again.
+  // Adds a tick, in tick order; tick 0 is the reset state. stage_reached: whether each stage has been
+  // reached. conditions: one list per stage in the task's order, then the conditions of success, as written
+  // by TaskEvaluator::ConditionsByStage(). They are not read at tick 0. They must stay valid until Find(),
+  // which reads them again.
   void Add(const CauseSample& sample, std::span<const uint8_t> stage_reached,
            std::span<const std::vector<condition_t>> conditions);
 
@@ -94,8 +95,8 @@ class CauseFinder {
   bool IsAbout(const condition_t& condition, size_t object) const;
   bool IsAboutAny(const std::vector<Unmet>& unmet, size_t object) const;
   bool IsAboutOnly(const condition_t& condition, size_t object) const;
-  // What measures the progress of a condition without a number: distances between points, which are bodies
-  // or, with indices after those of bodies, wrists.
+  // The progress of a condition without a number is measured by the distance between two points. `points`
+  // lists the pairs. Indices below the number of bodies are bodies; the following ones are the wrists.
   struct Measure {
     std::vector<std::pair<int, int>> points;
     bool farthest = false;  // the largest distance, otherwise the smallest

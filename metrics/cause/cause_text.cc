@@ -33,7 +33,7 @@ std::string WithoutLimit(const condition_t& condition) {
   return Words(condition.text);
 }
 
-// Conditions that compare numbers; all of them if none does.
+// Lists the conditions that compare numbers, or all conditions if none does.
 std::string Listed(const std::vector<condition_t>& conditions) {
   const bool has_numbers = std::ranges::any_of(conditions, [](const auto& c) { return c.has_value != 0; });
   std::vector<std::string> texts;
@@ -51,7 +51,8 @@ std::string Unit(const std::string& unit) {
   return unit == "1" || unit.empty() ? "" : unit == "deg" ? " degrees" : " " + unit;
 }
 
-// Three decimals for m, two otherwise, and as many more as show that the value misses its limit.
+// Formats the value with three decimals for m and two otherwise, and with more if they are needed to show
+// that it misses its limit.
 std::string Value(double value, double limit, const std::string& unit) {
   int decimals = unit == "m" ? 3 : 2;
   const std::string limit_text = fmt::format("{:.6g}", limit);
@@ -83,7 +84,7 @@ std::string Reached(const condition_t& condition, const BestOfCondition& best) {
 
 }  // namespace
 
-// The event itself, without time.
+// Describes the event, without its time.
 std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) const {
   const std::string gripper =
       moment.gripper < 0 ? "" : Capitalized(PartOf(config_.grippers[moment.gripper], "gripper"));

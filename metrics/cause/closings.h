@@ -13,15 +13,14 @@ namespace evalbus::metrics {
 
 struct EmptyClosing {
   int gripper;
-  int64_t tick;                  // at which the gripper was closed
+  int64_t tick;                  // first tick at which the gripper was closed completely
   std::vector<double> distance;  // m, of the wrist from each object
   std::vector<uint8_t> touches;  // by object: a pad touches it, from outside
 };
 
 // A gripper closes on nothing if its opening falls from at least kOpen to at most Holds::kShut and pads of
-// both fingers never touch an object meanwhile. After such a touch, it must
-// reopen by kReopened, or to kWide, before a closing counts: otherwise an object that slips out would look
-// like an empty closing.
+// both fingers never touch an object meanwhile. After such a touch, the gripper must reopen by kReopened, or
+// to kWide, before a closing counts. Otherwise, an object that slips out would look like an empty closing.
 class Closings {
  public:
   static constexpr double kOpen = 0.25, kReopened = 0.05, kWide = 0.9;  // fractions of the gripper's travel

@@ -12,7 +12,8 @@
 
 namespace evalbus::metrics {
 
-// A contact between an arm and an entity, without an interruption of CauseCollisions::kInterruption.
+// A contact between an arm and an entity. Interruptions shorter than CauseCollisions::kInterruption do not
+// end it.
 struct ArmTouch {
   ArmContact pair;
   int64_t first_tick;
@@ -21,15 +22,15 @@ struct ArmTouch {
   int64_t pressed_ticks = 0;
   // Largest distance (m) of the object from where it was at the first tick; 0 for the scene.
   double displacement = 0;
-  // Last tick of the contact at which the object had not been moved by CauseCollisions::kMoved yet.
+  // Last tick of the contact at which the object had moved by less than CauseCollisions::kMoved.
   int64_t push_tick = 0;
   std::array<double, 3> start{};
 };
 
-// An arm presses while the torque of one of its joints is outside the range of this joint's torques without
-// contact, by at least kMinExcess and by at least the width of that range. The range contains 0. Without
-// gravity compensation, it contains the weight of the arm. Contacts of an arm with an object that its gripper
-// holds are ignored.
+// The torques of a joint while its arm touches nothing define the joint's free range, which always contains
+// 0. Without gravity compensation, the free range includes the torques that carry the arm's weight. An arm
+// presses while the torque of one of its joints exceeds the free range by at least kMinExcess and by at least
+// the width of the range. Contacts of an arm with an object that its gripper holds are ignored.
 class CauseCollisions {
  public:
   static constexpr double kMinExcess = 10;    // N m
@@ -72,10 +73,10 @@ class CauseCollisions {
     }
   }
 
-  // In order of their first tick.
+  // Sorted by first tick.
   const std::vector<ArmTouch>& touches() const { return touches_; }
   bool knows_torque() const { return knows_torque_; }
-  // Index of the object that the entity is; -1: none.
+  // Returns the index of the object with this entity; -1 if the entity is not an object.
   int ObjectOf(int entity) const {
     const auto found = std::ranges::find(config_.object_entity, entity);
     return found == config_.object_entity.end() ? -1

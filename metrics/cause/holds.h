@@ -1,4 +1,4 @@
-// Finds from when to when each gripper held each object, and how the hold ended. Used for the decisive
+// Finds the intervals in which each gripper held each object, and how each hold ended. Used for the decisive
 // moment.
 #pragma once
 
@@ -19,7 +19,7 @@ struct CauseHold {
   int64_t first_tick;
   // Last tick with contact; if the gripper was opened, the last tick before it began to open.
   int64_t last_tick;
-  // Tick since which the robot had been at rest at the last contact.
+  // The robot was at rest from this tick until the last contact.
   int64_t rest_since = 0;
   // Number of ticks at which pads of both fingers touched the object.
   int64_t pinched_ticks = 0;
@@ -34,19 +34,19 @@ struct CauseHold {
   double first_height = 0, last_height = 0;
 };
 
-// A hold begins when a pad of a gripper that has closed by kClosed since it was widest touches the object. It
-// ends after kPatience without contact, or kPatience after the gripper has opened by kOpened from its
-// minimum, unless both fingers touch the object. The commanded opening decides, if it is known, because a
-// strong gripper bounces on the object, and an object that slips out pushes the fingers apart. An opened
-// gripper must close by kClosed before the next hold of the same object.
+// A hold begins when a pad touches the object and the gripper has closed by kClosed from its largest opening.
+// It ends after kPatience without contact. It also ends if the gripper has been open by kOpened more than its
+// minimum for kPatience and not both fingers touch the object. If the commanded opening is known, it is used
+// instead of the measured one, because a strong gripper bounces on the object, and an object that slips out
+// pushes the fingers apart. An opened gripper must close by kClosed before the next hold of the same object.
 class Holds {
  public:
   static constexpr double kClosed = 0.05, kOpened = 0.1;  // fractions of the gripper's travel
   static constexpr double kPatience = 0.3;                // s
-  // If commands are unknown, the opening in this time (s) after the first contact is not considered: a strong
-  // gripper that snaps shut overshoots.
+  // If commands are unknown, the opening in this time (s) after the first contact is ignored, because a
+  // strong gripper that snaps shut overshoots.
   static constexpr double kSnap = 0.25;
-  // A gripper begins to open when its opening exceeds its minimum by this fraction.
+  // A gripper begins to open when its opening exceeds its minimum by this fraction of its travel.
   static constexpr double kYield = 0.05;
   // A gripper that is open by at most this fraction is closed completely.
   static constexpr double kShut = 0.1;
@@ -73,7 +73,7 @@ class Holds {
     }
   }
 
-  // In order of their first tick.
+  // Sorted by first tick.
   const std::vector<CauseHold>& holds() const { return holds_; }
 
  private:
@@ -127,7 +127,7 @@ class Holds {
     const bool is_open = IsPatienceOver(pair.last_closed, sample.tick) && !sample.pinched[index];
     if (!is_open && !IsPatienceOver(hold.last_tick, sample.tick)) return;
     hold.is_over = true;
-    // A gripper that opens after it has lost the object did not let go of it.
+    // If the gripper opened only after the last contact, the object was lost, not released.
     hold.opened = pair.last_closed < sample.tick && pair.before_opening <= hold.last_tick;
     if (hold.opened) hold.last_tick = pair.before_opening;
     hold.closing = !hold.opened && opening <= pair.last_opening - kClosed;

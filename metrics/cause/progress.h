@@ -16,7 +16,7 @@ namespace evalbus::metrics {
 struct BestOfCondition {
   // How far (>= 0, in the condition's unit; m for a hold) the condition was from being met; NaN: no measure.
   double gap = NAN;
-  // The number at that time, if the condition compares one.
+  // If the condition compares a number: the number when the gap was smallest.
   double value = NAN;
   // Last tick at which the gap fell by at least kStep of the first gap, or at which the condition held.
   int64_t progress_tick = 0;
@@ -28,8 +28,8 @@ class ConditionProgress {
 
   void Start() { tracks_.clear(); }
 
-  // Adds the state of condition `index` at a tick. distance: measure of a condition without a number; NaN:
-  // none.
+  // Adds the state of condition `index` at a tick. distance: the gap of a condition without a number, m; NaN
+  // if it has none.
   void Add(size_t index, int64_t tick, const condition_t& condition, double distance) {
     if (index >= tracks_.size()) tracks_.resize(index + 1);
     Track& track = tracks_[index];
@@ -59,12 +59,14 @@ class ConditionProgress {
   std::vector<Track> tracks_;
 };
 
-// The robot is at rest, compared with the beginning of the rest,
-//   - while the commanded positions of its joints differ by at most kCommand, and
-//   - during the first kSettled, while its joints differ by at most kSag, because servos yield to a load;
-//     afterwards, joints do not end a rest, because an object that slides out of a hand moves the arm.
-// If the commands are unknown, it is at rest while its joints differ by at most kCommand. Grippers are not
-// considered, because they yield while an object slides in them.
+// Finds since when the robot has been at rest. Positions are compared with those at the beginning of the
+// rest:
+//   - A rest ends when the commanded position of a joint differs by more than kCommand.
+//   - During the first kSettled, a rest also ends when the measured position of a joint differs by more than
+//     kSag. Smaller changes are ignored, because servos yield to a load. After kSettled, measured positions
+//     are ignored, because an object that slides out of a hand moves the arm.
+//   - If the commands are unknown, a rest ends when a measured position differs by more than kCommand.
+// Grippers are ignored, because they yield while an object slides in them.
 class Rest {
  public:
   static constexpr double kCommand = 0.003, kSag = 0.1;  // rad
@@ -81,7 +83,7 @@ class Rest {
   // commands: empty if unknown.
   void Add(int64_t tick, std::span<const double> joints, std::span<const double> commands) {
     const std::span<const double> now = commands.empty() ? joints : commands;
-    // The commands in the reset state are not the policy's.
+    // The commands in the reset state do not come from the policy.
     for (size_t j = 0; tick > 1 && j < last_.size() && j < now.size(); ++j) {
       largest_step_ = std::max(largest_step_, std::abs(now[j] - last_[j]));
     }

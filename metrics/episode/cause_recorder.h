@@ -1,5 +1,5 @@
-// Feeds CauseFinder with an episode's ticks: picks what its rules need from STATE, CONTACTS and the task's
-// conditions.
+// Passes an episode's ticks to CauseFinder: extracts the inputs of its rules from STATE, CONTACTS and the
+// task's conditions.
 #pragma once
 
 #include <array>
@@ -22,7 +22,8 @@ class CauseRecorder {
   CauseRecorder(const ModelNames& names, std::vector<int> object_body);
 
   void Start() { finder_.Start(); }
-  // Adds a tick after `evaluator` has evaluated it, in tick order. contacts: those with known poses.
+  // Adds a tick after `evaluator` has evaluated it, in tick order. contacts: without contacts of objects
+  // whose poses are unknown.
   void Add(const Sample& sample, const state_t& state, std::span<const contact_t> contacts,
            const TaskEvaluator& evaluator);
   FoundCause Find(const CauseEnd& end) const { return finder_.Find(end); }

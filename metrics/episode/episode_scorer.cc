@@ -119,7 +119,7 @@ bool EpisodeScorer::Fits(const state_t& state) const {
       state.num_grippers != model_.num_grippers || state.num_qpos < num_coordinates_) {
     return false;
   }
-  // NaN and infinity both make 0 * x NaN.
+  // 0 * x is NaN if x is NaN or infinite.
   double sum = 0;
   for (const body_pose_t& body : state.body) {
     for (double x : body.position_m) sum += 0 * x;
@@ -174,7 +174,8 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
 }
 
 void EpisodeScorer::WatchSuccess(const state_t& state, const contacts_t& contacts) {
-  // Realtime episodes may have ticks after that time. 1: a source rounds each time to a microsecond.
+  // Real-time episodes may have ticks after after_success_us. The tolerance of 1 is needed because a source
+  // rounds each time to a microsecond.
   if (state.header.sim_time_us - 1 > decided_->sim_time_us + model_.after_success_us) return;
   evaluator_.Evaluate({state, KnownContacts(contacts)}, state.header.tick);
   holds_ = evaluator_.success_holds();

@@ -30,7 +30,7 @@ namespace evalbus::metrics {
 
 // The values of an episode are those of its ticks up to the first success or failure. Later ticks occur
 // because the sim continues for MODEL's after_success_us, or because it has not yet received the verdict.
-// They change no value; after a success they only determine how long success held.
+// These ticks change no value. After a success, they only determine how long success held.
 class EpisodeScorer {
  public:
   // Throws InputError if the task, or the force limits in `model`, do not fit the model.
@@ -40,8 +40,9 @@ class EpisodeScorer {
 
   void Start();
 
-  // Adds the next tick, in tick order; missing ticks are counted from the gap. The first tick is the reset
-  // state. Ticks with non-finite numbers, or that do not fit the model, are refused and counted.
+  // Adds the next tick, in tick order. If tick numbers are skipped, the skipped ticks count as missing. The
+  // first tick is the reset state. Ticks with non-finite numbers, or that do not fit the model, are refused
+  // and counted.
   void Tick(const state_t& state, const contacts_t& contacts);
 
   // Counts the ticks between the last one added and last_tick, the episode's last, as missing.
@@ -73,8 +74,8 @@ class EpisodeScorer {
   void Score(const state_t& state, const contacts_t& contacts);
   void WatchSuccess(const state_t& state, const contacts_t& contacts);
   void KeepPoses(const state_t& state);
-  // Fills in every member. is_over: the episode has ended; also computes the values that are too expensive to
-  // compute at every tick.
+  // Fills in every member. is_over: the episode has ended, so values that are too expensive to compute at
+  // every tick are computed too.
   void FillExtended(bool is_over, extended_metrics_t* extended) const;
 
   model_info_t model_;
@@ -91,7 +92,7 @@ class EpisodeScorer {
   std::vector<contact_t> known_contacts_;
   // Minimum number of joint coordinates in STATE, as required by the joints of MODEL.
   int num_coordinates_ = 0;
-  std::vector<std::vector<std::vector<uint8_t>>> fingers_;  // pads by gripper, finger, geom
+  std::vector<std::vector<std::vector<uint8_t>>> fingers_;  // pads, by gripper, then finger, then geom
   std::vector<std::vector<uint8_t>> objects_;               // by object, then geom
   std::vector<int> object_body_;
 

@@ -16,8 +16,8 @@ struct FirstCollision {
   SceneContact contact{};
 };
 
-// The text of the result is one sentence: how the episode ended, time, deciding conditions, highest stage,
-// first collision, slips, violations of force limits.
+// The text of the result is one sentence. It contains how and when the episode ended, the deciding
+// conditions, the highest stage, the first collision, slips, and violations of force limits.
 explanation_t Explain(const EpisodeOutcome& outcome, const CauseEnd& end, const RolloutMetrics& metrics,
                       const FirstCollision& collision, const std::vector<GraspInterval>& grasps,
                       const std::vector<limit_violation_t>& violations);

@@ -27,14 +27,14 @@ struct EpisodeOutcome {
   // As in episode_end_t.
   std::string end_reason;
   std::string end_detail;
-  // Tick of the verdict, or the last one.
+  // Tick of the verdict; without a verdict, the last tick.
   int64_t last_tick = 0;
   // Deciding conditions; see explanation_t.
   std::vector<condition_t> conditions;
 };
 
-// Ends that no event with an object can explain are By::kOther, with their failure reason. server_error makes
-// the episode invalid, whatever its verdict.
+// Returns how the episode ended. Ends that have nothing to do with objects are By::kOther with their failure
+// reason. A server_error is always By::kOther, even after a verdict, because it makes the episode invalid.
 CauseEnd MakeCauseEnd(const EpisodeOutcome& outcome);
 
 }  // namespace evalbus::metrics

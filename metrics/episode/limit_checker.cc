@@ -153,7 +153,7 @@ void LimitChecker::AddTouch(size_t region, int body, int robot_body, double forc
   const bool is_transient = TickTime(tick - touch.first_tick + 1, dt_) <= limit.transient_time;
   const double largest = is_transient ? limit.transient_force : limit.quasi_static_force;
   if (!(force > largest)) return;
-  // A contact that exceeds the quasi-static limit after the transient one violates both.
+  // If a contact first exceeds the transient limit and later the quasi-static limit, it violates both.
   Report(Violation(limit, model_.body_name[body], model_.body_name[robot_body],
                    is_transient ? "transient" : "quasi_static", largest, force, tick),
          &touch.latest);

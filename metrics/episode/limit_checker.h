@@ -12,9 +12,9 @@
 
 namespace evalbus::metrics {
 
-// Checks every pair of a body of a region and a body of the robot at every tick, by the largest force of a
-// physics step, and every gripper by its largest grip force. A contact that does not touch, or a violation
-// that does not exceed its limit, for less than kSeparationTime continues.
+// Checks at every tick each pair of a region's body and a robot body, using the largest contact force of a
+// physics step, and each gripper, using its largest grip force. Interruptions of a contact or a violation
+// that are shorter than kSeparationTime are ignored.
 class LimitChecker {
  public:
   // Uses the limits in MODEL (limits_yaml); without them, nothing is checked. `names` must outlive this
@@ -27,8 +27,8 @@ class LimitChecker {
   void Add(const state_t& state);
   // Whether a region has a limit of the grip force.
   bool has_grip_limits() const;
-  // Largest excess of a grip force over its limit so far, N, and the number of ticks with an excess; 0
-  // without one.
+  // Largest excess of a grip force over its limit so far, N, and the number of ticks with an excess. Both are
+  // 0 if no limit was exceeded.
   double largest_squeeze() const { return largest_squeeze_; }
   int64_t squeeze_ticks() const { return squeeze_ticks_; }
   // In chronological order.
@@ -39,8 +39,8 @@ class LimitChecker {
     ForceLimit limit;
     std::vector<uint8_t> has_body;  // by body
   };
-  // Index of the latest violation of a contact or grip, -1: none; and the last tick at which it exceeded the
-  // limit.
+  // Index of the latest violation of a contact or grip (-1: none), and the last tick at which the force
+  // exceeded the limit.
   struct Latest {
     int violation = -1;
     int64_t last_tick = 0;
@@ -56,8 +56,9 @@ class LimitChecker {
   void AddTouch(size_t region, int body, int robot_body, double force, int64_t tick);
   // Adds the grips of a tick.
   void AddGrips(const state_t& state);
-  // Returns the manipulated object on which all fingers of the gripper press, by the mean force of the finger
-  // that presses least; of several objects, the one with the largest force. -1: none.
+  // Returns the manipulated object on which all fingers of the gripper press; -1 if there is none. The grip
+  // force on an object is the mean force of the finger that presses least. Of several objects, returns the
+  // one with the largest grip force.
   int GrippedObject(size_t gripper, const state_t& state) const;
   // Adds a violation, or continues the latest one.
   void Report(limit_violation_t violation, Latest* latest);

@@ -1,6 +1,6 @@
 // Determines which values are available for a run from an external source. Metrics whose inputs the source
 // does not provide are omitted, not reported as zero (docs/metrics.md, "What a source must know"). A single
-// table lists what each metric needs. Pure.
+// table lists the inputs that each metric needs. Pure.
 #pragma once
 
 #include "evalbus/extended_metrics_t.hpp"

@@ -5,8 +5,8 @@
 
 namespace evalbus::metrics {
 
-// Whether the run has episodes whose messages a metrics process started now will not receive: episodes that
-// have already finished, or those of other workers. Throws InputError if run.json is invalid.
+// Whether a metrics process that is started now will miss the messages of some episodes of the run, because
+// they have already finished or belong to other workers. Throws InputError if run.json is invalid.
 bool IsPartOfRun(const std::filesystem::path& run_folder);
 
 }  // namespace evalbus::metrics

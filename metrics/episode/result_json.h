@@ -18,8 +18,8 @@ namespace evalbus::metrics {
 // two arms, and plain numbers for one.
 nlohmann::ordered_json ResultJson(const metric_values_t& values);
 
-// The metrics defined by evalbus; value of the key "extended" beside the dictionary above. null for a value
-// that does not exist. `values` provides the names of the stages.
+// Value of the key "extended": the metrics defined by evalbus. A value that does not exist is null. `values`
+// provides the names of the stages.
 nlohmann::ordered_json ExtendedJson(const extended_metrics_t& extended, const metric_values_t& values);
 
 // Value of the key "explanation" (docs/run_folder.md).
@@ -34,7 +34,7 @@ nlohmann::ordered_json ParametersJson(const episode_begin_t& begin);
 // Final poses of an episode, which PosesJson converts to the value of the key "final_poses".
 NamedPoses PosesOf(const episode_summary_t& summary);
 
-// Numbers for the statistics: the same as those read from the episode's line in episodes.jsonl.
+// Numbers for the statistics. They equal the numbers that are read from the episode's line in episodes.jsonl.
 EpisodeResult ResultOf(const episode_begin_t& begin, const episode_summary_t& summary);
 
 }  // namespace evalbus::metrics

@@ -62,7 +62,7 @@ class RolloutMetrics {
   std::span<const SceneContact> scene_contacts() const { return deriver_.contacts().scene(); }
 
  private:
-  // One accumulator of each type.
+  // Holds one accumulator of each type.
   template <class... Metric>
   struct All : std::tuple<Metric...> {
     explicit All(const MetricsConfig& config) : std::tuple<Metric...>(Metric(config)...) {}

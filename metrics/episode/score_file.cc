@@ -25,7 +25,7 @@ using nlohmann::json;
 // the parent Node, which must outlive this one.
 class Node {
  public:
-  // The document itself, or a value in it, at a path that starts with a key.
+  // Creates the root node of a document, or of a value in it whose path is given.
   Node(const json* value, const std::string* file, std::string path = "")
       : value_(value), file_(file), path_(std::move(path)) {}
 
@@ -70,7 +70,7 @@ class Node {
     return value_->get<bool>();
   }
   int Integer(int lowest, int highest) const {
-    // Both checks are needed: an unsigned value beyond int64 would wrap into range.
+    // The range is checked as double, because an unsigned value beyond int64 would wrap into the range.
     if (!value_->is_number_integer() || value_->get<double>() < lowest || value_->get<double>() > highest) {
       Fail("an integer from " + std::to_string(lowest) + " to " + std::to_string(highest));
     }
@@ -199,7 +199,7 @@ MetricsConfig ReadConfig(const Node& episode, const ScoreOptions& options) {
   return config;
 }
 
-// Reads a final value: null, a number, or an object of names and numbers.
+// Reads a value of "finalize": null, a number, or an object of names and numbers.
 void ReadFinal(const Node& value, std::vector<std::string>* names, std::vector<double>* numbers) {
   if (value.value().is_number()) {
     names->emplace_back();
@@ -217,7 +217,7 @@ void ReadFinal(const Node& value, std::vector<std::string>* names, std::vector<d
 
 constexpr int kMaxGeom = std::numeric_limits<int>::max();
 
-// One step: the storage that its Sample points into.
+// One step of the trajectory. It owns the memory that its Sample points into.
 class Step {
  public:
   explicit Step(const MetricsConfig& config)
@@ -332,7 +332,7 @@ class Trajectory {
     return true;
   }
 
-  // Result including the steps that remain in the document.
+  // Returns the result, after adding the steps that remain in the document.
   nlohmann::ordered_json Result(const json& document) {
     const Node episode(&document, &file_);
     episode.CheckKeys({"robot", "control_frequency", "control_dt", "config", "geoms", "initial", "steps",
@@ -358,7 +358,7 @@ class Trajectory {
                          " overflows");
       }
     }
-    // An empty object is a set too.
+    // An empty object in the input becomes an empty object in the result.
     if (finalize["target_distance"].value() == json::object()) result["target_distance"] = json::object();
     if (finalize["pose_error"].value() == json::object()) result["object_pose_error"] = json::object();
     return result;

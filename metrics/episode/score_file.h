@@ -21,8 +21,8 @@ struct ScoreOptions {
 nlohmann::ordered_json ScoreEpisode(const nlohmann::json& episode, const std::string& file,
                                     const ScoreOptions& options = {});
 
-// Same for a file of any length: only one step at a time is in memory, provided that the steps follow
-// everything that they need (all keys but "stages" and "finalize").
+// Returns the result dictionary of the episode in `file`, which may have any length. Only one step at a time
+// is in memory if all keys except "stages" and "finalize" precede the steps.
 nlohmann::ordered_json ScoreFile(const std::filesystem::path& file, const ScoreOptions& options = {});
 
 }  // namespace evalbus::metrics

@@ -66,7 +66,7 @@ class TickMerger {
   void SkipTo(int64_t tick);
 
   Slots slots_;
-  // Map nodes kept for reuse, so that a steady stream does not allocate.
+  // Map nodes that are kept for reuse, so that no memory is allocated in steady state.
   std::vector<Slots::node_type> spare_;
   bool handed_out_ = false;  // the caller of Next() holds slots_.begin()
   int64_t next_tick_ = 0;
