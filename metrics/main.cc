@@ -1,4 +1,4 @@
-// evalbus-metrics: the scores of a run.
+// evalbus-metrics: computes the scores of a run.
 #include "base/arguments.h"
 #include "base/plugins.h"
 #include "bus/host.h"

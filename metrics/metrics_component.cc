@@ -155,7 +155,7 @@ void MetricsComponent::FinishEpisode() {
   status_.missing_ticks = missing_before_ + missing_here_;
   status_.last_finished_episode = end_.header.episode;
 
-  // It is unknown which of the two conflicting messages came from the sim.
+  // The score is not reliable, because it is unknown which of the two conflicting messages came from the sim.
   if (!conflicts_.conflict().empty()) {
     end_.end_reason = end_reason::kAborted;
     end_.detail = conflicts_.conflict();

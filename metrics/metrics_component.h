@@ -62,9 +62,9 @@ class MetricsComponent : public Component {
   bool running_ = false;
   // Set from FinishEpisode() until the next episode begins.
   std::optional<episode_summary_t> summary_;
-  // Time since EPISODE_END; set while ticks before it are missing.
+  // Measures the time since EPISODE_END; set while ticks before it are missing.
   std::optional<Wait> last_ticks_;
-  // Missing ticks of the earlier episodes.
+  // Number of missing ticks of the earlier episodes.
   int64_t missing_before_ = 0;
   int64_t missing_here_ = 0;
   const bool is_part_;

@@ -11,7 +11,7 @@
 namespace evalbus::metrics {
 
 // Number of times that a robot geom and a scene geom, or two robot geoms, begin to touch. A pair counts again
-// only after it has been separated for kSeparationTime. A pair that touches in the first sample counts there.
+// only after it has been separated for kSeparationTime. A pair that touches in the first sample is counted.
 class CollisionEvents : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"env_collision_events", "self_collision_events"};

@@ -1,5 +1,5 @@
-// Smoothness of what the policy commands, beside that of what the robot does. Definition and source:
-// speed_jerk.h.
+// Smoothness of the policy's commands, in contrast to the smoothness of the robot's movement. Definition and
+// source: speed_jerk.h.
 #pragma once
 
 #include <cmath>
@@ -10,8 +10,8 @@
 
 namespace evalbus::metrics {
 
-// The speed is that of each arm's joint command, norm(c_i - c_(i-1)) over its joints. There is no value if
-// the source does not provide commands.
+// Dimensionless jerk of the speed at which each arm's joint commands change, norm(c_i - c_(i-1)) over its
+// joints. There is no value if the source does not provide commands.
 class CommandJerk : public SpeedJerk {
  public:
   static constexpr const char* kNames[] = {"command_log_dimensionless_jerk"};

@@ -13,16 +13,16 @@
 
 namespace evalbus::metrics {
 
-// Peak and 95th percentile (N) over the physics steps in which the robot presses on the scene, on manipulated
-// objects, or on itself. The force of a step is that of the pair of bodies that presses most. A peak is 0
-// without such steps; a percentile does not exist then, and is computed at the end of the episode only. There
-// is no value if the source does not provide forces.
+// Peak and 95th percentile of the force (N) with which the robot presses on the scene, on manipulated
+// objects, or on itself. Only physics steps with such a force count, and each counts with the largest force
+// of a pair of bodies. Without such steps, the peak is 0 and the percentile does not exist. The percentile is
+// computed only at the end of the episode. There is no value if the source does not provide forces.
 class ContactForces : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"p95_object_force_N",  "p95_scene_force_N",  "p95_self_force_N",
                                            "peak_object_force_N", "peak_scene_force_N", "peak_self_force_N"};
   explicit ContactForces(const MetricsConfig& /*config*/) {
-    // 30 s at 500 physics steps per second; more steps in contact reallocate.
+    // Enough for 30 s of contact at 500 physics steps per second. More steps require a reallocation.
     for (std::vector<double>& forces : forces_) forces.reserve(15000);
   }
 
@@ -36,7 +36,7 @@ class ContactForces : public ExtendedMetric {
     const std::array added = {forces.object, forces.scene, forces.self};
     for (size_t k = 0; k < added.size(); ++k) {
       forces_[k].insert(forces_[k].end(), added[k].begin(), added[k].end());
-      // The larger of NaN and a number is the number.
+      // Replaces NaN, which means that forces are unknown, by 0: fmax() ignores a NaN operand.
       peak_[k] = std::fmax(peak_[k], 0);
       for (const double force : added[k]) peak_[k] = std::max(peak_[k], force);
     }

@@ -10,7 +10,7 @@
 
 namespace evalbus::metrics {
 
-// An arm is idle while each of its joints is slower than this (rad/s).
+// An arm is idle while all of its joints are slower than this (rad/s).
 inline constexpr double kIdleJointSpeed = 0.01;
 
 // By arm: dt for every sample in which it is idle (s).

@@ -9,9 +9,9 @@
 
 namespace evalbus::metrics {
 
-// Smallest 1 - |torque| / limit of any arm joint, over all physics steps; the torque includes gravity
-// compensation. 0: at the limit; negative: beyond it. There is no value if no joint has a limit or the source
-// does not provide torques.
+// Smallest value of 1 - |torque| / limit of any arm joint, over all physics steps. The torque includes
+// gravity compensation. A joint at its limit has the value 0; beyond its limit, the value is negative. There
+// is no value if no joint has a limit or the source does not provide torques.
 class JointTorqueMargin : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"min_joint_torque_margin"};

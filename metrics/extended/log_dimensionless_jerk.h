@@ -5,7 +5,7 @@
 
 namespace evalbus::metrics {
 
-// The speed is that of the wrist, norm(p_i - p_(i-1)) / dt.
+// Dimensionless jerk of the wrist's speed, norm(p_i - p_(i-1)) / dt.
 class LogDimensionlessJerk : public SpeedJerk {
  public:
   static constexpr const char* kNames[] = {"log_dimensionless_jerk"};

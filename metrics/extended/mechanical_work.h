@@ -9,10 +9,10 @@
 
 namespace evalbus::metrics {
 
-// Integral of |torque . velocity| over time, J: the magnitude of the arm's mechanical power, so braking
-// counts as work too. The sim integrates at every physics step, because power is smallest at the end of a
-// control tick, where samples are taken and the servos have caught up with their commands. There is no value
-// if the source does not provide it.
+// Integral over time of |torque . velocity|, the magnitude of the arm's mechanical power, J. Braking counts
+// as work too. The sim integrates at every physics step. Samples would not suffice: they are taken at the end
+// of a control tick, where power is smallest because the servos have caught up with their commands. There is
+// no value if the source does not provide the work.
 class MechanicalWork : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"mechanical_work_J"};

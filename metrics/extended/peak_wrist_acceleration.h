@@ -48,7 +48,7 @@ class PeakWristAcceleration : public ExtendedMetric {
   };
   double dt_;
   std::vector<Arm> arms_;
-  // How many of p1 and p2 are from consecutive samples.
+  // Number of positions among p1 and p2 that are from the consecutive samples just before the next one.
   int filled_ = 0;
 };
 

@@ -22,8 +22,8 @@ inline constexpr int kSparcPadding = 4;
 // Negative arc length of the normalized magnitude spectrum (divided by its maximum) over frequency (divided
 // by the width of its range). The range runs from the lowest to the highest frequency, up to
 // kSparcMaxFrequency, at which the magnitude reaches kSparcThreshold. The profile is zero-padded to
-// 2^(ceil(log2 M) + kSparcPadding) values. `speed` has one value every dt (s). NaN for fewer than two values
-// and without movement.
+// 2^(ceil(log2 M) + kSparcPadding) values. `speed` has one value every dt (s). Returns NaN for fewer than two
+// values or without movement.
 inline double SpectralArcLength(std::span<const double> speed, double dt) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   if (speed.size() < 2 || std::all_of(speed.begin(), speed.end(), [](double v) { return v == 0; }))
@@ -55,14 +55,15 @@ inline double SpectralArcLength(std::span<const double> speed, double dt) {
   return -length;
 }
 
-// Spectral arc length of each wrist's speed norm(p_i - p_(i-1)) / dt. It needs the whole profile, so there is
-// a value only at the end of the episode, and none if any sample is missing, including the first or the last.
+// Spectral arc length of each wrist's speed norm(p_i - p_(i-1)) / dt. It needs the whole profile, so a value
+// exists only at the end of the episode. If any sample is missing, including the first or the last, there is
+// no value.
 class WristSpectralArcLength : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"spectral_arc_length"};
   explicit WristSpectralArcLength(const MetricsConfig& config)
       : dt_(config.control_dt), speed_(config.arms.size()) {
-    // Five minutes at 50 Hz; longer episodes reallocate.
+    // Enough for five minutes at 50 Hz. Longer episodes require a reallocation.
     for (std::vector<double>& speed : speed_) speed.reserve(15000);
   }
 

@@ -8,9 +8,10 @@
 
 namespace evalbus::metrics {
 
-// Largest kinetic energy with which a contact of the robot with the scene or with itself begins (J), and the
-// sum over all such pairs of bodies of the integral of the contact force over time (N s). The sim integrates
-// at every physics step. There is no value if the source does not provide forces.
+// Contacts of the robot with the scene and with itself. The first value is the largest kinetic energy with
+// which such a contact begins (J). The second value is the integral of the contact force over time, summed
+// over all such pairs of bodies (N s). The sim integrates at every physics step. There is no value if the
+// source does not provide forces.
 class UnwantedContact : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"peak_touch_energy_J", "unwanted_impulse_Ns"};

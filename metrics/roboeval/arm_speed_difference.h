@@ -11,8 +11,8 @@
 
 namespace evalbus::metrics {
 
-// Mean over samples of |norm(w left) - norm(w right)|, rad/s, where w are the measured joint velocities: a
-// difference of speeds, not of velocities. 0 unless there are two arms.
+// Mean over samples of |norm(w left) - norm(w right)|, rad/s, where w are the measured joint velocities. It
+// is a difference of speeds, not of velocities. The value is 0 unless there are two arms.
 class ArmSpeedDifference {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_vel_sync;

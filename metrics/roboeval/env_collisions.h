@@ -7,9 +7,9 @@
 
 namespace evalbus::metrics {
 
-// Evaluates samples 0, W, 2W, ...; RoboEval's definition is W = 1, every sample. Counts the scene geoms that
-// any robot geom touches in this evaluated sample and did not touch in the previous one; at the first, all
-// touched geoms count. Manipulated objects do not belong to the scene.
+// Evaluates samples 0, W, 2W, ...; in RoboEval's definition, W is 1. Counts the scene geoms that any robot
+// geom touches in an evaluated sample but did not touch in the previous evaluated sample. In the first
+// sample, all touched geoms count. Manipulated objects do not belong to the scene.
 class EnvCollisions {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_collisions;

@@ -12,8 +12,8 @@
 namespace evalbus::metrics {
 
 // j_i = (x_i - 3 x_(i-1) + 3 x_(i-2) - x_(i-3)) / dt^3 for i >= 3; mean and root mean square of norm(j_i), in
-// the unit of x per s^3. dt is the simulated time between ticks (s). The differences are grouped in pairs, so
-// that an arm at rest yields exactly 0.
+// the unit of x per s^3. dt is the simulated time between ticks (s). The terms are grouped in pairs, so that
+// an arm at rest yields exactly 0.
 class Jerk {
  public:
   Jerk(int dimension, double dt)
@@ -25,7 +25,7 @@ class Jerk {
     sum_ = sum_of_squares_ = 0;
   }
 
-  // To be called after a missing sample: the third difference needs four consecutive samples.
+  // Must be called after a missing sample, because the third difference needs four consecutive samples.
   void RestartHistory() { filled_ = 0; }
 
   void Add(std::span<const double> x) {
@@ -53,7 +53,7 @@ class Jerk {
   int64_t count() const { return count_; }
   double sum() const { return sum_; }
   double sum_of_squares() const { return sum_of_squares_; }
-  // 0 without samples.
+  // The results are 0 without samples.
   double mean() const { return count_ > 0 ? sum_ / count_ : 0; }
   double rms() const { return count_ > 0 ? std::sqrt(sum_of_squares_ / count_) : 0; }
 

@@ -1,5 +1,4 @@
-// Members that a set has now and did not have before: the rule by which RoboEval's metrics page counts
-// collisions.
+// Members that a set has now but did not have before. RoboEval's metrics page counts collisions by this rule.
 #pragma once
 
 #include <algorithm>

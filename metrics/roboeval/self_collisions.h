@@ -7,9 +7,9 @@
 
 namespace evalbus::metrics {
 
-// Evaluates samples 0, W, 2W, ...; RoboEval's definition is W = 1, every sample. Counts the unordered pairs
-// of robot geoms that touch in this evaluated sample and did not in the previous one; at the first, all
-// touching pairs count.
+// Evaluates samples 0, W, 2W, ...; in RoboEval's definition, W is 1. Counts the unordered pairs of robot
+// geoms that touch in an evaluated sample but did not touch in the previous evaluated sample. In the first
+// sample, all touching pairs count.
 class SelfCollisions {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_collisions;

@@ -9,9 +9,9 @@
 
 namespace evalbus::metrics {
 
-// A stage exists from its declaration or its first Set(). The last Set() counts: a stage can be withdrawn,
-// and stages may be reached in any order. Progress is the number of stages reached / the highest existing
-// index, so a gap in the numbering counts as a stage that is not reached.
+// A stage exists from its declaration or its first Set(). Its last Set() counts, so a stage can be withdrawn.
+// Stages may be reached in any order. Progress is the number of stages reached / the highest existing index,
+// so a gap in the numbering counts as a stage that is not reached.
 class Stages {
  public:
   explicit Stages(std::vector<StageState> declared) : declared_(std::move(declared)) {

@@ -52,7 +52,7 @@ class Grasps {
     }
   }
 
-  // Number of the gripper's grasps of an object that it had grasped before.
+  // Number of grasps by this gripper in which it grasped an object again.
   int64_t Regrasps(int gripper) const {
     int64_t again = 0;
     for (auto grasp = grasps_.begin(); grasp != grasps_.end(); ++grasp) {
@@ -64,14 +64,14 @@ class Grasps {
     return again;
   }
 
-  // In order of their first tick.
+  // Sorted by first tick.
   const std::vector<GraspInterval>& grasps() const { return grasps_; }
 
  private:
   size_t grippers_;
   double dt_;
   std::vector<GraspInterval> grasps_;
-  // Index of the latest grasp of each pair, -1: none.
+  // By pair of object and gripper: index of its latest grasp; -1: none.
   std::vector<int> current_;
 };
 

@@ -42,7 +42,7 @@ struct MetricsConfig : MetricsOptions {
   std::vector<std::string> target_distances;
   std::vector<std::string> pose_errors;
 
-  // Whether to compute extended metrics. They need memory: one of them stores a number per sample.
+  // Whether to compute extended metrics. They need memory, because some of them store numbers of all samples.
   bool extended = true;
 };
 

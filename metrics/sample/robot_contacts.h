@@ -1,5 +1,4 @@
-// Contacts of a sample sorted into robot-scene and robot-robot contacts; shared by all metrics that need
-// them.
+// Divides the contacts of a sample into robot-scene and robot-robot contacts, once for all metrics.
 #pragma once
 
 #include <algorithm>

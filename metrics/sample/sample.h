@@ -40,7 +40,7 @@ struct GeomContact {
   double distance;
 };
 
-// Tick 0, which does not count as a sample. `holding` is indexed as in Sample.
+// State at tick 0, which does not count as a sample. `holding` is indexed as in Sample.
 struct ResetState {
   std::span<const double> gripper_opening;
   std::span<const uint8_t> holding;
@@ -65,10 +65,10 @@ struct GripSample {
   double time;     // time for which the force was above 0, s
 };
 
-// Contact forces of the robot during a tick. Only a physics engine knows them.
+// Contact forces of the robot during a tick. Only sources with a physics engine provide them.
 struct ForceSample {
-  // In each physics step in which the robot pressed on the scene, on a manipulated object, or on itself: the
-  // largest force of a pair of bodies, N.
+  // Each has one value per physics step in which the robot pressed on the scene, on a manipulated object, or
+  // on itself: the largest force of a pair of bodies, N.
   std::span<const double> scene, object, self;
   // Integral over time of the forces of the robot's contacts with the scene and with itself (N s), and the
   // largest kinetic energy with which such a contact began in this tick (J).

@@ -12,12 +12,12 @@
 
 namespace evalbus::metrics {
 
-// The interval whose ends are one-sided bounds of the mean: the true mean is beyond a given end with
+// Returns an interval whose ends are one-sided bounds of the mean: the true mean is beyond a given end with
 // probability at most alpha. NaN for fewer than two values, or if all are equal.
 //
-// Each end is the wider one of Student's t and of t corrected for skewness (Hall 1992, "The bootstrap and
-// Edgeworth expansion", section 3.5), both at alpha / 2: Student's t alone at alpha errs in up to 14 % of
-// samples of skewed values. Measured error rates: docs/gate.md.
+// Each end is the wider of two bounds, both at alpha / 2: Student's t, and t corrected for skewness (Hall
+// 1992, "The bootstrap and Edgeworth expansion", section 3.5). Student's t alone, at alpha, errs in up to 14
+// % of samples of skewed values. Measured error rates: docs/gate.md.
 inline Interval BoundsOfMean(std::span<const double> x, double alpha) {
   if (x.size() < 2 || AreAllEqual(x, kTie * LargestMagnitude(x))) return kNoInterval;
   const auto n = static_cast<double>(x.size());

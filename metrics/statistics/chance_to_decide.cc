@@ -9,7 +9,8 @@
 namespace evalbus::metrics {
 namespace {
 
-// The fewest wins of one side, of `total` wins of both, that decide; total + 1 if none do.
+// Returns the fewest wins of one side that decide if both sides together have `total` wins; total + 1 if no
+// number decides.
 int FewestWins(int total, const std::function<bool(const Wins&)>& decides) {
   int no = (total + 1) / 2 - 1, yes = total + 1;
   while (yes - no > 1) {

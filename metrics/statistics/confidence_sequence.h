@@ -1,9 +1,9 @@
-// Anytime-valid confidence intervals of a proportion. With probability 95 %, the intervals after every trial,
-// from the first on, contain the true proportion simultaneously, so they may be inspected after each trial
-// and used to stop early. Source: Robbins 1970, "Statistical methods related to the law of the iterated
-// logarithm", Annals of Mathematical Statistics 41, after Ville 1939: the likelihood averaged over all rates,
-// divided by the likelihood of the true rate, is a martingale that starts at 1. It therefore ever reaches 1 /
-// alpha with probability at most alpha.
+// Anytime-valid confidence intervals of a proportion. With probability 95 %, the intervals after all trials,
+// from the first on, contain the true proportion simultaneously. They may therefore be inspected after each
+// trial and used to stop early. Source: Robbins 1970, "Statistical methods related to the law of the iterated
+// logarithm", Annals of Mathematical Statistics 41, after Ville 1939. The likelihood averaged over all rates,
+// divided by the likelihood of the true rate, is a martingale that starts at 1. Therefore, the probability
+// that it ever reaches 1 / alpha is at most alpha.
 #pragma once
 
 #include <algorithm>
@@ -15,17 +15,18 @@
 
 namespace evalbus::metrics {
 
-// Set of rates p with (n + 1) C(n, k) p^k (1 - p)^(n - k) > alpha, for k successes in n trials. [0, 1]
-// without trials.
+// Returns the interval of rates p with (n + 1) C(n, k) p^k (1 - p)^(n - k) > alpha, for k successes in n
+// trials. [0, 1] without trials.
 inline Interval ConfidenceSequence(double successes, double trials, double alpha = kAlpha) {
   if (trials == 0) return {0, 1};
   const double failures = trials - successes;
   const double log_weight = std::log(trials + 1) + boost::math::lgamma(trials + 1) -
                             boost::math::lgamma(successes + 1) - boost::math::lgamma(failures + 1) -
                             std::log(alpha);
-  // Positive inside the interval, in particular at the observed rate, which has the highest likelihood.
+  // Returns a value that is positive inside the interval. The observed rate is always inside, because it has
+  // the highest likelihood.
   const auto inside = [&](double p) {
-    // The limit at p = 0 and p = 1: avoids 0 * infinity.
+    // With exponent 0, returns the limit for p = 0 and p = 1, because 0 * infinity would be NaN.
     const auto power = [](double base, double exponent) {
       return exponent == 0 ? 0 : exponent * std::log(base);
     };
@@ -41,8 +42,9 @@ inline Interval ConfidenceSequence(double successes, double trials, double alpha
   return {successes == 0 ? 0 : bound(0), failures == 0 ? 1 : bound(1)};
 }
 
-// Smallest number of trials at which the interval is at most this wide, whatever the number of successes: it
-// is widest for half as many successes as trials. most + 1 if `most` trials do not suffice.
+// Returns the smallest number of trials at which the interval is at most this wide for any number of
+// successes. The interval is widest if half of the trials succeed. Returns most + 1 if `most` trials do not
+// suffice.
 inline int TrialsForWidth(double width, int most) {
   int few = 0, enough = most + 1;
   while (enough - few > 1) {

@@ -8,8 +8,8 @@
 
 namespace evalbus::metrics {
 
-// Two-sided p: total probability, given the margins, of all tables that are at most as probable as this one.
-// 1 if a sample is empty.
+// Returns the two-sided p: the total probability, given the margins, of all tables that are at most as
+// probable as the observed table. 1 if a sample is empty.
 inline double FisherTest(int successes_a, int trials_a, int successes_b, int trials_b) {
   const int successes = successes_a + successes_b, trials = trials_a + trials_b;
   if (trials_a == 0 || trials_b == 0) return 1;

@@ -6,7 +6,7 @@
 // chapters 13 (percentile) and 14 (BCa: bias-corrected and accelerated).
 //  - Above 500 values: the limit of BCa (Hall 1992, "The bootstrap and Edgeworth expansion", section 3.5),
 // because resampling would take minutes for the same result.
-// The random numbers are always the same, so the results are deterministic. docs/metrics.md lists the
+// Resampling always uses the same random numbers, so the results are deterministic. docs/metrics.md lists the
 // coverage of each method.
 //
 // There is no interval (NaN) for fewer than two values, or if all values are equal: such a sample does not
@@ -32,9 +32,10 @@ namespace evalbus::metrics {
 inline constexpr int kResamples = 10000;
 inline constexpr Interval kNoInterval = {std::numeric_limits<double>::quiet_NaN(),
                                          std::numeric_limits<double>::quiet_NaN()};
-// Smaller samples are not resampled: Student's t.
+// Smaller samples are not resampled; Student's t is used instead.
 inline constexpr size_t kFewestToResample = 20;
-// Larger samples are not resampled: Edgeworth expansion, which differs from BCa by terms of order 1/n.
+// Larger samples are not resampled; the Edgeworth expansion is used instead. It differs from BCa by terms of
+// order 1/n.
 inline constexpr size_t kMaxToResample = 500;
 
 // Draws indices 0 .. n-1 with replacement. The C++ standard fixes the engine's output.

@@ -1,6 +1,7 @@
-// Compact letter display of pairwise comparisons: policies that share a letter are not shown to differ;
-// policies that share none are. Source: Piepho 2004, "An algorithm for a letter-based representation of
-// all-pairwise comparisons", Journal of Computational and Graphical Statistics 13 (insert and absorb).
+// Compact letter display of pairwise comparisons. Two policies that share a letter do not differ
+// significantly; two policies that share no letter do. Source: Piepho 2004, "An algorithm for a letter-based
+// representation of all-pairwise comparisons", Journal of Computational and Graphical Statistics 13 (insert
+// and absorb).
 #pragma once
 
 #include <algorithm>
@@ -10,8 +11,8 @@
 
 namespace evalbus::metrics {
 
-// differs[i][j]: i and j are shown to differ; symmetric. Returns the letters of each policy; "a" is assigned
-// first, to the group with the lowest indices.
+// differs[i][j]: whether policies i and j differ significantly; symmetric. Returns the letters of each
+// policy. The letter "a" is assigned first, to the group with the lowest indices.
 inline std::vector<std::string> CompactLetters(const std::vector<std::vector<bool>>& differs) {
   const size_t n = differs.size();
   std::set<size_t> all;

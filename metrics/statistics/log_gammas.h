@@ -6,7 +6,8 @@
 
 namespace evalbus::metrics {
 
-// log of Gamma(first + i) for i = 0 .. most; with first = 1, of the factorial of i.
+// Returns log(Gamma(first + i)) for i = 0 .. most. With first = 1, these are the logarithms of the factorials
+// of i.
 inline std::vector<double> LogGammas(double first, int most) {
   std::vector<double> logs = {std::lgamma(first)};
   for (int i = 0; i < most; ++i) logs.push_back(logs.back() + std::log(first + i));

@@ -12,9 +12,9 @@
 namespace evalbus::metrics {
 
 // statistic: U, the number of pairs (a, b) with a > b, plus half the number of pairs with a = b; ties.h
-// decides equality. Up to 50 values in total, the distribution is exact, also with ties: over all ways to
-// choose the first sample, given the ranks. Above, it is the normal approximation with the variance corrected
-// for ties. p = 1 if a sample is empty.
+// decides equality. Up to 50 values in total, p is exact, also with ties: the distribution is computed over
+// all ways to choose the first sample, given the ranks. For more values, p is the normal approximation with
+// the variance corrected for ties. p = 1 if a sample is empty.
 inline RankTest MannWhitneyTest(std::span<const double> a, std::span<const double> b) {
   if (a.empty() || b.empty()) return {};
   std::vector<double> all(a.begin(), a.end());

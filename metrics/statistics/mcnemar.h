@@ -8,8 +8,8 @@
 
 namespace evalbus::metrics {
 
-// Two-sided p from the discordant pairs, in which only one of the two succeeded: min(1, 2 P(Binomial(a + b,
-// 1/2) <= min(a, b))). 1 if there are no discordant pairs.
+// Returns the two-sided p, min(1, 2 P(Binomial(a + b, 1/2) <= min(a, b))), where a and b are the numbers of
+// discordant pairs, in which only a or only b succeeded. 1 if there are no discordant pairs.
 inline double McNemarTest(int only_a, int only_b) {
   const int discordant = only_a + only_b;
   if (discordant == 0) return 1;

@@ -1,5 +1,5 @@
-// Hybrid score intervals of the difference of two proportions, p_a - p_b, built from the Wilson interval of
-// each.
+// Hybrid score intervals of the difference of two proportions, p_a - p_b. They are built from the Wilson
+// intervals of both proportions.
 #pragma once
 
 #include <algorithm>
@@ -35,9 +35,10 @@ struct PairCounts {
 };
 
 // Interval for paired samples. Source: Newcombe 1998, "Improved confidence intervals for the difference
-// between binomial proportions based on paired data", Statistics in Medicine 17, method 10: as above, with
-// the margins reduced by the correlation phi of the fourfold table (with a continuity correction if phi is
-// positive). [-1, 1] without pairs. samples: effective number of independent pairs; default: all.
+// between binomial proportions based on paired data", Statistics in Medicine 17, method 10. It is the
+// interval for independent samples, made narrower by the correlation phi of the fourfold table (with a
+// continuity correction if phi is positive). [-1, 1] without pairs. samples: effective number of independent
+// pairs; all pairs by default.
 inline Interval NewcombePairedInterval(const PairCounts& counts, std::optional<int> samples = std::nullopt) {
   if (counts.pairs() == 0) return {-1, 1};
   const double n = samples.value_or(counts.pairs()), scale = n / counts.pairs();

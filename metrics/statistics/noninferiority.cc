@@ -23,8 +23,8 @@ double Tail(int n, double p, int k) {
   return cdf(complement(boost::math::binomial_distribution<>(n, p), k - 1));
 }
 
-// The outcomes whose score is at least as high as `score`: for each number of pairs that only b won, the
-// smallest number that only a won; pairs + 1 if there is none.
+// The set of outcomes whose score is at least `score`. It is stored as, for each number of pairs that only b
+// won, the smallest sufficient number of pairs that only a won; pairs + 1 if no number suffices.
 class HighScores {
  public:
   HighScores(int pairs, double difference, double score) : pairs_(pairs) {
@@ -32,7 +32,7 @@ class HighScores {
       log_factorials_.push_back(log_factorials_.back() + std::log(static_cast<double>(i)));
     }
     for (int only_b = 0; only_b <= pairs; ++only_b) {
-      // Never decreases with only_b.
+      // The smallest number never decreases with only_b.
       int only_a = fewest_.empty() ? 0 : fewest_.back();
       const int most = pairs - only_b;
       while (only_a <= most && PairedScore({pairs, only_a, only_b}, difference) < score) ++only_a;
@@ -40,7 +40,7 @@ class HighScores {
       if (only_a > most) break;
     }
   }
-  // Their probability, if only a, or only b, succeeds in these shares of the pairs.
+  // Returns the probability of these outcomes if only a, and only b, succeeds in these shares of the pairs.
   double Probability(const DiscordantShares& shares) const {
     if (shares.only_b <= 0) return Tail(pairs_, shares.only_a, fewest_[0]);
     // Share of a among the pairs that b did not win.
@@ -77,7 +77,7 @@ class HighScores {
   std::vector<int> fewest_;
 };
 
-// Largest probability over all shares that have the difference.
+// Returns the largest probability of the outcomes over all shares of discordant pairs with this difference.
 double LargestProbability(const HighScores& scores, double difference) {
   const double least = std::max(0.0, -difference), step = ((1 - difference) / 2 - least) / kShares;
   const auto at = [&](double only_b) { return scores.Probability({only_b + difference, only_b}); };
@@ -119,7 +119,7 @@ double PairedAboveTest(const Discordant& counts, double difference) {
   if (counts.pairs > kMaxPairsForExact) {
     return cdf(complement(boost::math::normal_distribution<>(), score));
   }
-  // Scores that are equal may differ by rounding.
+  // The tolerance makes scores count as equal if they differ only by rounding.
   return LargestProbability(HighScores(counts.pairs, difference, score - 1e-9), difference);
 }
 
@@ -142,7 +142,7 @@ std::optional<int> PairsNeeded(const DiscordantShares& shares, double difference
   const auto needed =
       TrialsNeeded([&](int pairs) { return HighScores(pairs, difference, score).Probability(shares); });
   if (!needed || difference >= 0) return needed;
-  // Fewer pairs cannot reject even if none is discordant: (1 + difference)^n > alpha.
+  // Fewer pairs cannot reject even if no pair is discordant, because (1 + difference)^n > alpha.
   return std::max(*needed, static_cast<int>(std::ceil(std::log(alpha) / std::log1p(difference))));
 }
 

@@ -1,10 +1,11 @@
-// Tests of whether a success rate is lower than another one by a margin, on paired data, as a gate needs
-// them: valid at few pairs, and with a bound of the difference.
+// Tests of whether a success rate is lower than another one by a margin, on paired data. They meet the needs
+// of a gate: they are valid for few pairs, and they bound the difference.
 //
 // Statistic: the score of Tango 1998, "Equivalence test and confidence interval for the difference in
-// proportions for the paired-sample design", Statistics in Medicine 17. With its normal approximation, up
-// to 6.5 % of tests with 20 to 100 pairs err instead of 5 %. Therefore p is exact: the largest probability of
-// the outcomes whose score is as high, over all shares of discordant pairs that have the tested difference.
+// proportions for the paired-sample design", Statistics in Medicine 17. With its normal approximation, up to
+// 6.5 % of tests with 20 to 100 pairs err instead of 5 %. Therefore, p is exact. It is the probability of a
+// score that is at least as high, maximized over all shares of discordant pairs that have the tested
+// difference.
 // Source: Hsueh, Liu and Chen 2001, "Unconditional exact tests for equivalence or noninferiority for paired
 // binary endpoints", Biometrics 57. Newcombe's interval (newcombe.h) is a two-sided approximation and is not
 // used here.
@@ -25,11 +26,11 @@ struct Discordant {
   Discordant swapped() const { return {pairs, only_b, only_a}; }
 };
 
-// Tango's score of the hypothesis rate(a) - rate(b) = difference: approximately standard normal if it is
-// true, high if the rate of a is higher. `difference` is in (-1, 1).
+// Tango's score of the hypothesis rate(a) - rate(b) = difference. It is approximately standard normal if the
+// hypothesis is true, and high if the rate of a is higher. `difference` is in (-1, 1).
 double PairedScore(const Discordant& counts, double difference);
 
-// Above this number of pairs, p is the normal approximation, whose error is then small.
+// Above this number of pairs, the normal approximation is used for p, because its error is then small.
 inline constexpr int kMaxPairsForExact = 2000;
 
 // One-sided p of the hypothesis rate(a) - rate(b) <= difference. 1 without pairs.
@@ -44,9 +45,9 @@ struct PairedAbove {
 };
 PairedAbove TestPairedAbove(const Discordant& counts, double difference, double alpha);
 
-// Approximately the smallest number of pairs for which TestPairedAbove() rejects with power kWantedPower, if
-// the shares of discordant pairs are these; nothing if the shares do not have a higher difference, or if
-// kMaxTrials are too few.
+// Approximately the smallest number of pairs for which TestPairedAbove() rejects with power kWantedPower if
+// the discordant pairs have these shares. Nothing if rate(a) - rate(b) of the shares does not exceed
+// `difference`, or if kMaxTrials pairs are too few.
 std::optional<int> PairsNeeded(const DiscordantShares& shares, double difference, double alpha);
 
 }  // namespace evalbus::metrics

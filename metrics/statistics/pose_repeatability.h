@@ -1,5 +1,5 @@
-// Pose repeatability over episodes that began alike, in the manner of ISO 9283:1998, which measures how far a
-// robot's attained poses scatter when the same motion is repeated.
+// Pose repeatability over episodes with equal start parameters, similar to ISO 9283:1998, which measures how
+// far a robot's attained poses scatter when the same motion is repeated.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace evalbus::metrics {
 
-// Smaller numbers of poses have no repeatability: the standard deviation in it would be too uncertain. ISO
+// For fewer poses, no repeatability is computed, because its standard deviation would be too uncertain. ISO
 // 9283 measures 30 cycles.
 inline constexpr size_t kFewestToRepeat = 10;
 
@@ -23,10 +23,10 @@ struct PoseRepeatability {
   double rotation = 0;  // rad
 };
 
-// Mean plus three sample standard deviations: RP of ISO 9283 if these are distances.
+// Mean plus three sample standard deviations. For distances, this is the repeatability RP of ISO 9283.
 inline double MeanPlusThreeS(std::span<const double> x) { return Mean(x) + 3 * StandardDeviation(x); }
 
-// Normalized sum of the quaternions, with signs such that each is nearer to the first one than its negative.
+// Normalized sum of the quaternions. Each is negated before if that brings it nearer to the first quaternion.
 inline std::array<double, 4> MeanOrientation(std::span<const Pose> poses) {
   std::array<double, 4> mean{};
   for (const Pose& pose : poses) {
@@ -39,9 +39,10 @@ inline std::array<double, 4> MeanOrientation(std::span<const Pose> poses) {
   return mean;
 }
 
-// position: MeanPlusThreeS of the distances of the positions to their mean (the barycenter). rotation: the
-// same of the angles between the orientations and their mean orientation; ISO 9283 takes 3 s of each of three
-// angles instead, which depends on the choice of the axes. Requires at least two poses.
+// position: MeanPlusThreeS() of the distances of the positions from their mean (the barycenter). rotation:
+// MeanPlusThreeS() of the angles between the orientations and their mean orientation. ISO 9283 instead uses
+// three standard deviations of each of three angles, which depend on the choice of the axes. Requires at
+// least two poses.
 inline PoseRepeatability RepeatabilityOf(std::span<const Pose> poses) {
   std::array<double, 3> center{};
   for (const Pose& pose : poses) {

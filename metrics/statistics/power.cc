@@ -28,8 +28,9 @@ struct LikelyCounts {
   }
 };
 
-// For each number of successes of a: the largest number of successes of b for which Fisher's test shows a to
-// be better; -1 if there is none. Same result as FisherTest (fisher.h), for all tables at once.
+// Returns, for each number of successes of a, the largest number of successes of b for which Fisher's test
+// shows a to be better; -1 if there is none. The results agree with FisherTest() in fisher.h, but all tables
+// are computed at once.
 std::vector<int> FisherLimits(int trials_a, int trials_b, double alpha) {
   const std::vector<double> log_factorial = LogGammas(1, trials_a + trials_b);
   const auto log_choose = [&](int n, int k) {
@@ -104,7 +105,7 @@ double SequentialPower(int step, int most, const DiscordantShares& shares, doubl
 }
 
 double FisherPower(int trials_a, int trials_b, double rate_a, double rate_b, double alpha) {
-  // Rounding may have moved them out of [0, 1].
+  // Rounding may have moved the rates out of [0, 1].
   rate_a = std::clamp(rate_a, 0.0, 1.0);
   rate_b = std::clamp(rate_b, 0.0, 1.0);
   if (std::min(trials_a, trials_b) == 0) return 0;

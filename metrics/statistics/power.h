@@ -1,5 +1,5 @@
-// Power of comparisons of success rates: the probability that the test that will be used detects a true
-// difference. It is exact, summed over all outcomes. Only the sequential test has too many outcomes and is
+// Power of comparisons of success rates: the probability that the test detects a true difference. It is
+// exact, because it is summed over all outcomes. Only the sequential test, which has too many outcomes, is
 // simulated, always with the same random numbers.
 #pragma once
 
@@ -17,29 +17,29 @@ inline constexpr double kWantedPower = 0.8;
 struct DiscordantShares {
   double only_a = 0, only_b = 0;
 
-  // Shares for independent outcomes at rates (1 + difference) / 2 and (1 - difference) / 2: rates around one
-  // half need the most pairs.
+  // Shares for independent outcomes at rates (1 + difference) / 2 and (1 - difference) / 2. Rates around one
+  // half are the worst case, because they need the most pairs.
   static DiscordantShares AroundOneHalf(double difference);
 };
 
 // Probability that the exact McNemar test shows a to be better than b, at p < alpha.
 double McNemarPower(int pairs, const DiscordantShares& shares, double alpha = kAlpha);
 
-// Same for the sequential test (sequential_mcnemar.h), evaluated after every `step` pairs, up to `most`
-// pairs.
+// Probability that the sequential test (sequential_mcnemar.h) shows a to be better than b if it is evaluated
+// after every `step` pairs, up to `most` pairs.
 double SequentialPower(int step, int most, const DiscordantShares& shares, double alpha = kAlpha);
 
-// Probability that Fisher's exact test shows sample a to be better than b; above 500 trials by normal
-// approximation.
+// Probability that Fisher's exact test shows sample a to be better than b. Above 500 trials, a normal
+// approximation is used.
 double FisherPower(int trials_a, int trials_b, double rate_a, double rate_b, double alpha = kAlpha);
 
-// Smallest difference, to 0.1 percentage points, with power kWantedPower; nothing if not even `largest` has
-// it.
+// Smallest difference, to 0.1 percentage points, that is detected with power kWantedPower. Nothing if the
+// power is lower even for the difference `largest`.
 std::optional<double> FindableDifference(const std::function<double(double difference)>& power,
                                          double largest = 1);
 
-// Approximately the smallest number of trials with power kWantedPower (power rises in steps); nothing if
-// kMaxTrials are too few.
+// Approximately the smallest number of trials with power kWantedPower; the result is approximate because
+// power does not rise smoothly. Nothing if kMaxTrials trials are too few.
 inline constexpr int kMaxTrials = 100'000;
 std::optional<int> TrialsNeeded(const std::function<double(int trials)>& power);
 

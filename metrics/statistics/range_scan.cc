@@ -15,12 +15,12 @@ constexpr int64_t kScanSeed = 1997;
 // Statistics that differ by less than rounding are equal.
 constexpr double kEqual = 1e-9;
 
-// Evaluates both statistics for one number of trials and successes in all.
+// Evaluates the statistics for a fixed total number of trials and successes.
 class Statistics {
  public:
   explicit Statistics(std::span<const RateBin> bins) {
     for (const RateBin& bin : bins) {
-      // Twice the mean rank of the bin's trials, from the middle.
+      // Twice the mean rank of the bin's trials. The loop below subtracts the middle of all ranks.
       middle_.push_back(2 * trials_ + bin.trials);
       trials_ += bin.trials;
       successes_ += bin.successes;
@@ -101,12 +101,12 @@ void VisitPermutations(std::span<const RateBin> bins, const Statistics& statisti
   }
 }
 
-// Whether there is anything to test: two bins, and both outcomes.
+// Whether there is anything to test: at least two bins, at least one success and at least one failure.
 bool CanDiffer(std::span<const RateBin> bins, const Statistics& statistics) {
   return bins.size() >= 2 && statistics.successes() > 0 && statistics.successes() < statistics.trials();
 }
 
-// Number of values that are at least `value`; ascending values.
+// Returns the number of values that are at least `value`, up to rounding. `values` must be ascending.
 double CountFrom(const std::vector<double>& values, double value) {
   return static_cast<double>(values.end() - std::ranges::lower_bound(values, value - kEqual));
 }
@@ -124,7 +124,7 @@ std::vector<int> RankBins(std::span<const double> values, int most) {
   size_t quantile = 0;
   for (size_t first = 0, end = 0; first < order.size(); first = end) {
     while (end < order.size() && values[order[end]] == values[order[first]]) ++end;
-    // Quantile of the middle of the equal values.
+    // Bin in which the middle of this group of equal values lies by its rank.
     const size_t now = (first + end - 1) * static_cast<size_t>(most) / (2 * order.size());
     if (bin < 0 || now > quantile || has_few) {
       ++bin;

@@ -3,7 +3,7 @@
 // (Kulldorff 1997, "A spatial scan statistic", Communications in Statistics 26; Bernoulli model), which also
 // finds effects that are not monotone, and the rank-sum of Mann and Whitney 1947, which finds slow trends.
 //
-// For what was drawn from a list without an order, the statistic is the log likelihood ratio of a rate per
+// For values drawn from a list without an order, the statistic is the log likelihood ratio of one rate per
 // bin against one common rate (Wilks 1938).
 #pragma once
 
@@ -24,34 +24,34 @@ struct RateBin {
   int trials = 0, successes = 0;
 };
 
-// Bins first..last differ most from the other bins.
+// A range of bins, both ends included.
 struct BinRange {
   int first = 0, last = 0;
 };
-// Expects at least two bins.
+// Returns the range of bins that differs most from the other bins. Requires at least two bins.
 BinRange FindRange(std::span<const RateBin> bins);
 
-// Expects at least two bins without an order. Returns, for each bin, whether it belongs to those with the
-// lower rates, if the bins are divided where the two groups differ most.
+// For bins without an order, at least two. Divides the bins by their rates into the two groups that differ
+// most. Returns, for each bin, whether it belongs to the group with the lower rates.
 std::vector<bool> FindLowGroup(std::span<const RateBin> bins);
 
 // Computes p-values. Every null distribution is drawn with the same random numbers, so that equal bins have
-// equal p-values, whatever was tested before.
+// equal p-values, independent of earlier tests.
 class RangeScan {
  public:
   static constexpr int kMaxBins = 20;
-  // A bin has at least this number of values on average, unless there are fewer than twice as many.
+  // Bins have at least this number of values on average, unless there are too few values for two such bins.
   static constexpr int kTrialsPerBin = 5;
   // Number of permutations; no p-value is below 1 / (kPermutations + 1).
   static constexpr int kPermutations = 20'000;
 
-  // Number of bins for so many trials.
+  // Returns the number of bins to use for this number of trials.
   static int BinsFor(size_t trials);
 
-  // Probability, if all trials have the same rate, of bins that are at least as uneven. 1 if there are fewer
-  // than two bins, no success or no failure.
+  // p-value: the probability of bins that are at least as uneven if all trials have the same rate. 1 if there
+  // are fewer than two bins, no success or no failure.
   double P(std::span<const RateBin> bins);
-  // The same for bins without an order.
+  // p-value for bins without an order.
   static double UnorderedP(std::span<const RateBin> bins);
 
  private:
@@ -61,7 +61,7 @@ class RangeScan {
   };
   const Null& NullOf(std::span<const RateBin> bins);
 
-  // By trials of each bin, and the total number of successes.
+  // Null distributions by the number of trials in each bin and the total number of successes.
   std::map<std::pair<std::vector<int>, int>, Null> nulls_;
 };
 

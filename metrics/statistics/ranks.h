@@ -35,7 +35,7 @@ inline Ranks RankValues(std::span<const double> values) {
 
 // Result of a rank test.
 struct RankTest {
-  // Rank sum, or U; see the test.
+  // The statistic of the test: a rank sum (Wilcoxon) or U (Mann-Whitney).
   double statistic = 0;
   // Two-sided p-value.
   double p = 1;
@@ -43,15 +43,15 @@ struct RankTest {
   bool exact = true;
 };
 
-// Two-sided p of a statistic by the normal distribution, with a continuity correction of half a rank.
+// Two-sided p of a statistic, by normal approximation with a continuity correction of half a rank.
 inline double NormalTwoSided(double statistic, double mean, double variance) {
   if (!(variance > 0)) return 1;
   const double z = std::max(0.0, std::abs(statistic - mean) - 0.5) / std::sqrt(variance);
   return std::min(1.0, 2 * cdf(complement(boost::math::normal_distribution<>(), z)));
 }
 
-// Two-sided p of a statistic that takes the value s with weight weights[s]: twice the smaller tail, at most
-// 1.
+// Two-sided p of a statistic whose value s has the probability weights[s] / (sum of weights): twice the
+// smaller tail, at most 1.
 inline double ExactTwoSided(const std::vector<double>& weights, int statistic) {
   const auto at = weights.begin() + statistic;
   const double all = std::accumulate(weights.begin(), weights.end(), 0.0);

@@ -61,7 +61,7 @@ Interval MeanInterval(const std::string& name, const std::vector<double>& sorted
   return interval;
 }
 
-// is_one_sample: all values are repetitions of a single one.
+// is_one_sample: whether all episodes are repetitions that count as one sample.
 MetricSummary Describe(const std::string& name, const std::vector<double>& sorted, bool is_one_sample,
                        bool with_bootstrap) {
   return {.name = name,
@@ -134,7 +134,8 @@ EpisodeResult ResultOf(const ordered_json& episode) {
   }
   const ordered_json& slips = Member(metrics, kSlips);
   for (const auto& [object, count] : slips.items()) {
-    // Keys are "object_1", "object_2", ...; lower-numbered objects whose key is missing are unknown (-1).
+    // Keys are "object_1", "object_2", ... If the key of a lower number is missing, that value is unknown
+    // (-1).
     const int number = object.starts_with(kObject) ? StageIndex(object.substr(sizeof kObject - 1)) : 0;
     if (number < 1 || number > kMaxObjects)
       throw InputError(std::string(kSlips) + ": unknown key '" + object + "'");

@@ -42,7 +42,7 @@ struct EpisodeResult {
   NamedNumbers values;
   // Index of each stage, and whether it was reached.
   std::vector<std::pair<int, bool>> stages;
-  // By object; -1: unknown.
+  // Number of slips by object; -1: unknown.
   std::vector<int64_t> slips;
   // New collisions by scene geom, or by pair of robot geoms ("left/hand + right/hand").
   std::map<std::string, int64_t> collisions;
@@ -58,15 +58,15 @@ struct EpisodeResult {
   // versions.
   NamedPoses final_poses;
 
-  // True if equal in every number, including the start parameters (see RunSummary::samples).
+  // True if the results agree in every number, including the start parameters (see RunSummary::samples).
   bool operator==(const EpisodeResult&) const = default;
 };
 
 // Effective number of samples in the complete episodes of one task, for intervals and tests. `episodes` holds
-// pointers to them. If all are equal in every number, including the start parameters, they count as one
-// sample: the start was the same each time and the policy is deterministic, so another repetition adds no
-// information. If any episode differs, all count: equal results from different starts are separate samples,
-// and so are equal results of a policy that is not deterministic.
+// pointers to the episodes. If all are equal in every number, including the start parameters, they count as
+// one sample: the start was the same each time and the policy is deterministic, so another repetition adds no
+// information. If any episode differs, every episode counts as a sample, because either the starts differed
+// or the policy is not deterministic.
 template <class Episodes>
 int NumSamples(const Episodes& episodes) {
   const bool are_equal =
@@ -79,7 +79,7 @@ inline constexpr char kSeenInTraining[] = "seen_in_training";
 // Value of the key "final_poses" of a line of episodes.jsonl.
 nlohmann::ordered_json PosesJson(const NamedPoses& poses);
 
-// Reads a line of episodes.jsonl; for messages see metrics/episode/result_json.h. Throws InputError if a
+// Converts a line of episodes.jsonl; metrics/episode/result_json.h converts messages. Throws InputError if a
 // stage index is not a number, and nlohmann's exceptions if a key is missing or has another type.
 EpisodeResult ResultOf(const nlohmann::ordered_json& episode);
 
@@ -91,8 +91,8 @@ NamedNumbers NumbersOf(const nlohmann::ordered_json& metrics, const nlohmann::or
 // extended metrics ("extended.min_clearance_m").
 NamedNumbers FlattenedValues(const nlohmann::ordered_json& metrics, const std::string& before = "");
 
-// Statistics of a metric over the complete episodes that have it; of the completion time, over the successful
-// ones.
+// Statistics of a metric over the complete episodes that have a value of it. For the completion time, only
+// successful episodes count.
 struct MetricSummary {
   std::string name;  // flattened
   int episodes = 0;
@@ -129,8 +129,8 @@ struct RunSummary {
   // Effective number of samples in the complete episodes, for intervals (NumSamples); for a suite, the sum
   // over its tasks. Rates and means are always over all complete episodes.
   int samples = 0;
-  // Number of complete episodes with a verdict about success (EpisodeResult::judged), and number of those
-  // that succeeded.
+  // Number of complete episodes with a verdict about success (EpisodeResult::judged), and number of
+  // successful episodes among them.
   int judged = 0;
   int successes = 0;
   // Number of complete episodes whose start was in the training set; nullopt if no training set is known.
@@ -143,18 +143,19 @@ struct RunSummary {
   std::vector<StageSummary> stages;
   // Failure reasons of the complete episodes that did not succeed; most frequent first.
   std::vector<std::pair<std::string, int>> failure_reasons;
-  // Totals by object, in the order of slip_count_per_object; -1: unknown.
+  // Total slips by object, in the order of slip_count_per_object; -1: unknown.
   std::vector<int64_t> slips_per_object;
-  // Totals by geom; most frequent first.
+  // Total collisions by geom, or by pair of robot geoms; most frequent first.
   std::vector<std::pair<std::string, int64_t>> collisions_per_geom;
-  // In order of first appearance, without success and reached stages, which have members of their own.
+  // All metrics in order of first appearance, without success and reached stages, which have members of their
+  // own.
   std::vector<MetricSummary> metrics;
   // Starts with at least kFewestToRepeat successful episodes, ordered by their parameters. Empty if the
   // complete episodes count as one sample, or if it was not requested.
   std::vector<StartRepeatability> repeatability;
 
   const MetricSummary* Find(const std::string& metric) const;
-  // Scales a number of complete episodes to the number of samples.
+  // Converts a number of complete episodes to the equivalent number of samples.
   double InSamples(int count) const;
   // Note that explains the sample count of the intervals; empty if every episode is a sample of its own.
   std::string SamplesText() const;
@@ -162,12 +163,12 @@ struct RunSummary {
   std::string TrainingText() const;
 };
 
-// Statistics that are updated episode by episode. Summary() visits all values so far, which takes 0.1 to 0.6
-// ms per 1,000 episodes.
+// Statistics that are updated episode by episode. Summary() processes all values added so far, which takes
+// 0.1 to 0.6 ms per 1,000 episodes.
 class RunStatistics {
  public:
-  // If an episode was run twice, its last result counts. task: index of the task in a suite, whose episodes
-  // are numbered consecutively across tasks.
+  // If an episode is added twice, its last result counts. task: index of the task in a suite. The episodes of
+  // a suite are numbered consecutively across tasks.
   void Add(int episode, const EpisodeResult& result, int task = 0);
   // True if every episode from 0 to the highest added has been added.
   bool is_without_gap() const {
@@ -191,7 +192,7 @@ class RunStatistics {
     std::optional<bool> seen_in_training;
     bool is_start_known = false;
     NamedPoses final_poses;
-    // Completion time, also set if the episode did not succeed.
+    // Completion time; also set if the episode did not succeed.
     double time_s = 0;
     bool operator==(const Entry&) const = default;
   };
@@ -200,8 +201,8 @@ class RunStatistics {
 
   std::map<int, Entry> episodes_;
   std::vector<std::string> names_;
-  // Values of a metric. They are sorted before use, so that the results are bit-identical in whatever order
-  // episodes finish.
+  // Values of a metric. They are sorted before use, so that the results are bit-identical for every order in
+  // which episodes finish.
   class Values {
    public:
     void Add(double value) { values_.push_back(value); }

@@ -1,8 +1,8 @@
-// Equality of floating-point numbers up to rounding. Equal differences, and sums of the same numbers in
-// another order, may differ in their last bits: 5.20 - 5.46 + 0.26 is not 0. The error of n arithmetic steps
-// is at most n 2^-53 of the largest operand (Higham 2002, "Accuracy and stability of numerical algorithms",
-// 4.2), which is less than kTie up to n = 2^20. Real differences (a time by a tick, a count by one, a share
-// by a stage) are larger.
+// Equality of floating-point numbers up to rounding. Results that are equal in exact arithmetic may differ in
+// their last bits: 5.20 - 5.46 + 0.26 is not 0. The error of n arithmetic steps is at most n 2^-53 of the
+// largest operand (Higham 2002, "Accuracy and stability of numerical algorithms", 4.2), which is less than
+// kTie up to n = 2^20. Real differences are larger: times differ by at least a tick, counts by at least one,
+// and progress by at least a stage.
 #pragma once
 
 #include <algorithm>
@@ -13,17 +13,17 @@
 
 namespace evalbus::metrics {
 
-// Relative to the largest magnitude in the data.
+// Tolerance for equality, relative to the largest magnitude in the data.
 inline constexpr double kTie = 0x1p-32;  // 2.3e-10
 
-// 0 for an empty span.
+// Returns 0 for an empty span.
 inline double LargestMagnitude(std::span<const double> x) {
   return std::accumulate(x.begin(), x.end(), 0.0,
                          [](double largest, double value) { return std::max(largest, std::abs(value)); });
 }
 
-// Returns the values with magnitudes that differ by at most kTie * largest made equal, and those near 0 set
-// to 0.
+// Returns the values after values whose magnitudes differ by at most kTie * largest have been made equal in
+// magnitude, and values that are this near to 0 have been set to 0.
 inline std::vector<double> WithTies(std::span<const double> x, double largest) {
   std::vector<double> values(x.begin(), x.end());
   std::vector<size_t> order(values.size());

@@ -14,9 +14,9 @@
 namespace evalbus::metrics {
 
 // ties.h decides whether differences are equal or zero. Zero differences are dropped, as in Wilcoxon's paper.
-// statistic: sum of the ranks of positive differences. For up to 50 remaining differences the distribution is
-// exact, also with ties: over all signs, given the ranks. Above, it is the normal approximation with the
-// variance corrected for ties. p = 1 if no difference remains.
+// statistic: sum of the ranks of positive differences. For up to 50 remaining differences, p is exact, also
+// with ties: the distribution is computed over all choices of signs, given the ranks. For more differences, p
+// is the normal approximation with the variance corrected for ties. p = 1 if no difference remains.
 inline RankTest WilcoxonSignedRankTest(std::span<const double> differences) {
   std::vector<double> sizes;
   std::vector<bool> positive;

@@ -56,7 +56,7 @@ double Tilt(const double* quat_wxyz, int axis) {
   // The body's z axis in the world frame, not normalized.
   const double w = quat_wxyz[0], x = quat_wxyz[1], y = quat_wxyz[2], z = quat_wxyz[3];
   const std::array<double, 3> up = {2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z};
-  // atan2 of the components along and across the axis is exact where the arc cosine is not.
+  // atan2 of the components along and across the axis is accurate near 0 and pi, where the arc cosine is not.
   const int along = axis == kNoAxis ? 2 : axis;
   const double across = std::hypot(up[(along + 1) % 3], up[(along + 2) % 3]);
   return axis == kNoAxis ? std::atan2(across, up[along]) : std::atan2(std::abs(up[along]), across);

@@ -1,5 +1,5 @@
 // Predicates and quantities from which task descriptions are built. Each is a class in predicates.cc or
-// quantities.cc and one line in the registry there. docs/metrics.md lists their names and arguments.
+// quantities.cc with one line in the registry of that file. docs/metrics.md lists their names and arguments.
 #pragma once
 
 #include <array>
@@ -42,13 +42,13 @@ class Quantity {
 struct CompileContext {
   const ModelNames& names;
   const TaskDescription& task;
-  // `reached` may refer only to this many stages, counted from the first. While a stage is compiled: the
-  // number of stages before it.
+  // The predicate `reached` may refer only to the first num_stages stages. While a stage is compiled, this is
+  // the number of stages before it.
   size_t num_stages = std::numeric_limits<size_t>::max();
 };
 
-// Both throw InputError with file and line for an unknown predicate, quantity, argument or name, and for a
-// limit that the number can never pass.
+// Both functions throw InputError with file and line for an unknown predicate, quantity, argument or name,
+// and for a limit outside the range of the number.
 std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const CompileContext& context);
 std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const CompileContext& context);
 
@@ -57,13 +57,13 @@ std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const Co
 using PredicateMaker = std::function<std::unique_ptr<Predicate>(const Expression&, const CompileContext&)>;
 void RegisterPredicate(const std::string& name, const PredicateMaker& make);
 
-// A quantity that tasks may use: as a metric under `target_distance`, and with limits as a predicate.
+// A quantity that tasks may use as a metric under `target_distance` and, with limits, as a predicate.
 struct QuantityKind {
   std::string name;
   std::vector<const char*> required_arguments;
   std::vector<const char*> optional_arguments;
-  // Unit of the limits, as in the keys of a task ("min_m", "max_m"), and as shown to people. For "rad", tasks
-  // may use "deg" too.
+  // Unit of the limits: as in the keys of a task ("m" in "min_m" and "max_m"), and as shown in texts. If the
+  // key is "rad", tasks may use "deg" too.
   std::string key;
   std::string unit;
   // Valid range of the number, in the unit.
@@ -72,18 +72,19 @@ struct QuantityKind {
   int8_t kind;
   std::function<std::unique_ptr<Quantity>(const YamlMap& arguments, const CompileContext& context)> make;
 };
-// Registers a quantity; same rules as RegisterPredicate.
+// Registers a quantity; must be called before any task is read. Throws InputError if the name is taken.
 void RegisterQuantity(const QuantityKind& kind);
 
 // Compiles any quantity into a predicate that is true if the number is within the limits given by the
 // arguments min_UNIT and max_UNIT. Null if no quantity has this name.
 std::unique_ptr<Predicate> CompileWithin(const Expression& expression, const CompileContext& context);
 
-// Names in alphabetical order. Every quantity is also a predicate.
+// Return all names in alphabetical order. Every quantity is also a predicate.
 std::vector<std::string> PredicateNames();
 std::vector<std::string> QuantityNames();
 
-// Returns the arguments of an expression and checks that each is known. Throws InputError with file and line.
+// Returns the arguments of an expression after checking that the required ones are present and that all are
+// known. Throws InputError with file and line.
 YamlMap ArgumentsOf(const Expression& expression, const std::vector<const char*>& required,
                     const std::vector<const char*>& optional = {});
 
@@ -93,7 +94,7 @@ bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a, c
 // Rotates a vector by a unit quaternion (MuJoCo's are normalized).
 std::array<double, 3> Rotated(const std::array<double, 3>& v, const double* quat_wxyz);
 
-// Reference frame of a position: the world frame, or that of the body named by the argument `frame`.
+// Reference frame of a position: the world frame, or the frame of the body named by the argument `frame`.
 class Frame {
  public:
   Frame(const YamlMap& arguments, const CompileContext& context);
@@ -107,8 +108,8 @@ class Frame {
   std::string words_;
 };
 
-// Tilt of an object: the angle (rad) between its up axis (z of its body) and the vertical. With `axis` (0 x,
-// 1 y): how far its up axis is from being perpendicular to that world axis, |phi - pi/2|.
+// Tilt of an object: the angle (rad) between its up axis (z of its body) and the vertical. With `axis` (0: x,
+// 1: y), the tilt is |phi - pi/2|, where phi is the angle between its up axis and that world axis.
 double Tilt(const double* quat_wxyz, int axis);
 inline constexpr int kNoAxis = -1;
 // Reads the optional argument `axis` (x or y) for Tilt().

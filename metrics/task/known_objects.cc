@@ -39,8 +39,7 @@ bool KnownObjects::Knows(const Expression& expression, const TaskDescription& ta
     const auto stage = std::ranges::find(task.stages, name, &Stage::name);
     return stage == task.stages.end() || Knows(stage->when, task);
   }
-  // The arguments of a combination are the text that its operands were read from, so check the operands
-  // instead.
+  // The arguments of a combination are the source text of its operands, so the operands are checked instead.
   if (expression.operands.empty()) return KnowsNames(expression.arguments);
   return std::ranges::all_of(expression.operands,
                              [&](const Expression& operand) { return Knows(operand, task); });

@@ -19,11 +19,11 @@ class KnownObjects {
   bool all() const { return unknown_.empty(); }
   // By geom id: 1 for geoms of objects whose poses are unknown; empty if all are known.
   const std::vector<uint8_t>& unknown_geoms() const { return unknown_geoms_; }
-  // Whether one of these geoms must not be touched (model_info_t.forbidden_contact_geom).
+  // Whether a geom that must not be touched (model_info_t.forbidden_contact_geom) is among the unknown geoms.
   bool lacks_forbidden_contact_geoms() const { return lacks_forbidden_contact_geoms_; }
 
-  // Whether no name in the expression refers to an object with an unknown pose, or to a part of one.
-  // `reached` is resolved to the expression of its stage. True for an absent expression.
+  // Returns false if a name in the expression refers to an object with an unknown pose, or to a part of such
+  // an object. `reached` stands for the expression of its stage. Returns true for an absent expression.
   bool Knows(const Expression& expression, const TaskDescription& task) const;
 
  private:

@@ -30,8 +30,8 @@ int DigitsBeforePoint(double value) {
 }
 
 // Formats a comparison: "27.4 degrees > 20", "1.100 m >= 1.096". Both numbers have at least three digits, at
-// least the decimal places of the limit, and enough digits that the printed numbers compare like the real
-// ones.
+// least the decimal places of the limit, and enough digits that the printed numbers compare like the exact
+// numbers.
 std::string Compared(double value, const std::string& relation, double threshold, const std::string& unit) {
   const auto order = [](double a, double b) { return (a > b) - (a < b); };
   std::string text, limit;

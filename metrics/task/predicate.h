@@ -1,4 +1,5 @@
-// Base classes of the predicates of a task description: each is true or false at a tick and can explain why.
+// Base classes of the predicates of a task description. A predicate is true or false at each tick and can
+// explain why.
 #pragma once
 
 #include <limits>
@@ -17,18 +18,18 @@ namespace evalbus::metrics {
 struct WorldView {
   const state_t& state;
   std::span<const contact_t> contacts;
-  // By stage of the task, in task order: 1 if reached at this tick or earlier.
+  // For each stage, in the task's order: 1 if it was reached at this tick or earlier.
   std::span<const uint8_t> stage_reached = {};
 };
 
-// Writes the current conditions one after the other. The first pass appends them; later passes write only the
-// members that change from tick to tick and do not allocate.
+// Writes the current state of conditions into a list, one after the other. The first pass appends them; later
+// passes write only the members that change from tick to tick, and do not allocate.
 class Standing {
  public:
   explicit Standing(std::vector<condition_t>* conditions) : conditions_(*conditions) {}
 
-  // Returns the next condition. `fixed` has the members that never change; words() returns its text and is
-  // called only once.
+  // Returns the next condition. `fixed` contains the members that never change. words() returns the text of
+  // the condition and is called only in the first pass.
   template <class Words>
   condition_t& Next(const condition_t& fixed, const Words& words) {
     if (next_ == conditions_.size()) {
@@ -59,7 +60,7 @@ class Predicate {
   // threshold are its limit.
   virtual void Stand(bool wanted, Standing* standing) const = 0;
   // Describes in words, independent of any tick, what it means that the predicate is `value`. Returns lines;
-  // those of operands are indented.
+  // the lines of operands are indented.
   virtual std::vector<std::string> Describe(bool value) const = 0;
 };
 
@@ -75,7 +76,7 @@ class Relation : public Predicate {
 
  protected:
   virtual bool Holds(const WorldView& world) = 0;
-  // predicate, kind, subject and other; the remaining members are set at each tick.
+  // Derived classes set the members predicate, kind, subject and other. The others are set at each tick.
   condition_t condition_{};
   std::string text_if_true_;
   std::string text_if_false_;
@@ -85,8 +86,8 @@ class Relation : public Predicate {
   bool holds_ = false;
 };
 
-// A condition that a number is within limits, both included. Derived classes fill in the members and
-// implement Value().
+// A condition that a number is within limits; the limits themselves are allowed. Derived classes fill in the
+// members and implement Value().
 class Within : public Predicate {
  public:
   void Start() override { value_ = 0; }
@@ -101,17 +102,17 @@ class Within : public Predicate {
   // Text for the value measured at a tick: "tilt of pot 27.4 degrees > 20". holds: whether the condition is
   // met.
   virtual std::string Words(bool holds, double value) const;
-  // predicate, kind, subject and unit; the remaining members are set at each tick.
+  // Derived classes set the members predicate, kind, subject and unit. The others are set at each tick.
   condition_t condition_{};
   // Description of the number: "tilt of pot".
   std::string quantity_;
-  // In the condition's unit; infinite if there is no limit.
+  // Limits in the condition's unit; infinite if there is no limit.
   double lower_ = -std::numeric_limits<double>::infinity();
   double upper_ = std::numeric_limits<double>::infinity();
 
  private:
   bool Holds() const { return lower_ <= value_ && value_ <= upper_; }
-  // Which of two limits is nearer; if one is violated, it is that one.
+  // Whether the upper limit is nearer than the lower one. A violated limit counts as the nearer one.
   bool IsUpperNearer() const { return upper_ - value_ < value_ - lower_; }
 
   header_t header_{};

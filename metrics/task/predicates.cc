@@ -16,9 +16,9 @@
 namespace evalbus::metrics {
 namespace {
 
-// A pad of the gripper touches the object. `any`: any gripper. `first`: the gripper that first held the
-// object in this episode (if two began at the same tick, the first in the model). `other`: any gripper but
-// that one, once there is a first.
+// A pad of the gripper touches the object. `any` stands for any gripper. `first` stands for the gripper that
+// first held the object in this episode; if two began at the same tick, the first of them in the model.
+// `other` stands for any gripper except `first`, once the object has been held.
 class Holding : public Relation {
  public:
   Holding(const Expression& expression, const CompileContext& context) {
@@ -44,7 +44,7 @@ class Holding : public Relation {
                             : gripper == "other"           ? "the other gripper"
                             : gripper.ends_with("gripper") ? gripper
                                                            : gripper + " gripper";
-    // "Holds" would suggest a grasp; bars on the timeline show grasps.
+    // The word is "touches", because "holds" would suggest a grasp. The timeline shows grasps as bars.
     text_if_true_ = (gripper == "any" ? "a gripper" : who) + " touches " + object;
     text_if_false_ = gripper == "any" ? "no gripper touches " + object : who + " does not touch " + object;
     Start();
@@ -148,7 +148,7 @@ class On : public Relation {
   std::vector<uint8_t> support_;
 };
 
-// The stage has been reached, at this tick or earlier.
+// The stage was reached at this tick or earlier.
 class Reached : public Relation {
  public:
   Reached(const Expression& expression, const CompileContext& context) {
@@ -179,8 +179,9 @@ class Reached : public Relation {
   size_t stage_;
 };
 
-// The object's origin is in a box along the axes of the world or of a body's frame, boundary included. The
-// value is how far (m) the origin is outside the box along the axis with the largest excess; negative inside.
+// The object's origin is in a box, boundary included. The box is aligned with the axes of the world or of a
+// body's frame. The value is the distance (m) by which the origin is outside the box along the axis with the
+// largest excess; it is negative inside.
 class Inside : public Within {
  public:
   Inside(const Expression& expression, const CompileContext& context)
@@ -287,13 +288,13 @@ class Combination : public Predicate {
     }
     return count;
   }
-  // Explains why every operand is `value`; if some are not, explains the first of those.
+  // Explains why every operand is `value`. If some operands are not, explains the first of these instead.
   void ExplainEach(bool value, std::vector<condition_t>* conditions) const {
     const auto other = std::find(was_true_.begin(), was_true_.end(), !value);
     if (other != was_true_.end()) return operands_[other - was_true_.begin()]->Explain(conditions);
     for (const auto& operand : operands_) operand->Explain(conditions);
   }
-  // A line that states how the operands are combined, followed by their descriptions.
+  // Returns a line that states how the operands are combined, followed by the descriptions of the operands.
   std::vector<std::string> DescribeEach(const std::string& how) const {
     std::vector<std::string> lines = {how};
     for (const auto& operand : operands_) {
@@ -344,7 +345,7 @@ class Not : public Combination {
   std::vector<std::string> Describe(bool value) const override { return operands_[0]->Describe(!value); }
 };
 
-// True from the first tick at which its operand is true. The explanation is that of this tick.
+// True from the first tick at which its operand is true. The explanation is taken from this tick.
 class Latched : public Combination {
  public:
   Latched(const Expression& expression, const CompileContext& context) : Combination(expression, context) {

@@ -17,8 +17,8 @@ int BodyOf(const YamlValue& operand, const CompileContext& context) {
   return context.names.Body(operand.Text(), operand.location());
 }
 
-// Distance (m) between two points. The point of a gripper is the wrist of its arm; that of anything else is
-// the origin of its body, or for b the point `b_point_m` in the body's frame.
+// Distance (m) between two points. The point of a gripper is the wrist of its arm. The point of anything else
+// is the origin of its body. For b, `b_point_m` selects another point in the body's frame.
 class Distance : public Quantity {
  public:
   Distance(const YamlMap& arguments, const CompileContext& context)
@@ -44,7 +44,7 @@ class Distance : public Quantity {
     int index;  // arm or body
   };
   static Point CompilePoint(const YamlValue& argument, const CompileContext& context) {
-    // If an arm and its gripper share a name, it refers to the wrist.
+    // If an arm and its gripper share a name, the name refers to the wrist.
     const int gripper = context.names.FindGripper(argument.Text());
     if (gripper >= 0) return {true, context.names.model().gripper[gripper].arm};
     return {false, BodyOf(argument, context)};
@@ -114,7 +114,8 @@ class JointSpeed : public Quantity {
   std::vector<int> arms_;
 };
 
-// Height (m) of an object's origin above `rest_height_m`, by default its height in the task's scene.
+// Height (m) of an object's origin above `rest_height_m`, which is the origin's height in the task's scene by
+// default.
 class Lift : public Quantity {
  public:
   Lift(const YamlMap& arguments, const CompileContext& context)

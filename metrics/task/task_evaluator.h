@@ -30,8 +30,8 @@ class TaskEvaluator {
   // Evaluates a tick; ticks must come in order, and world.stage_reached is ignored. The verdict is undecided
   // at tick 0, the reset state. From tick 1 on, the first success or failure is final; failure takes
   // precedence over success at the same tick. A stage that has been reached remains reached. A condition that
-  // needs an unknown object pose is never reached and yields no verdict. If it is the failure condition that
-  // cannot be judged, there is no success either.
+  // needs an unknown object pose is never met and yields no verdict. If the failure condition needs one,
+  // there is no success either.
   void Evaluate(WorldView world, int64_t tick);
 
   Verdict verdict() const { return verdict_; }
@@ -40,12 +40,12 @@ class TaskEvaluator {
   // precedence.
   bool can_succeed() const { return knows_success_ && knows_failure_; }
   bool knows_all_stages() const { return std::ranges::all_of(knows_stage_, std::identity()); }
-  // In the order of the task's stages, target_distance and pose_error: whether each can be evaluated.
+  // Whether each stage, target distance and pose error can be evaluated, in the task's order.
   const std::vector<uint8_t>& knows_stage() const { return knows_stage_; }
   const std::vector<uint8_t>& knows_distance() const { return knows_distance_; }
   const std::vector<uint8_t>& knows_error() const { return knows_error_; }
-  // Whether the last tick, taken by itself, satisfies success. The verdict is final even if it no longer
-  // does.
+  // Whether the success condition is met at the last tick. The verdict remains final if the condition is no
+  // longer met.
   bool success_holds() const { return success_holds_; }
   // Whether the failure is the built-in one: a robot body out of bounds.
   bool out_of_bounds() const { return out_of_bounds_; }
@@ -53,13 +53,13 @@ class TaskEvaluator {
   // verdict, those that keep success from being true.
   std::vector<condition_t> ExplainVerdict() const;
   // Writes every condition of success and failure after the last tick (see Predicate::Stand), except the
-  // built-in failure. Before tick 1 none holds and all numbers are NaN. Does not allocate if *criteria has
-  // been filled before. Does not change the header.
+  // built-in failure. Before tick 1, no condition holds and all numbers are NaN. Does not allocate if
+  // *criteria has been filled before. Does not change the header.
   void Criteria(criteria_t* criteria) const;
-  // Writes every condition of each stage, then those of success, in the same way: one list per stage and one
-  // more. Before tick 1, the lists are meaningless.
+  // Writes every condition of each stage, then every condition of success: one list per stage and one more
+  // for success. Before tick 1, the lists are meaningless.
   void ConditionsByStage(std::vector<std::vector<condition_t>>* conditions) const;
-  // In the order of TaskDescription: stages, target_distance (m), pose_error (rad).
+  // Stages, target distances (m) and pose errors (rad), each in the order of TaskDescription.
   const std::vector<uint8_t>& stage_reached() const { return stage_reached_; }
   const std::vector<double>& target_distance() const { return target_distance_; }
   const std::vector<double>& pose_error() const { return pose_error_; }
