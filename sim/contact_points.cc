@@ -93,7 +93,7 @@ std::span<const ContactPoint> ContactPoints::AfterStep(const mjModel& model, con
     const mjContact& contact = data.contact[contacts_[k]];
     mjtNum force[6], world[3];
     mj_contactForce(&model, &data, contacts_[k], force);
-    // The rows of the frame are its axes; the force acts on geom2.
+    // contact.frame has the axes of the contact frame as its rows. The force acts on geom2.
     mju_mulMatTVec(world, contact.frame, force, 3, 3);
     const double sign = model.geom_bodyid[contact.geom1] == points_[k].body_a ? 1 : -1;
     points_[k].normal_force = force[0];

@@ -19,8 +19,8 @@ struct ContactPoint {
   int body_b;
   std::array<double, 3> force;  // on body_b, world frame, N
   double normal_force;          // N
-  // Index of the finger, over all grippers, and of the manipulated object, if this point is between them;
-  // otherwise -1.
+  // If a finger touches a manipulated object at this point: index of the finger, counted over all grippers,
+  // and index of the object. Otherwise -1.
   int finger = -1;
   int object = -1;
   double touch_energy = 0;  // J; 0 unless the pair begins to touch in this step
@@ -37,10 +37,11 @@ class ForceSums {
   void StartTick();
   void AddStep(std::span<const ContactPoint> points);
 
-  // Whether the pair touched in the last step.
+  // Whether the pair of bodies touched in the last step.
   bool Touched(int8_t kind, int body_a, int body_b) const;
 
-  // Fills the force members of *state and of its grippers, which must exist. Reuses the storage of *state.
+  // Fills the force members of *state and of state->gripper, which must already have its final size. Reuses
+  // the storage of *state.
   void Fill(state_t* state) const;
 
  private:
@@ -60,7 +61,7 @@ class ForceSums {
     int64_t steps = 0;
   };
 
-  // The pair of the point's bodies; a new one if they did not touch before in this tick.
+  // Returns the pair of the point's bodies. Adds the pair if the bodies have not touched in this tick yet.
   Pair& Find(const ContactPoint& point);
   // Adds the grip forces of the current step.
   void AddGrips();
@@ -70,9 +71,9 @@ class ForceSums {
   double timestep_;
   std::vector<Pair> pairs_;
   int64_t steps_ = 0;
-  // By kind SCENE, OBJECT, SELF: see state_t.scene_force_N.
+  // By contact kind (SCENE, OBJECT, SELF): the largest force in each physics step (state_t.scene_force_N).
   std::array<std::vector<double>, 3> largest_;
-  // Normal force of each finger on each object in the current step: [finger * objects + object].
+  // Normal force of each finger on each object in the current step, indexed [finger * objects + object].
   std::vector<double> finger_force_;
   std::vector<Grip> grips_;
 };

@@ -16,11 +16,13 @@
 namespace evalbus::sim {
 namespace {
 
-// Tolerance beyond a joint's range, rad or m. For joints of objects, also as a fraction of the range.
+// How far a joint may be beyond its range: by kBeyondRange (rad or m), and a joint of an object also by the
+// fraction kBeyondRangeOfObject of its range.
 constexpr double kBeyondRange = 0.05, kBeyondRangeOfObject = 0.05;
-// Joints of objects that are further beyond their range are counted, rad or m.
+// A joint of an object that is beyond its range by more than this (rad or m) is counted.
 constexpr double kCountedBeyondRange = 1e-3;
-// Plausibility limit of velocities, m/s or rad/s. That of joints without limits is kFarthest, m or rad.
+// Plausibility limit of velocities, m/s or rad/s. Positions of joints without limits may be up to kFarthest
+// (m or rad).
 constexpr double kFastest = 1e6;
 
 bool Has(const std::vector<std::string>& names, const std::string& name) {
@@ -186,7 +188,7 @@ void MeasuredScene::SetObjects(const Sample& a, const Sample& b, double share) {
     for (size_t i = 0; i < 3; ++i) {
       position[i] = from.position_m[i] + share * (to.position_m[i] - from.position_m[i]);
     }
-    // q and -q are the same rotation: interpolate along the shorter way.
+    // q and -q are the same rotation. Their sign is chosen such that the interpolation takes the shorter way.
     double dot = 0;
     for (size_t i = 0; i < 4; ++i) dot += from.quat_wxyz[i] * to.quat_wxyz[i];
     for (size_t i = 0; i < 4; ++i) {
@@ -209,7 +211,7 @@ state_t MeasuredScene::At(const Sample& a, const Sample& b, double share, const 
   mju_copy(d.mocap_pos, home_->mocap_pos, 3 * model_->nmocap);
   mju_copy(d.mocap_quat, home_->mocap_quat, 4 * model_->nmocap);
   const auto between = [share](double from, double to) { return from + share * (to - from); };
-  // Computed from ticks, because the header's times are rounded to microseconds.
+  // The time is computed from ticks, because the header's times are rounded to microseconds.
   const double elapsed =
       before ? static_cast<double>(header.tick - before->header.tick) * ControlPeriod(info) : 0;
   for (size_t k = 0; k < joints_.size(); ++k) {

@@ -1,7 +1,7 @@
 // Converts the measurements of an external source to STATE. Poses of links and wrists are computed from joint
 // positions by forward kinematics. Velocities that were not measured are differences of positions. Objects
-// are at their tracked poses. The scene is that of a task; nothing in it moves by itself. Has no bus and no
-// clock. Live sources and files are both converted only here.
+// are placed at their tracked poses. The scene comes from a task; nothing in it moves by itself. This class
+// uses no bus and no clock. Both live sources and files are converted here.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,7 @@
 
 namespace evalbus::sim {
 
-// The measured quantities, by names of MODEL.
+// The quantities that the source measures, by their names in MODEL.
 struct Measured {
   // All joints of each arm; joints of fingers and of objects only if they are measured.
   std::vector<std::string> joints;
@@ -25,19 +25,19 @@ struct Measured {
   std::vector<std::string> objects;
 };
 
-// The measurements at one time.
+// The measured values at one time.
 struct Sample {
   // Time since the first sample, s.
   double time_s = 0;
-  // In the order of Measured::joints: rad (m for slide joints); rad/s (m/s). velocity is empty if only
-  // positions were measured.
+  // Positions (rad, or m for slide joints) and velocities (rad/s or m/s) in the order of Measured::joints.
+  // velocity is empty if only positions were measured.
   std::vector<double> position, velocity;
-  // Opening of each gripper of MODEL, from 0 (closed) to 1 (open). Nothing if it follows from the positions
-  // of its fingers.
+  // Opening of each gripper of MODEL, from 0 (closed) to 1 (open). Nothing if the opening is computed from
+  // the positions of the fingers.
   std::vector<std::optional<double>> opening;
-  // In the order of Measured::objects, world frame.
+  // Poses in the order of Measured::objects, world frame.
   std::vector<body_pose_t> object;
-  // Contacts that the source measured; only of a source that has them.
+  // Contacts that the source measured; empty for a source without contacts.
   std::vector<contact_t> contacts{};
 };
 
@@ -48,26 +48,26 @@ class MeasuredScene {
     std::string name;
     std::string text;
   };
-  // First quantity in `measured` that does not fit the scene.
+  // Returns the first quantity in `measured` that does not fit the scene; nothing if all fit.
   static std::optional<Fault> FindFault(const PreparedScene& prepared, const Measured& measured);
 
   // Marks in MODEL of `prepared` which quantities of this scene are known. prepared must outlive this object.
   // Throws InputError with the text of FindFault.
   MeasuredScene(PreparedScene* prepared, Measured measured, const std::string& source);
 
-  // True if the joint slides: its position is in m, not in rad.
+  // True for a slide joint, whose position is in m instead of rad.
   bool slides(size_t joint) const { return model_->jnt_type[joints_[joint]] == mjJNT_SLIDE; }
 
   // Explains why a joint cannot have this position ("45 rad is beyond the range of left/joint2, -1.763 to
-  // 1.763; are these degrees?"). Empty: it can. Limits of physics engines are soft, so a joint of an object
-  // may be beyond its range by up to 5 % of the range, and every joint by 0.05 rad or m.
+  // 1.763; are these degrees?"). Empty if it can. Limits of physics engines are soft, so every joint may be
+  // beyond its range by 0.05 rad or m, and a joint of an object also by up to 5 % of its range.
   std::string PositionFault(size_t joint, double position) const;
-  // The same for the positions and quaternions of a whole sample. Its numbers must be finite and their counts
-  // correct.
+  // Describes the first implausible position, velocity or object pose of a sample; empty if there is none.
+  // The numbers of the sample must be finite and their counts correct.
   std::string SampleFault(const Sample& sample) const;
-  // Describes the joint of an object that is furthest beyond its range, if by more than 0.001 rad or m
-  // ("first_valve/wheel is beyond its range by 0.051 rad"). Empty: there is none. Such positions are used
-  // unchanged.
+  // Describes the joint of an object that is furthest beyond its range ("first_valve/wheel is beyond its
+  // range by 0.051 rad"). Empty if no joint exceeds its range by more than 0.001 rad or m. Such positions are
+  // used unchanged.
   std::string BeyondRange(const Sample& sample) const;
 
   // Measured fingers of a gripper, as indices into Measured::joints. Empty if there are none.
@@ -92,7 +92,8 @@ class MeasuredScene {
   DataPtr data_;
 };
 
-// Text for `end_detail`; first: place and BeyondRange() of the first such sample.
+// Text for `end_detail` if joints of objects were beyond their ranges. samples: number of samples with such a
+// joint; first: place and BeyondRange() of the first of them.
 std::string BeyondRangeText(int64_t samples, const std::string& first);
 
 }  // namespace evalbus::sim

@@ -13,8 +13,8 @@ namespace evalbus::sim {
 
 class NamedContacts {
  public:
-  // A name is that of an object, a fixture or "world", of a body, or of a geom, in this order. A body is
-  // represented by its first pad geom, otherwise by its first geom.
+  // A name is looked up first among objects, fixtures and "world", then among bodies, then among geoms. A
+  // body is represented by its first pad geom or, without pads, by its first geom.
   explicit NamedContacts(const model_info_t& info);
 
   // True if a contact can have this name.
@@ -23,11 +23,12 @@ class NamedContacts {
 
   // Describes an unknown name ("there is no object, body or geom 'pott'; did you mean 'pot'?").
   std::string Unknown(const std::string& name) const;
-  // Describes what is wrong with the numbers of a contact. Empty: nothing.
+  // Describes what is wrong with the numbers of a contact. Empty if they are valid.
   std::string Fault(const source_contact_t& contact) const;
 
-  // Sorted by (geom_a, geom_b); of several contacts of the same two geoms, the deepest. Contacts of a geom
-  // with itself are left out. All contacts must be without fault, and their names known.
+  // Returns the contacts sorted by (geom_a, geom_b). For two geoms with several contacts, only the deepest is
+  // kept. Contacts of a geom with itself are left out. All contacts must be without fault, and their names
+  // known.
   std::vector<contact_t> Convert(const std::vector<source_contact_t>& contacts) const;
 
  private:

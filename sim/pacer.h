@@ -17,8 +17,8 @@ class Pacer {
 
   // Due time of the next tick.
   Time due() const { return due_; }
-  // Reports that the due tick was published. If it was late by a whole period or more, all following ticks
-  // are postponed, which avoids a burst of ticks that no policy can answer in time.
+  // Must be called when the due tick has been published. If the tick was late by a whole period or more, all
+  // following ticks are postponed, which avoids a burst of ticks that no policy can answer in time.
   void Published(Time now);
 
   // Number of ticks that were late by a whole period or more.

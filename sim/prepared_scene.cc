@@ -41,7 +41,8 @@ std::string CompiledModel(const mjModel* model) {
   return bytes;
 }
 
-// Throws InputError for names that the models do not contain, before any episode begins.
+// Throws InputError if the variation contains names that the models do not have. This check runs before any
+// episode begins.
 void CheckDraws(const Variation& variation, const Scene& scene) {
   if (!variation.physics.empty()) {
     RandomizePhysics(variation, 0, ModelPtr(mj_copyModel(nullptr, scene.physics.get())).get());
@@ -57,7 +58,7 @@ PreparedScene Find(const SimOptions& options) {
   TaskSelection selection = FindTask(options.task);
   prepared.task = std::move(selection.task);
   prepared.variation = selection.variation;
-  // The scene of a prepared run has been compiled already.
+  // Assets are not needed if the options have digests of models, because the scene has been compiled already.
   if (options.physics_sha256.empty()) prepared.task.FindAssets(options.sources());
   prepared.robot = LoadRobot(options.robot.empty() ? prepared.task.robot_file : FindRobot(options.robot),
                              options.sources());

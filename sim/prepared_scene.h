@@ -1,5 +1,5 @@
-// The scene of a run: composed and compiled once. Its models are written to files for all processes of the
-// run.
+// The scene of a run. It is composed and compiled once, and its models are written to files for all processes
+// of the run.
 #pragma once
 
 #include "models/scene.h"
@@ -25,8 +25,9 @@ PreparedScene ComposeScene(const SimOptions& options);
 // Writes RUN/model/. Throws EnvironmentError.
 void WriteModels(const PreparedScene& composed, const std::filesystem::path& run);
 
-// Prepares the scene for a sim: composes it and writes its models, or loads the models whose digests the
-// options contain. Throws InputError if these are missing or differ, and EnvironmentError.
+// Prepares the scene for a sim. If the options contain digests of models, loads the models with these
+// digests; otherwise composes the scene and writes its models. Throws InputError if a model is missing or its
+// digest differs, and EnvironmentError.
 PreparedScene PrepareScene(const SimOptions& options);
 
 }  // namespace evalbus::sim

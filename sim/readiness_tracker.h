@@ -1,5 +1,5 @@
-// Tracks from STATUS messages which components of the episode are ready, lag behind, or are present twice.
-// Pure.
+// Determines from STATUS messages which components of the episode are ready, lag behind, or are present
+// twice. Pure.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +25,12 @@ class ReadinessTracker {
   // Names of the required components that are not ready for this episode, separated by commas. Empty if all
   // are ready.
   std::string Missing() const;
-  // A component whose last tick is at least its lag window behind `tick`. Empty if there is none.
+  // Returns a component whose last handled tick is at least its lag window behind `tick`. Empty if there is
+  // none.
   std::string Lagging(int64_t tick) const;
   // Last tick that the component has reported as handled in this episode; -1 before the first.
   int64_t LastTick(const std::string& component) const;
-  // A component that is ready for this episode in two processes, or in a process other than the one that the
+  // Returns a component that is ready for this episode in two processes, or in another process than the
   // command requires. Empty if there is none.
   const std::string& twice() const { return twice_; }
 
@@ -46,7 +47,8 @@ class ReadinessTracker {
   int32_t episode_ = -1, attempt_ = -1;
   std::vector<std::string> required_;
   std::map<std::string, Member> members_;
-  // Process of each component: the required one, otherwise the first that was ready for this episode.
+  // Instance of each component's process: the instance that the command requires, otherwise the first one
+  // that was ready for this episode.
   std::map<std::string, int64_t> instances_;
   std::string twice_;
 };

@@ -6,11 +6,11 @@
 
 namespace evalbus::sim {
 
-// EPISODE_BEGIN, until all components are ready.
+// EPISODE_BEGIN is repeated until all components are ready.
 inline constexpr auto kAnnouncePeriod = std::chrono::milliseconds(200);
-// MODEL is repeated during an episode for observers that start later. The wall-clock period serves runs with
-// slow policies. The simulated period ensures that the log of a run faster than real time contains MODEL,
-// too.
+// MODEL is repeated during an episode for observers that start later: after the wall-clock period, which
+// matters for slow policies, or after the simulated period. The latter ensures that the log of a run faster
+// than real time repeats MODEL, too.
 inline constexpr auto kRepeatModel = std::chrono::seconds(1);
 inline constexpr int64_t kRepeatModelSimUs = 2'000'000;
 // A message whose answer does not arrive is repeated, in case either was lost.

@@ -14,14 +14,14 @@
 namespace evalbus::sim {
 namespace {
 
-// A step of a class's reset.
+// One random draw in the reset of a RoboEval class.
 struct Draw {
   enum class Kind {
-    // Numbers that RoboEval draws and does not use, for example rotations within bounds of zero.
+    // Numbers that RoboEval draws without effect, for example rotations whose bounds are zero.
     kSkip,
-    // Points for all objects of the object's spawn plane (get_random_points_on_plane).
+    // Points for all objects that share the object's spawn plane (get_random_points_on_plane).
     kPoints,
-    // Offset of the object from its point (its own draw, or that of Prop.set_pose).
+    // Offset of the object from its point, drawn by the class itself or by Prop.set_pose.
     kJitter,
     // Position in the object's spawn box (SpawnBoundary.sample).
     kBox,
@@ -36,12 +36,13 @@ constexpr Draw Jitter(std::string_view object) { return {Draw::Kind::kJitter, ob
 constexpr Draw Box(std::string_view object) { return {Draw::Kind::kBox, object}; }
 constexpr Draw Yaw(std::string_view object) { return {Draw::Kind::kYaw, object}; }
 
-// Prop.set_pose always draws three offsets and three rotations. Those without bounds have no effect (Skip);
-// bounded offsets are a Jitter, and a bounded rotation is a Yaw (about y in VerticalCubeHandover).
+// Returns the draws by RoboEval class. Prop.set_pose always draws three offsets and three rotations. Draws
+// without bounds have no effect (Skip). Bounded offsets are a Jitter, and a bounded rotation is a Yaw (about
+// y in VerticalCubeHandover).
 const std::map<std::string_view, std::vector<Draw>>& Draws() {
   static const std::vector<Draw> valves = {Points("first_valve"), Jitter("first_valve"),
                                            Jitter("second_valve")};
-  // RoboEval places both valves twice, once for each valve; the second time counts.
+  // RoboEval places both valves twice, once for each valve. Only the second placement counts.
   const auto placed_twice = [](std::vector<Draw> once, const std::vector<Draw>& then = {}) {
     std::vector<Draw> all = once;
     all.insert(all.end(), once.begin(), once.end());
@@ -112,7 +113,7 @@ const std::vector<Draw>& DrawsOf(const Variation& variation) {
   return found->second;
 }
 
-// The first spawn of type T that has the draw's object.
+// Returns the first spawn of type T that contains the draw's object.
 template <class T>
 const T& SpawnOf(const Variation& variation, const Draw& draw) {
   for (const Randomization& randomization : variation.randomizations) {

@@ -1,6 +1,7 @@
-// The start of an episode as RoboEval draws it (commit f36dfd4): objects start where env.reset(seed=...) of
-// RoboEval's class places them for the same seed. The numbers come from NumPy's legacy generator. Their count
-// and order follow from the code of each class; the bounds are those of our task's variation.
+// Draws the initial poses of objects as RoboEval does (commit f36dfd4): objects start where
+// env.reset(seed=...) of RoboEval's class places them for the same seed. The numbers come from NumPy's legacy
+// generator. Their number and order follow the code of each class; the bounds come from evalbus's task
+// variation.
 #pragma once
 
 #include <array>
@@ -15,16 +16,16 @@ namespace evalbus::sim {
 struct RoboEvalPose {
   // World frame, m. A spawn box draws only x and y.
   std::array<double, 3> position{};
-  // About world z, rad, added to the part's base orientation.
+  // Rotation about world z, rad, added to the part's base orientation.
   double yaw = 0;
 };
 
-// Returns the drawn values by object. The class is the variation's alias; seed: 0 to 2^32 - 1. Throws
-// InputError as CheckRoboEvalStart().
+// Returns the drawn poses by object. The variation's alias names the RoboEval class. seed: 0 to 2^32 - 1.
+// Throws InputError under the conditions of CheckRoboEvalStart().
 std::map<std::string, RoboEvalPose> DrawRoboEvalStart(const Variation& variation, int64_t seed);
 
-// Throws InputError if the variation randomizes the starts of other objects than RoboEval's class of its
-// alias does.
+// Throws InputError if the variation does not randomize the initial poses of exactly the objects that the
+// RoboEval class of its alias randomizes.
 void CheckRoboEvalStart(const Variation& variation);
 
 }  // namespace evalbus::sim

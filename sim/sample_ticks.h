@@ -1,8 +1,9 @@
 // Computes the control ticks between the samples of an external source, and which ticks are missing. The same
 // rule applies to live sources and files. Tick k is the time k control periods after the first sample. It
-// lies between two neighbors: the last sample before it and the first one at or after it. Ticks are missing
-//   - if their neighbors are further apart than both three ticks and three times the usual distance,
-//   - if a sample between their neighbors was refused; if no tick lies there, the next one is missing.
+// lies between two neighbors: the last sample before it and the first sample at or after it. Ticks are
+// missing
+//   - if their neighbors are further apart than both three ticks and three times the usual sample interval,
+//   - if a sample between their neighbors was refused; if no tick lies there, the next tick is missing.
 // Pure.
 #pragma once
 
@@ -28,8 +29,8 @@ class SampleTicks {
     samples_.push_back({std::move(sample), after_refused});
   }
 
-  // A tick and its neighbors. Both are the same sample if that coincides with the tick. The pointers are
-  // valid until the next call.
+  // A tick and its neighbors. If a sample coincides with the tick, both neighbors are this sample. The
+  // pointers are valid until the next call.
   struct Tick {
     int64_t number;
     const Sample* before;
@@ -37,7 +38,7 @@ class SampleTicks {
     // Position of the tick from `before` (0) to `behind` (1).
     double share;
   };
-  // Next tick; nothing until the sample after it has been added.
+  // Returns the next tick; nothing until a sample at or after it has been added.
   std::optional<Tick> Next() {
     while (!samples_.empty()) {
       const Entry& behind = samples_.front();
@@ -69,7 +70,7 @@ class SampleTicks {
     return std::nullopt;
   }
 
-  // Number of gaps, where neighboring samples are too far apart.
+  // Number of pairs of neighboring samples that were too far apart.
   int gaps() const { return gaps_; }
   // True if a refused sample has not yet caused a missing tick.
   bool is_broken() const { return broken_ || (!samples_.empty() && samples_.front().after_refused); }

@@ -72,14 +72,14 @@ void SimComponent::OnCommand(const command_t& command) {
     ++status_.foreign_messages;
     return;
   }
-  // The launcher waits for one episode and repeats its command until the episode begins. A command from
-  // elsewhere, for which no component gets ready, is replaced by the launcher's next one.
+  // Only the latest command is kept. The launcher repeats its command until the episode begins, so it
+  // replaces a command from elsewhere, for which no component gets ready.
   queue_ = {command};
   if (phase_ != Phase::kRunning) BeginNext();
 }
 
 void SimComponent::OnSummary(const header_t& header) {
-  // Episodes of --episodes follow one another; otherwise the launcher commands the next one.
+  // With --episodes, the next episode begins by itself; otherwise the launcher commands it.
   if (options_.episodes == 0 || phase_ != Phase::kIdle || header.episode != status_.episode) return;
   if (queue_.empty()) {
     done_ = true;
@@ -116,7 +116,8 @@ void SimComponent::OnOwnEnd(const episode_end_t& end) {
 void SimComponent::OnConflict(const std::string& what) {
   ++status_.foreign_messages;
   if (conflict_.empty()) conflict_ = what;
-  // EPISODE_END is published at once: until then, other components may handle foreign messages as this sim's.
+  // EPISODE_END is published at once, because until then other components may handle foreign messages as if
+  // they came from this sim.
   if (phase_ == Phase::kWaiting) state_.header = begin_.header;
   End(end_reason::kAborted, conflict_);
 }
@@ -135,7 +136,8 @@ void SimComponent::BeginNext() {
   const Variation& variation = scene_.task.variation(scene_.variation);
   std::vector<Parameter> parameters = world_.Reset(command_.seed, variation, options_.seed_stream);
   if (!variation.appearance.empty()) {
-    // Renderers apply the same changes from the seed. Here they are only computed to record the parameters.
+    // Renderers compute the same changes from the seed. Here, they are computed only to record the
+    // parameters.
     const ModelPtr drawn(mj_copyModel(nullptr, scene_.scene.visual.get()));
     const std::vector<Parameter> seen = RandomizeAppearance(variation, command_.seed, drawn.get());
     parameters.insert(parameters.end(), seen.begin(), seen.end());
@@ -218,8 +220,8 @@ void SimComponent::OnAction(const action_t& action) {
     return OnConflict("two different actions for tick " + std::to_string(action.header.tick) +
                       ": is a second policy on this bus?");
   }
-  // In lockstep only the answer to the current tick is used. In realtime, an older one may be the latest
-  // action of a slow policy.
+  // In lockstep, only the answer to the current tick is used. In real time, the answer to an earlier tick may
+  // be the latest action of a slow policy.
   if (answer == ConflictDetector::Answer::kRepeated || (action.header.tick < tick && !options_.realtime)) {
     ++status_.foreign_messages;
     return;
@@ -274,7 +276,8 @@ void SimComponent::Advance() {
   if (!tick_.verdict) return;
   if (*tick_.verdict == partial_metrics_t::FAILURE) return End(end_reason::kFailure);
   if (TimeIsUp()) return EndInTime();
-  // If PARTIAL reports a success at the time limit, the episode continues, but StepAhead() has not run yet.
+  // At the time limit, StepAhead() does nothing. If PARTIAL then reports a success, the episode continues and
+  // the step must be made here.
   if (tick_.has_action) StepAhead();
   if (tick_.end) {
     End(tick_.end->first, tick_.end->second);
@@ -301,7 +304,8 @@ void SimComponent::AdvanceRealtime(SteadyTime now) {
 }
 
 void SimComponent::End(std::string reason, std::string detail) {
-  // The verdict is final; the reason for ending only applies to the time after it.
+  // The success is final. Another reason for the end concerns only the time after it and is added to the
+  // detail.
   if (success_us_ && reason != end_reason::kSuccess && reason != end_reason::kAborted &&
       reason != end_reason::kServerError) {
     detail = fmt::format("after the success: {}{}{}", reason, detail.empty() ? "" : ", ", detail);
@@ -338,7 +342,7 @@ void SimComponent::End(std::string reason, std::string detail) {
 void SimComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (phase_ == Phase::kWaiting && announcement_.Due(now)) AnnounceEpisode();
-  // Repeated, because the recorder, the launcher or metrics may have missed it.
+  // EPISODE_END is repeated, because the recorder, the launcher or metrics may have missed it.
   if (phase_ == Phase::kIdle && status_.last_finished_episode >= 0 && unanswered_end_.Due(now)) {
     log().Info("resending EPISODE_END until the next episode begins");
     unanswered_end_.MarkSent(now);
@@ -350,7 +354,7 @@ void SimComponent::Poll(SteadyTime now) {
   } else {
     CheckAnswerTimeouts(now);
   }
-  // Published after a repeated STATE, because it would displace that in a small receive buffer.
+  // MODEL is published after a repeated STATE, because in a small receive buffer it could displace the STATE.
   if (phase_ == Phase::kRunning &&
       (model_.Due(now) || state_.header.sim_time_us - model_published_sim_us_ >= kRepeatModelSimUs))
     PublishModel();
@@ -359,7 +363,7 @@ void SimComponent::Poll(SteadyTime now) {
 void SimComponent::CheckAnswerTimeouts(SteadyTime now) {
   const int64_t tick = state_.header.tick;
   const auto waited = tick_.wait.Elapsed(now);
-  // PARTIAL requires CONTACTS. STATUS shows which of the two is missing.
+  // PARTIAL requires CONTACTS. The STATUS of collision shows which of the two is missing.
   const auto& [lacking, from] = readiness_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
                                                                         : std::pair("PARTIAL", "metrics");
   if (!(tick_.has_action && tick_.verdict) && unanswered_state_.Due(now)) {

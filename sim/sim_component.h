@@ -3,10 +3,10 @@
 // Lockstep: STATE(k+1) is published when ACTION(k) and PARTIAL(k) have arrived and no component exceeds its
 // lag window. The physics of tick k+1 is computed as soon as ACTION(k) has arrived, in parallel with
 // collision checking and metrics of tick k in their own processes. If PARTIAL(k) ends the episode, that step
-// is dropped and tick k is the last. After a success, the episode continues for MODEL's after_success_us; the
-// reason for which it ends then does not change the verdict.
+// is dropped and tick k is the last. After a success, the episode continues for MODEL's after_success_us. The
+// reason for which it then ends does not change the verdict.
 //
-// Realtime: the wall clock decides. If an action is late, the last one is held and a deadline miss is
+// Real time: the wall clock decides. If an action is late, the previous action is held and a deadline miss is
 // counted.
 #pragma once
 
@@ -64,8 +64,8 @@ class SimComponent : public Component {
   void OnAction(const action_t& action);
   void OnPartial(const partial_metrics_t& partial);
   void OnSummary(const header_t& header);
-  // The sim also receives the messages that only a sim publishes. Any that it did not publish itself reveal a
-  // second sim or a replayed log.
+  // The sim also subscribes to the messages that only a sim publishes. A message that it did not publish
+  // itself reveals a second sim or a replayed log.
   void OnOwnModel();
   void OnOwnBegin(const episode_begin_t& begin);
   void OnOwnState(std::span<const uint8_t> data);
@@ -87,7 +87,7 @@ class SimComponent : public Component {
   // Repeats STATE if an answer is missing, and ends the episode after the timeout.
   void CheckAnswerTimeouts(SteadyTime now);
   void End(std::string reason, std::string detail = "");
-  // The time limit applies until the first success, then after_success_us from there.
+  // Until the first success, the time limit applies. After it, the episode ends after_success_us later.
   bool TimeIsUp() const {
     return state_.header.sim_time_us >=
            (success_us_ ? *success_us_ + scene_.info.after_success_us : scene_.info.time_limit_us);
@@ -113,10 +113,10 @@ class SimComponent : public Component {
 
   ReadinessTracker readiness_;
   ConflictDetector detector_;
-  // First line about a conflict in this episode; empty if there is none.
+  // Description of the first conflict in this episode; empty if there is none.
   std::string conflict_;
   Pacer pacer_;
-  // Realtime clock: publication time of each tick's STATE, and latencies of the answers.
+  // Only in real time: publication time of each tick's STATE, and latencies of the answers.
   std::vector<SteadyTime> published_;
   Durations action_latency_, partial_latency_;
 

@@ -19,12 +19,12 @@
 namespace evalbus::sim {
 
 struct SimOptions {
-  // See FindTask.
+  // Names or files of the task and the robot; see FindTask.
   std::string task;
   std::string robot;
   std::vector<std::filesystem::path> model_path;
   std::vector<std::string> assets;
-  // Version of MuJoCo that simulates, if it is not the one that this program is linked with.
+  // Version of MuJoCo that simulates; empty for the version that this program is linked with.
   std::string engine;
   double control_hz = 50;
   bool realtime = false;
@@ -41,12 +41,12 @@ struct SimOptions {
   // its episode. gripper: fixed openings of grippers whose fingers the source does not measure, "left=open".
   double source_timeout_s = 5;
   std::vector<std::string> gripper;
-  // Only for a source: what decides contacts, "shapes" (the collision checker) or "source" (its own
-  // contacts); file with its names, zeros and frames (source_map.h), or empty.
+  // Only for a source. contacts: where contacts come from, "shapes" (the collision checker) or "source" (the
+  // source itself). map: file with the source's names, zeros and frames (source_map.h), or empty.
   std::string contacts = contacts_from::kShapes;
   std::string map;
   // Digests of the models in OUT/model/, and warnings, if the launcher has composed the scene for all
-  // processes of the run. Empty: the sim composes the scene and writes its models there.
+  // processes of the run. If they are empty, the sim composes the scene and writes the models to OUT/model/.
   std::string physics_sha256, visual_sha256;
   std::vector<std::string> scene_warnings;
 
@@ -65,7 +65,7 @@ struct SimOptions {
   ModelSources sources() const { return {model_path, assets}; }
 };
 
-// Months: in effect no timeout, but still a duration that clocks can add without overflow.
+// Several months: effectively no timeout, but still a duration that can be added to a time without overflow.
 inline constexpr double kLongestTimeout = 1e7;  // s
 
 template <class Options, class F>
@@ -121,8 +121,8 @@ void ForEachOption(Options& options, const F& f) {
 }
 
 // Replaces the requested rate by the nearest possible one. For a sim, a tick is a whole number of physics
-// steps; for a source, a whole number of microseconds. If the two rates differ, returns a line that reports
-// it; otherwise an empty string. Throws InputError.
+// steps; for a source, a whole number of microseconds. If the rate was changed, returns a line that reports
+// the change; otherwise an empty string. Throws InputError.
 inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options) {
   CheckRanges(*options);
   const double asked = options->control_hz;
@@ -137,7 +137,8 @@ inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options)
                              static_cast<double>(timestep_us) / 1e3);
 }
 
-// Throws InputError if RoboEval cannot have the seeds of these episodes.
+// Throws InputError if the seed stream is kRoboEvalSeeds and RoboEval does not accept the seeds of these
+// episodes.
 inline void CheckSeeds(const std::string& seed_stream, int64_t seed, int64_t episodes) {
   if (seed_stream != kRoboEvalSeeds || (seed >= 0 && seed <= kMaxRoboEvalSeed + 1 - episodes)) return;
   throw InputError(fmt::format("--seed-stream {}: expected seeds from 0 to {}, got --seed {} and {} episodes",

@@ -23,27 +23,27 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// Metrics gives up waiting for a gap once a hundred later ticks are complete. This many are published after
-// it without waiting for scores.
+// Metrics gives up waiting for the ticks of a gap once a hundred later ticks are complete. Therefore, this
+// many ticks are published after a gap without waiting for scores.
 constexpr int64_t kGapWindowTicks = 120;
-// Metrics does not store ticks further ahead. A larger leap ends the episode.
+// Metrics does not store ticks that are further ahead than this. A larger leap ends the episode.
 constexpr int64_t kMaxLeapTicks = 4000;
-// Maximum queue length, for a source that is faster than its scoring: about a hundred megabytes.
+// Maximum queue length, about a hundred megabytes. The queue grows if a source is faster than its scoring.
 constexpr size_t kMaxWaiting = 100'000;
 
-// After this many samples, stamps that advance by less than a hundredth of the stated period have another
-// unit.
+// If, over this many samples, the stamps advance by less than a hundredth of the stated period per sample,
+// they are not in microseconds.
 constexpr int64_t kSamplesForUnit = 20;
 constexpr double kLeastShareOfPeriod = 0.01;
 
-// Images are only for people, so a few small ones are sufficient: a minute with two cameras takes about 60 MB
-// in the log.
+// Images are only shown to people, so a few small images are sufficient. A minute with two cameras takes
+// about 60 MB in the log.
 constexpr size_t kMaxCameras = 8;
 constexpr int kMaxImageBytes = 512 << 10;
 constexpr int kMaxImagePixels = 2048;
 constexpr size_t kMaxWaitingImageBytes = size_t{64} << 20;
-// Minimum time between images of a camera; images in between are dropped. 10 per second, with a margin for
-// the source's clock.
+// Minimum time between images of a camera; images in between are dropped. It allows 10 images per second,
+// with a margin for the source's clock.
 constexpr int64_t kLeastBetweenImagesUs = 95'000;
 
 // Parses "left=open,right=closed": fixed openings of grippers that are not measured.
@@ -316,7 +316,7 @@ std::string SourceComponent::FaultOf(const source_state_t& message, Sample* samp
   }
   const std::string fault = scene_->SampleFault(*sample);
   if (!fault.empty()) return fault;
-  // Only after the check of its quaternions.
+  // Frames are converted last, because this requires valid quaternions, which were checked above.
   for (size_t k = 0; map_ && k < object_frames_.size(); ++k)
     sample->object[k] = PoseInFrame(sample->object[k], object_frames_[k]);
   return "";
@@ -389,7 +389,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
   if (newest_->is_over || newest_episode_ <= finished_) return;  // already scored; the rest is ignored
   Arrived arrived{newest_episode_, Sample{}, message.sample, "", 0, message.is_last != 0};
   const int64_t expected = newest_->sample + 1;
-  // Without the first sample, time 0 of the episode is unknown.
+  // If the first sample is missing, time 0 of the episode is unknown.
   const bool begins_late = expected == 0 && message.sample > 0;
   if (message.sample < expected) {
     arrived.fault = fmt::format("sample {} comes after sample {}: is a second source on this bus?",
@@ -646,7 +646,8 @@ void SourceComponent::End(std::string reason, std::string detail, bool lacks_tic
   end_ = {};
   end_.header = running_ && running_->state ? running_->state->header : begin_.header;
   if (running_) {
-    // The verdict is final; the reason for ending only applies to the time after it.
+    // The success is final. Another reason for the end concerns only the time after it and is added to the
+    // detail.
     if (running_->success_us && reason != end_reason::kSuccess && !aborted) {
       detail = fmt::format("after the success: {}{}{}", reason, detail.empty() ? "" : ", ", detail);
       reason = end_reason::kSuccess;

@@ -37,24 +37,24 @@ class SourceComponent : public Component {
   enum class Phase {
     kIdle,     // between episodes
     kWaiting,  // EPISODE_BEGIN was published; not all components are ready
-    kRunning,  // all are ready; the source's next episode is this one
+    kRunning,  // all are ready; the next episode of the source is scored as this one
   };
   // A queued SOURCE_STATE or image, or a record of a refused one.
   struct Arrived {
     // Index among the source's episodes, in the order of arrival.
     int64_t episode;
-    // Nothing for an image and for a refused sample.
+    // The converted sample; nothing for an image or a refused sample.
     std::optional<Sample> sample{};
-    // The source's sample number, and the reason for the refusal.
+    // Sample number assigned by the source, and the reason for a refusal.
     int64_t number = 0;
     std::string fault{};
     // Number of samples missing directly before this one.
     int64_t lost = 0;
     bool is_last = false;
-    // Describes a joint of an object that is beyond its soft limits. Empty: there is none.
+    // Describes a joint of an object that is beyond its soft limits. Empty if there is none.
     std::string beyond_range{};
-    // An image of the source's cameras. Its header contains the time since the episode's first sample.
-    // Without bytes: the image was refused for the reason in `fault`.
+    // An image of the source's cameras. Its header contains the time since the episode's first sample. If it
+    // has no bytes, the image was refused for the reason in `fault`.
     std::shared_ptr<image_t> image{};
   };
   // The active episode.
@@ -68,7 +68,7 @@ class SourceComponent : public Component {
     bool is_over = false;
     // Last published state, and last scored tick.
     std::optional<state_t> state;
-    // Contacts of this state, if they are the source's.
+    // Contacts of this state, if the source provides them.
     contacts_t contacts{};
     int64_t scored_tick = -1;
     // First tick after a gap. Until it is scored, metrics waits for ticks that will not come.
@@ -106,17 +106,17 @@ class SourceComponent : public Component {
   void OnOwnModel();
   void OnOwnBegin(const episode_begin_t& begin);
 
-  // Throws InputError if a name in options_.map is not one of the task's.
+  // Throws InputError if a name in options_.map does not exist in the task.
   void CheckMap() const;
-  // The announced quantities by our names. Throws InputError if options_.map has a name that the source does
-  // not announce.
+  // Returns the announced quantities by the task's names. Throws InputError if options_.map has a name that
+  // the source does not announce.
   Measured NamesOf(const source_announcement_t& announcement, const std::string& name);
   // Throws InputError if the announcement does not fit the task.
   void Meet(const source_announcement_t& announcement);
   void BeginIfMet();
   void AnnounceEpisode();
   void PublishModel();
-  // Describes what is wrong with a sample of the newest episode, or an image. Empty: nothing.
+  // Describes what is wrong with a sample of the newest episode, or with an image. Empty if it is valid.
   std::string FaultOf(const source_state_t& message, Sample* sample) const;
   // Adds the contacts that the source published with this sample, and describes what is wrong with them.
   std::string TakeContacts(const source_state_t& message, Sample* sample);
@@ -128,7 +128,7 @@ class SourceComponent : public Component {
   void ProcessImage(const Arrived& arrived);
   bool MayPublish() const;
   void PublishState(const SampleTicks::Tick& tick);
-  // Publishes the running episode's STATE, and before it the source's contacts, if it has any.
+  // Publishes the source's contacts, if it has any, and then the running episode's STATE.
   void SendState();
   bool TimeIsUp() const;
   void EndInTime();
@@ -145,13 +145,13 @@ class SourceComponent : public Component {
   std::vector<std::optional<double>> opening_;
   const bool has_contacts_;
   const std::optional<SourceMap> map_;
-  // How the source's joints and objects are converted, in the order of its announcement.
+  // Conversions of the source's joints and objects, in the order of its announcement.
   std::vector<JointMap> joint_maps_;
   std::vector<Pose> object_frames_;
   std::optional<NamedContacts> names_;
-  // Last message of this kind, until its sample arrives.
+  // Last SOURCE_CONTACTS, until its sample arrives.
   std::optional<source_contacts_t> contacts_;
-  // Known once the source's SOURCE_ANNOUNCEMENT has been received.
+  // Set once the source's SOURCE_ANNOUNCEMENT has been received.
   std::unique_ptr<MeasuredScene> scene_;
   std::optional<source_announcement_t> source_announcement_;
   std::vector<uint8_t> source_announcement_bytes_;
@@ -174,7 +174,8 @@ class SourceComponent : public Component {
   std::set<std::string> cameras_;
   // True if samples were dropped because the queue was full.
   bool overflowed_ = false;
-  // Time since the source's last message; time that the last published tick has been waiting for its score.
+  // silence_: time since the source's last message. unscored_: time since the last published tick, which has
+  // no score yet.
   Wait silence_{SteadyTime{}}, unscored_{SteadyTime{}};
   std::optional<Running> running_;
   bool unknown_told_ = false;

@@ -1,5 +1,6 @@
-// Conversion of a source's names, zeros of joints and frames of objects to those of the task: `evalbus watch
-// --map FILE`, and the same keys in the maps of `evalbus score`. docs/watch.md describes the format.
+// Maps a source's names, joint zeros and object frames to the names, zeros and frames of the task. Used by
+// `evalbus watch --map FILE`, and by the same keys in the maps of `evalbus score`. docs/watch.md describes
+// the format.
 #pragma once
 
 #include <map>
@@ -11,14 +12,14 @@
 
 namespace evalbus::sim {
 
-// Where the position of one of our joints comes from.
+// Source of the position of one of the task's joints.
 struct JointMap {
   // The source's name of the joint; in a file, the column.
   std::string name;
-  // Our position is sign * (its position - zero), in its unit.
+  // The joint's position is sign * (position in the source - zero), in the unit of the source.
   double sign = 1;
   double zero = 0;
-  // For errors.
+  // Location in the file, for error messages.
   YamlValue where{};
 
   double Position(double its) const { return sign * (its - zero); }
@@ -26,17 +27,18 @@ struct JointMap {
 
 // Reads `NAME` or `{column: NAME, sign: -1, zero: NUMBER}`. Throws InputError with file, line and key.
 JointMap ReadJointMap(const YamlValue& value);
-// Reads `rad` or `deg`, and returns the unit in rad.
+// Reads `rad` or `deg`, and returns the factor from this unit to rad.
 double ReadAngleUnit(const YamlValue& value);
-// The pose of our frame of an object, given that of the source. frame: our frame in the source's frame of the
-// object, as ReadPose() reads it.
+// Converts the pose of an object's frame in the source (`its`) to the pose of the object's frame in the task.
+// frame: pose of the task's frame in the source's frame, as read by ReadPose().
 body_pose_t PoseInFrame(const body_pose_t& its, const Pose& frame);
 
 struct SourceMap {
   std::string file;
-  // rad; for joints that do not slide.
+  // Factor from the source's unit to rad, for hinge joints.
   double angle_unit = 1;
-  // By our name. Joints and objects that are not listed have equal names and frames.
+  // By the task's name. Joints and objects that are not listed have the same names, zeros and frames in the
+  // source.
   std::map<std::string, JointMap> joints;
   struct Object {
     std::string name;
@@ -44,7 +46,7 @@ struct SourceMap {
     YamlValue where;
   };
   std::map<std::string, Object> objects;
-  // Our names in contacts, by those of the source.
+  // The task's names in contacts, by the names of the source.
   struct ContactName {
     std::string name;
     YamlValue where;

@@ -26,7 +26,7 @@ class SpawnGrid {
   const SpawnPlane& plane() const { return plane_; }
   int size() const { return nx_ * ny_; }
 
-  // World frame, m. Numbers count along y first.
+  // Returns a grid point in the world frame, m. Points are numbered along y first.
   std::array<double, 3> Point(int number) const {
     const int row = number / ny_, column = number % ny_;
     return {plane_.origin[0] + (row - (nx_ - 1) / 2.0) * plane_.spacing,
@@ -34,8 +34,8 @@ class SpawnGrid {
   }
 
  private:
-  // Python's extent // spacing, as RoboEval computes it. It is one less than expected if the pitch's nearest
-  // double is too large: 0.5 // 0.05 is 9.
+  // Python's extent // spacing, as RoboEval computes it. The result is one less than expected if the double
+  // nearest to the spacing is slightly too large: 0.5 // 0.05 is 9.
   static int Count(double extent, double spacing) {
     return static_cast<int>(std::lround((extent - std::fmod(extent, spacing)) / spacing));
   }

@@ -151,7 +151,7 @@ std::string World::Apply(const action_t& action) {
   for (size_t i = 0; i < grippers_.size(); ++i) {
     const Gripper& gripper = grippers_[i];
     double closing = clip(action.gripper_closing[i], 0, 1);
-    // At 0.5 RoboEval's gripper closes.
+    // RoboEval's gripper closes for commands of at least 0.5.
     if (gripper.binary_command) closing = closing < 0.5 ? 0 : 1;
     data_->ctrl[gripper.actuator] =
         gripper.command_open + closing * (gripper.command_closed - gripper.command_open);
@@ -192,7 +192,7 @@ void World::MakeStartSteps() {
     return info_.entity_kind[static_cast<size_t>(entity)] == model_info_t::ROBOT;
   };
   for (int joint = 0; joint < model_->njnt; ++joint) {
-    // Joints of the robot are hinges and slides; others may have several coordinates.
+    // The robot keeps the motion. All other joints are reset; such a joint may have several coordinates.
     if (is_robot(joint)) continue;
     const int qpos = model_->jnt_qposadr[joint], dof = model_->jnt_dofadr[joint];
     const int next_qpos = joint + 1 < model_->njnt ? model_->jnt_qposadr[joint + 1] : model_->nq;
@@ -219,7 +219,7 @@ bool World::Step() {
 
 bool World::IsStable() {
   for (int i = 0; i < mjNWARNING; ++i) {
-    // Any warning means that the simulation is no longer the requested physics.
+    // After any warning, MuJoCo no longer simulates the requested physics.
     if (data_->warning[i].number == 0) continue;
     instability_ = mju_warningText(i, static_cast<size_t>(data_->warning[i].lastinfo));
     return false;

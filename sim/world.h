@@ -1,5 +1,5 @@
-// The simulated world: resets from a seed, applies joint-position actions, steps, reports its state. Has no
-// bus and no clock.
+// The simulated world. It is reset from a seed, applies joint-position actions, simulates steps and reports
+// its state. It uses no bus and no clock.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -32,8 +32,8 @@ class World {
         const TaskDescription& task, int substeps);
 
   // Moves the robot to its home and the parts to their poses, then applies the variation's randomizations, in
-  // order, and its distractors. They are drawn again together until no movable part penetrates anything and
-  // min_distance is satisfied. Nothing of the previous episode remains. Throws InputError if no such draw is
+  // order, and its distractors. All of them are drawn again until no movable part penetrates anything and
+  // min_distance is satisfied. Nothing of the previous episode remains. Throws InputError if no valid draw is
   // found or a name does not exist. With seed_stream kRoboEvalSeeds, the parts start where RoboEval places
   // them.
   std::vector<Parameter> Reset(int64_t seed, const Variation& variation,
@@ -43,8 +43,8 @@ class World {
   // Checks the robot and all movable parts against everything. Empty if there is none.
   std::string Overlap() const;
 
-  // Sets joint targets and gripper commands, clipped to their limits. Returns an empty string, or what is
-  // wrong with the action (sizes, mode, NaN), in which case nothing changes.
+  // Sets joint targets and gripper commands, clipped to their limits. If the action is invalid (sizes, mode,
+  // NaN), changes nothing and returns a description of the error; otherwise returns an empty string.
   std::string Apply(const action_t& action);
 
   // Simulates one control tick. Returns false if the physics became unstable (see instability()); after that,
@@ -52,7 +52,8 @@ class World {
   bool Step();
   const std::string& instability() const { return instability_; }
 
-  // The state of the simulation, for Restore() within the same episode. Equal actions lead to equal bits.
+  // The state of the simulation, for Restore() within the same episode. After Restore(), equal actions lead
+  // to bit-identical states.
   struct Snapshot {
     std::vector<double> qpos, qvel, act, ctrl, warm_start, mocap_pos, mocap_quat, work;
     ForceSums forces;
@@ -65,7 +66,7 @@ class World {
   // Fills everything except header and deadline_misses. Reuses the storage of `state`.
   void Fill(state_t* state) const;
 
-  // Control tick, us.
+  // Duration of a control tick, us.
   int64_t tick_us() const { return tick_us_; }
 
   const mjModel& model() const { return *model_; }
@@ -107,7 +108,7 @@ class World {
   // Coordinates of a movable part: position and quaternion.
   double* Position(const Part& part) const;
   double* Quaternion(const Part& part) const;
-  // Simulates the robot's first steps, in which the parts are not moved.
+  // Simulates the robot's initial steps, during which the parts are not moved.
   void MakeStartSteps();
   // Sets robot and parts to their poses without randomization.
   void SetHome();
@@ -117,12 +118,12 @@ class World {
   void Spawn(const SpawnYaw& yaw, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnJoint& joint, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const Distractors& distractors, Random* random, std::vector<Parameter>* parameters);
-  // Sets x, y and, if there is one, z.
+  // Sets the part's x and y, and z if `position` has three values.
   void Move(const Part& part, std::span<const double> position, std::vector<Parameter>* parameters);
   // Rotates a part about the vertical, relative to its own pose.
   void Turn(const Part& part, double yaw, std::vector<Parameter>* parameters);
-  // Explains why the draw must be repeated: a part penetrates another entity, or two movable parts are closer
-  // than a spawn box allows. Empty if the draw is valid.
+  // Explains why the draw must be repeated, because a part penetrates another entity or two movable parts are
+  // closer than a spawn box allows. Empty if the draw is valid.
   std::string Blocked(const Variation& variation);
   bool IsMovable(int entity) const;
   // True for a part that may penetrate others at the start.
@@ -136,14 +137,15 @@ class World {
   std::string Deepest(const mjData& data,
                       const std::function<bool(const mjContact&, int, int)>& counts) const;
   // Computes everything that depends on positions and velocities. Also compensates gravity and Coriolis
-  // forces on the arms, if the robot does, and on parked distractors.
+  // forces on parked distractors, and on the arms if the robot has this compensation.
   void Prepare();
-  // Adds the last physics step: the work (its torques times the motion with the velocities at its end), and
-  // the torques.
+  // Adds the work of the last physics step (its torques times the motion at the velocities at its end), and
+  // updates the peak torques.
   void AddWork();
   bool IsStable();
 
-  // Compiled model, and model of this episode. They differ only if the variation changes masses or friction.
+  // The compiled model, and a changed copy for this episode. The copy exists only if the variation changes
+  // masses or friction.
   const mjModel* compiled_;
   ModelPtr changed_;
   const mjModel* model_;
@@ -156,8 +158,8 @@ class World {
   bool gravity_compensation_;
   int start_steps_;
   DataPtr data_;
-  // qpos as the last physics step left it. Then MuJoCo normalizes its quaternions; to do so twice would
-  // change their bits.
+  // qpos just after the last physics step. The next mj_step1 normalizes its quaternions. A snapshot needs the
+  // values from before, because normalizing twice would change their bits.
   std::vector<double> stepped_qpos_;
   std::vector<Arm> arms_;
   std::vector<Gripper> grippers_;

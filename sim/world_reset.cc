@@ -59,7 +59,7 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation, st
     SetHome();
     parameters.clear();
     if (seed_stream == kRoboEvalSeeds) {
-      // RoboEval does not check whether the parts are apart.
+      // Like RoboEval, accepts the draw without checking whether the parts penetrate each other.
       PlaceAsRoboEval(seed, variation, &parameters);
       break;
     }
@@ -73,7 +73,7 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation, st
     why = Blocked(variation);
     if (why.empty()) break;
   }
-  // The collision checks above have changed mjData; only the positions may remain.
+  // The collision checks above have changed mjData. Only the positions are kept.
   const std::vector<double> qpos(data_->qpos, data_->qpos + model_->nq);
   const std::vector<double> mocap_pos(data_->mocap_pos, data_->mocap_pos + 3 * model_->nmocap);
   const std::vector<double> mocap_quat(data_->mocap_quat, data_->mocap_quat + 4 * model_->nmocap);
@@ -201,8 +201,8 @@ std::string World::Deepest(const mjData& data,
   }
   if (!deepest) return "";
   int a = entity(deepest->geom1), b = entity(deepest->geom2);
-  // The first entity of the message is the movable one: a free part, otherwise a placed part, otherwise the
-  // robot.
+  // The message begins with the entity that moves more easily: a free part before a placed part, and a placed
+  // part before the robot.
   const auto rank = [&](int which) {
     const auto part = std::ranges::find(parts_, which, &Part::entity);
     const bool is_part = part != parts_.end();
@@ -215,8 +215,8 @@ std::string World::Deepest(const mjData& data,
 }
 
 std::string World::Overlap() const {
-  // MuJoCo ignores contacts between bodies that cannot move; here, all pairs of different entities are
-  // checked.
+  // MuJoCo ignores contacts between bodies that cannot move. The copy of the model makes it check all pairs
+  // of different entities.
   const ModelPtr model(mj_copyModel(nullptr, model_));
   for (int body = 1; body < model->nbody; ++body) {
     if (model->body_weldid[body] == 0) model->body_weldid[body] = model->body_rootid[body];
