@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Not a JSON object if the file is missing or malformed.
+// Returns the contents of run.json; a discarded value if the file is missing or malformed.
 nlohmann::json RunJson(const fs::path& folder) {
   if (!fs::exists(folder / kRunJson)) return nlohmann::json::value_t::discarded;
   return nlohmann::json::parse(ReadInput(folder / kRunJson), nullptr, false);
@@ -32,7 +32,7 @@ T Get(const nlohmann::json& json, const char* key, T otherwise) {
   return found->is_number_integer() || found->is_boolean() ? found->get<T>() : otherwise;
 }
 
-// Throws InputError that explains why no bus is found for this run folder, suite or log.
+// Throws an InputError that explains why no bus is found for this run folder, suite or log.
 [[noreturn]] void NothingOf(const fs::path& folder) {
   if (!fs::exists(folder)) throw InputError(folder.string() + ": there is no such run");
   const auto run = RunJson(folder);
@@ -79,7 +79,8 @@ Attached Attach(const Address& address) {
   } else if (const std::string url = address.url.empty() ? UrlOfEnvironment() : address.url; url.empty()) {
     run = ChooseLiveRun(runs);
   } else {
-    // A bus that was named may belong to components that have not started yet, or to another machine.
+    // The URL is used even if no run has it, because its components may not have started yet or may be on
+    // another machine.
     run.url = url;
     if (std::ranges::count(runs, url, &LiveRun::url) == 1) run = ChooseLiveRun(runs, url);
   }

@@ -1,4 +1,4 @@
-// How observers (monitor, viz) find the run or replay to which they connect.
+// Finds the run or replay to which an observer (monitor, viz) connects.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,8 @@ namespace evalbus {
 
 struct Address {
   // Run folder (or replayed log) and bus URL. At most one of them may be set. If both are empty, the bus is
-  // the one that the environment names, or that of the only active run or replay on this machine.
+  // taken from the environment (EVALBUS_URL) or, if that is not set, from the only active run or replay on
+  // this machine.
   std::filesystem::path run;
   std::string url;
 };
@@ -21,14 +22,14 @@ void AddAddressOptions(CLI::App* app, Address* address);
 
 struct Attached {
   std::string url;
-  // 0 if unknown.
+  // Number of episodes of the run; 0 if unknown.
   int planned_episodes = 0;
-  // Empty if unknown.
+  // Name of the policy; empty if unknown.
   std::string policy;
 };
 
-// Chooses the run and its bus. If the run has a private network, moves this process into it; therefore call
-// it before any thread has started. Throws InputError, EnvironmentError.
+// Chooses the run and its bus. If the run has a private network, moves this process into it. Must be called
+// before any thread has started. Throws InputError or EnvironmentError.
 Attached Attach(const Address& address);
 
 }  // namespace evalbus

@@ -13,7 +13,8 @@ class BatchDelay {
 
   void Begin(Time now) { began_ = now; }
 
-  // Nearly zero at the beginning of an episode, so that this component hardly delays the end of a short one.
+  // Returns the delay. It is nearly zero at the beginning of an episode, so that the end of a short episode
+  // is hardly delayed.
   Time::duration At(Time now) const { return std::min<Time::duration>(kLongest, (now - began_) / 16); }
 
  private:

@@ -20,19 +20,19 @@ constexpr char kMulticastFix[] =
     "'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' as root, "
     "or use --in-process (see 'evalbus doctor')";
 
-// End of a subscription that matches all channels with the same prefix.
+// A subscription with this suffix matches all channels that begin with the rest of its name.
 constexpr std::string_view kAnyEnd = ".*";
 
 bool IsMulticast(const std::string& url) { return url.rfind("udpm://", 0) == 0; }
 
-// The URL with the receive buffer size that the kernel shall be asked for.
+// Adds the default receive buffer size to a multicast URL that does not specify one.
 std::string WithReceiveBuffer(const std::string& url) {
   if (!IsMulticast(url) || url.find("recv_buf_size=") != std::string::npos) return url;
   return url + (url.find('?') == std::string::npos ? "?" : "&") +
          "recv_buf_size=" + std::to_string(kReceiveBufferBytes);
 }
 
-// liblcm crashes if the process has no file descriptors left.
+// Checks that enough file descriptors are left, because liblcm crashes without them.
 void CheckLimits(const std::string& url) {
   constexpr size_t kFiles = 12;  // slightly more than liblcm opens
   std::vector<int> files;
@@ -88,7 +88,7 @@ void Bus::SelfCheck() {
 
 void Bus::PublishRaw(const char* channel, std::span<const uint8_t> data) {
   Note(Trace::Event::kSend, channel, data);
-  // The C function: the C++ one copies the channel's name.
+  // The C function is called directly, because the C++ function copies the channel's name.
   if (lcm_publish(lcm_->getUnderlyingLCM(), channel, data.data(), static_cast<unsigned>(data.size())) != 0) {
     throw EnvironmentError(std::string("cannot publish on ") + channel + " (bus " + url_ + ")");
   }
@@ -112,7 +112,7 @@ void Bus::SubscribeRaw(const std::string& channels, RawHandler handler) {
 void Bus::SubscribeWithLiblcm(Subscription* subscription) {
   lcm_subscription_t* const subscribed = lcm_subscribe(
       lcm_->getUnderlyingLCM(), subscription->channels.c_str(), &Subscription::Receive, subscription);
-  // 0 = unlimited. With the default of 30, LCM silently drops the newest message.
+  // 0 means unlimited. With the default of 30, LCM silently drops the newest message if the queue is full.
   lcm_subscription_set_queue_capacity(subscribed, 0);
 }
 
@@ -153,7 +153,7 @@ void Bus::Subscription::Receive(const _lcm_recv_buf_t* buffer, const char* chann
 }
 
 bool Bus::EndWait(SteadyTime deadline) {
-  // A caller that did not wait does not check why the event was set, so it must stay set.
+  // If the caller did not wait, it does not check why the event was set, so the event must stay set.
   if (deadline != SteadyTime::min()) wake_event_->Clear();
   return false;
 }
@@ -179,7 +179,7 @@ bool Bus::Handle(SteadyTime deadline) {
   }
   if (!received) return EndWait(deadline);
   const auto& [message, time_us] = *received;
-  // Indexed loop: a handler may subscribe.
+  // The loop uses an index, because a handler may subscribe and thereby invalidate iterators.
   for (size_t i = 0; i < subscriptions_.size(); ++i) {
     if (!subscriptions_[i]->Matches(message.channel)) continue;
     Deliver(subscriptions_[i].get(), message.channel, message.data, time_us);

@@ -1,9 +1,9 @@
 // Connection to a message bus: typed publish and subscribe on LCM. Reports the failures that LCM hides.
-// liblcm sends messages, and also delivers them within a process (memq); messages of other processes are
+// liblcm sends all messages, and delivers them within a process (memq). Messages of other processes are
 // received by MulticastReceiver, or by liblcm if the environment has EVALBUS_LCM_RECEIVER=liblcm
 // (docs/design/0001-own-udp-receiver.md).
 //
-// Not thread-safe: one thread publishes and handles. Handlers run inside Handle().
+// Not thread-safe: the same thread must publish and handle messages. Handlers run inside Handle().
 #pragma once
 
 #include <chrono>
@@ -40,7 +40,8 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 // Receive buffer requested from the kernel, in bytes. With the kernel's default, large messages are lost.
 inline constexpr int kReceiveBufferBytes = 4 << 20;
 // Smallest buffer that a URL may request. On a machine with several times as many busy processes as cores, a
-// run loses messages in every tick with 8 KiB and none with 16 KiB. Larger scenes have larger messages.
+// run loses messages in every tick with 8 KiB and none with 16 KiB. The limit is higher because larger scenes
+// have larger messages.
 inline constexpr int kLeastReceiveBufferBytes = 64 << 10;
 
 class Bus {
@@ -52,7 +53,7 @@ class Bus {
   // this value, and received only if it has this value. 0: messages are published unchanged, and all are
   // received.
   //
-  // instance: as in STATUS. 0: each component draws its own.
+  // instance: as in STATUS. 0: each component draws its own instance.
   //
   // Throws InputError if the URL or EVALBUS_LCM_RECEIVER is invalid or too small a buffer is requested, and
   // EnvironmentError, with the fix, if the bus cannot be opened.
@@ -96,7 +97,7 @@ class Bus {
       SubscribeRaw(channel.name, [this, topic](std::string_view, std::span<const uint8_t> data, int64_t) {
         if (!Decode(data, &topic->message)) return CountDecodeError();
         Note(Trace::Event::kDecoded, topic->channel, data);
-        // Indexed loop: a handler may subscribe.
+        // The loop uses an index, because a handler may subscribe and thereby invalidate iterators.
         for (size_t i = 0; i < topic->handlers.size(); ++i) topic->handlers[i](topic->message);
         Note(Trace::Event::kHandled, topic->channel, data);
       });
@@ -116,14 +117,14 @@ class Bus {
   // Receive buffer that the kernel granted. Nothing if liblcm receives: its queue is unlimited.
   std::optional<size_t> receive_buffer_bytes() const;
 
-  // Handles one message if one arrives before the deadline. Returns false if none did, or if wake_event() was
-  // set while none was waiting. Rethrows the exception of a handler.
+  // Handles one message if one arrives before the deadline. Returns false if no message arrived, or if
+  // wake_event() was set while no message was queued. Rethrows the exception of a handler.
   bool Handle(SteadyTime deadline);
-  // Handles a message that has already arrived; does not wait.
+  // Handles one message that has already arrived. Returns false if there is none; does not wait.
   bool Handle() { return Handle(SteadyTime::min()); }
 
-  // Ends the wait in Handle() from any thread, for work that a thread hands back to the owner of this bus.
-  // May outlive the bus.
+  // Setting this event from any thread ends the wait in Handle(), so that a thread can hand work back to the
+  // thread of this bus. The event may outlive the bus.
   const std::shared_ptr<WakeEvent>& wake_event() const { return wake_event_; }
 
   // Bytes of the message that is being handled. Valid only inside its handler.
@@ -157,7 +158,7 @@ class Bus {
   }
   void SubscribeWithLiblcm(Subscription* subscription);
   bool HandleWithLiblcm(SteadyTime deadline);
-  // Returns false, as the result of Handle() without a message.
+  // Ends a Handle() that got no message. Always returns false, the result of Handle().
   bool EndWait(SteadyTime deadline);
   void Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
 
@@ -168,9 +169,9 @@ class Bus {
   std::shared_ptr<WakeEvent> wake_event_;
   std::unique_ptr<Trace> trace_ = Trace::OfEnvironment();
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
-  // Key: channel, type.
+  // Topics by channel and message type.
   std::map<std::pair<std::string, int64_t>, std::shared_ptr<void>> topics_;
-  // True within a process, or if EVALBUS_LCM_RECEIVER selects it.
+  // True for a bus within this process (memq), or if EVALBUS_LCM_RECEIVER selects liblcm.
   bool liblcm_receives_;
   // Exists from the first subscription on, unless liblcm receives.
   std::unique_ptr<MulticastReceiver> receiver_;

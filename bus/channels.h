@@ -1,6 +1,6 @@
-// The table of all channels: the message on each, its publisher, and how the recorder handles it.
-// docs/messages.md documents the same table. Each run has its own multicast port, so runs do not receive each
-// other's messages.
+// The table of all channels. It defines the message type of each channel, its publisher, and how the recorder
+// handles it. docs/messages.md documents the same table. Each run has its own multicast port, so runs do not
+// receive each other's messages.
 #pragma once
 
 #include <algorithm>
@@ -66,7 +66,8 @@ inline constexpr Channel<episode_begin_t> kEpisodeBegin{"EVALBUS_EPISODE_BEGIN",
 inline constexpr Channel<episode_end_t> kEpisodeEnd{"EVALBUS_EPISODE_END", "sim"};
 inline constexpr Channel<state_t> kState{"EVALBUS_STATE", "sim", Recorded::kOncePerTick};
 inline constexpr Channel<contacts_t> kContacts{"EVALBUS_CONTACTS", "collision", Recorded::kOncePerTick};
-// Contacts of a source at a tick, from which collision makes CONTACTS (`evalbus watch --contacts source`).
+// Contacts of a source at a tick. The collision component converts them to CONTACTS (`evalbus watch
+// --contacts source`).
 inline constexpr Channel<contacts_t> kMeasuredContacts{"EVALBUS_MEASURED_CONTACTS", "sim", Recorded::kNo};
 inline constexpr Channel<action_t> kAction{"EVALBUS_ACTION", "policy", Recorded::kOncePerTick};
 inline constexpr Channel<image_request_t> kRequestImage{"EVALBUS_REQUEST_IMAGE", "policy", Recorded::kNo};
@@ -83,14 +84,14 @@ inline constexpr Channel<source_announcement_t> kSourceAnnouncement{"EVALBUS_SOU
                                                                     Recorded::kNo};
 inline constexpr Channel<source_state_t> kSourceState{"EVALBUS_SOURCE_STATE", kSource};
 inline constexpr Channel<source_contacts_t> kSourceContacts{"EVALBUS_SOURCE_CONTACTS", kSource};
-// One channel per camera. This is the common prefix of their names.
+// Prefix of the channels with rendered images; each camera has its own channel.
 inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo};
-// Images of a source's own cameras: as published by the source, and as republished by the sim after its
-// checks and with the episode's header.
+// Images of a source's own cameras. kSourceImage: as published by the source. kCameraImage: as republished by
+// the sim after its checks, with the episode's header.
 inline constexpr Channel<image_t> kSourceImage{"EVALBUS_SOURCE_IMAGE_", kSource, Recorded::kNo};
 inline constexpr Channel<image_t> kCameraImage{"EVALBUS_CAMERA_", "sim"};
 
-// Channels of a tick in the order of publication, then the others.
+// All channels: first the channels of a tick in the order of publication, then the others.
 inline constexpr std::tuple kAll{
     kState,        kContacts,       kAction,       kPartial,     kRequestImage,    kObservation,
     kPolicyAction, kModel,          kEpisodeBegin, kEpisodeEnd,  kEpisodeSummary,  kRunSummary,
@@ -132,7 +133,8 @@ bool Dispatch(std::string_view name, std::span<const uint8_t> data, const Handle
   return good;
 }
 
-// False for channels of a source and for channels that are not in the table.
+// Whether messages on this channel contain a session. False for channels of a source and for channels that
+// are not in the table.
 inline bool CarriesSession(std::string_view name) {
   bool carries = false;
   ForEach([&]<class Message>(const Channel<Message>& channel) {
@@ -161,7 +163,8 @@ struct EachOnce<std::tuple<Once...>, Message, Rest...>
     : std::conditional_t<(std::is_same_v<Once, Message> || ...), EachOnce<std::tuple<Once...>, Rest...>,
                          EachOnce<std::tuple<Once..., Message>, Rest...>> {};
 
-// One message object of each type. Reused for decoding, so that they keep their storage.
+// Tuple type with one message object of each type. The objects are reused for decoding, so that they keep
+// their storage.
 template <class... Message>
 typename EachOnce<std::tuple<>, Message...>::Tuple OneOfEach(const std::tuple<Channel<Message>...>&);
 using Messages = decltype(OneOfEach(kAll));

@@ -98,7 +98,7 @@ bool Component::EnterEpisode(const episode_begin_t& begin) {
   place.tick = -1;
   log_.SetPlace(place);
   status_.last_tick = last_published_tick_ = -1;
-  // An earlier attempt of this episode may have been finished.
+  // An earlier attempt of this episode may have finished, but this attempt has not.
   if (status_.last_finished_episode == begin.header.episode) status_.last_finished_episode = -1;
   return true;
 }

@@ -38,18 +38,19 @@ class Component {
  protected:
   Bus& bus() { return *bus_; }
 
-  // True if the received MODEL must be used from the next episode on: it differs from the last one. Within a
-  // session only the first MODEL is used, because the sim of a session publishes a single one.
+  // True if the received MODEL differs from the last one and must be used from the next episode on. Within a
+  // session, only the first MODEL is used, because the sim of a session publishes only one.
   bool IsNewModel();
   // True if the component is already in the episode, attempt and seed of this message.
   bool HasEntered(const episode_begin_t& begin) const;
-  // Enters the episode. EPISODE_BEGIN is repeated until all components are ready; returns true for the first
-  // one, after which the component must prepare and then call PublishReady. Returns false for a repetition.
+  // Enters the episode. EPISODE_BEGIN is repeated until all components are ready. For the first
+  // EPISODE_BEGIN, returns true; the component must then prepare the episode and call PublishReady(). For a
+  // repetition, returns false.
   bool EnterEpisode(const episode_begin_t& begin);
   void PublishReady();
   // True if a message with this header belongs to the current episode. Otherwise counts it as foreign.
   bool IsOurs(const header_t& header);
-  // Reports that a tick was handled. Publishes STATUS often enough for flow control.
+  // Must be called when a tick has been handled. Publishes STATUS often enough for flow control.
   void Progress(const header_t& header);
   void PublishStatus();
 
@@ -58,12 +59,12 @@ class Component {
   component_status_t status_{};
 
  private:
-  // Logs what was lost and dropped since the last call.
+  // Logs the messages that were lost or dropped since the last call.
   void LogDroppedMessages();
 
   Bus* bus_;
   Log log_;
-  // Messages of other sessions; included in foreign_messages.
+  // Number of messages of other sessions; included in foreign_messages.
   int64_t of_other_runs_ = 0;
   // Counts that the log has already reported.
   int64_t decode_errors_told_ = 0, foreign_messages_told_ = 0, missing_ticks_told_ = 0,

@@ -22,7 +22,8 @@ class ConflictDetector {
     conflict_.clear();
   }
 
-  // tick: not negative. Memory grows with the highest tick.
+  // Compares a message with the earlier messages on its channel for the same tick. tick: must not be
+  // negative. Memory grows with the highest tick.
   Answer Check(std::string_view channel, int64_t tick, std::span<const uint8_t> data) {
     auto found = received_.find(channel);
     if (found == received_.end()) found = received_.emplace(channel, std::vector<size_t>()).first;
@@ -49,7 +50,7 @@ class ConflictDetector {
  private:
   static constexpr size_t kNone = 0;
 
-  // Hashes by channel, then tick.
+  // Hashes of messages by channel, then by tick.
   std::map<std::string, std::vector<size_t>, std::less<>> received_;
   std::string conflict_;
 };

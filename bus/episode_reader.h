@@ -39,28 +39,29 @@ struct EpisodeMessages {
 // How repeated, late and damaged messages are treated:
 // - An EPISODE_BEGIN of another episode, attempt or seed, or one after EPISODE_END, begins the next
 //   EpisodeMessages. Otherwise it is a repetition: the sim repeats it until all components are ready.
-// - Messages of another episode or attempt than that of EPISODE_BEGIN are ignored: late messages of an
-//   earlier attempt. Without EPISODE_BEGIN, the first message of a tick decides.
-// - Of several messages of one channel for one tick, the first is used: the sim repeats STATE until it is
-//   answered. In a realtime run, messages may have been recorded out of order; they are sorted.
-// - A STATE that is not later than the STATE before it, or more than 60 s later, is damaged and ignored.
-// - MODEL is the last one before the first message of a tick; later ones are repetitions or belong to the
+// - Messages whose episode or attempt differs from EPISODE_BEGIN are ignored, because they are late messages
+//   of an earlier attempt. Without EPISODE_BEGIN, the first message of a tick determines both.
+// - If a channel has several messages for one tick, the first is used, because the sim repeats STATE until it
+//   is answered. In a real-time run, messages may have been recorded out of order; they are sorted.
+// - A STATE that is not later than the previous STATE, or more than 60 s later, is damaged and ignored.
+// - The last MODEL before the first message of a tick is used. Later ones are repetitions or belong to the
 //   next run.
-// - Messages that cannot be decoded are ignored; damage in the log is counted by log().
-// Consumers decide which missing parts they accept.
+// - Messages that cannot be decoded are ignored. log() counts the damage in the log.
+// The caller decides which missing parts it accepts.
 class EpisodeReader {
  public:
   using Channels = std::set<std::string_view>;
   static inline const Channels kAllChannels = {channels::kState, channels::kContacts, channels::kAction,
                                                channels::kPartial};
 
-  // channels: those of kAllChannels that are decoded; the lists of the others remain empty. Throws InputError
-  // if the log cannot be read.
+  // channels: the channels to decode, all by default; the lists of other channels remain empty. Throws
+  // InputError if the log cannot be read.
   explicit EpisodeReader(const std::filesystem::path& log, Channels channels = kAllChannels)
       : reader_(log), channels_(std::move(channels)) {}
 
-  // Returns false at the end of the log. For an episode that is not wanted, the lists remain empty. Throws
-  // InputError if the log has been truncated since it was opened.
+  // Reads the next episode. Returns false at the end of the log. If is_wanted() returns false for the
+  // episode's index, its lists remain empty. Throws InputError if the log has been truncated since it was
+  // opened.
   bool Next(
       EpisodeMessages* episode, const std::function<bool(int)>& is_wanted = [](int) { return true; });
 

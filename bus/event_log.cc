@@ -22,7 +22,7 @@ namespace {
 constexpr std::array<uint8_t, 4> kEventMagic = {0xED, 0xA1, 0xDA, 0x01};
 constexpr size_t kHeaderSize = 28;
 
-// Read in one call; fits into a processor's cache.
+// Number of bytes that are read in one call; they fit into a processor's cache.
 constexpr size_t kWindowBytes = 256 << 10;
 
 int64_t BigEndian64(const uint8_t* p) {
@@ -34,7 +34,7 @@ int64_t BigEndian64(const uint8_t* p) {
 EventLogWriter::EventLogWriter(const std::filesystem::path& file)
     : file_(file), stream_(std::fopen(file.c_str(), "wbx")) {
   if (!stream_) Throw("cannot create");
-  // A buffer for several ticks: each of their messages may be larger than the default buffer.
+  // The buffer holds several ticks. Single messages may already be larger than the default buffer.
   std::setvbuf(stream_, nullptr, _IOFBF, 64 << 10);
 }
 
@@ -116,8 +116,7 @@ const uint8_t* EventLogReader::At(uint64_t offset, size_t size) {
 bool EventLogReader::IsBoundary(uint64_t offset) {
   if (offset == size_) return true;
   if (size_ - offset < kEventMagic.size()) return false;
-  // Does not use At(), which would move the window: after this check of the boundary behind a long event, the
-  // event itself is read.
+  // At() is not used, because it would move the window, and the event before this boundary is read next.
   std::array<uint8_t, kEventMagic.size()> bytes{};
   if (IsInWindow(offset, bytes.size())) {
     std::copy_n(At(offset, bytes.size()), bytes.size(), bytes.begin());
@@ -130,8 +129,8 @@ bool EventLogReader::IsBoundary(uint64_t offset) {
 size_t EventLogReader::EventSize(uint64_t offset) {
   const size_t size = ClaimedSize(offset);
   if (size == 0 || IsBoundary(offset + size)) return size;
-  // Either the next event is damaged, or the lengths of this one are. In the second case it appears to
-  // contain undamaged events.
+  // Either the next event is damaged, or the lengths of this event are. In the second case, this event
+  // appears to contain undamaged events.
   return NextWhole(offset + kEventMagic.size()) < offset + size ? 0 : size;
 }
 

@@ -1,5 +1,5 @@
-// Reads and writes standard LCM event logs. lcm-logplayer can read the written logs. The reader skips damaged
-// events and loses no others. It also reads packed logs (bus/packed_log.h) and returns their unpacked events.
+// Reads and writes standard LCM event logs. lcm-logplayer can read the written logs. The reader skips only
+// damaged events. It also reads packed logs (bus/packed_log.h) and returns their unpacked events.
 //
 // Record format (LCM, "log file format"): magic 0xEDA1DA01, event number i64, time i64 [us], channel length
 // u32, data length u32, channel, data; all big-endian.
@@ -19,8 +19,8 @@ namespace evalbus {
 
 class EventLogWriter {
  public:
-  // Creates the file, which must not exist. All functions throw EnvironmentError on failure, so that no
-  // incomplete log passes as complete.
+  // Creates the file, which must not exist. All functions throw EnvironmentError on failure, so that an
+  // incomplete log is never taken for a complete one.
   explicit EventLogWriter(const std::filesystem::path& file);
   ~EventLogWriter();
   EventLogWriter(const EventLogWriter&) = delete;
@@ -29,8 +29,8 @@ class EventLogWriter {
   void Write(std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
   // Flushes and syncs to disk.
   void Close();
-  // Alternative to Close(): replaces FILE by FILE.zst, synced. A log that is too long to be packed remains as
-  // FILE.
+  // Alternative to Close(): replaces FILE by the packed log FILE.zst and syncs it. A log that is too long to
+  // be packed remains as FILE.
   void ClosePacked();
   int64_t num_events() const { return num_events_; }
 
@@ -46,7 +46,7 @@ class EventLogWriter {
 struct LogEvent {
   int64_t number = 0;
   int64_t time_us = 0;
-  // Views into the reader. Valid until it reads the next event.
+  // Views into the reader. They are valid until it reads the next event.
   std::string_view channel;
   std::span<const uint8_t> data;
 };
@@ -58,8 +58,8 @@ class EventLogReader {
   // Throws InputError if the file cannot be read, is not a regular file, or is a damaged packed log.
   explicit EventLogReader(const std::filesystem::path& file);
 
-  // Reads the next undamaged event. Returns false at the end, that is, the file's size when it was opened.
-  // Damaged bytes are skipped. Throws InputError if the file has been truncated since.
+  // Reads the next undamaged event and skips damaged bytes. Returns false at the position that was the end of
+  // the file when it was opened. Throws InputError if the file has been truncated since.
   bool Next(LogEvent* event);
 
   // Total size of the unpacked log in bytes.
@@ -68,7 +68,7 @@ class EventLogReader {
   // Unpacked contents of a packed log.
   std::span<const uint8_t> unpacked() const { return window_; }
 
-  // Bytes and contiguous regions skipped so far.
+  // Number of bytes, and of contiguous regions, skipped so far.
   int64_t damaged_bytes() const { return damaged_bytes_; }
   int64_t damaged_places() const { return damaged_places_; }
 
@@ -80,11 +80,12 @@ class EventLogReader {
   }
   // Fills `to` from the file.
   void Read(uint64_t offset, std::span<uint8_t> to);
-  // First offset from `offset` on at which an event may begin (the magic is found); the end if there is none.
+  // First offset from `offset` on at which an event may begin, because the first byte of the magic is there;
+  // the end if there is none.
   uint64_t FindStart(uint64_t offset);
-  // Size of the event that starts at offset; 0 if there is none.
+  // Size of the event that begins at offset; 0 if no undamaged event begins there.
   size_t EventSize(uint64_t offset);
-  // The same, based only on the lengths in the event's header.
+  // Size of the event at offset according to the lengths in its header; 0 if they are implausible.
   size_t ClaimedSize(uint64_t offset);
   // True if an event or the end of the log begins here.
   bool IsBoundary(uint64_t offset);
@@ -100,7 +101,7 @@ class EventLogReader {
   std::vector<uint8_t> window_;
   uint64_t window_begin_ = 0;
   uint64_t offset_ = 0;
-  // Cache of NextWhole(): no such event begins between these two offsets.
+  // Cache of NextWhole(): no event that is followed by a boundary begins between these two offsets.
   uint64_t searched_from_ = 0, whole_at_ = 0;
   int64_t damaged_bytes_ = 0;
   int64_t damaged_places_ = 0;

@@ -38,7 +38,7 @@ int Host(const std::string& url, const ComponentFactory& make, int64_t session, 
     try {
       if (component) component->Fail(error.what());
     } catch (const std::exception&) {
-      // The bus itself failed; the exit code reports it.
+      // If the bus itself failed, STATUS cannot be published. The exit code reports the failure.
     }
     return ReportError(error);
   };
@@ -77,14 +77,14 @@ int HostMain(int argc, char** argv, const std::string& description,
   int64_t session = 0, instance = 0;
   int realtime_priority = 0;
   add_options(&app);
-  // A launcher passes --options to every component. A component without options of its own ignores the file's
-  // contents.
+  // A launcher passes --options to every component. A component that has no options of its own accepts it and
+  // ignores the file's contents.
   if (app.get_option_no_throw("--options") == nullptr) AddOptionsFile(&app, [](const std::string&) {});
   app.add_option("--url", url,
                  "bus of the run, udpm://ADDRESS:PORT?ttl=0; all processes of a run use the same one")
       ->envname(kUrlVariable)
       ->required();
-  // Set by launchers only.
+  // These options are hidden, because only launchers set them.
   app.add_option("--session", session)->group("");
   app.add_option("--instance", instance)->group("");
   app.add_option("--realtime-priority", realtime_priority)->group("");

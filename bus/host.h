@@ -18,7 +18,7 @@ using ComponentFactory = std::function<std::unique_ptr<Component>(Bus*)>;
 
 // Runs the component until SIGINT, SIGTERM or done(). session, instance: as in Bus. Prints "NAME ready" on
 // stdout once the component exists. On failure, the last line on stderr is "error: ...", which the launcher
-// reads. Returns the exit code: 0 done, 1 invalid input, 2 failed.
+// reads. Returns the exit code: 0 if done, 1 for invalid input, 2 for a failure.
 int Host(const std::string& url, const ComponentFactory& make, int64_t session = 0, int64_t instance = 0);
 
 // main() of a component's executable: adds the options --url and --log-level and those of add_options, then

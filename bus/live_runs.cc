@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Strings of a file in which each is terminated by a NUL.
+// Returns the strings of a file in which each string is terminated by a NUL.
 std::vector<std::string> Strings(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::vector<std::string> strings;
@@ -29,7 +29,7 @@ std::vector<std::string> Strings(const fs::path& file) {
   return strings;
 }
 
-// Value of "--name VALUE" or "--name=VALUE".
+// Returns the value of "--name VALUE" or "--name=VALUE"; empty if the option is missing.
 std::string OptionOf(const std::vector<std::string>& arguments, const std::string& name) {
   for (size_t i = 0; i < arguments.size(); ++i) {
     if (arguments[i] == name && i + 1 < arguments.size()) return arguments[i + 1];
@@ -49,8 +49,8 @@ std::string UrlOf(const fs::path& process, const std::vector<std::string>& argum
   return "";
 }
 
-// Folder of a run or replay: the replayed one, that of the options file that a launcher passes, or the --out
-// of a command line.
+// Returns the folder of a run or replay: the replayed folder, the folder of the options file that a launcher
+// passes, or the value of --out.
 fs::path FolderOf(const fs::path& process, const std::vector<std::string>& arguments) {
   fs::path folder = OptionOf(arguments, kReplayOption);
   if (folder.empty()) folder = fs::path(OptionOf(arguments, "--options")).parent_path();
@@ -60,7 +60,8 @@ fs::path FolderOf(const fs::path& process, const std::vector<std::string>& argum
   return fs::read_symlink(process / "cwd", error) / folder;
 }
 
-// Any user can start a process named evalbus-sim; only those of this user are trusted.
+// Whether this user started the process. Other processes named evalbus-sim are not trusted, because any user
+// can start one.
 bool IsOurs(const struct stat& process) { return process.st_uid == geteuid(); }
 
 bool Enter(int namespaces, const char* name, int kind) {
@@ -111,7 +112,7 @@ std::vector<LiveRun> FindLiveRuns(const fs::path& proc) {
 }
 
 std::vector<LiveRun> LiveRunsOf(const std::vector<LiveRun>& runs, const fs::path& folder) {
-  // Normalizes the spelling: "runs/a/" equals "runs/a".
+  // Normalizes the spelling of paths, so that "runs/a/" equals "runs/a".
   const auto canonical = [](const fs::path& path) {
     std::error_code error;
     const fs::path plain = fs::weakly_canonical(path, error);

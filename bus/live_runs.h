@@ -10,7 +10,7 @@
 namespace evalbus {
 
 struct LiveRun {
-  // One of its processes.
+  // One of the run's processes.
   pid_t pid = -1;
   std::string url;
   // Run folder, or the replayed folder or log. Empty if unknown.
@@ -23,15 +23,15 @@ struct LiveRun {
 // Option of a replay's metrics process that names the replayed folder or log. Only this file reads it.
 inline constexpr char kReplayOption[] = "--replay";
 
-// One entry per bus, from the command lines of the component processes that this user has started. Observers
-// are not listed.
+// Returns one entry per bus, found through the command lines of the component processes that this user has
+// started. Observers are not listed.
 std::vector<LiveRun> FindLiveRuns(const std::filesystem::path& proc = "/proc");
 
-// Runs of this run folder, log or suite.
+// Returns the runs whose folder is this run folder, log or suite.
 std::vector<LiveRun> LiveRunsOf(const std::vector<LiveRun>& runs, const std::filesystem::path& folder);
 
-// The run with this URL, or the only run if `url` is empty. Throws InputError, one line, if there is none or
-// more than one.
+// Returns the run with this URL, or the only run if `url` is empty. Throws InputError, one line, if there is
+// no such run or more than one.
 LiveRun ChooseLiveRun(const std::vector<LiveRun>& runs, const std::string& url = "");
 
 // Moves this process into the network namespace of the run. Must be called before any thread has started.

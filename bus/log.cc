@@ -55,7 +55,7 @@ LogLevel CurrentLevel() {
   return word == nullptr || *word == '\0' ? LogLevel::kInfo : ParseLogLevel(word);
 }
 
-// %* in a pattern: episode, attempt and tick of the component.
+// The flag %* in a log pattern prints the episode, attempt and tick of the component.
 class PlaceFlag : public spdlog::custom_flag_formatter {
  public:
   explicit PlaceFlag(const header_t* place) : place_(place) {}
@@ -109,8 +109,8 @@ class BusSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
     try {
       bus_->Publish(channels::kLog, message_);
     } catch (const EnvironmentError&) {
-      // The bus itself failed. Components that need it report the failure; a log line about it could not be
-      // published either.
+      // The bus itself failed, so a log line about the failure could not be published either. Components that
+      // need the bus report the failure.
     }
   }
 
@@ -160,7 +160,8 @@ Log::Log(std::string component, Bus* bus) : level_(CurrentLevel()) {
   sinks_ = std::make_unique<Sinks>(Sinks{to_bus, spdlog::logger(std::move(component), {to_file, to_bus})});
   sinks_->logger.set_level(Of(level_));
   sinks_->logger.flush_on(spdlog::level::trace);
-  // If the disk is full, log lines are lost. The components that must write report the error themselves.
+  // Errors are ignored: if the disk is full, log lines are lost. Components that must write files report the
+  // error themselves.
   sinks_->logger.set_error_handler([](const std::string&) {});
 }
 

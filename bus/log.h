@@ -1,4 +1,4 @@
-// Log of a component: lines for people. Not part of any result, and not recorded.
+// Log of a component: lines for people. They are not part of any result and are not recorded.
 //
 //     2026-11-22 05:31:07.482 [warning] sim  e3 t127  two different actions for tick 127: is a second policy
 //     on this bus?
@@ -25,7 +25,7 @@ class Bus;
 
 enum class LogLevel { kDebug, kInfo, kWarn, kError, kOff };
 
-// "debug", "info", "warn", "error" or "off". Throws InputError for any other word.
+// Parses "debug", "info", "warn", "error" or "off". Throws InputError for any other word.
 LogLevel ParseLogLevel(const std::string& word);
 
 class Log {
@@ -38,9 +38,9 @@ class Log {
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;
 
-  // Settings for all logs of this process that are constructed after the call. SetLevel: lowest level that is
-  // written; default: info, or the environment's EVALBUS_LOG_LEVEL. SetFiles: log file of each component;
-  // default: stderr.
+  // Settings for all logs of this process that are constructed after the call. SetLevel() sets the lowest
+  // level that is written; the default is EVALBUS_LOG_LEVEL of the environment or, if it is not set, info.
+  // SetFiles() sets the log file of each component; the default is stderr.
   static void SetLevel(LogLevel level);
   static void SetFiles(std::function<std::filesystem::path(const std::string& component)> file);
 

@@ -25,8 +25,8 @@ std::vector<uint8_t> Encode(const Message& message) {
   return bytes;
 }
 
-// True if `data` is exactly one message of this type. For any input, decoding allocates memory in proportion
-// to its size (cmake/bounded_counts.sed).
+// Returns true if `data` is exactly one message of this type. For any input, decoding allocates at most
+// memory in proportion to its size (cmake/bounded_counts.sed).
 template <class Message>
 bool Decode(std::span<const uint8_t> data, Message* message) {
   return message->decode(data.data(), 0, static_cast<int>(data.size())) == static_cast<int>(data.size());
@@ -76,15 +76,15 @@ bool DecodeHeader(std::span<const uint8_t> data, header_t* header) {
          header->_decodeNoHash(data.data(), kBegin, static_cast<int>(data.size()) - kBegin) > 0;
 }
 
-// Stores `data` in `known` and returns true if they differ. Detects repeated messages.
+// Detects repeated messages: returns true if `data` differs from `known`, and then stores it in `known`.
 inline bool UpdateIfChanged(std::span<const uint8_t> data, std::vector<uint8_t>* known) {
   if (std::ranges::equal(data, *known)) return false;
   known->assign(data.begin(), data.end());
   return true;
 }
 
-// Larger ticks and times (decades) do not occur in an episode. They are treated as damaged or foreign,
-// because arithmetic with them could overflow.
+// Larger ticks and times (decades) do not occur in an episode. Messages with them are treated as damaged or
+// foreign, because arithmetic with such numbers could overflow.
 inline constexpr int64_t kMaxTick = int64_t{1} << 40;
 inline constexpr int64_t kMaxSimTimeUs = int64_t{1} << 50;
 

@@ -82,7 +82,7 @@ std::vector<uint8_t> UnpackLog(std::span<const uint8_t> packed, const std::files
   const auto declared = ZSTD_getFrameContentSize(packed.data(), packed.size());
   const bool is_declared = declared != ZSTD_CONTENTSIZE_UNKNOWN && declared != ZSTD_CONTENTSIZE_ERROR;
   if (is_declared && declared > most) too_large();
-  // A declared size is not trusted: memory grows as data are unpacked.
+  // The declared size is not trusted. The buffer begins with a likely size and grows as data are unpacked.
   constexpr size_t kUsualRatio = 16;
   const size_t likely = std::max<size_t>(kUsualRatio * packed.size(), 4096);
   std::vector<uint8_t> log(std::min(is_declared ? static_cast<size_t>(declared) : most, likely));
@@ -100,7 +100,7 @@ std::vector<uint8_t> UnpackLog(std::span<const uint8_t> packed, const std::files
     if (size < log.size()) continue;
     if (in.pos == in.size && left == 0) break;
     if (log.size() > most) too_large();
-    // One byte more than the limit reveals a longer log.
+    // The buffer may become one byte larger than the limit, so that a log beyond the limit is detected.
     log.resize(std::min(2 * log.size() + 4096, most + 1));
   }
   log.resize(size);

@@ -16,18 +16,18 @@ enum class LogForm { kPlain, kZstd };
 // Parses "plain" or "zstd". Throws InputError that names the option --log.
 LogForm ParseLogForm(const std::string& text);
 
-// Limit of the unpacked size, and so of the memory for reading a packed log. Longer logs are not packed.
+// Limit of the unpacked size. It also limits the memory for reading a packed log. Longer logs are not packed.
 inline constexpr size_t kMaxUnpackedBytes = size_t{1} << 30;
 
 // True if a file that begins with these bytes is packed.
 bool IsPacked(std::span<const uint8_t> bytes);
 
-// Packs a log into a new file, in one frame with its size and checksum, and syncs it. Equal logs give equal
-// files. Throws EnvironmentError, and InputError if the log cannot be read.
+// Packs a log into a new file, in one frame with its size and checksum, and syncs it. Equal logs result in
+// equal files. Throws EnvironmentError, or InputError if the log cannot be read.
 void PackLog(const std::filesystem::path& log, const std::filesystem::path& file);
 
-// Unpacks what PackLog or the zstd program packed. Throws InputError, which names `file`, if the data are
-// truncated, damaged or longer than `most` bytes.
+// Unpacks data that were packed by PackLog() or the zstd program. Throws InputError, which names `file`, if
+// the data are truncated, damaged or longer than `most` bytes.
 std::vector<uint8_t> UnpackLog(std::span<const uint8_t> packed, const std::filesystem::path& file,
                                size_t most = kMaxUnpackedBytes);
 

@@ -35,8 +35,8 @@ std::string UrlOfEnvironment() {
 }
 
 std::string WhyNoMulticast(const std::string& url) {
-  // Runs in a child process: LCM prints long explanations on stderr, and its threads would prevent this
-  // process from creating a user namespace.
+  // The check runs in a child process, because LCM prints long explanations on stderr, and its threads would
+  // prevent this process from creating a user namespace.
   int report[2];
   if (pipe(report) != 0) return std::string("pipe: ") + std::strerror(errno);
   const pid_t child = fork();

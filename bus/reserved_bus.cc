@@ -18,7 +18,7 @@ namespace {
 constexpr int kFirstPort = 20000, kLastPort = 59999;
 constexpr int kMaxDraws = 1000;
 
-// Socket of this type, bound exclusively to the port; -1, with errno, on failure.
+// Returns a socket of this type, bound exclusively to the port; on failure, returns -1 and sets errno.
 int BindAlone(int type, uint16_t port) {
   const int fd = socket(AF_INET, type | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -33,7 +33,7 @@ int BindAlone(int type, uint16_t port) {
   return fd;
 }
 
-// True if a program receives on this UDP port, also one that does not reserve its bus.
+// True if any program receives on this UDP port, even if it has not reserved its bus.
 bool IsReceivedOn(uint16_t port) {
   const int fd = BindAlone(SOCK_DGRAM, port);
   if (fd >= 0) close(fd);
@@ -66,7 +66,7 @@ ReservedBus ReservedBus::Draw(const std::function<Place()>& draw) {
     ReservedBus bus(
         fmt::format("udpm://239.255.{}.{}:{}?ttl=0", place.group >> 8, place.group & 0xff, place.port));
     bus.socket_ = BindAlone(SOCK_STREAM, place.port);
-    // If sockets cannot be created at all, opening the bus fails, too, and reports that.
+    // If sockets cannot be created at all, opening the bus also fails and reports the reason.
     if (bus.socket_ < 0 && errno != EADDRINUSE) return bus;
     if (bus.socket_ >= 0 && !IsReceivedOn(place.port)) return bus;
   }

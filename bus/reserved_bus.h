@@ -10,11 +10,11 @@ namespace evalbus {
 
 // All processes of a run share the UDP port of its bus, so binding that port does not show whether another
 // run uses it. The launcher therefore also binds the TCP port of the same number, on which nothing listens.
-// Only one process of a network namespace can do so, whatever its user and its pid and mount namespaces.
+// Only one process of a network namespace can bind it, independent of users and of pid and mount namespaces.
 class ReservedBus {
  public:
   struct Place {
-    // The last two bytes of a multicast address 239.255.x.y.
+    // The last two bytes of the multicast address 239.255.x.y.
     uint16_t group = 0;
     uint16_t port = 0;
   };
@@ -27,11 +27,11 @@ class ReservedBus {
   // Draws groups and ports at random until one has a port that no other program in this network namespace
   // uses. draw: replaces the random draw in tests. Throws EnvironmentError if no free port is found.
   static ReservedBus Draw(const std::function<Place()>& draw = DrawPlace);
-  // A bus that the user chose, which other programs may share. Reserves it against Draw() unless it is
-  // already reserved.
+  // Returns a bus that the user chose. Other programs may share it. Unless it is already reserved, it is
+  // reserved so that Draw() of other runs does not choose it.
   static ReservedBus Chosen(const std::string& url);
 
-  // Empty if there is no bus.
+  // URL of the bus; empty if there is no bus.
   const std::string& url() const { return url_; }
 
  private:
@@ -40,7 +40,7 @@ class ReservedBus {
   void Release();
 
   std::string url_;
-  // -1: nothing reserved.
+  // Socket bound to the TCP port; -1 if nothing is reserved.
   int socket_ = -1;
 };
 

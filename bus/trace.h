@@ -1,5 +1,6 @@
-// Records when each message was encoded, sent, received, decoded and handled. pipeline_bench computes from it
-// where the time of a tick is spent. Kept in memory; written when the bus is destroyed.
+// Records when each message was encoded, sent, received, decoded and handled. From these records,
+// pipeline_bench computes where the time of a tick is spent. They are kept in memory and written to a file
+// when the bus is destroyed.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +27,7 @@ class Trace {
 
   // Environment variable: folder in which every bus of this process and its children writes PROCESS.trace.
   static constexpr char kVariable[] = "EVALBUS_TRACE";
-  // Null if the variable is not set.
+  // Returns a trace as requested by the environment variable; null if it is not set.
   static std::unique_ptr<Trace> OfEnvironment();
   // Reads all records of a file.
   static std::vector<Record> Read(const std::filesystem::path& file);

@@ -6,13 +6,13 @@
 
 namespace evalbus {
 
-// Time in which the waiting process itself did not run (stopped, frozen, machine suspended) does not count:
-// the awaited process may not have run either.
+// Time in which the waiting process itself did not run (stopped, frozen, machine suspended) does not count,
+// because the awaited process may not have run either.
 class Wait {
  public:
   using Time = std::chrono::steady_clock::time_point;
-  // A waiting process calls Look() at least every 100 ms (bus/host.h). The time between two calls counts as
-  // at most this.
+  // A waiting process calls Elapsed() at least every 100 ms (Component::Poll). A longer time between two
+  // calls counts only as this.
   static constexpr std::chrono::milliseconds kLongestLook{250};
 
   explicit Wait(Time now) : last_look_(now) {}

@@ -17,8 +17,8 @@ WakeEvent::WakeEvent() : fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
 
 WakeEvent::~WakeEvent() { close(fd_); }
 
-// A failure of either call on this non-blocking eventfd is harmless: at the maximum count the event is
-// already set, at zero it is already clear.
+// A failure of either call on this non-blocking eventfd is harmless. At the maximum count, the event is
+// already set; at zero, it is already clear.
 void WakeEvent::Set() { (void)!eventfd_write(fd_, 1); }
 
 void WakeEvent::Clear() {

@@ -18,8 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Maximum lead of the sim over the disk, in ticks, and space per tick in the receive buffer. The lead is
-// smaller if the buffer has no room for it. A tick's messages of a large scene take half of kTickBytes.
+// kMaxLagWindowTicks: maximum number of ticks by which the sim may be ahead of the recorder; fewer if the
+// receive buffer does not have kTickBytes for each. The messages of one tick of a large scene take half of
+// kTickBytes.
 constexpr int64_t kMaxLagWindowTicks = 256;
 constexpr size_t kTickBytes = 32 << 10;
 
@@ -72,7 +73,7 @@ bool Recorder::OnModel(std::span<const uint8_t> data, int64_t receive_time_us) {
 void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   episode_begin_t begin{};
   Decode(data, &begin);
-  // If no MODEL came before, the episode is not of this run's sim.
+  // If no MODEL was received before, the episode does not come from this run's sim.
   if (model_.empty()) return;
   if (!HasEntered(begin) && closing_) CloseEpisode();  // RUN_SUMMARY of the previous episode was not received
   if (!HasEntered(begin) && !MayBegin(begin)) return;
@@ -89,17 +90,18 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
 bool Recorder::MayBegin(const episode_begin_t& begin) {
   const auto finished = EpisodeFolder(run_, begin.header.episode);
   if (!fs::exists(finished)) return true;
-  // An aborted attempt was closed like any other; the next attempt replaces it. A summary means that the
-  // launcher has counted the episode; then it is final.
+  // An aborted attempt was closed like any other, and the next attempt replaces it. If a summary exists, the
+  // launcher has counted the episode, so its log is final.
   if (begin.header.attempt > 0 && !fs::exists(finished / kSummaryJson)) {
     OnDisk(finished, [&] { fs::remove_all(finished); });
     return true;
   }
-  // A launcher does not begin an episode that exists. A manually started recorder can receive one.
+  // A launcher never begins an episode that is recorded already, but a manually started recorder can receive
+  // one.
   if (status_.episode < 0 && bus().session() == 0) {
     throw InputError(finished.string() + " exists: this episode is recorded already; choose another --out");
   }
-  // Not an episode of this run, which has already passed it: an old log is being replayed.
+  // This run has already finished the episode, so the message comes from an old log that is being replayed.
   ++status_.foreign_messages;
   log().Warn("an EPISODE_BEGIN of episode {}, which is recorded already: is an old log being played?",
              begin.header.episode);
@@ -125,7 +127,8 @@ void Recorder::Open(const episode_begin_t& begin) {
 }
 
 void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us) {
-  // Images can be rendered again from the log, and observers must not change the recorded data.
+  // Rendered images are not recorded, because they can be rendered again from the log and because observers
+  // must not change the recorded data.
   const Recorded recorded = channels::RecordedOf(channel);
   if (recorded == Recorded::kNo) return;
   if (!channels::MatchesChannelType(channel, data, &decoded_)) return bus().CountDecodeError();
@@ -138,8 +141,8 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
   if (channel == channels::kModel && !OnModel(data, receive_time_us)) return;
   if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
   if (!events_) return;
-  // Metrics repeats RUN_SUMMARY, at times that depend on the machine. The log contains the one that follows
-  // this episode's EPISODE_SUMMARY.
+  // Metrics repeats RUN_SUMMARY at times that depend on the machine. The log contains only the RUN_SUMMARY
+  // that follows this episode's EPISODE_SUMMARY.
   const bool is_run_summary = channel == channels::kRunSummary;
   if (is_run_summary && !closing_) return;
   Received* received = nullptr;
@@ -147,7 +150,7 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
     auto found = received_.find(channel);
     if (found == received_.end()) found = received_.emplace(channel, Received{}).first;
     received = &found->second;
-    // A repeated message (slow machine or lossy network) is already in the log.
+    // A message that was repeated (on a slow machine or lossy network) is already in the log.
     if (!UpdateIfChanged(data, &received->last)) return;
   }
   header_t header{};
@@ -176,7 +179,7 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
 }
 
 int64_t Recorder::MissingTicks() const {
-  // An aborted episode is not evaluated.
+  // An aborted episode is not evaluated, so missing ticks do not matter.
   if (end_->end_reason == end_reason::kAborted) return 0;
   const int64_t last = end_->header.tick;
   const auto missing = [&](const char* channel, int64_t end) {
@@ -184,11 +187,11 @@ int64_t Recorder::MissingTicks() const {
     return found == received_.end() ? end : found->second.ticks.MissingBefore(end);
   };
   const int64_t states = missing(channels::kState.name, last + 1);
-  // In realtime the sim does not wait for answers, so it is unknown which ones were sent.
+  // In real time, the sim does not wait for answers, so it is unknown which answers were sent.
   if (!simulated_time_) return states;
   const int64_t scores = std::max(
       {states, missing(channels::kContacts.name, last + 1), missing(channels::kPartial.name, last + 1)});
-  // No policy acts on a source's states.
+  // If a source moves the robot, there are no ACTIONs.
   return is_watched_ ? scores : std::max(scores, missing(channels::kAction.name, last));
 }
 

@@ -24,9 +24,9 @@ namespace evalbus {
 
 class Recorder : public Component {
  public:
-  // Events are stamped with simulated time (microseconds since the episode began), so that playback at speed
-  // 1 shows the robot's true speed, however fast the episode was evaluated. Events of a realtime run are
-  // stamped with the wall-clock time of their arrival.
+  // Events are stamped with simulated time (microseconds since the episode began). Playback at speed 1
+  // therefore shows the robot's true speed, independent of the speed of the evaluation. Events of a real-time
+  // run are stamped with the wall-clock time of their arrival.
   Recorder(Bus* bus, std::filesystem::path run, LogForm form = LogForm::kPlain);
 
   void Poll(SteadyTime now) override;
@@ -49,12 +49,12 @@ class Recorder : public Component {
   std::vector<uint8_t> model_;
   int64_t model_time_us_ = 0;
   bool simulated_time_ = true;
-  // A source moves the robot; no policy acts.
+  // True if a source moves the robot instead of a policy.
   bool is_watched_ = false;
   // Simulated time of the last STATE.
   int64_t time_us_ = 0;
   std::optional<EventLogWriter> events_;
-  // Messages of one channel that carries one message per tick, in this episode.
+  // Messages that were received in this episode on a channel with one message per tick.
   struct Received {
     std::vector<uint8_t> last;
     TickSet ticks;
@@ -64,10 +64,10 @@ class Recorder : public Component {
   // Copy of the message with session 0, for the log.
   std::vector<uint8_t> without_session_;
   BatchDelay batch_delay_;
-  // Only the sim publishes EPISODE_END, so a summary without it is not of this episode.
+  // EPISODE_END and EPISODE_SUMMARY of this episode; the log is complete only after both.
   std::optional<episode_end_t> end_;
   bool has_summary_ = false;
-  // Runs once both have been received. RUN_SUMMARY follows and is the last recorded message.
+  // Measures the time since both have been received. RUN_SUMMARY follows and is the last recorded message.
   std::optional<Wait> closing_;
 };
 

@@ -10,10 +10,10 @@
 namespace evalbus {
 
 struct RecorderOptions {
-  // See ParseLogForm.
+  // Form of the logs; see ParseLogForm().
   std::string log = "plain";
 
-  // The run folder. Not stored in run.json.
+  // The run folder. It is not stored in run.json.
   std::filesystem::path out;
 };
 

@@ -35,7 +35,7 @@ class TickSet {
   }
 
  private:
-  // Contiguous ranges: begin, end (exclusive).
+  // Contiguous ranges of ticks: from the key to the value (exclusive).
   std::map<int64_t, int64_t> ranges_;
 };
 

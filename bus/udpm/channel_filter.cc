@@ -25,7 +25,7 @@ constexpr uint32_t kFragmentNumberOffset = kUdpHeader + 16;
 constexpr uint32_t kFragmentCountOffset = kUdpHeader + 18;
 constexpr uint32_t kFragmentDataOffset = kUdpHeader + kFragmentHeaderBytes;
 constexpr uint32_t kMaxFragmentData = kMaxDatagramBytes - kFragmentHeaderBytes;
-// Ensures that offset + length of a fragment is less than 2^32.
+// This limit ensures that offset + length of a fragment is less than 2^32.
 constexpr uint32_t kMaxMessage = kMaxMessageBytes;
 constexpr uint32_t kAccept = 0xFFFFFFFF;
 
@@ -34,7 +34,8 @@ std::string BeginningOf(const std::string& channel) {
   return channel.ends_with(".*") ? channel.substr(0, channel.size() - 2) : channel + '\0';
 }
 
-// Classic BPF. One block per prefix compares the bytes exactly: four at a time, then the rest one at a time.
+// Returns the filter as a classic BPF program. It has one block per prefix, which compares all bytes: four at
+// a time, then the rest one at a time.
 std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beginnings) {
   std::vector<sock_filter> program;
   if (is_local) {
@@ -55,10 +56,11 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beg
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kFragmentOffset),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 3, 0),
       BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 23, 0),
-      // The first fragment must have offset 0: liblcm subtracts the channel's name from its length.
+      // The first fragment must have offset 0, because liblcm subtracts the length of the channel's name from
+      // the length of this fragment.
       BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentNumberOffset),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 21, 0),
-      // All fragments have equal size, except that the last of several may be shorter.
+      // All fragments have equal size, except that the last fragment may be shorter.
       BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentNumberOffset),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 4, 0),
       BPF_STMT(BPF_ALU | BPF_ADD | BPF_K, 1),
@@ -83,7 +85,7 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beg
       BPF_STMT(BPF_LDX | BPF_W | BPF_IMM, kFragmentChannelOffset),
       BPF_STMT(BPF_JMP | BPF_JA, 2),
       BPF_STMT(BPF_RET | BPF_K, 0),
-      // An unfragmented message.
+      // This is reached for an unfragmented message.
       BPF_STMT(BPF_LDX | BPF_W | BPF_IMM, kChannelOffset),
   };
   program.insert(program.end(), std::begin(head), std::end(head));
@@ -115,8 +117,7 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beg
 void FilterChannels(int fd, bool is_local, std::span<const std::string> channels) {
   std::vector<std::string> beginnings;
   for (const std::string& channel : channels) beginnings.push_back(BeginningOf(channel));
-  // Shortest first: a load beyond the end of a message drops the message, so a short name must be compared
-  // before a long one.
+  // Shorter names must be compared first, because a load beyond the end of a message drops the message.
   std::ranges::sort(beginnings, {}, &std::string::size);
   std::vector<sock_filter> program = Program(is_local, beginnings);
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};

@@ -28,7 +28,7 @@ inline uint32_t BigEndian32(const uint8_t* at) {
   return uint32_t{at[0]} << 24 | uint32_t{at[1]} << 16 | uint32_t{at[2]} << 8 | uint32_t{at[3]};
 }
 
-// Both members are views.
+// A message. Both members are views into the datagram or into reassembled bytes.
 struct LcmMessage {
   std::string_view channel;
   std::span<const uint8_t> data;

@@ -23,7 +23,8 @@ namespace {
 
 constexpr size_t kPlaceBytes = 65536;  // the largest datagram is 29 bytes smaller
 constexpr size_t kControlBytes = CMSG_SPACE(sizeof(timeval));
-// Higher than the data rate of any measured run, counted as the kernel accounts for receive buffers.
+// Upper bound of the data rate: higher than in any measured run, in bytes as the kernel counts them for
+// receive buffers.
 constexpr int64_t kMaxBytesPerS = 320'000'000;
 
 [[noreturn]] void ThrowErrno() { throw std::system_error(errno, std::generic_category()); }
@@ -106,7 +107,7 @@ MulticastReceiver::MulticastReceiver(const MulticastAddress& address, std::span<
   fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd_ < 0) ThrowErrno();
   try {
-    // Attached before bind(), so that no unfiltered message is queued.
+    // The filter is attached before bind(), so that no unfiltered message is queued.
     Filter(channels);
     Set(fd_, SOL_SOCKET, SO_REUSEADDR, 1);
     Set(fd_, SOL_SOCKET, SO_TIMESTAMP, 1);
@@ -146,7 +147,7 @@ std::optional<MulticastReceiver::Received> MulticastReceiver::Next(Time deadline
     while (next_ < taken_) {
       if (const auto received = Open(next_++)) return received;
     }
-    // A partly filled batch means that the queue was empty a moment ago.
+    // If the last batch was only partly filled, the queue was just empty, so waiting is cheaper than reading.
     const bool is_drained = taken_ > 0 && taken_ < kBatch && deadline != Time::min();
     taken_ = next_ = 0;
     if (!is_drained && Take()) continue;

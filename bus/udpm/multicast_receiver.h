@@ -1,5 +1,5 @@
-// Receives messages of an LCM multicast group in the thread that handles them. (liblcm receives in a separate
-// thread that wakes the handling thread through a pipe: two wake-ups per message.)
+// Receives messages of an LCM multicast group in the thread that handles them. This halves the number of
+// wake-ups: liblcm receives in a separate thread, which then wakes the handling thread through a pipe.
 #pragma once
 
 #include <netinet/in.h>
@@ -21,14 +21,14 @@ namespace evalbus {
 struct MulticastAddress {
   in_addr group{};
   uint16_t port = 7667;
-  // Drop messages from other machines.
+  // True if messages from other machines are dropped.
   bool is_local = true;
-  // Size requested from the kernel.
+  // Size of the receive buffer that is requested from the kernel.
   int receive_buffer_bytes = 0;
 };
 
-// Throws InputError if ADDRESS:PORT of a udpm:// URL, both optional, is malformed: liblcm's own failure has
-// many possible causes.
+// Throws InputError if ADDRESS:PORT of a udpm:// URL is malformed; both parts are optional. This check exists
+// because a failure of liblcm has many possible causes.
 void CheckMulticastAddress(const std::string& url);
 
 // Parses "udpm://ADDRESS:PORT?ttl=0&recv_buf_size=BYTES" as liblcm does. The URL must be one that liblcm has
@@ -39,7 +39,7 @@ class MulticastReceiver {
  public:
   using Time = std::chrono::steady_clock::time_point;
   struct Received {
-    // Views. Valid until the next call.
+    // Views that are valid until the next call of Next().
     LcmMessage message;
     // Wall-clock time, microseconds since the Unix epoch.
     int64_t time_us = 0;
@@ -62,7 +62,7 @@ class MulticastReceiver {
   // limit the delay further. The first message after a pause is not delayed.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
 
-  // Size that the kernel granted.
+  // Size of the receive buffer that the kernel granted.
   size_t receive_buffer_bytes() const { return buffer_bytes_; }
   // Number of messages with missing or inconsistent fragments.
   int64_t lost() const { return reassembler_.lost(); }

@@ -1,7 +1,7 @@
-// Reassembles messages from their fragments, as liblcm does. A sender sends one message at a time, so a
-// fragment of its next message discards an unfinished one. A message whose first fragment was lost is lost.
-// Unlike liblcm, duplicated fragments count once, and fragments that overlap or leave a gap do not form a
-// message. Pure.
+// Reassembles messages from their fragments, as liblcm does. A sender sends one message at a time, so an
+// unfinished message is discarded when a fragment of the sender's next message arrives. Without its first
+// fragment, a message is lost. Unlike in liblcm, duplicated fragments count once, and fragments that overlap
+// or leave a gap do not form a message. Pure.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,13 @@ namespace evalbus {
 
 class Reassembler {
  public:
-  // Memory limit of all unfinished messages, whatever is received. Beyond it, the senders that have been
+  // Limit of the memory of all unfinished messages. If it would be exceeded, the senders that have been
   // silent longest are dropped.
   static constexpr size_t kMaxBytes = 2 * kMaxMessageBytes;
   static constexpr size_t kMaxSenders = 64;
 
-  // sender: its address and port. Returns the message that this fragment completes, if any; its views are
-  // valid until the next call.
+  // Adds a fragment. sender: address and port of the sender. Returns the message that this fragment
+  // completes, if any; its views are valid until the next call.
   std::optional<LcmMessage> Add(uint64_t sender, const LcmFragment& fragment);
 
   // Number of messages discarded because fragments are missing or inconsistent.
@@ -38,10 +38,10 @@ class Reassembler {
     uint32_t sequence = 0, message_bytes = 0;
     uint16_t count = 0;
     std::string channel;
-    // Reused for the sender's next message. Memory that no fragment has filled is not touched.
+    // Buffer that is reused for the sender's next message. Memory that no fragment has filled is not touched.
     std::unique_ptr<uint8_t[]> bytes;
     size_t capacity = 0;
-    // Key: fragment number.
+    // Parts by fragment number.
     std::map<uint16_t, Part> parts;
     uint64_t received_at = 0;
   };
