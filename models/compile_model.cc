@@ -9,8 +9,8 @@
 namespace evalbus {
 namespace {
 
-// Converts MuJoCo's message to one line, and replaces the line of the composed document by file and line of
-// its source.
+// Converts MuJoCo's message to one line. Replaces the line number in the composed document by file and line
+// of the source of that line.
 std::string Translate(std::string message, const SceneComposer& composer, bool discard_visual) {
   std::string source;
   std::smatch match;

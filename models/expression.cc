@@ -11,7 +11,7 @@ namespace {
 //     {height: 1.2}                     a value or a list     one argument without a name
 //     {lasts: {min_s: 1, when: {...}}}  values and `when`     named arguments and an operand
 //     {not: {touching: {...}}}          an expression         operand
-//     {all: [{...}, {...}]}             a list of these       operands
+//     {all: [{...}, {...}]}             list of expressions   operands
 //
 constexpr char kOperandKey[] = "when";
 

@@ -12,19 +12,19 @@ namespace evalbus {
 // A named predicate or quantity, {holding: {gripper: left, object: pot}}, or a combination of expressions,
 // {all: [...]}. Valid names and arguments are defined where expressions are compiled (metrics/task/).
 struct Expression {
-  // Empty: no expression.
+  // Name of the predicate, quantity or combination. Empty if there is no expression.
   std::string name;
-  // Value under the name: a map of arguments, each a text or a list of texts, without the operand under
-  // `when`; a single text or list; or the value from which the operands were read.
+  // The value under the name. It is a map of arguments (without the operand under `when`), each a text or a
+  // list of texts; or a single text or list; or the value from which the operands were read.
   YamlValue arguments;
-  // Operands of all, any, not, latched, lasts.
+  // Operands of `all`, `any`, `not`, `latched` and `lasts`.
   std::vector<Expression> operands;
 
   SourceLocation location() const { return arguments.location(); }
 };
 
 struct NamedExpression {
-  // Empty: a single unnamed value ("target_distance" as a plain number).
+  // Empty for a single unnamed value ("target_distance" as a plain number).
   std::string name;
   Expression expression;
 };
@@ -32,7 +32,7 @@ struct NamedExpression {
 // Throws InputError if the value is not an expression.
 Expression ReadExpression(const YamlValue& value);
 
-// {name: expression, ...}, or a single expression without a name. Throws InputError.
+// Reads {name: expression, ...}, or a single expression without a name. Throws InputError.
 std::vector<NamedExpression> ReadNamedExpressions(const YamlValue& value);
 
 }  // namespace evalbus

@@ -3,7 +3,8 @@
 
 namespace evalbus {
 
-// m, along each axis of the world frame. MuJoCo reports an unstable simulation for much larger ones.
+// Limit in m along each axis of the world frame. For much larger positions, MuJoCo reports an unstable
+// simulation.
 inline constexpr double kFarthest = 1000;
 
 }  // namespace evalbus

@@ -11,8 +11,8 @@
 namespace evalbus {
 namespace {
 
-// Position after the YAML file's extension in `name`, which may continue with "/VARIATION"; npos if `name` is
-// not a path of a YAML file.
+// Returns the position after the YAML file's extension in `name`, where "/VARIATION" may follow; npos if
+// `name` is not the path of a YAML file.
 size_t EndOfFile(const std::string& name) {
   for (const std::string extension : {".yaml", ".yml"}) {
     const size_t dot = name.rfind(extension);
@@ -99,14 +99,14 @@ std::vector<TaskDescription> AllTasks() {
 
 std::vector<TaskDescription> TasksOfAssets(const std::string& name) {
   const std::filesystem::path folder = TasksFolder() / name;
-  // $EVALBUS_MODELS may name a folder with other tasks.
+  // The folder may be missing, because $EVALBUS_MODELS may name a folder with other tasks.
   return std::filesystem::is_directory(folder) ? TasksIn(folder) : std::vector<TaskDescription>();
 }
 
 std::filesystem::path ModelsFolder() {
   namespace fs = std::filesystem;
   if (const char* folder = std::getenv("EVALBUS_MODELS"); folder && *folder) return folder;
-  // Either beside the installed program, or the source tree in which the program was built.
+  // This folder is next to the installed program, or in the source tree in which the program was built.
   const fs::path folder = SharedData("models", EVALBUS_MODELS_FOLDER);
   std::error_code error;
   return fs::is_directory(folder / "tasks", error) ? folder : "/usr/share/evalbus/models";

@@ -25,7 +25,7 @@ ForceLimit ParseForceLimit(const YamlValue& value) {
     return given ? given->Number(kPositive) : std::numeric_limits<double>::infinity();
   };
   if (!map.Find(kGrip) || map.Find(kQuasiStatic) || map.Find(kTransient) || map.Find(kTime)) {
-    // Reports which of the two limits of contacts is missing.
+    // The limits of contacts must be given together. Throws an error that names the missing one.
     YamlMap(value, {"bodies", kQuasiStatic, kTransient}, {kTime, kGrip});
   }
   ForceLimit limit{.region = value.key(),

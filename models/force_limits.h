@@ -1,6 +1,6 @@
-// Force limits of a run by region of bodies, in the manner of ISO/TS 15066:2016 and ISO 10218-2:2025: one
-// limit for short (transient) contacts and one for lasting (quasi-static) ones; and limits of the grip force
-// on fragile objects. The user gives the values (docs/limits.md).
+// Force limits of a run by region of bodies, similar to ISO/TS 15066:2016 and ISO 10218-2:2025. A region has
+// a limit for short (transient) contacts and one for lasting (quasi-static) contacts, or a limit of the grip
+// force on fragile objects, or both. The user gives the values (docs/limits.md).
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,11 @@ namespace evalbus {
 
 struct ForceLimit {
   std::string region;
-  // Entities (all their bodies) or bodies of the model, and where each is named.
+  // Names of entities (which stand for all their bodies) or bodies of the model, and the location of each
+  // name.
   std::vector<std::string> bodies;
   std::vector<SourceLocation> locations;
-  // N; infinite if the region has none. The first two come together.
+  // Limits in N; infinite if the region has no such limit. Either both of the first two are given or neither.
   double quasi_static_force;
   double transient_force;
   double grip_force;
@@ -28,8 +29,8 @@ struct ForceLimit {
 // Throws InputError with file, line and key. `file` is only used in messages.
 std::vector<ForceLimit> ParseForceLimits(const std::string& text, const std::string& file);
 
-// By body of the model: whether the limit concerns it. Throws InputError if a name does not exist, or if a
-// body with a limit of the grip force is not part of a manipulated object.
+// Returns, for each body of the model, whether the limit concerns it. Throws InputError if a name does not
+// exist, or if a body with a limit of the grip force is not part of a manipulated object.
 std::vector<uint8_t> BodiesOf(const ForceLimit& limit, const ModelNames& names);
 
 }  // namespace evalbus

@@ -12,7 +12,7 @@ namespace {
 using tinyxml2::XMLElement;
 using tinyxml2::XMLNode;
 
-// MuJoCo refuses unknown attributes, so a comment before the element is the mark.
+// The elements are marked by a comment before them, because MuJoCo refuses unknown attributes.
 constexpr const char* kMark = " inferred from geoms ";
 
 bool IsMark(const XMLNode* node) { return node && node->ToComment() && node->Value() == std::string(kMark); }
@@ -20,7 +20,7 @@ bool IsMark(const XMLNode* node) { return node && node->ToComment() && node->Val
 }  // namespace
 
 void AddInferredInertials(XMLElement* worldbody, const mjModel& model) {
-  // Body ids are in document order, starting with the world.
+  // Body ids follow document order, beginning with the world.
   int id = -1;
   ForEach(worldbody, [&](XMLElement* element) {
     if (!Is(element, "body") && !Is(element, "worldbody")) return;

@@ -1,5 +1,5 @@
 // Inertias that MuJoCo inferred from geoms, as <inertial> elements. The inferred values depend on MuJoCo's
-// version, so they are marked: a simulation process of another version replaces them by its own.
+// version. They are marked, so that a simulation process of another version can replace them by its own.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -7,8 +7,8 @@
 
 namespace evalbus::mjcf {
 
-// Gives every body without an <inertial> the inertia that it has in `model`, which must be this document,
-// compiled.
+// Gives every body without an <inertial> the inertia that it has in `model`, which must have been compiled
+// from this document.
 void AddInferredInertials(tinyxml2::XMLElement* worldbody, const mjModel& model);
 
 // Removes the elements that AddInferredInertials added. Returns whether there were any.

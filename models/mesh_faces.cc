@@ -25,12 +25,12 @@ std::optional<MeshFaces> SeparateFaces(const std::filesystem::path& obj_file) {
                                                           static_cast<size_t>(axis)]);
       if (corner.texcoord_index < 0) continue;
       const float* texcoord = &reader.GetAttrib().texcoords[2 * static_cast<size_t>(corner.texcoord_index)];
-      // Images in OBJ files begin at the bottom, in MJCF at the top.
+      // Texture coordinates count from the bottom of the image in OBJ files, but from the top in MJCF.
       mesh.texcoord.insert(mesh.texcoord.end(), {texcoord[0], 1 - texcoord[1]});
     }
   }
   if (is_consistent) return std::nullopt;
-  // Every vertex needs coordinates, or none.
+  // Either all vertices or none must have texture coordinates.
   if (mesh.texcoord.size() / 2 != mesh.face.size()) mesh.texcoord.clear();
   return mesh;
 }

@@ -1,4 +1,4 @@
-// Faces of a mesh file that MuJoCo 2.2 refuses.
+// Repairs meshes that MuJoCo 2.2 refuses because of their faces.
 #pragma once
 
 #include <filesystem>
@@ -7,17 +7,17 @@
 
 namespace evalbus::mjcf {
 
-// A mesh as MJCF's <mesh> contains it: coordinates of one vertex after the other, and three vertices per
-// face.
+// A mesh in the form of MJCF's <mesh>: coordinates of one vertex after the other, and three vertex indices
+// per face.
 struct MeshFaces {
   std::vector<double> vertex, texcoord;
   std::vector<double> face;
 };
 
-// MuJoCo 2.2 computes no inertia of a mesh in which two faces pass an edge in the same direction. Newer
-// versions do, from the absolute volumes. If the OBJ file is such a mesh, returns it with separate vertices
-// for each face: it has the same shape, hull and inertia, but no edge belongs to two faces. Empty for other
-// meshes, also for files that cannot be read, which MuJoCo reports.
+// MuJoCo 2.2 refuses to compute the inertia of a mesh in which two faces pass an edge in the same direction.
+// Newer versions compute it from the absolute volumes. If the OBJ file contains such a mesh, returns it with
+// separate vertices for each face. It then has the same shape, hull and inertia, but no edge belongs to two
+// faces. Returns nothing for other meshes, and for files that cannot be read, because MuJoCo reports those.
 std::optional<MeshFaces> SeparateFaces(const std::filesystem::path& obj_file);
 
 }  // namespace evalbus::mjcf

@@ -45,8 +45,8 @@ std::unique_ptr<XMLDocument> Load(const std::filesystem::path& file, const std::
   return document;
 }
 
-// Replaces each <include> below `parent` by the contents of its file. Paths are relative to the main file's
-// folder, as in MuJoCo. `open` contains the files that are being included.
+// Replaces each <include> below `parent` by the contents of its file. As in MuJoCo, paths are relative to the
+// folder of the main file. `open` contains the files that are being included.
 void ExpandIncludes(XMLElement* parent, const std::filesystem::path& folder,
                     std::vector<std::filesystem::path>* open) {
   for (XMLElement* child = parent->FirstChildElement(); child;) {

@@ -28,8 +28,8 @@ MjcfFile ReadMjcf(const std::filesystem::path& file);
 // "file:line" of an element of an MjcfFile.
 std::string SourceOf(const tinyxml2::XMLElement* element);
 
-// Names of the elements <kind name="..."> below `section` ("worldbody", "actuator", "asset", ...). kind "*":
-// any element.
+// Returns the names of the elements <kind name="..."> below `section` ("worldbody", "actuator", "asset",
+// ...). kind "*" stands for any element.
 std::set<std::string> NamesIn(const MjcfFile& mjcf, const std::string& section, const std::string& kind);
 
 }  // namespace evalbus

@@ -45,7 +45,7 @@ Quaternion Multiply(const Quaternion& a, const Quaternion& b) {
           a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
 }
 
-// Lower-case letters rotate about the moving axes, upper-case letters about the fixed ones.
+// In `sequence`, lower-case letters rotate about the moving axes, upper-case letters about the fixed axes.
 Quaternion FromEuler(const std::vector<double>& angles, const std::string& sequence) {
   Quaternion result{1, 0, 0, 0};
   for (size_t i = 0; i < 3; ++i) {
@@ -112,7 +112,7 @@ XMLElement* Part::MainDefault() {
       continue;
     }
     for (XMLElement* child : Children(section)) {
-      // MuJoCo would not pass these defaults on to classes that exist already.
+      // MuJoCo does not pass defaults on to classes that have already been defined.
       if (!Is(child, "default") && main->FirstChildElement("default")) {
         Fail(child, Tag(child) + " defaults must come before the default classes of " +
                         SourceOf(main->FirstChildElement("default")));

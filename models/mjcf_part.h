@@ -19,8 +19,8 @@ namespace evalbus::mjcf {
 // Compiler settings that MuJoCo has only once per document, with their defaults.
 const std::map<std::string, std::string>& GlobalSettings();
 
-// Assets that the document already has under another name: (kind, name in the part) -> name in the document.
-// Kinds are "mesh" and "texture".
+// Maps assets of a part that the document already has to their names in the document. The key is (kind, name
+// in the part); kinds are "mesh" and "texture".
 using SharedAssets = std::map<std::pair<std::string, std::string>, std::string>;
 
 // All functions throw InputError with file and line.
@@ -38,45 +38,46 @@ class Part {
   // Elements with this name directly below <mujoco>; a file may have several.
   std::vector<tinyxml2::XMLElement*> Sections(const char* name);
   void DeleteSections(const char* name);
-  // The <default> sections, merged into one of class "main".
+  // Returns the <default> sections, merged into one section of class "main".
   tinyxml2::XMLElement* MainDefault();
 
-  // Rewrites attributes of position servos that MuJoCo 2.2 does not know (kv, inheritrange) in terms that it
-  // knows. Servos named in `stiffness` get that stiffness (N m / rad, N / m) and no velocity gain; motors
-  // named there become position servos. Must be called before CheckSchema().
+  // Replaces attributes of position servos that MuJoCo 2.2 does not know (kv, inheritrange) by equivalent
+  // ones that it knows. Servos named in `stiffness` get that stiffness (N m / rad, N / m) and no velocity
+  // gain. Motors named in it become position servos. Must be called before CheckSchema().
   void WriteServos(const std::map<std::string, double>& stiffness);
   // Checks every element and attribute against the installed MuJoCo.
   void CheckSchema();
-  // Converts angles to radians and file paths to absolute ones, and applies this file's compiler settings to
-  // the inertias of its bodies.
+  // Converts angles to radians, makes file paths absolute, and applies this file's compiler settings to the
+  // inertias of its bodies.
   void Normalize();
   // Removes a body with everything on it.
   void RemoveBody(const std::string& name);
-  // Describes everything that determines how MuJoCo compiles a mesh or a texture from a file: equal assets
-  // have equal descriptions, whatever their names are. Empty for other assets.
+  // Describes everything except the name that determines how MuJoCo compiles a mesh or a texture from a file.
+  // Equal assets therefore have equal descriptions. Empty for other assets.
   std::string DescribeAsset(const tinyxml2::XMLElement* asset) const;
-  // Prefixes every name and reference. `world`: new name of the file's world body. References to `shared`
-  // assets get their names in the document instead.
+  // Prefixes every name and reference. `world`: new name of the file's world body. References to assets in
+  // `shared` are replaced by the names of these assets in the document.
   void Prefix(const std::string& prefix, const std::string& world, const SharedAssets& shared);
 
  private:
   void ReadCompiler();
   void CheckElement(tinyxml2::XMLElement* element, const SchemaNode& parent, const std::string& parent_name);
   void CollectClasses(tinyxml2::XMLElement* definition);
-  // Default classes from which a class inherits values, outermost first, the class itself last.
+  // Returns the default classes from which a class inherits values: the outermost first, the class itself
+  // last.
   std::vector<const tinyxml2::XMLElement*> ClassChain(const std::string& name) const;
   // Converts a motor to a position servo: the limits of its command (torque) become limits of its force, and
   // its command becomes an angle.
   void ServoOfMotor(tinyxml2::XMLElement* motor);
   // Sets the actuator's command range to its joint's range, scaled by `factor`.
   void InheritRange(tinyxml2::XMLElement* actuator, double factor);
-  // Value of an attribute at the element or, if missing there, in its default class.
+  // Returns the value of an attribute at the element or, if it is missing there, in its default class.
   std::optional<std::string> Effective(const tinyxml2::XMLElement* element, const std::string& childclass,
                                        const char* attribute) const;
   // Writes angles in radians at the joints themselves, because a default class does not show whether a joint
   // slides or rotates.
   void ConvertJoints(tinyxml2::XMLElement* body, const std::string& childclass);
-  // Sets kDensityAttribute.
+  // Sets kDensityAttribute on the geoms below `body`.
   void StateDensities(tinyxml2::XMLElement* body, const std::string& childclass);
   // Converts euler and axisangle orientations.
   void ConvertOrientations();
@@ -88,7 +89,7 @@ class Part {
   std::map<std::string, std::string> compiler_;
   tinyxml2::XMLElement* main_default_ = nullptr;
   std::map<std::string, tinyxml2::XMLElement*> classes_;
-  // What was dropped -> source of its first occurrence, number of occurrences.
+  // By dropped element or attribute: source of its first occurrence, and number of occurrences.
   std::map<std::string, std::pair<std::string, int>> dropped_;
 };
 

@@ -8,7 +8,7 @@
 namespace evalbus::mjcf {
 namespace {
 
-// MuJoCo prints its schema as an indented table: the element's name is indented by 3 columns per level, its
+// MuJoCo prints its schema as a table. An element's name is indented by 3 columns per level, and its
 // attributes start at column 30.
 SchemaNode ReadSchema() {
   std::vector<char> buffer(1 << 20);

@@ -1,4 +1,4 @@
-// Part of mjcf_part.h: converts position servos of newer MuJoCo versions.
+// Implements the part of mjcf_part.h that converts position servos of newer MuJoCo versions.
 #include <mujoco/mujoco.h>
 
 #include "base/angles.h"
@@ -75,7 +75,7 @@ void Part::WriteServos(const std::map<std::string, double>& stiffness) {
       Read(actuator, &servo);
       if (servo.inherited_range > 0) InheritRange(actuator, servo.inherited_range);
       if (replaced != stiffness.end()) {
-        // The command keeps its unit.
+        // The gain is scaled with the stiffness, so that the command keeps its unit.
         servo.gain = replaced->second * (servo.stiffness == 0 ? 1 : servo.gain / servo.stiffness);
         servo.stiffness = replaced->second;
         servo.velocity_gain = 0;
@@ -111,7 +111,7 @@ void Part::ServoOfMotor(XMLElement* motor) {
   if (ratio.empty() || ratio[0] != 1) {
     Fail(motor, Tag(motor) + ": attribute 'gear': a motor with a gear cannot become a position servo");
   }
-  // A motor's command is a torque; its limits become the limits of the servo's force.
+  // A motor's command is a torque, so the limits of its command become the limits of the servo's force.
   if (const auto torque = Effective(motor, "main", "ctrlrange"); torque && !motor->Attribute("forcerange")) {
     Set(motor, "forcelimited", "true");
     Set(motor, "forcerange", *torque);
@@ -135,7 +135,7 @@ void Part::InheritRange(XMLElement* actuator, double factor) {
   for (XMLElement* section : Sections("worldbody")) search(search, section, "main");
   if (!text) Fail(actuator, Tag(actuator) + ": attribute 'inheritrange': its joint has no range");
   const std::vector<double> range = ParseNumbers(actuator, "range", *text, 2);
-  // A command range is always in radians, whatever the compiler's angle setting.
+  // A command range is in radians regardless of the compiler's angle setting.
   const double unit = type == "hinge" && compiler("angle", "degree") == "degree" ? kDegree : 1;
   const double middle = unit * (range[0] + range[1]) / 2, half = unit * factor * (range[1] - range[0]) / 2;
   Set(actuator, "ctrlrange", Join(std::vector<double>{middle - half, middle + half}));

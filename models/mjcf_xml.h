@@ -32,7 +32,7 @@ void ForEach(tinyxml2::XMLElement* element, const Visit& visit) {
 // Shortest text that parses to the same number.
 std::string NumberText(double value);
 
-// Numbers as such texts, separated by spaces.
+// Formats numbers with NumberText(), separated by spaces.
 template <typename Numbers>
 std::string Join(const Numbers& numbers) {
   std::string text;
@@ -43,7 +43,7 @@ std::string Join(const Numbers& numbers) {
   return text;
 }
 
-// Parses the numbers in an attribute's text. count 0: any number of them. Throws InputError.
+// Parses the numbers in an attribute's text. count: required number of values; 0: any. Throws InputError.
 std::vector<double> ParseNumbers(const tinyxml2::XMLElement* element, const char* attribute,
                                  const std::string& text, size_t count);
 

@@ -31,7 +31,7 @@ void CheckConsistency(const model_info_t& info) {
   CheckIndices(info.geom_body, info.num_bodies, "geom_body");
   CheckIndices(info.object_entity, info.num_entities, "object_entity");
   CheckIndices(info.forbidden_contact_geom, info.num_geoms, "forbidden_contact_geom");
-  // A tick of an hour or more is implausible, and larger times could overflow sums and lose precision in
+  // A tick of more than an hour is implausible. Larger times could overflow sums and lose precision in
   // doubles.
   constexpr int64_t kLongestTick_us = 3'600'000'000;
   if (info.timestep_us < 1 || info.substeps < 1 || info.timestep_us > kLongestTick_us / info.substeps) {

@@ -1,4 +1,4 @@
-// Checks that a MODEL of unknown origin can be used safely where its numbers are indices.
+// Checks a MODEL of unknown origin, so that its numbers can safely be used as indices.
 #pragma once
 
 #include "evalbus/model_info_t.hpp"

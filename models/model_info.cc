@@ -13,7 +13,7 @@
 namespace evalbus {
 namespace {
 
-// Range, in each direction, of an arm's joint without limits.
+// Range in each direction that MODEL states for an arm's joint without limits.
 constexpr double kWholeTurn = 2 * std::numbers::pi;  // rad
 
 std::string NameOf(const mjModel& model, mjtObj type, int id) {
@@ -85,8 +85,8 @@ void FillGeomsAndJoints(const mjModel& model, model_info_t* info) {
   }
 }
 
-// Lists the geoms of objects that must not be touched: if the task allows specific contacts with an object,
-// all its other geoms.
+// Lists the geoms of objects that must not be touched. If the task allows specific contacts with an object,
+// these are all other geoms of the object.
 void FillForbiddenContactGeoms(const TaskDescription& task, model_info_t* info) {
   for (const std::string& object : task.objects) {
     std::vector<std::string> allowed_contacts;
@@ -155,7 +155,7 @@ void CheckJoints(const TaskDescription& task, const mjModel& model, const model_
     for (const Randomization& randomization : variation.randomizations) {
       const auto* spawn = std::get_if<SpawnJoint>(&randomization);
       if (!spawn) continue;
-      // Parts of a variation exist only in that variation's scene.
+      // A joint may be missing here, because parts of a variation exist only in the scene of that variation.
       const bool is_here = std::ranges::find(info.joint_name, spawn->joint) != info.joint_name.end();
       if (!is_here && !variation.parts.empty()) continue;
       for (const double position : {spawn->min, spawn->max})

@@ -15,10 +15,12 @@ namespace evalbus {
 // where N counts within the body. Throws InputError if the model does not fit the robot.
 model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& robot, const mjModel& model);
 
-// Number in the <custom> section of a model: 0 if the robot's controller leaves gravity to its servos.
+// Name of a number in the <custom> section of a model. It is 0 if the robot's controller does not compensate
+// gravity, so that the servos hold the arms.
 inline constexpr const char* kGravityCompensation = "gravity_compensation";
 
-// Whether the sim compensates gravity and Coriolis forces of the arms; true if there is no such number.
+// Whether the sim compensates gravity and Coriolis forces of the arms. True if the model does not have the
+// number kGravityCompensation.
 bool CompensatesGravity(const mjModel& model);
 
 }  // namespace evalbus

@@ -30,7 +30,8 @@ std::vector<std::string> Joined(std::initializer_list<const std::vector<std::str
   return all;
 }
 
-// `expected` is reported if the name does not resemble any known one.
+// Throws InputError for an unknown name. It suggests the most similar name in `known`, or contains `expected`
+// if no name is similar.
 [[noreturn]] void Refuse(const SourceLocation& where, const std::string& what, const std::string& name,
                          const std::vector<std::string>& known, const std::string& expected) {
   const std::string nearest = NearestName(name, known);

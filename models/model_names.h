@@ -1,5 +1,5 @@
 // Resolves names in a task description to bodies, geoms, joints and grippers of a run's model. An operand is
-// the first that exists of: an entity (an arm, an object, a fixture, "world"), "<gripper>_gripper" for the
+// looked up in this order: an entity (an arm, an object, a fixture, "world"), "<gripper>_gripper" for the
 // pads of a gripper, a body, a geom.
 #pragma once
 
@@ -41,7 +41,7 @@ class ModelNames {
   std::vector<uint8_t> Bodies(const std::string& operand, const SourceLocation& where) const;
   // Index into the lists of joints.
   int Joint(const std::string& name, const SourceLocation& where) const;
-  // Index of a gripper; -1 if there is none with this name.
+  // Index of a gripper; -1 if there is no gripper with this name.
   int FindGripper(const std::string& name) const;
   int Gripper(const std::string& name, const SourceLocation& where) const;
   // Mask by geom id: 1 for the gripper's pads.

@@ -1,4 +1,4 @@
-// Where MJCF files are searched that a task or robot description names.
+// Folders in which the MJCF files that a task or robot description names are searched.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace evalbus {
 
-// The two options of commands that compose a scene.
+// Options of all commands that compose a scene.
 struct ModelSources {
   // --model-path: folders that are searched for a robot's models.
   std::vector<std::filesystem::path> model_path = {};
@@ -17,11 +17,11 @@ struct ModelSources {
   std::vector<std::string> assets = {};
 };
 
-// True if the text is "NAME:FILE": a file of assets, which are not part of evalbus.
+// True if the text is "NAME:FILE", which refers to a file of assets that are not part of evalbus.
 bool IsAssetFile(const std::string& text);
 
-// Path of "NAME:FILE". Throws InputError at `where` if no assets with this name were given, or FILE is not
-// there.
+// Returns the path of "NAME:FILE". Throws InputError at `where` if no assets with this name were given, or if
+// FILE does not exist.
 std::filesystem::path AssetFile(const std::string& text, const SourceLocation& where,
                                 const ModelSources& sources);
 

@@ -29,7 +29,7 @@ void OnWarning(const char* message) {
     compile_warnings->push_back(std::string("MuJoCo: ") + message);
     return;
   }
-  // Copied, because a sink may set another sink.
+  // The sink is copied and called without the lock, because a sink may set another sink.
   const MujocoWarningSink sink = [] {
     const std::lock_guard lock(sink_mutex);
     return warning_sink;
@@ -44,12 +44,12 @@ void OnWarning(const char* message) {
 }  // namespace
 
 void InstallMujocoHandlers() {
-  // Set only once, because MuJoCo reads the handlers without a lock.
+  // The handlers are set only once, because MuJoCo reads them without a lock.
   static std::once_flag once;
   std::call_once(once, [] {
     mju_user_error = OnError;
     mju_user_warning = OnWarning;
-    // Newer versions compute such contacts themselves.
+    // Newer versions of MuJoCo compute such contacts themselves.
 #if mjVERSION_HEADER / 10 == 22
     InstallPolyhedronContacts();
 #endif

@@ -13,16 +13,16 @@ namespace evalbus {
 // first MuJoCo function that can fail. Repeated calls have no effect.
 void InstallMujocoHandlers();
 
-// Receives MuJoCo's warnings, on the thread on which they occur. Empty (default): warnings are printed on
-// stderr. Objects that the sink references must live until another sink is set and all MuJoCo functions that
-// started before have returned.
+// A sink receives MuJoCo's warnings, on the thread on which they occur. If it is empty (default), warnings
+// are printed on stderr. Objects that the sink references must live until another sink is set and all MuJoCo
+// functions that were called before have returned.
 using MujocoWarningSink = std::function<void(const std::string&)>;
 void SetMujocoWarningSink(MujocoWarningSink sink);
 
-// Installs the handlers. While a guard exists, errors on its thread throw InputError, as they come from a
-// user's model, and warnings are appended to a list. Only one guard exists at a time; other threads wait in
-// the constructor. MuJoCo's compiler temporarily sets its own handlers, so no other thread may call MuJoCo
-// during that time.
+// Installs the handlers. While a guard exists, errors on its thread throw InputError, because they come from
+// a user's model, and warnings are appended to a list. Only one guard exists at a time; other threads wait in
+// the constructor. Because MuJoCo's compiler temporarily sets its own handlers, no other thread may call
+// MuJoCo while a guard exists.
 class MujocoCompileGuard {
  public:
   explicit MujocoCompileGuard(std::vector<std::string>* warnings);

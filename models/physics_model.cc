@@ -17,7 +17,7 @@ ModelPtr Load(const model_info_t& info, const std::string& file, const std::stri
               const std::string& name) {
   CheckMessageVersion(info);
   CheckConsistency(info);
-  // The name comes from a message, so it must not give access to any other file of this machine.
+  // The name comes from a message, so it must not give access to other files of this machine.
   const std::filesystem::path path(file);
   if (!path.is_absolute() || path != path.lexically_normal() || path.filename() != name ||
       path.parent_path().filename() != kModelFolder) {

@@ -17,7 +17,7 @@ ModelPtr LoadModel(const std::filesystem::path& file, const std::string& sha256)
 // Loads info.physics_file. Throws InputError if it is not a model file of a run, cannot be read, does not
 // have MODEL's SHA-256, or is not the model that MODEL describes.
 ModelPtr LoadPhysicsModel(const model_info_t& info);
-// The same for info.visual_file.
+// Loads info.visual_file. Throws InputError under the same conditions as LoadPhysicsModel().
 ModelPtr LoadVisualModel(const model_info_t& info);
 
 // Sets the paths in `info` to the model files in a run's folder, which may have been moved or copied since

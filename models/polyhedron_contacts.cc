@@ -14,7 +14,7 @@ namespace {
 using Vector = std::array<double, 3>;
 using Point = std::array<double, 2>;
 
-// Called a thousand times per physics step; GCC does not inline them by itself.
+// These operators are called a thousand times per physics step, and GCC does not inline them by itself.
 [[gnu::always_inline]] inline Vector operator+(const Vector& a, const Vector& b) {
   return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }
@@ -56,7 +56,7 @@ class Solid {
 
   Vector Vertex(int i) const { return ToWorld(Local(i)); }
 
-  // Index of the vertex that is furthest in a direction.
+  // Returns the index of the vertex that is furthest in a direction.
   int Furthest(const Vector& direction) {
     const Vector local = ToLocal(direction);
     if (size_) return (local[0] >= 0 ? 1 : 0) + (local[1] >= 0 ? 2 : 0) + (local[2] >= 0 ? 4 : 0);
@@ -74,7 +74,8 @@ class Solid {
     }
     return furthest_;
   }
-  // Where the next search begins. If several vertices are equally far, the result depends on it.
+  // Sets the vertex at which the next search begins. If several vertices are equally far, the result depends
+  // on it.
   void SearchFrom(int vertex) { furthest_ = vertex < num_vertices_ ? vertex : 0; }
 
   // Calls visit(i) for each vertex that could be within an angle (rad) of the plane that touches the solid at
@@ -116,7 +117,7 @@ class Solid {
   int furthest_ = 0;
 };
 
-// How far one solid must be moved to separate it from another.
+// The smallest movement that separates two solids.
 struct Penetration {
   double depth;
   // Unit vector from the first solid to the second.
@@ -254,7 +255,7 @@ class Expansion {
     if (separates(direction)) return false;
     vertices_.push_back(Support(-1 * direction));
     const Vector line = vertices_[1].difference - vertices_[0].difference;
-    // Away from the line, toward the origin if possible.
+    // The third point is searched perpendicular to the line, toward the origin if possible.
     Vector side = Dot(line, vertices_[0].difference) / Dot(line, line) * line - vertices_[0].difference;
     if (Norm(side) < 1e-9) {
       const int axis = static_cast<int>(
@@ -309,7 +310,7 @@ class Expansion {
       }
       for (size_t k = 0; k < 3; ++k) {
         const std::array<int, 2> edge{faces_[i].vertex[k], faces_[i].vertex[(k + 1) % 3]};
-        // An edge between two such faces vanishes.
+        // An edge between two replaced faces vanishes.
         const auto same = std::ranges::find(edges_, std::array<int, 2>{edge[1], edge[0]});
         if (same == edges_.end()) {
           edges_.push_back(edge);
@@ -330,7 +331,7 @@ class Expansion {
     const Vertex& a = vertices_[static_cast<size_t>(face.vertex[0])];
     const Vertex& b = vertices_[static_cast<size_t>(face.vertex[1])];
     const Vertex& c = vertices_[static_cast<size_t>(face.vertex[2])];
-    // Coordinates, in the face, of the point below the origin.
+    // Coordinates of the origin's projection onto the face.
     const Vector ab = b.difference - a.difference, ac = c.difference - a.difference;
     const Vector to = face.distance * face.normal - a.difference;
     const double uu = Dot(ab, ab), uv = Dot(ab, ac), vv = Dot(ac, ac), u = Dot(ab, to), v = Dot(ac, to);
@@ -368,8 +369,8 @@ struct Plane {
   Vector x, y;
 };
 
-// The face, edge or corner of a solid that is furthest in a direction, as a counterclockwise polygon in the
-// plane.
+// Returns the face, edge or corner of a solid that is furthest in a direction, as a counterclockwise polygon
+// in the plane.
 std::vector<Point> Outermost(Solid* solid, const Vector& direction, const Plane& plane) {
   const int furthest = solid->Furthest(direction);
   const Vector corner = solid->Vertex(furthest);
@@ -395,7 +396,7 @@ std::vector<Point> Outermost(Solid* solid, const Vector& direction, const Plane&
   return hull;
 }
 
-// The part of a polygon or line that is inside a counterclockwise polygon (Sutherland and Hodgman).
+// Returns the part of a polygon or line that is inside a counterclockwise polygon (Sutherland and Hodgman).
 std::vector<Point> Clip(std::vector<Point> points, const std::vector<Point>& polygon) {
   for (size_t i = 0; i < polygon.size() && !points.empty(); ++i) {
     const Point &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
@@ -414,12 +415,13 @@ std::vector<Point> Clip(std::vector<Point> points, const std::vector<Point>& pol
   return points;
 }
 
-// Four corners of a convex polygon with the largest area between them. For each diagonal from i to k, those
-// are the corners on both sides that are furthest from it. While k moves around the polygon, so do they.
+// Returns the four corners of a convex polygon that enclose the largest area. For each diagonal from corner i
+// to corner k, the other two are the corners on both sides that are furthest from the diagonal. They move
+// around the polygon together with k.
 std::vector<Point> LargestQuadrilateral(std::vector<Point> polygon) {
   const size_t n = polygon.size();
   if (n <= 4) return polygon;
-  // Twice around, because the corners after k continue with the first one.
+  // The list contains the corners twice, because the search continues with the first corner after the last.
   polygon.reserve(2 * n);
   polygon.insert(polygon.end(), polygon.begin(), polygon.begin() + static_cast<std::ptrdiff_t>(n));
   double most = -1;
@@ -477,7 +479,7 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
                                                                       margin);
   }
   Solid first(*model, *data, geom1), second(*model, *data, geom2);
-  // By geom1 and geom2.
+  // Last known separation of each pair, indexed [geom1 * ngeom + geom2].
   thread_local std::vector<Separation> separations;
   const auto ngeom = static_cast<size_t>(model->ngeom);
   if (separations.size() != ngeom * ngeom) separations.assign(ngeom * ngeom, {});
@@ -527,8 +529,8 @@ bool IsInside(const mjModel& model, const mjData& data, int geom, const mjtNum* 
   return true;
 }
 
-// Removes the contacts of two boxes that 3.3 does not have: a contact outside one box, unless it is well
-// inside the other. (The limit of 1 % was found with contacts of random poses in 2.2.2 and 3.3.3.)
+// Removes the contacts of two boxes that MuJoCo 3.3 does not have. These contacts are outside one box and not
+// well inside the other. The limit of 1 % was found by comparing contacts of random poses in 2.2.2 and 3.3.3.
 int FindBoxContacts(const mjModel* model, const mjData* data, mjContact* contacts, int geom1, int geom2,
                     mjtNum margin) {
   const int number = original[mjGEOM_BOX][mjGEOM_BOX](model, data, contacts, geom1, geom2, margin);

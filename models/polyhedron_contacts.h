@@ -8,11 +8,12 @@ namespace evalbus {
 // Name of the number in <custom> that a scene needs for these contacts.
 inline constexpr const char* kPolyhedronContacts = "polyhedron_contacts";
 
-// For a pair of a box and a mesh, or of two meshes, some of MuJoCo 2.2's contact normals are turned by up to
-// 60 degrees. In scenes that have the number kPolyhedronContacts, such a pair gets the direction in which the
-// smallest movement separates it, and up to four contacts where a face or an edge lies on a face. Two boxes
-// keep 2.2's contacts without those that 3.3 has removed, which lie outside one of the boxes. Pairs with a
-// margin keep MuJoCo's contacts. Must not be called while another thread computes contacts.
+// Replaces MuJoCo 2.2's contact functions. For a pair of a box and a mesh, or of two meshes, some of the
+// contact normals of 2.2 are wrong by up to 60 degrees. In scenes that have the number kPolyhedronContacts,
+// the normal of such a pair becomes the direction in which the smallest movement separates it. Where a face
+// or an edge lies on a face, the pair gets up to four contacts. Two boxes keep 2.2's contacts, except
+// contacts outside one of the boxes, which 3.3 no longer has. Pairs with a margin keep MuJoCo's contacts.
+// Must not be called while another thread computes contacts.
 void InstallPolyhedronContacts();
 
 // Lets each mjData of a scene with kPolyhedronContacts remember how far apart its geoms are, in

@@ -8,9 +8,10 @@
 namespace evalbus {
 namespace {
 
-// Outside this range, the physics would not be meaningful.
+// Range of factors of masses and frictions, outside which the physics would not be meaningful. Its maximum
+// also limits the brightness of lights.
 constexpr NumberRange kFactor{.min = 1e-3, .max = 1e3};
-// Degrees.
+// Range of rotations, in degrees.
 constexpr NumberRange kTurn{.min = 0, .max = 180};
 constexpr NumberRange kPosition{.min = -kFarthest, .max = kFarthest}, kExtent{.min = 0, .max = kFarthest};
 

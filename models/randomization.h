@@ -21,8 +21,9 @@ struct SpawnBox {
   double min_distance = 0;               // m
 };
 
-// Random points of a grid of 2 ex // s by 2 ey // s points (Python's //) with pitch s around `origin`. Every
-// object gets a different point, plus a uniform jitter of +-j per axis.
+// Random points of a grid around `origin`. With half extents ex and ey and spacing s, the grid has 2 ex // s
+// by 2 ey // s points (Python's //). Every object gets a different point, plus a uniform jitter of up to
+// +-jitter per axis.
 struct SpawnPlane {
   std::vector<std::string> objects;
   std::array<double, 3> origin{};        // m
@@ -48,7 +49,7 @@ struct SpawnJoint {
 using Randomization = std::variant<SpawnBox, SpawnPlane, SpawnYaw, SpawnJoint>;
 
 // A random number of free parts, uniform from min to max. They are placed uniformly in a box around `center`,
-// with a uniform rotation about the vertical; the others are moved far away. The height is not changed.
+// with a uniform rotation about the vertical and unchanged height. The remaining parts are moved far away.
 struct Distractors {
   std::vector<std::string> objects;
   int min_count = 0, max_count = 0;
@@ -65,8 +66,8 @@ struct Span {
   double min = 0, max = 0;
 };
 
-// Changes of the model itself at each episode (randomized_model.h). `of` lists parts or bodies; each includes
-// everything attached to it. One draw applies to all of them.
+// The following structs describe changes of the model itself at each episode (randomized_model.h). `of` lists
+// parts or bodies; each includes everything attached to it. One draw applies to all of them.
 
 // Multiplies mass and inertia by a factor.
 struct RandomMass {
@@ -79,34 +80,34 @@ struct RandomFriction {
   Span factor;
 };
 
-// Uniform in each of red, green and blue.
+// Draws each of red, green and blue uniformly between min and max.
 struct RandomColor {
   std::vector<NameInFile> of;
   std::array<double, 3> min{}, max{};
 };
 
-// Changes what is given, at least one of them.
+// Changes a light. At least one of the three changes is given.
 struct RandomLight {
   NameInFile name;
   // Multiplies the brightness.
   std::optional<Span> factor;
-  // Shifts a lamp by up to this along each axis of the frame that it is mounted on, m.
+  // Shifts the light by up to this along each axis of the frame on which it is mounted, m.
   std::optional<std::array<double, 3>> shift;
-  // Rotates the direction by up to this about each of these axes, rad. A directional light of the world is
-  // rotated about the scene's center, so that its shadows stay where the action is.
+  // Rotates the light's direction by up to this about each axis of that frame, rad. A directional light of
+  // the world is rotated about the scene's center, so that its shadows remain within the scene.
   std::optional<double> turn;
 };
 
-// Replaces the texture of everything named that has one; if nothing named has one, that of everything with a
-// material. All choices are equally likely.
+// Replaces the texture of everything in `of` that has a texture. If nothing in `of` has a texture, everything
+// in it that has a material gets one. All choices are equally likely.
 struct RandomTexture {
   std::vector<NameInFile> of;
   // Names as in models/texture_files.h.
   std::vector<NameInFile> choices;
 };
 
-// Shifts the camera by up to `shift` along each world axis, and rotates it by up to `turn` about each of its
-// own axes.
+// Shifts a camera by up to `shift` along each axis of the frame on which it is mounted, and rotates it by up
+// to `turn` about each of its own axes.
 struct RandomCamera {
   NameInFile name;
   std::array<double, 3> shift{};  // m
@@ -131,8 +132,8 @@ Randomized ReadRandomized(const YamlValue& value, const std::vector<std::string>
 std::string PartName(const std::string& name, const YamlValue& value, const std::vector<std::string>& parts);
 std::string PartName(const YamlValue& value, const std::vector<std::string>& parts);
 
-// Joint position under one of the keys STEM_deg, STEM_rad and STEM_m, and whether it is an angle. Throws
-// InputError.
+// A joint position, read from one of the keys STEM_deg, STEM_rad and STEM_m, and whether it is an angle.
+// Reading throws InputError.
 struct JointPosition {
   double position;
   bool is_angle;

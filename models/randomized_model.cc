@@ -82,7 +82,7 @@ void Change(const RandomColor& color, AppearanceRandom* random, mjModel* model, 
   const std::vector<bool> bodies = Bodies(*model, color.of);
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!bodies[static_cast<size_t>(model->geom_bodyid[geom])]) continue;
-    // Materials are not shared between parts, because their names have the part's prefix.
+    // The material is changed directly. Parts do not share materials, because each part has its own prefix.
     const int material = model->geom_matid[geom];
     std::copy_n(rgb, 3, material >= 0 ? model->mat_rgba + 4 * material : model->geom_rgba + 4 * geom);
   }
@@ -155,7 +155,7 @@ void Change(const RandomLight& light, AppearanceRandom* random, mjModel* model, 
   if (light.turn) TurnLight(DrawTurn(*light.turn, name, &random->light, parameters), id, model);
 }
 
-// Id of the texture of a choice; -1 for kPlain.
+// Returns the id of a choice's texture; -1 for kPlain.
 int TextureId(const NameInFile& choice, const mjModel& model) {
   if (choice.text == kPlain) return -1;
   const int id = Find(model, mjOBJ_TEXTURE, choice, "texture");
@@ -197,7 +197,8 @@ void Change(const RandomTexture& texture, AppearanceRandom* random, mjModel* mod
 void Change(const RandomCamera& camera, AppearanceRandom* random, mjModel* model, Parameters* parameters) {
   const int id = Find(*model, mjOBJ_CAMERA, camera.name, "camera");
   const std::string name = "camera_" + camera.name.text;
-  // MuJoCo computes these poses from what they had at the start, and ignores the model's.
+  // For tracking or targeting cameras, MuJoCo computes the pose itself and ignores changes of the model's
+  // pose.
   const int mode = model->cam_mode[id];
   if (mode == mjCAMLIGHT_TRACK || mode == mjCAMLIGHT_TRACKCOM)
     Refuse("camera", camera.name, "tracks a body, so that it can neither be shifted nor turned");

@@ -2,8 +2,8 @@
 // lights, textures and cameras of the visual model. Initial positions are set by sim/world.h.
 //
 // Physics and appearance use separate random streams, so that changes of appearance do not affect the
-// physics. Textures and the poses of lights have streams of their own, so that a variation to which they are
-// added keeps its other draws.
+// physics. Textures and the poses of lights have their own streams, so that adding them to a variation does
+// not change its other draws.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -18,7 +18,7 @@
 namespace evalbus {
 
 // A randomized parameter of an episode. Its name ends in the unit ("pot_x_m", "pot_yaw_rad",
-// "pot_mass_factor"), or in "_choice" if the value is the index of what was chosen from a list.
+// "pot_mass_factor"), or in "_choice" if the value is an index into a list of choices.
 struct Parameter {
   std::string name;
   double value = 0;
@@ -33,9 +33,11 @@ std::vector<Parameter> RandomizePhysics(const Variation& variation, int64_t seed
 // Changes colors, lights, textures and cameras of a visual model.
 std::vector<Parameter> RandomizeAppearance(const Variation& variation, int64_t seed, mjModel* model);
 
-// The lists from which a variation's "_choice" parameters are drawn, by the parameter's name.
+// Returns the lists of choices from which a variation's "_choice" parameters are drawn, by the parameter's
+// name.
 std::map<std::string, std::vector<std::string>> ParameterChoices(const Variation& variation);
-// Ids in a visual model of the textures that episodes of the variation may have. Throws InputError as above.
+// Returns the ids in a visual model of all textures that episodes of the variation may have. Throws
+// InputError at the line of a texture that the model does not contain.
 std::vector<int> TexturesOf(const Variation& variation, const mjModel& model);
 
 }  // namespace evalbus

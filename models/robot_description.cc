@@ -93,7 +93,7 @@ std::vector<std::array<std::string, 2>> ReadExcludes(const YamlValue& value,
   return excludes;
 }
 
-// A name in the composed scene, which may have a prefix: "roboeval/head".
+// Returns a name in the composed scene, which may have a prefix: "roboeval/head".
 std::string SceneName(const YamlValue& value) {
   const std::string name = value.Text();
   const auto is_good = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '/'; };

@@ -17,7 +17,7 @@ namespace evalbus {
 // A camera on a body. It looks along its -z axis; y points up in the image.
 struct CameraDescription {
   std::string name;
-  // Body of an arm or its hand. Empty: the robot's fixed frame.
+  // Body of an arm or its hand. Empty for a camera in the robot's fixed frame.
   std::string body;
   Pose pose;                 // in the body's frame
   double vertical_fov = 45;  // degrees, as in MuJoCo
@@ -37,18 +37,18 @@ struct ArmDescription {
   std::string wrist_site;
   // Joint positions at reset, rad.
   std::vector<double> home;
-  // Replacements for values of the model file, one per joint. Empty: the file's values. Set them for models
-  // that were made for the integrators of newer MuJoCo versions (docs/adding_a_robot.md).
+  // Replacements for values of the model file, one per joint. If empty, the file's values are used. Set them
+  // for models that were made for the integrators of newer MuJoCo versions (docs/adding_a_robot.md).
   std::vector<double> position_gain;  // N m / rad; also removes the actuator's velocity gain
   std::vector<double> joint_damping;  // N m s / rad
   std::vector<double> armature;       // kg m^2
   // Whether lights in the arm's model file are lights of the scene.
   bool keep_lights = false;
-  // MJCF file of the arm's stand, at a pose in the base's frame. Empty: no stand.
+  // MJCF file of the arm's stand (empty if there is none), and its pose in the frame of the arm's base.
   std::filesystem::path stand_file;
   Pose stand_pose;
-  // Pairs of bodies between which contacts are disabled. Names are those of the arm's model; those of a hand
-  // with its own model begin with "hand/".
+  // Pairs of bodies between which contacts are disabled, named as in the arm's model. Names of bodies of a
+  // hand with its own model begin with "hand/".
   std::vector<std::array<std::string, 2>> excludes;
   std::vector<CameraDescription> cameras;
   // Location of the description in the YAML file.
@@ -61,8 +61,8 @@ struct ArmDescription {
 struct GripperDescription {
   // Equal to the name of the arm that carries it.
   std::string arm;
-  // MJCF file, absolute path. Empty: the arm's model contains the gripper, and the names below refer to that
-  // model.
+  // MJCF file, absolute path. If it is empty, the arm's model contains the gripper, and the names below refer
+  // to the arm's model.
   std::filesystem::path model_file;
   // Body of the arm's model to which the hand is attached, and the hand's pose relative to it.
   std::string attach_body;
@@ -71,10 +71,10 @@ struct GripperDescription {
   std::vector<std::string> joints;
   double joint_open = 0;    // m (or rad)
   double joint_closed = 0;  // m (or rad)
-  // Replacement for the damping of the finger joints. Negative: the file's value.
+  // Replacement for the damping of the finger joints. If negative, the file's value is used.
   double joint_damping = -1;
-  // Replacement for the actuator's stiffness, N / m or N m / rad; also removes its velocity gain. 0: the
-  // file's values.
+  // Replacement for the actuator's stiffness, N / m or N m / rad; also removes its velocity gain. If 0, the
+  // file's values are used.
   double position_gain = 0;
   std::string actuator;
   // Actuator commands for fully open and fully closed, in the actuator's own unit.
@@ -82,7 +82,7 @@ struct GripperDescription {
   double command_closed = 0;
   // Opening at reset, 0 closed to 1 open.
   double start_opening = 1;
-  // True: a command is rounded to fully open or fully closed.
+  // If true, a command is rounded to fully open or fully closed.
   bool binary_command = false;
   // Bodies whose collision geoms are the pads.
   std::vector<std::string> pad_bodies;
@@ -97,15 +97,15 @@ struct RobotDescription {
   std::string name;
   std::filesystem::path file;
   std::vector<ArmDescription> arms;
-  // One per arm, in the order of the arms.
+  // One gripper per arm, in the order of the arms.
   std::vector<GripperDescription> grippers;
   // Cameras with names and bodies as in the composed scene: "roboeval/left_wrist" on "left/link7".
   std::vector<CameraDescription> cameras;
   // True if the robot's controller compensates gravity and Coriolis forces on the arms, as the Panda's own
-  // does. False: its servos hold the arms against gravity, so they sag.
+  // controller does. If false, the servos hold the arms against gravity, so the arms sag.
   bool gravity_compensation = true;
-  // Physics steps that the robot alone makes from its home before an episode starts. RoboEval's reset makes
-  // one before it places the objects, so its arms already move at tick 0.
+  // Number of physics steps from the robot's home before an episode begins; only the robot moves in them.
+  // RoboEval's reset makes one step before it places the objects, so its arms already move at tick 0.
   int start_steps = 0;
 
   std::vector<std::string> arm_names() const;

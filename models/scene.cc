@@ -17,7 +17,7 @@
 namespace evalbus {
 namespace {
 
-// Pose of B in W, from A in W and B in A.
+// Returns the pose of B in W, given the pose of A in W and the pose of B in A.
 Pose Compose(const Pose& a, const Pose& b) {
   Pose result;
   double turned[3];
@@ -64,7 +64,7 @@ void AttachArm(const ArmDescription& arm, const GripperDescription& gripper, con
   }
 }
 
-// MuJoCo's cameras look along -z, with x to the right and y up.
+// Returns the pose of a camera. MuJoCo's cameras look along -z, with x to the right and y up.
 Pose PoseOf(const Camera& camera) {
   double back[3], right[3], up[3];
   mju_sub3(back, camera.position.data(), camera.look_at.data());
@@ -86,7 +86,8 @@ bool InertiasAgree(const mjModel& a, const mjModel& b) {
          std::memcmp(a.body_iquat, b.body_iquat, 4 * a.nbody * sizeof(mjtNum)) == 0;
 }
 
-// Returns the model with other masses of meshes, if those that MuJoCo has inferred are wrong; otherwise null.
+// Returns the model with corrected masses of meshes if the masses that MuJoCo has inferred are wrong;
+// otherwise null.
 ModelPtr WithMeshMasses(const mjModel& model, SceneComposer* composer) {
   std::vector<std::string> warnings;
   if (!composer->SetMeshMasses(model)) return nullptr;
@@ -99,7 +100,7 @@ ModelPtr WithMeshMasses(const mjModel& model, SceneComposer* composer) {
   return nullptr;
 }
 
-// The two models must agree in everything on which ids in messages and replayed states depend.
+// Checks that the two models agree in everything on which ids in messages and replayed states depend.
 void CheckAgreement(const mjModel& physics, const mjModel& visual) {
   const auto colliding = [](const mjModel& model) {
     int count = 0;
@@ -114,10 +115,11 @@ void CheckAgreement(const mjModel& physics, const mjModel& visual) {
   }
 }
 
-// Messages count simulated time in whole microseconds.
+// Throws InputError unless the timestep is a whole number of microseconds, because messages count simulated
+// time in microseconds.
 void CheckTimestep(double timestep, const SceneComposer& composer) {
   const double us = std::round(timestep * 1e6);
-  // Both sides are the double nearest to the number in the file.
+  // The comparison is exact, because both sides are the double nearest to the number in the file.
   if (us >= 1 && us <= 1e6 && us / 1e6 == timestep) return;
   throw InputError(
       composer.OptionSource() +
@@ -156,7 +158,8 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
     }
   }
 
-  // If names repeat, the first camera takes precedence; a variation's cameras precede the task's.
+  // If names repeat, the first camera takes precedence, so cameras are set in reverse order. A variation's
+  // cameras precede the cameras of the task.
   const std::vector<Camera> last_first(task.cameras.rbegin(), task.cameras.rend());
   for (const Camera& camera : last_first)
     composer.SetCamera(camera.name, PoseOf(camera), camera.vertical_fov);
@@ -174,14 +177,17 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   try {
     if (!corrected) scene.physics = CompileModel(composer, true, &scene.warnings);
   } catch (const InputError&) {
-    // The second attempt below reports the error, unless it was that all mass is in visual geoms.
+    // Compilation fails here if all mass is in visual geoms, which the second attempt below corrects. Any
+    // other error is reported by the second attempt.
   }
   if (corrected) scene.visual = std::move(corrected);
   if (!scene.physics || !InertiasAgree(*scene.physics, *scene.visual)) {
-    // MuJoCo drops visual geoms before it infers inertias from geoms.
+    // Inertias are taken from the visual model, because with discardvisual MuJoCo drops visual geoms before
+    // it infers inertias.
     composer.SetInertials(*scene.visual);
     scene.physics = CompileModel(composer, true, &scene.warnings);
-    // The numbers of an inertial may change in their last bits when MuJoCo reads them.
+    // When MuJoCo reads an <inertial>, its numbers may change in their last bits. Both models must then be
+    // compiled from it.
     if (!InertiasAgree(*scene.physics, *scene.visual))
       scene.visual = CompileModel(composer, false, &scene.warnings);
   }

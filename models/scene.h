@@ -1,4 +1,4 @@
-// Composes robot, props and scene, and compiles them into the two models of a run.
+// Composes the robot and the scene with its parts, and compiles them into the two models of a run.
 #pragma once
 
 #include <filesystem>

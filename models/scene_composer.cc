@@ -50,8 +50,8 @@ bool IsFreeJoint(const XMLElement* element) {
   return Is(element, "freejoint") || (Is(element, "joint") && Get(element, "type") == "free");
 }
 
-// A model made to be used alone may have a free joint of its own. Removes it if the model is attached with a
-// free joint; otherwise throws InputError.
+// A model that was made to be used alone may already have a free joint. If the model is attached with a free
+// joint, removes the model's own; otherwise throws InputError.
 void RemoveFreeJoint(mjcf::Part* part, bool free) {
   std::vector<XMLElement*> joints;
   for (XMLElement* section : part->Sections("worldbody")) {
@@ -71,7 +71,7 @@ void RemoveFreeJoint(mjcf::Part* part, bool free) {
   joints[0]->Parent()->DeleteChild(joints[0]);
 }
 
-// Removes the sky of an attached file, and its lights unless they are to be kept.
+// Removes the sky of an attached file, and its lights unless keep_lights is true.
 void RemoveSurroundings(mjcf::Part* part, bool keep_lights, std::vector<std::string>* warnings) {
   for (XMLElement* section : part->Sections("worldbody")) {
     for (XMLElement* child : Children(section)) {
@@ -87,7 +87,8 @@ void RemoveSurroundings(mjcf::Part* part, bool keep_lights, std::vector<std::str
   }
 }
 
-// Sum of the tetrahedra between a mesh's center of mass, which is its origin, and its faces, m^3.
+// Returns the volume of a mesh, m^3: the sum of the tetrahedra between its center of mass, which is its
+// origin, and its faces.
 double Volume(const mjModel& model, int mesh) {
   const float* vertices = model.mesh_vert + 3 * model.mesh_vertadr[mesh];
   const int* faces = model.mesh_face + 3 * model.mesh_faceadr[mesh];
@@ -112,19 +113,19 @@ struct SceneComposer::Impl {
   std::map<std::string, std::string> settings;
   // Names of meshes and textures by their descriptions.
   std::map<std::string, std::string> assets;
-  // Textures that were merged: their names -> the remaining one.
+  // By name of a texture that was merged: name of the texture that remains.
   std::map<std::string, std::string> merged_textures;
 
   // Reads an attached file and removes everything that only the base file may define.
   mjcf::Part Load(const std::filesystem::path& file, bool free,
                   const std::map<std::string, double>& stiffness, bool keep_lights);
-  // Removes the assets from the part that the document already has.
+  // Removes the assets that the document already has from the part.
   mjcf::SharedAssets MergeAssets(mjcf::Part* part, const std::string& prefix);
   // Adds the part, whose names are prefixed, as the body `name` of the document.
   void Place(mjcf::Part* part, const std::string& name, const Pose& pose, Mount mount,
              const std::string& parent_body);
 
-  // Checks that the part's settings equal the base file's where MuJoCo has them only once per document.
+  // Checks that those settings of the part that MuJoCo has only once per document equal the base file's.
   void CheckSettings(mjcf::Part* part) const;
   // Adds a warning for each option of an attached file that differs from the base file's. May add empty
   // elements to `base`.
@@ -263,7 +264,8 @@ SceneComposer::SceneComposer(const std::filesystem::path& base_file) : impl_(std
   mjcf::Part part(base_file, &impl.warnings);
   Set(impl.root, "model", Get(part.root(), "model", "scene"));
   Set(impl.sections["compiler"], "angle", "radian");
-  // Required for files without autolimits, too: otherwise MuJoCo 2.2 insists that limits are stated.
+  // autolimits is set even if the file does not set it, because otherwise MuJoCo 2.2 requires explicit
+  // attributes for limits.
   Set(impl.sections["compiler"], "autolimits", "true");
   for (const auto& [name, value] : mjcf::GlobalSettings()) {
     impl.settings[name] = part.compiler(name, value);
@@ -279,7 +281,7 @@ SceneComposer::SceneComposer(const std::filesystem::path& base_file) : impl_(std
   }
   part.CheckSchema();
   part.Normalize();
-  // A name other than "main", which is the root of all classes.
+  // The class is renamed, because "main" is the root of all classes of the composed document.
   const std::string main_class = "world/main";
   ForEach(part.root(), [&](XMLElement* element) {
     for (const char* attribute : {"class", "childclass"}) {
@@ -399,7 +401,7 @@ std::string SceneComposer::ToXml(bool discard_visual) const {
   });
   if (discard_visual) {
     Set(copy.RootElement()->FirstChildElement("compiler"), "discardvisual", "true");
-    // MuJoCo drops visual geoms, but not the textures, which can be most of a model.
+    // MuJoCo drops visual geoms, but not the textures, which can make up most of a model's size.
     XMLElement* assets = copy.RootElement()->FirstChildElement("asset");
     for (XMLElement* asset : Children(assets)) {
       if (Is(asset, "texture")) assets->DeleteChild(asset);
@@ -413,7 +415,7 @@ std::string SceneComposer::ToXml(bool discard_visual) const {
 std::string SceneComposer::OptionSource() const { return SourceOf(impl_->sections.at("option")); }
 
 std::string SceneComposer::Locate(int line, bool discard_visual) const {
-  // The printed text has the same elements in the same order, but for the textures.
+  // The printed text has the same elements in the same order, except for omitted textures.
   XMLDocument printed;
   printed.Parse(ToXml(discard_visual).c_str());
   std::vector<int> lines;

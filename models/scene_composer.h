@@ -29,17 +29,16 @@ struct Attachment {
   // Replaces the stiffness of position servos, by their names in the file, N m / rad or N / m, and removes
   // their velocity gain.
   std::map<std::string, double> stiffness{};
-  // Bodies of the file that are left out, with all that is on them.
+  // Bodies of the file that are left out, with everything attached to them.
   std::vector<std::string> without{};
-  // The file's lights are lights of the scene.
+  // Whether the file's lights are added to the scene.
   bool keep_lights = false;
 };
 
 // Each attached file becomes one body, named after its prefix ("pot" for "pot/"). The body replaces the
 // file's world: it has the given pose, and contains the file's bodies, geoms, sites and cameras. Every name
-// in the file, and every reference to one, gets the prefix ("pot/handle"). Defaults of one file never affect
-// another. Meshes and textures from files are merged if they are equal: two arms of one model share those of
-// the first arm.
+// in the file, and every reference to a name, gets the prefix ("pot/handle"). Defaults of one file never
+// affect another. Equal meshes and textures from files are merged, so two arms of one model share them.
 //
 // Each file keeps its own <compiler> settings: angles, Euler sequences and folders are converted. A setting
 // that MuJoCo has only once per document and that differs from the base file's is an InputError. Only the
@@ -49,7 +48,7 @@ struct Attachment {
 // name file and line.
 class SceneComposer {
  public:
-  // base_file: options, floor, lights, cameras. Its names are not prefixed.
+  // base_file: MJCF file with options, floor, lights and cameras. Its names are not prefixed.
   explicit SceneComposer(const std::filesystem::path& base_file);
   ~SceneComposer();
 
@@ -58,12 +57,12 @@ class SceneComposer {
               const Attachment& how = {});
 
   // Adds a camera to the world or a body, or replaces the camera with this name. It looks along its -z axis;
-  // y points up in the image; the field of view is vertical. Names are those in the composed document, as for
-  // all functions below.
+  // y points up in the image; the field of view is vertical. This function and all functions below use the
+  // names of the composed document.
   void SetCamera(const std::string& name, const Pose& pose, double fov_deg, const std::string& body = "");
 
-  // Returns whether there is a texture with this name. If it was merged with an equal one, it becomes a
-  // texture of its own.
+  // Returns whether there is a texture with this name. If it was merged with an equal texture, it becomes a
+  // separate texture again.
   bool KeepTexture(const std::string& name);
   // Adds a texture of type 2d from a PNG file. source: "file:line" of its description.
   void AddTexture(const std::string& name, const std::filesystem::path& file, const std::string& source);
@@ -78,15 +77,15 @@ class SceneComposer {
   // Disables contacts between two bodies.
   void Exclude(const std::string& body, const std::string& other);
 
-  // Sets the inertia of every body without an <inertial> to that in `model`, which must be this document,
-  // compiled.
+  // Sets the inertia of every body without an <inertial> to its inertia in `model`, which must have been
+  // compiled from this document.
   void SetInertials(const mjModel& model);
 
   // Gives geoms whose mass MuJoCo infers from a mesh the mass density x volume, and returns whether there are
-  // any. `model` must be this document, compiled. MuJoCo 2.2 takes the volume of a box with the mesh's
-  // inertia; newer versions take the sum of the tetrahedra between the mesh's center of mass and its faces.
-  // For meshes that are not convex, the difference is up to a factor of 2.5 in RoboEval's parts. Centers and
-  // radii of gyration are the same.
+  // any. `model` must have been compiled from this document. MuJoCo 2.2 uses the volume of a box with the
+  // mesh's inertia. Newer versions, and this function, use the sum of the tetrahedra between the mesh's
+  // center of mass and its faces. For meshes that are not convex, the volumes differ by up to a factor of 2.5
+  // in RoboEval's parts. Centers and radii of gyration are the same.
   bool SetMeshMasses(const mjModel& model);
   // Removes the masses that SetMeshMasses() set.
   void RemoveMeshMasses();

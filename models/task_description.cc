@@ -8,8 +8,8 @@
 namespace evalbus {
 namespace {
 
-// A file relative to the task's file, or else relative to the folder of the shipped tasks, so that a copy of
-// a shipped task works in any folder.
+// Returns the path of a file relative to the task's file or, if it does not exist there, relative to the
+// folder of the shipped tasks. A copy of a shipped task therefore works in any folder.
 std::filesystem::path FileIn(const YamlValue& value, const std::filesystem::path& folder, bool check_files) {
   if (IsAssetFile(value.Text())) return value.Text();
   const std::filesystem::path file = (folder / value.Text()).lexically_normal();
@@ -172,7 +172,8 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
         if (variation.alias == other.alias) alias->Fail("variation '" + other.name + "' has this alias");
       }
     }
-    // The variation's own parts belong to the task while its keys are read, because these keys name parts.
+    // While the variation's keys are read, its parts belong to the task, because these keys may name the
+    // parts.
     if (const YamlValue* own = map.Find("parts")) ReadParts(*own, folder, check_files, &task->parts);
     const std::vector<std::string> parts = PartNamesOf(*task);
     if (const YamlValue* randomize = map.Find("randomize")) {

@@ -23,27 +23,28 @@ struct Stage {
   Expression when;
 };
 
-// Scene part: an MJCF file attached under the prefix "<name>/" at a pose in the world.
-// A named frame on a scene part, in the frame of the part's body.
+// A named frame on a scene part, relative to the frame of the part's body.
 struct PartSite {
   std::string name;
   Pose pose;
 };
 
+// A scene part: an MJCF file that is attached under the prefix "<name>/" at a pose in the world.
 struct ScenePart {
   std::string name;
-  // "NAME:FILE" until FindAssets() replaces it.
+  // MJCF file. A file of assets is "NAME:FILE" until FindAssets() replaces it by a path.
   std::filesystem::path model_file;
   // Bodies of the file that are left out.
   std::vector<std::string> without;
-  // Sites that are added to those of the file.
+  // Sites that are added to the sites of the file.
   std::vector<PartSite> sites;
-  // True if it may penetrate other parts at the start of an episode.
+  // True if the part may penetrate other parts in the reset state.
   bool may_penetrate = false;
   Pose pose;
-  // True if attached with a free joint.
+  // True if the part is attached with a free joint.
   bool free = false;
-  // Not free, but a variation sets its pose at each reset: attached as a mocap body.
+  // True if the part is not free, but a variation sets its pose at each reset. It is attached as a mocap
+  // body.
   bool placed = false;
   // Location of the description in the task file.
   SourceLocation location;
@@ -69,7 +70,7 @@ struct Variation : Randomized {
   std::string name;  // "base", "position", "orientation", "position_and_orientation", ...
   // Location of the description in the task file.
   SourceLocation location;
-  // RoboEval's class name ("LiftPotPosition").
+  // Name of RoboEval's class for this variation ("LiftPotPosition").
   std::string alias;
   // Additions to and replacements of the task's own values; see TaskDescription::Apply.
   std::vector<ScenePart> parts;
@@ -83,24 +84,24 @@ struct Variation : Randomized {
   std::vector<NamedExpression> target_distance;  // empty: the task's
 };
 
-// A body or geom of an object that may be touched, where the rest of the object may not.
+// A body or geom of an object that may be touched, while the rest of the object must not be touched.
 struct AllowedContact {
   std::string object;
   std::string name;
   SourceLocation location;
 };
 
-// Values that replace the task's own when it is used with a robot other than its own.
+// Values that replace the task's values when the task is used with another robot than its own.
 struct OtherRobot {
   std::string name;
-  // Also applies to any robot with exactly these arms that has no entry of its own. Empty: applies to no
-  // other robot.
+  // The values also apply to any robot with exactly these arms that has no entry of its own. If empty, they
+  // apply only to the robot `name`.
   std::vector<std::string> arms;
   std::vector<NamedExpression> target_distance;
 };
 
 struct MetricsOptions {
-  // Disabled groups of metrics, as the member of TrackOption (lcmtypes/metric_catalog.h).
+  // Disabled groups of metrics, given by TrackOption::member (lcmtypes/metric_catalog.h).
   std::vector<int8_t metric_values_t::*> untracked;
   bool Tracks(int8_t metric_values_t::*member) const {
     return std::find(untracked.begin(), untracked.end(), member) == untracked.end();
@@ -131,16 +132,17 @@ struct TaskDescription {
   std::vector<AllowedContact> allowed_contacts;
   // Start positions of joints that differ from the robot's home or from the part's file.
   std::vector<JointStart> joints;
-  // Cameras in addition to those of the scene; one with the same name replaces it.
+  // Cameras in addition to the scene's cameras. A camera with the name of a scene camera replaces it.
   std::vector<Camera> cameras;
-  // Choices of RandomTexture of the applied variation; a variation's own are in its `appearance`.
+  // Choices of all RandomTextures of the applied variation. The choices of each variation are in its
+  // `appearance`.
   std::vector<NameInFile> textures;
   std::vector<Variation> variations;
 
   MetricsOptions metrics;
   std::vector<Stage> stages;
   Expression success;
-  // Name empty: only the built-in failure conditions apply.
+  // If the name is empty, only the built-in failure condition applies.
   Expression failure;
   std::vector<NamedExpression> target_distance;
   std::vector<NamedExpression> pose_error;
@@ -151,10 +153,10 @@ struct TaskDescription {
 
   // Applies a variation to this task: adds its parts, and replaces robot base, poses, joints, cameras,
   // instruction, stages, verdict and target distances. Must be called at most once, on a task as it was read.
-  // Throws as variation() does.
+  // Throws InputError if there is no such variation.
   void Apply(const std::string& variation);
-  // Applies the values for a robot, given by its name and those of its arms. No effect if the task has no
-  // entry for this robot.
+  // Applies the values for a robot, given by its name and the names of its arms. Has no effect if the task
+  // has no entry for this robot.
   void ApplyRobot(const std::string& robot, const std::vector<std::string>& arms);
   // Replaces the model files that belong to assets ("NAME:FILE") by their paths. Throws InputError.
   void FindAssets(const ModelSources& sources);
@@ -167,10 +169,11 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
 
 // Search for tasks (find_task.cc).
 
-// A task and the selected variation. `name` is "lift_pot", "lift_pot/position" or RoboEval's
-// "LiftPotPosition" among the YAML files of models/tasks; these names with "roboeval/" for files of the
-// folder models/tasks/roboeval; or the path of a YAML file ("my_task.yaml/position"). Throws InputError that
-// lists the available tasks.
+// A task and the selected variation. `name` has one of these forms:
+//   - "lift_pot", "lift_pot/position" or RoboEval's "LiftPotPosition", for YAML files of models/tasks;
+//   - one of these names with the prefix "roboeval/", for files of the folder models/tasks/roboeval;
+//   - the path of a YAML file, optionally with a variation ("my_task.yaml/position").
+// Throws an InputError that lists the available tasks.
 struct TaskSelection {
   TaskDescription task;
   std::string variation;
@@ -182,12 +185,12 @@ bool IsTaskFile(const std::string& name);
 
 // Every task of models/tasks as it was read, sorted by name.
 std::vector<TaskDescription> AllTasks();
-// The tasks in a subfolder of models/tasks, whose scenes need assets of this name ("roboeval"). Their names
-// begin with it: "roboeval_lift_pot". Empty if there is no such folder.
+// The tasks whose scenes need assets of this name ("roboeval"), from the subfolder of models/tasks with this
+// name. Their names begin with the name of the assets: "roboeval_lift_pot". Empty if there is no such folder.
 std::vector<TaskDescription> TasksOfAssets(const std::string& name);
-// Folder with robots/, props/ and tasks/: $EVALBUS_MODELS; otherwise the first that exists of
-// ../share/evalbus/models beside the installed program, that of the source tree, and
-// /usr/share/evalbus/models.
+// Folder with robots/, props/ and tasks/. It is $EVALBUS_MODELS if that is set. Otherwise it is the first of
+// these folders that exists: ../share/evalbus/models next to the installed program, models/ in the source
+// tree, and /usr/share/evalbus/models.
 std::filesystem::path ModelsFolder();
 std::filesystem::path TasksFolder();
 

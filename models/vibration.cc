@@ -11,8 +11,8 @@ namespace {
 class FeltInertia {
  public:
   FeltInertia(const mjModel& model, mjData* data) : model_(model), data_(*data) {
-    // Runs only the required steps of mj_fwdPosition: it does not compute contacts, of which closed fingers
-    // can have very many.
+    // Runs only the required steps of mj_fwdPosition. Contacts are not computed, because closed fingers can
+    // have very many of them.
     mj_kinematics(&model, data);
     mj_comPos(&model, data);
     mj_tendon(&model, data);

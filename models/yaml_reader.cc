@@ -55,7 +55,8 @@ void CheckEncoding(const std::string& text, const std::string& file) {
   }
 }
 
-// Rejects documents that aliases make infinite or huge (`&a [*a]`), and NULs from escapes ("a\0b").
+// Rejects documents that aliases make infinite or huge (`&a [*a]`), tags, and control characters such as NULs
+// from escapes ("a\0b").
 void CheckNode(const YAML::Node& node, const std::string& file, int depth, int* count) {
   const auto fail = [&](const char* what) {
     throw InputError(file + ":" + std::to_string(std::max(node.Mark().line, 0) + 1) + ": " + what);
@@ -99,7 +100,8 @@ class DocumentCounter : public YAML::EventHandler {
   int count_ = 0;
 };
 
-// Counts at most 2 documents: yaml-cpp produces infinitely many from ", 1", so LoadAll() cannot be used.
+// Counts at most 2 documents. LoadAll() cannot be used, because yaml-cpp produces infinitely many documents
+// from ", 1".
 int CountDocuments(const std::string& text) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
@@ -223,7 +225,7 @@ std::vector<YamlValue> YamlValue::Entries() const {
       result.push_back(value);
     }
   }
-  // The map's own entries take precedence over those merged from an anchor.
+  // The map's own entries take precedence over entries merged from an anchor.
   for (const YamlValue& value : merged) {
     if (!line_of.contains(value.key())) result.push_back(value);
   }
@@ -270,7 +272,7 @@ std::optional<double> YamlMap::Angle(const std::string& stem, NumberRange range_
 
 namespace {
 
-// Names the bracket, which the parser's own text does not.
+// Replaces some of the parser's texts by texts that name the missing bracket.
 std::string YamlErrorText(const std::string& error) {
   if (error == "end of sequence flow not found") return "a '[' is not closed";
   if (error == "end of map flow not found") return "a '{' is not closed";

@@ -1,6 +1,6 @@
 // Strict reader for YAML. Every error is an InputError of one line:
 //     lift_pot.yaml:12: key 'time_limit_s': expected a number > 0, got 'soon'
-// Unknown and duplicate keys are errors. Anchors and aliases are supported, also `<<: *anchor` in a map.
+// Unknown and duplicate keys are errors. Anchors and aliases are supported, including `<<: *anchor` in a map.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -19,11 +19,11 @@
 
 namespace evalbus {
 
-// Allowed values of a number. It must be finite in any case.
+// Range of allowed values of a number. The number must always be finite.
 struct NumberRange {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  // True: min itself is not allowed.
+  // True if min itself is not allowed.
   bool open_min = false;
 };
 inline constexpr NumberRange kAnyNumber{};
@@ -39,23 +39,23 @@ class YamlValue {
   // Rebinds to the other value. YAML::Node's own assignment would modify the document.
   YamlValue& operator=(const YamlValue& other);
 
-  // Line 1 if the text is empty.
+  // Location of the value; line 1 if the text is empty.
   SourceLocation location() const;
   const std::string& key() const { return key_; }
   bool is_scalar() const { return node_.IsScalar(); }
   bool is_list() const { return node_.IsSequence(); }
   bool is_map() const { return node_.IsMap(); }
 
-  // A scalar that is not empty.
+  // Returns a scalar that is not empty.
   std::string Text() const;
-  // Letters, digits and underscores, starting with a letter.
+  // Returns a text of letters, digits and underscores that starts with a letter.
   std::string Name() const;
   bool Bool() const;
   double Number(NumberRange range = kAnyNumber) const;
   int Integer(int min, int max = std::numeric_limits<int>::max()) const;
   std::vector<YamlValue> List() const;
   std::vector<std::string> Texts() const;
-  // size 0: any number of elements.
+  // Returns a list of numbers. size: required number of elements; 0: any.
   std::vector<double> Numbers(size_t size = 0, NumberRange range = kAnyNumber) const;
   template <size_t N>
   std::array<double, N> Vector(NumberRange range = kAnyNumber) const {
@@ -64,7 +64,7 @@ class YamlValue {
     for (size_t i = 0; i < N; ++i) result[i] = numbers[i];
     return result;
   }
-  // Key and value of each entry in file order.
+  // Returns the values of a map's entries, with their keys, in file order.
   std::vector<YamlValue> Entries() const;
 
   // Throws "file:line: key 'k': message".
@@ -87,13 +87,13 @@ class YamlMap {
   YamlMap(const YamlValue& value, const std::vector<const char*>& required,
           const std::vector<const char*>& optional = {});
 
-  // A required key. On a temporary map, returns a copy.
+  // Returns the value of a required key. On a temporary map, returns a copy.
   const YamlValue& operator[](const std::string& key) const&;
   YamlValue operator[](const std::string& key) && { return std::as_const(*this)[key]; }
-  // An optional key; null if absent.
+  // Returns the value of an optional key; null if it is absent.
   const YamlValue* Find(const std::string& key) const&;
   const YamlValue* Find(const std::string& key) && = delete;
-  // An angle given as <stem>_deg or <stem>_rad, in rad. Both keys must be among the optional ones.
+  // Returns an angle given as <stem>_deg or <stem>_rad, in rad. Both keys must be optional keys of this map.
   std::optional<double> Angle(const std::string& stem, NumberRange range_deg = kAnyNumber) const;
   const YamlValue& value() const { return value_; }
 
@@ -105,7 +105,7 @@ class YamlMap {
 // Parses a whole document. `file` is only used in messages.
 YamlValue ParseYaml(const std::string& text, const std::string& file);
 
-// {position_m: [x, y, z], and at most one of quaternion_wxyz, yaw_deg, yaw_rad}.
+// Reads {position_m: [x, y, z], and at most one of quaternion_wxyz, yaw_deg, yaw_rad}.
 Pose ReadPose(const YamlValue& value);
 
 }  // namespace evalbus

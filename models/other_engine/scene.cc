@@ -1,5 +1,6 @@
-// Part of models/scene.h in a sim of another version of MuJoCo (docs/engines.md). Model files can be read
-// only by the version that wrote them, so this sim compiles the composed scene of the run again.
+// Implements the part of models/scene.h that a sim with another version of MuJoCo needs (docs/engines.md).
+// Compiled models can be read only by the version that wrote them, so this sim compiles the composed scene of
+// the run again.
 #include "models/scene.h"
 
 #include <tinyxml2.h>
@@ -14,10 +15,11 @@
 namespace evalbus {
 namespace {
 
-// MuJoCo 2.2 has no implicitfast, so the composed scene has implicit where RoboEval has implicitfast.
+// Versions from 2.3.3 on have the integrator implicitfast. MuJoCo 2.2 does not, so the composed scene has
+// implicit where RoboEval has implicitfast.
 constexpr bool kHasImplicitFast = mjVERSION_HEADER >= 233;
-// Versions infer different volumes, and so masses, from meshes that are not convex. 2.2 wrote the composed
-// scene.
+// MuJoCo versions infer different volumes, and therefore different masses, from meshes that are not convex.
+// Version 2.2 wrote the composed scene.
 constexpr bool kInfersOtherVolumes = mjVERSION_HEADER / 10 != 22;
 
 ModelPtr Compile(const tinyxml2::XMLDocument& document, const std::filesystem::path& file,
