@@ -1,4 +1,5 @@
-// Why an episode ended: the values of episode_end_t.end_reason, which LCM's language cannot name.
+// Reasons why an episode ended: the values of episode_end_t.end_reason. They are defined here because LCM's
+// language has no string constants.
 #pragma once
 
 #include <algorithm>
@@ -13,32 +14,34 @@ namespace evalbus::end_reason {
 inline constexpr char kSuccess[] = "success";
 inline constexpr char kFailure[] = "failure";
 inline constexpr char kTimeLimit[] = "time_limit";
-// The policy raised an error or sent an invalid action; its answer did not arrive in time.
+// kPolicyError: the policy raised an error or sent an invalid action. kPolicyTimeout: its answer did not
+// arrive in time.
 inline constexpr char kPolicyError[] = "policy_error";
 inline constexpr char kPolicyTimeout[] = "policy_timeout";
-// The policy's server disconnected or violated its protocol: no conclusion about the policy can be drawn, and
+// The policy's server disconnected or violated its protocol. No conclusion about the policy can be drawn, and
 // the episode counts in no rate.
 inline constexpr char kServerError[] = "server_error";
 // The physics diverged.
 inline constexpr char kUnstable[] = "unstable";
 // A recorded trajectory or an external source has ended.
 inline constexpr char kEndOfData[] = "end_of_data";
-// The episode was disturbed: it is retried and counts in no rate.
+// The episode was disturbed. It is retried and counts in no rate.
 inline constexpr char kAborted[] = "aborted";
 
-// Not an end of an episode but the reason why it has no verdict: quantities that success or failure require
-// are unavailable. No conclusion about the policy can be drawn; the episode counts in no success rate.
+// This is the reason why an episode has no verdict, not why it ended: quantities that success or failure
+// require are unavailable. No conclusion about the policy can be drawn; the episode counts in no success
+// rate.
 inline constexpr char kNotJudged[] = "not_judged";
 
-// End reason of a verdict (partial_metrics_t); empty while it is undecided.
+// Returns the end reason for a verdict (partial_metrics_t); empty while it is undecided.
 inline const char* Of(int8_t verdict) {
   return verdict == partial_metrics_t::SUCCESS   ? kSuccess
          : verdict == partial_metrics_t::FAILURE ? kFailure
                                                  : "";
 }
 
-// Words that users see for an end reason or a failure reason; viz/viewer/page/dom.js has the same ones for
-// the page in the browser. Files and messages contain the names.
+// Returns the words that users see for an end reason or a failure reason. viz/viewer/page/dom.js has the same
+// words for the page in the browser. Files and messages contain the names instead.
 inline std::string Text(std::string reason) {
   if (reason == "grasp_slip") return "slipped from the gripper";
   if (reason == "grasp_miss") return "missed the grasp";
@@ -49,7 +52,7 @@ inline std::string Text(std::string reason) {
   return reason;
 }
 
-// Outcome of an episode in words: "success", or the reason of the failure.
+// Returns the outcome of an episode in words: "success", or the reason of the failure.
 inline std::string Outcome(const std::string& failure_reason) {
   return failure_reason.empty() ? kSuccess : Text(failure_reason);
 }

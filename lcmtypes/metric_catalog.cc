@@ -44,7 +44,7 @@ constexpr JerkMembers kJointJerk = {&Values::avg_joint_jerk_radps3, &Values::rms
                                     &Values::overall_rms_joint_jerk_radps3};
 
 constexpr MetricInfo kMetrics[] = {
-    // Metrics of RoboEval.
+    // Metrics defined by RoboEval.
     {.name = "success", .label = "success", .unit = "1", .kind = kSuccess, .better = kHigher},
     {.name = "completion_time",
      .label = "completion time",
@@ -183,7 +183,7 @@ constexpr MetricInfo kMetrics[] = {
      .track = Track("track_joint_jerk"),
      .jerk = &kJointJerk},
 
-    // evalbus' own.
+    // Metrics defined by evalbus.
     {.name = "extended.command_log_dimensionless_jerk",
      .label = "log dimensionless jerk of commands",
      .unit = "1",
@@ -484,7 +484,7 @@ std::vector<std::string> NamesOf(const MetricInfo& metric) {
 
 std::string MetricNumber::label() const {
   if (!metric) return Words(name.starts_with(kExtended) ? name.substr(kExtended.size()) : name);
-  // The name in the task.
+  // A task's own metric is shown under its name in the task.
   if (metric->kind == kByName && !of.empty()) return Words(of);
   std::string text(metric->label);
   for (const Form& form : FormsOf(*metric)) {

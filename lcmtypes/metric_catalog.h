@@ -1,6 +1,6 @@
-// Every metric in one table: its name in files and messages, its label for users, its unit, whether higher or
-// lower values are better, and its members in messages. Definitions: docs/metrics.md; a test compares the
-// two.
+// One table of all metrics. It has each metric's name in files and messages, its label for users, its unit,
+// whether higher or lower values are better, and its members in messages. docs/metrics.md defines the
+// metrics; a test compares it with this table.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,13 @@
 
 namespace evalbus {
 
-// Prefix of the names of evalbus' own metrics.
+// Prefix of the names of metrics defined by evalbus.
 inline constexpr std::string_view kExtended = "extended.";
 
 enum class Better { kNeither, kLower, kHigher };
 
-// The number of values of a metric, and their names in episodes.jsonl, with keys joined by dots.
+// The kind determines the number of values of a metric, and their names in episodes.jsonl (keys joined by
+// dots).
 enum class MetricKind {
   kNumber,     // NAME
   kCount,      // NAME, a whole number
@@ -36,8 +37,8 @@ enum class MetricKind {
   kJerk,       // avg_NAME, rms_NAME like kByArm; also overall_avg_NAME, overall_rms_NAME for two arms
 };
 
-// A group of metrics that a task can switch off: the key in its `metrics` section, and the member in messages
-// that shows it.
+// A group of metrics that a task can switch off. `key` is its key in the task's `metrics` section; `member`
+// is the member of metric_values_t that shows whether it is tracked.
 struct TrackOption {
   std::string_view key;
   int8_t metric_values_t::*member;
@@ -58,44 +59,45 @@ struct MetricInfo {
   std::string_view unit;
   MetricKind kind = MetricKind::kNumber;
   Better better = Better::kNeither;
-  // Measures effort, which is meaningful for successful episodes only: a policy that gives up at once has the
-  // shortest path.
+  // True if the metric measures effort. Effort is meaningful only for successful episodes, because a policy
+  // that gives up at once has the shortest path.
   bool effort = false;
-  // Counts undesired events. A policy that makes less progress has fewer occasions for them, so a lower value
-  // alone does not make it better.
+  // True if the metric measures undesired events. A policy that makes less progress has fewer occasions for
+  // them, so a lower value alone does not make it better.
   bool risk = false;
-  // A second or third difference of positions, which amplifies the noise and jitter of a recording, so that a
-  // recording and a simulation cannot be compared by it.
+  // True for a second or third difference of positions, which amplifies the noise and jitter of a recording.
+  // Such a metric cannot be compared between a recording and a simulation.
   bool amplifies_noise = false;
-  // Position among the main metrics, which tables show and comparisons test, from 1; 0: not a main metric.
+  // Position, from 1, among the main metrics, which tables show and comparisons test. 0: not a main metric.
   int main = 0;
-  // Unit of the shown value, which is value * scale; empty: no unit is shown.
+  // Unit of the shown value, which is value * scale. If it is empty, no unit is shown.
   std::string_view shown_unit = unit == "count" || unit == "1" ? std::string_view() : unit;
   double scale = 1;
   // Range of possible values, in SI units.
   double least = 0, most = std::numeric_limits<double>::infinity();
-  // Null: cannot be switched off.
+  // Group that the metric belongs to; null if it cannot be switched off.
   const TrackOption* track = nullptr;
 
-  // Members of RoboEval's metrics, as the kind requires; success, stages and objects have their own members.
+  // Members of messages for RoboEval's metrics; the kind determines which are set. Success, stages and
+  // objects have their own members.
   double metric_values_t::*number = nullptr;
   int64_t metric_values_t::*count = nullptr;
   std::vector<double> metric_values_t::*values = nullptr;
   std::vector<std::string> metric_values_t::*names = nullptr;
   const JerkMembers* jerk = nullptr;
-  // Member of evalbus' own counters; its other metrics are in extended_metrics_t by name.
+  // Member for the counters that evalbus defines. Its other metrics are in extended_metrics_t by name.
   int64_t extended_metrics_t::*counter = nullptr;
 
   bool is_extended() const { return name.starts_with(kExtended); }
-  // As in extended_metrics_t, and below "extended" in episodes.jsonl.
+  // Name in extended_metrics_t, and below "extended" in episodes.jsonl.
   std::string_view wire_name() const { return is_extended() ? name.substr(kExtended.size()) : name; }
 };
 
-// True for a metric whose statistics across episodes use successes only: the completion time. After a failure
-// it only shows when the episode was stopped.
+// True for a metric whose statistics across episodes use only successful episodes. This is the completion
+// time, which only shows after a failure when the episode was stopped.
 inline bool IsOfSuccessesOnly(std::string_view name) { return name == "completion_time"; }
 
-// RoboEval's metrics in the order of its dictionary, then evalbus' own.
+// RoboEval's metrics in the order of its dictionary, then the metrics defined by evalbus.
 std::span<const MetricInfo> Metrics();
 std::span<const TrackOption> TrackOptions();
 
@@ -104,14 +106,14 @@ inline bool IsTracked(const MetricInfo& metric, const metric_values_t& values) {
   return !metric.track || values.*metric.track->member;
 }
 
-// Which of a metric's values a MetricNumber contains; kItself for metrics without sums or means.
+// Selects which value of a metric a MetricNumber contains. Metrics without sums or means have only kItself.
 enum class MetricPart { kItself, kTotal, kAverage, kMean, kRms, kOverallMean, kOverallRms };
 
 // A value in the results: its name, and the metric that it belongs to.
 struct MetricNumber {
   // Name in summary.json: "extended.mechanical_work_J.left".
   std::string name;
-  // Null: not in the catalog; then label and unit come from the name alone.
+  // Null if the metric is not in the catalog; label and unit are then derived from the name.
   const MetricInfo* metric = nullptr;
   MetricPart part = MetricPart::kItself;
   // Part of the name after the metric's own name: arm, stage, ...
@@ -124,15 +126,15 @@ struct MetricNumber {
 
 MetricNumber FindMetric(const std::string& name);
 
-// The names of a metric's values, up to the first dot.
+// Returns the names of a metric's values, up to the first dot.
 std::vector<std::string> NamesOf(const MetricInfo& metric);
 
-// The main metrics among these numbers, in their order. For a metric that exists per arm and for both arms
-// together, the latter; for jerk, the root mean square.
+// Returns the main metrics among these numbers, in the order of MetricInfo::main. For a metric with values
+// per arm and for both arms together, returns the value for both; for jerk, the root mean square.
 std::vector<MetricNumber> MainMetrics(const std::vector<std::string>& names);
 
-// Formats a value in SI units as a number in the shown unit; "-" if it is not finite. error: standard error,
-// which limits the digits shown; 0 or NaN: the value is exact.
+// Formats a value in SI units as a number in the shown unit; "-" if it is not finite. error: standard error
+// of the value, which limits the digits shown; 0 or NaN if the value is exact.
 std::string ShownValue(const MetricInfo& metric, double value, double error = 0);
 
 }  // namespace evalbus

@@ -1,4 +1,4 @@
-// Values of model_info_t.source that are evalbus' own; all others are names of external sources.
+// Values of model_info_t.source that evalbus defines. All other values are names of external sources.
 #pragma once
 
 namespace evalbus::source_name {

@@ -1,6 +1,6 @@
-// Values that a source does not provide (docs/metrics.md, "What a source must know"). In messages, such a
-// number is NaN, such a count is kUnavailableCount, and the lists of extended_metrics_t do not contain the
-// value. In JSON, its key is absent.
+// Values that a source does not provide (docs/metrics.md, "What a source must know"). In messages, an
+// unavailable number is NaN, an unavailable count is kUnavailableCount, and the lists of extended_metrics_t
+// do not contain unavailable values. In JSON, the key of an unavailable value is absent.
 #pragma once
 
 #include <cstdint>
