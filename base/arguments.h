@@ -21,17 +21,18 @@ void IgnoreFileSizeSignal();
 // --version, 1 after a wrong command line, which is reported in one line on stderr.
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 
-// Checks an integer: CLI11 reads an empty text as 0 and clamps a number that is too large.
+// Checks that a text is an integer of 64 bits. CLI11 itself reads an empty text as 0 and clamps a number that
+// is too large.
 CLI::Validator FitsInt64();
 
 // Checks that a text is not empty.
 CLI::Validator NotEmpty();
 
-// Checks that a number is in a range, both ends included. CLI::Range accepts NaN.
+// Checks that a number is in a range, both ends included. Unlike CLI::Range, it refuses NaN.
 CLI::Validator InRange(double least, double most);
 
-// Adds an option whose values are separated by commas. It takes one argument, so that positional arguments
-// may follow it.
+// Adds an option whose values are separated by commas. The option takes only one argument, so that positional
+// arguments may follow it.
 template <class Value>
 CLI::Option* AddList(CLI::App* app, const std::string& name, std::vector<Value>* values,
                      const std::string& help) {
@@ -49,7 +50,7 @@ void AddOptionsFile(CLI::App* app, const std::function<void(const std::string& f
 // precedence. An option without help is hidden. Elements of lists are separated by commas, except for paths.
 template <class Options>
 void AddOptions(CLI::App* app, Options* options) {
-  // CLI11 applies options in the order in which they were added; the file comes first.
+  // The file comes first, because CLI11 applies options in the order in which they were added.
   AddOptionsFile(app, [options](const std::string& file) {
     ReadOptions(ReadJsonFile(file), file, options);
     if constexpr (requires { options->out = file; }) options->out = std::filesystem::path(file).parent_path();
@@ -60,7 +61,7 @@ void AddOptions(CLI::App* app, Options* options) {
     if constexpr (std::is_same_v<Value, bool>) {
       option = app->add_flag(OptionName(row.key), value, row.help);
     } else if constexpr (std::is_same_v<Value, std::vector<std::filesystem::path>>) {
-      // A path may contain a comma: the option is repeated.
+      // A path may contain a comma, so the option is repeated for several paths.
       option = app->add_option(OptionName(row.key), value, row.help)->allow_extra_args(false);
     } else if constexpr (requires { value.emplace_back(); }) {
       option = AddList(app, OptionName(row.key), &value, row.help);

@@ -5,14 +5,14 @@
 namespace evalbus {
 
 std::string Base64(std::string_view bytes) {
-  // OpenSSL counts in int, so long input is encoded in parts. Three bytes make four characters, so the
-  // encodings of parts whose length is a multiple of three can be joined.
+  // OpenSSL stores lengths in int, so long input is encoded in parts. Three bytes become four characters, so
+  // the encodings of parts whose length is a multiple of three can be joined.
   constexpr size_t kPart = size_t{3} << 20;
   std::string text;
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (size_t begin = 0; begin < bytes.size(); begin += kPart) {
     const std::string_view part = bytes.substr(begin, kPart);
-    // Plus a terminating zero.
+    // OpenSSL appends a terminating zero.
     std::string piece((part.size() + 2) / 3 * 4 + 1, '\0');
     const int length =
         EVP_EncodeBlock(reinterpret_cast<unsigned char*>(piece.data()),

@@ -6,8 +6,9 @@
 
 namespace evalbus {
 
-// Reason why nothing can be written into the folder ("no space left on the disk of runs/a"), for processes
-// that can no longer write it to their own log. Empty if the folder is writable.
+// Returns the reason why nothing can be written into the folder ("no space left on the disk of runs/a");
+// empty if the folder is writable. It is meant for reporting on processes that cannot write the reason to
+// their own log.
 std::string WhyNotWritable(const std::filesystem::path& folder);
 
 }  // namespace evalbus

@@ -1,4 +1,4 @@
-// Choices between two implementations that the environment makes.
+// Chooses between two implementations by an environment variable.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// The two kinds of failure a user can meet. Everything else is a bug.
+// The two kinds of failure that a user can encounter. Any other exception is a bug.
 #pragma once
 
 #include <iostream>
@@ -20,10 +20,10 @@ struct EnvironmentError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Text for an exception of any other type, which only a plugin throws.
+// Text for an exception that is not a std::exception. Only plugins throw such exceptions.
 inline constexpr char kNotAnException[] = "an exception that is not a std::exception, possibly from a plugin";
 
-// Prints the error that ends the program on stderr; returns the exit code.
+// Prints the error that ends the program on stderr. Returns the exit code.
 inline int ReportError(const std::exception& error) {
   std::cerr << "error: " << Printable(error.what()) << std::endl;
   return dynamic_cast<const InputError*>(&error) ? 1 : 2;

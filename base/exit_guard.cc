@@ -9,7 +9,7 @@
 namespace evalbus {
 namespace {
 
-// Process in which a guard lives; 0: none.
+// Process in which a guard exists; 0: none.
 std::atomic<pid_t> g_guarded{0};
 
 void RefuseExit(int status, void*) {

@@ -3,8 +3,9 @@
 
 namespace evalbus {
 
-// While an object of this class lives in main(), exit() is reported as an error and ends the program with
-// code 2: a plugin that calls it would otherwise end a run half-way with an exit code of its own choice.
+// While an object of this class exists in main(), a call of exit() is reported as an error and ends the
+// program with code 2. Otherwise, a plugin that calls exit() would end a run in the middle with an arbitrary
+// exit code.
 class ExitGuard {
  public:
   ExitGuard();

@@ -1,4 +1,4 @@
-// Failures of the operating system with files, as errors that users can meet (base/errors.h).
+// Converts failures of file operations to errors for users (base/errors.h).
 #pragma once
 
 #include <filesystem>
@@ -6,12 +6,12 @@
 
 namespace evalbus {
 
-// Throws the error of a failed call, "WHAT: No space left on device": an InputError if the file name is the
-// cause (missing, already exists, too long, not permitted), else an EnvironmentError.
+// Throws an error for a failed call, "WHAT: No space left on device". It is an InputError if the file name is
+// the cause (missing, already exists, too long, not permitted), otherwise an EnvironmentError.
 [[noreturn]] void ThrowFileError(const std::string& what, int error);
 
-// Calls f and converts exceptions of std::filesystem into these errors: their texts name C++ functions, which
-// do not help a user.
+// Calls f and converts exceptions of std::filesystem to these errors, because the texts of such exceptions
+// name C++ functions, which do not help users.
 template <class F>
 auto WithClearFileErrors(const F& f) {
   try {

@@ -6,14 +6,14 @@
 
 namespace evalbus {
 
-// Path of the program: the system's own, else the first one in PATH, else the one beside this program; empty
-// if there is none. The system's is preferred because a conda environment may contain, for example, an ffmpeg
-// with other encoders. If EVALBUS_PATH is set, its folders (separated by colons) replace the system's and
+// Returns the path of the program; empty if it is not found. It is searched first in /usr/bin, then in PATH,
+// then next to this program. /usr/bin comes first because a conda environment may contain, for example, an
+// ffmpeg with other encoders. If EVALBUS_PATH is set, its folders (separated by colons) replace /usr/bin and
 // PATH.
 std::filesystem::path FindProgram(const std::string& name);
 
-// Path of ffmpeg: as for FindProgram, else the program that EVALBUS_FFMPEG names. The Python package sets the
-// variable to the ffmpeg of PyPI's imageio-ffmpeg. Empty if there is none.
+// Returns the path of ffmpeg as found by FindProgram() or, if it is not found, the value of EVALBUS_FFMPEG.
+// The Python package sets this variable to the ffmpeg of PyPI's imageio-ffmpeg. Empty if there is none.
 std::filesystem::path FindFfmpeg();
 inline constexpr char kInstallFfmpeg[] = "'apt-get install ffmpeg' or 'pip install imageio-ffmpeg'";
 

@@ -48,8 +48,8 @@ ForkedWork::ForkedWork(std::string what, const std::function<void()>& work) : wh
   } catch (const std::exception& error) {
     fail(Threw::kOther, error.what());
   }
-  // Skips destructors and exit handlers: buffers inherited from the parent must not be flushed or freed
-  // twice.
+  // _exit() skips destructors and exit handlers, because buffers inherited from the parent must not be
+  // flushed or freed twice.
   _exit(0);
 }
 

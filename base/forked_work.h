@@ -36,8 +36,9 @@ class ForkedWork {
   ForkedWork& operator=(const ForkedWork&) = delete;
 
   bool HasEnded();
-  // Must not be called before HasEnded() is true. Rethrows the exception of the work (InputError,
-  // EnvironmentError, else std::runtime_error); throws EnvironmentError if the process was killed.
+  // Must not be called before HasEnded() is true. Rethrows an exception of the work as InputError or
+  // EnvironmentError, and any other type as std::runtime_error. Throws EnvironmentError if the process was
+  // killed.
   void CheckEnd() const;
 
  private:
@@ -51,7 +52,7 @@ class ForkedWork {
 
   const std::string what_;
   const SharedMemory memory_{sizeof(Failure)};
-  // -1: the process has ended, with status_.
+  // Process id; -1 after the process has ended, with status_.
   pid_t process_ = -1;
   int status_ = 0;
 };

@@ -18,7 +18,7 @@ namespace {
 constexpr size_t kColumn = 28;  // of descriptions
 constexpr char kUngrouped[] = "Options";
 
-// The words of a text; "\n" stands for a line break that is kept.
+// Returns the words of a text. The word "\n" stands for a line break that is kept.
 std::vector<std::string> WordsAndBreaks(const std::string& text) {
   std::vector<std::string> words;
   std::istringstream lines(text);
@@ -34,7 +34,7 @@ std::vector<std::string> WordsAndBreaks(const std::string& text) {
   return words;
 }
 
-// Options that --help lists, without positional ones.
+// Returns the options of a group that --help lists, without positional arguments.
 std::vector<const CLI::Option*> Listed(const CLI::App& app, const std::string& group) {
   return app.get_options(
       [&](const CLI::Option* option) { return option->get_group() == group && option->nonpositional(); });
@@ -125,7 +125,7 @@ std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI:
     const bool is_rest = group == kUngrouped && !options.empty();
     options += make_group(is_rest ? "Other options" : group, false, listed);
   }
-  // Users run `evalbus --help` to find a command.
+  // Commands come first, because users run `evalbus --help` to find a command.
   const bool commands_first = !CommandNames(*app).empty();
   const std::string commands = make_subcommands(app, mode);
   help += commands_first ? commands + options : options + commands;
@@ -183,7 +183,7 @@ std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
   const auto option = std::ranges::find_if(unknown, is_option);
   const std::vector<std::string> commands = CommandNames(app);
   if (unknown.empty() && !commands.empty()) return "expected a command: " + ListOf(commands);
-  // CLI11 reports a missing command before it looks at the word in its place.
+  // If an unknown word is in the place of a command, CLI11 only reports that a command is missing.
   if (!unknown.empty() && !is_option(unknown[0]) && !commands.empty()) {
     return "there is no command '" + unknown[0] + "'" + Suggestion(unknown[0], commands, "");
   }

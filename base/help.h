@@ -10,7 +10,8 @@
 
 namespace evalbus {
 
-// Width of the terminal on standard output; if that is not a terminal, the environment's COLUMNS, else 100.
+// Returns the width of the terminal on standard output. If standard output is not a terminal, returns COLUMNS
+// from the environment or, if that is not set, 100.
 size_t TerminalWidth();
 
 // Wraps lines at `width` and indents all but the first, which begins at column `indent`. A line break in the
@@ -18,8 +19,8 @@ size_t TerminalWidth();
 // "default:"; other line breaks become blanks.
 std::string Wrapped(const std::string& text, size_t indent, size_t width);
 
-// Wraps descriptions at the width of the terminal, prints groups of options in their order and the ungrouped
-// options last. Subcommands inherit it.
+// Wraps descriptions at the width of the terminal. Prints groups of options in their order, and ungrouped
+// options last. Subcommands inherit the formatter.
 class HelpFormatter : public CLI::Formatter {
  public:
   HelpFormatter();

@@ -14,7 +14,7 @@
 namespace evalbus {
 namespace {
 
-// Returns nothing for a regular file.
+// Returns the kind of a file that is not a regular file; nothing for a regular file.
 const char* WhatElse(mode_t mode) {
   if (S_ISREG(mode)) return nullptr;
   return S_ISDIR(mode)    ? "a folder"
@@ -36,8 +36,8 @@ InputFile::InputFile(const std::filesystem::path& file, const std::string& what)
     if (!good) Fail(error);
     throw InputError(fault_ + ": " + other + ", expected a file");
   };
-  // Checked before it is opened, since opening may affect a device, and after, since it may have been
-  // replaced.
+  // The file's kind is checked before opening, because opening may affect a device, and again afterwards,
+  // because the file may have been replaced.
   check(stat(file.c_str(), &status) == 0);
   fd_ = open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   check(fd_ >= 0 && fstat(fd_, &status) == 0);
@@ -62,7 +62,8 @@ void InputFile::Fail(int error) const { ThrowFileError(fault_, error); }
 std::string ReadInput(const std::filesystem::path& file, const std::string& what) {
   const InputFile input(file, what);
   std::string text;
-  // One byte more than the size shows the end. Files may grow, and files of /proc have size 0.
+  // Reading continues until the end of the file, because files may grow and files of /proc have size 0. The
+  // first read requests one byte more than the size, so that it usually reaches the end.
   for (size_t room = input.size() + 1;; room = text.size() + (64 << 10)) {
     const size_t done = text.size();
     text.resize(std::max(room, done + 1));
@@ -78,7 +79,7 @@ int64_t CountLines(const std::filesystem::path& file) {
 
 std::ifstream OpenInput(const std::filesystem::path& file, const std::string& what) {
   const InputFile input(file, what);
-  // Opening the descriptor opens the same file, even if the name now refers to another one.
+  // Opening the descriptor's path opens the same file, even if the name now refers to another file.
   std::ifstream stream("/proc/self/fd/" + std::to_string(input.fd()), std::ios::binary);
   if (!stream) input.Fail(errno);
   return stream;

@@ -1,6 +1,6 @@
-// The one place where input files are opened: files that users name, and files in folders that other
-// processes write to. Only regular files are read. Anything else (a named pipe, a device, a socket) is
-// refused before it is opened, since reading it, or only opening it, might never end.
+// All input files are opened here: files that users name, and files in folders that other processes write to.
+// Only regular files are read. Anything else (a named pipe, a device, a socket) is refused before it is
+// opened, because reading it, or even opening it, might block forever.
 #pragma once
 
 #include <cstdint>
@@ -24,29 +24,30 @@ class InputFile {
   int fd() const { return fd_; }
   // Size in bytes when the file was opened.
   uint64_t size() const { return size_; }
-  // Reads bytes from a position in the file, and returns how many: 0 at the end, otherwise at least one.
-  // Throws as above, "a.yaml: cannot be read: Input/output error".
+  // Reads bytes from a position in the file. Returns their number: 0 at the end of the file, otherwise at
+  // least 1. Throws the errors of the constructor, such as "a.yaml: cannot be read: Input/output error".
   size_t ReadAt(uint64_t position, std::span<char> bytes) const;
   // Throws the error of an operation on fd().
   [[noreturn]] void Fail(int error) const;
 
  private:
-  // Text of errors before the reason.
+  // Beginning of error texts, before the reason.
   std::string fault_;
   int fd_ = -1;
   uint64_t size_ = 0;
 };
 
-// The whole file. Throws as above.
+// Returns the contents of a file. This function and the following ones throw the errors of InputFile.
 std::string ReadInput(const std::filesystem::path& file, const std::string& what = "");
 
-// Number of complete lines; 0 if the file does not exist. Throws as above.
+// Returns the number of complete lines; 0 if the file does not exist.
 int64_t CountLines(const std::filesystem::path& file);
 
-// To be read piece by piece. Not for lines: a failed read looks like the end of the file. Throws as above.
+// Opens a file that is read piece by piece. Must not be used for reading lines, because a failed read looks
+// like the end of the file.
 std::ifstream OpenInput(const std::filesystem::path& file, const std::string& what = "");
 
-// For files that a library opens itself. Throws as above.
+// Checks a file that a library opens itself.
 void CheckInput(const std::filesystem::path& file);
 
 }  // namespace evalbus

@@ -9,9 +9,9 @@ namespace evalbus {
 // Folder that contains this program.
 std::filesystem::path ProgramFolder();
 
-// ../share/evalbus/`name` beside the program's folder if it exists, otherwise `otherwise`. An installed
-// evalbus has its models there; a Python wheel also has the data of packages on which the Debian package
-// depends.
+// Returns ../share/evalbus/`name`, relative to the program's folder, if it exists, otherwise `otherwise`. An
+// installed evalbus has its models there. A Python wheel also has the data of packages on which the Debian
+// package depends.
 std::filesystem::path SharedData(const std::string& name, const std::filesystem::path& otherwise);
 
 }  // namespace evalbus

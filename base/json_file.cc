@@ -20,7 +20,8 @@ constexpr char kWhat[] = "JSON file";
 // Files of evalbus nest less than ten levels; recursion over a hundred thousand would overflow the stack.
 constexpr size_t kDeepest = 64;
 
-// Names in an object. Most objects have few, for which no memory is allocated again per object.
+// The names in an object. Storage is reused, so that for most objects, which have few names, no memory is
+// allocated.
 class Names {
  public:
   void Clear() {
@@ -69,7 +70,7 @@ class Builder : public nlohmann::json_sax<Json> {
     return true;
   }
   bool key(std::string& name) override {
-    // The library would silently replace the first value.
+    // For a repeated key, the library would silently replace the first value.
     if (!names_[open_.size() - 1].Add(name)) {
       what_ = name + ": repeated key, expected each key once";
       return false;
@@ -123,8 +124,8 @@ class Builder : public nlohmann::json_sax<Json> {
   }
   void Close() { open_.pop_back(); }
 
-  // Called when an object is complete: it may be an element for take_. Once take_ has refused an element, all
-  // later ones are stored, too.
+  // Must be called when an object is complete, because it may be an element for take_. Once take_ has refused
+  // an element, all later elements are stored, too.
   void Offer() {
     if constexpr (std::is_same_v<Json, nlohmann::json>) {
       if (!take_ || open_.size() != 2 || outermost_key_ != taken_key_) return;
@@ -137,12 +138,12 @@ class Builder : public nlohmann::json_sax<Json> {
   std::string taken_key_;
   TakeElement take_;
   std::string outermost_key_;
-  // Arrays and objects that are not complete, from the outside in. Only the innermost one grows, so the
+  // Incomplete arrays and objects, from the outermost to the innermost. Only the innermost one grows, so the
   // addresses are stable.
   std::vector<Json*> open_;
-  // Key of the next value if the innermost one is an object.
+  // Key of the next value, if the innermost of open_ is an object.
   std::string key_;
-  // Names in each of open_; the vector is never shortened, to reuse its memory.
+  // Names in each of open_. The vector is never shortened, so that its memory is reused.
   std::vector<Names> names_;
   std::string what_;
   std::optional<size_t> position_;

@@ -9,8 +9,8 @@
 namespace evalbus {
 
 // All JSON is read with these functions; Json is nlohmann::json or nlohmann::ordered_json. They throw
-// InputError with file, line and reason. NaN, infinities, numbers that do not fit a double, repeated keys and
-// excessive nesting are refused.
+// InputError with file, line and reason. They refuse NaN, infinities, numbers that do not fit a double,
+// repeated keys and excessive nesting.
 template <class Json = nlohmann::json>
 Json ReadJsonFile(const std::filesystem::path& file);
 // Streaming variant for files of any length. For each element of the array at `key` of the outermost object,
@@ -19,12 +19,12 @@ Json ReadJsonFile(const std::filesystem::path& file);
 using TakeElement = std::function<bool(const nlohmann::json& so_far, const nlohmann::json& element)>;
 nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
                             const TakeElement& take);
-// line: number of the text's line in the file; 0 if the text is the whole file.
+// Parses a text. line: number of the text's line in the file; 0 if the text is the whole file.
 template <class Json = nlohmann::json>
 Json ParseJson(const std::string& text, const std::string& file, int line = 0);
 
-// JSON as text, on several lines if indent is not negative. Invalid UTF-8, which texts of other processes and
-// file names may contain, becomes U+FFFD.
+// Returns JSON as text, on several lines if indent is not negative. Invalid UTF-8, which texts of other
+// processes and file names may contain, is replaced by U+FFFD.
 template <class Json>
 std::string ToText(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);

@@ -1,4 +1,5 @@
-// The random numbers of NumPy's legacy generator (np.random.seed, RoboEval's scenes), equal to the bit.
+// Produces exactly the random numbers of NumPy's legacy generator (np.random.seed), which RoboEval's scenes
+// use.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +11,18 @@ namespace evalbus {
 
 class LegacyRandom {
  public:
-  // np.random.seed(seed)
+  // Equals np.random.seed(seed).
   explicit LegacyRandom(uint32_t seed) : engine_(seed) {}
 
-  // np.random.random_sample(): 53 bits of two words.
+  // Equals np.random.random_sample(): 53 bits from two words of the engine.
   double Double() {
     const uint32_t a = engine_() >> 5, b = engine_() >> 6;
     return (a * 67108864.0 + b) / 9007199254740992.0;
   }
-  // np.random.uniform(lower, upper)
+  // Equals np.random.uniform(lower, upper).
   double Uniform(double lower, double upper) { return lower + (upper - lower) * Double(); }
 
-  // np.random.permutation(n); its first k are np.random.choice(n, k, replace=False).
+  // Equals np.random.permutation(n). Its first k elements equal np.random.choice(n, k, replace=False).
   std::vector<int> Permutation(int n) {
     std::vector<int> result(static_cast<size_t>(n));
     for (int i = 0; i < n; ++i) result[static_cast<size_t>(i)] = i;
@@ -32,7 +33,7 @@ class LegacyRandom {
   }
 
  private:
-  // Uniform in 0 .. most, by masked rejection.
+  // Returns a uniform number in 0 .. most, by masked rejection.
   size_t UpTo(uint32_t most) {
     uint32_t mask = most;
     for (int shift = 1; shift < 32; shift *= 2) mask |= mask >> shift;

@@ -1,6 +1,6 @@
-// Options as data: each is a member of a plain struct and one row of a table, from which come the command
-// line and its help (base/arguments.h), the check of its range, the JSON that a run keeps, and what
-// `--resume` requires to be unchanged.
+// Options as data. Each option is a member of a plain struct and one row of a table. The table defines the
+// command line and its help (base/arguments.h), the check of ranges, the JSON that a run stores, and which
+// options `--resume` requires to be unchanged.
 //
 // Each struct with options has a function ForEachOption(Struct& or const Struct&, f) in its namespace, which
 // calls f(row, value) for each option.

@@ -1,4 +1,4 @@
-// Converts the options of a table to JSON, the form in which a run stores them, and back.
+// Converts the options of a table to JSON, in which a run stores them, and back.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ const Value& Plain(const Value& value) {
 }
 }  // namespace internal
 
-// All options, by key.
+// Returns all options by key.
 template <class Options>
 nlohmann::ordered_json OptionsJson(const Options& options) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
@@ -34,8 +34,8 @@ nlohmann::ordered_json OptionsJson(const Options& options) {
   return json;
 }
 
-// Reads all options from an object, which may contain other keys, too. Throws InputError that names file and
-// key.
+// Reads all options from an object, which may also contain other keys. Throws an InputError that names file
+// and key.
 template <class Options>
 void ReadOptions(const nlohmann::json& json, const std::string& file, Options* options) {
   if (!json.is_object()) throw InputError(file + ": expected a JSON object");

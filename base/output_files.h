@@ -1,4 +1,4 @@
-// Files that a command writes besides its output on the terminal.
+// Files that a command writes in addition to its output on the terminal.
 #pragma once
 
 #include <filesystem>
@@ -7,13 +7,13 @@
 namespace evalbus {
 
 struct OutputFile {
-  // For errors: "--json".
+  // Name of the option ("--json"), for errors.
   const char* option;
-  // Empty: not written.
+  // File to write; empty if the option is not given.
   std::filesystem::path file;
 };
 
-// Throws InputError if two of them are the same file, of which only the second would remain.
+// Throws InputError if two outputs have the same file, because the second would replace the first.
 void CheckFilesDiffer(std::initializer_list<OutputFile> outputs);
 
 }  // namespace evalbus

@@ -1,4 +1,4 @@
-// Combines functions to one with several overloads, for std::visit and channels::Dispatch.
+// Combines several functions into one object with overloads, for std::visit and channels::Dispatch.
 #pragma once
 
 namespace evalbus {

@@ -9,15 +9,16 @@
 
 namespace evalbus {
 
-// "83 %" of the share 0.825: rounded to whole percents, halves up. "-" if the share is NaN or infinite.
+// Returns a share as text, rounded to whole percents, halves up: "83 %" for 0.825. "-" if it is NaN or
+// infinite.
 inline std::string Percent(double share) {
   if (!std::isfinite(share)) return "-";
-  // A share of k / n is up to 1e-16 below the exact one; half percents must nevertheless be rounded up.
+  // The double nearest to k / n may be up to 1e-16 too small. Half percents must nevertheless be rounded up.
   return std::to_string(std::llround(std::floor(100 * share + 0.5 + 1e-9))) + " %";
 }
 
-// "-13" percentage points of the difference -0.125 of two shares: halves away from zero. "-" if the
-// difference is NaN or infinite.
+// Returns the difference of two shares in percentage points, halves rounded away from zero: "-13" for -0.125.
+// "-" if the difference is NaN or infinite.
 inline std::string PercentagePoints(double difference, int decimals = 0) {
   if (!std::isfinite(difference)) return "-";
   const double scale = std::pow(10, decimals);

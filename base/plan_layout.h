@@ -1,4 +1,4 @@
-// Names in the folder of a plan's results (plans/plan_folder.h), which pages read as well.
+// Names in the folder of a plan's results (plans/plan_folder.h). Pages read these files, too.
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 namespace evalbus {
 
-// The plan, resolved. A folder with this file is a plan's folder.
+// The plan with all values filled in. A folder with this file is a plan's folder.
 inline constexpr char kPlanJson[] = "plan.json";
 // Run folders of single shards, until they are merged.
 inline constexpr char kPartsFolder[] = "parts";
@@ -17,7 +17,7 @@ inline std::string FolderOfTask(std::string task) {
   return task;
 }
 
-// Beginning of the names of a run's shards: "ckpt-1000+lift_pot-position+".
+// Prefix of the names of a run's shards: "ckpt-1000+lift_pot-position+".
 inline std::string ShardPrefix(const std::string& policy, const std::string& task) {
   return policy + "+" + FolderOfTask(task) + "+";
 }

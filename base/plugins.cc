@@ -16,7 +16,8 @@ namespace {
 
 void Load(const char* variable, const fs::path& plugin) {
   const std::string place = variable + (": " + plugin.string());
-  // dlopen searches the system's folders for a bare name; a relative path depends on each process's folder.
+  // dlopen would search a bare name in the system's folders, and a relative path depends on the folder of
+  // each process.
   if (!plugin.is_absolute()) throw InputError(place + ": expected an absolute path");
   // dlopen would wait for a writer of a FIFO.
   std::error_code ignored;

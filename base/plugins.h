@@ -8,13 +8,13 @@
 
 namespace evalbus {
 
-// Environment variables, which child processes inherit so that they load the same plugins: absolute paths
-// separated by colons. Programs that read tasks load predicates; programs that run tasks load policies as
-// well.
+// Environment variables that name plugins as absolute paths, separated by colons. Child processes inherit
+// them and load the same plugins. Programs that read tasks load predicates; programs that run tasks also load
+// policies.
 inline constexpr const char* kPredicatePlugins = "EVALBUS_PREDICATES";
 inline constexpr const char* kPolicyPlugins = "EVALBUS_POLICIES";
 
-// The libraries that one of these variables names.
+// Returns the libraries that one of these variables names.
 std::vector<std::filesystem::path> PluginsOf(const char* variable);
 
 // Loads the libraries and lets them register. Returns the program's exit code after one line on stderr if a
@@ -23,7 +23,8 @@ std::optional<int> LoadPlugins(const char* variable);
 
 }  // namespace evalbus
 
-// Once in a plugin: EVALBUS_PLUGIN { RegisterPredicate(...); }. The target evalbus::plugin knows the version.
+// Must be used once in a plugin: EVALBUS_PLUGIN { RegisterPredicate(...); }. The CMake target evalbus::plugin
+// defines EVALBUS_PLUGIN_VERSION.
 #define EVALBUS_PLUGIN                                                     \
   extern "C" const char evalbus_plugin_version[] = EVALBUS_PLUGIN_VERSION; \
   extern "C" void evalbus_plugin()

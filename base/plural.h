@@ -1,4 +1,4 @@
-// Counted things in words.
+// Formats counts with nouns.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace evalbus {
 
-// "1 episode", "3 episodes".
+// Returns "1 episode" or "3 episodes".
 inline std::string Plural(int64_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }

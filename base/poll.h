@@ -9,15 +9,15 @@
 
 namespace evalbus {
 
-// Time from now to the deadline; 0 if it has passed.
+// Returns the time from now to the deadline; 0 if it has passed.
 inline timespec TimeUntil(std::chrono::steady_clock::time_point deadline) {
   const auto now = std::chrono::steady_clock::now();
   const int64_t ns = deadline <= now ? 0 : std::chrono::nanoseconds(deadline - now).count();
   return {ns / 1'000'000'000, ns % 1'000'000'000};
 }
 
-// Returns true when `fd` is readable. Returns false at the deadline, after a signal (the caller checks its
-// flags), or when only `wake_fd` is readable. -1: no file descriptor.
+// Returns true when `fd` is readable. Returns false at the deadline, after a signal (whose flags the caller
+// must check), or when only `wake_fd` is readable. A descriptor of -1 is ignored.
 inline bool WaitReadable(int fd, int wake_fd, std::chrono::steady_clock::time_point deadline) {
   pollfd readable[] = {{fd, POLLIN, 0}, {wake_fd, POLLIN, 0}};
   const timespec left = TimeUntil(deadline);

@@ -11,7 +11,7 @@
 namespace evalbus {
 namespace {
 
-// If locked memory is limited, locking future pages would make later allocations fail.
+// Whether locked memory is unlimited. With a limit, locking future pages would make later allocations fail.
 bool MayLockEverything() {
   rlimit limit{};
   if (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY) return true;

@@ -6,19 +6,21 @@
 namespace evalbus {
 
 struct Realtime {
-  // Has real-time priority (SCHED_FIFO).
+  // True if the process has real-time priority (SCHED_FIFO).
   bool is_scheduled = false;
-  // No memory of the process is swapped to disk.
+  // True if no memory of the process can be swapped to disk.
   bool is_locked = false;
 
-  // "real-time priority on, memory locked", with "off" and "not locked" for what was not granted.
+  // Returns "real-time priority on, memory locked", with "off" or "not locked" for requests that were not
+  // granted.
   std::string Words() const;
 };
 
-// Requests both for this process, not for its child processes. priority: priority in SCHED_FIFO, 1 to 99.
+// Requests real-time priority and locked memory for this process, but not for its child processes. priority:
+// priority in SCHED_FIFO, 1 to 99.
 Realtime RequestRealtime(int priority);
 
-// What RequestRealtime would obtain, tried in a child process.
+// Returns what RequestRealtime() would obtain. It is tried in a child process.
 Realtime RealtimeAllowed();
 
 }  // namespace evalbus

@@ -18,7 +18,7 @@ ReservedStdout::ReservedStdout(bool discards_text) : fd_(-1) {
   const int text = discards_text ? open("/dev/null", O_WRONLY | O_CLOEXEC) : STDERR_FILENO;
   if (fd_ < 0 || text < 0 || dup2(text, STDOUT_FILENO) < 0) ThrowFileError("standard output", errno);
   if (discards_text) close(text);
-  // Writing to a pipe without a reader is then an error, which is reported, instead of a signal.
+  // Without SIGPIPE, writing to a pipe without a reader fails with an error, which is reported.
   std::signal(SIGPIPE, SIG_IGN);
 }
 

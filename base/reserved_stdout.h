@@ -1,4 +1,4 @@
-// Standard output that only machine-readable output is written to.
+// Reserves standard output for machine-readable output.
 #pragma once
 
 #include <string_view>
@@ -6,7 +6,7 @@
 namespace evalbus {
 
 // While this object exists, everything else that this process and its children print on standard output goes
-// to standard error, or nowhere. Not thread-safe.
+// to standard error, or is discarded if discards_text is true. Not thread-safe.
 class ReservedStdout {
  public:
   // Throws EnvironmentError.

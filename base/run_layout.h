@@ -42,24 +42,26 @@ inline constexpr char kEpisodesFolder[] = "episodes";
 inline constexpr char kEventLog[] = "events.lcmlog";
 // Suffix of a log that is compressed with zstd (--log zstd).
 inline constexpr char kPackedEnding[] = ".zst";
-// Calls to the policy's server in an episode.
+// File with the calls to the policy's server in an episode.
 inline constexpr char kPolicyCallsJson[] = "policy_calls.json";
 // Suffix of an episode's folder while its log is being written.
 inline constexpr char kUnfinishedEnding[] = ".partial";
 
 inline constexpr char kLogsFolder[] = "logs";
 
-// Name of a run or a suite: the name of its folder, also if given as "x/" or ".".
+// Returns the name of a run or a suite, which is the name of its folder, even if the folder is given as "x/"
+// or ".".
 inline std::string NameOfRun(const std::filesystem::path& folder) {
   const std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-// Suffix of a folder of ten thousand episodes, after the number of ten thousands.
+// Suffix of the name of a folder with ten thousand episodes; the name begins with the number of ten
+// thousands.
 inline constexpr std::string_view kManyEnding = "xxxx";
 
-// RUN/episodes/0007; from episode 10000 on RUN/episodes/1xxxx/10007, because shared file systems list
-// large folders slowly.
+// Returns the folder of an episode: RUN/episodes/0007 or, from episode 10000 on, RUN/episodes/1xxxx/10007,
+// because shared file systems list large folders slowly.
 inline std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int episode) {
   constexpr int kMany = 10'000;
   char name[16];
@@ -70,7 +72,8 @@ inline std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int
 inline std::filesystem::path UnfinishedEpisodeFolder(const std::filesystem::path& run, int episode) {
   return EpisodeFolder(run, episode).string() + kUnfinishedEnding;
 }
-// The log in an episode's folder, compressed or not; if there is none, the name of an uncompressed one.
+// Returns the log in an episode's folder, compressed or not. If there is none, returns the name of an
+// uncompressed log.
 inline std::filesystem::path LogIn(const std::filesystem::path& episode_folder) {
   std::error_code ignored;
   const std::filesystem::path log = episode_folder / kEventLog, packed = log.string() + kPackedEnding;
@@ -79,7 +82,8 @@ inline std::filesystem::path LogIn(const std::filesystem::path& episode_folder) 
 inline std::filesystem::path EpisodeLog(const std::filesystem::path& run, int episode) {
   return LogIn(EpisodeFolder(run, episode));
 }
-// Index of the episode of a folder in episodes/, finished or not; nothing if it is not an episode's folder.
+// Returns the index of the episode in a folder, which may be unfinished; nothing if it is not an episode's
+// folder.
 inline std::optional<int> EpisodeOfFolder(const std::filesystem::path& folder) {
   const std::string name = folder.filename().string();
   unsigned episode = 0;
@@ -89,7 +93,8 @@ inline std::optional<int> EpisodeOfFolder(const std::filesystem::path& folder) {
   if (!rest.empty() && rest != kUnfinishedEnding) return std::nullopt;
   return static_cast<int>(episode);
 }
-// All episode folders of a run, finished or not, in no order. Folders that are removed meanwhile are omitted.
+// Returns all episode folders of a run, finished or not, in arbitrary order. Folders that are removed during
+// the call are omitted.
 inline std::vector<std::filesystem::path> EpisodeFolders(const std::filesystem::path& run) {
   std::vector<std::filesystem::path> found, to_list = {run / kEpisodesFolder};
   while (!to_list.empty()) {
@@ -106,7 +111,7 @@ inline std::vector<std::filesystem::path> EpisodeFolders(const std::filesystem::
   }
   return found;
 }
-// Run folder of an episode's log.
+// Returns the run folder of an episode's log.
 inline std::filesystem::path RunFolderOf(const std::filesystem::path& log) {
   std::filesystem::path all = std::filesystem::absolute(log).lexically_normal().parent_path().parent_path();
   if (all.filename().string().ends_with(kManyEnding)) all = all.parent_path();
@@ -115,7 +120,7 @@ inline std::filesystem::path RunFolderOf(const std::filesystem::path& log) {
 inline bool IsUnfinished(const std::filesystem::path& episode_folder) {
   return episode_folder.extension() == kUnfinishedEnding;
 }
-// RUN/logs/sim.log
+// Returns the path of a component's log file: RUN/logs/sim.log.
 inline std::filesystem::path LogFile(const std::filesystem::path& run, const std::string& component) {
   return run / kLogsFolder / (component + ".log");
 }

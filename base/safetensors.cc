@@ -36,7 +36,7 @@ size_t ItemSize(const std::string& dtype) {
   return 0;
 }
 
-// Returns nothing if the size in bytes overflows.
+// Returns the size of a tensor in bytes; nothing if it overflows.
 std::optional<uint64_t> Size(const Tensor& tensor) {
   uint64_t size = ItemSize(tensor.dtype);
   for (const int64_t extent : tensor.shape) {

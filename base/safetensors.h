@@ -1,6 +1,7 @@
-// Files of tensors: u64 little-endian length n of the header; the header, n bytes of JSON
-// {name: {dtype, shape, data_offsets: [begin, end]}, "__metadata__": {text: text}}; then the numbers, little
-// endian, C order, with offsets counted from the end of the header. Format: huggingface/safetensors.
+// Reads and writes files of tensors in the format of huggingface/safetensors. A file begins with the length n
+// of the header (u64, little-endian). The header follows, n bytes of JSON: {name: {dtype, shape,
+// data_offsets: [begin, end]}, "__metadata__": {text: text}}. Then the numbers follow, little-endian and in C
+// order. Offsets count from the end of the header.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ struct Tensor {
   std::vector<int64_t> shape;
   std::vector<uint8_t> data;
 
-  // Numbers of a tensor of F64, F32, I64, I32, U8 or BOOL. Throws InputError for another one.
+  // Returns the numbers of a tensor of F64, F32, I64, I32, U8 or BOOL. Throws InputError for other types.
   std::vector<double> Numbers() const;
 };
 Tensor DoubleTensor(const std::vector<double>& numbers, std::vector<int64_t> shape);  // F64
@@ -27,7 +28,7 @@ Tensor ByteTensor(std::vector<uint8_t> numbers, std::vector<int64_t> shape,
                   const char* dtype = "U8");  // or BOOL
 
 struct Safetensors {
-  // In the order of the file's numbers.
+  // Names and tensors, in the order of their numbers in the file.
   std::vector<std::pair<std::string, Tensor>> tensors;
   std::map<std::string, std::string> metadata;
 
@@ -35,14 +36,14 @@ struct Safetensors {
   const Tensor* Find(const std::string& name) const;
 };
 
-// Both throw InputError, one line that names the file, for a header that is above 100 MB, longer than the
-// file or not JSON, for tensors that overlap, leave a gap or do not have the size of their shape, and for a
-// truncated file. They allocate memory in proportion to the bytes that exist, not to the sizes that the
-// header states.
+// Both functions throw InputError, one line that names the file, in these cases: the header is above 100 MB,
+// longer than the file or not JSON; tensors overlap, leave a gap or do not have the size of their shape; or
+// the file is truncated. The allocated memory is proportional to the bytes that exist, not to the sizes that
+// the header states.
 Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& file);
 Safetensors ReadSafetensors(const std::filesystem::path& file);
 
-// The header is padded with spaces to a multiple of 8 bytes.
+// Returns the contents of a file. The header is padded with spaces to a multiple of 8 bytes.
 std::string EncodeSafetensors(const Safetensors& content);
 
 }  // namespace evalbus

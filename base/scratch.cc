@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "evalbus-", kSuffix = "-XXXXXX";
 
-// Not flock(), with which a run locks its folder: it may be this one.
+// The lock is an fcntl() lock, because a run locks its folder with flock(), and that folder may be the same
+// one.
 struct flock LockOf(short type) {
   struct flock lock {};
   lock.l_type = type;
@@ -32,8 +33,9 @@ bool IsLocked(int fd) {
   return fcntl(fd, F_OFD_GETLK, &lock) != 0 || lock.l_type != F_UNLCK;
 }
 
-// Another container may have another process of the same number, and another machine with the same TMPDIR may
-// not see the lock, so both are checked.
+// Whether the folder belongs to a process that has ended. Both the process id and the lock are checked:
+// another container may have another process with the same id, and another machine with the same TMPDIR may
+// not see the lock.
 bool IsAbandoned(const fs::path& folder, int fd) {
   struct stat status {};
   if (fstat(fd, &status) != 0 || status.st_uid != geteuid()) return false;

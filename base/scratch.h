@@ -7,8 +7,8 @@ namespace evalbus {
 
 class Scratch {
  public:
-  // Creates TMPDIR/evalbus-PROCESS-XXXXXX. Before the first one, a process removes those of processes that
-  // were killed. Throws InputError, EnvironmentError.
+  // Creates TMPDIR/evalbus-PROCESS-XXXXXX. Before a process creates its first folder, it removes the folders
+  // of processes that were killed. Throws InputError or EnvironmentError.
   Scratch();
   // Removes the folder.
   ~Scratch();
@@ -18,12 +18,11 @@ class Scratch {
 
  private:
   std::filesystem::path path_;
-  // Locked as long as this object exists.
+  // File descriptor with a lock that is held as long as this object exists.
   int fd_ = -1;
 };
 
-// Removes from `folder` the temporary folders of this user's processes that have ended without their
-// destructors.
+// Removes from `folder` the temporary folders of this user's processes that have ended without removing them.
 void RemoveAbandonedScratch(const std::filesystem::path& folder);
 
 }  // namespace evalbus

@@ -1,4 +1,4 @@
-// SHA-256 of files and texts: 64 lower-case hexadecimal digits.
+// Computes the SHA-256 of files and texts, as 64 lower-case hexadecimal digits.
 #pragma once
 
 #include <filesystem>

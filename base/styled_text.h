@@ -7,17 +7,18 @@
 
 namespace evalbus {
 
-// Meaning of a text. Colors only repeat what is also shown by symbols or words.
+// Meaning of a text. Colors only repeat information that symbols or words show, too.
 enum class Style { kPlain, kStrong, kQuiet, kGood, kBad };
 
 // True if `out` is a terminal with colors and the user has not set NO_COLOR (https://no-color.org).
 bool UsesColors(std::FILE* out);
 
-// The text, made printable; with colors, between the style's escape sequence and a reset.
+// Returns the text after Printable(). If `colors` is true, the text is enclosed by the style's escape
+// sequence and a reset.
 std::string Styled(const std::string& text, Style style, bool colors);
 
-// One bar per value from 0 to 1, for example "▁▄█". If there are more values than `width`, neighbors share a
-// bar, which shows the last of them.
+// Returns one bar per value from 0 to 1, for example "▁▄█". If there are more values than `width`, neighbors
+// share a bar, which shows the last of them.
 std::string Sparkline(std::span<const double> values, int width);
 
 }  // namespace evalbus

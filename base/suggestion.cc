@@ -31,7 +31,7 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
   std::string nearest;
   size_t least = std::max<size_t>(1, name.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
-    // A key without its unit is the most frequent mistake.
+    // A key without its unit is the most frequent mistake, so it counts as very similar.
     const bool lacks_end = name.size() >= 3 && candidate.starts_with(name + "_");
     const size_t distance = lacks_end ? 1 : EditDistance(name, candidate);
     if (distance < least) {

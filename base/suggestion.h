@@ -6,14 +6,14 @@
 
 namespace evalbus {
 
-// The candidate that `name` is most likely a misspelling of, or empty.
+// Returns the candidate of which `name` is most likely a misspelling; empty if none is similar.
 std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
 
-// "a, b, c": each candidate once, in alphabetical order, without empty ones.
+// Returns "a, b, c": each name once, in alphabetical order, without empty names.
 std::string ListOf(std::vector<std::string> names);
 
-// "; did you mean 'x'?" if there is such a candidate, else "; expected one of a, b, c", or `otherwise` if
-// given.
+// Returns "; did you mean 'x'?" if a candidate is similar. Otherwise returns "; expected one of a, b, c", or
+// `otherwise` if it is given.
 std::string Suggestion(const std::string& name, const std::vector<std::string>& candidates);
 std::string Suggestion(const std::string& name, const std::vector<std::string>& candidates,
                        const std::string& otherwise);

@@ -35,7 +35,7 @@ struct Character {
   char32_t code;
 };
 
-// The first character of a text that is not empty; nothing if its first bytes are not UTF-8.
+// Returns the first character of a text, which must not be empty; nothing if its first bytes are not UTF-8.
 std::optional<Character> FirstCharacter(std::string_view text) {
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char lead = byte(0);
@@ -103,7 +103,7 @@ std::string Number(double value, double error) {
   if (!std::isfinite(value)) return "-";
   const double magnitude = std::abs(value);
   if (magnitude >= 99999.5) return fmt::format("{:.0f}k", value * 1e-3);
-  // A minus sign takes the place of a digit, unless no nonzero digit would remain.
+  // A minus sign takes the place of one digit, except if no nonzero digit would remain.
   const bool shorter = value < -0.005;
   const int decimals = Decimals(shorter ? magnitude * 10 : magnitude, error);
   return Fixed(value, shorter ? std::min(2, decimals) : decimals);

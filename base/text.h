@@ -1,4 +1,4 @@
-// Text in columns, for people at a terminal. Lengths are in characters, not in bytes of UTF-8.
+// Formats texts and numbers in columns for a terminal. Lengths are in characters, not in bytes of UTF-8.
 #pragma once
 
 #include <string>
@@ -8,35 +8,36 @@ namespace evalbus {
 
 int Width(const std::string& text);
 
-// The first `width` characters of a text.
+// Returns the first `width` characters of a text.
 std::string Cut(const std::string& text, int width);
 
 // Pads a text with spaces to a width: right-aligned, or left-aligned if the width is negative.
 std::string Pad(const std::string& text, int width);
 
 // Replaces each control character, and each byte that is not UTF-8, by a question mark. Texts of other
-// processes and names in files may be arbitrary bytes; terminals execute control characters, and XML does not
+// processes and names in files may be arbitrary bytes. Terminals execute control characters, and XML does not
 // allow them.
 std::string Printable(const std::string& text);
 
-// A command as typed into a shell: words that the shell would interpret are quoted.
+// Returns a command as typed into a shell. Words that the shell would interpret are quoted.
 std::string ShellWords(const std::vector<std::string>& command);
 
-// "left_gripper" -> "left gripper".
+// Replaces underscores by spaces: "left_gripper" becomes "left gripper".
 std::string Words(std::string name);
 
 // Formats a number with this many decimals. A number that rounds to zero has no sign.
 std::string Fixed(double value, int decimals);
 
-// Formats a number in at most five characters, so that columns keep their width: four significant digits
-// (three if it is negative) with at most three decimals; thousands ("123k") from 100000 on; "-" if it is not
-// finite. error: see Decimals.
+// Formats a number in at most five characters, so that columns keep their width. It has four significant
+// digits (three if it is negative) with at most three decimals. From 100000 on, thousands are shown ("123k").
+// "-" if it is not finite. error: see Decimals().
 std::string Number(double value, double error = 0);
 
-// Number of decimals that shows four significant digits of a number of this magnitude; at most three.
+// Returns the number of decimals that shows four significant digits of a number of this magnitude; at most
+// three.
 int Decimals(double magnitude);
-// The same for a number that is known to within `error`: shows at most two digits of the error. An error that
-// is 0 or not finite has no effect.
+// Returns the number of decimals for a number that is known to within `error`. In addition to the limits
+// above, at most two digits of the error are shown. An error that is 0 or not finite has no effect.
 int Decimals(double magnitude, double error);
 
 }  // namespace evalbus

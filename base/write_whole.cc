@@ -17,9 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Ending of a temporary name, "FILE.HOST-PID.tmp". The host is in it because processes of several machines
-// may write the same file on a shared disk. A dot in the host's name is written as "_", which no host's name
-// has.
+// Suffix of a temporary name, "FILE.HOST-PID.tmp". The name contains the host, because processes of several
+// machines may write the same file on a shared disk. A dot in the host's name is written as "_", which host
+// names cannot contain.
 constexpr char kEnding[] = ".tmp";
 
 std::string TemporaryNameOf(const std::string& file) {
@@ -50,13 +50,13 @@ class File {
       if (n > 0) done += static_cast<size_t>(n);
     }
   }
-  // Changing the owner clears permission bits, so it comes before setting them.
+  // The owner is changed before the permissions are set, because changing the owner clears permission bits.
   void TakePermissionsOf(const struct stat& other) {
     Check(fchown(fd_, other.st_uid, other.st_gid) == 0 || errno == EPERM);
     Check(fchmod(fd_, other.st_mode & 07777) == 0);
   }
   void Sync() { Check(fsync(fd_) == 0); }
-  // Some file systems report a full disk only here.
+  // The result is checked, because some file systems report a full disk only when a file is closed.
   void Close() { Check(close(std::exchange(fd_, -1)) == 0); }
 
  private:
@@ -68,14 +68,15 @@ class File {
   int fd_;
 };
 
-// Whether the file is a descriptor of this process, such as "/proc/self/fd/1".
+// Whether the file is an open file descriptor of this process, such as "/proc/self/fd/1".
 bool IsOpenHere(const fs::path& file) {
   std::error_code error;
   const fs::path folder = fs::canonical(file.parent_path(), error);
   return !error && folder == fs::canonical("/proc/self/fd", error) && !error;
 }
 
-// Target of a link, which need not exist yet; the link itself is not replaced.
+// Returns the target of a link, because the target, not the link, must be replaced. The target need not exist
+// yet.
 fs::path Target(const fs::path& file) {
   fs::path target = file;
   std::error_code error;
@@ -136,7 +137,7 @@ void WriteWhole(const fs::path& file, const std::string& text) {
     written.Write(text);
     written.Close();
   };
-  // The program that opened it may write before and after this call.
+  // An open file is written to directly, because the program may also write to it before and after this call.
   if (IsOpenHere(target)) return write(File(file, dup(std::atoi(target.filename().c_str()))));
   struct stat before {};
   if (stat(file.c_str(), &before) == 0 && !S_ISREG(before.st_mode) && !S_ISDIR(before.st_mode)) {

@@ -12,22 +12,22 @@ namespace evalbus {
 
 // Writes a file. An existing file is replaced; it keeps its permissions, and its owner if this process may
 // change owners. Links are followed. A pipe, a device, or a file that is open in this process (/dev/stdout)
-// is written to directly. On failure the previous content stays and no temporary file is left. Throws
-// InputError if the name is wrong (no such folder, no permission, a folder), else EnvironmentError.
+// is written to directly. On failure, the previous contents remain and no temporary file is left. Throws
+// InputError if the name is wrong (no such folder, no permission, a folder), otherwise EnvironmentError.
 void WriteWhole(const std::filesystem::path& file, const std::string& text);
 
-// The same for a file that a library writes, or that is too large for memory: write to path(), close it, call
-// Finish().
+// Atomically writes a file that a library writes, or that is too large for memory. The caller writes to
+// path(), closes it, and calls Finish().
 class WholeFile {
  public:
-  // Throws InputError also for pipes and devices.
+  // Throws the errors of WriteWhole(), and InputError for pipes and devices.
   explicit WholeFile(std::filesystem::path file);
   // Removes the temporary file unless Finish() has succeeded.
   ~WholeFile();
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
 
-  // Temporary name beside the file.
+  // Temporary name in the folder of the file.
   const std::filesystem::path& path() const { return temporary_; }
   // Syncs the temporary file and renames it. Throws InputError, EnvironmentError.
   void Finish();
@@ -39,15 +39,16 @@ class WholeFile {
   bool exists_ = false, is_finished_ = false;
 };
 
-// Name under which a process writes a file, and under which a killed process leaves it half-written:
-// "summary.json.node7-4711.tmp". Older versions wrote "summary.json.4711.tmp".
+// Temporary name under which a process writes a file: "summary.json.node7-4711.tmp". A killed process leaves
+// an incomplete file with this name. Older versions wrote "summary.json.4711.tmp".
 struct TemporaryName {
   std::string file;
-  // As ThisProcess() names it; of older versions only the process id.
+  // Name of the process as returned by ThisProcess(); in names written by older versions, only the process
+  // id.
   std::string process;
   pid_t pid = 0;
 };
-// Returns nothing for other names.
+// Parses a temporary name. Returns nothing for other names.
 std::optional<TemporaryName> ParseTemporaryName(const std::string& name);
 
 }  // namespace evalbus
