@@ -32,7 +32,7 @@ using Eigen::Vector3d;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // FCL reports only strict overlap. Its shapes are enlarged by half the contact distance on every side, so
-// that overlap of the enlarged shapes means contact of the true ones (nearly so for meshes).
+// that the enlarged shapes overlap if the true shapes are in contact (approximately for meshes).
 constexpr double kGrowth = 0.5 * contact_t::TOUCH_DISTANCE_M;
 
 // A geom in FCL's broad phase, with a bounding box computed here. For rotated geoms, FCL's own box encloses
@@ -51,13 +51,13 @@ struct Geom {
   int body = -1;
   Shape shape;
   double radius = 0;
-  // Sides of a clearance on which the geom can be.
+  // Whether the geom can be on the robot's side, or on the scene's side, of a clearance.
   bool is_moving_robot = false;
   bool is_scene = false;
   // Pose in the body frame.
   Vector3d local_position;
   Matrix3d local_rotation;
-  // Bounding box in the world. For a mesh, also center and half extents in the geom frame.
+  // Bounding box in the world frame. For a mesh, also its center and half extents in the geom frame.
   Vector3d lower;
   Vector3d upper;
   Vector3d mesh_center;
@@ -72,7 +72,7 @@ struct Pair {
   int a;
   int b;
   Method method;
-  // True if the closed form takes (b, a).
+  // True if the closed form expects the geoms in the order (b, a).
   bool swapped;
 };
 
@@ -140,11 +140,11 @@ Pair MakePair(int a, int b, const Shape& shape_a, const Shape& shape_b) {
 struct CollisionChecker::Impl {
   // Geoms that occur in a pair, in the order of geom ids. a and b of a pair are indices into this list.
   std::vector<Geom> geoms;
-  // Geom id -> index into geoms; -1 if the geom is in no pair.
+  // By geom id: index into geoms; -1 if the geom is in no pair.
   std::vector<int> geom_of;
   // Geoms of body i: geoms[first_geom[i]] up to geoms[first_geom[i + 1]]; geom ids are grouped by body.
   std::vector<int> first_geom;
-  // By body, as set: position, then quaternion; NaN before the first call.
+  // By body: pose as passed to SetBodyPose(), position, then quaternion; NaN before the first call.
   std::vector<std::array<double, 7>> body_pose;
   std::vector<Pair> pairs;
   // Index into pairs for two geoms (a * geoms.size() + b, a < b); -1 if the pair is not checked.
@@ -157,7 +157,8 @@ struct CollisionChecker::Impl {
   std::vector<int> plane_pairs;
   std::vector<int> candidates;
   bool is_set_up = false;
-  // Pairs that count for the clearance (a is the robot's geom), and the search for the nearest one.
+  // Pairs that count for the clearance (a is the robot's geom), and the search for the nearest of these
+  // pairs.
   std::vector<Pair> clearance_pairs;
   std::optional<NearestPair> nearest;
   std::vector<contact_t> contacts;
@@ -312,8 +313,8 @@ bool CollisionChecker::Impl::Evaluate(const Pair& pair, bool true_distance, Prox
         *result = *deep;
         return true;
       }
-      // Only the enlarged shapes overlap, or the true ones by a negligible depth: FCL's rough estimate is
-      // sufficient.
+      // Only the enlarged shapes overlap, or the true shapes overlap by a negligible depth, so FCL's rough
+      // estimate is sufficient.
       contact_result.clear();
       fcl::collide(first.fcl_shape.get(), first.fcl_pose, second.fcl_shape.get(), second.fcl_pose,
                    contact_request, contact_result);
@@ -353,7 +354,7 @@ void CollisionChecker::Impl::FindPoints(const Pair& pair, Vector3d* on_a, Vector
   if (proximity.distance <= contact_t::TOUCH_DISTANCE_M) {
     *on_a = *on_b = proximity.point;
   } else if (pair.method == Method::kFcl) {
-    // Nearest points of the enlarged shapes.
+    // FCL returns the nearest points of the enlarged shapes, which are moved back to the true surfaces.
     const Vector3d first = distance_result.nearest_points[0], second = distance_result.nearest_points[1];
     const Vector3d growth = kGrowth * (second - first).normalized();
     *on_a = first - growth;

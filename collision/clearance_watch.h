@@ -14,7 +14,7 @@ namespace evalbus::collision {
 
 class ClearanceWatch {
  public:
-  // Simulated time after which the clearance is measured in any case, for observers.
+  // Simulated time after which the clearance is measured even without a new minimum, for observers.
   static constexpr int64_t kShownEveryUs = 100'000;
 
   // tick_us: simulated time between ticks.
@@ -24,16 +24,16 @@ class ClearanceWatch {
   // Begins an episode.
   void Start() { smallest_ = kInfinity; }
 
-  // Clearance at a tick. The poses must be set in the checker; contacts: those of the tick. Not empty if it
-  // is smaller than at all earlier ticks (except tick 0, which is not a sample), if the robot touches the
-  // scene, and at regular intervals.
+  // Returns the clearance at a tick. The poses of the tick must have been set in the checker. contacts: the
+  // contacts of the tick. The result is not empty if the clearance is smaller than at all earlier ticks
+  // (except tick 0, which is not a sample), if the robot touches the scene, and at regular intervals.
   std::optional<Clearance> At(int64_t tick, std::span<const contact_t> contacts) {
     std::optional<Clearance> clearance;
     for (const contact_t& contact : contacts) {
       const std::optional<Clearance> touch = checker_->AsClearance(contact);
       if (touch && (!clearance || touch->distance < clearance->distance)) clearance = touch;
     }
-    // Pairs without contact are further away than any contact.
+    // Other pairs are searched only if nothing touches, because they are farther apart than touching pairs.
     if (!clearance) {
       const bool is_shown = shown_every_ <= 1 || tick % shown_every_ == 0;
       clearance = checker_->FindClearance(is_shown ? kInfinity : smallest_);

@@ -17,7 +17,7 @@ Vector3d HalfAxis(const Shape& shape) {
   return shape.size[1] * shape.rotation.col(2);
 }
 
-// A unit vector perpendicular to u; equal for equal u.
+// Returns a unit vector perpendicular to u, which is always the same for equal u.
 Vector3d Perpendicular(const Vector3d& u) {
   return u.squaredNorm() > 0 ? u.unitOrthogonal() : Vector3d(Vector3d::UnitX());
 }
@@ -78,7 +78,7 @@ Proximity CapsuleToCapsule(const Shape& a, const Shape& b) {
     t = clamp((s * u - offset).dot(v) / vv);
     s = clamp((t * v + offset).dot(u) / uu);
   } else if (uu > 0) {
-    // Parallel, or b is a point: use the middle of the range of a that b covers.
+    // The axes are parallel, or b is a point. Use the middle of the range of a that b covers.
     const double center = offset.dot(u) / uu;
     const double reach = std::abs(uv) / uu;
     s = 0.5 * (clamp(center - reach) + clamp(center + reach));
@@ -133,7 +133,8 @@ Proximity CapsuleToBox(const Shape& capsule, const Shape& box) {
     }
   }
 
-  // Parameter at which the slope reaches a level, between the last knot below it and the first knot above.
+  // Returns the parameter at which the slope reaches a level, between the last knot below it and the first
+  // knot above.
   const auto crossing = [&](double level) {
     int below = -1;
     int above = -1;
@@ -149,8 +150,8 @@ Proximity CapsuleToBox(const Shape& capsule, const Shape& box) {
     return knots[below] +
            (knots[above] - knots[below]) * (level - slopes[below]) / (slopes[above] - slopes[below]);
   };
-  // The nearest points form an interval: the slope is negative before it and positive after it. Use its
-  // middle.
+  // The nearest points form an interval, before which the slope is negative and after which it is positive.
+  // Use the middle of the interval.
   const double flat = kFlat * d.squaredNorm();
   const double t = d.isZero(0) ? 0 : 0.5 * (crossing(-flat) + crossing(flat));
 
@@ -167,8 +168,8 @@ Proximity CapsuleToBox(const Shape& capsule, const Shape& box) {
     result.distance = -ShortestWayOut(h, c, d, &out) - radius;
     normal = -out;
   }
-  // Deepest point of the axis. If the axis is perpendicular to the normal, the nearest or innermost point
-  // found above.
+  // Use the deepest point of the axis. If the axis is perpendicular to the normal, use the nearest or
+  // innermost point found above.
   const double across = normal.dot(d);
   const Vector3d deepest = gap > 1e-12 || std::abs(across) < kFlat ? on_axis : Vector3d(c + Side(across) * d);
   const Vector3d point = deepest + (radius + 0.5 * result.distance) * normal;

@@ -1,6 +1,6 @@
-// The collision checker as a component: answers every STATE of its episode with CONTACTS. If a source decides
-// contacts, those of CONTACTS are its own, and only the clearance is computed. docs/messages.md describes the
-// protocol.
+// The collision checker as a component, which answers every STATE of its episode with CONTACTS. If a source
+// provides the contacts, CONTACTS contains them, and only the clearance is computed. docs/messages.md
+// describes the protocol.
 #pragma once
 
 #include <memory>
@@ -17,8 +17,8 @@ namespace evalbus::collision {
 
 class CollisionComponent : public Component {
  public:
-  // source_decides: contacts are those of MEASURED_CONTACTS (`evalbus watch --contacts source`). A STATE
-  // without them is not answered; the sim then resends both.
+  // source_decides: contacts come from MEASURED_CONTACTS (`evalbus watch --contacts source`). If they are
+  // missing, the STATE is not answered, and the sim resends both.
   explicit CollisionComponent(Bus* bus, bool source_decides = false);
 
  private:
@@ -27,14 +27,14 @@ class CollisionComponent : public Component {
   void OnMeasured(const contacts_t& measured);
 
   const bool source_decides_;
-  // Last received MODEL, and the one of checker_.
+  // Last received MODEL, and the MODEL for which checker_ was created.
   std::optional<model_info_t> model_info_;
   model_info_t loaded_{};
   std::unique_ptr<CollisionChecker> checker_;
   // Clearance over the current episode.
   std::optional<ClearanceWatch> clearance_;
   contacts_t contacts_{};
-  // Contacts of the source for the STATE that follows.
+  // Contacts of the source that belong to the STATE that follows.
   std::optional<contacts_t> measured_;
 };
 

@@ -1,4 +1,4 @@
-// Options of evalbus-collision: those of the run's run.json that it needs.
+// The options in a run's run.json that evalbus-collision needs.
 #pragma once
 
 #include <string>
@@ -22,7 +22,7 @@ void ForEachOption(Options& options, const F& f) {
              options, f);
 }
 
-// Throws InputError.
+// Throws InputError if an option is invalid.
 inline void CheckCollisionOptions(const CollisionOptions& options) {
   if (options.contacts == contacts_from::kShapes || options.contacts == contacts_from::kSource) return;
   throw InputError("--contacts: expected shapes or source, got '" + options.contacts + "'");

@@ -1,4 +1,4 @@
-// evalbus-collision: contacts and clearance of a run.
+// evalbus-collision: computes contacts and clearance of a run.
 #include "base/arguments.h"
 #include "bus/host.h"
 #include "collision/collision_component.h"

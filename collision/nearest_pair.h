@@ -26,13 +26,13 @@ class NearestPair {
 
   // distance: upper bound of the motion of any point of the body since the last call, m.
   void Moved(int body, double distance) { travel_[body] += distance; }
-  // Discards all bounds. Call it if a body has moved by an unknown distance.
+  // Discards all bounds. Must be called if a body has moved by an unknown distance.
   void Forget() { bound_.assign(bound_.size(), -kInfinity); }
 
-  // Returns the nearest pair and its distance if that is less than `below`. Earlier queries only affect the
-  // speed. gap(pair): positive lower bound of a pair's distance, or 0 if there is none. measure(pair): the
-  // distance, negative if the two overlap. Among equally near pairs, returns the one with the smallest gap,
-  // then the first.
+  // Returns the nearest pair and its distance if the distance is less than `below`. Earlier queries only
+  // affect the speed. gap(pair): positive lower bound of a pair's distance, or 0 if there is none.
+  // measure(pair): the distance, negative if the two bodies overlap. Among equally near pairs, the pair with
+  // the smallest gap takes precedence, then the first pair.
   template <class Gap, class Measure>
   std::optional<Found> Find(double below, const Gap& gap, const Measure& measure) {
     queue_.clear();
@@ -58,7 +58,8 @@ class NearestPair {
   }
 
  private:
-  // Tolerance for measuring and adding up, m: FCL stops at 1e-9, and a sum of 1e6 m is accurate to 1e-10.
+  // Tolerance for the errors of measured distances and of summed motions, m. FCL stops at 1e-9, and a sum of
+  // 1e6 m is accurate to 1e-10.
   static constexpr double kTolerance = 1e-6;
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double Travel(int pair) const { return travel_[pairs_[pair].first] + travel_[pairs_[pair].second]; }
@@ -66,7 +67,7 @@ class NearestPair {
   std::vector<std::pair<int, int>> pairs_;
   // Total motion of each body, m.
   std::vector<double> travel_;
-  // By pair: its distance is at least this minus its travel.
+  // By pair: its distance is at least this bound minus the travel of its bodies.
   std::vector<double> bound_;
   std::vector<std::pair<double, int>> queue_;
 };

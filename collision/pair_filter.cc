@@ -6,7 +6,7 @@
 namespace evalbus::collision {
 namespace {
 
-// Applies MuJoCo's own filters (mj_collision of version 2.2), except <pair>.
+// Whether MuJoCo checks the pair: applies its filters (mj_collision of version 2.2), except <pair>.
 bool MujocoChecks(const mjModel& m, int geom_a, int geom_b) {
   if (!(m.geom_contype[geom_a] & m.geom_conaffinity[geom_b]) &&
       !(m.geom_contype[geom_b] & m.geom_conaffinity[geom_a])) {
@@ -38,7 +38,8 @@ bool AreNeighboringLinks(const mjModel& m, const model_info_t& info, int body_a,
   return weld_a == m.body_weldid[m.body_parentid[weld_b]] || weld_b == m.body_weldid[m.body_parentid[weld_a]];
 }
 
-// Gripper to whose finger each body belongs; -1 = none. A finger consists of the bodies welded to a pad.
+// Returns, for each body, the gripper to whose fingers it belongs; -1: none. A finger consists of the bodies
+// that are welded to a body with a pad.
 std::vector<int> GripperOfBody(const mjModel& m, const model_info_t& info) {
   std::vector<int> gripper(m.nbody, -1);
   for (int i = 0; i < info.num_grippers; ++i) {

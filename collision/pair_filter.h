@@ -9,7 +9,7 @@
 
 namespace evalbus::collision {
 
-// Pairs (a, b), a < b, sorted. `info` must describe `model`.
+// Returns the checked pairs (a, b) with a < b, sorted. `info` must describe `model`.
 std::vector<std::pair<int, int>> CheckedPairs(const mjModel& model, const model_info_t& info);
 
 }  // namespace evalbus::collision

@@ -16,14 +16,14 @@ constexpr double kTolerance = 1e-6;
 constexpr int kMaxSearchSteps = 64;
 constexpr int kMaxExpansions = 256;
 
-// A point on the surface of the Minkowski difference a - b, and the points of the two shapes that give it.
+// A point on the surface of the Minkowski difference a - b, and the two points whose difference it is.
 struct Vertex {
   Vector3d w;
   Vector3d on_a;
   Vector3d on_b;
 };
 
-// Triangle of vertex indices, counter-clockwise seen from outside.
+// A triangle of vertex indices, counterclockwise seen from outside.
 struct Face {
   std::array<int, 3> v;
   Vector3d normal;
@@ -44,9 +44,9 @@ class Polytope {
   // Returns false for a triangle without area.
   bool AddFace(int i, int j, int k);
   // Replaces the faces visible from the vertex by triangles to it. Returns false if the result is not a
-  // closed surface: for slivers and nearly coplanar faces, visibility depends on rounding.
+  // closed surface. This happens for slivers and nearly coplanar faces, whose visibility depends on rounding.
   bool Add(const Vertex& vertex);
-  // Contact for a face at this depth.
+  // Returns the contact for a face at this depth.
   Proximity DepthAt(const Face& face, double depth) const;
 
   const Shape* a_ = nullptr;
@@ -80,7 +80,8 @@ bool Polytope::Enclose(const Shape& a, const Shape& b) {
   b_ = &b;
   vertices_.clear();
   faces_.clear();
-  // Two points on opposite sides of the origin, then a triangle and a tetrahedron toward it.
+  // Search two points on opposite sides of the origin, then extend them to a triangle and a tetrahedron
+  // toward it.
   Vector3d direction = b.position - a.position;
   if (direction.isZero(0)) direction = Vector3d::UnitX();
   vertices_.push_back(Farthest(direction));
@@ -179,7 +180,7 @@ std::optional<Proximity> Polytope::Expand() {
 }  // namespace
 
 std::optional<Proximity> Penetration(const Shape& a, const Shape& b) {
-  // Static to reuse its storage.
+  // The object is static, so that its storage is reused.
   static thread_local Polytope polytope;
   if (!polytope.Enclose(a, b)) return std::nullopt;
   return polytope.Expand();

@@ -10,7 +10,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Mesh corners are single precision in the compiled model.
+// Rounding error of mesh corners, m; they have single precision in the compiled model.
 constexpr double kCornerNoise = 1e-7;
 
 }  // namespace
@@ -67,8 +67,8 @@ Vector3d FarthestPoint(const Shape& shape, const Vector3d& u) {
         sum += shape.corners.row(i).transpose();
         ++count;
       }
-      // The center of all corners that are equally far within the noise, moved to the exact distance of the
-      // farthest.
+      // Use the center of all corners that are equally far within the rounding error, moved to the exact
+      // distance of the farthest corner.
       const Vector3d center = sum / count;
       return center + (farthest - center.dot(u)) * u;
     }

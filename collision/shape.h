@@ -1,4 +1,4 @@
-// A convex shape placed in the world, and the distance of two of them. Lengths in m.
+// A convex shape at a pose in the world, and the distance of two shapes. Lengths are in m.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,11 +20,12 @@ struct Shape {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
 };
 
-// Nearest or deepest point of a pair.
+// Distance of a pair of shapes, and its nearest or deepest point.
 struct Proximity {
-  // Negative in penetration: the distance that the shapes must move along the normal until they only touch.
+  // Signed distance. In penetration, it is negative; its magnitude is the distance by which the shapes must
+  // be moved along the normal until they only touch.
   double distance = 0;
-  // Midway between the two surfaces, along the normal.
+  // Point midway between the two surfaces, along the normal.
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   // Unit vector from the first shape to the second.
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
@@ -44,8 +45,8 @@ inline bool IsRound(const Shape& shape) {
 // Largest distance of a point of the shape from its origin; infinite for a plane.
 double Radius(const Shape& shape);
 
-// Farthest point of the shape (not a plane) in direction `u`, a unit vector. Point and direction are in the
-// local frame. If a whole face or edge is equally far, its center.
+// Returns the farthest point of the shape (not a plane) in direction `u`, a unit vector. If a whole face or
+// edge is equally far, returns its center. Point and direction are in the local frame.
 Eigen::Vector3d FarthestPoint(const Shape& shape, const Eigen::Vector3d& u);
 
 }  // namespace evalbus::collision

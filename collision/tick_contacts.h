@@ -1,4 +1,4 @@
-// Computes CONTACTS of a tick, for every component that publishes or records it. Pure.
+// Computes the CONTACTS of a tick. All components that publish or record CONTACTS use these functions. Pure.
 #pragma once
 
 #include "collision/checker.h"
@@ -14,8 +14,8 @@ namespace evalbus::collision {
 void FillContacts(const state_t& state, CollisionChecker* checker, ClearanceWatch* watch,
                   contacts_t* contacts);
 
-// Replaces the contacts of CONTACTS by those of a source, and keeps the clearance. Pairs of bodies that the
-// checker does not check (neighboring links, fingers of one gripper, fixtures among themselves) are left out.
+// Replaces the contacts in CONTACTS by the contacts of a source, and keeps the clearance. Pairs of bodies
+// that the checker does not check (neighboring links, fingers of one gripper, two fixtures) are left out.
 void ReplaceContacts(const contacts_t& measured, const CollisionChecker& checker, const model_info_t& info,
                      contacts_t* contacts);
 
