@@ -123,8 +123,8 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
   return Capitalized(Words(moment.kind)) + at + (end.detail.empty() ? "" : ": " + Printable(end.detail));
 }
 
-// The unmet success condition that best explains the moment: preferably one about its object, then one with a
-// number, then one that was never met. Empty if all are met.
+// Returns the unmet success condition that best explains the moment; empty if all are met. Conditions about
+// the moment's object take precedence, then conditions with a number, then conditions that were never met.
 std::string CauseFinder::Lack(const CauseMoment& moment) const {
   if (conditions_.empty()) return {};
   size_t index = 0;

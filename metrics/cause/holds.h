@@ -84,7 +84,7 @@ class Holds {
     double narrowest = 0;
     int64_t before_opening = 0, last_closed = 0;
     double last_opening = 0;  // at the last contact
-    // After an opened hold: the largest opening since.
+    // Whether the last hold ended by opening, and the largest opening since then.
     bool was_opened = false;
     double widest = 0;
   };

@@ -28,7 +28,7 @@
 
 namespace evalbus::metrics {
 
-// The values of an episode are those of its ticks up to the first success or failure. Later ticks occur
+// The values of an episode cover its ticks up to the first success or failure. Later ticks occur
 // because the sim continues for MODEL's after_success_us, or because it has not yet received the verdict.
 // These ticks change no value. After a success, they only determine how long success held.
 class EpisodeScorer {
@@ -66,7 +66,7 @@ class EpisodeScorer {
 
  private:
   bool Fits(const state_t& state) const;
-  // The contacts of a tick without those of objects whose poses are unknown.
+  // Returns the contacts of a tick, without contacts of objects whose poses are unknown.
   std::span<const contact_t> KnownContacts(const contacts_t& contacts);
   // Sets holding_ and pinched_ from the contacts.
   void FindHolds(std::span<const contact_t> contacts);

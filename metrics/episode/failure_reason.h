@@ -24,7 +24,7 @@ struct EpisodeOutcome {
   // False if the source does not provide what success or failure depends on.
   bool can_succeed = true;
   bool out_of_bounds = false;
-  // As in episode_end_t.
+  // The members of the same names in episode_end_t.
   std::string end_reason;
   std::string end_detail;
   // Tick of the verdict; without a verdict, the last tick.

@@ -9,7 +9,7 @@ namespace evalbus::metrics {
 namespace {
 
 bool AllFinite(std::span<const double> x) {
-  // 0 * x is 0 for finite x and NaN otherwise: a single branch for the whole span.
+  // 0 * x is 0 for finite x and NaN otherwise, so a single branch is enough for the whole span.
   double sum = 0;
   for (double value : x) sum += 0 * value;
   return sum == 0;

@@ -1,5 +1,5 @@
-// Pairs STATE and CONTACTS by tick and returns the pairs in tick order, in whatever order the messages
-// arrive. Pure.
+// Pairs STATE and CONTACTS by tick and returns the pairs in tick order. The messages may arrive in any order.
+// Pure.
 #pragma once
 
 #include <cstdint>

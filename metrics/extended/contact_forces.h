@@ -55,7 +55,7 @@ class ContactForces : public ExtendedMetric {
   }
 
  private:
-  // By object, scene, self.
+  // Forces of all steps, and peak force: on objects, on the scene, and on the robot itself.
   std::array<std::vector<double>, 3> forces_;
   std::array<double, 3> peak_{};
 };

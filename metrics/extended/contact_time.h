@@ -6,7 +6,7 @@
 
 namespace evalbus::metrics {
 
-// Simulated time (s): dt for every sample in which a robot geom touches a scene geom.
+// Sum of dt (s) over all samples in which a robot geom touches a scene geom.
 class ContactTime : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"contact_time_s"};

@@ -39,7 +39,7 @@ constexpr Type Of() {
           }};
 }
 
-// In the order of their names, which is the order in the message.
+// All extended metrics in the order of their names, which is the order in the message.
 constexpr Type kTypes[] = {
     Of<CommandJerk>(),      Of<ContactTime>(),
     Of<CollisionEvents>(),  Of<FirstTouch>(),

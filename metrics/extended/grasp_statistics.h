@@ -9,8 +9,8 @@
 
 namespace evalbus::metrics {
 
-// By gripper: number of grasps (see grasps.h) of any object, their total duration (s), the longest one (s),
-// and the number of grasps of an object that the same gripper had grasped before.
+// Computes for each gripper the number of grasps (see grasps.h) of any object, their total duration (s), the
+// longest duration (s), and the number of grasps of an object that the same gripper had grasped before.
 class GraspStatistics : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"grasp_count", "grasp_time_s", "longest_grasp_s", "regrasp_count"};

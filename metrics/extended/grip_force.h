@@ -9,9 +9,9 @@
 
 namespace evalbus::metrics {
 
-// By gripper: mean of the grip force over the time for which it is above 0, and its peak (N). The grip force
-// is that of state_t.gripper, which the sim computes at every physics step. There is no value for a gripper
-// that gripped nothing, or if the source does not provide forces.
+// Computes for each gripper the mean of the grip force over the time for which it is above 0, and its peak
+// (N). state_t.gripper defines the grip force, which the sim computes at every physics step. There is no
+// value for a gripper that gripped nothing, or if the source does not provide forces.
 class GripForce : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"grip_force_mean_N", "grip_force_peak_N"};

@@ -13,7 +13,7 @@ namespace evalbus::metrics {
 // An arm is idle while all of its joints are slower than this (rad/s).
 inline constexpr double kIdleJointSpeed = 0.01;
 
-// By arm: dt for every sample in which it is idle (s).
+// Computes for each arm the sum of dt over all samples in which it is idle (s).
 class IdleTime : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"idle_time_s"};

@@ -9,8 +9,8 @@
 
 namespace evalbus::metrics {
 
-// By arm: root mean square, over samples and joints, of the commanded position minus the measured one at the
-// end of the tick (rad). There is no value if the source does not provide commands.
+// Computes for each arm the root mean square, over samples and joints, of the commanded position minus the
+// measured position at the end of the tick (rad). There is no value if the source does not provide commands.
 class TrackingError : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"tracking_error_rad"};

@@ -33,7 +33,7 @@ struct EpisodeResult {
   // Incomplete because the policy's server failed, so that no conclusion about the policy can be drawn.
   bool invalid = false;
   bool success = false;
-  // Empty on success.
+  // Reason of the failure; empty on success.
   std::string failure_reason;
   // False if the source does not provide what the success or failure condition needs; such an episode counts
   // in no success rate.
@@ -49,8 +49,8 @@ struct EpisodeResult {
   // Randomized start parameters. Empty if nothing was randomized, or if the parameters are unknown (a run of
   // an older evalbus version, a recorded trajectory, an external source).
   NamedNumbers parameters;
-  // Whether the policy was trained on a demonstration with this start; nullopt if its contract does not name
-  // what it was trained on.
+  // Whether the policy was trained on a demonstration with these start parameters; nullopt if its contract
+  // does not name the demonstrations on which it was trained.
   std::optional<bool> seen_in_training = std::nullopt;
   // False if the parameters are unknown.
   bool is_start_known = false;
@@ -64,9 +64,9 @@ struct EpisodeResult {
 
 // Effective number of samples in the complete episodes of one task, for intervals and tests. `episodes` holds
 // pointers to the episodes. If all are equal in every number, including the start parameters, they count as
-// one sample: the start was the same each time and the policy is deterministic, so another repetition adds no
-// information. If any episode differs, every episode counts as a sample, because either the starts differed
-// or the policy is not deterministic.
+// one sample: the reset state was the same each time and the policy is deterministic, so another repetition
+// adds no information. If any episode differs, every episode counts as a sample, because either the reset
+// states differed or the policy is not deterministic.
 template <class Episodes>
 int NumSamples(const Episodes& episodes) {
   const bool are_equal =
@@ -133,7 +133,8 @@ struct RunSummary {
   // successful episodes among them.
   int judged = 0;
   int successes = 0;
-  // Number of complete episodes whose start was in the training set; nullopt if no training set is known.
+  // Number of complete episodes whose start parameters were in the training set; nullopt if no training set
+  // is known.
   std::optional<int> seen_in_training;
   // successes / judged; NaN if no episode was judged.
   double success_rate = 0;
@@ -150,8 +151,8 @@ struct RunSummary {
   // All metrics in order of first appearance, without success and reached stages, which have members of their
   // own.
   std::vector<MetricSummary> metrics;
-  // Starts with at least kFewestToRepeat successful episodes, ordered by their parameters. Empty if the
-  // complete episodes count as one sample, or if it was not requested.
+  // One entry for each set of start parameters with at least kFewestToRepeat successful episodes, ordered by
+  // the parameters. Empty if the complete episodes count as one sample, or if it was not requested.
   std::vector<StartRepeatability> repeatability;
 
   const MetricSummary* Find(const std::string& metric) const;
@@ -159,7 +160,7 @@ struct RunSummary {
   double InSamples(int count) const;
   // Note that explains the sample count of the intervals; empty if every episode is a sample of its own.
   std::string SamplesText() const;
-  // For example "3 of 50 starts were seen in training"; empty if no training set is known.
+  // Returns, for example, "3 of 50 starts were seen in training"; empty if no training set is known.
   std::string TrainingText() const;
 };
 
