@@ -35,7 +35,7 @@ struct SimOptions {
   std::string limits;
   // kRunSeeds, kCollectSeeds, kRoboEvalSeeds or kSharedSeeds (base/random.h).
   std::string seed_stream = kRunSeeds;
-  // As in MODEL.
+  // Id of the run, which MODEL contains.
   std::string run_id = "run";
   // Only for a source (`evalbus watch`). source_timeout_s: a source that is silent for this long has ended
   // its episode. gripper: fixed openings of grippers whose fingers the source does not measure, "left=open".

@@ -126,11 +126,11 @@ class World {
   // closer than a spawn box allows. Empty if the draw is valid.
   std::string Blocked(const Variation& variation);
   bool IsMovable(int entity) const;
-  // True for a part that may penetrate others at the start.
+  // True for a part that may penetrate other parts in the reset state.
   bool MayPenetrate(int entity) const;
   // True for geoms of a body that cannot move.
   bool IsStill(int geom) const;
-  // True if a contact between two entities other than the robot is not allowed at the start.
+  // True if a contact between two entities other than the robot is not allowed in the reset state.
   bool CountsForParts(const mjContact& contact, int a, int b) const;
   // Describes the deepest contact of more than 1 mm between two entities for which `counts` returns true;
   // empty if there is none. `counts` receives the contact and its two entities.

@@ -1,4 +1,4 @@
-// Beginning of an episode: World::Reset() and its random draws.
+// Implements World::Reset(), which begins an episode, and its random draws.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -81,7 +81,7 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation, st
   std::copy(qpos.begin(), qpos.end(), data_->qpos);
   std::copy(mocap_pos.begin(), mocap_pos.end(), data_->mocap_pos);
   std::copy(mocap_quat.begin(), mocap_quat.end(), data_->mocap_quat);
-  // The arms' commands equal their start positions.
+  // Initially, the arms' commands equal their positions.
   for (const Arm& arm : arms_) {
     for (size_t j = 0; j < arm.qpos.size(); ++j) data_->ctrl[arm.actuator[j]] = data_->qpos[arm.qpos[j]];
   }
