@@ -42,8 +42,8 @@ class Part {
   tinyxml2::XMLElement* MainDefault();
 
   // Replaces attributes of position servos that MuJoCo 2.2 does not know (kv, inheritrange) by equivalent
-  // ones that it knows. Servos named in `stiffness` get that stiffness (N m / rad, N / m) and no velocity
-  // gain. Motors named in it become position servos. Must be called before CheckSchema().
+  // attributes that it knows. Servos named in `stiffness` get that stiffness (N m / rad, N / m) and no
+  // velocity gain. Motors named in it become position servos. Must be called before CheckSchema().
   void WriteServos(const std::map<std::string, double>& stiffness);
   // Checks every element and attribute against the installed MuJoCo.
   void CheckSchema();

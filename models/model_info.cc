@@ -127,7 +127,7 @@ void FillForbiddenContactGeoms(const TaskDescription& task, model_info_t* info) 
   info->num_forbidden_contact_geoms = static_cast<int>(info->forbidden_contact_geom.size());
 }
 
-// Checks that the joint exists and that the start position fits its type and range.
+// Checks that the joint exists and that its initial position fits its type and range.
 void CheckJoint(const mjModel& model, const std::string& name, bool is_angle, double position,
                 const SourceLocation& where, const model_info_t& info) {
   const auto fail = [&](const std::string& message) {

@@ -38,7 +38,7 @@ struct SpawnYaw {
   double bound = 0;  // rad
 };
 
-// Uniform start position of a joint, rad or m.
+// Uniform initial position of a joint, rad or m.
 struct SpawnJoint {
   std::string joint;
   bool is_angle = false;

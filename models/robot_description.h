@@ -30,7 +30,7 @@ struct ArmDescription {
   std::filesystem::path model_file;
   // Pose of the arm's base in the robot's frame.
   Pose base;
-  // In the order of every joint array. Each joint has one position actuator.
+  // Joints in the order of every joint array, and their actuators. Each joint has one position actuator.
   std::vector<std::string> joints;
   std::vector<std::string> actuators;
   // Site whose pose is the wrist pose.

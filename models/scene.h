@@ -27,7 +27,7 @@ struct Scene {
   ModelPtr physics;
   // Model with all geoms, for rendering. Has the same bodies and joints.
   ModelPtr visual;
-  // As returned by DescribeModel(). The sim fills in the fields of the run.
+  // Result of DescribeModel(). The sim fills in the fields of the run.
   model_info_t info{};
 };
 

@@ -50,7 +50,7 @@ struct ScenePart {
   SourceLocation location;
 };
 
-// Start position of a joint of a part or of the robot, rad or m.
+// Initial position of a joint of a part or of the robot, rad or m.
 struct JointStart {
   std::string joint;
   bool is_angle = false;
@@ -130,7 +130,7 @@ struct TaskDescription {
   // Bodies and geoms of objects that may be touched. If an object has any, its other geoms count as fixture
   // in collisions and clearance.
   std::vector<AllowedContact> allowed_contacts;
-  // Start positions of joints that differ from the robot's home or from the part's file.
+  // Initial positions of joints that differ from the robot's home or from the part's file.
   std::vector<JointStart> joints;
   // Cameras in addition to the scene's cameras. A camera with the name of a scene camera replaces it.
   std::vector<Camera> cameras;
