@@ -30,7 +30,7 @@ enum class MetricKind {
   kOfTwoArms,  // NAME; absent for one arm, and before the first sample
   kByStage,    // NAME.<index>
   kByObject,   // NAME.object_1 and so on, whole numbers
-  kByName,     // NAME.<name in the task>; NAME for a single one without a name
+  kByName,     // NAME.<name in the task>; NAME for a single value without a name
   kByGripper,  // NAME.<gripper>; NAME for a single gripper
   kByArm,      // NAME.<arm>; NAME for a single arm
   kSumByArm,   // like kByArm; RoboEval's also have total_NAME and avg_NAME for two arms
@@ -52,7 +52,7 @@ struct JerkMembers {
 };
 
 struct MetricInfo {
-  // As in summary.json.
+  // Name in summary.json.
   std::string_view name;
   std::string_view label;
   // SI unit; "count" for whole numbers, "1" for values without unit.
