@@ -133,7 +133,7 @@ class Bus {
   int64_t decode_errors() const;
   // Number of dropped messages of other sessions.
   int64_t foreign_messages() const { return foreign_messages_; }
-  // For subscribers of raw messages that decode them themselves.
+  // Counts a decode error. Must be called by subscribers of raw messages, which decode messages themselves.
   void CountDecodeError() { ++decode_errors_; }
 
  private:
@@ -183,7 +183,7 @@ class Bus {
 };
 
 // Throws InputError if a udpm:// URL requests a receive buffer so small that messages are lost. A policy that
-// misses STATEs would be scored as one that does not answer.
+// misses STATEs because of lost messages would be scored as if it had not answered.
 void CheckReceiveBuffer(const std::string& url);
 
 // A random id, not 0, for a session or an instance.

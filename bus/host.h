@@ -21,8 +21,8 @@ using ComponentFactory = std::function<std::unique_ptr<Component>(Bus*)>;
 // reads. Returns the exit code: 0 if done, 1 for invalid input, 2 for a failure.
 int Host(const std::string& url, const ComponentFactory& make, int64_t session = 0, int64_t instance = 0);
 
-// main() of a component's executable: adds the options --url and --log-level and those of add_options, then
-// calls Host.
+// Implements main() of a component's executable. Adds the options --url and --log-level and the options of
+// add_options(), then calls Host().
 int HostMain(int argc, char** argv, const std::string& description,
              const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make);
 

@@ -12,7 +12,7 @@ inline constexpr char kUrlVariable[] = "EVALBUS_URL";
 // Value of kUrlVariable; empty if it is not set.
 std::string UrlOfEnvironment();
 
-// Empty if multicast works with this URL; otherwise one line that explains why not.
+// Tests whether multicast works with this URL. Returns one line that explains why not; empty if it works.
 std::string WhyNoMulticast(const std::string& url);
 
 // Moves this process into a network namespace of its own with multicast on its loopback interface. Must be

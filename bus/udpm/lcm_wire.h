@@ -2,8 +2,7 @@
 //
 //     message:   "LC02"  sequence u32  channel NUL  data
 //     fragment:  "LC03"  sequence u32  size of the message's data u32  offset of this fragment in it u32
-//                fragment number u16  number of fragments u16  bytes; those of fragment 0 begin with channel
-//                NUL
+//                fragment number u16  number of fragments u16  bytes; in fragment 0, channel NUL comes first
 //
 // Pure.
 #pragma once

@@ -121,8 +121,8 @@ MulticastReceiver::MulticastReceiver(const MulticastAddress& address, std::span<
     own.sin_port = htons(address.port);
     if (bind(fd_, reinterpret_cast<const sockaddr*>(&own), sizeof own) != 0) ThrowErrno();
     const ip_mreq group{address.group, {INADDR_ANY}};
-    // Without this, the socket also receives groups that other programs of this machine have joined on the
-    // same port.
+    // Without this option, the socket also receives messages of groups that other programs of this machine
+    // have joined on the same port.
     Set(fd_, IPPROTO_IP, IP_MULTICAST_ALL, 0);
     if (setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) != 0) ThrowErrno();
   } catch (...) {
