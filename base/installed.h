@@ -1,4 +1,4 @@
-// Where this program and its data are installed.
+// Finds the folders in which this program and its data are installed.
 #pragma once
 
 #include <filesystem>

@@ -32,7 +32,7 @@ struct Safetensors {
   std::vector<std::pair<std::string, Tensor>> tensors;
   std::map<std::string, std::string> metadata;
 
-  // Null if there is no tensor of this name.
+  // Returns the tensor with this name; null if there is none.
   const Tensor* Find(const std::string& name) const;
 };
 
