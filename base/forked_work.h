@@ -27,8 +27,8 @@ class SharedMemory {
 
 class ForkedWork {
  public:
-  // Starts the work. what: its name in error messages. Only the calling thread exists in the forked process.
-  // Throws EnvironmentError if no process can be started.
+  // Starts the work in a forked process, in which only the calling thread exists. what: name of the work in
+  // error messages. Throws EnvironmentError if no process can be started.
   ForkedWork(std::string what, const std::function<void()>& work);
   // Kills the process if it is still running.
   ~ForkedWork();

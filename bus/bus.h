@@ -114,7 +114,8 @@ class Bus {
   // Allows messages to be delayed by up to `delay`, so that one wake-up handles many. The receive buffer may
   // limit the delay further. Components whose answers other components wait for should leave it at 0.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
-  // Receive buffer that the kernel granted. Nothing if liblcm receives: its queue is unlimited.
+  // Size of the receive buffer that the kernel granted. Nothing if liblcm receives, because its queue is
+  // unlimited.
   std::optional<size_t> receive_buffer_bytes() const;
 
   // Handles one message if one arrives before the deadline. Returns false if no message arrived, or if

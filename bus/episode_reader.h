@@ -37,8 +37,8 @@ struct EpisodeMessages {
 };
 
 // How repeated, late and damaged messages are treated:
-// - An EPISODE_BEGIN of another episode, attempt or seed, or one after EPISODE_END, begins the next
-//   EpisodeMessages. Otherwise it is a repetition: the sim repeats it until all components are ready.
+// - An EPISODE_BEGIN with another episode, attempt or seed, or after EPISODE_END, begins the next
+//   EpisodeMessages. Otherwise it is a repetition, because the sim repeats it until all components are ready.
 // - Messages whose episode or attempt differs from EPISODE_BEGIN are ignored, because they are late messages
 //   of an earlier attempt. Without EPISODE_BEGIN, the first message of a tick determines both.
 // - If a channel has several messages for one tick, the first is used, because the sim repeats STATE until it

@@ -16,7 +16,7 @@ struct LiveRun {
   // Run folder, or the replayed folder or log. Empty if unknown.
   std::filesystem::path folder;
   bool is_replay = false;
-  // True if the run is in another network namespace: this process does not receive its messages.
+  // True if the run is in another network namespace, so that this process does not receive its messages.
   bool other_network = false;
 };
 

@@ -22,10 +22,10 @@ Vector3d Perpendicular(const Vector3d& u) {
   return u.squaredNorm() > 0 ? u.unitOrthogonal() : Vector3d(Vector3d::UnitX());
 }
 
-// Shortest translation that separates a box around the origin from a segment (center, half vector) that
-// intersects it. The Minkowski sum of box and segment is a zonotope, so the translation is along one of its
-// facet normals: the box axes, or a box axis crossed with the segment. Returns the depth and, in `normal`,
-// the direction in which the segment must move.
+// Finds the shortest translation that separates a box around the origin from a segment (center, half vector)
+// that intersects it. The Minkowski sum of box and segment is a zonotope, so the translation is along one of
+// its facet normals. These are the box axes, and the cross products of a box axis and the segment. Returns
+// the depth and, in `normal`, the direction in which the segment must move.
 double ShortestWayOut(const Vector3d& half_size, const Vector3d& center, const Vector3d& half,
                       Vector3d* normal) {
   double best = std::numeric_limits<double>::infinity();

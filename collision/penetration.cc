@@ -97,7 +97,7 @@ bool Polytope::Enclose(const Shape& a, const Shape& b) {
   vertices_.push_back(Farthest(direction));
 
   for (int step = 0; step < kMaxSearchSteps; ++step) {
-    // Check each face: if the origin is outside, move the opposite vertex there.
+    // For each face, if the origin is outside, move the opposite vertex to that side.
     bool inside = true;
     for (int opposite = 0; opposite < 4 && inside; ++opposite) {
       const Vector3d& p = vertices_[(opposite + 1) % 4].w;
@@ -136,7 +136,7 @@ bool Polytope::Add(const Vertex& vertex) {
     const bool is_inner = std::find(edges_.begin(), edges_.end(), reverse) != edges_.end();
     if (!is_inner && !AddFace(from, to, added)) return false;
   }
-  // Euler's formula for triangles: a closed surface has at most this many faces.
+  // By Euler's formula, a closed surface of triangles has at most this many faces.
   return !faces_.empty() && faces_.size() <= 2 * vertices_.size() - 4;
 }
 

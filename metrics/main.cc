@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
         evalbus::AddOptionsFile(app, [&](const std::string& file) {
           is_part = evalbus::metrics::IsPartOfRun(std::filesystem::path(file).parent_path());
         });
-        // Nothing reads the value: the option marks this process as part of a replay for tools that list
+        // The value is not used. The option only marks this process as part of a replay, for tools that list
         // processes.
         app->add_option(evalbus::kReplayOption, replayed)->group("");
       },

@@ -66,8 +66,8 @@ class Part {
   // Returns the default classes from which a class inherits values: the outermost first, the class itself
   // last.
   std::vector<const tinyxml2::XMLElement*> ClassChain(const std::string& name) const;
-  // Converts a motor to a position servo: the limits of its command (torque) become limits of its force, and
-  // its command becomes an angle.
+  // Converts a motor to a position servo. The limits of its command (torque) become limits of its force, and
+  // its command becomes a position.
   void ServoOfMotor(tinyxml2::XMLElement* motor);
   // Sets the actuator's command range to its joint's range, scaled by `factor`.
   void InheritRange(tinyxml2::XMLElement* actuator, double factor);

@@ -1,4 +1,4 @@
-// MJCF schema of the installed MuJoCo: its elements, and the attributes of each.
+// MJCF schema of the installed MuJoCo, which defines the elements and the attributes of each element.
 #pragma once
 
 #include <map>

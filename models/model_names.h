@@ -34,8 +34,8 @@ class ModelNames {
 
   // Mask by geom id: 1 for the geoms of the operand (all geoms of an entity or body).
   std::vector<uint8_t> Geoms(const std::string& operand, const SourceLocation& where) const;
-  // Body whose frame represents the operand: the first body of an entity. Does not accept geoms, because
-  // their poses are not in STATE.
+  // Body whose frame represents the operand; for an entity, this is its first body. Geoms are not accepted,
+  // because their poses are not in STATE.
   int Body(const std::string& operand, const SourceLocation& where) const;
   // Mask by body id: 1 for all bodies of an entity, or for the body.
   std::vector<uint8_t> Bodies(const std::string& operand, const SourceLocation& where) const;

@@ -30,7 +30,7 @@ int Find(const mjModel& model, mjtObj type, const NameInFile& name, const char* 
   return id;
 }
 
-// Mask by body id: the named bodies and everything attached to them.
+// Returns a mask by body id: true for the named bodies and everything attached to them.
 std::vector<bool> Bodies(const mjModel& model, const std::vector<NameInFile>& names) {
   std::vector<bool> chosen(static_cast<size_t>(model.nbody));
   for (const NameInFile& name : names) {

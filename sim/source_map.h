@@ -29,8 +29,8 @@ struct JointMap {
 JointMap ReadJointMap(const YamlValue& value);
 // Reads `rad` or `deg`, and returns the factor from this unit to rad.
 double ReadAngleUnit(const YamlValue& value);
-// Converts the pose of an object's frame in the source (`its`) to the pose of the object's frame in the task.
-// frame: pose of the task's frame in the source's frame, as read by ReadPose().
+// Converts the pose of an object's frame as defined by the source (`its`) to the pose of the frame as defined
+// by the task. frame: pose of the task's frame in the source's frame, as read by ReadPose().
 body_pose_t PoseInFrame(const body_pose_t& its, const Pose& frame);
 
 struct SourceMap {

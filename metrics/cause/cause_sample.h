@@ -27,7 +27,7 @@ struct CauseConfig {
   std::vector<int> body_entity;  // by body
 };
 
-// An arm touches an entity: the scene, or an object.
+// A contact of an arm with an entity, which may be the scene or an object.
 struct ArmContact {
   int arm;
   int entity;

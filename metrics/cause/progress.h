@@ -16,7 +16,7 @@ namespace evalbus::metrics {
 struct BestOfCondition {
   // How far (>= 0, in the condition's unit; m for a hold) the condition was from being met; NaN: no measure.
   double gap = NAN;
-  // If the condition compares a number: the number when the gap was smallest.
+  // The number that the condition compares, when the gap was smallest; NaN if it compares none.
   double value = NAN;
   // Last tick at which the gap fell by at least kStep of the first gap, or at which the condition held.
   int64_t progress_tick = 0;

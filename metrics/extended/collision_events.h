@@ -1,4 +1,4 @@
-// Collision events: a flickering contact counts once. Defined by evalbus (docs/metrics.md).
+// Collision events. A flickering contact counts once. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Grasps: an object held by both pads of a gripper. Defined by evalbus (docs/metrics.md).
+// Finds grasps, in which pads of both fingers of a gripper touch an object. Defined by evalbus
+// (docs/metrics.md).
 #pragma once
 
 #include <algorithm>

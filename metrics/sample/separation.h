@@ -8,7 +8,7 @@
 
 namespace evalbus::metrics {
 
-// An interruption shorter than this (s) does not separate two events: the contact only flickers.
+// An interruption shorter than this (s) does not separate two events, because the contact only flickers.
 inline constexpr double kSeparationTime = 0.1;
 
 // Whether the interruption between two ticks lasts at least kSeparationTime. The condition held at `tick` and

@@ -64,9 +64,11 @@ inline Interval PercentileInterval(std::vector<double> resamples) {
   return {Quantile(resamples, kAlpha / 2), Quantile(resamples, 1 - kAlpha / 2)};
 }
 
-// estimate: mean, or difference of means, of the sample itself. acceleration: one sixth of the skewness of
-// the influence of single values. tie: resamples at most this far from the estimate count as equal to it,
-// because they may differ only in the order of summation.
+// Returns the BCa interval.
+// estimate: mean, or difference of means, of the sample itself.
+// acceleration: one sixth of the skewness of the influence of single values.
+// tie: resamples at most this far from the estimate count as equal to it, because they may differ only in the
+// order of summation.
 inline Interval BcaInterval(std::vector<double> resamples, double estimate, double acceleration, double tie) {
   std::sort(resamples.begin(), resamples.end());
   const auto below = std::lower_bound(resamples.begin(), resamples.end(), estimate - tie);

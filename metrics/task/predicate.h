@@ -51,8 +51,8 @@ class Predicate {
   virtual void Start() {}
   virtual bool Evaluate(const WorldView& world) = 0;
   // Appends the conditions that determined the result of the last Evaluate(), in the order of the
-  // description: all conditions of a true `all`, the first unmet one of a false `all`, the first one that
-  // makes an `any` true, all of a false `any`.
+  // description. For a true `all` or a false `any`, these are all conditions. For a false `all`, it is the
+  // first unmet condition; for a true `any`, the first condition that makes it true.
   virtual void Explain(std::vector<condition_t>* conditions) const = 0;
   // Writes every condition of the predicate after the last Evaluate(), including those that did not affect
   // the result, in the order of the description. wanted: the value that the condition should have; false

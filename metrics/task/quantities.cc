@@ -309,7 +309,8 @@ class QuantityWithin : public Within {
   double Value(const WorldView& world) override { return quantity_of_->Evaluate(world) * scale_; }
 
  private:
-  // Rejects a limit outside the range of the number: the predicate would be always true or never true.
+  // Rejects a limit outside the range of the number, because the predicate would be always true or never
+  // true.
   static std::optional<double> Limit(const YamlMap& arguments, const std::string& which,
                                      const QuantityKind& kind) {
     if (kind.key != "deg") {
