@@ -15,7 +15,7 @@
 namespace evalbus {
 namespace {
 
-constexpr size_t kColumn = 28;  // of descriptions
+constexpr size_t kColumn = 28;  // column at which descriptions begin
 constexpr char kUngrouped[] = "Options";
 
 // Returns the words of a text. The word "\n" stands for a line break that is kept.

@@ -6,7 +6,7 @@
 
 namespace evalbus {
 
-// The plan with all values filled in. A folder with this file is a plan's folder.
+// The resolved plan (PlanJson in plans/plan.h). A folder with this file is a plan's folder.
 inline constexpr char kPlanJson[] = "plan.json";
 // Run folders of single shards, until they are merged.
 inline constexpr char kPartsFolder[] = "parts";

@@ -25,7 +25,7 @@ struct Tensor {
 };
 Tensor DoubleTensor(const std::vector<double>& numbers, std::vector<int64_t> shape);  // F64
 Tensor ByteTensor(std::vector<uint8_t> numbers, std::vector<int64_t> shape,
-                  const char* dtype = "U8");  // or BOOL
+                  const char* dtype = "U8");  // dtype: "U8" or "BOOL"
 
 struct Safetensors {
   // Names and tensors, in the order of their numbers in the file.

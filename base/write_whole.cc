@@ -81,7 +81,7 @@ fs::path Target(const fs::path& file) {
   fs::path target = file;
   std::error_code error;
   for (int links = 0; fs::is_symlink(fs::symlink_status(target, error)) && !IsOpenHere(target); ++links) {
-    constexpr int kMaxLinks = 40;  // the limit of Linux
+    constexpr int kMaxLinks = 40;  // as in Linux
     if (links == kMaxLinks) Throw(file, ELOOP);
     const fs::path next = fs::read_symlink(target, error);
     if (error) Throw(file, error.value());

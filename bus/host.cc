@@ -22,7 +22,7 @@ volatile std::sig_atomic_t g_stop = 0;
 
 void InstallStopSignals() {
   struct sigaction action {};
-  action.sa_handler = [](int) { g_stop = 1; };  // no SA_RESTART: a signal interrupts a wait for messages
+  action.sa_handler = [](int) { g_stop = 1; };  // no SA_RESTART, so that a signal interrupts waits
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }

@@ -33,8 +33,8 @@ enum class MetricKind {
   kByName,     // NAME.<name in the task>; NAME for a single value without a name
   kByGripper,  // NAME.<gripper>; NAME for a single gripper
   kByArm,      // NAME.<arm>; NAME for a single arm
-  kSumByArm,   // like kByArm; RoboEval's also have total_NAME and avg_NAME for two arms
-  kJerk,       // avg_NAME, rms_NAME like kByArm; also overall_avg_NAME, overall_rms_NAME for two arms
+  kSumByArm,   // like kByArm; for two arms, RoboEval's metrics also have total_NAME and avg_NAME
+  kJerk,       // avg_NAME, rms_NAME like kByArm; for two arms also overall_avg_NAME, overall_rms_NAME
 };
 
 // A group of metrics that a task can switch off. `key` is its key in the task's `metrics` section; `member`

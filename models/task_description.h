@@ -75,13 +75,13 @@ struct Variation : Randomized {
   // Additions to and replacements of the task's own values; see TaskDescription::Apply.
   std::vector<ScenePart> parts;
   std::optional<Pose> robot_base;
-  std::map<std::string, Pose> poses;             // of parts, by name
-  std::vector<JointStart> joints;                // take precedence over the task's
-  std::vector<Camera> cameras;                   // take precedence over the task's
-  std::string instruction;                       // empty: the task's
-  std::vector<Stage> stages;                     // empty: the task's
-  Expression success, failure;                   // name empty: the task's
-  std::vector<NamedExpression> target_distance;  // empty: the task's
+  std::map<std::string, Pose> poses;             // poses of parts, by name
+  std::vector<JointStart> joints;                // take precedence over the task's joints
+  std::vector<Camera> cameras;                   // take precedence over the task's cameras
+  std::string instruction;                       // if empty, the task's value applies
+  std::vector<Stage> stages;                     // if empty, the task's value applies
+  Expression success, failure;                   // if the name is empty, the task's value applies
+  std::vector<NamedExpression> target_distance;  // if empty, the task's value applies
 };
 
 // A body or geom of an object that may be touched, while the rest of the object must not be touched.

@@ -84,7 +84,7 @@ class MeasuredScene {
   PreparedScene* prepared_;
   const mjModel* model_;
   Measured measured_;
-  std::vector<int> joints_;                   // ids, in the order of Measured
+  std::vector<int> joints_;                   // ids of the joints, in the order of Measured
   std::vector<bool> is_of_object_;            // by joint
   std::vector<std::vector<size_t>> fingers_;  // by gripper
   // The scene in its initial state, without measurements.

@@ -323,7 +323,7 @@ std::string SourceComponent::FaultOf(const source_state_t& message, Sample* samp
 }
 
 void SourceComponent::OnContacts(const source_contacts_t& contacts) {
-  if (contacts_) ++status_.foreign_messages;  // its sample never came
+  if (contacts_) ++status_.foreign_messages;  // the sample of the previous contacts never arrived
   contacts_ = contacts;
 }
 

@@ -21,7 +21,7 @@
 namespace evalbus {
 namespace {
 
-constexpr size_t kPlaceBytes = 65536;  // the largest datagram is 29 bytes smaller
+constexpr size_t kPlaceBytes = 65536;  // slightly more than the largest datagram
 constexpr size_t kControlBytes = CMSG_SPACE(sizeof(timeval));
 // Upper bound of the data rate: higher than in any measured run, in bytes as the kernel counts them for
 // receive buffers.

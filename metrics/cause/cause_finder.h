@@ -99,7 +99,7 @@ class CauseFinder {
   // lists the pairs. Indices below the number of bodies are bodies; the following ones are the wrists.
   struct Measure {
     std::vector<std::pair<int, int>> points;
-    bool farthest = false;  // the largest distance, otherwise the smallest
+    bool farthest = false;  // true: use the largest distance; false: the smallest
   };
   std::vector<int> PointsOf(const std::string& operand) const;
   Measure MeasureOf(const condition_t& condition) const;
@@ -142,7 +142,7 @@ class CauseFinder {
   std::span<const std::vector<condition_t>> conditions_;
   std::vector<Measure> measures_;  // by condition
   std::vector<uint8_t> held_;      // [object * arms + arm]
-  std::vector<double> height_;     // m, of each object after the last tick
+  std::vector<double> height_;     // m, height of each object after the last tick
 };
 
 }  // namespace evalbus::metrics

@@ -22,9 +22,9 @@ struct CauseConfig {
   std::vector<int> gripper_arm;  // by gripper: index of its arm
   std::vector<std::string> objects;
   std::vector<std::string> entities;
-  std::vector<int> object_entity;  // by object
+  std::vector<int> object_entity;  // by object: index of its entity
   std::vector<std::string> bodies;
-  std::vector<int> body_entity;  // by body
+  std::vector<int> body_entity;  // by body: index of its entity
 };
 
 // A contact of an arm with an entity, which may be the scene or an object.
@@ -40,9 +40,9 @@ struct CauseSample {
   std::span<const double> opening;                // by gripper: 0 closed, 1 open
   std::span<const double> closing;                // command by gripper: 0 open, 1 closed; empty if unknown
   std::span<const uint8_t> touching;              // [object * grippers + gripper]: a pad touches the object
-  std::span<const uint8_t> pinched;               // same index; pads of both fingers touch it
+  std::span<const uint8_t> pinched;               // same index: pads of both fingers touch it
   std::span<const std::array<double, 3>> object;  // m, origin of each object
-  std::span<const std::array<double, 3>> wrist;   // m, by arm
+  std::span<const std::array<double, 3>> wrist;   // m, position of each arm's wrist
   std::span<const body_pose_t> body;
   std::span<const double> joints;        // rad, of all arms
   std::span<const double> commands;      // rad, commanded positions of these joints; empty if unknown

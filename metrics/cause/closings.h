@@ -14,8 +14,8 @@ namespace evalbus::metrics {
 struct EmptyClosing {
   int gripper;
   int64_t tick;                  // first tick at which the gripper was closed completely
-  std::vector<double> distance;  // m, of the wrist from each object
-  std::vector<uint8_t> touches;  // by object: a pad touches it, from outside
+  std::vector<double> distance;  // m, distance of the wrist from each object
+  std::vector<uint8_t> touches;  // by object: whether a pad touches it from outside
 };
 
 // A gripper closes on nothing if its opening falls from at least kOpen to at most Holds::kShut and pads of

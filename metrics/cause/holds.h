@@ -83,7 +83,7 @@ class Holds {
     // which it was not yet open.
     double narrowest = 0;
     int64_t before_opening = 0, last_closed = 0;
-    double last_opening = 0;  // at the last contact
+    double last_opening = 0;  // opening at the last contact
     // Whether the last hold ended by opening, and the largest opening since then.
     bool was_opened = false;
     double widest = 0;

@@ -119,7 +119,7 @@ ordered_json ExtendedJson(const extended_metrics_t& e, const metric_values_t& v)
     ordered_json& value = dot == std::string::npos
                               ? result[e.name[k]]
                               : result[e.name[k].substr(0, dot)][e.name[k].substr(dot + 1)];
-    if (std::isnan(e.value_mixed[k])) continue;  // null
+    if (std::isnan(e.value_mixed[k])) continue;  // the value remains null
     if (e.unit[k] == "count") {
       value = static_cast<int64_t>(e.value_mixed[k]);
     } else {

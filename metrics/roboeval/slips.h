@@ -12,7 +12,7 @@ namespace evalbus::metrics {
 struct Slip {
   int object;
   int gripper;
-  int64_t tick;  // at which the slip was detected
+  int64_t tick;  // tick at which the slip was detected
 };
 
 // Evaluates samples 0, W, 2W, ... An (object, gripper) pair slips if the object was held in the previous

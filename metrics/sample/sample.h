@@ -83,9 +83,9 @@ struct Sample {
   std::span<const ArmSample> arm;           // in the order of MetricsConfig::arms
   std::span<const double> gripper_opening;  // 0 closed, 1 open
   std::span<const uint8_t> holding;         // [object * number of grippers + gripper]
-  std::span<const uint8_t> pinched;         // same index; held by pads of both fingers; empty if unknown
+  std::span<const uint8_t> pinched;         // same index: pads of both fingers touch it; empty if unknown
   std::span<const GeomContact> contacts;
-  std::optional<double> clearance;         // m, robot to scene; empty if not evaluated
+  std::optional<double> clearance;         // m, from robot to scene; empty if not evaluated
   std::optional<ForceSample> forces = {};  // empty if unknown
 };
 

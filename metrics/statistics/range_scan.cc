@@ -76,7 +76,7 @@ class Statistics {
 
   int trials_ = 0, successes_ = 0;
   std::vector<double> middle_;
-  std::vector<double> log_;  // i log i
+  std::vector<double> log_;  // log_[i] = i log(i)
 };
 
 // Calls visit(bins) for kPermutations random assignments of the successes to the trials.

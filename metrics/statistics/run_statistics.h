@@ -94,7 +94,7 @@ NamedNumbers FlattenedValues(const nlohmann::ordered_json& metrics, const std::s
 // Statistics of a metric over the complete episodes that have a value of it. For the completion time, only
 // successful episodes count.
 struct MetricSummary {
-  std::string name;  // flattened
+  std::string name;  // flattened: keys joined by dots
   int episodes = 0;
   double mean = 0;
   // Sample standard deviation (n - 1); NaN for one episode, or if all episodes are equal.
@@ -185,7 +185,7 @@ class RunStatistics {
     int task = 0;
     bool complete = false, invalid = false, success = false;
     std::string failure_reason;
-    std::vector<std::pair<size_t, double>> values;  // index in names_
+    std::vector<std::pair<size_t, double>> values;  // index in names_, and value
     std::vector<std::pair<int, bool>> stages;
     std::vector<int64_t> slips;
     std::map<std::string, int64_t> collisions;

@@ -75,7 +75,7 @@ class TaskEvaluator {
 
   std::vector<std::unique_ptr<Predicate>> stages_;
   std::unique_ptr<Predicate> success_;
-  std::unique_ptr<Predicate> failure_;  // null: only the built-in failure
+  std::unique_ptr<Predicate> failure_;  // null if only the built-in failure applies
   std::vector<std::unique_ptr<Quantity>> distances_;
   std::vector<std::unique_ptr<Quantity>> errors_;
   std::vector<int> robot_bodies_;
