@@ -174,7 +174,7 @@ class Bus {
   std::map<std::pair<std::string, int64_t>, std::shared_ptr<void>> topics_;
   // True for a bus within this process (memq), or if EVALBUS_LCM_RECEIVER selects liblcm.
   bool liblcm_receives_;
-  // Exists from the first subscription on, unless liblcm receives.
+  // The receiver exists from the first subscription on, unless liblcm receives.
   std::unique_ptr<MulticastReceiver> receiver_;
   std::vector<uint8_t> buffer_;
   std::span<const uint8_t> handled_;

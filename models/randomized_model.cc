@@ -82,7 +82,7 @@ void Change(const RandomColor& color, AppearanceRandom* random, mjModel* model, 
   const std::vector<bool> bodies = Bodies(*model, color.of);
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!bodies[static_cast<size_t>(model->geom_bodyid[geom])]) continue;
-    // The material is changed directly. Parts do not share materials, because each part has its own prefix.
+    // The material itself is changed. No other part has it, because materials have the prefix of their part.
     const int material = model->geom_matid[geom];
     std::copy_n(rgb, 3, material >= 0 ? model->mat_rgba + 4 * material : model->geom_rgba + 4 * geom);
   }

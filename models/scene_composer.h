@@ -24,7 +24,8 @@ enum class Mount {
 // How a file is attached.
 struct Attachment {
   Mount mount = Mount::kFixed;
-  // A body that is already attached ("left/link7"); empty: the world.
+  // Body to which the file is attached. It must already be in the document ("left/link7"); empty for the
+  // world.
   std::string parent_body{};
   // Replaces the stiffness of position servos, by their names in the file, N m / rad or N / m, and removes
   // their velocity gain.

@@ -66,7 +66,7 @@ void SimComponent::OnCommand(const command_t& command) {
   const bool is_same_episode = command.episode == status_.episode;
   // Senders repeat their commands in case a command is lost. Repetitions of START_EPISODE are ignored.
   if (is_same_episode && command.attempt == status_.attempt && command.seed == begin_.seed) return;
-  // Attempt numbers only increase: an earlier one comes from an old log.
+  // Attempt numbers only increase, so a command with an earlier attempt comes from an old log.
   if (command.kind != command_t::START_EPISODE || options_.episodes > 0 ||
       (is_same_episode && command.attempt < status_.attempt)) {
     ++status_.foreign_messages;

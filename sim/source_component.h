@@ -39,7 +39,7 @@ class SourceComponent : public Component {
     kWaiting,  // EPISODE_BEGIN was published; not all components are ready
     kRunning,  // all are ready; the next episode of the source is scored as this one
   };
-  // A queued SOURCE_STATE or image, or a record of a refused one.
+  // A queued SOURCE_STATE or image, or the record that one was refused.
   struct Arrived {
     // Index among the source's episodes, in the order of arrival.
     int64_t episode;

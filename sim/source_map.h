@@ -14,7 +14,7 @@ namespace evalbus::sim {
 
 // Source of the position of one of the task's joints.
 struct JointMap {
-  // The source's name of the joint; in a file, the column.
+  // Name of the joint in the source; for a file, name of the column.
   std::string name;
   // The joint's position is sign * (position in the source - zero), in the unit of the source.
   double sign = 1;

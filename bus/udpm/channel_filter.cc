@@ -85,7 +85,7 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beg
       BPF_STMT(BPF_LDX | BPF_W | BPF_IMM, kFragmentChannelOffset),
       BPF_STMT(BPF_JMP | BPF_JA, 2),
       BPF_STMT(BPF_RET | BPF_K, 0),
-      // This is reached for an unfragmented message.
+      // The first jump above leads here for an unfragmented message.
       BPF_STMT(BPF_LDX | BPF_W | BPF_IMM, kChannelOffset),
   };
   program.insert(program.end(), std::begin(head), std::end(head));

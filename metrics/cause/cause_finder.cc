@@ -9,7 +9,7 @@
 namespace evalbus::metrics {
 namespace {
 
-// A shorter contact does not count as a hold, s.
+// Contacts that are shorter than this (s) do not count as holds.
 constexpr double kShortestHold = 0.1;
 // A loss does not count if a later hold lasts more than this many times as long as the lost one.
 constexpr int kLonger = 2;
@@ -332,8 +332,8 @@ bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
 }
 
 // Whether the contact belongs to a grasp, because fingers touch the scene when they grasp an object or put it
-// down. The arm's gripper holds an object that the task requires, and this hold ends at the earliest
-// kInterruption before the contact.
+// down. This is so if the arm's gripper holds an object that the task requires, and this hold did not end
+// more than kInterruption before the contact.
 bool CauseFinder::IsTouchOfGrasp(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     const auto object = static_cast<size_t>(hold.object);

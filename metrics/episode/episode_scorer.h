@@ -45,7 +45,8 @@ class EpisodeScorer {
   // and counted.
   void Tick(const state_t& state, const contacts_t& contacts);
 
-  // Counts the ticks between the last one added and last_tick, the episode's last, as missing.
+  // Counts the ticks after the last added tick, up to last_tick, as missing. last_tick: the episode's last
+  // tick.
   void EndAt(int64_t last_tick);
 
   // Score after the last tick added.
