@@ -12,23 +12,23 @@
 
 namespace evalbus::policy {
 
-// Creates a policy for the model of a run. Throws InputError, with the tasks that the policy supports, if the
-// run's task is not among them.
+// Creates a policy for the model of a run. If the policy does not support the run's task, throws InputError
+// with the supported tasks.
 using PolicyMaker = std::function<std::unique_ptr<Policy>(const mjModel& model, const model_info_t& info)>;
 
 // name: NAME or NAME:ARGUMENT, as listed by PolicyHelp(). Throws InputError with the valid names, or with the
 // reason why the argument is invalid.
 PolicyMaker FindPolicy(const std::string& name);
 
-// FindPolicy() and the call of its result.
+// Calls FindPolicy() and then its result.
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info);
 
-// Name of a policy that runs as an external process on the bus.
+// Policy name that stands for an external process on the bus.
 inline constexpr char kExternalPolicy[] = "lcm";
 
 // Registers a policy; must be called before any FindPolicy() (docs/extending.md). help: one line. Throws
-// InputError if the name contains characters other than letters, digits, _ and -, is taken, or would select
-// another policy.
+// InputError if the name contains characters other than letters, digits, _ and -, is already registered, or
+// would select another policy.
 void RegisterPolicy(const std::string& name, const std::string& help, const PolicyMaker& make);
 
 // List of the available policies, one line each, for --help.

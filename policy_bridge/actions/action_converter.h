@@ -17,7 +17,7 @@
 
 namespace evalbus::policy {
 
-// A pose counts as unreachable if its joint targets leave the wrist farther than this from the pose.
+// A pose counts as unreachable if the joint targets found for it place the wrist farther than this from it.
 inline constexpr double kReachedPosition = 1e-3;  // m
 inline constexpr double kReachedRotation = 1e-2;  // rad
 
@@ -27,8 +27,8 @@ inline constexpr double kReachedRotation = 1e-2;  // rad
 inline constexpr double kSingularCondition = 30;
 double ConditionNumber(const Jacobian& jacobian);
 
-// Pose, in the world frame, of the body that the arm's first link is attached to: the frame
-// ActionFrame::kBase. It is constant.
+// Pose, in the world frame, of the body that the arm's first link is attached to (ActionFrame::kBase). It is
+// constant.
 Eigen::Isometry3d BasePose(const mjModel& model, const arm_info_t& arm);
 
 // Deterministic. Allocates only in the constructor and in the first Convert().
@@ -44,27 +44,28 @@ class ActionConverter {
   // Begins an episode: discards the targets and gripper states of the previous one.
   void Begin();
 
-  // Converts one row (num_values values) of the policy into the command for the tick of `state`. step_s: how
-  // long the policy holds the row. Fills all members of `action` but header and errors. Arms that are not in
-  // the space stay at home with open grippers.
+  // Converts one row (num_values values) of the policy into the command for the tick of `state`. step_s:
+  // duration of one step of the policy. Fills all members of `action` but header and errors. Arms that are
+  // not in the space stay at home with open grippers.
   //
-  // Joint kinds: the target is passed on as the policy gave it, even if it is beyond the joint limits; the
-  // sim clips it and counts the clip. The target that the next delta is added to is kept within the limits.
+  // Joint kinds: a target beyond the joint limits is passed on unchanged, because the sim clips it and counts
+  // the clip. The target that the next delta is added to is kept within the limits.
   //
   // Eef kinds: inverse kinematics within the joint limits, starting from the last joint target; a redundant
-  // arm stays near that target. A pose out of reach is replaced by the nearest one that the search finds
-  // (least sum of squares of meters and radians), after its position has been moved to within the arm's
-  // length. If an eef_pose is missed by more than 5 cm or 0.2 rad, a search from home is tried too.
-  // unreachable_poses and singular_poses count the poses of this row.
+  // arm stays near that target. If a position is beyond the arm's length, it is first moved to within it. A
+  // pose out of reach is then replaced by the nearest pose that the search finds (least sum of squares of
+  // meters and radians). If the search misses an eef_pose by more than 5 cm or 0.2 rad, it is repeated from
+  // home. unreachable_poses and singular_poses count the poses of this row.
   //
-  // Throws std::runtime_error, one line with the index and value, if the policy's numbers are invalid (NaN,
-  // infinity, not a rotation, a row of the wrong length), or if `state` is not of this robot. The episode has
-  // then ended; call Begin() next.
+  // Throws std::runtime_error (one line with the index and value) if the policy's numbers are invalid (NaN,
+  // infinity, not a rotation, a row of the wrong length), or if `state` belongs to another robot. After an
+  // exception, only Begin() may be called.
   void Convert(std::span<const double> row, const state_t& state, double step_s, action_t* action);
 
   // Inverse of Convert(): the row that moves the robot in one step from joint positions `from` (the last
   // target or the measurement, depending on the space) to `to`. Absolute kinds ignore `from`. Values that no
-  // arm uses are 0. Values are neither thresholded nor clipped, and a value with scale 0 stays 0.
+  // arm uses count as 0 before scale and offset are inverted. Values are neither thresholded nor clipped. A
+  // value with scale 0 is 0.
   std::vector<double> RowOf(const Configuration& from, const Configuration& to, double step_s) const;
 
  private:
@@ -77,7 +78,7 @@ class ActionConverter {
     GripperCommand gripper_command;
     JointVector lower, upper;       // rad
     std::optional<ArmChain> chain;  // set for eef kinds only, like the members below
-    Eigen::Isometry3d base, point;  // base in the world frame; point in the wrist frame
+    Eigen::Isometry3d base, point;  // base: world frame; point: wrist frame
     double reach = 0;               // m, upper bound of the wrist's distance from the base's origin
     // State of the episode: the target that the next delta is added to, and the initial orientation.
     JointVector target;
@@ -97,7 +98,7 @@ class ActionConverter {
   std::vector<double> home_;  // rad, all arms
   size_t num_arms_ = 0, num_grippers_ = 0;
   bool has_begun_ = false;
-  // The row after scale, offset and clipping.
+  // The row after scaling, offset and clipping.
   std::vector<double> values_;
 };
 

@@ -16,27 +16,27 @@ enum class ActionKind {
   kEefDelta,       // translation (m) and rotation per step
 };
 
-// Whether the action is added to a joint position or pose (see DeltaOn).
+// Whether the action is added to a joint position or pose, which DeltaOn selects.
 inline bool IsDelta(ActionKind kind) {
   return kind == ActionKind::kJointDelta || kind == ActionKind::kJointVelocity ||
          kind == ActionKind::kEefDelta;
 }
 
-// What a delta, or the displacement that a velocity yields in one step, is added to: the last joint target
-// (in an episode's first step, the measured position) or the measured joint position. For poses: the pose at
-// these joint positions.
+// Joint positions to which a delta, or the displacement that a velocity yields in one step, is added.
+// kTarget: the last joint target; in an episode's first step, the measured positions. kMeasured: the measured
+// positions. A delta of a pose is added to the pose at these joint positions.
 enum class DeltaOn { kTarget, kMeasured };
 
-// Frame in which positions, translations and rotations are given. kBase: the body that the arm's first link
-// is attached to (the arm's mount). kWrist: the frame of the EefPoint before the step (deltas only).
+// Frame in which positions, translations and rotations are given. kBase: frame of the body that the arm's
+// first link is attached to (the arm's mount). kWrist: frame of the EefPoint before the step (deltas only).
 enum class ActionFrame { kWorld, kBase, kWrist };
 
-// Point that a pose refers to: the wrist site of MODEL, or the point midway between the pads (origin and
-// axes: Arm::grip).
+// Point that a pose refers to. kFlange: the wrist site of MODEL. kGrip: the point midway between the pads,
+// with the axes of Arm::grip.
 enum class EefPoint { kFlange, kGrip };
 
 enum class RotationForm {
-  kNone,  // position only; the orientation stays as at the beginning of the episode
+  kNone,  // position only; the orientation is kept from the beginning of the episode
   kQuaternionWxyz,
   kQuaternionXyzw,
   kAxisAngle,
@@ -50,15 +50,15 @@ enum class RotationForm {
 int NumValues(RotationForm form);
 
 struct GripperForm {
-  // Index in the row. Nothing: the policy does not control the gripper, which stays open.
+  // Index in the row. Unset: the policy does not control the gripper, which stays open.
   std::optional<int> index = {};
-  // Values of a fully open and a fully closed gripper; linear in between.
+  // Values for a fully open and a fully closed gripper. The closing is linear between them.
   double open = 0, closed = 1;
-  // Threshold of the closing (0 open, 1 closed), from 0 to less than 1: larger values close the gripper
-  // fully, others open it. Nothing: no threshold.
+  // Threshold of the closing (0 open, 1 closed), at least 0 and below 1. Larger values close the gripper
+  // fully, all others open it fully. Unset: no threshold.
   std::optional<double> threshold = {};
-  // A thresholded gripper, which is open at the beginning, changes its state only after this many consecutive
-  // steps request it.
+  // Number of consecutive steps that must request the other state before a gripper with a threshold changes
+  // its state. The gripper is open at the beginning of an episode.
   int sticky_steps = 1;
 };
 
@@ -66,8 +66,8 @@ struct GripperForm {
 struct ArmForm {
   // Name of the arm in MODEL.
   std::string arm;
-  // Indices in the row of the joints (in the arm's order), or of the position (3 values) followed by the
-  // rotation.
+  // Joint kinds: indices in the row of the joints, in the arm's order. Pose kinds: indices of the position (3
+  // values) and then of the rotation.
   std::vector<int> indices;
   GripperForm gripper;
 };
@@ -82,8 +82,8 @@ struct ActionSpace {
   // `arms` stay at home.
   int num_values = 0;
   std::vector<ArmForm> arms;
-  // Applied to each value of a row before anything else: value * scale + offset, then clipped. Empty: not
-  // applied.
+  // Each value of a row is first replaced by value * scale + offset, then clipped to [lower, upper]. An empty
+  // list is not applied.
   std::vector<double> scale, offset, lower, upper;
 };
 

@@ -38,7 +38,8 @@ bool ChunkSchedule::IsDue(int64_t tick) {
   if (current_.number < 0) return true;
   int64_t rows = usable_rows();
   if (rule_ != Execution::kSynchronous) {
-    // Early enough that the next chunk arrives before the rows are used up, if it takes as long as the last.
+    // The inference begins so early that its chunk arrives before the rows are used up, if it takes as long
+    // as the last one.
     const int64_t delay = current_.arrival - current_.observed;
     rows = std::min<int64_t>(execute_steps_, std::max<int64_t>(1, current_.num_rows - delay));
   }
@@ -51,7 +52,7 @@ int64_t ChunkSchedule::Arrive(int64_t tick, int num_rows) {
   next_ = {current_.number + 1, asked_.value_or(tick), tick, tick, num_rows};
   asked_.reset();
   overlap_ = {};
-  // The robot did not move during the first inference of an episode, so that no row has passed.
+  // The robot does not move during the first inference of an episode, so no rows are skipped.
   if (rule_ == Execution::kSynchronous || current_.number < 0) return next_.number;
   next_.origin = next_.observed;
   overlap_ = {.delay = static_cast<int>(tick - next_.origin),
@@ -65,7 +66,7 @@ std::optional<ChunkSchedule::Step> ChunkSchedule::At(int64_t tick) {
   Advance(tick);
   if (current_.number < 0) return std::nullopt;
   int64_t row = tick - current_.origin;
-  // A chunk whose rows all passed during the inference still brings the robot to its end.
+  // If all rows of a chunk passed during the inference, its last row is still executed.
   if (tick == current_.arrival) row = std::min<int64_t>(row, usable_rows() - 1);
   if (row >= usable_rows()) return std::nullopt;
   return Step{current_.number, static_cast<int>(row)};

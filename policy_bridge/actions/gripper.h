@@ -5,22 +5,22 @@
 
 namespace evalbus::policy {
 
-// Converts a policy's value to closing: 0 open, 1 closed. Linear, also beyond the two ends; the sim clips
-// values that a gripper cannot reach and counts them.
+// Converts a policy's value linearly to a closing: 0 open, 1 closed. The result may be outside [0, 1]; the
+// sim clips such values and counts them.
 double ClosingOf(const GripperForm& form, double value);
 // Inverse of ClosingOf().
 double ValueOf(const GripperForm& form, double closing);
 
-// State of one gripper during an episode: applies the threshold and sticky_steps of the form.
+// Applies the threshold and sticky_steps of a form to the values of one gripper during an episode.
 class GripperCommand {
  public:
-  // Throws InputError if open equals closed, if the threshold is not from 0 to less than 1, or if
-  // sticky_steps is set without a threshold.
+  // Throws InputError if open equals closed, if the threshold is below 0 or at least 1, or if sticky_steps is
+  // set without a threshold.
   explicit GripperCommand(const GripperForm& form);
 
   // Begins an episode: the gripper is open and no change is pending.
   void Begin();
-  // Returns the closing after one more step with the policy's value `value`.
+  // Processes one step in which the policy returned `value`; returns the commanded closing.
   double Step(double value);
 
  private:

@@ -63,7 +63,7 @@ std::vector<int> Integers(const YamlValue& value, int min, int max) {
   return numbers;
 }
 
-// Reads [0, 1, 5] or "0-6", both ends included.
+// Reads a list of indices ([0, 1, 5]) or a range ("0-6", which includes both ends).
 std::vector<int> Indices(const YamlValue& value) {
   if (value.is_list()) {
     std::vector<int> numbers = Integers(value, 0, kMaxValues);
@@ -277,7 +277,7 @@ ArmForm ReadArm(const YamlValue& value, int num_values) {
   return arm;
 }
 
-// Reads one number for all values of a row, or one for each.
+// Reads one number that applies to all values of a row, or a list with one number for each value.
 void ReadPerValue(const YamlMap& map, const char* key, int num_values, std::vector<double>* numbers) {
   const YamlValue* value = map.Find(key);
   if (!value) return;

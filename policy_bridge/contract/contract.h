@@ -2,8 +2,8 @@
 // run. One YAML file per policy (docs/connecting_a_policy.md explains every key; models/policies/ contains
 // the presets).
 //
-// No policy server describes itself well enough to be used safely. The contract therefore contains
-// everything, and is compared with the server's own description, if any, before the first episode.
+// No policy server describes itself completely enough to be used safely. Therefore the contract contains
+// everything. Before the first episode, it is compared with the server's own description, if there is one.
 #pragma once
 
 #include <filesystem>
@@ -24,46 +24,48 @@ namespace evalbus::policy {
 // One entry of the observation.
 struct ObservationEntry {
   enum class Source { kCamera, kDepth, kState, kPrompt, kConstant, kCounter, kCommitted };
-  // The episode's index in its run; the control tick; the number of observations already sent in the episode,
-  // 0 for the first one.
+  // kEpisode: the episode's index in its run. kTick: the control tick. kObservation: the number of
+  // observations already sent in the episode, 0 for the first one.
   enum class Counter { kEpisode, kTick, kObservation };
-  // For real-time chunking: the rows of the last chunk from the observed tick on (rows x values, without rows
-  // for the first chunk); the number of them that are executed before the answer arrives.
+  // Data for real-time chunking. kActions: the rows of the last chunk from the observed tick on (rows x
+  // values; no rows for the first chunk). kDelaySteps: the number of these rows that are executed before the
+  // answer arrives.
   enum class Committed { kActions, kDelaySteps };
 
-  // Position in the observation: a key, or the keys of the nested maps down to the entry.
+  // Path of the entry in the observation: its key, preceded by the keys of the maps that contain it, if any.
   std::vector<std::string> key;
   Source source = Source::kState;
-  // For kCamera and kDepth.
+  // Used if `source` is kCamera or kDepth.
   ImageForm image;
-  // For kState: signals that are concatenated.
+  // Used if `source` is kState: signals whose values are concatenated.
   std::vector<Signal> signals;
-  // For kState and kDepth: "<f4", "<f8" or "|u1".
+  // Used if `source` is kState or kDepth: "<f4", "<f8" or "|u1".
   std::string dtype = "<f4";
-  // For kState: shape of the array. Unset: one dimension with all values. Empty ([] in the file): a scalar.
+  // Used if `source` is kState: shape of the array. Unset: one dimension with all values. Empty ([] in the
+  // file): a scalar.
   std::optional<std::vector<int64_t>> shape;
-  // Control ticks relative to now, oldest first ([-15, 0]); stacked along a new first axis. Empty: now,
-  // without the axis.
+  // Control ticks to include, relative to the current one, oldest first, such as [-15, 0]. Their arrays are
+  // stacked along a new first axis. Empty: only the current tick, without that axis.
   std::vector<int> history_ticks;
-  // For kConstant.
+  // Used if `source` is kConstant.
   Value constant;
   Counter counter = Counter::kEpisode;
   Committed committed = Committed::kActions;
 
   bool is_image() const { return source == Source::kCamera || source == Source::kDepth; }
-  // "observation/image", "images.cam_high"
+  // The key as one text, such as "observation/image" or "images.cam_high".
   std::string KeyText() const;
 };
 
 struct Deadlines {
-  // Deadlines in seconds: for the connection, for the first answer after it, for later answers; and how long
-  // to wait for a server that has gone away.
+  // Deadlines in seconds for the connection, for the first answer after it, and for later answers. return_s:
+  // how long the run waits for a server that has gone away.
   double connect_s = 10, first_reply_s = 600, reply_s = 30, return_s = 120;
 };
 
 struct Contract {
   std::string name, description;
-  // Path of the file, and its text.
+  // Path and text of the contract's file.
   std::filesystem::path file;
   std::string text;
 
@@ -73,21 +75,21 @@ struct Contract {
   // Environment variable that contains the API key; empty: no key is sent.
   std::string api_key_env;
   Deadlines deadlines;
-  // Largest number of observations, of several workers, per request. Use more than 1 only if the server
+  // Largest number of observations (of different workers) in one request. Use more than 1 only if the server
   // answers each observation independently of the others and keeps no state during an episode.
   int batch_size = 1;
 
   // Control rate that the policy was trained for.
   double rate_hz = 20;
-  // Ticks before the first observation, during which the robot holds its initial pose.
+  // Number of ticks before the first observation. The robot holds its initial pose during them.
   int settle_steps = 0;
-  // Realtime clock only: fraction of the control tick within which an answer must arrive to be executed at
-  // the tick that it was requested at. Later answers are executed at the next tick.
+  // Used only with a realtime clock: an answer that arrives within this fraction of the control tick is
+  // executed at the tick at which it was requested. A later answer is executed at the next tick.
   double answer_window = 0.5;
 
   std::vector<ObservationEntry> observation;
-  // Runs or training sets with the demonstrations that the policy was trained on, as the file names them:
-  // relative to the file's folder. `where`: file, line and key, for errors about the set.
+  // Run folders or training sets with the demonstrations that the policy was trained on. Names are relative
+  // to the folder of the contract's file. `where`: file, line and key, for errors about the set.
   struct TrainingSet {
     std::string name, where;
   };
@@ -96,35 +98,36 @@ struct Contract {
   // Prompt by task; other tasks use their own instruction.
   std::map<std::string, std::string> prompts;
 
-  // Names of the answer's arrays, which are concatenated, and the meaning of their values.
+  // Names of the answer's arrays, which are concatenated; and the meaning of the concatenated values.
   std::vector<std::string> action_keys;
   ActionSpace actions;
-  // Number of steps of an action chunk: expected (nothing: any number), and executed.
+  // Expected number of steps in an action chunk (unset: any number); and number of steps that are executed.
   std::optional<int> chunk_steps;
   int execute_steps = 1;
-  // Largest distance (rad) of a joint from its position that the episode's first action may command (absolute
-  // actions). More indicates that an action is misinterpreted. Nothing: not checked.
+  // Largest distance (rad) from its current position to which the policy's first action may move a joint
+  // (absolute actions only). A larger distance indicates that actions are misinterpreted. Unset: not checked.
   std::optional<double> first_step_rad;
 
-  // Whether the observation contains anything that a real robot does not know (poses of objects).
+  // Whether the observation contains data that a real robot does not have (poses of objects).
   bool is_privileged() const;
   // Whether the observation contains images.
   bool needs_images() const;
-  // Whether the server is sent the rows that are executed while it computes, so that it joins its chunks
+  // Whether the server receives the rows that are executed while it computes. It then joins its chunks
   // itself.
   bool takes_committed_actions() const;
   std::string PromptFor(const std::string& task, const std::string& instruction) const;
 };
 
-// Error message: why LeRobot's protocol is not supported.
+// Error message that explains why LeRobot's protocol is not supported.
 inline constexpr char kNoPickles[] =
     "LeRobot's gRPC server exchanges pickles, which execute the sender's code (CVE-2026-25874); serve the "
     "policy with evalbus.serve (docs/python.md) or vla-eval's server";
 
-// Error about a contract that does not fit a robot or server; prefixed with the contract's file.
+// Returns an error about a contract that does not fit a robot or server. Its text begins with the contract's
+// file.
 InputError InContract(const Contract& contract, const std::string& what);
 
-// Returns make(); converts an error that the contract does not fit the robot to an InContract() error.
+// Returns make(). If make() throws an InputError, rethrows it as an InContract() error.
 template <class F>
 auto Fitted(const Contract& contract, const F& make) {
   try {
@@ -134,22 +137,22 @@ auto Fitted(const Contract& contract, const F& make) {
   }
 }
 
-// Both throw InputError with file, line, key and what was expected.
+// Read a contract. Both throw InputError with the file, line, key and expected value.
 Contract ReadContract(const std::filesystem::path& file);
 Contract ParseContract(const std::string& text, const std::filesystem::path& file);
 
-// Whether this is the name of a contract file.
+// Whether `name` is the name of a contract file.
 bool IsContractFile(const std::string& name);
-// Whether this is the name of a contract file or of a preset.
+// Whether `name` is the name of a contract file or of a preset.
 bool IsContract(const std::string& name);
-// Reads a file (*.yaml), or a preset by name. Throws InputError with the valid names.
+// Reads a contract file (*.yaml), or a preset by name. Throws InputError with the valid names.
 Contract FindContract(const std::string& name);
 // All presets, sorted by name.
 std::vector<Contract> AllContracts();
 std::filesystem::path PoliciesFolder();
 
-// Environment variable through which a launcher passes the address of its pool to the processes of a run. The
-// pool queries the server for all of them (wire/policy_pool.h).
+// Environment variable with which a launcher passes the address of its pool to the processes of a run. The
+// pool queries the server for all these processes (wire/policy_pool.h).
 inline constexpr char kPoolVariable[] = "EVALBUS_POLICY_POOL";
 
 // Options of the client for this contract. The API key and, if batches are allowed, the pool come from the
@@ -158,8 +161,8 @@ ClientOptions ClientOptionsOf(const Contract& contract);
 
 const char* NameOf(Wire wire);
 
-// The parts that affect results, for run.json and comparisons: wire, observation, actions, rate, steps; not
-// the server's address.
+// Returns the parts of a contract that affect results, for run.json and comparisons: wire, observation,
+// actions, rate and steps, but not the server's address.
 nlohmann::ordered_json ContractJson(const Contract& contract);
 
 }  // namespace evalbus::policy

@@ -7,7 +7,8 @@
 namespace evalbus::policy {
 namespace {
 
-// Weights of the input pixels for one output pixel in a row: starting at `first`, in units of 2^-kWeightBits.
+// Weights of the input pixels for one output pixel of a row. weights[0] belongs to pixel `first`. Unit:
+// 2^-kWeightBits.
 struct Taps {
   int first = 0;
   std::vector<int32_t> weights;
@@ -46,7 +47,7 @@ struct Pixels {
   uint8_t at(int x, int y, int c) const { return data[static_cast<size_t>((y * width + x) * channels + c)]; }
 };
 
-// Creates an image of this size; pixel(x, y, channel) returns its values.
+// Creates an image of this size. pixel(x, y, channel) returns the value of a channel.
 template <class Pixel>
 Pixels Draw(int width, int height, int channels, const Pixel& pixel) {
   const size_t size =
@@ -84,7 +85,7 @@ Pixels Resized(const Pixels& from, int to_width, int to_height) {
   });
 }
 
-// Same as openpi's image_tools.resize_with_pad.
+// Resizes as openpi's image_tools.resize_with_pad does.
 Pixels ResizedWithPad(const Pixels& from, int width, int height) {
   const double ratio =
       std::max(static_cast<double>(from.width) / width, static_cast<double>(from.height) / height);
@@ -98,7 +99,7 @@ Pixels ResizedWithPad(const Pixels& from, int width, int height) {
   });
 }
 
-// Rotates counter-clockwise, then mirrors; for pixels of any number of bytes.
+// Rotates counter-clockwise, then mirrors. Pixels may have any number of bytes.
 Pixels Turned(const Pixels& from, int rotate_deg, bool mirror) {
   const bool is_upright = rotate_deg % 180 == 0;
   const int width = is_upright ? from.width : from.height, height = is_upright ? from.height : from.width;

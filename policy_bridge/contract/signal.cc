@@ -39,7 +39,7 @@ std::vector<std::string> WithRotations(std::vector<std::string> names) {
 
 using Rotation = std::function<Eigen::Quaterniond(const state_t&)>;
 
-// Reads the part `what` of a pose.
+// Returns a function that reads the part `what` of a pose.
 Reader PoseReader(const std::string& what, const std::function<Eigen::Isometry3d(const state_t&)>& pose,
                   const Rotation& rotation) {
   if (what == "position_m") {
@@ -144,7 +144,7 @@ class Readers {
     };
   }
 
-  // Transform from the world to the signal's frame, and from the flange to its point.
+  // Transform from the world to the signal's frame, and transform from the flange to the signal's point.
   std::pair<Eigen::Isometry3d, Eigen::Isometry3d> Ends(size_t arm, const Signal& signal) {
     Eigen::Isometry3d from = Eigen::Isometry3d::Identity(), to = Eigen::Isometry3d::Identity();
     if (signal.frame == ActionFrame::kBase) from = BasePose(model_, info_.arm[arm]).inverse();
@@ -161,9 +161,10 @@ class Readers {
     };
   }
 
-  // Quaternion of that pose, with the sign that simulators give to a body's: it is the product along the
-  // joints and does not jump as the arm moves. robosuite's eef_quat has this sign (sim.data.get_body_xquat),
-  // and so does LIBERO's axis-angle. The largest component is positive at home.
+  // Quaternion of the pose that Pose() reads. Its largest component is positive at home. From there, its sign
+  // follows the product of the quaternions along the joints, so it does not jump as the arm moves. MuJoCo
+  // computes the quaternion of a body in this way. robosuite's eef_quat (sim.data.get_body_xquat) and
+  // LIBERO's axis-angle are derived from it.
   Rotation Signed(size_t arm, const Signal& signal) {
     const auto [from, to] = Ends(arm, signal);
     const auto rotation = [chain = ArmChain(model_, info_.arm[arm]),

@@ -1,4 +1,4 @@
-// Numbers of a STATE by name, as used in observations: "left.joint_position_rad".
+// Signals: numbers of a STATE that observations refer to by name, such as "left.joint_position_rad".
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -18,11 +18,10 @@ struct Signal {
   std::string name;
   // Indices of the values to use, in this order; empty: all.
   std::vector<int> indices;
-  // Each value is multiplied by scale, offset is added, and the result is rounded to this many decimals (-1:
-  // not rounded).
+  // Each value becomes value * scale + offset, rounded to `decimals` decimals (-1: not rounded).
   double scale = 1, offset = 0;
   int decimals = -1;
-  // For poses only.
+  // Used for poses only.
   ActionFrame frame = ActionFrame::kWorld;
   EefPoint point = EefPoint::kFlange;
 
@@ -30,14 +29,14 @@ struct Signal {
   bool is_privileged() const { return name.starts_with("object."); }
 };
 
-// Valid WHAT for arms and for objects: joint_position_rad, gripper_opening, ...
+// Valid WHAT for arms and for objects, such as joint_position_rad or gripper_opening.
 const std::vector<std::string>& ArmSignalNames();
 const std::vector<std::string>& ObjectSignalNames();
 
 // Reads signals from the states of a model.
 class SignalReader {
  public:
-  // Throws InputError for an arm, object or index that the model does not have.
+  // Throws InputError if the model does not have an arm, object or index of these signals.
   SignalReader(const std::vector<Signal>& signals, const mjModel& model, const model_info_t& info);
 
   // Values of all signals, concatenated.

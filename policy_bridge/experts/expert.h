@@ -1,4 +1,5 @@
-// Base class of the scripted experts: executes motions, and requests the next ones when they have ended.
+// Base class of the scripted experts. It executes motions, and requests the next motions when these have
+// ended.
 #pragma once
 
 #include <cstddef>
@@ -13,56 +14,56 @@
 
 namespace evalbus::policy {
 
-// Arms of a two-armed robot, on +y and -y.
+// Indices of the arms of a two-armed robot: the left arm is on +y, the right arm on -y.
 inline constexpr int kLeft = 0, kRight = 1;
 // Time by which objects that a task drops at time 0 have come to rest.
 inline constexpr int64_t kSettledUs = 500'000;
-// Number of candidates per arm that are combined with those of the other arm.
+// Number of candidates of each arm that are combined with candidates of the other arm.
 inline constexpr size_t kPairs = 4;
 
 class Expert : public Policy {
  public:
-  // max_attempts: number of plans in an episode after which the expert gives up.
+  // max_attempts: maximum number of plans in an episode; the expert then gives up.
   Expert(const mjModel& model, const model_info_t& info, int max_attempts);
 
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;
 
-  // Continues an episode that another policy has begun, after Begin() and before the first Act(). First opens
-  // the grippers, retreats and goes home, because plans begin with free hands. state: of the first
-  // Act(); closing: the grippers' last commands, 0 open to 1 closed.
+  // Continues an episode that another policy has begun. Must be called after Begin() and before the first
+  // Act(). The expert first opens the grippers, retreats and goes home, because plans begin with free hands.
+  // state: the state that the first Act() receives. closing: the grippers' last commands, 0 open to 1 closed.
   void TakeOver(const state_t& state, const std::vector<double>& closing);
   // Whether all plans have been made and executed.
   bool has_given_up() const { return gives_up() && player_.done(); }
 
  protected:
-  // Returns the motions from configuration `now` in state `state`. Empty: rest; Next() is called again at the
-  // next tick. If this was the last attempt and no plan of the episode was feasible, Act() throws with the
-  // obstacle.
+  // Returns the next motions, which start at configuration `now` in state `state`. If there are none, the
+  // robot rests for a tick and Next() is called again. If this was the last attempt and no plan of the
+  // episode was feasible, Act() throws an exception that names the obstacle.
   virtual std::vector<Motion> Next(const Configuration& now, const state_t& state) = 0;
 
   PlanningContext& context() { return context_; }
-  // Whether all attempts are used up; the expert then rests.
+  // Whether all attempts are used up. If so, the expert rests.
   bool gives_up() const { return attempts_ >= max_attempts_; }
   // Number of plans in this episode; incremented by the derived class.
   int attempts_ = 0;
   // Indices of the robot's arms.
   std::vector<int> arms_;
 
-  // An empty plan that starts at `now`.
+  // Returns an empty plan that starts at `now`.
   Plan MakePlan(const Configuration& now, const state_t& state) { return Plan(&context_, now, state); }
 
  private:
-  // Motions from anywhere to the home configuration.
+  // Returns motions from any configuration to the home configuration.
   std::vector<Motion> GoHomeFrom(const Configuration& now, const state_t& state);
-  // Obstacle that prevents a plan from `now`.
+  // Describes the obstacle that prevents a plan from `now`.
   std::string WhyNoPlan(const Configuration& now, const state_t& state);
 
   PlanningContext context_;
   int max_attempts_;
   // Names of the arms.
   std::vector<std::string> names_;
-  // Whether the expert takes over and has not gone home yet.
+  // Whether the expert is taking over an episode and has not gone home yet.
   bool takes_over_ = false;
   // Whether any plan of this episode was feasible.
   bool has_planned_ = false;
@@ -81,8 +82,8 @@ bool HasExpert(const std::string& task);
 // Throws InputError with the supported tasks if there is no expert for this one.
 void CheckExpert(const std::string& task);
 
-// Creates the scripted expert for a task, by the name of its family; it also works for a copy of the task
-// under another name. Throws as CheckExpert() does.
+// Creates the scripted expert for a task, which is selected by the name of the task's family. `model` may be
+// a copy of the task under another name. Throws as CheckExpert() does.
 std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info);
 
 }  // namespace evalbus::policy

@@ -10,23 +10,25 @@
 namespace evalbus::policy {
 
 struct HandledObject {
-  // Object of the task. Its file has the sites left_handle and right_handle in the middle of two bars along
-  // the object's x axis, on +y and -y.
+  // Name of an object of the task. The object's file has the sites left_handle (on +y) and right_handle (on
+  // -y), each in the middle of a bar along the object's x axis.
   std::string name;
-  // Position that both arms reach best. A dragged object is moved by one of these fractions of the distance
-  // to it: the first one that allows a lift.
+  // Position that both arms reach best. An object is dragged toward it, by the first of the fractions `drags`
+  // of the distance that makes a lift possible.
   Eigen::Vector2d sweet_spot;  // m
   std::vector<double> drags;
-  // If the object's origin is farther to the left (+y) than this (m), it is dragged first.
+  // If the object's origin is farther to the left (+y) than this (m), the object is dragged before it is
+  // lifted.
   double max_y;
 };
 
-// Each throws InputError if the model lacks what the expert handles, or does not have enough arms.
+// Each of these functions throws InputError if the model lacks an object that the expert handles, or has too
+// few arms.
 using MakeTaskExpert = std::unique_ptr<Expert>(const mjModel& model, const model_info_t& info);
 MakeTaskExpert MakeCubeHandoverExpert, MakePackBoxExpert, MakeRotateValveExpert, MakeStackTwoBlocksExpert;
 std::unique_ptr<Expert> MakeLiftByHandlesExpert(const HandledObject& object, const mjModel& model,
                                                 const model_info_t& info);
-// For the tasks stack_single_book_shelf and pick_single_book_from_table.
+// Creates the expert of the tasks stack_single_book_shelf (to_shelf) and pick_single_book_from_table.
 std::unique_ptr<Expert> MakeSingleBookExpert(bool to_shelf, const mjModel& model, const model_info_t& info);
 
 }  // namespace evalbus::policy

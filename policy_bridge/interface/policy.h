@@ -17,19 +17,19 @@ namespace evalbus::policy {
 
 // Callbacks through which a policy reports to its owner. Each member may be empty.
 struct PolicyCallbacks {
-  // Record what the policy observed, and what it returned.
+  // Called with the data to record: what the policy observed, and what it returned.
   std::function<void(const observation_t&)> on_observation;
   std::function<void(const policy_action_t&)> on_policy_action;
-  // Logs one line as a warning.
+  // Called with a line to log as a warning.
   std::function<void(const std::string&)> note;
   // Notifies the owner that the result of Compute() or IsReady() may have changed. May be called from any
-  // thread. Policies that compute on a thread of their own should call it as soon as they have the result;
-  // otherwise it is noticed up to 100 ms later.
+  // thread. Policies that compute on a thread of their own should call it as soon as they have the result.
+  // Otherwise the owner notices the result up to 100 ms later.
   std::function<void()> wake;
 };
 
-// Must be deterministic: actions may depend only on the model, the episode's seed and the states. The time is
-// the state's sim_time_us.
+// A policy must be deterministic: its actions may depend only on the model, the episode's seed and the
+// states. It must take the time from sim_time_us of the state.
 class Policy {
  public:
   virtual ~Policy() = default;
@@ -46,19 +46,20 @@ class Policy {
   // The members below are for policies that take time or need images. By default, a policy is always ready
   // and needs no images.
 
-  // Called repeatedly after Begin() until it returns true; then the episode may start.
+  // Called repeatedly after Begin() until it returns true. The episode cannot start before.
   virtual bool IsReady() { return true; }
-  // Called repeatedly for the tick of `state` until it returns true; then Act() may be called. Throws as
-  // Act() does.
+  // Called repeatedly for the tick of `state` until it returns true. Act() is called only after that. Throws
+  // as Act() does.
   virtual bool Compute(const state_t& /*state*/) { return true; }
-  // After a Compute() that returned false: latest time at which to call it again.
+  // Latest time at which Compute() must be called again after it has returned false.
   virtual std::chrono::steady_clock::time_point compute_again_at() const {
     return std::chrono::steady_clock::time_point::max();
   }
-  // Images that the policy needs before Compute() can proceed; null: none. They are passed to OnImage() as
-  // they arrive.
+  // Images that the policy needs before Compute() can proceed, or null if it needs none. They are passed to
+  // OnImage() as they arrive.
   virtual const image_request_t* image_request() const { return nullptr; }
-  // Receives an image. If it has no data, the requested tick is no longer available; request a newer one.
+  // Receives an image. An image without data means that the requested tick is no longer available; the policy
+  // should then request a newer one.
   virtual void OnImage(const image_t& /*image*/) {}
   virtual void SetCallbacks(const PolicyCallbacks& /*callbacks*/) {}
 };

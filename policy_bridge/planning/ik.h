@@ -6,7 +6,7 @@
 namespace evalbus::policy {
 
 struct IkOptions {
-  // Joint positions that a redundant arm stays near to; empty: the start.
+  // Joint positions that a redundant arm stays near to. If empty, the start of the search.
   JointVector posture;
   double tolerance = 1e-6;  // m and rad
   int max_iterations = 60;
@@ -21,12 +21,12 @@ struct IkResult {
 // Finds joint positions whose wrist pose is `target` (world frame), starting from `start`. Each iteration
 // solves dq = J^T (J J^T + (e^2 + c) I)^-1 e + N (posture - q) with pose error e. The damping vanishes with
 // the error (Sugihara, "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method", IEEE
-// T-RO 2011), which makes the search stable out of reach and quadratic near the solution. A joint that an
-// iteration would push beyond its limit is excluded from that iteration.
+// T-RO 2011). The search is therefore stable if the target is out of reach, and converges quadratically near
+// a solution. A joint that an iteration would push beyond its limit is excluded from that iteration.
 IkResult SolveIk(const ArmChain& arm, const Eigen::Isometry3d& target, const JointVector& start,
                  const IkOptions& options = {});
 
-// Translation (m) and rotation vector (rad), world frame, from pose a to pose b.
+// Returns the translation (m) and rotation vector (rad) from pose a to pose b, in the world frame.
 Eigen::Matrix<double, 6, 1> PoseDifference(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
 
 }  // namespace evalbus::policy

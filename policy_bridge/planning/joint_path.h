@@ -10,12 +10,12 @@ namespace evalbus::policy {
 // Natural cubic spline through knots that are equally spaced in the path parameter s, from 0 to 1.
 class JointPath {
  public:
-  // Needs at least one knot (rad); a single knot means that the arm stays there.
+  // Needs at least one knot (rad). With a single knot, the arm stays there.
   explicit JointPath(std::vector<JointVector> knots);
 
   const std::vector<JointVector>& knots() const { return knots_; }
   JointVector At(double s) const;
-  // dq/ds.
+  // Derivative dq/ds at s.
   JointVector Slope(double s) const;
 
  private:

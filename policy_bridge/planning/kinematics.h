@@ -1,5 +1,5 @@
-// Forward kinematics and Jacobian of one arm: the serial chain from the world to the wrist, extracted once
-// from a compiled model and then evaluated without MuJoCo (in well under a microsecond).
+// Forward kinematics and Jacobian of one arm. The serial chain from the world to the wrist is extracted once
+// from a compiled model. It is then evaluated without MuJoCo, in well under a microsecond.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -33,12 +33,12 @@ class ArmChain {
   // Pose of the wrist in the world frame for joint positions q (rad).
   Eigen::Isometry3d Forward(const JointVector& q) const { return Forward(q, nullptr); }
 
-  // Rotation of that pose. Its sign is that of the product of the quaternions of bodies and joints along the
-  // arm, as MuJoCo computes it for a body, so it never jumps as the arm moves.
+  // Rotation of the wrist in the world frame. It is the product of the quaternions of bodies and joints along
+  // the arm, as MuJoCo computes it for a body, so its sign never jumps as the arm moves.
   Eigen::Quaterniond Rotation(const JointVector& q) const;
 
-  // Pose and Jacobian of the wrist: rows 0-2 linear velocity (m/s), 3-5 angular velocity (rad/s), world
-  // frame.
+  // Pose and Jacobian of the wrist in the world frame. Rows 0 to 2 of the Jacobian yield the linear velocity
+  // (m/s), rows 3 to 5 the angular velocity (rad/s).
   Eigen::Isometry3d Forward(const JointVector& q, Jacobian* jacobian) const;
 
  private:

@@ -1,11 +1,11 @@
-// Motion primitives, from which a scripted expert is composed as a short list:
+// Motion primitives. A scripted expert is a short list of them:
 //
 //   Plan plan(&context, now, state);
 //   plan.Take({{kLeft, cube, grasp}}).Lift(cube, 0.1).Place(cube, there).Release({kLeft}).GoHome({kLeft});
 //
-// A plan is computed completely before it is executed. Straight lines and arcs of the grip frames are solved
-// for joint positions at knots, and timed so that no joint and no hand exceeds its speed limit. A plan is
-// feasible or not, so an expert can try several one after the other.
+// A plan is computed completely before it is executed. The grip frames move along straight lines and arcs.
+// Joint positions are computed at knots of these paths, and timed so that no joint and no hand exceeds its
+// speed limit. A plan reports whether it is feasible, so an expert can try several plans one after the other.
 #pragma once
 
 #include <optional>
@@ -34,9 +34,9 @@ struct Motion {
   std::vector<JointPath> paths;  // one per arm
   std::vector<double> closing_from, closing_to;
 
-  // Configuration after t seconds, written to *now; t is clamped to the motion.
+  // Writes the configuration after t seconds to *now. t is clamped to the motion's duration.
   void At(double t, Configuration* now) const;
-  // Joint velocities after t seconds, rad/s, one entry per arm, written to *velocity.
+  // Writes the joint velocities (rad/s) after t seconds to *velocity, one entry per arm.
   void VelocityAt(double t, std::vector<JointVector>* velocity) const;
 };
 
@@ -52,14 +52,14 @@ struct ObjectGoal {
   Eigen::Isometry3d pose;
 };
 
-// An arm that grasps an object, and the grasp.
+// An arm, the object that it grasps, and the grasp.
 struct Hold {
   int arm;
   int body;
   Grasp grasp;
 };
 
-// An arm that turns a body on its hinge. Angles in rad, positive in the hinge's direction.
+// An arm and the body that it turns on its hinge. Angles are in rad, and positive in the hinge's direction.
 struct Turning {
   int arm;
   int body;
@@ -68,14 +68,14 @@ struct Turning {
   double slack = 0;   // part of the angle before the grip touches the body and starts to turn it
 };
 
-// Why a plan is infeasible: a contact, or a grip that does not reach its goal.
+// Reason why a plan is infeasible: a contact, or an arm that does not reach the goal of its grip.
 struct Obstacle {
   std::optional<Touch> touch;
   int arm = -1;                                    // set if there is no touch
   Eigen::Vector3d grip = Eigen::Vector3d::Zero();  // m, the goal not reached
 };
 
-// Data about the model that plans need; created once per run.
+// Data about the model that all plans share. It is created once per run.
 struct PlanningContext {
   PlanningContext(const mjModel& model, const model_info_t& info, const MotionLimits& limits = {});
 
@@ -89,7 +89,8 @@ struct PlanningContext {
   static constexpr int kEffort = 3'000;
   int effort_left = kEffort;
 
-  // The plan with the most motions since `obstacle` was cleared: what ended it, and its number of motions.
+  // Obstacle of the infeasible plan that got farthest (had the most motions) since `obstacle` was cleared,
+  // and its number of motions.
   std::optional<Obstacle> obstacle;
   size_t motions_before_obstacle = 0;
   void Note(size_t motions, const Obstacle& found) {
@@ -101,7 +102,8 @@ struct PlanningContext {
 
 class Plan {
  public:
-  // Starts from the commanded configuration `now`, with everything else where `state` has it.
+  // Creates a plan that starts at the commanded configuration `now`. All other bodies have their poses in
+  // `state`.
   Plan(PlanningContext* context, const Configuration& now, const state_t& state);
 
   // Each primitive appends motions. Once one is impossible, the plan is infeasible and later primitives do
@@ -109,50 +111,52 @@ class Plan {
 
   // Moves the grips straight to their goals.
   Plan& Reach(const std::vector<GripGoal>& goals) { return GoStraight(goals, context_->limits.grip_speed); }
-  // Same, slowly: for the last centimeters to a grasp, and the first ones away from it.
+  // Moves the grips slowly and straight to their goals: for the last centimeters to a grasp, and the first
+  // centimeters away from it.
   Plan& Approach(const std::vector<GripGoal>& goals) {
     return GoStraight(goals, context_->limits.approach_speed);
   }
-  // Same as Approach, onto an object that rests on a support: pads may touch it, and Drag then moves it.
+  // Approaches an object that rests on a support. The pads may touch the object, and Drag can then move it.
   Plan& Press(int body, const std::vector<GripGoal>& goals);
-  // Slides an object along its support to a pose, with the arms that press on it.
+  // Slides an object along its support to a pose, with the arms that press on the object.
   Plan& Drag(int body, const Eigen::Isometry3d& pose);
-  // Moves the grips along arcs about the hinges of bodies, as to turn a wheel or push a lid. The bodies turn
-  // along from where the state or an earlier turn left them. Pads may touch them.
+  // Moves the grips along arcs about the hinges of bodies, to turn a wheel or push a lid. The bodies turn
+  // with the grips, from their angles in the state or after the last Turn. Pads may touch these bodies.
   Plan& Turn(const std::vector<Turning>& turnings, double speed);
-  // Moves the grips to their goals, straight in joint space, to the solutions nearest to the current joints.
-  // For large rotations of a hand, which a straight line of the grip does not allow.
+  // Moves the grips to their goals, straight in joint space. The joint positions that are nearest to the
+  // current ones are used. This is for large rotations of a hand, which are impossible on a straight line of
+  // the grip.
   Plan& Swing(const std::vector<GripGoal>& goals);
   // Moves the arms home, straight in joint space.
   Plan& GoHome(const std::vector<int>& arms);
-  // Opens the grippers, which releases what they hold.
+  // Opens the grippers, which releases the objects that they hold.
   Plan& Open(const std::vector<int>& grippers);
-  // Same, but during the last motion instead of after it.
+  // Opens the grippers during the last motion instead of after it.
   Plan& OpenMeanwhile(const std::vector<int>& grippers);
   Plan& Close(const std::vector<int>& grippers) { return MoveGrippers(grippers, 1); }
 
-  // The arms reach for their objects, approach and close. They hold the objects from then on.
+  // Each arm reaches for its object, approaches it and closes its gripper. It holds the object from then on.
   Plan& Take(const std::vector<Hold>& holds);
   // Moves the objects straight to their goals, each carried by the arms that hold it.
   Plan& Move(const std::vector<ObjectGoal>& goals) { return Carry(goals, context_->limits.carry_speed); }
-  // Same for one object that these arms have closed on without Take. from: its assumed pose.
+  // Moves one object that these arms have closed on without Take. from: the object's assumed pose.
   Plan& Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
               const std::vector<int>& arms);
-  // Straight up by `height` (m).
+  // Lifts an object straight up by `height` (m).
   Plan& Lift(int body, double height);
-  // Places an object at a pose on a support: first above it, then slowly down.
+  // Places an object at a pose on a support: moves it above the pose, then slowly down.
   Plan& Place(int body, const Eigen::Isometry3d& pose);
-  // Opens the grippers, which releases what they hold, and moves them back along their own axes.
+  // Opens the grippers, which releases the objects that they hold, and moves them back along their own axes.
   Plan& Release(const std::vector<int>& arms);
-  // Another arm grasps the object before the one that holds it releases it.
+  // Passes an object to another arm: the other arm grasps the object before `giver` releases it.
   Plan& HandOver(int giver, const Hold& receiver) { return Take({receiver}).Release({giver}); }
 
-  // Makes the plan infeasible if one of these arms touches anything in the motions since the last check.
-  // Contacts with arms that are not named are ignored, and pads may touch objects that are grasped or held.
-  // Checks only the knots.
+  // Makes the plan infeasible if one of these arms touches anything in the motions since the last check. Only
+  // the knots of the motions are checked. Contacts with other arms are ignored, and pads may touch objects
+  // that are being grasped or held.
   Plan& CheckContacts(const std::vector<int>& arms);
 
-  // Pose of a body at the end of the plan: as in the state, unless the plan moved it.
+  // Pose of a body at the end of the plan. If the plan does not move the body, this is its pose in the state.
   Eigen::Isometry3d PoseOf(int body) const;
   // Pose of a grip at the end of the plan.
   Eigen::Isometry3d GripPose(int arm) const { return context_->arms[arm].GripPose(end_.joints[arm]); }
@@ -194,13 +198,14 @@ class Plan {
   const state_t* state_;
   Configuration end_;
   std::vector<Motion> motions_;
-  // By motion.
+  // One entry per motion.
   std::vector<Contacts> contacts_;
-  // Objects that the plan has moved, with their last poses; and for each arm the object that it holds, -1 for
-  // none.
+  // moved_: objects that the plan has moved, with their last poses. held_: for each arm, the object that it
+  // holds, or -1.
   std::vector<ObjectGoal> moved_;
   std::vector<int> held_;
-  // Objects that pads may touch although they are not held: those being grasped or just released.
+  // Objects that pads may touch although no arm holds them, because they are being grasped or have just been
+  // released.
   std::vector<int> near_;
   // Number of motions already checked for contacts.
   size_t num_checked_ = 0;
@@ -210,7 +215,7 @@ class Plan {
 // Executes motions one after the other.
 class Player {
  public:
-  // Rests in this configuration at time 0.
+  // Discards all motions. The player rests in this configuration from time 0 on.
   void Reset(const Configuration& rest);
   // Executes these motions, starting at `time` (s).
   void Start(std::vector<Motion> motions, double time);

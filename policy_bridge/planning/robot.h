@@ -1,5 +1,5 @@
-// The robot and its surroundings as used by scripted policies: kinematics of the arms, grip frames, and
-// contacts in a given configuration.
+// The robot and its surroundings, for scripted policies: kinematics of the arms, grip frames, and contacts in
+// a given configuration.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -32,7 +32,8 @@ struct Arm {
   Eigen::Isometry3d GripPose(const JointVector& q) const { return chain.Forward(q) * grip; }
 };
 
-// The arms of a model, each with the gripper of the same index. Throws InputError if an arm has none.
+// Returns the arms of a model, each with the gripper of the same index. Throws InputError if an arm has no
+// gripper.
 std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info);
 
 // Indices of the grippers that are not commanded open.
@@ -44,16 +45,17 @@ size_t CountJoints(const model_info_t& info);
 // All arms at home, all grippers open.
 Configuration HomeConfiguration(const model_info_t& info);
 
-// Index of the first body of a named object of the task, and its pose in a state. ObjectBody() throws
-// InputError if there is no such object; BodyPose() throws std::runtime_error if the state lacks the body.
+// ObjectBody() returns the index of the first body of an object of the task, and throws InputError if there
+// is no object of this name. BodyPose() returns the pose of a body, and throws std::runtime_error if the
+// state lacks the body.
 int ObjectBody(const model_info_t& info, const std::string& object);
 Eigen::Isometry3d BodyPose(const state_t& state, int body);
 
 // Index of the body with this name. Throws InputError if there is none.
 int BodyId(const mjModel& model, const std::string& name);
 
-// Pose of a site in the frame of a body that it is rigidly attached to. Throws InputError if there is no such
-// site.
+// Pose of a site in the frame of a body that it is rigidly attached to. Throws InputError if the site does
+// not exist.
 Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int body);
 
 // The hinge that a body turns on, in a given state.
@@ -63,7 +65,8 @@ struct Hinge {
   int qpos;                          // index in qpos
 };
 
-// Two geoms that are too close to each other; distance in m, negative in penetration.
+// Two geoms that are too close to each other. The distance is in m, and negative if they penetrate each
+// other.
 struct Touch {
   int geom, other;
   double distance;
@@ -75,22 +78,23 @@ class ContactProbe {
  public:
   ContactProbe(const mjModel& model, const model_info_t& info, double clearance_m);
 
-  // Sets the poses of everything from `state`. Throws std::runtime_error if the state is not of this model.
+  // Sets the poses of all bodies from `state`. Throws std::runtime_error if the state belongs to another
+  // model.
   void Set(const state_t& state);
   void SetArm(int arm, const JointVector& q);
   void SetObject(int body, const Eigen::Isometry3d& pose);
   void SetAngle(const Hinge& hinge, double angle);
 
-  // Throws InputError unless the body is on exactly one hinge with a range.
+  // Returns the hinge of a body. Throws InputError unless the body has exactly one hinge, with a range.
   Hinge HingeOf(int body, const state_t& state) const;
 
-  // Finds a contact of one of these arms, hands included. Ignored are contacts with arms that are not in
+  // Finds a contact of one of these arms, hands included. It ignores contacts with arms that are not in
   // `arms`, contacts of pads with the objects of allowed_contact_bodies, and contacts between links of one
-  // arm that are as close to each other at home.
+  // arm that are this close to each other at home, too.
   std::optional<Touch> FindTouch(const std::vector<int>& arms,
                                  const std::vector<int>& allowed_contact_bodies);
 
-  // "left/link0 is 0.99 mm from left/link1, expected 3 mm"
+  // Describes a contact, such as "left/link0 is 0.99 mm from left/link1, expected 3 mm".
   std::string InWords(const Touch& touch) const;
 
  private:
@@ -102,7 +106,7 @@ class ContactProbe {
   ModelPtr model_;
   DataPtr data_;
   std::vector<std::vector<int>> arm_qpos_;
-  // By geom: the arm that it belongs to or -1, its entity, and whether it is a pad.
+  // For each geom: the arm that it belongs to (or -1), its entity, and whether it is a pad.
   std::vector<int> arm_of_geom_, entity_of_geom_;
   std::vector<char> is_pad_;
   std::vector<int> entity_of_body_;

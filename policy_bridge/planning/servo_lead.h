@@ -14,11 +14,11 @@ namespace evalbus::policy {
 // A servo with force kp (target - q) - kv dq/dt follows a target with a delay of kv / kp, and sags under the
 // arm's weight unless the sim compensates gravity. The target that cancels both is
 //   q + (kv dq/dt + g(q)) / kp
-// where g is the torque against gravity (mj_rne without velocities). Servos without kv get no lead, and the
-// weight of held objects is not included.
+// where g is the torque against gravity (mj_rne without velocities). The target of a servo without kv only
+// cancels the sag. The weight of held objects is not included.
 class ServoLead {
  public:
-  // Actuators that are not position servos of the arms' joints are left alone.
+  // Ignores actuators that are not position servos of the arms' joints.
   ServoLead(const mjModel& model, const model_info_t& info);
 
   // Writes the targets (rad) for the joint positions `wanted` (rad) and velocities (rad/s), one entry per
@@ -28,7 +28,7 @@ class ServoLead {
 
  private:
   struct Servo {
-    double stiffness = 0;  // N m / rad; 0: there is none
+    double stiffness = 0;  // N m / rad; 0: no servo
     double damping = 0;    // N m s / rad
     int qpos = 0, dof = 0;
   };
@@ -36,7 +36,7 @@ class ServoLead {
   ModelPtr model_;
   DataPtr data_;
   std::vector<mjtNum> gravity_;
-  // By arm and joint.
+  // One entry per arm and joint.
   std::vector<std::vector<Servo>> servos_;
 };
 
