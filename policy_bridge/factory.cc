@@ -19,12 +19,12 @@ namespace {
 
 struct Row {
   std::string name;
-  // ":WHAT", "[:WHAT]" if it is optional, or empty.
+  // ":WHAT" if the policy needs an argument, "[:WHAT]" if the argument is optional, otherwise empty.
   std::string argument;
-  // One line.
+  // Description in one line.
   std::string help;
-  // Throws InputError for an invalid argument. `argument` is empty if the policy takes none or none was
-  // given.
+  // Returns the policy's maker. `argument` is empty if the policy takes no argument or if none was given.
+  // Throws InputError for an invalid argument.
   std::function<PolicyMaker(const std::string& argument)> open;
 
   std::string usage() const { return name + argument; }

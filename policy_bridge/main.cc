@@ -1,4 +1,4 @@
-// evalbus-policy: runs the policy of a run.
+// evalbus-policy: the process that executes the policy of a run.
 #include "base/arguments.h"
 #include "base/plugins.h"
 #include "bus/host.h"

@@ -15,7 +15,7 @@
 namespace evalbus::policy {
 namespace {
 
-// Clears an action but keeps the capacity of its lists, so that ticks do not allocate.
+// Clears an action but keeps the capacity of its lists, so that a tick allocates no memory.
 void Clear(action_t* action) {
   action_t empty{};
   empty.joint_position_rad.swap(action->joint_position_rad);
@@ -25,7 +25,8 @@ void Clear(action_t* action) {
   *action = std::move(empty);
 }
 
-// Throws if a count in the action differs from the size of its list: the encoder would read past the end.
+// Throws if a count in the action differs from the size of its list, because the encoder would read past the
+// end of the list.
 void CheckSizes(const action_t& action) {
   const auto check = [](const char* count, int32_t set, const char* values, size_t size) {
     if (std::cmp_equal(set, size)) return;
@@ -51,14 +52,14 @@ PolicyComponent::PolicyComponent(Bus* bus, std::string name, PolicyMaker make_po
 void PolicyComponent::OnModel(const model_info_t& model) {
   if (!IsNewModel()) return;
   model_ = model;
-  model_is_new_ = true;  // for the next episode; the current one keeps its model
+  model_is_new_ = true;  // used from the next episode on; the current episode keeps its model
 }
 
 void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   if (EnterEpisode(begin)) {
     is_starting_ = is_computing_ = false;
   }
-  // EPISODE_BEGIN is repeated, so an episode whose MODEL arrives late is prepared at a later repetition.
+  // EPISODE_BEGIN is repeated. If MODEL arrives late, the episode is prepared at the next repetition.
   if (status_.state != component_status_t::IDLE || !model_ || is_starting_) return;
   if (std::exchange(model_is_new_, false)) {
     policy_ = make_policy_(*LoadPhysicsModel(*model_), *model_);
@@ -85,7 +86,7 @@ void PolicyComponent::OnState(const state_t& state) {
   if (!IsOurs(state.header) || status_.state != component_status_t::READY) return;
   if (state.header.tick <= status_.last_tick) {
     ++status_.foreign_messages;
-    // The sim repeats a STATE until it has received the ACTION for it; the policy acts once per state.
+    // The sim repeats a STATE until it has received its ACTION. The policy acts only once per state.
     if (state.header.tick >= 0 && state.header.tick == status_.last_tick) {
       bus().Publish(channels::kAction, action_);
     }
@@ -104,7 +105,7 @@ bool PolicyComponent::Act(const state_t& state) {
     const bool is_done = policy_->Compute(state);
     const auto now = std::chrono::steady_clock::now();
     const image_request_t* request = policy_->image_request();
-    // A new request is published at once. The repetition period is for requests that may have been lost.
+    // A new request is published at once. It is repeated periodically, because a request may be lost.
     if (request && (!SameTick(request->header, observed_) || image_request_.Due(now))) {
       observed_ = request->header;
       if (!std::exchange(receives_images_, true)) {

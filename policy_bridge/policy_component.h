@@ -1,7 +1,7 @@
-// Runs a policy as a component. It publishes READY once it has received MODEL and EPISODE_BEGIN and the
-// policy is ready. It then answers each STATE with an ACTION, after requesting the images that the policy
-// needs (REQUEST_IMAGE). An exception that the policy throws while it acts is reported in the action and ends
-// the episode with policy_error or server_error.
+// Runs a policy as a component. It publishes READY after it has received MODEL and EPISODE_BEGIN and the
+// policy is ready. It then answers each STATE with an ACTION. Before that, it requests the images that the
+// policy needs (REQUEST_IMAGE). If the policy throws an exception while it acts, the action reports the
+// error, and the episode ends with policy_error or server_error.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ class PolicyComponent : public Component {
  public:
   // Throws InputError as FindPolicy() does.
   PolicyComponent(Bus* bus, const PolicyOptions& options);
-  // name: for its log.
+  // name: name of the policy in the component's log.
   PolicyComponent(Bus* bus, std::string name, PolicyMaker make_policy);
 
   void Poll(SteadyTime now) override;
@@ -47,12 +47,12 @@ class PolicyComponent : public Component {
   bool model_is_new_ = false;
   // Created for model_ when the next episode begins.
   std::unique_ptr<Policy> policy_;
-  // EPISODE_BEGIN of the current episode has been received, but the policy is not ready.
+  // Whether the EPISODE_BEGIN of the current episode has been received but the policy is not ready yet.
   bool is_starting_ = false;
-  // Whether the policy is computing an action, and for which state.
+  // Whether the policy is computing an action; and the state for which it computes it.
   bool is_computing_ = false;
   state_t state_{};
-  // Header of the last REQUEST_IMAGE published, and when to repeat it.
+  // Header of the last REQUEST_IMAGE that was published; and the timer that repeats it.
   header_t observed_{};
   Repeater image_request_{std::chrono::milliseconds(200)};
   bool receives_images_ = false;

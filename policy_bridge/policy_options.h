@@ -14,13 +14,14 @@
 namespace evalbus::policy {
 
 struct PolicyOptions {
-  // A policy as accepted by FindPolicy; a contract, by file or name; or the address of a server.
+  // Policy to run: a name that FindPolicy accepts, the file or name of a contract, or the address of a
+  // server.
   std::string policy = "expert";
-  // Contract for the server if `policy` is an address, as accepted by FindContract.
+  // Contract for the server if `policy` is an address: a file or name that FindContract accepts.
   std::string contract{};
-  // As accepted by ParseLatency.
+  // Simulated time that an inference takes: a text that ParseLatency accepts.
   std::string latency = "none";
-  // As accepted by ParseExecution.
+  // What the robot does during an inference: a text that ParseExecution accepts.
   std::string execution = "synchronous";
 };
 
@@ -56,13 +57,13 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// The contract selected by these options, with the address of its server; nothing if the policy is not behind
-// a server. Throws InputError.
+// Returns the contract selected by these options, with the address of its server. Returns nothing if the
+// policy is not behind a server. Throws InputError.
 std::optional<Contract> FindContractOf(const PolicyOptions& options);
 
-// Creates the pool that queries the policy's server for all processes that this one starts from now on. Null
-// if the policy does not support batches, or if a pool exists already. num_clients: number of processes that
-// query the server at the same time.
+// Creates the pool that queries the policy's server for all processes that this process starts from now on.
+// Returns null if the policy does not support batches, or if a pool exists already. num_clients: number of
+// processes that query the server at the same time.
 std::unique_ptr<PolicyPool> OpenPool(const PolicyOptions& options, int num_clients);
 
 // Creates the policy selected by these options. Throws InputError as FindPolicy and FindContractOf do.

@@ -25,9 +25,9 @@ using Eigen::Vector3d;
 
 constexpr int kPositionValues = 3;
 
-// Tighter tolerance than the default of SolveIk(), because the errors of many small deltas accumulate. It is
-// applied in a second search that starts from the result of the first: the start is also the posture, so the
-// posture no longer pulls the arm away from the pose.
+// This tolerance is tighter than the default of SolveIk(), because the errors of many small deltas
+// accumulate. It is used in a second search that starts from the result of the first one. The start is also
+// the posture, so the posture no longer pulls the arm away from the pose.
 constexpr double kIkTolerance = 1e-9;  // m and rad
 
 // If the search ends farther than this from the pose, it is repeated from the home position.
@@ -58,7 +58,8 @@ double Reach(const mjModel& model, const arm_info_t& arm) {
   return reach;
 }
 
-// Also works for numbers whose squares overflow a double.
+// Moves `point` toward `center` until it is at most `distance` away. Works even for numbers whose squares
+// overflow a double.
 Vector3d NoFartherThan(double distance, const Vector3d& center, const Vector3d& point) {
   const Vector3d away = point - center;
   const double norm = away.stableNorm();
@@ -85,15 +86,16 @@ JointVector Solve(const ArmChain& chain, const Isometry3d& pose, const JointVect
   return SolveIk(chain, pose, result.joints, exactly).joints;
 }
 
-// Same for absolute poses, which may be anywhere. If the previous pose stretched the arm out, a search from
-// there may stay at a joint limit forever, so home is tried as a second start.
+// Finds joint positions for an absolute pose, which may be far from the start. If the previous pose stretched
+// the arm out, a search from there may stay at a joint limit forever. Therefore home is tried as a second
+// start.
 JointVector SolveAnywhere(const ArmChain& chain, const Isometry3d& pose, const JointVector& start) {
   const JointVector joints = Solve(chain, pose, start);
   const Vector6 left = PoseDifference(chain.Forward(joints), pose);
   if (IsWithin(left, kStuckPosition, kStuckRotation)) return joints;
   const JointVector other = Solve(chain, pose, chain.home());
   const Vector6 other_left = PoseDifference(chain.Forward(other), pose);
-  // The alternative must be much better, so that the arm does not alternate between two equally near
+  // The other solution must be much better; otherwise the arm might alternate between two equally good
   // solutions.
   return other_left.squaredNorm() < left.squaredNorm() / 2 ? other : joints;
 }
@@ -290,7 +292,7 @@ JointVector ActionConverter::Measured(const ArmPart& arm, const state_t& state) 
   return Eigen::Map<const Eigen::VectorXd>(joints.data(), arm.num_joints);
 }
 
-// Wrist pose in the world frame.
+// Returns the pose of the wrist in the world frame.
 Isometry3d ActionConverter::TargetPose(const ArmPart& arm, const JointVector& from) const {
   const std::vector<int>& indices = arm.form.indices;
   const Vector3d position(values_[indices[0]], values_[indices[1]], values_[indices[2]]);
@@ -359,8 +361,8 @@ void ActionConverter::Convert(std::span<const double> row, const state_t& state,
       }
     } else {
       const Isometry3d wanted = TargetPose(arm, from);
-      // The damping of the search grows with the error, so a target far out of reach would hardly move the
-      // arm.
+      // The damping of the search grows with the error, so the arm would hardly move toward a target far out
+      // of reach. The target is therefore moved to within the arm's length first.
       Isometry3d sought = wanted;
       sought.translation() = NoFartherThan(arm.reach, arm.base.translation(), wanted.translation());
       joints = is_absolute() ? SolveAnywhere(*arm.chain, sought, arm.target)

@@ -40,7 +40,8 @@ Quaterniond FromRotationVector(const Vector3d& v) {
 
 Quaterniond About(double angle, const Vector3d& axis) { return Quaterniond(Eigen::AngleAxisd(angle, axis)); }
 
-// Rotation matrix, as a quaternion, whose first two columns point along these vectors.
+// Returns the rotation (as a quaternion) whose matrix has these vectors as its first two columns, after
+// orthonormalization.
 Quaterniond FromColumns(Vector3d first, Vector3d second, std::span<const double> values) {
   if (first.stableNorm() < kShortest || second.stableNorm() < kShortest)
     Fail(values, "one of its two vectors has length 0");
@@ -54,13 +55,13 @@ Quaterniond FromColumns(Vector3d first, Vector3d second, std::span<const double>
   return Quaterniond(matrix);
 }
 
-// Angles about the fixed x, y and z axes: R = Rz Ry Rx.
+// Returns the angles about the fixed x, y and z axes (R = Rz Ry Rx).
 Vector3d ExtrinsicXyz(const Matrix3d& r) {
   const double cos_y = std::hypot(r(0, 0), r(1, 0));
   const double y = std::atan2(-r(2, 0), cos_y);
   const double z = cos_y < kGimbalLock ? 0 : std::atan2(r(1, 0), r(0, 0));
-  // Uses Rz^-1 R = Ry Rx, whose second row is (0, cos x, -sin x). This is exact near gimbal lock too, where z
-  // is ill-defined but x + z or x - z is not.
+  // Rz^-1 R = Ry Rx, whose second row is (0, cos x, -sin x). This is exact even near gimbal lock, where z is
+  // ill-defined but x + z or x - z is not.
   const double s = std::sin(z), c = std::cos(z);
   const double x = std::atan2(s * r(0, 2) - c * r(1, 2), c * r(1, 1) - s * r(0, 1));
   return {x, y, z};
@@ -73,9 +74,9 @@ Vector3d ShortestRotationVector(const Quaterniond& q) {
   return q.vec() * ((q.w() < 0 ? -angle : angle) / sine);
 }
 
-// robosuite's quat2axisangle (utils/transform_utils.py): w clipped to +-1, (x, y, z) 2 acos(w) / sqrt(1 -
-// w^2). For a unit quaternion the root equals the length of (x, y, z); the root itself loses all digits near
-// 2 pi.
+// Computes robosuite's quat2axisangle (utils/transform_utils.py): (x, y, z) 2 acos(w) / sqrt(1 - w^2), with w
+// clipped to +-1. For a unit quaternion, the root equals the length of (x, y, z). The length is used, because
+// the root loses all digits near 2 pi.
 Vector3d RobosuiteRotationVector(const Quaterniond& q) {
   if (1 - q.w() * q.w() <= 0) return Vector3d::Zero();
   const double sine = q.vec().norm();

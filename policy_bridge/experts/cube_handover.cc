@@ -15,18 +15,19 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kRodLift = 0.12;  // m
-// Position of the rod's middle at the handover, m.
+// Candidate positions of the rod's middle at the handover, m.
 constexpr double kMiddles[][3] = {{0.5, 0, 1.15}, {0.45, 0, 1.2}, {0.55, 0, 1.15}};
-// Heading of the rod at the handover, relative to the one in which its free end points to the other arm; rad.
+// Candidate headings of the rod at the handover, rad. 0: its free end points to the other arm.
 constexpr double kHeadings[] = {0, 0.5, -0.5, 1, -1};
 
-// Where the giver grasps the rod, from its middle toward its own end, m. A heavy rod turns slowly between
-// the pads unless it is held near its middle.
+// Distances from the rod's middle, toward the giver's end, at which the giver grasps it, m. A heavy rod turns
+// slowly between the pads unless it is held near its middle.
 constexpr double kGives[] = {0, 0.02, 0.04, 0.063};
-// Where the receiver grasps it, from its middle toward the other end, m. The hands are 63 mm thick.
+// Distance from the rod's middle, toward the other end, at which the receiver grasps it, m. The hands are 63
+// mm thick.
 constexpr double kReceive = 0.07;
 
-// Part of the rod around this distance from its middle. The part is too long to be grasped lengthwise.
+// Graspable part of the rod at distance `y` from its middle. The part is too long for a grasp along the rod.
 GraspBox Part(double y) { return {{0.02, 0.037, 0.02}, {0, y, 0}}; }
 
 class CubeHandoverExpert : public Expert {
@@ -40,11 +41,11 @@ class CubeHandoverExpert : public Expert {
  private:
   // Extends `plan`: the giver takes the rod at an end (1: its +y, -1: its -y) and hands it over.
   std::optional<Plan> HandOver(const Plan& plan, int giver, double end) const;
-  // Poses of the rod at which the other arm may take it, after the giver has lifted it by its end.
+  // Poses of the rod, after the giver has lifted it by its end, in which the other arm may take it.
   std::vector<Eigen::Isometry3d> Meetings(const Eigen::Isometry3d& rod, int giver, double end) const;
 
   int rod_;
-  // By arm: 1 if it stands on the left (+y), else -1.
+  // For each arm: 1 if it stands on the left (+y), otherwise -1.
   double side_[2];
 };
 
@@ -60,7 +61,7 @@ CubeHandoverExpert::CubeHandoverExpert(const mjModel& model, const model_info_t&
 
 std::vector<Isometry3d> CubeHandoverExpert::Meetings(const Isometry3d& rod, int giver, double end) const {
   const Vector3d held = end * rod.linear().col(1);
-  // An upright rod has no heading; its free end is at the bottom.
+  // A rod that hangs upright has no heading, because its free end points down.
   const bool is_upright = std::abs(held.z()) > 0.7;
   const double turn = is_upright ? 0 : std::atan2(side_[giver], 0) - std::atan2(held.y(), held.x());
   std::vector<Isometry3d> meetings;

@@ -89,8 +89,8 @@ std::string Expert::WhyNoPlan(const Configuration& now, const state_t& state) {
   ContactProbe& probe = context_.probe;
   probe.Set(state);
   for (const int arm : arms_) probe.SetArm(arm, now.joints[static_cast<size_t>(arm)]);
-  // A contact in the current configuration blocks every plan, so it is reported rather than the obstacle of
-  // the best plan.
+  // A contact in the current configuration blocks every plan. It is therefore reported instead of the
+  // obstacle of the best plan.
   if (const auto touch = probe.FindTouch(arms_, {})) return probe.InWords(*touch) + ", where the robot is";
   if (!context_.obstacle) return "the search took too long";
   const Obstacle& obstacle = *context_.obstacle;

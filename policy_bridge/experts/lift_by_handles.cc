@@ -1,5 +1,5 @@
-// Scripted expert for LiftPot and LiftTray: each hand grasps a handle of the object, then both lift it and
-// keep it level. If the object is out of reach for two arms at once, one hand first drags it nearer.
+// Scripted expert for LiftPot and LiftTray. Each hand grasps a handle of the object, then both hands lift the
+// object and keep it level. If both arms cannot reach the object at once, one hand first drags it nearer.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -20,8 +20,9 @@ using Eigen::Vector3d;
 // The task requires 0.1 m.
 constexpr double kLiftHeight = 0.125;
 constexpr double kHeldHeight = 0.1;
-// A hand that leans back reaches farther. It takes the handle's bar nearer to the robot and higher, so that
-// the palm stays clear of the bar. A hand that leans outward has room beside a wall that is close to the bar.
+// How a hand leans while it holds a handle. A hand that leans back reaches farther. It grasps the handle's
+// bar nearer to the robot and higher, so that the palm stays clear of the bar. A hand that leans outward has
+// more room if a wall is close to the bar.
 struct Style {
   double tilt;
   double forward, up;  // from the bar's middle, m
@@ -38,8 +39,8 @@ constexpr double kFirstLift = 0.02;
 constexpr double kRestSpeed = 0.005;    // m/s
 constexpr double kRestTurnRate = 0.05;  // rad/s
 constexpr int64_t kRestUs = 100'000;
-// Hands that have opened this far find a plan. They start closed, and with --latency the first states of an
-// episode are all that a plan sees for a while.
+// Plans are made only after both grippers have opened this far. They are closed when an episode begins, and
+// with --latency a plan would be made from such an early state.
 constexpr double kOpen = 0.5;
 
 double Yaw(const Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
@@ -61,13 +62,14 @@ class LiftByHandlesExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // Grasps of a handle, the most upright first.
+  // Returns grasps of a handle. The most upright grasp comes first.
   std::vector<Grasp> Grasps(int handle) const;
   // Whether the arm can grasp and raise the object this way after `plan`.
   bool CanTake(const Plan& plan, int arm, const Eigen::Isometry3d& object, const Grasp& grasp) const;
-  // Extends `plan`: both hands lift the object from its current position. Nothing if that is impossible.
+  // Extends `plan`: both hands lift the object from its current position. Returns nothing if this is
+  // impossible.
   std::optional<Plan> Lift(const Plan& plan, const Eigen::Isometry3d& object) const;
-  // Extends `plan`: one hand drags the object to where Lift is possible.
+  // Extends `plan`: one hand drags the object to a position from which Lift is possible.
   std::optional<Plan> Drag(const Plan& plan, const Eigen::Isometry3d& object) const;
   // Whether the object has not moved for a while; some tasks drop it onto its support.
   bool IsAtRest(const state_t& state);
@@ -78,9 +80,9 @@ class LiftByHandlesExpert : public Expert {
   int velocity_;
   // Middle of the left and right handle bar, in the object's frame; m.
   Eigen::Vector3d handles_[2];
-  // Time at which it last moved, us.
+  // Time at which the object last moved, us.
   int64_t moved_us_ = 0;
-  // Height of its origin when first at rest, m.
+  // Height of the object's origin when it was first at rest, m.
   double start_height_ = 0;
 };
 
@@ -118,7 +120,7 @@ std::vector<Grasp> LiftByHandlesExpert::Grasps(int handle) const {
     const AngleAxisd leaning(-outward * lean, Vector3d::UnitX());
     for (const Style& style : kStyles) {
       const Vector3d approach = leaning * Vector3d(std::sin(style.tilt), 0, -std::cos(style.tilt));
-      // The pads close across the bar, with either of them in front.
+      // The pads close across the bar, and either pad may be in front.
       for (double sign : {1.0, -1.0}) {
         Grasp grasp;
         grasp.at = GripFrame(handles_[handle] + Vector3d(style.forward, 0, style.up), approach,
@@ -144,7 +146,7 @@ bool LiftByHandlesExpert::CanTake(const Plan& plan, int arm, const Isometry3d& o
 std::optional<Plan> LiftByHandlesExpert::Lift(const Plan& plan, const Isometry3d& object) const {
   if (object.translation().y() > object_.max_y) return std::nullopt;
   const std::vector<Grasp> rights = Grasps(kRight);
-  // Evaluated on first use.
+  // Results of CanTake() for the right hand, each evaluated on first use.
   std::vector<std::optional<bool>> can_take(rights.size());
   for (const Grasp& left : Grasps(kLeft)) {
     if (!CanTake(plan, kLeft, object, left)) continue;

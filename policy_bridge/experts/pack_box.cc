@@ -1,5 +1,5 @@
-// Scripted expert for PackBox: each hand goes under the flap on its side, pushes it up and over, and presses
-// it down. Both hands work at once, or one after the other if they would collide.
+// Scripted expert for PackBox. Each hand goes under the flap on its side, pushes the flap up and over, and
+// presses it down. Both hands work at once or, if they would collide, one after the other.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,41 +21,43 @@ using Eigen::Vector3d;
 constexpr double kFlapLengths[] = {0.2124, 0.2226};  // left, right
 constexpr double kFlapHalfWidth = 0.21;
 constexpr double kFlapHalfThickness = 0.002;
-// A flap resists with 10 N m s/rad, which at this rate is about 27 N at the fingers, 0.19 m from the fold.
+// A flap resists with 10 N m s/rad. At this rate, the force at the fingers, 0.19 m from the fold, is about 27
+// N.
 constexpr double kTurnRate = 0.5;  // rad/s
-// A lid counts as closed within a twentieth of the range of 160 degrees (the right one a little earlier).
+// A flap counts as closed within this fraction of its range of 160 degrees (the right flap a little earlier).
 constexpr double kClosedLid = 0.05;
-constexpr double kRest = 5 * kDegree;  // remaining angle at the end of the push
-constexpr double kBeside = 0.08;       // m, along the fingers, from beside the flap to under it
+constexpr double kRest = 5 * kDegree;  // angle that remains at the end of the push
+constexpr double kBeside = 0.08;       // m, way along the fingers from beside the flap to below it
 constexpr double kBack = 0.03;         // m, retreat after the push
-// The flaps overlap by 7 mm when both are closed: the right one waits at this angle above its end until the
-// left one is down, and comes to rest on it.
+// The flaps overlap by 7 mm when both are closed. The right flap therefore waits at this angle above its
+// closed position until the left flap is down. It then comes to rest on the left flap.
 constexpr double kWait = 30 * kDegree;
-// Half extents of a closed pair of fingers along and across their closing direction, and clearance to the
-// flap, m.
+// kFingers: half extents of a closed pair of fingers along and across their closing direction, m. kRoom:
+// clearance to the flap, m.
 constexpr double kFingers[] = {0.026, 0.0105};
 constexpr double kRoom = 0.006;
-// The palm touches the flap if more of the fingers than this is under it, m.
+// Length of the fingers that may be under the flap, m. If it were larger, the palm would touch the flap.
 constexpr double kMaxCovered = 0.05;
 
-// Where the fingers push: distance from the free edge, and position along it toward the robot, m. The palm
-// must stay clear of the flap, so the spots are near the free edge or near the end on the robot's side.
+// Spot at which the fingers push: distance from the free edge, and position along that edge toward the robot,
+// m. The palm must stay clear of the flap, so all spots are near the free edge or near the end on the robot's
+// side.
 struct Spot {
   double inset, along;
 };
 constexpr Spot kSpots[] = {{0.017, 0},    {0.017, 0.1},  {0.017, -0.1},
                            {0.017, 0.19}, {0.052, 0.19}, {0.092, 0.19}};
-// Side from which the hand comes, from across the free edge (0) to along the fold from the robot; and the
-// angle of the fingers above the horizontal.
+// kSides: direction from which the hand comes. 0: across the free edge; 90 degrees: along the fold, from the
+// robot. kSteepness: angle of the fingers above the horizontal.
 constexpr double kSides[] = {0, 45 * kDegree, 90 * kDegree};
 constexpr double kSteepness[] = {40 * kDegree, 55 * kDegree, 20 * kDegree, 68 * kDegree};
-// Roll of the hand about the fingers; fraction by which it rotates with the flap; and height (m) above the
-// pose beside the flap through which it comes.
+// kRolls: roll of the hand about the fingers. kFollows: fraction of the flap's rotation by which the hand
+// rotates with it. kOvers: height (m) above the pose beside the flap through which the hand comes.
 constexpr double kRolls[] = {0, 180 * kDegree, 90 * kDegree, -90 * kDegree};
 constexpr double kFollows[] = {0.1, 0.3, 0.5};
 constexpr double kOvers[] = {0, 0.1};
 
-// Upper bound of the effort for trying one way, in knots.
+// Maximum number of knots that trying one way may need.
 constexpr int kEffortPerWay = 300;
 
 GripGoal Back(const Plan& plan, int arm) { return {arm, plan.GripPose(arm) * Translation3d(0, 0, -kBack)}; }
@@ -71,23 +73,25 @@ class PackBoxExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // How an arm closes its flap: grip frames (world frame) above and beside the flap, and under its edge.
+  // A way in which an arm closes its flap: grip frames (world frame) above the flap, beside it, and under its
+  // edge.
   struct Way {
     Eigen::Isometry3d over, beside, under;
     Turning turning;
   };
 
-  // All candidate ways for the arm to close its flap, the most natural first, feasible or not.
+  // Returns all candidate ways in which the arm could close its flap, the most natural first. They may be
+  // infeasible.
   std::vector<Way> Ways(const state_t& state, int arm);
-  // Tries ways of this arm alone, from `start`, until enough feasible ones are known. Returns false if that
-  // takes more effort than this tick allows; call it again at the next tick.
+  // Tries ways of this arm alone, from `start`, until enough feasible ways are known. Returns false if that
+  // takes more effort than a tick allows. It must then be called again at the next tick.
   bool Search(const Plan& start, const state_t& state, int arm);
   // Extends `plan`: the hands go under the flaps in these ways.
   static Plan GoUnder(const Plan& plan, const std::vector<Way>& ways);
   // Extends `under`: the hands close the flaps and move back.
   static Plan CloseFlaps(const Plan& under, const std::vector<Way>& ways);
 
-  // By arm: bodies, and the state of the search.
+  // For each arm: the body of its flap, and the state of the search.
   std::array<int, 2> flaps_;
   std::array<bool, 2> searching_ = {};
   std::array<std::vector<Way>, 2> untried_, possible_;
@@ -151,12 +155,12 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int ar
     const double radius = kFlapLengths[arm] - spot.inset;
     for (const double side : kSides) {
       for (const double steepness : kSteepness) {
-        // Direction from the finger tips to the wrist; its components across the flap, along it and
-        // perpendicular to it.
+        // hand: direction from the finger tips to the wrist. The other variables are its components across
+        // the flap, along the flap, and perpendicular to it.
         const Vector3d hand =
             std::cos(steepness) * (std::cos(side) * out + std::sin(side) * nearer) + std::sin(steepness) * up;
         const double across = hand.dot(outwards), along = hand.dot(nearer), off = hand.dot(upwards);
-        // Length of the fingers under the flap, and the edge that they cross.
+        // Length of the fingers that is under the flap; it depends on which edge the fingers cross.
         const double to_edge = across > 0 ? spot.inset / across : 1;
         const double to_end = along > 0 ? (kFlapHalfWidth - spot.along) / along : 1;
         const double covered = std::min(to_edge, to_end);
@@ -168,7 +172,7 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int ar
             return kFingers[0] * std::abs(direction.dot(closing)) +
                    kFingers[1] * std::abs(direction.dot(hand.cross(closing)));
           };
-          // Deep enough below the flap that the fingers keep their clearance where they cross the edge.
+          // Depth below the flap at which the fingers keep their clearance where they cross the edge.
           const double depth =
               kFlapHalfThickness +
               std::max((half(normal) + kRoom) / std::abs(normal.dot(upwards)) + covered * off,

@@ -1,5 +1,5 @@
-// Scripted expert for RotateValve: each hand takes the hand wheel on its side. Both turn at once, or one
-// after the other if the hands would collide.
+// Scripted expert for RotateValve. Each hand takes the hand wheel on its side. Both wheels are turned at once
+// or, if the hands would collide, one after the other.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,12 +18,13 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-// The task requires a tenth of the wheels' range of 4.71 rad.
+// A wheel counts as turned beyond this angle. The task requires a tenth of the wheels' range of 4.71 rad.
 constexpr double kEnough = 0.5;  // rad
-// The wheel lags behind the hand, so the hand turns farther than required, rad.
+// Angle by which the hand turns, rad. It is larger than required, because the wheel lags behind the hand.
 constexpr double kTurn = 0.8;
 constexpr double kSpeed = 0.05;  // m/s of a grip
-// The hand comes from above, or leans about its closing axis if an arm or the board is in its way.
+// Angles by which the hand leans about its closing axis. 0: it comes from above. The others are used if an
+// arm or the board is in its way.
 constexpr double kLeans[] = {0, 15 * kDegree, -15 * kDegree, 30 * kDegree, -30 * kDegree};
 constexpr int kDirections = 12;
 
@@ -36,13 +37,13 @@ class RotateValveExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // Extends `plan`: the arms take and turn wheels, release them and go home. `moving`: the arms whose
-  // contacts are checked, including those with each other.
+  // Extends `plan`: the arms take wheels, turn them, release them and go home. moving: the arms whose
+  // contacts are checked, including contacts between these arms.
   static Plan TurnWheels(const Plan& plan, const std::vector<Hold>& holds, const std::vector<int>& moving);
-  // Grasps with which the arm can take and turn a wheel alone; at most `count`.
+  // Returns at most `count` grasps with which the arm alone can take and turn a wheel.
   std::vector<Hold> Holds(const Plan& plan, int arm, int wheel, const std::vector<int>& moving,
                           size_t count) const;
-  // Extends `plan`: each arm turns one wheel, both at once.
+  // Extends `plan`: the arms turn one wheel each, at the same time.
   std::optional<Plan> TurnBoth(const Plan& plan, const std::array<int, 2>& wheel_of_arm) const;
 
   // Bodies of the two wheels.
@@ -79,7 +80,7 @@ std::vector<Hold> RotateValveExpert::Holds(const Plan& plan, int arm, int wheel,
   std::vector<Hold> holds;
   for (const double lean : kLeans) {
     for (int i = 0; i < kDirections && holds.size() < count; ++i) {
-      // Directions nearest to the current one of the hand come first: 0, 1, -1, 2, -2 ...
+      // The directions nearest to the hand's current direction come first: steps 0, 1, -1, 2, -2 ...
       const int step = i % 2 ? (i + 1) / 2 : -i / 2;
       const double direction = yaw + step * 2 * std::numbers::pi / kDirections;
       const Vector3d closing(-std::sin(direction), std::cos(direction), 0);

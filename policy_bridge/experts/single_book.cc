@@ -1,7 +1,8 @@
-// Scripted expert for the tasks with one book. The book is wider than a hand opens, so it must overhang the
-// counter's front edge. If it does not overhang enough, the fingers go down behind it and pull it. Then a
-// hand grasps it there by its thickness, and lifts it or puts it on the lower shelf. One arm does everything;
-// with two arms, the one that can.
+// Scripted expert for the tasks with one book. The book is wider than a hand can open, so a hand can grasp it
+// only by its thickness, where it overhangs the counter's front edge. If the book does not overhang enough,
+// the fingers go down behind it and pull it. Then the hand grasps the overhanging part, and lifts the book or
+// puts it on the lower shelf. One arm does everything. If the robot has two arms, the expert uses an arm that
+// has a feasible plan.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -22,45 +23,47 @@ constexpr double kPadEnd = 0.0085;
 constexpr double kFinger = 0.0105;
 // A face of the book can be pushed if its normal is within this angle of the direction toward the robot.
 constexpr double kMaxOblique = 50 * kDegree;
-// Angles of a pulling hand from the vertical, with the wrist toward the robot. A larger angle reduces the
+// Angles between a pulling hand and the vertical, with the wrist toward the robot. A larger angle reduces the
 // torque at the wrist.
 constexpr double kPullLeans[] = {30 * kDegree, 40 * kDegree, 20 * kDegree};
 // Height of the finger tips above the counter, and distance of the fingers from the book before they pull, m.
 constexpr double kAboveCounter = 0.005;
 constexpr double kBehind = 0.015;
-// How far the fingers are commanded into the book, m, to compensate how much the arm yields to the friction
-// of 59 N.
+// Distance by which the fingers are commanded into the book, m. It compensates for the deflection of the arm
+// under the book's friction of 59 N.
 constexpr double kYield = 0.004;
-// The same for a book that is pulled as far as its balance allows; the pull must not stop short of that.
+// Distance by which the fingers are commanded into a book that is pulled as far as its balance allows, m. It
+// is larger, because the pull must not stop short of that position.
 constexpr double kFullYield = 0.017;
 // Height from which a hand comes down behind the book, and to which it rises, m.
 constexpr double kOver = 0.05;
-// Distance of a pad's middle from the counter's edge, m; the finger needs 10.5 mm, or 13.4 mm if it is
+// Distance of a pad's middle from the counter's edge, m. The finger needs 10.5 mm, or 13.4 mm if it is
 // oblique.
 constexpr double kEdgeGap = 0.0165;
-// Distances of a pad's middle from the book's edge, m: the smallest at which a pad of 17 x 17 mm holds the
-// book, and the largest that leaves room for the palm. A pulled book must allow kPulledInset, so that the
-// hand stays clear of the counter.
+// Limits of the distance of a pad's middle from the book's edge, m. kMinInset: a pad of 17 x 17 mm still
+// holds the book. kMaxInset: the palm still has room. A book must be pulled so far that kPulledInset is
+// possible, so that the hand stays clear of the counter.
 constexpr double kMinInset = 0.0165;
 constexpr double kMaxInset = 0.0255;
 constexpr double kPulledInset = 0.028;
 // Distance of a pad's middle from the book's middle along the edge, m.
 constexpr double kBeside = 0.025;
-// Distance that a pulled book's center of mass keeps from the counter's edge, so that it does not tip, m.
+// Minimum distance between the counter's edge and the center of mass of a pulled book, m. The book would tip
+// otherwise.
 constexpr double kBalance = 0.008;
-// Speed at which a book is carried, m/s. It is high, because the fingers bounce and the book creeps out of
-// them.
+// Speed at which a book is carried, m/s. It is high, because the fingers bounce and the book slowly slips out
+// of them.
 constexpr double kCarrySpeed = 0.6;
-// Commanded lift, m. The task requires 0.77 - 0.7157 m, and the arm sags by 0.02 m under the book.
+// Commanded lift, m. The task requires a lift of 0.77 - 0.7157 m, and the arm sags by 0.02 m under the book.
 constexpr double kBookLift = 0.12;
-// Commanded heights above the board at which a book arrives, and at which it is released, m; the arm sags
-// below them.
+// Commanded heights above the board, m: kAboveBoard where a book arrives, kOnBoard where it is released. The
+// real heights are lower, because the arm sags.
 constexpr double kAboveBoard = 0.07;
 constexpr double kOnBoard = 0.012;
-// The hand moves in, below the shelf's board, from this far in front of its place behind the book, and
-// returns there; m.
+// The hand moves in below the shelf's board from a point that is this far (m) in front of its place behind
+// the book, and returns to that point.
 constexpr double kAway = 0.12;
-// Heights by which the hand then rises, so that it has room to turn, m.
+// Heights (m) by which the hand then rises, to have room to turn.
 constexpr double kRises[] = {0.12, 0.06, 0};
 // A book that is higher than this above the counter (m) does not lie on it.
 constexpr double kLies = 0.001;
@@ -90,32 +93,32 @@ class SingleBookExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // How far the book overhangs the counter's front edge, on the line through its middle, m; negative behind
-  // the edge.
+  // Length by which the book overhangs the counter's front edge, on the line through its middle, m. Negative
+  // if the book is behind the edge.
   double Overhang(const Eigen::Isometry3d& book) const;
-  // Outward normal of the book's face that points most toward the robot, world frame.
+  // Outward normal, in the world frame, of the book's face that points most toward the robot.
   static Eigen::Vector3d Facing(const Eigen::Isometry3d& book);
-  // Extends `plan`: the arm pulls the book to where Take is possible.
+  // Extends `plan`: the arm pulls the book to a position from which Take is possible.
   std::optional<Plan> Pull(const Plan& plan, int arm);
-  // How the fingers hook behind the book and pull it, world frame.
+  // A way in which the fingers hook behind the book and pull it, in the world frame.
   struct Hook {
-    Eigen::Vector3d face;  // middle of the face behind which they go, m
+    Eigen::Vector3d face;  // middle of the face that the fingers pull, m
     Eigen::Vector3d out;   // outward normal of that face, away from the robot; unit vector
-    double way;            // distance by which they pull the book, m
+    double way;            // distance of the pull, m
     double lean;           // angle of the hand from the vertical, with the wrist toward the robot, rad
     double turned;         // 1 or -1: which finger is on which side
-    bool to_balance;       // the book's balance limits the way
+    bool to_balance;       // whether the book's balance limits `way`
   };
-  // Extends `plan`: the arm pulls the book in this way, then takes it. If the book's balance limits the
-  // distance, its final position must be known to the millimeter: then Take is only checked, and planned
-  // again from where the book lies after the pull.
+  // Extends `plan`: the arm pulls the book with `hook`, then takes it. If the book's balance limits the
+  // distance, the book's final position must be known to the millimeter. In this case, Take is only checked;
+  // it is planned after the pull, from the real position of the book.
   std::optional<Plan> PullAndTake(const Plan& plan, int arm, const Hook& hook);
   // Extends `plan`: the arm takes the overhanging book, and lifts it or puts it on the shelf.
   std::optional<Plan> Take(const Plan& plan, int arm);
 
   bool to_shelf_;
   int book_;
-  // Half extents of the book, its middle and its center of mass in its frame, m.
+  // Half extents, middle and center of mass of the book, in its own frame, m.
   Eigen::Vector3d half_size_, middle_, center_of_mass_;
   // Middle of the front edge of the counter and of the lower board, in the world frame; m.
   Eigen::Vector3d counter_edge_, board_edge_;
@@ -182,7 +185,7 @@ std::optional<Plan> SingleBookExpert::PullAndTake(const Plan& plan, int arm, con
   const Vector3d line = hook.face + along.dot(book * center_of_mass_ - hook.face) * along;
   const Vector3d approach = -std::cos(hook.lean) * up + std::sin(hook.lean) * out;
   const double tip = counter_edge_.z() + kAboveCounter + kFinger * std::sin(hook.lean);
-  // The finger touches the book's upper edge.
+  // A leaning finger touches the book at its upper edge.
   const double top = hook.face.z() + half_size_.z();
   const double behind = (top - tip) * std::tan(hook.lean) + kFinger / std::cos(hook.lean);
   const auto grip = [&](double gap) {
@@ -195,7 +198,7 @@ std::optional<Plan> SingleBookExpert::PullAndTake(const Plan& plan, int arm, con
   const Isometry3d after = Moved(before, there.translation() - book.translation());
   const Vector3d over = kOver * up, away = over - kAway * out;
   Plan pulled = plan;
-  // The hand opens while it moves away. If it opened later, it would look as if it had lost the book.
+  // The hand opens while it moves away. If it opened later, it would look like a hand that has lost the book.
   pulled.Close({arm})
       .Reach({{arm, Moved(before, away)}})
       .Reach({{arm, Moved(before, over)}})
@@ -227,8 +230,8 @@ std::optional<Plan> SingleBookExpert::Take(const Plan& plan, int arm) {
   for (const auto& [beside, part] : places) {
     for (double heading : kBookHeadings) {
       const Vector3d approach = Heading(heading);
-      // Beside the middle, if possible on the side that the hand comes from: the palm has no room in front of
-      // the marker.
+      // The grasp is beside the middle, because the palm has no room in front of the marker. If possible, it
+      // is on the side from which the hand comes.
       const Vector3d edge = face + (approach.dot(along) > 0 ? beside : -beside) * along;
       const double most = std::min((edge.x() - counter_edge_.x() + kEdgeGap) / out.x(), kMaxInset);
       if (most < kMinInset) continue;
@@ -259,7 +262,7 @@ std::optional<Plan> SingleBookExpert::Take(const Plan& plan, int arm) {
 
 std::vector<Motion> SingleBookExpert::Next(const Configuration& now, const state_t& state) {
   const Isometry3d book = BodyPose(state, book_);
-  // The book is falling, or a hand holds it.
+  // The book does not lie on the counter: it is falling, or a hand holds it.
   if ((book * middle_).z() - half_size_.z() - counter_edge_.z() > kLies) return {};
   if (gives_up()) return {};
   ++attempts_;
@@ -272,7 +275,8 @@ std::vector<Motion> SingleBookExpert::Next(const Configuration& now, const state
                     (book * middle_).y());
   };
   std::sort(arms.begin(), arms.end(), [&](int a, int b) { return away(a) < away(b); });
-  // A tick's effort may not suffice for the whole search, so every second attempt starts with the other arm.
+  // The effort of one tick may not suffice for the whole search, so every second attempt begins with the
+  // other arm.
   if (attempts_ % 2 == 0) std::reverse(arms.begin(), arms.end());
   for (int arm : arms) {
     if (overhangs) {

@@ -1,6 +1,6 @@
-// Scripted expert for StackTwoBlocks: puts one cube down in the middle and the other on top of it. Two arms
-// take one cube each if both can. Otherwise the cubes are moved one after the other, each by an arm that
-// reaches it.
+// Scripted expert for StackTwoBlocks. It puts one cube down in the middle and the other cube on top of it. If
+// possible, each of two arms takes one cube. Otherwise the cubes are moved one after the other, each by an
+// arm that reaches it.
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -30,7 +30,7 @@ constexpr double kSites[][2] = {{0.5, 0},     {0.5, 0.08},  {0.5, -0.08}, {0.42,
 // Distance that the stack keeps from a cube that is still on the table.
 constexpr double kFree = 0.08;  // m
 
-// Heading of a cube that lies flat; its sides repeat every quarter turn.
+// Heading of a cube that lies flat. It is defined up to quarter turns, because all sides are equal.
 double Heading(const Isometry3d& cube) {
   Eigen::Index flattest = 0;
   cube.linear().row(2).cwiseAbs().minCoeff(&flattest);
@@ -38,7 +38,7 @@ double Heading(const Isometry3d& cube) {
   return std::atan2(side.y(), side.x());
 }
 
-// Pose in which `upper` stands flush on `lower`.
+// Pose in which `upper` stands flush on top of `lower`.
 Isometry3d OnTop(const Isometry3d& lower, const Isometry3d& upper) {
   const double turn = std::remainder(Heading(lower) - Heading(upper), std::numbers::pi / 2);
   Isometry3d pose = AngleAxisd(turn, Vector3d::UnitZ()) * upper;
@@ -60,12 +60,12 @@ class StackTwoBlocksExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // A grasp with which the arm can take and lift the cube after `plan`.
+  // Returns a grasp with which the arm can take and lift the cube after `plan`, or nothing.
   std::optional<Grasp> FindGrasp(const Plan& plan, int arm, int cube) const;
-  // Extends `plan`: `lower_arm` puts one cube down in the middle while the other arm holds the other cube,
-  // which it then puts on top. Nothing if that is impossible.
+  // Extends `plan`: `lower_arm` puts one cube down in the middle while the other arm holds the other cube.
+  // The other arm then puts its cube on top. Returns nothing if this is impossible.
   std::optional<Plan> StackWithBoth(const Plan& plan, int lower_arm, int lower, int upper) const;
-  // Extends `plan`: one cube is brought to the middle, then the other one is put on top of it.
+  // Extends `plan`: one cube is moved to the middle, then the other cube is put on top of it.
   std::optional<Plan> StackInTurn(const Plan& plan, int lower, int upper) const;
   std::optional<Plan> PutOnTop(const Plan& plan, int lower, int upper) const;
 

@@ -15,8 +15,8 @@ constexpr double kMaxHalfWidth = 0.036;
 // Largest distance (m) from the point midway between the pads to the box's near face, which must stay clear
 // of the palm.
 constexpr double kFingerReach = 0.03;
-// An approach direction that rises more steeply than this (sine of the angle) comes from below and is
-// rejected.
+// Approach directions that rise more steeply than this (sine of the angle) are rejected, because the hand
+// would come from below.
 constexpr double kMaxRise = 0.2;
 
 }  // namespace

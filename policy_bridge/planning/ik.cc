@@ -11,7 +11,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 constexpr double kMinDamping = 1e-7;
 constexpr double kErrorDamping = 0.1;
 constexpr double kPostureGain = 0.1;
-// Largest change of a joint per iteration, rad; keeps the search on its solution branch.
+// Largest change of a joint per iteration, rad. It keeps the search on its solution branch.
 constexpr double kMaxStep = 0.3;
 
 }  // namespace
@@ -38,7 +38,7 @@ IkResult SolveIk(const ArmChain& arm, const Eigen::Isometry3d& target, const Joi
     if (result.iterations == options.max_iterations) return result;
 
     JointVector step;
-    // The second pass excludes the joints that the first pass would push out of their range.
+    // The second pass excludes the joints that the first pass would move out of their range.
     for (int pass = 0; pass < 2; ++pass) {
       const double damping = kMinDamping + kErrorDamping * error.squaredNorm();
       const Matrix6 normal = jacobian * jacobian.transpose() + damping * Matrix6::Identity();

@@ -8,8 +8,8 @@ JointPath::JointPath(std::vector<JointVector> knots) : knots_(std::move(knots)) 
   const size_t n = knots_.size();
   curvature_.assign(n, JointVector::Zero(knots_.front().size()));
   if (n < 3) return;
-  // Thomas algorithm for c[i-1] + 4 c[i] + c[i+1] = 6 (q[i-1] - 2 q[i] + q[i+1]), with zero curvature at the
-  // ends.
+  // Solves c[i-1] + 4 c[i] + c[i+1] = 6 (q[i-1] - 2 q[i] + q[i+1]), with zero curvature c at the ends, by the
+  // Thomas algorithm.
   std::vector<double> ratio(n, 0);
   for (size_t i = 1; i + 1 < n; ++i) {
     const double pivot = 4 - ratio[i - 1];

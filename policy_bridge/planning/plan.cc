@@ -14,14 +14,15 @@ constexpr double kKnotTurn = 0.25;      // rad
 // If a joint moves farther than this between two knots, the solution has changed its branch.
 constexpr double kMaxKnotStep = 0.6;  // rad
 constexpr double kMinDuration = 0.3;  // s
-// Weight of the home posture, relative to that of the previous knot, in the posture of a redundant arm.
+// Weight of the home posture in the posture of a redundant arm. The joint positions of the previous knot have
+// weight 1.
 constexpr double kHomePull = 0.1;
 // Distance between the knots of a motion that is straight in joint space.
 constexpr double kJointKnotStep = 0.1;  // rad
-// To find other branches of the inverse kinematics, the search starts from home with one joint turned by
-// this.
+// To find other branches of the inverse kinematics, the search also starts from home with one joint turned by
+// this angle.
 constexpr double kBranchTurn = 1.5;  // rad
-// Height above its support at which an object to be placed first stops.
+// Place() first moves an object to this height above its final pose.
 constexpr double kAbove = 0.05;  // m
 
 double Angle(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -45,7 +46,7 @@ double MinDuration(double distance, double speed, double turn, double turn_rate)
   return std::max(kMinDuration, kMinJerkPeakRate * std::max(distance / speed, turn / turn_rate));
 }
 
-// Duration of the path if no joint is faster than `speed`.
+// Returns the shortest duration of a path in which no joint is faster than `speed`.
 double JointDuration(const JointPath& path, double speed) {
   double duration = 0;
   const int samples = 4 * static_cast<int>(path.knots().size());
@@ -119,8 +120,8 @@ Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration,
     const Eigen::Isometry3d grip_to_wrist = arm.grip.inverse();
     std::vector<JointVector> path{end_.joints[arms[i]]};
     IkOptions options;
-    // From one knot to the next, the search converges within a few iterations or, if out of reach, not at
-    // all.
+    // From one knot to the next, the search converges within a few iterations. If the knot is out of reach,
+    // it never converges.
     options.max_iterations = 20;
     for (int k = 1; k < knots; ++k) {
       if (context_->effort_left-- <= 0) {
@@ -131,7 +132,8 @@ Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration,
       const IkResult ik = SolveIk(arm.chain, grip(i, static_cast<double>(k) / (knots - 1)) * grip_to_wrist,
                                   path.back(), options);
       if (!ik.converged || (ik.joints - path.back()).cwiseAbs().maxCoeff() > kMaxKnotStep) {
-        // Report the goal of the motion, which is more informative than the knot at which the search failed.
+        // The goal of the motion is reported, because it is more informative than the knot at which the
+        // search failed.
         context_->Note(motions_.size(), {.touch = {}, .arm = arms[i], .grip = grip(i, 1.0).translation()});
         feasible_ = false;
         return *this;
@@ -168,7 +170,7 @@ Plan& Plan::GoStraightInJoints(const std::vector<int>& arms, const std::vector<J
   motion.duration = kMinDuration;
   for (size_t i = 0; i < arms.size(); ++i) {
     const JointVector &from = end_.joints[arms[i]], &to = goals[i];
-    // Enough knots to detect obstacles along the path.
+    // There are enough knots to detect obstacles along the path.
     const int spans = 1 + static_cast<int>((to - from).cwiseAbs().maxCoeff() / kJointKnotStep);
     std::vector<JointVector> way;
     for (int k = 0; k <= spans; ++k) {
@@ -322,7 +324,8 @@ Plan& Plan::Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry
 Plan& Plan::Carry(const std::vector<ObjectGoal>& goals, double speed) {
   if (!feasible_) return *this;
   std::vector<int> arms;
-  // By arm: the object that it carries, and its grip in the object's frame.
+  // For each entry of `arms`: index in `goals` of the object that the arm carries, and the arm's grip in the
+  // object's frame.
   std::vector<size_t> carries;
   std::vector<Eigen::Isometry3d> in_object;
   Contacts contacts;

@@ -14,11 +14,13 @@ namespace {
 
 constexpr int kMaxContacts = 2000;
 
-// Geoms of a finger this near to its tip, along the approach direction, form its pad.
+// The geoms of a finger whose distance from the tip, along the approach direction, is at most this form the
+// finger's pad.
 constexpr double kPadLength = 0.015;  // m
 
-// Grip frame: midway between the pads of a gripper, with y in the direction in which they close. A pad may
-// consist of several geoms, and its finger has others; its position is the mean of the geoms near the tip.
+// Returns the grip frame: its origin is midway between the pads of a gripper, and y is the direction in which
+// they close. A pad may consist of several geoms, and its finger has other geoms, too. Therefore the mean
+// position of the geoms near the tip counts as the position of the pad.
 Eigen::Isometry3d GripFrame(const mjModel& model, const mjData& data, const gripper_info_t& gripper,
                             const Eigen::Isometry3d& wrist) {
   const Eigen::Vector3d approach = wrist.linear().col(2);
@@ -79,7 +81,7 @@ Configuration HomeConfiguration(const model_info_t& info) {
 
 std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info) {
   const DataPtr data(mj_makeData(&model));
-  // Half open, so that the line between the two pads has a direction.
+  // The gripper is half open, so that the line between the two pads has a direction.
   for (int joint = 0; joint < model.njnt; ++joint) {
     if (model.jnt_type[joint] == mjJNT_SLIDE || model.jnt_type[joint] == mjJNT_HINGE) {
       const mjtNum* range = model.jnt_range + 2 * joint;
@@ -154,8 +156,8 @@ ContactProbe::ContactProbe(const mjModel& model, const model_info_t& info, doubl
     arm_of_geom_.push_back(arm == info.arm.end() ? -1 : static_cast<int>(arm - info.arm.begin()));
     is_pad_.push_back(false);
   }
-  // No contact may be dropped: the enlarged margins cause more contacts, and closed fingers touch in many
-  // places.
+  // MuJoCo must not drop any contact. There are many, because the margins are enlarged and closed fingers
+  // touch in many places.
   model_->nconmax = std::max(model_->nconmax, kMaxContacts);
   data_.reset(mj_makeData(model_.get()));
   entity_of_body_ = info.body_entity;

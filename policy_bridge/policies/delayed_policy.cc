@@ -37,7 +37,7 @@ void DelayedPolicy::Infer(const state_t& state) {
   const int64_t chunk = schedule_.Arrive(tick + delay_, kChunkFactor * execute_steps_);
   observed_[static_cast<size_t>(chunk % 2)] = state;
   if (!callbacks_.on_policy_action) return;
-  // The message has no rows, because they are not known in advance. ACTION contains what was executed.
+  // The message contains no rows, because they are not known in advance. The executed actions are in ACTION.
   policy_action_t answer{};
   answer.header = state.header;
   answer.kind = "scripted";

@@ -11,19 +11,20 @@
 
 namespace evalbus::policy {
 
-// Treats another policy as one that returns action chunks: each chunk is what the policy commands from a tick
-// on if it observes nothing after that tick. The wrapped policy is therefore called with the state observed,
-// at times that advance by one tick with each action. Its clock stands still while the robot holds its last
-// command. A scripted policy continues with its own plan from one chunk to the next, so its chunks need no
-// joining: `rtc` and `asynchronous` are equal.
+// Treats another policy as a policy that returns action chunks. A chunk contains the actions that the wrapped
+// policy commands if it observes nothing after the tick at which the inference began. The wrapped policy is
+// therefore called with the state of that tick, and with a time that advances by one tick per action. This
+// time stands still while the robot holds its last command. A scripted policy continues its own plan from one
+// chunk to the next, so its chunks need no joining: `rtc` has the same effect as `asynchronous`.
 class DelayedPolicy : public Policy {
  public:
-  // Duration of the part of each chunk that is executed before the next inference begins, if inference takes
-  // no time; and length of a chunk as a multiple of that part. pi0 executes 25 of 50 steps at 50 Hz.
+  // kExecutedPart: duration of the part of a chunk that is executed before the next inference begins.
+  // kChunkFactor: length of a chunk as a multiple of that part. For comparison, pi0 executes 25 of 50 steps
+  // at 50 Hz.
   static constexpr double kExecutedPart = 0.5;  // s
   static constexpr int kChunkFactor = 2;
 
-  // latency: of a fixed duration.
+  // latency: must be Kind::kFixed.
   DelayedPolicy(std::unique_ptr<Policy> policy, const Latency& latency, const model_info_t& info);
 
   void Begin(const episode_begin_t& begin) override;
@@ -31,7 +32,7 @@ class DelayedPolicy : public Policy {
   bool IsReady() override { return policy_->IsReady(); }
   void SetCallbacks(const PolicyCallbacks& callbacks) override;
 
-  // Steps of a chunk that are executed before the next inference begins.
+  // Number of steps of a chunk that are executed before the next inference begins.
   static int ExecuteSteps(double tick_s);
 
  private:
@@ -43,9 +44,9 @@ class DelayedPolicy : public Policy {
   int execute_steps_;
   int64_t delay_;  // ticks
   ChunkSchedule schedule_;
-  // States observed for the chunks with even and with odd numbers.
+  // States that were observed for the last chunk with an even number and the last chunk with an odd number.
   std::array<state_t, 2> observed_;
-  // Number of actions of the wrapped policy in this episode.
+  // Number of actions that the wrapped policy has returned in this episode.
   int64_t num_acted_ = 0;
   action_t last_{};
 };

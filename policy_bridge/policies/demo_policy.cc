@@ -32,7 +32,7 @@ void DemoPolicy::Begin(const episode_begin_t& begin) {
 void DemoPolicy::Act(const state_t& state, action_t* action) {
   const size_t last = demo_.steps.size() - 1;
   const double begin = Seconds(state.header.sim_time_us) * demo_.hz;
-  // 1e-6: tolerance for ticks that are rounded to microseconds.
+  // Times of ticks are rounded to microseconds, so a tolerance of 1e-6 steps is added.
   const auto first = static_cast<size_t>(std::floor(begin + 1e-6));
   const auto end = std::max(first + 1, static_cast<size_t>(std::floor(begin + tick_s_ * demo_.hz + 1e-6)));
   action->mode = action_t::JOINT_POSITION;

@@ -10,9 +10,10 @@
 
 namespace evalbus::policy {
 
-// Episode i plays the i-th file. Each tick commands the demonstration's steps that fall into it, combined by
-// RoboEval's own rule: the mean of the joints and the last value of the grippers. After the end, the last
-// step is held. The scene is drawn from evalbus' seed, because the file does not contain RoboEval's scene.
+// Episode i plays the i-th file. The steps of the demonstration that fall into a tick are combined by
+// RoboEval's own rule: the mean of the joint targets and the last gripper commands. After the end of the
+// demonstration, the last step is held. The scene is drawn from evalbus' seed, because the file does not
+// contain RoboEval's scene.
 class DemoPolicy : public Policy {
  public:
   // Throws InputError unless the robot has 7 + 7 joints and two grippers.

@@ -16,12 +16,12 @@ inline constexpr double kDemoHz = 500;  // RoboEval's recording rate
 
 struct Demonstration {
   std::filesystem::path file;
-  // Folder of the task in RoboEval's archive, ROBOT/TASK/ACTIONS/..., because the metadata in the file
-  // sometimes name another task. Empty if the file is elsewhere.
+  // Name of the task's folder in RoboEval's archive (ROBOT/TASK/ACTIONS/...). It is used because the metadata
+  // of some files name another task. Empty if the file is not in such a folder.
   std::string task;
-  // Metadata of the file, such as the seed of RoboEval's scene.
+  // Metadata in the file, such as the seed of RoboEval's scene.
   std::map<std::string, std::string> metadata;
-  // Steps per second: from the folder NNhz of a converted file, or from metadata written by evalbus;
+  // Steps per second, taken from the folder NNhz of a converted file or from metadata written by evalbus;
   // otherwise 500.
   double hz = kDemoHz;
   std::vector<std::array<double, kDemoWidth>> steps;
@@ -29,21 +29,22 @@ struct Demonstration {
   double seconds() const { return static_cast<double>(steps.size()) / hz; }
 };
 
-// Throws InputError, one line, if the file or tensor is missing, has another shape or contains NaN, delta or
-// pose actions, or angles in degrees.
+// Throws InputError (one line) if the file or its tensor is missing, or if the tensor has another shape or
+// contains NaN, delta actions, pose actions or angles in degrees.
 Demonstration ReadDemonstration(const std::filesystem::path& file);
 
-// The file itself, or all *.safetensors below a folder, sorted. Throws InputError if there is none.
+// Returns the file `path`, or the *.safetensors files below the folder `path`, sorted. Throws InputError if
+// there is none.
 std::vector<std::filesystem::path> DemonstrationFiles(const std::filesystem::path& path);
 
-// Reduces the rate by RoboEval's own rule: for each window of hz/HZ steps, the mean of the joints and the
-// last value of the grippers. An incomplete last window is padded with its last step. Throws InputError if
-// the demonstration's rate is not a multiple of `hz`.
+// Reduces the rate by RoboEval's own rule: a window of steps becomes one step with the mean of the joint
+// targets and the last gripper commands. An incomplete last window is padded with its last step. Throws
+// InputError if the demonstration's rate is not a multiple of `hz`.
 Demonstration AtRate(const Demonstration& demonstration, double hz);
 
-// Contents of a file in RoboEval's layout (info_demo_action, termination, truncation, reward).
+// Returns the contents of a file in RoboEval's layout (info_demo_action, termination, truncation, reward).
 std::string AsSafetensors(const Demonstration& demonstration);
-// One line per step: time_s, left_joint1 ... right_joint7, left_gripper, right_gripper.
+// Returns CSV text with one line per step: time_s, left_joint1 ... right_joint7, left_gripper, right_gripper.
 std::string AsCsv(const Demonstration& demonstration);
 
 }  // namespace evalbus::policy

@@ -21,9 +21,10 @@ constexpr double kRaised = 0.02;  // m
 
 constexpr double kShortBy = 0.08;  // m, distance by which a grasp is missed
 constexpr double kMissTime = 1;    // s
-// The grip loosens for this time once per period.
+// The grippers open for this time once per period.
 constexpr int64_t kLooseTime_us = 100000, kLoosePeriod_us = 500000;
-// The hands move down, and by the fraction kAside of it outward, past objects in front of the robot.
+// The hands move down at kDownSpeed. They also move outward, by the fraction kAside of the way down, to pass
+// objects in front of the robot.
 constexpr double kDownSpeed = 0.15;  // m/s
 constexpr double kMaxDown = 0.6;     // m
 constexpr double kAside = 0.7;

@@ -1,4 +1,4 @@
-// Deliberate failures: wraps another policy and adds one flaw.
+// Wraps another policy and adds one flaw, so that it fails in a known way.
 #pragma once
 
 #include <memory>
@@ -11,8 +11,8 @@
 
 namespace evalbus::policy {
 
-// An object counts as moved if it, or a part of it, is at least 1 cm or 0.1 rad away from its pose at the
-// time when a gripper first closed.
+// An object counts as moved if one of its bodies is at least 1 cm or 0.1 rad away from its pose at the time
+// when a gripper first closed.
 enum class Flaw {
   kMiss,     // the hands stay 8 cm short of their targets
   kSlip,     // the grippers open for 0.1 s of every half second once an object has moved
@@ -27,10 +27,10 @@ enum class Flaw {
 
 // Finds a flaw by its name without the k, in lower case. Throws InputError with the valid names.
 Flaw FindFlaw(const std::string& name);
-// Comma-separated.
+// Names of all flaws, separated by commas.
 std::string FlawNames();
 
-// Changes the targets of another policy. It uses only the objects of the task.
+// Changes the targets of another policy. Of the state, it uses only the poses of the task's objects.
 class FlawedPolicy : public Policy {
  public:
   FlawedPolicy(std::unique_ptr<Policy> policy, Flaw flaw, const mjModel& model, const model_info_t& info);
@@ -38,11 +38,11 @@ class FlawedPolicy : public Policy {
   void Act(const state_t& state, action_t* action) override;
 
  private:
-  // Checks whether the flaw becomes active.
+  // Sets wrong_ if the flaw becomes active in this state.
   void CheckTrigger(const state_t& state, const action_t& action);
-  // Moves the grips of all arms from their targets in `action`: by `back` (m) against their own direction,
-  // and by `down` (m) in the world frame, with a small outward component. An arm whose shifted target is out
-  // of reach stays where it is.
+  // Shifts the grip targets of all arms in `action`: by `back` (m) along the hand's own axis toward the
+  // wrist, and by `down` (m) downward in the world frame, with a small outward component. An arm whose
+  // shifted target is out of reach keeps its last target.
   void Shift(double back, double down, action_t* action);
 
   std::unique_ptr<Policy> policy_;
@@ -50,14 +50,14 @@ class FlawedPolicy : public Policy {
   std::vector<Arm> arms_;
   std::vector<double> side_;  // by arm: 1 left, -1 right, 0 for a single arm
   std::vector<int> bodies_;   // objects of the task
-  // Poses of `bodies_` when a gripper first closed; empty before.
+  // Poses of `bodies_` at the time when a gripper first closed. Empty before that.
   std::vector<Eigen::Isometry3d> start_;
-  // True from the tick at which the planted failure begins; the time of that tick.
+  // wrong_: whether the flaw is active. wrong_time_us_: time of the tick at which it became active.
   bool wrong_ = false;
   int64_t wrong_time_us_ = 0;
   action_t last_{};                   // last action, which kStop and kCollide repeat
   std::vector<JointVector> shifted_;  // by arm: last joint targets of Shift()
-  // State passed to the policy if it differs from the real one.
+  // State that is passed to the policy if it differs from the real state.
   state_t seen_{};
 };
 

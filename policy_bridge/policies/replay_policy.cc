@@ -13,7 +13,7 @@
 namespace evalbus::policy {
 namespace {
 
-// Reads the last attempt at the episode.
+// Reads the actions of the last attempt of an episode.
 RecordedActions ReadActions(const std::filesystem::path& log, int episode) {
   EpisodeReader reader(log, {channels::kAction});
   RecordedActions recorded{.log = log.string(), .episode = {}};
@@ -21,7 +21,7 @@ RecordedActions ReadActions(const std::filesystem::path& log, int episode) {
   for (EpisodeMessages read; reader.Next(&read, is_wanted);) {
     if (is_wanted(read.number())) recorded.episode = std::move(read);
   }
-  // Gaps cannot be tolerated: the previous action would silently be held in them.
+  // Gaps cannot be tolerated, because the previous action would silently be held during them.
   if (reader.log().damaged_places() > 0) {
     throw InputError("policy \"replay\": " + log.string() +
                      " is damaged: " + std::to_string(reader.log().damaged_bytes()) + " bytes are damaged");
@@ -29,8 +29,8 @@ RecordedActions ReadActions(const std::filesystem::path& log, int episode) {
   return recorded;
 }
 
-// Lists what differs between the recording and the run: "task lift_pot, not cube_handover; seed 3, not 4".
-// Empty if nothing differs.
+// Lists the differences between the recording and the run, such as "task lift_pot, not cube_handover; seed 3,
+// not 4". Empty if nothing differs.
 std::string Differences(const EpisodeMessages& recorded, const model_info_t& run, int64_t seed) {
   const model_info_t was = recorded.model.value_or(model_info_t{});
   std::string text;

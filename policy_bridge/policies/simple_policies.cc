@@ -10,7 +10,7 @@
 namespace evalbus::policy {
 namespace {
 
-// Random streams derived from an episode's seed.
+// Numbers of the random streams that are derived from an episode's seed.
 constexpr uint32_t kRandomStream = 1, kNoiseStream = 2;
 
 constexpr int kNumSines = 3;

@@ -11,8 +11,8 @@
 
 namespace evalbus::policy {
 
-// Smooth noise: a sum of three sines of random frequency and phase that starts at zero. It is a function of
-// time only, so it does not depend on the control rate.
+// Smooth noise: a sum of three sines of random frequency and phase, which is zero at time 0. It is a function
+// of time only, so it does not depend on the control rate.
 class SmoothNoise {
  public:
   // Frequencies are uniform in [0.05, max_frequency] Hz. Values stay within +-amplitude.
@@ -51,8 +51,8 @@ class RandomPolicy : public Policy {
   std::vector<SmoothNoise> joints_, grippers_;
 };
 
-// Adds smooth noise of at most +-amplitude to each joint target of another policy. kAmplitude corresponds to
-// about 7 cm at the hand, so that some grasps are missed.
+// Adds smooth noise of at most +-amplitude to each joint target of another policy. kAmplitude moves the hand
+// by about 7 cm, so that some grasps are missed.
 class NoisyPolicy : public Policy {
  public:
   static constexpr double kAmplitude = 0.09;  // rad

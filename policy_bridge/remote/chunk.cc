@@ -9,8 +9,8 @@ namespace {
 
 [[noreturn]] void Fail(const std::string& what) { throw ServerError(ServerError::Kind::kReply, what); }
 
-// Upper bound of the values and steps of an action chunk, far above that of any policy. It limits memory: a
-// byte of an answer becomes several doubles.
+// Upper bound of the number of values in an action chunk, far above what any policy needs. It limits memory,
+// because a byte of an answer may become several doubles.
 constexpr size_t kMaxValues = 1'000'000;
 
 struct Block {
@@ -32,7 +32,7 @@ Block FindBlock(const std::string& key, const Value& reply, bool is_alone) {
   return is_alone ? Block{1, first, array} : Block{first, 1, array};
 }
 
-// Arrays of the action chunk. Checks their size, and that all have the same number of steps.
+// Finds the arrays of the action chunk. Checks their sizes, and that all have the same number of steps.
 std::vector<Block> FindBlocks(const Contract& contract, const Value& reply) {
   std::vector<Block> blocks;
   size_t num_values = 0;

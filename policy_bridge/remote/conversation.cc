@@ -10,7 +10,7 @@
 namespace evalbus::policy {
 namespace {
 
-// Maximum time that the destructor of a conversation waits for its client.
+// Maximum time for which the destructor of a conversation waits for its client.
 constexpr auto kFarewell = std::chrono::seconds(1);
 
 }  // namespace

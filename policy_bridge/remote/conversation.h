@@ -19,26 +19,27 @@ class Conversation {
   using Job = std::function<Reply(PolicyClient& client)>;
 
   explicit Conversation(std::unique_ptr<PolicyClient> client);
-  // Destroys the client, which may notify its server of the end. Waits at most 1 s for that and for an
-  // unfinished job, so that a process can stop without a server's answer.
+  // Destroys the client, which may notify its server of the end. Waits at most 1 s for this and for an
+  // unfinished job, so that a process can stop even if the server does not answer.
   ~Conversation();
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;
 
-  // The thread calls on_answer when an answer is available. Must be set before the first job.
+  // Sets the function that the thread calls when an answer is available. Must be called before the first job.
   void SetOnAnswer(std::function<void()> on_answer);
 
   // Starts a job. Must not be called while is_busy().
   void Start(Job job);
-  // Whether a job has been started whose answer has not been taken.
+  // Whether a job has been started and its answer has not been taken yet.
   bool is_busy() const { return is_busy_; }
-  // Returns the job's answer, once; nothing while the job is running. Rethrows the job's exception.
+  // Returns the answer of a finished job, once. Returns nothing while the job is running. Rethrows an
+  // exception of the job.
   std::optional<Answer> Take();
 
  private:
   struct Shared;
 
-  // Shared with the thread, which may outlive this object.
+  // Data shared with the thread, which may outlive this object.
   std::shared_ptr<Shared> shared_;
   bool is_busy_ = false;
 };

@@ -1,4 +1,4 @@
-// Cost of a policy's inference in simulated time.
+// Simulated time that an inference of a policy takes.
 #pragma once
 
 #include <charconv>
@@ -11,8 +11,9 @@
 
 namespace evalbus::policy {
 
-// In lockstep, an inference costs no simulated time (the simulation stands still), its measured wall-clock
-// time, or a fixed time. `execution` decides what the robot does meanwhile, also on a realtime clock.
+// In lockstep, an inference takes no simulated time (the simulation stands still), its measured wall-clock
+// time, or a fixed time. `execution` defines what the robot does during the inference, with a realtime clock,
+// too.
 struct Latency {
   enum class Kind { kNone, kMeasured, kFixed };
   Kind kind = Kind::kNone;
@@ -20,8 +21,8 @@ struct Latency {
   Execution execution = Execution::kSynchronous;
 };
 
-// Parses a delay of at most a minute in milliseconds, for `option`. expected: what the option takes. Throws
-// InputError.
+// Parses the value of `option` as a delay in milliseconds, at most one minute. expected: description of valid
+// values, for the error message. Throws InputError.
 inline Latency ParseDelay(const std::string& text, const std::string& option, const std::string& expected) {
   constexpr double kLongest = 60e3;  // ms
   double ms = 0;
@@ -38,7 +39,7 @@ inline Latency ParseLatency(const std::string& text) {
   return ParseDelay(text, "--latency", "none, measured or milliseconds");
 }
 
-// Number of ticks that pass during a call that costs this much simulated time; rounded up.
+// Number of ticks that pass during a call which takes this much simulated time, rounded up.
 inline int64_t HeldTicks(double charged_s, double tick_s) {
   return static_cast<int64_t>(std::ceil(charged_s / tick_s - 1e-9));
 }

@@ -44,7 +44,7 @@ Array StateArray(const ObservationEntry& entry, const std::vector<double>& value
   return array;
 }
 
-// Inserts a value at its key path and creates the maps on the way.
+// Inserts a value at its key path, and creates the maps that contain it if they are missing.
 void Put(std::span<const std::string> key, Value value, Map* map) {
   if (key.size() == 1) {
     map->emplace_back(key[0], std::move(value));

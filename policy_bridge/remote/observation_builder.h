@@ -15,32 +15,33 @@ namespace evalbus::policy {
 
 class ObservationBuilder {
  public:
-  // Throws InputError for signals that this model does not have. `contract` must outlive this object.
+  // Throws InputError if the contract uses signals that this model does not have. `contract` must outlive
+  // this object.
   ObservationBuilder(const Contract& contract, const mjModel& model, const model_info_t& info);
 
   // Begins an episode: clears the history.
   void Begin();
 
-  // Views that the policy uses, without duplicates; empty if it uses none. They are needed at ticks with an
-  // observation and, if the contract has a history of images, at every tick.
+  // Views that the policy uses, without duplicates. Their images are needed at every tick with an observation
+  // or, if the contract has a history of images (needs_every_image()), at every tick.
   const std::vector<view_t>& views() const { return views_; }
   bool needs_every_image() const { return needs_every_image_; }
-  // Whether every tick must be added, because the contract has a history of anything.
+  // Whether every tick must be added, because the contract has a history of images or of signals.
   bool needs_every_tick() const { return needs_every_tick_; }
 
-  // Adds a tick: its state and, if needed, the images of views(), in their order.
+  // Adds the state of a tick and, if needed, its images in the order of views().
   void Add(const state_t& state, const std::vector<image_t>& images);
 
-  // What the robot executes while the policy computes (ObservationEntry::Committed).
+  // Rows that the robot executes while the policy computes (see ObservationEntry::Committed).
   struct Committed {
     std::span<const std::vector<double>> rows;
     int64_t delay_steps = 0;
   };
-  // Builds the observation of the last tick added. *record: what is logged of it (header, prompt, arrays,
-  // digests). While the history is too short, its oldest tick is repeated.
+  // Builds the observation of the tick that was added last. *record: its data for the log (header, prompt,
+  // arrays, digests). While the history is too short, its oldest tick is repeated.
   Value Build(const Committed& committed, observation_t* record);
 
-  // Images of the last Build() as they were sent, for display.
+  // An image of the last Build() as it was sent, for display.
   struct Sent {
     std::string key;
     Array array;
@@ -54,7 +55,7 @@ class ObservationBuilder {
     SignalReader signals;
     // Index in views_.
     size_t view = 0;
-    // Arrays of the ticks that the history covers, newest last.
+    // Arrays of the last `reach` ticks, newest last.
     std::deque<Array> ticks;
     size_t reach = 1;
   };
@@ -62,7 +63,7 @@ class ObservationBuilder {
   Array Stacked(const Entry& entry) const;
 
   std::string prompt_;
-  // Numbers in a row of an action chunk.
+  // Number of values in a row of an action chunk.
   int64_t num_values_;
   std::vector<view_t> views_;
   bool needs_every_tick_ = false, needs_every_image_ = false;

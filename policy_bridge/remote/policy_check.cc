@@ -19,11 +19,12 @@ using Level = CheckLine::Level;
 using Verdict = CheckReport::Verdict;
 
 constexpr int kRepeats = 5;
-// A target this far beyond a joint limit is not a rounding error.
+// A target that is farther than this beyond a joint limit is not a rounding error.
 constexpr double kBeyondLimit = 0.05;  // rad
-// A gripper value this many spans beyond its ends indicates a different range.
+// If a gripper value is outside the range between `open` and `closed` by more than this fraction of the
+// range, the server probably uses another range.
 constexpr double kBeyondGripper = 0.5;
-// Default limit of the first step if the contract has none, rad.
+// Limit of the first step (rad) if the contract defines none.
 constexpr double kLargeStep = 0.5;
 
 Verdict VerdictOf(ServerError::Kind kind) {
@@ -85,7 +86,7 @@ class Check {
     client_->BeginEpisode(contract_.PromptFor(info_.task, info_.instruction), 0);
   }
 
-  // Requests an action chunk; *took_s: duration of the call.
+  // Requests an action chunk. *took_s: duration of the call, s.
   Chunk Call(const Value& observation, double* took_s) {
     const auto begin = std::chrono::steady_clock::now();
     const Reply reply = client_->Infer(observation);
@@ -197,7 +198,7 @@ class Check {
             ? std::string("first step: no joint moves")
             : fmt::format("first step: {:.3g} rad at most, of joint {}", largest, largest_joint);
     if (largest > limit) {
-      // Rounded up, to be copied into the contract.
+      // The value is rounded up, so that the user can copy it into the contract.
       const double enough = std::ceil(largest * 10) / 10;
       Doubt(fmt::format(
           "{}; expected at most {:g} rad ({}): absolute taken for a delta, other joints, another unit? If "
@@ -262,7 +263,7 @@ class Check {
     }
   }
 
-  // Largest difference of an answer from the first one.
+  // Returns the largest difference between the values of this chunk and of the first one.
   double Difference(const Chunk& chunk) const {
     double difference = 0;
     for (size_t k = 0; k < std::min(chunk.rows.size(), first_.rows.size()); ++k) {

@@ -17,26 +17,27 @@ struct CheckLine {
 };
 
 struct CheckReport {
-  // The first verdict that applies, in this order.
+  // kUnreachable, kProtocol or kContract: the first failure that was found. kSuspicious: no failure was
+  // found, but something in the answers is doubtful.
   enum class Verdict { kGood, kUnreachable, kProtocol, kContract, kSuspicious };
   Verdict verdict = Verdict::kGood;
   std::vector<CheckLine> lines;
-  // Duration of the successful calls, s: of the first one, and the median of the later ones (-1: there were
-  // none).
+  // Durations of successful calls in seconds: duration of the first call, and median of the later calls. -1:
+  // there were none.
   double first_call_s = -1, steady_call_s = -1;
-  // Largest difference between two answers to the same observation; -1: not tested.
+  // Largest difference between two answers to the same observation, or -1 if it was not tested.
   double repeat_difference = -1;
   int num_steps = 0;
   // Minimum and maximum of each value over the action chunk.
   std::vector<double> least, most;
 };
 
-// "good", "unreachable", "protocol", "contract", "suspicious"
+// Returns "good", "unreachable", "protocol", "contract" or "suspicious".
 const char* NameOf(CheckReport::Verdict verdict);
 
-// Calls the server several times with the observation of this state; the images are in the order of
-// observations->views(). Blocks for at most the contract's deadlines. Throws InputError if the contract does
-// not fit the robot.
+// Calls the server several times with the observation of this state. The images must be in the order of
+// observations->views(). Blocks at most until the contract's deadlines. Throws InputError if the contract
+// does not fit the robot.
 CheckReport CheckPolicyServer(const Contract& contract, PolicyClient* client, const mjModel& model,
                               const model_info_t& info, const state_t& state,
                               const std::vector<image_t>& images, ObservationBuilder* observations);

@@ -39,7 +39,8 @@ void CheckExecution(const Contract& contract, Execution execution) {
                          form == RotationForm::kRotation6dInterleaved ||
                          form == RotationForm::kRotation6dRows;
   const bool is_quaternion = form == RotationForm::kQuaternionWxyz || form == RotationForm::kQuaternionXyzw;
-  // Small rotations may be averaged in each form except quaternions, whose sign is arbitrary.
+  // Small rotations may be averaged in any form except quaternions, because the sign of a quaternion is
+  // arbitrary.
   if (!is_pose || is_linear || (space.kind == ActionKind::kEefDelta && !is_quaternion)) return;
   throw InContract(contract,
                    "--execution rtc: the numbers of this rotation cannot be averaged to join two chunks; "
@@ -69,7 +70,7 @@ void RemotePolicy::SetCallbacks(const PolicyCallbacks& callbacks) {
 void RemotePolicy::Begin(const episode_begin_t& begin) {
   begin_ = begin;
   phase_ = is_connected_ ? Phase::kGreeting : Phase::kConnecting;
-  // If the last episode was cut short during an inference, its answer must be discarded.
+  // If the last episode ended during an inference, the answer of that inference must be discarded.
   is_answer_stale_ = conversation_.is_busy();
   tick_ = -1;
   image_request_.reset();
@@ -145,7 +146,8 @@ void RemotePolicy::OnTick(const state_t& state) {
   tick_ = state.header.tick;
   tick_began_ = Clock::now();
   if (last_.joint_position_rad.empty()) last_ = HoldingAction(state);
-  // An inference for an earlier tick is running, or its images are being rendered (realtime).
+  // With a realtime clock, an inference for an earlier tick may still be running, or its images may be being
+  // rendered.
   if (image_request_ || conversation_.is_busy()) return;
   asks_ = tick_ >= contract_.settle_steps && schedule_.IsDue(tick_);
   if (!asks_ && !observations_.needs_every_tick()) return;
@@ -175,7 +177,7 @@ void RemotePolicy::OnImage(const image_t& image) {
   for (size_t i = 0; i < images_.size(); ++i) {
     if (SameView(image.view, image_request_->view[i])) images_[i] = image;
   }
-  // On a realtime clock, Compute() is not called before the next tick, so the observation is sent from here.
+  // With a realtime clock, Compute() may not be called before the next tick, so the observation is sent here.
   try {
     PollAnswer();
   } catch (...) {
@@ -219,7 +221,8 @@ bool RemotePolicy::Compute(const state_t& state) {
     try {
       if (const auto answer = conversation_.Take()) OnAnswer(*answer);
     } catch (const ServerError& error) {
-      // After an error message the server's connection may still work, but reconnecting is always safe.
+      // After an error message from the server, the connection may still work, but reconnecting is always
+      // safe.
       is_connected_ = false;
       throw;
     }
@@ -238,8 +241,8 @@ Chunk RemotePolicy::ChunkOf(const Reply& reply) {
     has_understood_ = true;
     return chunk;
   } catch (const ServerError& error) {
-    // If not even the first answer can be read, the contract is wrong, and every episode would fail the same
-    // way.
+    // If even the first answer cannot be read, the contract is wrong, and every episode would fail in the
+    // same way.
     if (has_understood_) throw;
     throw InContract(contract_, fmt::format("the contract contradicts the answer of the server at {}: {}",
                                             contract_.url, error.what()));

@@ -1,5 +1,5 @@
-// A policy behind a server: sends it the observations described by its contract, and executes its action
-// chunks with a receding horizon (actions/chunk_schedule.h).
+// A policy behind a server. It sends the server the observations that the contract describes, and executes
+// the returned action chunks with a receding horizon (actions/chunk_schedule.h).
 #pragma once
 
 #include <array>
@@ -21,14 +21,14 @@
 
 namespace evalbus::policy {
 
-// Throws InputError, with the contract's file, if the policy's chunks cannot be joined as `execution`
-// requires.
+// Throws InputError with the contract's file if `execution` requires that chunks be joined but this policy's
+// chunks cannot be joined.
 void CheckExecution(const Contract& contract, Execution execution);
 
 class RemotePolicy : public Policy {
  public:
-  // client: null: a client of the contract's wire. Throws InputError if the contract does not fit the robot
-  // or the task's control rate, or its URL does not fit its wire.
+  // client: if null, a client for the contract's wire is created. Throws InputError if the contract does not
+  // fit the robot or the task's control rate, or if its URL does not fit its wire.
   RemotePolicy(const Contract& contract, Latency latency, const mjModel& model, const model_info_t& info,
                std::unique_ptr<PolicyClient> client = nullptr);
 
@@ -47,16 +47,16 @@ class RemotePolicy : public Policy {
 
   void OnTick(const state_t& state);
   bool has_all_images() const;
-  // Adds the requested tick to the observations once its images have arrived, and queries the server if
-  // necessary.
+  // Once the images of the requested tick have arrived, adds the tick to the observations and, if an
+  // inference is due, starts a call of the server.
   void PollAnswer();
   void StartCall();
   Chunk ChunkOf(const Reply& reply);
   void OnAnswer(const Conversation::Answer& answer);
-  // Ticks that pass during an inference, as far as it is known when it begins.
+  // Number of ticks that an inference is expected to take, as known when it begins.
   int64_t expected_delay() const;
-  // Throws if the episode's first action, of a kind that sets an absolute position, is too far from the
-  // robot's state.
+  // Throws if an action of an absolute kind moves a joint by more than the contract's first_step_rad. Called
+  // for the policy's first action.
   void CheckFirstStep(const state_t& state, const action_t& action);
   void Note(const std::string& text) const;
 
@@ -82,21 +82,21 @@ class RemotePolicy : public Policy {
   episode_begin_t begin_{};
   int64_t tick_ = -1;
   Clock::time_point tick_began_{};
-  // The tick being observed, and its images received so far.
+  // The tick being observed, and the images of it that have been received so far.
   std::optional<image_request_t> image_request_;
   state_t observed_{};
   std::vector<std::optional<image_t>> images_;
-  // Exception of a Look() between two ticks; rethrown by Compute().
+  // Exception that PollAnswer() threw in OnImage(); rethrown by Compute().
   std::exception_ptr failure_;
-  // Whether the tick being observed is to be sent to the server.
+  // Whether the observation of that tick will be sent to the server.
   bool asks_ = false;
   // Header of the last observation that was sent.
   header_t asked_{};
   ChunkSchedule schedule_;
-  // Rows of the chunks with even and with odd numbers. Two chunks are known at the same time while the newer
-  // one has not arrived.
+  // Rows of the last chunk with an even number and of the last chunk with an odd number. Both are needed
+  // until the newer chunk is in use.
   std::array<std::vector<std::vector<double>>, 2> rows_;
-  // Ticks that the last inference took.
+  // Number of ticks that the last inference took.
   int64_t last_delay_ = 0;
   action_t last_{};
 };

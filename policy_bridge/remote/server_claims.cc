@@ -19,7 +19,7 @@ std::string Listed(const std::set<std::string>& names) {
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-// Reports names that only the server or only the contract has.
+// Adds a line for names that only the server or only the contract has.
 void CompareNames(const std::string& what, const std::set<std::string>& server,
                   const std::set<std::string>& ours, Lines* lines) {
   if (server == ours) return;
@@ -51,8 +51,8 @@ Lines OfRoboArena(const Contract& contract, const Value& metadata) {
     const ImageForm& form = entry.image;
     const int width = form.width_px > 0 ? form.width_px : form.view.width_px;
     const int height = form.width_px > 0 ? form.height_px : form.view.height_px;
-    // The order of the server's resolution is undocumented, and RoboArena's own images are square, so either
-    // order is accepted.
+    // Whether the server's resolution is (width, height) or (height, width) is undocumented, and RoboArena's
+    // own images are square. Either order is therefore accepted.
     if (std::minmax<int64_t>(width, height) == std::minmax(*first, *second)) continue;
     lines.push_back(fmt::format("{}: the server expects {} x {} pixels, the contract sends {} x {}",
                                 entry.KeyText(), *first, *second, width, height));

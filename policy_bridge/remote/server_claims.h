@@ -1,4 +1,4 @@
-// Compares a server's description of itself with a contract.
+// Compares the description that a server gives of itself with a contract.
 #pragma once
 
 #include <string>

@@ -1,15 +1,14 @@
 // Client of NVIDIA Isaac-GR00T's inference servers, N1.5 to N1.7, over ZeroMQ.
 //
 // The interface is the same for every dialect. An observation is a map of "video.NAME" (|u1, (T, height,
-// width, 3)), "state.NAME" (numbers, (T, D)) and language keys (text, with the server's keys). The actions of
-// an answer are NAME (H, D). In the map of modalities that Connect() returns, the names of video, state and
-// action have no prefix either: an N1.5 server lists "video.NAME" under video, and the prefix is removed. So
-// the key of an observation is MODALITY.NAME in all dialects. Language keys are not changed, even if they
-// contain dots.
+// width, 3)), "state.NAME" (numbers, (T, D)) and language keys (text). The key of an action in an answer is
+// NAME, and its shape is (H, D). In the map of modalities that Connect() returns, names of video, state and
+// action have no prefix. An N1.5 server lists "video.NAME" under video, so the prefix is removed. The key of
+// an observation is therefore MODALITY.NAME in all dialects. Language keys are the server's keys; they are
+// not changed, even if they contain dots.
 //
 // Deadlines: connect_s for the connection, first_reply_s for the first actions, reply_s for all other
-// answers. The client never sends the request to stop the server, although the protocol allows any client to
-// send it.
+// answers. The protocol allows any client to stop the server, but this client never sends that request.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,11 +31,11 @@ using Kind = ServerError::Kind;
 using Dialect = ClientOptions::GrootDialect;
 constexpr std::string_view kVideo = "video.", kState = "state.", kAction = "action.";
 
-// Observations, each a map with the same entries.
+// Observations of one request. All maps have the same keys.
 using Batch = std::vector<Map>;
 
-// Whether the observations fit into one request: same keys in the same order, arrays of the same dtype and
-// shape.
+// Whether the observations fit into one request. Their keys must be equal and in the same order, and arrays
+// must have the same dtype and shape.
 bool FitTogether(const Batch& batch) {
   return std::ranges::all_of(batch, [&](const Map& observation) {
     return std::ranges::equal(observation, batch.front(), [](const auto& one, const auto& other) {
@@ -47,7 +46,8 @@ bool FitTogether(const Batch& batch) {
   });
 }
 
-// Stacks the i-th entries: arrays (...) become one array (observations, ...).
+// Stacks the i-th entries of all observations: arrays of shape (...) become one array of shape (observations,
+// ...).
 Array Stacked(const Batch& batch, size_t i) {
   Array stacked = *batch.front()[i].second.As<Array>();
   stacked.shape.insert(stacked.shape.begin(), static_cast<int64_t>(batch.size()));
@@ -58,7 +58,7 @@ Array Stacked(const Batch& batch, size_t i) {
   return stacked;
 }
 
-// Returns the n-th array (...) of an array (observations, ...).
+// Returns the n-th array, of shape (...), of an array of shape (observations, ...).
 Array Nth(const Array& stacked, size_t n) {
   Array one{stacked.dtype, {stacked.shape.begin() + 1, stacked.shape.end()}, {}};
   const size_t size = stacked.data.size() / static_cast<size_t>(stacked.shape[0]);
@@ -122,7 +122,7 @@ class GrootClient : public PolicyClient {
   bool connected() const override { return connection_.has_value(); }
 
   void BeginEpisode(const std::string&, int64_t) override {
-    if (dialect_ == Dialect::kN15) return;  // keeps no state
+    if (dialect_ == Dialect::kN15) return;  // N1.5 servers keep no state
     ClosedByFailure([&] { return Call("reset", Map{{"options", nullptr}}, options_.reply_s); });
   }
 
@@ -159,8 +159,8 @@ class GrootClient : public PolicyClient {
   }
 
  private:
-  // After a failure other than an error message from the server, the next frame might belong to an earlier
-  // request, so the connection is closed.
+  // Returns talk(). If it fails without an error message from the server, the connection is closed, because
+  // the next frame might belong to an earlier request.
   template <class Talk>
   auto ClosedByFailure(const Talk& talk) -> decltype(talk()) {
     try {
@@ -171,7 +171,7 @@ class GrootClient : public PolicyClient {
     }
   }
 
-  // Connects to the first of the host's addresses that has a server.
+  // Connects to the first address of the host at which a server listens.
   void Open() {
     const Url url = ParseUrl(options_.url, "tcp");
     const std::vector<std::string> addresses = Resolve(url, options_.connect_s);
@@ -207,7 +207,7 @@ class GrootClient : public PolicyClient {
     if (data) request.emplace_back("data", std::move(*data));
     if (!options_.api_key.empty()) request.emplace_back("api_token", options_.api_key);
     const Bytes reply = connection_->Call(EncodeGroot(request), limit_s);
-    // The oldest servers answer every failure with this word.
+    // The oldest servers answer every failure with the word "ERROR".
     constexpr std::string_view kError = "ERROR";
     if (std::equal(reply.begin(), reply.end(), kError.begin(), kError.end())) throw ErrorFromServer("ERROR");
     Value answer = DecodeGroot(reply);
@@ -224,7 +224,7 @@ class GrootClient : public PolicyClient {
                                                  Describe(answer)));
   }
 
-  // Removes the prefixes, which identify the dialect.
+  // Removes the prefixes of names. They also identify the dialect.
   void ReadConfiguration(Map& configuration) {
     bool prefixed = false;
     for (auto& [modality, content] : configuration) {
@@ -248,8 +248,8 @@ class GrootClient : public PolicyClient {
     if (prefixed && dialect_ == Dialect::kDetect) dialect_ = Dialect::kN15;
   }
 
-  // Assumes kN16 until the server proves otherwise. N1.5 takes a single observation without a batch axis; all
-  // other requests have one.
+  // Uses kN16 until an answer shows that the server uses another dialect. For N1.5, a single observation has
+  // no batch axis; all other requests have one.
   Value GetAction(const Batch& batch) {
     Map video, state, language, flat;
     for (size_t i = 0; i < batch.front().size(); ++i) {
@@ -279,8 +279,8 @@ class GrootClient : public PolicyClient {
     return Call("get_action", std::move(sent), answered_ ? options_.reply_s : options_.first_reply_s);
   }
 
-  // Servers that take flat observations name a missing key with its prefix, as here; servers that take nested
-  // ones name it without the prefix.
+  // Whether an error shows that the server expects flat observations. Such a server reports a missing key
+  // with its prefix; a server that expects nested observations reports it without the prefix.
   static bool RequestsFlat(const ServerError& error, const Map& entries) {
     if (error.kind() != Kind::kServer) return false;
     for (const auto& [key, value] : entries) {
@@ -289,7 +289,7 @@ class GrootClient : public PolicyClient {
     return false;
   }
 
-  // Actions for each observation of the batch.
+  // Returns the actions for each observation of the batch.
   std::vector<Reply> Actions(Value answer, size_t batch_size) const {
     if (dialect_ != Dialect::kN15) {
       List* parts = answer.As<List>();  // actions, information
@@ -324,7 +324,7 @@ class GrootClient : public PolicyClient {
     return replies;
   }
 
-  // (1, H, D) or (H, D) -> (H, D). N1.5 omits every axis of size 1.
+  // Converts an array (1, H, D) or (H, D) to (H, D). N1.5 omits every axis of size 1.
   Array WithoutBatch(const std::string& key, Array array) const {
     std::vector<int64_t>& shape = array.shape;
     if (shape.size() == 3 && shape[0] == 1) {
@@ -341,7 +341,7 @@ class GrootClient : public PolicyClient {
   }
 
   ClientOptions options_;
-  Dialect dialect_;  // kDetect until the server has revealed it
+  Dialect dialect_;  // kDetect until an answer has shown the dialect
   std::optional<size_t> horizon_;
   bool answered_ = false;
   std::optional<RequestSocket> connection_;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char *kArrayMark = "__ndarray_class__", *kModalityMark = "__ModalityConfig_class__";
 
-// Replaces arrays by maps.
+// Returns `value` with all arrays replaced by maps.
 Value Written(const Value& value) {
   if (const auto* array = value.As<Array>()) return Map{{kArrayMark, true}, {"as_npy", EncodeNpy(*array)}};
   if (const auto* list = value.As<List>()) {
@@ -31,7 +31,7 @@ bool IsMarked(const Value& value, const char* mark) {
   return found && *found == Value(true);
 }
 
-// Replaces maps by the arrays or modality configurations that they represent.
+// Returns `value` with maps replaced by the arrays or modality configurations that they represent.
 Value Read(Value value) {
   if (List* list = value.As<List>()) {
     for (Value& item : *list) item = Read(std::move(item));

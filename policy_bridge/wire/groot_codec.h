@@ -11,7 +11,7 @@ namespace evalbus::policy {
 
 Bytes EncodeGroot(const Value& value);
 
-// Decodes exactly one value, within DecodeMsgpack's limits. Throws ServerError (kProtocol).
+// Decodes exactly one value, with the limits of DecodeMsgpack(). Throws ServerError (kProtocol).
 Value DecodeGroot(std::span<const uint8_t> bytes);
 
 }  // namespace evalbus::policy

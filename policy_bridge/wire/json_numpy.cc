@@ -22,12 +22,12 @@ using Json = nlohmann::ordered_json;
   throw ServerError(ServerError::Kind::kProtocol, "JSON: " + why);
 }
 
-// Largest input of a single call of OpenSSL's function, which counts in int.
+// Largest input of a single call of OpenSSL's function, whose lengths are of type int.
 constexpr size_t kMaxBase64 = std::numeric_limits<int>::max() / 4 * 3;
 
 Bytes DecodeBase64(std::string_view text) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  // OpenSSL's function would also accept spaces, and padding in any position.
+  // These checks are necessary because OpenSSL's function would accept spaces, and padding in any position.
   const size_t digits = std::min(text.find_first_not_of(kDigits), text.size());
   const size_t padding = text.size() - digits;
   if (text.size() % 4 != 0 || padding > 2 ||
@@ -66,7 +66,7 @@ struct ToJson {
   }
 };
 
-// The value that a map represents.
+// Returns the value that a map represents.
 Value JsonMeaning(Map map) {
   Value value = std::move(map);
   const Value* data = value.Find("__numpy__");
@@ -85,7 +85,7 @@ Value JsonMeaning(Map map) {
   return CheckedArray(std::move(array));
 }
 
-// Handles the events of nlohmann's parser; nlohmann's own tree would use memory without a limit.
+// Handles the events of nlohmann's parser. nlohmann's own tree is not used, because its memory has no limit.
 class Reader : public nlohmann::json_sax<Json> {
  public:
   Value Take() { return tree_.Take(); }

@@ -9,11 +9,12 @@
 
 namespace evalbus::policy {
 
-// Writes keys in the map's order. Throws InputError for values that JSON cannot represent: bytes, text that
-// is not UTF-8, a number that is not finite.
+// Writes keys in the map's order. Throws InputError for a value that JSON cannot represent: bytes, text that
+// is not UTF-8, or a number that is not finite.
 std::string EncodeJsonNumpy(const Value& value);
 
-// Throws ServerError (kProtocol) for invalid JSON, and for an array whose bytes do not match its shape.
+// Decodes JSON text. Throws ServerError (kProtocol) for invalid JSON, and for an array whose bytes do not
+// match its shape.
 Value DecodeJsonNumpy(std::string_view text);
 
 }  // namespace evalbus::policy

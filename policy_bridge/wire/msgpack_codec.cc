@@ -40,7 +40,7 @@ class Encoder {
   void Pack(std::nullptr_t) { packer_.pack_nil(); }
   void Pack(bool truth) { truth ? packer_.pack_true() : packer_.pack_false(); }
   void Pack(int64_t number) { packer_.pack_int64(number); }
-  // The library would write 1.0 as the integer 1, which servers interpret as an integer.
+  // The library would encode 1.0 as the integer 1, and servers would interpret it as an integer.
   void Pack(double number) {
     stream_.bytes.push_back(0xcb);
     const auto bits = std::bit_cast<uint64_t>(number);
@@ -120,7 +120,7 @@ bool Has(const Map& map, std::string_view marker) {
   return found != map.end() && found->second == Value(true);
 }
 
-// dtype_key: "dtype", or msgpack-numpy's "type".
+// dtype_key: key of the dtype, which is "type" in msgpack-numpy's form.
 Value ToArray(Map map, std::string_view dtype_key = "dtype") {
   Array array;
   const Value& dtype = Part(map, dtype_key);
@@ -141,7 +141,7 @@ Value ToArray(Map map, std::string_view dtype_key = "dtype") {
 }
 
 // Whether a map is an array or a NumPy scalar in msgpack-numpy's form. Its keys are common words, so the
-// types of the values are compared, too; a structured array's "type" is a list, and the array remains a map.
+// types of the values are compared, too. A structured array, whose "type" is a list, remains a map.
 bool IsOfMsgpackNumpy(const Map& map) {
   const auto holds = [&]<class T>(std::string_view key, std::in_place_type_t<T>) {
     const auto found = std::ranges::find(map, key, &Map::value_type::first);
@@ -151,7 +151,7 @@ bool IsOfMsgpackNumpy(const Map& map) {
          holds("data", std::in_place_type<Bytes>);
 }
 
-// The value that a map represents.
+// Returns the value that a map represents.
 Value MsgpackMeaning(Map map) {
   if (IsOfMsgpackNumpy(map)) {
     if (!Has(map, "nd")) map.emplace_back("shape", List());
@@ -162,7 +162,8 @@ Value MsgpackMeaning(Map map) {
   return map;
 }
 
-// Receives the parser's events in order. Returning false, or throwing, ends the parsing.
+// Receives the parser's events in order. A handler ends the parsing by returning false or by throwing an
+// exception.
 class Builder : public msgpack::null_visitor {
  public:
   bool visit_nil() { return Add(nullptr); }
@@ -187,7 +188,7 @@ class Builder : public msgpack::null_visitor {
     RefuseMsgpack("an extension type, which this wire does not support");
   }
 
-  // Memory is allocated for elements that have arrived, not for the announced number of elements.
+  // Ignores the announced number of elements. Memory is allocated only for elements that have arrived.
   bool start_array(uint32_t) { return Open(List()); }
   bool end_array() {
     tree_.CloseList();

@@ -10,23 +10,24 @@
 
 namespace evalbus::policy {
 
-// Keys of an array: "__ndarray__" and the others as bytes for openpi's servers, as text for vla-eval's; those
-// of msgpack-numpy, as bytes, for XPolicyLab's.
+// Form of an array's keys. kBytes: "__ndarray__" and the other keys as bytes, for openpi's servers. kTexts:
+// the same keys as text, for vla-eval's servers. kMsgpackNumpy: the keys of msgpack-numpy as bytes, for
+// XPolicyLab's servers.
 enum class ArrayKeys { kBytes, kTexts, kMsgpackNumpy };
 
-// Integers are encoded as short as possible, and doubles always as float64, as Python's packer does. A wire
-// whose arrays have another form (GR00T) must replace them by maps first.
+// Encodes integers as short as possible, and doubles always as float64, as Python's packer does. If a wire
+// has another form of arrays (GR00T), they must be replaced by maps first.
 Bytes EncodeMsgpack(const Value& value, ArrayKeys array_keys);
 
 // Decodes one value; trailing bytes are an error. Accepts arrays of all forms and NumPy scalars of openpi
 // ("__npgeneric__") and msgpack-numpy ("nd": false), with their keys in any order. Converts numbers of
-// big-endian arrays to little-endian. Replaces an array of texts by a text which states that it was not read.
-// Unsigned numbers that do not fit int64 become doubles.
+// big-endian arrays to little-endian. Replaces an array of texts by a text that says that the array was not
+// read. Unsigned numbers that do not fit int64 become doubles.
 //
-// The bytes are not trusted: whatever sizes they announce, the memory used is at most a fixed multiple of
-// their number. Throws ServerError (kProtocol) for truncated input, keys that are not texts, extensions, more
-// than 32 levels, more than a million values (numbers in arrays are not counted), and arrays whose data do
-// not match their shape.
+// The bytes are not trusted. Memory use is limited to a fixed multiple of the number of bytes, whatever sizes
+// the bytes announce. Throws ServerError (kProtocol) for truncated input, keys that are not texts,
+// extensions, more than 32 levels, more than a million values (numbers in arrays are not counted), and arrays
+// whose data do not match their shape.
 Value DecodeMsgpack(std::span<const uint8_t> bytes);
 
 }  // namespace evalbus::policy

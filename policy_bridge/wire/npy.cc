@@ -55,7 +55,7 @@ class HeaderReader {
   [[noreturn]] void Malformed() const {
     RefuseNpy(fmt::format("header cannot be read: {}", Printable(Cut(std::string(text_), 100))));
   }
-  // Next character that is not white space, without consuming it; NUL at the end.
+  // Returns the next character that is not white space, without consuming it. Returns NUL at the end.
   char Next() {
     while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\n')) ++at_;
     return at_ < text_.size() ? text_[at_] : '\0';

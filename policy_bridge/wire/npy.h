@@ -8,10 +8,11 @@
 
 namespace evalbus::policy {
 
-// Writes version 1.0; the numbers start at a multiple of 64 bytes.
+// Encodes version 1.0 of the format. The numbers start at a multiple of 64 bytes.
 Bytes EncodeNpy(const Array& array);
 
-// Throws ServerError (kProtocol) if the bytes are not such a file, and for Fortran order and Python objects.
+// Throws ServerError (kProtocol) if the bytes are not a .npy file, and if it contains Fortran order or Python
+// objects.
 Array DecodeNpy(std::span<const uint8_t> bytes);
 
 }  // namespace evalbus::policy

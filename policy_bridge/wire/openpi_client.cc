@@ -5,9 +5,9 @@
 //
 // The server first sends its metadata; then requests and replies alternate. An error is sent as a text and
 // ends the connection. RoboArena's dialect is used if the server's metadata contain "action_space", or if the
-// wire is Wire::kRoboArena: "endpoint" in every request, a reset at the beginning of an episode, and
-// "session_id" if "needs_session_id" is set. vLLM-Omni answers a reset with a map, and reports an error as a
-// map after which the connection stays open.
+// wire is Wire::kRoboArena. In this dialect, every request contains "endpoint" (and "session_id" if the
+// metadata set "needs_session_id"), and a reset is sent at the beginning of an episode. vLLM-Omni answers a
+// reset with a map. It also reports an error as a map, and then keeps the connection open.
 #include <fmt/format.h>
 
 #include <random>
@@ -21,13 +21,13 @@ namespace {
 using Kind = ServerError::Kind;
 constexpr const char* kResetAnswer = "reset successful";
 
-// An id that differs from that of any other client of this server.
+// Returns a session id that no other client of this server uses.
 std::string NewSessionId(int64_t episode) {
   std::random_device random;
   return fmt::format("evalbus-episode{}-{:08x}{:08x}", episode, random(), random());
 }
 
-// Nothing if the value is not a number.
+// Returns the value as a double, or nothing if it is not a number.
 std::optional<double> Number(const Value* value) {
   if (!value) return std::nullopt;
   if (const auto* number = value->As<double>()) return *number;
@@ -65,7 +65,7 @@ class OpenpiClient : public WebsocketClient {
     const Websocket::Message reply = Call(Map{}, "reset");
     if (reply.is_text && reply.Text() == kResetAnswer) return;
     const Value value = Answer(reply);
-    const Value* status = value.Find("status");  // of vLLM-Omni
+    const Value* status = value.Find("status");  // used by vLLM-Omni
     if (status && *status == Value(kResetAnswer)) return;
     throw Ended(Kind::kProtocol, "answers a reset with " + Describe(value));
   }
@@ -89,14 +89,14 @@ class OpenpiClient : public WebsocketClient {
   std::string Name() const override { return is_robo_arena_ ? "RoboArena websocket" : "openpi websocket"; }
 
  private:
-  // Reconnects to the same server. Its model is compiled already, so the shorter deadline applies to its
+  // Reconnects to the same server. Its model is compiled already, so the shorter deadline applies to all
   // answers.
   void Reconnect() {
     Connect();
     Answered();
   }
 
-  // The content of a reply. Throws the server's error, which is a text or, with vLLM-Omni, a map.
+  // Returns the content of a reply. If it is an error (a text or, with vLLM-Omni, a map), throws it.
   Value Answer(const Websocket::Message& reply) {
     Value value = Decoded(reply);
     const Value* type = is_robo_arena_ ? value.Find("type") : nullptr;

@@ -14,16 +14,16 @@
 
 namespace evalbus::policy {
 
-// The server failed; no conclusion about the policy can be drawn. what() is one line, with the server's own
-// error message if there is one (the last line of a traceback).
+// The server failed; no conclusion about the policy can be drawn. what() is one line. If the server sent an
+// error message, what() contains it, or the last line of it if it is a traceback.
 class ServerError : public std::runtime_error {
  public:
   enum class Kind {
-    kUnreachable,  // refused, unknown host, connection lost
+    kUnreachable,  // connection refused or lost, unknown host
     kTimeout,      // no answer before the deadline
-    kProtocol,     // bytes that are invalid on this wire: an incomplete or oversized frame, another protocol
+    kProtocol,     // invalid bytes on this wire: an incomplete or oversized frame, another protocol
     kServer,       // the server reported a failure: an error message, a traceback
-    kReply,        // decodable, but not as described by the contract: keys, shapes
+    kReply,        // keys or shapes of the answer differ from the contract
   };
   ServerError(Kind kind, const std::string& what, std::string details = {})
       : std::runtime_error(what), kind_(kind), details_(std::move(details)) {}
@@ -47,65 +47,67 @@ struct ClientOptions {
   std::string api_key;
   // Address of the pool (policy_pool.h) that queries the server; empty: this client queries it directly.
   std::string pool_url;
-  // Deadlines, s. The first answer after a connection has its own, because the server may compile its model
-  // then.
+  // Deadlines, s. The first answer after a connection has its own deadline, because the server may compile
+  // its model first.
   double connect_s = 10, first_reply_s = 600, reply_s = 30;
-  // A longer answer is rejected before it is read.
+  // Maximum size of an answer. A larger answer is rejected before it is read.
   uint64_t max_reply_bytes = 256 << 20;
-  // GR00T dialect. kDetect derives it from the server's names of inputs and outputs; set another value to
-  // skip this query.
+  // GR00T dialect. kDetect queries the server's names of inputs and outputs and derives the dialect from
+  // them. Set another value to skip this query.
   enum class GrootDialect { kDetect, kN15, kN16, kN16Flat };
   GrootDialect groot_dialect = GrootDialect::kDetect;
 };
 
 struct Reply {
   // The server's answer as a map, without the wire's envelope. If a wire has a single array of actions, its
-  // key is "actions", whatever the wire calls it. GR00T's arrays have their names without "action." and are
-  // (H, D), without the batch axis. XPolicyLab's list of H actions becomes one (H, D) array for each key.
+  // key here is "actions", whatever the wire calls it. GR00T's arrays have the shape (H, D), without the
+  // batch axis, and their names have no "action." prefix. XPolicyLab's list of H actions becomes one (H, D)
+  // array for each key.
   Value value;
-  // Wall-clock time of the inference as reported by the server; nothing if it does not report it.
+  // Wall-clock time of the inference as reported by the server. Unset if the server does not report it.
   std::optional<double> server_s;
 
-  // Keeps the time that a server reports, unless it is negative or not finite.
+  // Stores the time that a server reports, unless it is negative or not finite.
   void SetServerTime(double milliseconds) {
     if (milliseconds >= 0 && std::isfinite(milliseconds)) server_s = milliseconds / 1000;
   }
 };
 
-// All calls block, for at most the deadlines of ClientOptions. Not thread-safe. After a ServerError, the
-// client is closed and Connect() must be called again; only after kServer it may still be connected,
-// depending on the wire. This class does not interpret observations or actions.
+// All calls block, at most until the deadlines of ClientOptions. Not thread-safe. After a ServerError,
+// Connect() must be called again unless connected() is still true, which depends on the wire and is possible
+// only for kServer. This class does not interpret observations or actions.
 class PolicyClient {
  public:
   virtual ~PolicyClient() = default;
 
   // Connects, and returns the server's description of itself: openpi's metadata, RoboArena's configuration,
-  // vla-eval's hello payload, XPolicyLab's hello_ack payload, GR00T's modality configuration (map of modality
-  // to {"modality_keys": [...], ...}); an empty map if the wire has none. Throws ServerError.
+  // vla-eval's hello payload, XPolicyLab's hello_ack payload, or GR00T's modality configuration (map of
+  // modality to {"modality_keys": [...], ...}). Returns an empty map if the wire has no description. Throws
+  // ServerError.
   virtual Value Connect() = 0;
   virtual bool connected() const = 0;
 
-  // Begins an episode, so that the server discards the state of the previous one. Sends the wire's message
-  // for that: RoboArena's and GR00T's reset, vla-eval's episode_end and episode_start with this task text,
-  // XPolicyLab's trial_end, prepare_case (for another task text than before) and reset.
-  // openpi's wire has none, so each episode uses a new connection. Does nothing on the REST wire, whose
-  // servers have neither sessions nor state. Throws ServerError.
+  // Begins an episode, so that the server discards the state of the previous one. RoboArena and GR00T: sends
+  // a reset. vla-eval: sends episode_end, and episode_start with this task text. XPolicyLab: sends trial_end,
+  // prepare_case (if the task text has changed) and reset. openpi: the wire has no such message, so each
+  // episode uses a new connection. REST: does nothing, because servers have neither sessions nor state.
+  // Throws ServerError.
   virtual void BeginEpisode(const std::string& instruction, int64_t episode) = 0;
 
   // Sends one observation: a map as built from the contract, with the server's keys (GR00T: "video.NAME",
   // "state.NAME", language key; the client nests them if the dialect requires it). Throws ServerError.
   virtual Reply Infer(const Value& observation) = 0;
 
-  // Sends several observations, and returns their answers in the same order. They are one request if the wire
-  // supports batches (GR00T) and their keys and shapes are equal; otherwise they are sent one after the
-  // other. Throws ServerError, which then applies to all of them.
+  // Sends several observations, and returns their answers in the same order. They are sent as one request if
+  // the wire supports batches (GR00T) and their keys and shapes are equal, and otherwise one after the other.
+  // Throws ServerError, which applies to all of them.
   virtual std::vector<Reply> InferBatch(std::span<const Value> observations);
 
-  // Name of the wire and dialect in use, for messages: "openpi websocket", "GR00T N1.6 (flat)".
+  // Name of the wire and dialect in use, for messages, such as "openpi websocket" or "GR00T N1.6 (flat)".
   virtual std::string Name() const = 0;
 };
 
-// Does not connect yet. Throws InputError for a URL that does not fit the wire.
+// Creates a client, which is not connected yet. Throws InputError for a URL that does not fit the wire.
 std::unique_ptr<PolicyClient> MakePolicyClient(const ClientOptions& options);
 
 }  // namespace evalbus::policy

@@ -24,18 +24,19 @@ namespace {
 using Kind = ServerError::Kind;
 using Clock = std::chrono::steady_clock;
 
-// Messages between the processes of a run. A request is {"observation": ...}, or an empty map, which asks
-// whether there is a server. An answer is {"value", "server_s"} or {"error", "kind", "details"}.
+// Keys of the messages between the processes of a run. A request is {"observation": ...}, or an empty map to
+// connect to the server. An answer is {"value", "server_s"} or {"error", "kind", "details"}.
 constexpr const char *kObservation = "observation", *kValue = "value", *kServerS = "server_s",
                      *kError = "error", *kKind = "kind", *kDetails = "details";
-// Kind of an error that is caused by the observation, not by the server.
+// "kind" of an error that is caused by the observation, not by the server.
 constexpr int64_t kWrongInput = -1;
 
-// Upper bound of the wait for other clients. Without it, the wait would be as long as the last request, which
-// may take minutes.
+// Upper bound of the wait for other clients. Without this bound, the pool might wait for minutes, because it
+// waits as long as the last request took.
 constexpr auto kLongestWait = std::chrono::seconds(1);
 
-// Practically unlimited: the pool itself applies the server's deadlines, and answers earlier requests first.
+// Practically no deadline, because the pool itself applies the server's deadlines, and answers earlier
+// requests first.
 constexpr double kAnswerTimeout = 1e6;  // s
 
 Value Answer(const Reply& reply) {
@@ -44,7 +45,7 @@ Value Answer(const Reply& reply) {
   return answer;
 }
 
-// Answer for the exception that is being handled.
+// Returns the answer that reports the exception being handled.
 Value Failure() {
   try {
     throw;
@@ -238,11 +239,11 @@ struct PolicyPool::State {
   size_t batch_size = 1;
   std::chrono::milliseconds gather{};
   std::unique_ptr<PolicyClient> client;
-  // The server's description of itself.
+  // The server's description of itself, as returned by Connect().
   Value metadata;
   std::deque<Question> waiting;
-  // Clients that are expected to send a request soon: number of the last request in which each was answered,
-  // or at which it connected.
+  // Clients that are expected to send a request soon. For each of them: value of num_requests when it was
+  // last answered or when it connected.
   std::map<std::string, int64_t> last_request;
   int64_t num_requests = 0;
   Clock::time_point idle_since{};
@@ -257,7 +258,7 @@ PolicyPool::PolicyPool(ClientOptions server, int batch_size, std::chrono::millis
   state_->client = MakePolicyClient(server);
   state_->batch_size = static_cast<size_t>(batch_size);
   state_->gather = gather;
-  // A Unix socket rather than a network socket, because workers may run in network namespaces of their own.
+  // The socket is a Unix socket, because workers may run in network namespaces of their own.
   folder_ = (std::filesystem::temp_directory_path() / "evalbus-pool-XXXXXX").string();
   if (!mkdtemp(folder_.data())) {
     throw EnvironmentError("cannot make " + folder_ + ": " + std::strerror(errno));

@@ -15,8 +15,9 @@ using Lookup = std::function<std::vector<std::string>(const std::string& host)>;
 // Uses the system's resolver (getaddrinfo).
 std::vector<std::string> LookUp(const std::string& host);
 
-// Waits up to limit_s for `look_up`. It cannot be interrupted: after the deadline it continues on a detached
-// thread, and its result is discarded. Throws ServerError (kUnreachable).
+// Resolves the host of `url` with `look_up`, and waits at most limit_s for it. `look_up` cannot be
+// interrupted: after the deadline, it continues on a detached thread and its result is discarded. Throws
+// ServerError (kUnreachable).
 std::vector<std::string> Resolve(const Url& url, double limit_s, const Lookup& look_up = LookUp);
 
 }  // namespace evalbus::policy

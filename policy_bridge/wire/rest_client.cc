@@ -1,10 +1,10 @@
-// Client of policy servers that answer POST /act with json-numpy: OpenVLA, OpenVLA-OFT.
+// Client of policy servers that answer POST /act with json-numpy, such as OpenVLA and OpenVLA-OFT.
 //
-// An observation is sent as one JSON object with its keys in the map's order, which is the order of a model's
-// inputs. An answer is one array (D,) or (H, D), or a list of H arrays (D,); Infer() returns it as "actions"
-// (H, D). These servers have no session and do not describe themselves. Each request uses a new connection,
-// because the servers close connections that are idle while the simulation runs;
-// Connect() only checks that there is a server.
+// An observation is sent as one JSON object with its keys in the map's order, because the model's inputs have
+// this order. An answer is one array (D,) or (H, D), or a list of H arrays (D,); Infer() returns it as
+// "actions" (H, D). These servers have no session and do not describe themselves. Each request uses a new
+// connection, because the servers close connections that are idle while the simulation runs; Connect() only
+// checks that there is a server.
 #include <fmt/format.h>
 
 #include <boost/asio/connect.hpp>
@@ -38,7 +38,7 @@ std::chrono::nanoseconds Duration(double seconds) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
 }
 
-// Runs the operation that `start` begins until its handler has been called.
+// Starts an asynchronous operation with `start`, and runs it until its handler has been called.
 template <class Start>
 error_code Finish(asio::io_context& io, const Start& start) {
   error_code result;
@@ -101,7 +101,7 @@ class RestClient : public PolicyClient {
     return stream;
   }
 
-  // Returns the body of the response.
+  // Sends a request, and returns the body of the response.
   std::string Post(const std::string& body, double limit_s) const {
     asio::io_context io;
     beast::tcp_stream stream = Open(io);
@@ -127,8 +127,8 @@ class RestClient : public PolicyClient {
       if (interim > kMaxInterim) Fail(Kind::kProtocol, "only interim HTTP answers (status 1xx)");
       response.emplace();
       response->body_limit(options_.max_reply_bytes);
-      // The header is read separately: if part of the body arrives with it, Beast 1.74 loses the error that
-      // the announced length is too large.
+      // The header is read separately. Otherwise, if part of the body arrives with the header, Beast 1.74
+      // loses the error that the announced length is too large.
       error = Finish(io, [&](auto done) { http::async_read_header(stream, buffer, *response, done); });
       if (error) break;
       // Interim responses such as "100 Continue" precede the final one.
@@ -155,8 +155,8 @@ class RestClient : public PolicyClient {
     return answer;
   }
 
-  // These servers report failures as a text with status OK. If the request was a text that contains JSON, so
-  // is the answer.
+  // These servers report failures as a text with status OK. If the request was JSON text within a JSON
+  // string, the answer is one, too.
   static Value Parse(const std::string& body) {
     Value answer = DecodeJsonNumpy(body);
     if (const auto* text = answer.As<std::string>()) {

@@ -7,7 +7,7 @@
 
 namespace evalbus::policy {
 
-// kServer; what() contains the last line of the message, details() all lines.
+// Returns an error of kind kServer. what() contains the last line of the message, and details() all lines.
 ServerError ErrorFromServer(const std::string& words);
 
 }  // namespace evalbus::policy

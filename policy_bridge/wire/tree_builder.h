@@ -9,8 +9,8 @@
 namespace evalbus::policy {
 
 // Throws ServerError (kProtocol), with a text that begins with the format's name, for more than 32 levels,
-// more than a million values, or a map that contains a key twice. A typical reply has some dozens of values
-// on four levels. A value may need a hundred times its encoded size in memory.
+// more than a million values, or a map that contains a key twice. A typical reply has a few dozen values on
+// four levels. The limits are necessary, because a value may need a hundred times its encoded size in memory.
 class TreeBuilder {
  public:
   explicit TreeBuilder(const char* format) : format_(format) {}
@@ -21,7 +21,7 @@ class TreeBuilder {
   void SetKey(std::string key) { open_.back().key = std::move(key); }
   void Add(Value value);
   void CloseList();
-  // meaning(Map): returns the Value that the map represents.
+  // Closes the open map, and replaces it by meaning(map): the value that the map represents.
   template <class Meaning>
   void CloseMap(const Meaning& meaning) {
     CheckKeys(*open_.back().value.As<Map>());

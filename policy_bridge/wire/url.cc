@@ -19,7 +19,7 @@ Url ParseUrl(const std::string& text, std::string_view scheme) {
     refuse("TLS is not supported; use a proxy that terminates it, or a tunnel (ssh -L)");
   }
   if (!text.starts_with(before)) refuse("another scheme");
-  // Characters that would end a line of HTTP or start another element of it.
+  // Rejects characters that would end a line of HTTP, or begin another element in it.
   if (Printable(text) != text || text.find_first_of(" #") != std::string::npos) {
     refuse("a space, a # or a control character");
   }

@@ -13,7 +13,7 @@
 
 namespace evalbus::policy {
 
-// An array of numbers as in NumPy: C order, little endian.
+// An array of numbers as in NumPy, in C order and little endian.
 struct Array {
   // NumPy's type string: "|u1", "|b1", "<i4", "<i8", "<f4", "<f8", ...
   std::string dtype;
@@ -27,7 +27,7 @@ struct Array {
 class Value;
 using Bytes = std::vector<uint8_t>;
 using List = std::vector<Value>;
-// Entries stay in insertion order, which some servers depend on.
+// A map keeps its entries in insertion order, because some servers depend on the order.
 using Map = std::vector<std::pair<std::string, Value>>;
 
 class Value {
@@ -35,7 +35,7 @@ class Value {
   using Variant = std::variant<std::nullptr_t, bool, int64_t, double, std::string, Bytes, Array, List, Map>;
 
   Value() = default;
-  // Constructs from anything that Variant can be constructed from, and from an int or a text.
+  // Constructs a value from anything from which Variant can be constructed, and from an int or a text.
   template <class T>
   requires(!std::is_same_v<std::decay_t<T>, Value> && std::is_constructible_v<Variant, T>)
       // NOLINTNEXTLINE(bugprone-forwarding-reference-overload): clang-tidy 14 does not see what it requires
@@ -48,7 +48,7 @@ class Value {
   bool Is() const {
     return std::holds_alternative<T>(value_);
   }
-  // Null if the value is of another type.
+  // Returns the value as a T, or null if it is of another type.
   template <class T>
   const T* As() const {
     return std::get_if<T>(&value_);
@@ -59,7 +59,7 @@ class Value {
   }
   const Variant& variant() const { return value_; }
 
-  // Value of a key; null if this is not a map or the key is missing.
+  // Returns the value of a key. Returns null if this is not a map or the key is missing.
   const Value* Find(std::string_view key) const;
 
   friend bool operator==(const Value&, const Value&) = default;
@@ -68,18 +68,20 @@ class Value {
   Variant value_;
 };
 
-// Describes a value for messages, cut to one line: "map of 3", "array <f4 [10, 16]", "text \"lift the pot\"".
+// Describes a value in one line for messages, such as "map of 3", "array <f4 [10, 16]" or "text \"lift the
+// pot\"".
 std::string Describe(const Value& value);
 
-// Bytes per number of this dtype; 0 if no wire supports it (objects, complex numbers, texts).
+// Number of bytes per number of this dtype; 0 if no wire supports the dtype (objects, complex numbers,
+// texts).
 size_t ItemSize(std::string_view dtype);
 
-// Number of elements of an array with this shape; nothing if an extent is negative or above 2^31, or if the
+// Number of elements of an array with this shape. Unset if an extent is negative or above 2^31, or if the
 // product overflows.
 std::optional<size_t> ItemCount(const std::vector<int64_t>& shape);
 
-// Numbers of an array of booleans, integers or floats, without conversion of their scale. Throws ServerError
-// for another dtype, or if data and shape do not match.
+// Returns the numbers of an array of booleans, integers or floats. Their scale is not changed. Throws
+// ServerError for another dtype, or if data and shape do not match.
 std::vector<double> Numbers(const Array& array);
 
 Array FloatArray(const std::vector<double>& numbers, std::vector<int64_t> shape);  // "<f4"

@@ -69,9 +69,9 @@ class VlaEvalClient : public WebsocketClient {
     SendMessage("observation", observation, deadline);
     for (;;) {
       Envelope answer = Opened(Decoded(Receive(deadline)));
-      // This may be an error of the episode_start message, which is otherwise not answered.
+      // The error may be the answer to episode_start, which the server answers only if it fails.
       if (answer.type == "error") throw ErrorFrom(ErrorText(answer));
-      if (answer.seq < seq_) continue;  // answers an observation that was abandoned after such an error
+      if (answer.seq < seq_) continue;  // answer to an earlier observation that was abandoned after an error
       if (answer.type != "action" || answer.seq != seq_) {
         throw Ended(Kind::kProtocol,
                     fmt::format("answers observation {} with its {} {}", seq_, answer.type, answer.seq));

@@ -29,8 +29,8 @@ namespace websocket = beast::websocket;
 using boost::system::error_code;
 using Kind = ServerError::Kind;
 
-// A type of its own, because Beast selects by it how a connection is torn down. Beast's default reads
-// everything that the server still sends, which may be long (2 GB that were rejected) or endless.
+// A socket type of its own, because Beast selects by the type how a connection is torn down. Beast's default
+// reads everything that the server still sends. This may be much (a rejected message of 2 GB) or endless.
 class Socket : public asio::ip::tcp::socket {
  public:
   using asio::ip::tcp::socket::socket;
@@ -43,8 +43,8 @@ class Socket : public asio::ip::tcp::socket {
   }
 };
 
-// Maximum number of received messages that have not been taken. Usually there is one; an error and its
-// explanation may arrive together.
+// Maximum number of received messages that have not been taken. Usually there is at most one, but an error
+// and its explanation may arrive together.
 constexpr size_t kMaxWaiting = 16;
 
 constexpr auto kGoodbye = std::chrono::seconds(1);
@@ -112,7 +112,7 @@ struct Websocket::Connection {
     }
     const int status = static_cast<int>(response.result_int());
     const std::string answer = fmt::format("HTTP {} {}", status, Printable(std::string(response.reason())));
-    // A proxy uses these codes to report that the server behind it is down.
+    // A proxy reports with these codes that the server behind it is down.
     if (status >= 502 && status <= 504)
       return Fail(Kind::kUnreachable, answer + ": the server behind it is down");
     if (status == 401 || status == 403) return Fail(Kind::kServer, answer + ": is the API key right?");
@@ -232,7 +232,8 @@ Websocket::Websocket(Url url, const std::string& api_key, uint64_t max_message_b
   const bool was_connected = to.connected;
   lock.unlock();
   if (!in_time) to.Stop(late, Kind::kTimeout);
-  // If the connection was established, messages that the server sent before closing can still be received.
+  // If the connection was established, messages that the server sent before it closed the connection can
+  // still be received.
   if (!was_connected) {
     Abort();
     throw ServerError(*to.failure);
@@ -245,7 +246,7 @@ Websocket::~Websocket() {
     asio::post(to.context,
                [&to] { to.stream.async_close(websocket::close_code::normal, [](error_code) {}); });
     std::unique_lock lock(to.mutex);
-    // The pending read ends with the server's close frame.
+    // The server's close frame ends the pending read.
     to.changed.wait_for(lock, kGoodbye, [&] { return to.failure.has_value(); });
   }
   Abort();
@@ -259,7 +260,8 @@ bool Websocket::open() const {
 void Websocket::Send(Bytes message, const Deadline& deadline) {
   Connection& to = *connection_;
   std::unique_lock lock(to.mutex);
-  // Messages that the server sent before closing, if any, can still be received; the same applies below.
+  // If there are messages that the server sent before it closed the connection, they can still be received.
+  // The same applies to the failure of the write below.
   if (to.failure && to.waiting.empty()) throw ServerError(*to.failure);
   if (to.failure) return;
   to.sent = false;

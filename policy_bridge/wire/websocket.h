@@ -1,6 +1,6 @@
 // Client side of a websocket (RFC 6455) to a policy server. The server may be silent for minutes while it
-// compiles, and so may the client while it simulates. Silence is therefore not an error on either side; only
-// a deadline is.
+// compiles its model, and the client while it simulates. Silence is therefore not an error, but a missed
+// deadline is.
 #pragma once
 
 #include <chrono>
@@ -15,16 +15,16 @@
 
 namespace evalbus::policy {
 
-// Deadline of one exchange: of sending the request and receiving everything that belongs to its answer.
+// Deadline of one exchange, which consists of sending a request and receiving its complete answer.
 struct Deadline {
   explicit Deadline(double after_s);
   double seconds;
   std::chrono::steady_clock::time_point time;
 };
 
-// Open until the first failure. Not thread-safe. An internal thread always has a read pending, which answers
-// the server's pings. It sends no pings, because a server that is computing does not answer them, and offers
-// no compression.
+// The websocket is open until the first failure. Not thread-safe. An internal thread always has a read
+// pending, which also answers the server's pings. The client sends no pings, because a server does not answer
+// them while it computes. It offers no compression.
 class Websocket {
  public:
   struct Message {
@@ -37,21 +37,21 @@ class Websocket {
   // Connects. If api_key is not empty, it is sent as "Authorization: Api-Key KEY". A message of more than
   // max_message_bytes is rejected as soon as its length is announced. Throws ServerError.
   Websocket(Url url, const std::string& api_key, uint64_t max_message_bytes, const Deadline& deadline);
-  // If open, sends a close frame and waits briefly for the answer.
+  // If the connection is open, sends a close frame and waits briefly for the answer.
   ~Websocket();
 
   bool open() const;
 
-  // Sends a binary message. Throws ServerError if the connection is or gets closed, and kTimeout after the
-  // deadline, which closes it.
+  // Sends a binary message. Throws ServerError if the connection is closed or if it is lost meanwhile. Throws
+  // kTimeout and closes the connection after the deadline.
   void Send(Bytes message, const Deadline& deadline);
 
-  // Returns the next message, even if the connection was closed after it; nothing after the deadline. Throws
-  // ServerError if there are no more messages: kUnreachable, or kProtocol for a message that is too long,
-  // incomplete or invalid.
+  // Returns the next message, even if the connection was closed after it. Returns nothing if the deadline
+  // passes. Throws ServerError if there are no more messages: kUnreachable, or kProtocol for a message that
+  // is too long, incomplete or invalid.
   std::optional<Message> Receive(const Deadline& deadline);
 
-  // Returns a message that has already been received.
+  // Returns a message that has already been received, or nothing. Does not wait.
   std::optional<Message> ReceiveNow();
 
   // Closes the connection immediately, without a close frame.

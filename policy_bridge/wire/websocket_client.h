@@ -19,25 +19,25 @@ class WebsocketClient : public PolicyClient {
 
   // Opens a new connection, which replaces the current one.
   void Open(const Deadline& deadline);
-  // Deadline of a request; the first one after connecting has more time.
+  // Returns the deadline of a request. The first request after connecting has more time.
   Deadline ForReply() const { return Deadline(answered_ ? options_.reply_s : options_.first_reply_s); }
   void Answered() { answered_ = true; }
 
   void Send(const Value& message, const Deadline& deadline);
-  // After the deadline, closes the connection and throws kTimeout: a late answer would be mistaken for the
-  // next one.
+  // Receives an answer. After the deadline, closes the connection and throws kTimeout, because a late answer
+  // would be mistaken for the answer to the next request.
   Websocket::Message Receive(const Deadline& deadline);
   // Receives the server's first message. Throws kProtocol after the deadline, because a server that sends
   // nothing probably uses a wire on which the client speaks first.
   Value ReceiveFirst(const std::string& expected, const Deadline& deadline);
   std::optional<Websocket::Message> ReceiveNow() { return socket_ ? socket_->ReceiveNow() : std::nullopt; }
 
-  // If the message is a text (which is an error message), or not valid MessagePack, closes the connection and
-  // throws.
+  // Decodes a message. If it is a text (which is an error message) or not valid MessagePack, closes the
+  // connection and throws.
   Value Decoded(const Websocket::Message& message);
 
-  // Return an error to throw. Ended() closes the connection. `Said()` contains the server's error message and
-  // keeps the connection open.
+  // Return an error to throw. Ended() closes the connection. ErrorFrom() reports the server's error message
+  // and keeps the connection open.
   ServerError Ended(ServerError::Kind kind, const std::string& what);
   ServerError ErrorFrom(const std::string& words) const;
 
@@ -47,7 +47,7 @@ class WebsocketClient : public PolicyClient {
   const Url url_;
   const ArrayKeys array_keys_;
   std::unique_ptr<Websocket> socket_;
-  bool answered_ = false;  // on this connection
+  bool answered_ = false;  // whether a request was answered on this connection
 };
 
 }  // namespace evalbus::policy

@@ -1,9 +1,10 @@
 // Protocol of XPolicyLab's policy server, which RoboDojo and RoboTwin use (github.com/XPolicyLab/XPolicyLab,
-// client_server/ws/protocol and client_server/ws/model_server.py; read at commits 7198143 and 08065c9).
+// client_server/ws/protocol and client_server/ws/model_server.py at commits 7198143 and 08065c9).
 //
 // Each message is one map, encoded with MessagePack, whose arrays have msgpack-numpy's form. Requests and
-// replies alternate; a reply repeats the request's message_id. A server that cannot read a request does not
-// answer it. An error leaves the connection open. A trial is an episode; an action case is a task text.
+// replies alternate, and a reply repeats the message_id of its request. A server does not answer a request
+// that it cannot read. After an error, the connection stays open. The protocol calls an episode a trial, and
+// a task text an action case.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +22,7 @@ namespace {
 
 using Kind = ServerError::Kind;
 
-// Time for a server to acknowledge the end of the last trial.
+// Maximum time that a server has to acknowledge the end of the last trial.
 constexpr double kFarewellS = 1;
 
 struct RequestType {
@@ -30,7 +31,7 @@ struct RequestType {
 constexpr RequestType kHello{"hello", "hello_ack"}, kPrepareCase{"prepare_case", "prepare_case_ack"},
     kReset{"reset", "reset_result"}, kInfer{"infer", "infer_result"}, kTrialEnd{"trial_end", "trial_end_ack"};
 
-// Meanings of the protocol's error codes; {}: the type of the request.
+// Meanings of the protocol's error codes. {} stands for the type of the request.
 constexpr std::pair<std::string_view, const char*> kErrorCodes[] = {
     {"invalid_frame", "the server cannot read the request {}"},
     {"unknown_message_type", "the server does not know the request {}"},
@@ -47,7 +48,8 @@ std::string TextOf(const Value* value) {
   return value->Is<std::string>() ? *value->As<std::string>() : Describe(*value);
 }
 
-// An action's value as an array with one axis, or unchanged if it is neither a number nor a list of numbers.
+// Converts a number or a list of numbers in an action to an array with one axis. Returns other values
+// unchanged.
 Value AsArray(Value value) {
   std::vector<double> numbers;
   const auto add = [&](const Value& number) {
@@ -114,7 +116,7 @@ class XPolicyLabClient : public WebsocketClient {
     evaluation_id_ = fmt::format("evalbus-{:08x}{:08x}", random(), random());
   }
 
-  // Ends the last trial, because a server may write results then. After "close", the server ends the
+  // Ends the last trial, because a server may then write its results. After "close", the server ends the
   // connection.
   ~XPolicyLabClient() override {
     if (!connected()) return;
@@ -123,11 +125,11 @@ class XPolicyLabClient : public WebsocketClient {
       EndTrial(deadline);
       SendRequest("close", Map{{"reason", "the evaluation has ended"}}, deadline);
     } catch (const std::exception&) {
-      // No result depends on these messages, and the client is no longer in use.
+      // An error is ignored, because no result depends on these messages and the client is no longer in use.
     }
   }
 
-  // A trial that a lost connection interrupted is ended by the next BeginEpisode().
+  // If a lost connection interrupted a trial, the next BeginEpisode() ends it.
   Value Connect() override {
     prepared_.reset();
     const Deadline deadline(options_.connect_s);
@@ -178,7 +180,7 @@ class XPolicyLabClient : public WebsocketClient {
   std::string Name() const override { return "XPolicyLab websocket"; }
 
  private:
-  // Returns the request's message_id.
+  // Sends a request, and returns its message_id.
   std::string SendRequest(const char* type, Map payload, const Deadline& deadline,
                           std::optional<int64_t> repeat_index = {}) {
     std::string id = fmt::format("{}-{}", evaluation_id_, ++num_requests_);
@@ -195,7 +197,7 @@ class XPolicyLabClient : public WebsocketClient {
     return id;
   }
 
-  // Returns the payload of the reply, a map.
+  // Sends a request, and returns the payload (a map) of the reply.
   Value Call(const RequestType& type, Map payload, const Deadline& deadline,
              std::optional<int64_t> repeat_index = {}) {
     if (const auto unasked = ReceiveNow()) {
@@ -225,7 +227,7 @@ class XPolicyLabClient : public WebsocketClient {
     return *payload;
   }
 
-  // The connection stays open.
+  // Returns the error for an error message from the server. The connection stays open.
   ServerError ErrorOf(const RequestType& type, const Value& payload) const {
     const std::string code = TextOf(payload.Find("code"));
     const ServerError reported = ErrorFromServer(TextOf(payload.Find("message")));
@@ -237,7 +239,7 @@ class XPolicyLabClient : public WebsocketClient {
             reported.details()};
   }
 
-  // Ends the current trial, if any. After a lost connection, the trial remains to be ended.
+  // Ends the current trial, if any. If the connection is lost meanwhile, the trial is ended later.
   void EndTrial(const Deadline& deadline) {
     if (trial_id_.empty()) return;
     try {
@@ -253,7 +255,7 @@ class XPolicyLabClient : public WebsocketClient {
   std::string trial_id_, case_id_;       // empty: none
   std::optional<std::string> prepared_;  // task text that was prepared on this connection
   int64_t num_requests_ = 0, num_trials_ = 0;
-  int64_t step_ = 0;  // number of the trial's inferences so far
+  int64_t step_ = 0;  // number of inferences in the current trial so far
 };
 
 }  // namespace

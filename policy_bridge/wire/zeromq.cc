@@ -24,9 +24,9 @@ Clock::time_point In(double seconds) {
 
 }  // namespace
 
-// A socket for requests, and one that reports the state of its connection.
+// The socket for requests, and the socket that reports the state of its connection.
 struct RequestSocket::Sockets {
-  // Stops the monitor: an event that is not received would block ZeroMQ's thread forever.
+  // Stops the monitor, because an event that is not received would block ZeroMQ's thread forever.
   ~Sockets() { zmq_socket_monitor(requests.handle(), nullptr, 0); }
 
   // Waits for an answer or an event; returns false if neither arrives before the deadline.
@@ -45,7 +45,7 @@ struct RequestSocket::Sockets {
     }
   }
 
-  // 0: there is no event.
+  // Returns the next event, or 0 if there is none.
   int NextEvent() {
     zmq::message_t event, address;
     if (!events.recv(event, zmq::recv_flags::dontwait) || event.size() < sizeof(uint16_t)) return 0;
@@ -106,7 +106,8 @@ Bytes RequestSocket::Call(const Bytes& request, double limit_s) {
     if (!sockets_->Wait(deadline)) {
       throw ServerError(Kind::kTimeout, fmt::format("{}: no answer in {} s", url_, limit_s));
     }
-    // Checked before the events: an answer that the server sent before disconnecting counts.
+    // Answers are checked before the events, because an answer that the server sent before it disconnected is
+    // valid.
     if (sockets_->requests.recv(reply, zmq::recv_flags::dontwait)) break;
     if (sockets_->NextEvent() != 0) {
       lost(fmt::format("without an answer, or after an answer of more than {} bytes", max_reply_bytes_));

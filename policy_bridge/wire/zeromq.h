@@ -9,8 +9,8 @@
 
 namespace evalbus::policy {
 
-// A single connection of a REQ socket. It does not reconnect after a loss, because a request without a
-// connection would wait until its deadline. Not thread-safe.
+// A REQ socket with a single connection. It does not reconnect after a loss, because a request would then
+// wait for a connection until its deadline. Not thread-safe.
 class RequestSocket {
  public:
   // url: tcp://HOST:PORT or ipc://PATH. An answer longer than max_reply_bytes is rejected before it is read.
@@ -18,7 +18,7 @@ class RequestSocket {
   RequestSocket(std::string url, double connect_s, uint64_t max_reply_bytes);
   ~RequestSocket();
 
-  // Sends one frame and receives one frame. After a ServerError the connection must not be used again.
+  // Sends one frame and receives one frame. Must not be called again after a ServerError.
   Bytes Call(const Bytes& request, double limit_s);
 
  private:
