@@ -30,7 +30,8 @@ Flaw FindFlaw(const std::string& name);
 // Names of all flaws, separated by commas.
 std::string FlawNames();
 
-// Changes the targets of another policy. Of the state, it uses only the poses of the task's objects.
+// Changes the targets of another policy. The only part of the state that it uses is the poses of the task's
+// objects.
 class FlawedPolicy : public Policy {
  public:
   FlawedPolicy(std::unique_ptr<Policy> policy, Flaw flaw, const mjModel& model, const model_info_t& info);

@@ -7,8 +7,9 @@
 
 namespace evalbus::policy {
 
-// None connects yet. Each throws InputError for a URL that its protocol does not have: tcp://HOST:PORT for
-// GR00T, http://HOST:PORT/PATH for REST (the default path is /act), else ws://HOST:PORT/PATH.
+// Each function creates a client, which is not connected yet. Each throws InputError unless the URL has the
+// form of its protocol: tcp://HOST:PORT for GR00T, http://HOST:PORT/PATH for REST (the default path is /act),
+// otherwise ws://HOST:PORT/PATH.
 std::unique_ptr<PolicyClient> MakeOpenpiClient(const ClientOptions& options);
 std::unique_ptr<PolicyClient> MakeVlaEvalClient(const ClientOptions& options);
 std::unique_ptr<PolicyClient> MakeGrootClient(const ClientOptions& options);

@@ -21,8 +21,8 @@ Bytes EncodeMsgpack(const Value& value, ArrayKeys array_keys);
 
 // Decodes one value; trailing bytes are an error. Accepts arrays of all forms and NumPy scalars of openpi
 // ("__npgeneric__") and msgpack-numpy ("nd": false), with their keys in any order. Converts numbers of
-// big-endian arrays to little-endian. Replaces an array of texts by a text that says that the array was not
-// read. Unsigned numbers that do not fit int64 become doubles.
+// big-endian arrays to little-endian. Replaces an array of texts by a text which states that the array was
+// not read. Unsigned numbers that do not fit int64 become doubles.
 //
 // The bytes are not trusted. Memory use is limited to a fixed multiple of the number of bytes, whatever sizes
 // the bytes announce. Throws ServerError (kProtocol) for truncated input, keys that are not texts,

@@ -13,7 +13,7 @@ namespace evalbus::policy {
 // wait for a connection until its deadline. Not thread-safe.
 class RequestSocket {
  public:
-  // url: tcp://HOST:PORT or ipc://PATH. An answer longer than max_reply_bytes is rejected before it is read.
+  // url: tcp://HOST:PORT or ipc://PATH. An answer of more than max_reply_bytes is rejected before it is read.
   // Throws ServerError if the connection is not established within connect_s.
   RequestSocket(std::string url, double connect_s, uint64_t max_reply_bytes);
   ~RequestSocket();
