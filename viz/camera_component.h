@@ -1,10 +1,10 @@
-// Answers each REQUEST_IMAGE with one IMAGE_<camera> per requested view: lossless and of exactly the STATE
-// that the request names. No other images are drawn.
+// Answers each REQUEST_IMAGE with one IMAGE_<camera> per requested view. Images are lossless and show exactly
+// the STATE that the request names. No other images are drawn.
 //
-// A REQUEST_IMAGE received before its STATE is held until the STATE arrives. A repeated REQUEST_IMAGE of the
-// tick answered last returns the cached images. The last kKeptStates ticks can be requested; a REQUEST_IMAGE
-// of an older one, which happens only on a realtime clock, is answered with images without data, counted in
-// STATUS (skipped_ticks) and logged.
+// A REQUEST_IMAGE received before its STATE is held until the STATE arrives. If a REQUEST_IMAGE of the last
+// answered tick is repeated, the cached images are published again. The last kKeptStates ticks can be
+// requested. A REQUEST_IMAGE of an older tick, which happens only with a realtime clock, is answered with an
+// image without data, counted in STATUS (skipped_ticks) and logged.
 #pragma once
 
 #include <array>
@@ -27,11 +27,12 @@ class CameraComponent : public Component {
  public:
   static constexpr size_t kKeptStates = 64;
 
-  // gl: see UseGl. Throws EnvironmentError if its library is missing. If a REQUEST_IMAGE of this episode
-  // cannot be drawn (e.g. unknown camera, more than 2048 pixels per side), Bus::Handle throws InputError.
+  // gl: see UseGl. Throws EnvironmentError if the selected library is missing. If a REQUEST_IMAGE of this
+  // episode cannot be drawn (e.g. unknown camera, more than 2048 pixels per side), Bus::Handle throws
+  // InputError.
   explicit CameraComponent(Bus* bus, const std::string& gl = kDefaultGl);
 
-  // Number of images drawn since the start.
+  // Number of images that this component has drawn.
   int64_t num_drawn() const { return num_drawn_; }
 
  private:
@@ -40,7 +41,7 @@ class CameraComponent : public Component {
   void OnState(const state_t& state);
   void OnImageRequest(const image_request_t& request);
   void Answer(const image_request_t& request);
-  // Returns the cached image, or draws it; null if the tick is no longer kept.
+  // Returns the cached image, or draws it. Returns null if the tick is no longer kept.
   const image_t* Find(const header_t& header, const view_t& view);
   void Draw(const state_t& state, const view_t& view, image_t* image);
 
@@ -48,9 +49,10 @@ class CameraComponent : public Component {
   bool model_is_new_ = false;
   // Renderer of the model's scene; null before the first episode.
   std::unique_ptr<Renderer> renderer_;
-  // The newest states of this episode as a ring buffer: tick k is at index k modulo the size.
+  // Ring buffer of the newest states of this episode. Tick k is at index k modulo the size.
   std::array<state_t, kKeptStates> states_{};
-  // Header of the STATE that the renderer shows; tick -1 if it shows none of this episode.
+  // Header of the STATE that the renderer shows. Its tick is -1 if the renderer shows no STATE of this
+  // episode.
   header_t shown_{};
   // A request that waits for its STATE.
   std::optional<image_request_t> waiting_;

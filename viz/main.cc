@@ -1,5 +1,5 @@
-// evalbus-viz: live images of a run or a replay. With --answer-image-requests as first argument, it is the
-// component "cameras" of a run and accepts the common component options from the launcher.
+// evalbus-viz publishes live images of a run or a replay. If the first argument is --answer-image-requests,
+// it is the component "cameras" of a run instead, and accepts the common component options from the launcher.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
     return evalbus::HostMain(
         argc - 1, argv + 1, "Renders only the images that a policy requests with REQUEST_IMAGE.",
         [&](CLI::App* app) {
-          // run.json of an earlier version has no such key.
+          // A run.json of an earlier version does not have the key "gl".
           evalbus::AddOptionsFile(
               app, [&](const std::string& file) { gl = evalbus::ReadJsonFile(file).value("gl", gl); });
           app->add_option("--gl", gl, evalbus::viz::kGlHelp)->capture_default_str();

@@ -61,8 +61,8 @@ void VizComponent::Show(const model_info_t& model) {
 }
 
 void VizComponent::OnEpisodeBegin(const episode_begin_t& begin) {
-  // EPISODE_BEGIN is repeated only before tick 0. After that it starts a new episode, e.g. in a replay of the
-  // same run.
+  // EPISODE_BEGIN is repeated only before tick 0. A later EPISODE_BEGIN begins a new episode, e.g. in a
+  // replay of the same run.
   if (newest_tick_ >= 0) status_.attempt = -1;
   Enter(begin, begin.seed);
 }
@@ -91,7 +91,7 @@ void VizComponent::OnState(const state_t& state) {
     ++status_.foreign_messages;
     return;
   }
-  // No EPISODE_BEGIN was received for this episode: the process started during the episode.
+  // If no EPISODE_BEGIN was received for this episode, this process started during the episode.
   if (state.header.episode != status_.episode) {
     episode_begin_t begin{};
     begin.header = state.header;
@@ -115,7 +115,7 @@ void VizComponent::OnPartial(const partial_metrics_t& partial) {
 
 void VizComponent::OnEpisodeEnd(const episode_end_t& end) {
   if (end.header.episode != status_.episode || newest_tick_ < 0) return;
-  if (!text_.end_reason.empty()) return;  // a repetition, or the outcome is already known
+  if (!text_.end_reason.empty()) return;  // EPISODE_END is repeated, or the outcome is already known
   text_.end_reason = end_reason::Text(end.end_reason);
   undrawn_ = true;
 }

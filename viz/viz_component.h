@@ -1,8 +1,9 @@
 // Live images: draws the newest STATE of a run or replay, with the scores of PARTIAL, and publishes JPEG
 // frames on EVALBUS_IMAGE_<camera>.
 //
-// It may start at any time, because MODEL is repeated while an episode is running. No component waits for it:
-// ticks that arrive faster than it draws are skipped and counted in STATUS (skipped_ticks).
+// The component may start at any time, because MODEL is repeated while an episode is running. No other
+// component waits for it. If ticks arrive faster than it draws, it skips some and counts them in STATUS
+// (skipped_ticks).
 #pragma once
 
 #include <memory>
@@ -55,9 +56,9 @@ class VizComponent : public Component {
   void OnState(const state_t& state);
   void OnPartial(const partial_metrics_t& partial);
   void OnEpisodeEnd(const episode_end_t& end);
-  // Replaces the end reason by the outcome as shown in tables.
+  // Replaces the end reason in the overlay by the outcome.
   void OnSummary(const episode_summary_t& summary);
-  // Starts showing the episode; seed: if known.
+  // Begins to show an episode. seed: the episode's seed, if it is known.
   void Enter(const episode_begin_t& begin, std::optional<int64_t> seed);
   // Updates the overlay text from MODEL.
   void Describe();
@@ -77,9 +78,9 @@ class VizComponent : public Component {
 
   OverlayText text_;
   state_t state_{};
-  int64_t newest_tick_ = -1;  // of this episode
-  bool undrawn_ = false;      // something has changed since the last frame
-  bool passing_ = false;      // the newest tick is not in any frame yet
+  int64_t newest_tick_ = -1;  // newest tick received in this episode
+  bool undrawn_ = false;      // whether anything has changed since the last frame
+  bool passing_ = false;      // whether the newest tick has not been drawn yet
   SteadyTime next_frame_{};
 };
 

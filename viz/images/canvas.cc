@@ -15,9 +15,9 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr char kEllipsis[] = "…";
 
-// The fonts are loaded from their files, not by name, so that a missing font is an error instead of being
-// replaced by another font. They are loaded once and never freed because Cairo keeps references to the fonts
-// that it has used.
+// Fonts are loaded from their files, not by name. A missing font is therefore an error, and no other font
+// replaces it. They are loaded once and never freed, because Cairo keeps references to the fonts that it has
+// used.
 struct Fonts {
   Fonts() {
     FT_Library library = nullptr;
@@ -162,7 +162,7 @@ std::vector<std::string> Canvas::Wrapped(const std::string& text, Font font, dou
       lines.push_back(Fitted(left, font, size, room));
       break;
     }
-    // Takes as many words as fit; a word that is too long by itself is cut.
+    // Each line takes as many words as fit. A single word that is too long is cut.
     size_t end = std::string::npos;
     for (size_t space = left.find(' '); space != std::string::npos; space = left.find(' ', space + 1)) {
       if (TextWidth(left.substr(0, space), font, size) > room) break;

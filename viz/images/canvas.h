@@ -51,15 +51,15 @@ class Canvas {
   void Polygon(std::span<const Point> points, const Color& color);
 
   double TextWidth(const std::string& text, Font font, double size);
-  // x, y: left end of the baseline.
+  // Draws text. x, y: left end of the baseline.
   void Text(double x, double y, const std::string& text, Font font, double size, const Color& color);
-  // The same, but right-aligned: the text ends at x.
+  // Draws right-aligned text: it ends at x.
   void TextBefore(double x, double y, const std::string& text, Font font, double size, const Color& color);
 
-  // Returns the text, cut with an ellipsis if it is wider than `room`.
+  // Returns the text. If it is wider than `room`, it is cut and ends with an ellipsis.
   std::string Fitted(const std::string& text, Font font, double size, double room);
-  // Breaks the text into lines no wider than `room`. If it needs more than max_lines, the last line is cut
-  // with an ellipsis.
+  // Breaks the text into lines no wider than `room`. If it needs more than max_lines, the last line ends with
+  // an ellipsis.
   std::vector<std::string> Wrapped(const std::string& text, Font font, double size, double room,
                                    size_t max_lines);
 

@@ -19,7 +19,7 @@ FrameSize ParseFrameSize(const std::string& text) {
 }
 
 void CheckFrameSize(FrameSize size) {
-  // OSMesa supports up to 10922 pixels per side; this limit bounds the memory use.
+  // OSMesa supports up to 10922 pixels per side. The lower limit bounds the memory use.
   constexpr int kMaxPixels = 4096;
   const auto usable = [](int pixels) { return pixels >= 2 && pixels <= kMaxPixels && pixels % 2 == 0; };
   if (!usable(size.width) || !usable(size.height)) {

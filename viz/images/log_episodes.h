@@ -10,7 +10,7 @@
 
 namespace evalbus::viz {
 
-// Messages that videos show.
+// Channels of the messages that videos show.
 inline const EpisodeReader::Channels kVideoChannels = {channels::kState, channels::kContacts,
                                                        channels::kPartial};
 
@@ -18,13 +18,13 @@ inline const EpisodeReader::Channels kVideoChannels = {channels::kState, channel
 // about damage to standard error. Throws InputError for a log without MODEL or STATE.
 std::vector<int> EpisodesOf(const std::filesystem::path& log);
 
-// Throws InputError, with the available numbers, if a wanted episode is not in the log.
+// Throws InputError with the available numbers if a wanted episode is not in the log.
 void CheckEpisodes(const std::filesystem::path& log, const std::vector<int>& numbers,
                    const std::vector<int>& wanted);
 
 // Returns the time of the decisive moment, s. Throws InputError if the log does not have it.
 double DecisiveMoment(const EpisodeMessages& episode);
-// Returns the times of a video's frames. Throws InputError as FrameTimes and DecisiveMoment.
+// Returns the times of a video's frames. Throws InputError as FrameTimes and DecisiveMoment do.
 std::vector<FrameTime> TimesOf(const EpisodeMessages& episode, VideoTiming timing);
 // Returns whether a video with this timing shows how the episode ended.
 bool ShowsEnd(const EpisodeMessages& episode, const VideoTiming& timing);

@@ -30,7 +30,7 @@ void Dot(Canvas* canvas, double x, double y, bool filled, const Color& color) {
   filled ? canvas->Disc({x, y}, kDot, color) : canvas->Ring({x, y}, kDot - 0.7, 1.4, color);
 }
 
-// Draws the time at the top right, with the outcome beside it once the episode has ended.
+// Draws the time at the top right and, once the episode has ended, the outcome next to it.
 void DrawTime(const OverlayText& text, Canvas* canvas) {
   const std::string verdict = EndLabel(text.end_reason);
   const double time_width = std::max(58.0, canvas->TextWidth(text.clock, Font::kBold, kBold));
@@ -87,7 +87,7 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
   DrawTime(text, &canvas);
   if (amount_ == OverlayAmount::kSmall) return;
 
-  // Top left: title, subtitle, policy and robot.
+  // Title, subtitle, policy and robot are at the top left.
   const double title_width = std::max({canvas.TextWidth(text.title, Font::kBold, kBold),
                                        canvas.TextWidth(text.subtitle, Font::kNormal, kSmall),
                                        canvas.TextWidth(text.maker, Font::kNormal, kSmall)});
@@ -97,7 +97,7 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
   canvas.Text(kMargin + kPadding, kMargin + 34, text.subtitle, Font::kNormal, kSmall, kDim);
   canvas.Text(kMargin + kPadding, kMargin + 50, text.maker, Font::kNormal, kSmall, kDim);
 
-  // Bottom left: the stages.
+  // Stages are at the bottom left.
   if (!text.stages.empty()) {
     double width = 0;
     for (const OverlayText::Stage& stage : text.stages) {
@@ -115,7 +115,7 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
     }
   }
 
-  // Bottom right: counts of slips and similar events.
+  // Counts of slips and similar events are at the bottom right.
   if (!text.counts.empty()) {
     std::vector<std::string> lines;
     double width = 0;

@@ -21,7 +21,7 @@ struct OverlayText {
     bool reached = false;
   };
   std::vector<Stage> stages;
-  // Label and count of undesired events, e.g. "slips" and 2, as far as the run counts them.
+  // Label and count of each kind of undesired event that the run counts, e.g. "slips" and 2.
   std::vector<std::pair<std::string, int64_t>> counts;
   // Outcome (end_reason::Outcome), or the end reason if the outcome is unknown; empty while the episode is
   // running.
@@ -34,9 +34,9 @@ std::string MakerText(const std::string& policy, const std::string& robot);
 // Sets the stages and counts of `text` from these metrics.
 void AddScores(const metric_values_t& metrics, OverlayText* text);
 
-// kSmall: only time and outcome; for pages that have the other facts in their text.
+// kSmall: only time and outcome, for pages that contain the other facts as text.
 enum class OverlayAmount { kNone, kSmall, kFull };
-// Throws InputError for other names than "none", "small" and "full".
+// Parses "none", "small" or "full". Throws InputError for other names.
 OverlayAmount ParseOverlay(const std::string& name);
 
 class Overlay {

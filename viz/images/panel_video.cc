@@ -16,7 +16,7 @@
 namespace evalbus::viz {
 namespace {
 
-// "left wrist" for the camera "left/hand/wrist".
+// Returns a readable name, such as "left wrist" for the camera "left/hand/wrist".
 std::string CameraWords(const std::string& camera) {
   const size_t first = camera.find('/'), last = camera.rfind('/');
   if (first == std::string::npos) return Printable(camera);
@@ -71,14 +71,15 @@ struct Sheet {
   Shots shots;
 };
 
-// Length of the longest episode.
+// Returns the duration of the longest episode.
 double LongestOf(const std::vector<VideoEpisode>& episodes) {
   double longest_s = 0;
   for (const VideoEpisode& episode : episodes) longest_s = std::max(longest_s, episode.facts.duration_s);
   return longest_s;
 }
 
-// Times of the frames of several episodes: those of the longest, then the last one's end.
+// Returns the frame times of a video of several episodes: the frame times of the longest episode, then end_s
+// (or, if the video does not show the end, its last time again).
 std::vector<FrameTime> JointTimes(const std::vector<VideoEpisode>& episodes, double end_s) {
   const auto longest = std::ranges::max_element(
       episodes, {}, [](const VideoEpisode& episode) { return episode.states.size(); });
@@ -92,7 +93,7 @@ bool IsOver(const VideoEpisode& episode, size_t frame) {
   return episode.shows_end && frame >= episode.states.size();
 }
 
-// Writes the frames; those from number `end` on, which show the end, are held for kPanelHold frames.
+// Writes the frames. Frames from number `end` on show the end and are each repeated kPanelHold times.
 void WriteFrames(size_t num_frames, size_t end, FrameSize size, const VideoProgress& progress,
                  const std::filesystem::path& file, ParallelFrameRenderer* frame_renderer,
                  const ParallelFrameRenderer::Begin& begin) {
@@ -285,7 +286,7 @@ void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
           succeeded += EndOf(episode.facts) == VideoEnd::kSuccess;
           failed += EndOf(episode.facts) == VideoEnd::kFailure;
         }
-        // A finished episode is drawn once more, with its end; after that, its cell does not change.
+        // A finished episode is drawn once more, with its outcome. After that, its cell does not change.
         if (is_done[i]) continue;
         is_done[i] = is_over;
         const size_t state = std::min(n, episode.states.size() - 1);

@@ -17,23 +17,24 @@
 namespace evalbus::viz {
 namespace {
 
-// With more processes, encoding by ffmpeg becomes the bottleneck.
+// More processes are not faster, because encoding by ffmpeg becomes the bottleneck.
 constexpr size_t kMaxProcesses = 8;
 // Number of frames that a process may draw ahead, so that a slow frame in one process does not stall the
 // others.
 constexpr size_t kAhead = 4;
-// Interval between checks of whether a process is still alive, ns.
+// Interval between checks that a process is still alive, ns.
 constexpr int64_t kLookNs = 100000000;
 
 void CheckStop() {
   if (stop_requested()) throw EnvironmentError("stopped; no video is half-written");
 }
 
-// A child process that draws every `step`-th frame of a video. It inherits a copy of everything that this
-// process has created.
+// A child process that draws every `step`-th frame of a video. It inherits a copy of all objects of this
+// process.
 class Drawer {
  public:
-  // Draws frames first, first + step, ... The frames of one step have the sizes of those in `like`.
+  // Draws the frames first, first + step, and so on. The frames drawn in one step have the sizes of the
+  // frames in `like`.
   Drawer(size_t first, size_t step, size_t num_frames, const ParallelFrameRenderer::DrawFrames& draw,
          const std::vector<Frame>& like)
       : bytes_(BytesOf(like)), memory_(sizeof(Shared) + kAhead * bytes_), shared_(Init(memory_.get())) {
@@ -64,7 +65,7 @@ class Drawer {
   }
   void Work(size_t first, size_t step, size_t num_frames,
             const ParallelFrameRenderer::DrawFrames& draw) const;
-  // Waits for a frame, at most until the next check of the process; returns whether a frame was drawn.
+  // Waits for a frame, at most until the next check of the process. Returns whether a frame was drawn.
   bool WaitForFrame() const;
 
   const size_t bytes_;
@@ -78,8 +79,8 @@ void Drawer::Work(size_t first, size_t step, size_t num_frames,
                   const ParallelFrameRenderer::DrawFrames& draw) const {
   size_t drawn = 0;
   for (size_t n = first; n < num_frames; n += step) {
-    // Retries after an interrupting signal. If the program is asked to stop, the parent process kills this
-    // one.
+    // Retries if a signal interrupts the wait. If the program is asked to stop, the parent process kills this
+    // process.
     while (sem_wait(&shared_->room) != 0) {
     }
     const std::vector<Frame> frames = draw(n);
@@ -117,7 +118,7 @@ void Drawer::Take(std::vector<Frame>* frames) {
   sem_post(&shared_->room);
 }
 
-// By body id, whether the body belongs to one of the task's objects.
+// Returns for each body id whether the body belongs to one of the task's objects.
 std::vector<bool> ObjectBodies(const model_info_t& model) {
   std::vector<bool> is_object;
   for (const int32_t entity : model.body_entity) {

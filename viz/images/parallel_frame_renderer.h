@@ -1,7 +1,7 @@
 // Draws the frames of videos in several processes and delivers them in order. The resulting video does not
 // depend on the number of processes.
 //
-// Processes are used instead of threads because Mesa draws only one image at a time per process. They are
+// It uses processes instead of threads, because Mesa draws only one image at a time per process. They are
 // forked after this process has drawn the first frame, so that the scene, the OpenGL context and its compiled
 // shaders are created only once.
 #pragma once
@@ -24,14 +24,14 @@ namespace evalbus::viz {
 // appearance of the requested episode.
 class VideoScenes {
  public:
-  // are_outlined: the task's objects have outlines.
+  // are_outlined: whether the task's objects have outlines.
   explicit VideoScenes(FrameSize largest, bool are_outlined = false)
       : largest_(largest), are_outlined_(are_outlined) {}
 
-  // Returns the renderer for an episode of a log; seed: the episode's seed if known. Throws InputError as
-  // VisualModel and Renderer::SetAppearance.
+  // Returns the renderer for an episode of a log. seed: the episode's seed, if it is known. Throws InputError
+  // as VisualModel and Renderer::SetAppearance do.
   Renderer* Of(const model_info_t& model, const std::filesystem::path& log, std::optional<int64_t> seed);
-  // Frees the renderers that have not been requested since the last call.
+  // Frees the renderers that have not been requested since the last call of FreeUnused.
   void FreeUnused();
 
  private:
@@ -49,21 +49,21 @@ class VideoScenes {
 // Must be constructed, used and destroyed in the same thread.
 class ParallelFrameRenderer {
  public:
-  // Returns frame n of each video that is being made. The number and sizes of the frames must be the same for
-  // all n.
+  // Returns frame n of each video that is being made. The number and the sizes of these frames must not
+  // depend on n.
   using DrawFrames = std::function<std::vector<Frame>(size_t n)>;
-  // Called once per video.
+  // Called once per video; returns the function that draws its frames.
   using Begin = std::function<DrawFrames(VideoScenes*)>;
 
   // largest: maximum size of the images. processes: 0 selects the number of cores, at most 8, or a single
   // process if a graphics processor draws.
-  // are_outlined: the task's objects have outlines.
+  // are_outlined: whether the task's objects have outlines.
   explicit ParallelFrameRenderer(FrameSize largest, size_t processes = 0, bool are_outlined = false);
 
   FrameSize largest() const { return largest_; }
-  // Calls `take` in this process for frames 0 to num_frames - 1 in order while later frames are being drawn.
-  // Throws the exceptions of the drawing function (InputError, EnvironmentError, anything else as
-  // std::runtime_error), and EnvironmentError if a process dies or this process is asked to stop.
+  // Calls `take` in this process for frames 0 to num_frames - 1 in order, while later frames are being drawn.
+  // Throws the exceptions of the drawing function (types other than InputError and EnvironmentError become
+  // std::runtime_error). Throws EnvironmentError if a process dies or this process is asked to stop.
   void Render(size_t num_frames, const Begin& begin,
               const std::function<void(size_t n, const std::vector<Frame>&)>& take);
 

@@ -10,16 +10,16 @@
 
 namespace evalbus::viz {
 
-// A camera in MuJoCo's convention: it looks along its -z axis; x points right, y up.
+// A camera in MuJoCo's convention. It looks along its -z axis; x points right and y points up.
 struct CameraPose {
   double position_m[3];
   double rotation[9];  // world from camera, row-major
   double fovy_deg;
 };
 
-// Returns pixel coordinates from the upper left corner of an image of this size; they may lie outside of it.
-// Returns nothing if the point is not in front of the camera. Pinhole model: half the image height
-// corresponds to tan(fovy / 2) at distance 1.
+// Projects a point with the pinhole model. Returns pixel coordinates from the upper left corner of an image
+// of this size; they may be outside of the image. Returns nothing if the point is not in front of the camera.
+// Half of the image height corresponds to tan(fovy / 2) at distance 1.
 inline std::optional<Point> Project(const CameraPose& camera, FrameSize size, const double point_m[3]) {
   const double d[3] = {point_m[0] - camera.position_m[0], point_m[1] - camera.position_m[1],
                        point_m[2] - camera.position_m[2]};

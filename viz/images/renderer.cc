@@ -21,15 +21,15 @@ namespace {
 
 constexpr int kMaxGeoms = 10000;
 // Supersampling: each block of 2 x 2 output pixels is computed from 3 x 3 drawn pixels, weighted by
-// overlapping area. In software this is faster than OpenGL's multisampling and also smooths the edges of
+// overlapping area. In software, this is faster than OpenGL's multisampling. It also smooths the edges of
 // shadows and textures.
 constexpr int kDrawn = 3, kShown = 2;
-// Limit on the total number of drawn pixels in cached images (16 bytes each). A video of 1280x720 with three
-// insets needs 3 million.
+// Limit on the total number of drawn pixels in cached images (16 bytes per pixel). A video of 1280x720 with
+// three insets needs 3 million.
 constexpr size_t kMaxPixelsKept = 8000000;
 
-// Computes one row of pixels from the drawn row that it covers fully and the one that it covers half. kRed:
-// index of red in a pixel of kPixelBytes bytes; green is always in the middle.
+// Computes one row of pixels from the drawn row that it covers fully and the drawn row that it covers half.
+// kRed: index of the red byte in a pixel of kPixelBytes bytes. Green is always in the middle.
 template <size_t kPixelBytes, size_t kRed>
 void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* pixel) {
   for (size_t i = 0; i < width; i += 2, whole += 12, half += 12, pixel += 2 * kPixelBytes) {
@@ -63,7 +63,7 @@ void ShrinkRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom
   }
 }
 
-// The same for images that are drawn at twice their size, which works for any output size.
+// Downscales images that are drawn at twice their size. This works for any output size.
 template <size_t kPixelBytes, size_t kRed>
 void HalveRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom, size_t top,
                std::vector<uint8_t>* pixels) {
@@ -95,7 +95,7 @@ int FindCamera(const mjModel& model, const std::string& name) {
   throw InputError("no camera '" + name + "'" + Suggestion(name, names, "; this scene has " + list));
 }
 
-// The cached image of a shot: the drawn pixels and the downscaled result.
+// The cached image of a shot, with the drawn pixels and the downscaled result.
 struct Kept {
   Kept(Painter* by, const Shot& of, size_t bytes, FrameSize drawn_size)
       : painter(by),
@@ -147,7 +147,7 @@ struct Renderer::Gl {
   Gl(const Gl&) = delete;
   Gl& operator=(const Gl&) = delete;
 
-  // Returns the cache entry of this shot, creating it if necessary.
+  // Returns the cache entry of this shot. Creates it if necessary.
   Kept& KeptOf(Painter* painter, const Shot& shot, size_t pixel_bytes, FrameSize drawn_size) {
     const auto found = std::ranges::find_if(kept, [&](const Kept& k) {
       return k.painter == painter && k.shot == shot && k.pixel_bytes == pixel_bytes;
@@ -182,7 +182,7 @@ struct Renderer::Gl {
   std::unique_ptr<ScenePainter> scene_painter;
   std::unique_ptr<MujocoPainter> mujoco_painter;
   FrameSize buffer;
-  // Most recently used first.
+  // Cached images, the most recently used first.
   std::list<Kept> kept;
 };
 
@@ -235,7 +235,7 @@ void Renderer::SetState(const state_t& state) {
     mju_copy4(data_->mocap_quat + 4 * mocap, state.body[i].quat_wxyz);
   }
   mj_kinematics(model_.get(), data_.get());
-  mj_comPos(model_.get(), data_.get());  // needed for lights and cameras that track a subtree
+  mj_comPos(model_.get(), data_.get());  // required by lights and cameras that track a subtree
   mj_camlight(model_.get(), data_.get());
 }
 
@@ -261,7 +261,7 @@ void Renderer::Prepare(FrameSize buffer) {
 void Renderer::UpdateScene(const Shot& shot, bool is_depth) {
   gl_->camera.fixedcamid = shot.camera;
   gl_->scene.flags[mjRND_SHADOW] = shot.shadows && !is_depth;
-  // Draws only geoms: the sky would appear at the distance at which it is drawn.
+  // Only geoms are drawn in a depth image, because the sky would appear at the distance at which it is drawn.
   gl_->scene.flags[mjRND_SEGMENT] = is_depth;
   double& fovy = model_->cam_fovy[shot.camera];
   const double own_fovy = fovy;
@@ -275,7 +275,7 @@ Painter* Renderer::PrepareToDraw(const Shot& shot, FrameSize size) {
     Prepare({0, 0});  // ScenePainter has buffers of its own
     UpdateScene(shot, false);
     if (gl_->scene_painter->Supports(gl_->scene)) return gl_->scene_painter.get();
-    // MuJoCo draws into the shadow map that ScenePainter uses.
+    // MuJoCo will overwrite the shadow map that ScenePainter uses.
     if (gl_->scene.flags[mjRND_SHADOW]) gl_->scene_painter->ForgetShadows();
   }
   if (!outlined_bodies_.empty()) {

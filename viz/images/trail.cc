@@ -17,7 +17,7 @@ constexpr double kOpacity = 0.9;  // of the newest part
 // Width of the lines, pixels in an image of this height.
 constexpr double kWidth = 3, kHeight = 480;
 
-// Part to which the state belongs: 0 for the oldest states, kParts - 1 for the newest.
+// Returns the part to which the state belongs: 0 for the oldest states, kParts - 1 for the newest.
 int PartOf(const state_t& state, double newest, double seconds) {
   const double age = newest - Seconds(state.header.sim_time_us);
   return std::clamp(static_cast<int>((1 - age / seconds) * kParts), 0, kParts - 1);
@@ -43,7 +43,7 @@ void DrawTrail(std::span<const state_t> states, size_t arm, double seconds, cons
       points.push_back(*point);
       continue;
     }
-    // A part begins where the one before it ends.
+    // A part begins where the previous part ends.
     if (point) points.push_back(*point);
     draw();
     points.clear();

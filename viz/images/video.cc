@@ -26,7 +26,7 @@ struct Shown {
   OverlayText text;
 };
 
-// Returns one entry per frame. The last entry, with the end of the episode, is shown kVideoHold times.
+// Returns one entry per frame. The last entry shows the end of the episode and is repeated kVideoHold times.
 std::vector<Shown> WhatIsShown(const EpisodeMessages& episode, const VideoOptions& options) {
   OverlayText text;
   text.title = episode.model->task + "/" + episode.model->variation;
@@ -55,7 +55,7 @@ std::vector<Shown> WhatIsShown(const EpisodeMessages& episode, const VideoOption
   return shown;
 }
 
-// Writes one file per camera; progress: of this episode.
+// Writes one file per camera. progress: receives the progress of this episode.
 void MakePlainVideo(const EpisodeMessages& episode, const VideoOptions& options,
                     const std::filesystem::path& log, const std::vector<std::string>& cameras,
                     ParallelFrameRenderer* frame_renderer, const std::vector<std::filesystem::path>& files,

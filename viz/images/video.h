@@ -1,8 +1,8 @@
 // Records videos of episodes from their logs.
 //
-// Frame n shows the world at simulated time n / 30 s, or at that of another timing (video_timing.h): the last
-// STATE at or before it, with the scores of that tick. If the video shows the episode's end, 30 more frames
-// show the last STATE with the outcome.
+// Frame n shows simulated time n / 30 s, unless another timing is selected (video_timing.h). It shows the
+// last STATE at or before that time, with the scores of its tick. If the video shows the episode's end, 30
+// more frames show the last STATE with the outcome.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -29,7 +29,7 @@ inline constexpr int kVideoHold = 30;  // frames at the end
 enum class VideoLayout { kPlain, kFull };
 // Name of the full layout on the command line, and file stem of its video.
 inline constexpr char kFullLayout[] = "full";
-// Throws InputError.
+// Parses the name of a layout. Throws InputError if it is unknown.
 VideoLayout ParseVideoLayout(const std::string& name);
 
 // Returns the file name for a camera: "left_hand_wrist.mp4" for "left/hand/wrist".
@@ -46,24 +46,25 @@ struct VideoOptions {
   VideoLayout layout = VideoLayout::kPlain;
   // Used by the plain layout only.
   OverlayAmount overlay = OverlayAmount::kFull;
-  // Length of the wrists' trails in simulated time, s (viz/images/trail.h); used by the plain layout only.
+  // Length of the wrists' trails in simulated time, s (viz/images/trail.h). Used by the plain layout only.
   double trail_s = 0;
   VideoTiming timing;
   // File format: .mp4, .gif or .webp (video_writer.h).
   std::string ending = ".mp4";
-  // Output file if only one video is made; empty: a file in the folder, named after its content.
+  // Output file if only one video is made. Empty: a file in the folder, named after its content.
   std::filesystem::path file;
   // Called repeatedly with the completed share of the log's videos, 0 to 1.
   std::function<void(double)> progress;
 };
 
-// Records one video per camera, in the size of the frame_renderer's frames, as FOLDER/<VideoName>, and
-// returns the files. The full layout makes a single video, "full.mp4"; without cameras it uses FullCameras.
+// Records one video per camera in the size of the frame_renderer's frames, and returns the files
+// FOLDER/<VideoName>. The full layout makes a single video, "full.mp4"; without cameras it uses FullCameras.
 // If a log has several episodes, each has its own video: "episode_0007_front.mp4", or
-// "episode_0007_2_front.mp4" for a second attempt or a second run. A video with a timing has the NameSuffix
-// of that timing, so that it does not replace the video of the whole episode. The visual model is the file
-// that MODEL names or, if the run has been moved, ../../model/visual.mjb relative to the log. Throws
-// InputError (no such log or episode, cameras as above, log without MODEL or STATE), EnvironmentError.
+// "episode_0007_2_front.mp4" for a second attempt or a second run. The file name of a video with another
+// timing contains the NameSuffix of the timing, so that it does not replace the video of the whole episode.
+// The visual model is the file that MODEL names or, if the run has been moved, ../../model/visual.mjb
+// relative to the log. Throws InputError (unknown log or episode, cameras as in CheckCameras, log without
+// MODEL or STATE) and EnvironmentError.
 std::vector<std::filesystem::path> MakeLogVideos(const std::filesystem::path& log,
                                                  const std::vector<std::string>& cameras,
                                                  ParallelFrameRenderer* frame_renderer,

@@ -18,7 +18,7 @@ namespace evalbus::viz {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// How long instantaneous events stay marked in the image, s.
+// Time for which instantaneous events stay marked in the image, s.
 constexpr double kCollisionShown = 0.5, kSlipShown = 1.0;
 // Metrics that accumulate over an episode: distance, effort and smoothness.
 constexpr const char* kCurves[] = {"cartesian_path_length", "extended.mechanical_work_J", "cartesian_jerk"};
@@ -34,7 +34,7 @@ void AddCurves(const EpisodeMessages& episode, VideoFacts* facts) {
     facts->time_s.push_back(Seconds(partial.header.sim_time_us));
     const std::vector<ScoreRow> rows = ScoreRows(partial.metrics, partial.extended);
     for (const char* name : kCurves) {
-      // Jerk has two rows; the first one is the root mean square.
+      // Jerk has two rows; the first row is the root mean square.
       const auto row = std::ranges::find(rows, name, [](const ScoreRow& r) { return r.metric->name; });
       if (row == rows.end()) continue;
       auto curve = std::ranges::find(facts->curves, row->label, &VideoCurve::label);
@@ -157,7 +157,7 @@ class Touches {
       }
     }
     if (!episode_.summary) return;
-    // A slip is marked where the object was last held.
+    // A slip is marked at the place where the object was last held.
     for (const object_event_t& slip : episode_.summary->explanation.slip) {
       if (slip.tick != contacts.header.tick) continue;
       const auto& objects = episode_.model->object_name;
@@ -172,7 +172,7 @@ class Touches {
   const ModelNames names_;
   const bool counts_collisions_;
   size_t next_ = 0;
-  std::vector<std::pair<int, Place>> wanted_;            // by entity; last tick only
+  std::vector<std::pair<int, Place>> wanted_;            // entity and place, at the last tick only
   std::map<int, Place> held_;                            // key: entity
   std::map<std::pair<int, int>, Collision> collisions_;  // key: pair of geoms
   std::map<std::pair<std::string, int64_t>, Place> slipped_;
@@ -182,7 +182,8 @@ bool HasCause(const EpisodeMessages& episode) {
   return episode.summary && !episode.summary->cause.text.empty();
 }
 
-// Explains the outcome: the cause; in logs without one, the deciding condition and the end reason in words.
+// Explains the outcome: returns the cause or, in logs without a cause, the deciding condition and the end
+// reason in words.
 std::string Reason(const EpisodeMessages& episode) {
   if (HasCause(episode)) return Printable(episode.summary->cause.text);
   std::string text;

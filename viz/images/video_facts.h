@@ -16,7 +16,7 @@ struct VideoCurve {
   std::string label;
   std::string unit;  // unit of the values; may be empty
   std::vector<std::string> of;
-  // [line][sample]; NaN if unavailable.
+  // Values as [line][sample]; NaN if unavailable.
   std::vector<std::vector<double>> value;
   // Range of all values.
   double lowest = 0, highest = 0;
@@ -33,7 +33,7 @@ struct VideoMark {
 
 // A mark in the image at a point in the world frame.
 struct PlaceMark {
-  // kGrasp: a desired contact between robot and object.
+  // kGrasp stands for a desired contact between robot and object.
   VideoMark::Kind kind = VideoMark::Kind::kGrasp;
   double position_m[3] = {};
 };
@@ -49,15 +49,15 @@ struct VideoFacts {
   // Sample times of all curves, s.
   std::vector<double> time_s;
   std::vector<VideoCurve> curves;
-  // Sorted by time.
+  // Marks, sorted by time.
   std::vector<VideoMark> marks;
   bool counts_slips = false, counts_collisions = false;
-  // Indexed by frame of the schedule.
+  // Marks in the image, for each frame of the schedule.
   std::vector<std::vector<PlaceMark>> places;
-  // Empty if the log lacks the episode's end.
+  // Outcome of the episode; empty if the log lacks the episode's end.
   std::string outcome;
   bool success = false;
-  // Time of the outcome, s: of the cause, otherwise of the end.
+  // Time of the cause of the outcome or, if there is no cause, of the end, s.
   double outcome_s = 0;
   // Explanation of the outcome; may be empty.
   std::string reason;
@@ -65,7 +65,8 @@ struct VideoFacts {
   std::vector<std::pair<std::string, std::string>> numbers;
 };
 
-// schedule: which STATE each frame shows (video_timing.h). Throws InputError if MODEL is inconsistent.
+// schedule: index of the STATE that each frame shows (video_timing.h). Throws InputError if MODEL is
+// inconsistent.
 VideoFacts FactsOf(const EpisodeMessages& episode, const std::vector<size_t>& schedule,
                    const std::string& policy);
 

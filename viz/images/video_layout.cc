@@ -43,7 +43,7 @@ FullLayout LayOutFull(FrameSize size, int num_insets, int num_curves) {
   layout.time_line = {margin, height - kTimeLine * s, width - 2 * margin, kTimeLine * s};
   const double panels = layout.time_line.y - kPanels * s;
   const double top = layout.header.bottom(), bottom = Even(panels);
-  // The more insets there are, the narrower is their column, so that they keep their aspect ratio.
+  // If there are more insets, their column is narrower, so that they keep their aspect ratio.
   const double share = num_insets == 0 ? 0 : num_insets == 1 ? 0.36 : num_insets == 2 ? 0.30 : 0.24;
   const double column = Even(width * (1 - share));
   layout.main = EvenBox(0, top, num_insets > 0 ? column - gap : width, bottom);

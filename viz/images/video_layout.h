@@ -9,7 +9,7 @@
 
 namespace evalbus::viz {
 
-// Pixels per layout unit: 1 at 1280x720, with a lower limit that keeps text readable.
+// Returns the number of pixels per layout unit: 1 at 1280x720, and at least so much that text is readable.
 double VideoScale(FrameSize size);
 // Throws InputError if the image is too small for panels and text.
 void CheckPanelSize(FrameSize size);
@@ -41,7 +41,7 @@ PairLayout LayOutPair(FrameSize size);
 struct GridLayout {
   double scale = 1;
   Box header;
-  // Row by row; each cell contains a frame and an image.
+  // Cells row by row. Each cell contains a frame and an image.
   std::vector<Box> cells;
   // Width of the frame between a cell's edge and its image, pixels.
   double frame = 0;
@@ -51,9 +51,9 @@ GridLayout LayOutGrid(FrameSize size, int columns, int rows);
 struct GridShape {
   int columns = 0, rows = 0;
 };
-// Parses a shape such as "4x3". Throws InputError.
+// Parses a shape such as "4x3". Throws InputError if the text is invalid.
 GridShape ParseGridShape(const std::string& text);
-// Returns a nearly square grid that holds all episodes, at most kMaxCells.
+// Returns a nearly square grid for all episodes, of at most kMaxCells cells.
 GridShape ShapeFor(int num_episodes);
 inline constexpr int kMaxCells = 36;
 

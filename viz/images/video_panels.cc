@@ -94,7 +94,7 @@ void VideoPanels::Stages(const Box& box, const VideoFacts& facts, double time_s)
   canvas_.Text(box.x, y, fmt::format("Stages {} of {}", num_reached, facts.stages.size()), Font::kBold,
                kSmall * s_, kText);
   const size_t rows = std::max<size_t>(1, static_cast<size_t>((box.bottom() - y) / line));
-  // If there are too many stages, shows those around the first one that is not reached.
+  // If there are too many stages, only stages around the first unreached stage are shown.
   size_t first = 0;
   if (facts.stages.size() > rows) {
     const auto missing = std::ranges::find_if_not(facts.stages, is_reached) - facts.stages.begin();
@@ -124,7 +124,7 @@ void VideoPanels::Curve(const Box& box, const VideoFacts& facts, const VideoCurv
                         double to_s, double highest) {
   const auto now = std::ranges::upper_bound(facts.time_s, time_s) - facts.time_s.begin();
   const size_t num = static_cast<size_t>(now);
-  // The label with its unit, then the current values in the colors of their lines.
+  // The label with its unit is followed by the current values in the colors of their lines.
   const std::string label = curve.label + (curve.unit.empty() ? "" : ", " + curve.unit);
   canvas_.Text(box.x, box.y + 14 * s_, canvas_.Fitted(label, Font::kBold, kSmall * s_, box.width),
                Font::kBold, kSmall * s_, kText);
@@ -184,7 +184,7 @@ Box VideoPanels::Axes(const Box& box, const std::string& low, const std::string&
 }
 
 void VideoPanels::TimeLine(const Box& box, const VideoFacts& facts, double time_s, double to_s) {
-  // Legend of the marks, with the counts so far.
+  // Legend of the marks, with their counts so far.
   struct Entry {
     Kind kind;
     const char* words;
@@ -211,7 +211,7 @@ void VideoPanels::TimeLine(const Box& box, const VideoFacts& facts, double time_
       Mark(entry.kind, {x + 6 * s_, text_y - 4.5 * s_}, 5.5 * s_);
     }
     canvas_.Text(x + 18 * s_, text_y, words, Font::kNormal, kSmall * s_, count > 0 ? kText : kDim);
-    // Fixed positions that do not depend on the number of digits.
+    // Positions do not depend on the number of digits.
     x += width + 44 * s_ + (count < 10 ? 0 : -8 * s_ * (std::floor(std::log10(count))));
   }
   const std::string end = TimeText(to_s);
@@ -310,7 +310,7 @@ void VideoPanels::Places(const Box& box, const std::vector<Place>& places, bool 
     if (!with_words || place.kind == Kind::kGrasp) continue;
     const std::string word = place.kind == Kind::kSlip ? "slip" : "collision";
     const double width = canvas_.TextWidth(word, Font::kBold, kSmall * s_) + 10 * s_;
-    // Places the label on the side with enough room.
+    // The label is placed on the side that has enough room.
     double x = place.point.x + radius + 6 * s_;
     if (x + width > box.right()) x = place.point.x - radius - 6 * s_ - width;
     const Box label{x, place.point.y - 9 * s_, width, 18 * s_};
@@ -338,8 +338,7 @@ void VideoPanels::EndCard(const Box& box, const VideoFacts& facts) {
   const double padding = 20 * s_, line = 21 * s_;
   const double width = std::min(box.width - 24 * s_, 620 * s_), inner = width - 2 * padding;
   const double head = 30 * s_;
-  // Content by priority: the verdict is always shown, then the reason, then numbers in two columns, as far as
-  // they fit.
+  // The verdict is always shown. The reason, and then numbers in two columns, are added if they fit.
   const double most = box.height - 16 * s_;
   double height = 2 * padding + head - 6 * s_;
   const size_t lines_left = most > height + 6 * s_ ? static_cast<size_t>((most - height - 6 * s_) / line) : 0;

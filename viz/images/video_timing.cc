@@ -14,12 +14,13 @@ namespace {
 constexpr double kUsPerSecond = 1e6;
 constexpr double kSlowest = 0.05, kFastest = 100, kLongestHighlight = 600;
 
-// A part of the video that is shown at one rate, us of simulated time.
+// A part of the video that is shown at one rate. Times are in us of simulated time.
 struct Stretch {
   double begin_us, end_us, rate;
 };
 
-// Divides [from, end] into stretches: those around the moments at `speed`, the others faster.
+// Divides [from, end] into stretches. Stretches around the moments have the rate `speed`, and all others are
+// faster.
 std::vector<Stretch> Stretches(const VideoTiming& timing, double from_us, double end_us) {
   if (timing.highlight_s <= 0) return {{from_us, end_us, timing.speed}};
   std::vector<double> moments = timing.moments_s;
@@ -38,7 +39,7 @@ std::vector<Stretch> Stretches(const VideoTiming& timing, double from_us, double
   return stretches;
 }
 
-// Reads a number of at least 0 from the whole text.
+// Parses the whole text as a number of at least 0.
 double ReadSeconds(const std::string& text, const std::string& option) {
   double seconds = 0;
   const char* const end = text.data() + text.size();
@@ -91,7 +92,7 @@ std::vector<FrameTime> FrameTimes(const VideoTiming& timing, int64_t end_us) {
   for (const Stretch& stretch : stretches) {
     const bool is_last = &stretch == &stretches.back();
     for (int n = 0;; ++n) {
-      // n * 1e6 / 30 is exact where it is a whole number, so that no frame shows the tick before its own.
+      // n * 1e6 / 30 is exact if it is a whole number, so no frame shows the tick before its own tick.
       const double time_us = stretch.begin_us + n * stretch.rate * kUsPerSecond / kVideoRate;
       if (time_us > stretch.end_us || (time_us == stretch.end_us && !is_last)) break;
       frames.push_back({time_us / kUsPerSecond, stretch.rate});
@@ -105,7 +106,8 @@ std::vector<size_t> VideoSchedule(const std::vector<int64_t>& sim_time_us,
   std::vector<size_t> shown;
   size_t i = 0;
   for (const FrameTime& frame : frames) {
-    // Rounds a frame's time down to microseconds; the margin absorbs rounding errors of whole microseconds.
+    // Rounds a frame's time down to microseconds. 1e-3 compensates for rounding errors of times that are
+    // whole microseconds.
     const auto time_us = static_cast<int64_t>(std::floor(frame.time_s * kUsPerSecond + 1e-3));
     while (i + 1 < sim_time_us.size() && sim_time_us[i + 1] <= time_us) ++i;
     shown.push_back(i);

@@ -26,13 +26,13 @@
 namespace evalbus::viz {
 namespace {
 
-// Poll intervals while waiting for ffmpeg, ms: for room in the socket; for its exit.
+// Poll intervals while waiting for room in ffmpeg's socket (kLook) and for ffmpeg's exit (kShortLook), ms.
 constexpr int kLook = 100, kShortLook = 2;
-// Frames per second of GIF and WebP, whose files would otherwise become very large because they hardly
-// compress between frames.
+// Frames per second of GIF and WebP. It is low, because these formats hardly compress between frames and
+// files would become very large.
 constexpr int kLoopRate = 10;
 
-// A single thread and no version or date metadata: equal frames give equal bytes.
+// Uses a single thread, and no metadata with version or date, so that equal frames give equal bytes.
 std::vector<std::string> Command(FrameSize size, int frames_per_second, const std::string& ending) {
   std::vector<std::string> command = {"ffmpeg",
                                       "-nostdin",
@@ -53,8 +53,8 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
     command.insert(command.end(), words);
   };
   if (ending == ".gif") {
-    // A palette of 256 colors computed for this video. Ordered dithering does not change where nothing moves,
-    // which keeps the file small.
+    // A palette of 256 colors is computed for this video. Ordered dithering is used, because it does not
+    // change where nothing moves, which keeps the file small.
     add({"-vf",
          fmt::format("fps={},split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=bayer:"
                      "bayer_scale=5:diff_mode=rectangle",
@@ -64,8 +64,8 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
     add({"-vf", fmt::format("fps={}", kLoopRate), "-pix_fmt", "yuv420p", "-c:v", "libwebp_anim", "-quality",
          "60", "-loop", "0", "-f", "webp"});
   } else {
-    // One fragment per second: a truncated video plays up to its last complete fragment. Colors are BT.709
-    // and tagged as such.
+    // There is one fragment per second, so that a truncated video plays up to its last complete fragment.
+    // Colors are BT.709 and tagged as BT.709.
     add({"-vf",
          "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact",
          "-pix_fmt",
@@ -112,8 +112,9 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
         fmt::format("video of {}x{}: H.264 needs an even width and height", size.width, size.height));
   }
   const std::vector<std::string> command = Command(size, frames_per_second, ending);
-  // A socket is used instead of a pipe: if ffmpeg has exited, writing fails with an error instead of raising
-  // a signal. Output and error messages go to memory files, which cannot block ffmpeg as a full pipe would.
+  // A socket is used instead of a pipe, because writing to a socket fails with an error, not with a signal,
+  // if ffmpeg has exited. Output and error messages are written to memory files, which cannot block ffmpeg as
+  // a full pipe would.
   int sockets[2];
   video_ = memfd_create("video", MFD_CLOEXEC);
   complaints_ = memfd_create("ffmpeg", MFD_CLOEXEC);
@@ -133,8 +134,8 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   for (const std::string& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   const std::string program = FindFfmpeg().string();
-  // Removes LD_LIBRARY_PATH: libraries that the user prepends for other programs may be incompatible with
-  // ffmpeg.
+  // Removes LD_LIBRARY_PATH, because libraries that the user prepends for other programs may be incompatible
+  // with ffmpeg.
   std::vector<char*> environment;
   for (char** variable = environ; *variable; ++variable) {
     if (!std::string_view(*variable).starts_with("LD_LIBRARY_PATH=")) environment.push_back(*variable);

@@ -1,6 +1,6 @@
 // Encodes frames into a video with the ffmpeg program. The file extension selects the format: H.264 in
-// fragmented MP4, or looping GIF or WebP at 10 frames per second. Equal frames give equal bytes for the same
-// ffmpeg version.
+// fragmented MP4, or looping GIF or WebP at 10 frames per second. With the same ffmpeg version, equal frames
+// give equal bytes.
 #pragma once
 
 #include <sys/types.h>
@@ -34,7 +34,7 @@ class VideoWriter {
   void Close();
 
  private:
-  // Ends ffmpeg; returns its exit code and its error message.
+  // Ends ffmpeg. Returns its exit code, and its error message in *message.
   int End(std::string* message);
   void CheckTimeout(Wait* waiting) const;
   void CloseFiles();
@@ -44,8 +44,8 @@ class VideoWriter {
   FrameSize size_;
   std::chrono::milliseconds timeout_;
   pid_t ffmpeg_ = -1;
-  // frames_: socket for input frames. video_, complaints_: memory files with ffmpeg's output and error
-  // messages.
+  // frames_: socket for input frames. video_: memory file with ffmpeg's output. complaints_: memory file with
+  // ffmpeg's error messages.
   int frames_ = -1, video_ = -1, complaints_ = -1;
 };
 

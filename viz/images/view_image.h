@@ -1,4 +1,4 @@
-// Images as requested by a policy: draws a view_t into an image_t.
+// Draws images that a policy requests: a view_t becomes an image_t.
 #pragma once
 
 #include "evalbus/image_t.hpp"
@@ -6,15 +6,15 @@
 
 namespace evalbus::viz {
 
-// Initial size of a renderer's buffer, before the first request. Most policies request no larger images.
+// Initial size of a renderer's buffer. Most policies request no larger images.
 inline constexpr FrameSize kUsualViewSize{256, 256};
 
 // Throws InputError if the view cannot be drawn: unknown camera, size or field of view out of range, lossy
 // encoding.
 void CheckView(const view_t& view, const mjModel& model);
 
-// Draws the renderer's current state into `image`; header: of the STATE that is shown. CheckView(view) must
-// have succeeded.
+// Draws the renderer's current state into `image`. header: header of that STATE. CheckView(view) must have
+// succeeded.
 void DrawView(const view_t& view, const header_t& header, Renderer* renderer, image_t* image);
 
 }  // namespace evalbus::viz

@@ -22,7 +22,7 @@
 namespace evalbus::viz {
 namespace {
 
-// Names of --gl. The last two are resolved to one of the others.
+// Values of --gl. The last two select one of the others.
 constexpr char kOsMesaName[] = "osmesa", kEglSoftwareName[] = "egl-software", kEglName[] = "egl",
                kSoftwareName[] = "software", kAutoName[] = "auto";
 
@@ -35,21 +35,23 @@ void Load(void* library, const char* file, const char* name, Function** function
 }
 
 // Disables the rasterizer threads of llvmpipe; must be called before Mesa is loaded. In Mesa 22.3 these
-// threads have a use-after-free: llvmpipe checks without a lock which textures are in use, which crashed one
-// process in 28,000 images. Without them the calling thread rasterizes, which takes no longer.
+// threads have a use-after-free, because llvmpipe checks without a lock which textures are in use. It crashed
+// a process once in 28,000 images. Without these threads, the calling thread rasterizes, which takes no
+// longer.
 void NoMesaThreads() { setenv("LP_NUM_THREADS", "0", 1); }
 
 // Returns the library, or nullptr if it is not installed.
 void* LoadOsMesa() {
   NoMesaThreads();
-  // Disables the shader cache as well: its writer thread would not survive the fork of the video renderer,
-  // and it writes to the user's home directory.
+  // The shader cache is disabled as well, because its writer thread would not survive the fork of the video
+  // renderer, and because it writes to the user's home directory.
   setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
   return dlopen(kOsMesaFile, RTLD_NOW | RTLD_GLOBAL);
 }
 
-// Loaded once and never unloaded. MuJoCo looks up the OpenGL functions in the same library. The functions are
-// declared here because Mesa has no OSMesa, and no header of it, from version 25.1 on.
+// The OSMesa library, which is loaded once and never unloaded. MuJoCo looks up the OpenGL functions in the
+// same library. OSMesa's functions are declared here, because Mesa has contained neither OSMesa nor its
+// header since version 25.1.
 struct OsMesa {
   OsMesa() {
     void* library = LoadOsMesa();
@@ -91,8 +93,8 @@ struct Egl {
     Open(software);
   }
 
-  // Opens the first device that works, in the order in which EGL lists them. Without devices, and with
-  // `software`, Mesa renders in software.
+  // Opens the first device that works, in the order in which EGL lists the devices. If there are no devices,
+  // or if `software` is true, Mesa renders in software.
   void Open(bool software) {
     const auto devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(function("eglQueryDevicesEXT"));
     const auto get_display =
@@ -150,7 +152,7 @@ const Egl& TheEgl() {
   return egl;
 }
 
-// name: one that ResolveGl returns.
+// name: "osmesa", "egl-software" or "egl".
 GlKind KindOf(const std::string& name) {
   return name == kOsMesaName ? GlKind::kOsMesa : name == kEglName ? GlKind::kEgl : GlKind::kEglSoftware;
 }
@@ -172,8 +174,8 @@ bool IsSoftware(const std::string& renderer) {
   return false;
 }
 
-// Does the work in a child process: once a library is loaded, MuJoCo would use it for drawing, and it cannot
-// be unloaded. Throws as the work does, and EnvironmentError.
+// Runs `work` in a child process. In this process, a loaded library could not be unloaded, and MuJoCo would
+// use it for drawing. Throws the exceptions of `work`, and EnvironmentError.
 void InChild(const std::string& library, const std::function<void()>& work) {
   constexpr int kTimeoutMs = 60000, kPollMs = 10;
   ForkedWork check("the check of " + library, work);
@@ -186,7 +188,7 @@ void InChild(const std::string& library, const std::function<void()>& work) {
   check.CheckEnd();
 }
 
-// Returns the device that the library draws with. Throws EnvironmentError.
+// Returns the device with which the library draws. Throws EnvironmentError.
 std::string DeviceOf(const std::string& library) {
   constexpr size_t kMaxBytes = 256;
   const SharedMemory name(kMaxBytes);
@@ -224,7 +226,7 @@ bool HasGraphicsProcessor() {
   }
 }
 
-// Returns the name that `name` stands for; see ResolveGl().
+// Returns the library that `name` selects (see ResolveGl()).
 std::string Resolve(const std::string& name, bool (*has_osmesa)()) {
   CheckGl(name);
   if (name == kAutoName && HasGraphicsProcessor()) return kEglName;
@@ -260,7 +262,7 @@ GlChoice ChooseGl(const std::string& name) {
 }
 
 void UseGl(const std::string& name) {
-  // This process is going to render, so it may load OSMesa.
+  // This process will render, so it may load OSMesa.
   const GlKind kind = KindOf(Resolve(name, [] { return LoadOsMesa() != nullptr; }));
   GlKind before = GlKind::kUndecided;
   if (!g_kind.compare_exchange_strong(before, kind) && before != kind) {
@@ -298,7 +300,7 @@ GlContext::GlContext() {
   if (g_kind == GlKind::kUndecided) UseGl(kSoftwareName);
   if (IsEgl()) {
     const Egl& egl = TheEgl();
-    egl.bind_api(EGL_OPENGL_API);  // applies to this thread
+    egl.bind_api(EGL_OPENGL_API);  // affects only this thread
     context_ = egl.create(egl.display, egl.config, EGL_NO_CONTEXT, nullptr);
     if (!context_) throw EnvironmentError("EGL cannot create an OpenGL context");
   } else {

@@ -1,10 +1,10 @@
 // OpenGL contexts without a screen: in software (OSMesa, or EGL with Mesa's software renderer) or on a
 // graphics processor (EGL). The libraries are loaded on first use, so that programs start without them.
 //
-// A process uses only one of them, because MuJoCo looks up the OpenGL functions in whichever library is
-// loaded. Software rendering of equal models and states gives identical bits on all machines with the same
-// Mesa version and vector instructions; results of graphics processors vary. Images for policies are
-// therefore drawn in software unless the user selects EGL; run.json records the selection.
+// A process uses only one of these libraries, because MuJoCo looks up the OpenGL functions in whichever
+// library is loaded. Software rendering of equal models and states gives identical bits on all machines with
+// the same Mesa version and vector instructions. Results of graphics processors vary. Images for policies are
+// therefore drawn in software unless the user selects EGL, and run.json records the selection.
 #pragma once
 
 #include <string>
@@ -17,27 +17,28 @@ namespace evalbus::viz {
 // - "egl": the first device that EGL lists, a graphics processor if it can use one
 // - "auto": "egl" if it works with a graphics processor of this machine, else "software"
 void CheckGl(const std::string& name);
-// Selects the library. Without a call, "software" is used. Throws as CheckGl. Throws EnvironmentError if the
-// selected library is missing or this process already draws with another one.
+// Selects the library. If it is not called, "software" is used. Throws as CheckGl does. Throws
+// EnvironmentError if the selected library is missing or this process already draws with another library.
 void UseGl(const std::string& name);
-// Returns "osmesa", "egl-software" or "egl": what `name` resolves to on this machine. Loads no library into
-// this process. Throws as CheckGl.
+// Returns "osmesa", "egl-software" or "egl", depending on what `name` selects on this machine. Loads no
+// library into this process. Throws as CheckGl does.
 std::string ResolveGl(const std::string& name);
 // The renderer of a run.
 struct GlChoice {
   std::string library;  // "osmesa", "egl-software" or "egl"
   std::string device;   // e.g. "llvmpipe (LLVM 15.0.6, 256 bits)"
-  // A line for the user if software renders although this machine has a GPU; empty otherwise.
+  // Warning for the user if software renders although this machine has a GPU; otherwise empty.
   std::string warning;
 };
 // Returns library and device, e.g. "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))".
 std::string Described(const GlChoice& choice);
-// Returns what `name` resolves to on this machine. Loads no library into this process. Throws as UseGl.
+// Returns the renderer that `name` selects on this machine. Loads no library into this process. Throws as
+// UseGl does.
 GlChoice ChooseGl(const std::string& name);
-// Returns whether contexts consist of process memory only, so that a fork copies them: true for OSMesa.
+// Returns whether a fork copies contexts, because they consist of process memory only. True for OSMesa.
 bool IsGlInMemory();
 // Returns a description of the renderer in use, e.g. "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))". Throws as
-// UseGl.
+// UseGl does.
 std::string GlInUse();
 // Help text of the --gl option of drawing commands.
 inline constexpr char kGlHelp[] =
@@ -45,8 +46,8 @@ inline constexpr char kGlHelp[] =
     "egl (on the GPU if there is one); auto (egl if it can use a GPU, otherwise software);\n"
     "osmesa, egl-software (this library)";
 inline constexpr char kDefaultGl[] = "software";
-// Calls UseGl. If the result is not OSMesa, or "auto" found no GPU, returns a line for the user with the
-// library and the reason. Throws as UseGl.
+// Calls UseGl. If OSMesa was not selected, or if "auto" found no GPU, returns a line for the user with the
+// library and the reason. Throws as UseGl does.
 std::string UseGlAndDescribe(const std::string& name);
 
 // An OpenGL context. It is current in the thread that constructed it or last called MakeCurrent. All members
@@ -62,7 +63,8 @@ class GlContext {
 
  private:
   void* context_ = nullptr;
-  // OSMesa requires a default buffer; all drawing goes to framebuffer objects instead.
+  // Default buffer, which OSMesa requires. It is unused, because everything is drawn into framebuffer
+  // objects.
   static constexpr int kUnused = 16;
   unsigned char unused_[kUnused * kUnused * 4];
 };

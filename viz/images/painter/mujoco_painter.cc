@@ -14,7 +14,7 @@ std::unique_ptr<PaintedImage> MujocoPainter::NewImage(int width, int height) con
 }
 
 Part MujocoPainter::Paint(const mjvScene& scene, PaintedImage* image) {
-  // MuJoCo 2.2 declares the scene non-const, because it stores the order of transparent geoms there.
+  // MuJoCo 2.2 takes a non-const scene, because it stores the order of transparent geoms there.
   mjr_render({0, 0, image->width, image->height}, const_cast<mjvScene*>(&scene), &context_);
   read_pixels_(0, 0, image->width, image->height, GL_RGBA, GL_UNSIGNED_BYTE, image->rgba.data());
   return {0, 0, image->width, image->height};

@@ -1,5 +1,5 @@
-// Draws with MuJoCo's mjr_render into the lower left corner of MuJoCo's offscreen buffer, which must be large
-// enough.
+// Draws with MuJoCo's mjr_render into the lower left corner of MuJoCo's offscreen buffer. The buffer must be
+// large enough for the image.
 #pragma once
 
 #include "viz/images/painter/gl_functions.h"

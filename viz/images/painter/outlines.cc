@@ -7,7 +7,7 @@
 namespace evalbus::viz {
 namespace {
 
-// Offsets to the pixels within kOutlinePixels: a disk without its corners.
+// Offsets to the neighbors within kOutlinePixels of a pixel, which form a disk.
 constexpr std::array<std::pair<int, int>, 12> kNeighbors = {
     {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {-1, 1}, {1, -1}, {1, 1}, {-2, 0}, {2, 0}, {0, -2}, {0, 2}}};
 static_assert(kOutlinePixels == 2);
@@ -27,7 +27,7 @@ void DrawOutlines(const Part& part, PaintedImage* image) {
                              static_cast<size_t>(x))];
   };
   const auto is_outlined = [&](int x, int y) { return pixel(x, y)[3] < 128; };
-  // The pixels at the border of the image get no outline, so that no neighbor needs a check.
+  // Pixels at the border of the image get no outline, so no neighbor is outside of the image.
   const int left = std::max(part.left, kOutlinePixels), bottom = std::max(part.bottom, kOutlinePixels),
             right = std::min(part.right, image->width - kOutlinePixels),
             top = std::min(part.top, image->height - kOutlinePixels);

@@ -1,6 +1,6 @@
-// Outlines around objects. The painter draws outlined geoms with the alpha 0 and everything else with 1, so
-// that each image contains the mask of what is outlined; outlines are then drawn by the processor. Uses no
-// OpenGL.
+// Outlines around objects. The painter draws outlined geoms with alpha 0 and everything else with alpha 1, so
+// each image contains a mask of the outlined geoms. The outlines are then drawn from this mask on the CPU,
+// without OpenGL.
 #pragma once
 
 #include "viz/images/painter/painter.h"
@@ -11,12 +11,12 @@ namespace evalbus::viz {
 // Distance of the outermost pixel of an outline from its object, in drawn pixels (1.5 per pixel of a video).
 inline constexpr int kOutlinePixels = 2;
 
-// Returns the part with a margin of an outline's width, within the image: an outline changes where its object
-// does.
+// Returns the part enlarged by the width of an outline, clipped to the image. Outlines can change in this
+// region if objects change in `part`.
 Part WithOutlines(Part part, const PaintedImage& image);
 
-// Makes those pixels of the part white that are next to an outlined geom and not part of one. The part must
-// have been read from the framebuffer since its outlines were drawn.
+// Makes the pixels of the part white that are next to an outlined geom but not part of one. Before each call,
+// the part must be read from the framebuffer again.
 void DrawOutlines(const Part& part, PaintedImage* image);
 
 }  // namespace evalbus::viz

@@ -1,6 +1,6 @@
-// Draws scenes into images: ScenePainter (our own) or MujocoPainter (MuJoCo's mjr_render). The environment
-// variable EVALBUS_PAINTER selects one (docs/design/0002-own-painter.md). The OpenGL context must be current
-// in every call, including destruction.
+// Draws scenes into images. There are two painters: ScenePainter (evalbus' own) and MujocoPainter (MuJoCo's
+// mjr_render). The environment variable EVALBUS_PAINTER selects one (docs/design/0002-own-painter.md). The
+// OpenGL context must be current in every call, including destruction.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -14,8 +14,8 @@
 
 namespace evalbus::viz {
 
-// kPlain: for policies, the same with both painters. kVideo: for people, with soft shadows, one more fill
-// light and a floor that fades into the sky, as far as ScenePainter draws the scene.
+// kPlain: for policies. Both painters draw the same image. kVideo: for people. If ScenePainter draws the
+// scene, it has soft shadows, one more fill light, and a floor that fades into the sky.
 enum class Look { kPlain, kVideo };
 
 // An image that its painter updates. Must be destroyed before its painter.
@@ -30,7 +30,7 @@ class PaintedImage {
   PaintedImage& operator=(const PaintedImage&) = delete;
 
   const int width, height;
-  // Rows from the bottom, four bytes per pixel.
+  // Pixels of four bytes, in rows from the bottom to the top.
   std::vector<uint8_t> rgba;
 };
 
@@ -38,11 +38,11 @@ class Painter {
  public:
   virtual ~Painter() = default;
 
-  // Returns whether Paint supports everything in this scene.
+  // Returns whether Paint can draw everything in this scene.
   virtual bool Supports(const mjvScene& scene) const = 0;
   // Throws EnvironmentError if OpenGL does not support an image of this size.
   virtual std::unique_ptr<PaintedImage> NewImage(int width, int height) const = 0;
-  // Updates an image that NewImage of this painter has made; returns the part that has changed.
+  // Updates an image that NewImage of this painter has created. Returns the part that has changed.
   virtual Part Paint(const mjvScene& scene, PaintedImage* image) = 0;
 };
 

@@ -10,11 +10,12 @@
 namespace evalbus::viz {
 namespace {
 
-// Margin around changed regions: covers rounding and the antialiased pixel next to an edge.
+// Margin around changed regions. It covers rounding errors and the antialiased pixel next to an edge.
 constexpr float kMarginPixels = 2;
-// Shadow lookups interpolate between four texels, and MuJoCo keeps one texel at each border empty.
+// Margin around changed shadows, in texels. Shadow lookups interpolate between four texels, and MuJoCo keeps
+// one texel at each border empty.
 constexpr float kMarginPlaces = 3;
-// Below this slope, light is almost parallel to a face; computing the exact end of a shadow is then not
+// Below this slope, light is almost parallel to a face, and computing the exact end of a shadow is not
 // worthwhile.
 constexpr float kGrazing = 0.05f;
 
@@ -49,7 +50,7 @@ Rectangle Common(const Rectangle& a, const Rectangle& b) { return {Common(a.x, b
 constexpr float kEverywhere = 1e9f;
 constexpr Rectangle kWhole{{-kEverywhere, kEverywhere}, {-kEverywhere, kEverywhere}};
 
-// Bounding rectangle in pixels; unbounded if a point is behind the eye.
+// Returns the bounding rectangle of points in pixels. It is unbounded if a point is behind the eye.
 Rectangle InPixels(const EyeView& eye, std::span<const Vec> points) {
   Rectangle seen;
   const Matrix& m = eye.clip_from_world;
@@ -63,7 +64,7 @@ Rectangle InPixels(const EyeView& eye, std::span<const Vec> points) {
   return seen;
 }
 
-// Bounds in the light's frame, m; the light looks along -z.
+// Bounds in the light's frame, m. The light shines along -z.
 struct Lit {
   Rectangle at;
   Range z;
@@ -127,7 +128,7 @@ class Screen {
   explicit Screen(const mjvGeom& geom) : geom_(&geom) {}
 
   const mjvGeom* geom() const { return geom_; }
-  // Returns whether `place` is inside the box or so close to it that part of the box may be clipped.
+  // Returns whether `place` is inside the box, or so close to it that part of the box may be clipped.
   bool IsAbout(Vec place) const {
     const Vec d = place - Of(geom_->pos);
     for (size_t i = 0; i < 3; ++i) {
@@ -135,12 +136,12 @@ class Screen {
     }
     return true;
   }
-  // Returns whether the box occludes the convex hull of these points as seen from `place`. Testing the points
-  // suffices because the region occluded by a box is convex.
+  // Returns whether the box occludes the convex hull of these points as seen from `place`. It suffices to
+  // test the points, because the region that a box occludes is convex.
   bool HidesFromPlace(std::span<const Vec> points, Vec place) const {
     return std::ranges::all_of(points, [&](Vec p) { return IsMet(p, place - p); });
   }
-  // The same for a directional light that shines from the plane through `place`.
+  // Returns whether the box occludes their convex hull from a directional light in the plane through `place`.
   bool HidesFromLight(std::span<const Vec> points, Vec place, Vec direction) const {
     return std::ranges::all_of(points,
                                [&](Vec p) { return IsMet(p, Dot(place - p, direction) * direction); });
@@ -148,7 +149,7 @@ class Screen {
 
  private:
   static constexpr float kNear = 0.1f;
-  // Shrinks the box, so that geoms touching it do not count as hidden.
+  // The box is shrunk by this length, so that geoms that touch it do not count as hidden.
   static constexpr float kSkin = 0.001f;
 
   Vec Axis(size_t i) const { return {geom_->mat[i], geom_->mat[3 + i], geom_->mat[6 + i]}; }
@@ -234,14 +235,13 @@ class Shadows {
   static constexpr size_t kColumns = 32;
   using Points = std::array<Vec, 8>;
 
-  // A lit face, or a whole geom without planar faces.
+  // A lit face, or a whole geom if it has no planar faces.
   struct Receiver {
     const mjvGeom* geom;
     Lit lit;
     Rectangle seen;
     Face face;
-    // Dot product of light direction and face normal: -1 for perpendicular incidence; 0 for a geom without
-    // faces.
+    // Dot product of light direction and face normal. -1: perpendicular incidence. 0: a geom without faces.
     float slope;
   };
 
@@ -290,7 +290,7 @@ class Shadows {
   const Matrix world_from_light_;
   const Vec direction_, lamp_;
   const float margin_;
-  // Maximum z of the shadow casters, per column.
+  // Maximum z (light frame) of the changed shadow casters, per column.
   std::array<float, kColumns * kColumns> nearest_;
   std::vector<Receiver> receivers_;
   std::vector<Screen> screens_;
@@ -343,7 +343,7 @@ std::optional<GeomBoxes::Corners> GeomBoxes::Of(const mjvGeom& geom) const {
     case mjGEOM_BOX:
       break;
     case mjGEOM_MESH: {
-      // A mesh (even dataid) or its convex hull (odd dataid).
+      // An even dataid stands for a mesh, an odd dataid for its convex hull.
       const auto mesh = static_cast<size_t>(geom.dataid / 2);
       if (geom.dataid < 0 || mesh >= lowest_and_highest_.size()) return std::nullopt;
       low = lowest_and_highest_[mesh][0];

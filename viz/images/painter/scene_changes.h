@@ -1,6 +1,6 @@
-// Finds the regions in which two images of the same camera can differ: where a geom has moved or changed its
-// appearance, and where its shadow was and is. The result is conservative: it may be too large but never too
-// small. Uses no OpenGL.
+// Finds the regions in which two images of the same camera can differ, because a geom has moved or changed
+// its appearance. These regions include its shadows in both images. The result may be too large but is never
+// too small. Uses no OpenGL.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -28,8 +28,8 @@ class DrawnScene {
  public:
   explicit DrawnScene(const mjvScene& scene);
 
-  // Returns whether only geoms can have changed since: same number of geoms, same camera, lights and
-  // settings.
+  // Returns whether `now` has the same number of geoms, camera, lights and settings, so that only geoms can
+  // have changed.
   bool IsComparable(const mjvScene& now) const;
   bool HasAsManyGeoms(const mjvScene& now) const;
   const std::vector<mjvGeom>& geoms() const { return geoms_; }
@@ -48,8 +48,8 @@ class GeomBoxes {
 
   explicit GeomBoxes(const mjModel& model);
 
-  // Returns the corners in the world frame; bit i of a corner's index selects the upper end along the geom's
-  // axis i. Returns nothing for a geom without known bounds.
+  // Returns the corners of a geom's box in the world frame. Bit i of a corner's index selects the upper end
+  // along the geom's axis i. Returns nothing for a geom without known bounds.
   std::optional<Corners> Of(const mjvGeom& geom) const;
 
  private:
@@ -64,16 +64,15 @@ struct EyeView {
   int width, height;
 };
 
-// The light that casts shadows, with its square shadow map, which extends `clip` meters to each side of its
-// center.
+// The light that casts shadows. Its square shadow map extends `clip` meters to each side of the map's center.
 struct LightView {
   Matrix light_from_world;
   float clip;
   int size;
 };
 
-// Returns the part of the image that may have changed. before.IsComparable(now) must be true. light: the same
-// in both scenes; nothing if there are no shadows.
+// Returns the part of the image that may have changed. before.IsComparable(now) must be true. light: the
+// light of both scenes that casts shadows; unset if there are no shadows.
 Part ChangedPart(const DrawnScene& before, const mjvScene& now, const GeomBoxes& boxes, const EyeView& eye,
                  const std::optional<LightView>& light);
 // Returns the part of the shadow map that may have changed.

@@ -4,7 +4,7 @@ namespace evalbus::viz {
 namespace {
 
 // Display lists of MuJoCo's built-in shapes, counted from mjrContext::baseBuiltin. MuJoCo does not document
-// this order; a test compares each shape with the output of mjr_render.
+// this order, so a test compares each shape with the output of mjr_render.
 enum Shape { kSphere, kSphereTop, kSphereBottom, kCylinder, kOpenCylinder, kHaze, kBox, kCone, kNumShapes };
 
 }  // namespace

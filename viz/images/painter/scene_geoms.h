@@ -14,9 +14,9 @@ class SceneGeoms {
 
   // Returns whether this MuJoCo version has the expected display lists.
   static bool Supports(const mjrContext& context);
-  // Draws the geom at its pose. The current modelview matrix must be the one of the world frame.
+  // Draws the geom at its pose. The current modelview matrix must transform from the world frame.
   void Draw(const mjvGeom& geom) const;
-  // Draws a cylinder around a place.
+  // Draws the sky as a cylinder around a place.
   void DrawSky(Vec place, float distance) const;
 
  private:

@@ -118,7 +118,8 @@ SceneLights ScenePainter::LightsOf(const mjvScene& scene, int shadow_light, Vec 
     if (i != shadow_light) add(i);
   }
   if (look_ == Look::kVideo) {
-    // Brightens the faces that look at a viewer in front of the robot, and hardly those that look up.
+    // Brightens faces that are turned toward a viewer in front of the robot. Faces that point up are hardly
+    // affected.
     const Vec d = Turn(eye_from_world, Unit({0.8f, -0.5f, 0.15f}));
     lights.direction.push_back(d);
     lights.ambient.push_back({0, 0, 0});
@@ -143,8 +144,8 @@ void ScenePainter::PlaceTexture(const SceneShaders::Program& program, const mjvG
   float scale[2] = {geom.texrepeat[0], geom.texrepeat[1]};
   for (int i = 0; i < 2; ++i) {
     if (geom.size[i] <= 0) continue;
-    // The display lists of planes and meshes already have the geom's size. A texture with `texuniform`
-    // repeats per meter and therefore scales with the size.
+    // The display lists of planes and meshes already include the geom's size. A texture with `texuniform`
+    // repeats per meter, so its scale must be multiplied by the size.
     if (geom.dataid >= 0) scale[i] /= geom.size[i];
     if (uniform) scale[i] *= geom.size[i];
   }
@@ -160,7 +161,8 @@ bool ScenePainter::FadesIntoSky(const mjvGeom& geom) const {
 
 void ScenePainter::BindSky() {
   gl_.BindTexture(GL_TEXTURE_CUBE_MAP, context_.texture[sky_]);
-  // The sky texture is never minified; selecting a mipmap level would take half of the time.
+  // The sky texture is never minified. The selection of a mipmap level is disabled, because it would take
+  // half of the time.
   gl_.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
 }
 
@@ -192,7 +194,7 @@ void ScenePainter::Paint(const mjvGeom& geom, bool with_shadow) {
     gl_.BindTexture(is_cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D, context_.texture[geom.texid]);
     if (texture != Texture::kExplicit) PlaceTexture(program, geom, is_cube);
   }
-  // A plane seen from behind is drawn translucent.
+  // A plane that is seen from behind is drawn translucent.
   const bool is_outlined = !is_outlined_.empty() && geom.objtype == mjOBJ_GEOM && IsOpaque(geom) &&
                            is_outlined_[static_cast<size_t>(geom.objid)];
   const float alpha = is_outlined ? 0 : geom.rgba[3] * (is_behind ? 0.3f : 1);
@@ -213,7 +215,8 @@ void ScenePainter::PaintOpaque(const mjvScene& scene, bool with_shadow,
   }
 }
 
-// As in MuJoCo, back faces are drawn before front faces, so that a far side is visible through the near side.
+// As in MuJoCo, back faces are drawn before front faces, so that the far side of a geom is visible through
+// its near side.
 void ScenePainter::PaintTransparent(const mjvScene& scene) {
   std::vector<std::pair<float, const mjvGeom*>> by_distance;
   for (int i = 0; i < scene.ngeom; ++i) {
@@ -307,7 +310,7 @@ Part ScenePainter::Paint(const mjvScene& scene, PaintedImage* painted) {
   shaders_.Release();
   if (light) PaintShadows(scene, *light);
 
-  // View frustum of the changed part, at the near plane.
+  // The view frustum is restricted to the changed part.
   const auto across = [&](int column) {
     return middle + half * (2 * static_cast<float>(column) / static_cast<float>(width) - 1);
   };
@@ -352,8 +355,8 @@ void ScenePainter::PaintPart(const mjvScene& scene, bool with_shadow, float far)
     }
   }
   gl_.ActiveTexture(GL_TEXTURE0);
-  // Draws moving geoms first and planes last: moving geoms are mostly in front, planes behind everything.
-  // Hidden surfaces are then rejected by the depth test instead of being shaded.
+  // Moving geoms are drawn first, because they are mostly in front, and planes last, because they are behind
+  // everything. The depth test then rejects most hidden surfaces before they are shaded.
   const auto is_plane = [](const mjvGeom& geom) { return geom.type == mjGEOM_PLANE; };
   PaintOpaque(scene, with_shadow, [](const mjvGeom& geom) { return !IsStatic(geom); });
   PaintOpaque(scene, with_shadow, [&](const mjvGeom& geom) { return IsStatic(geom) && !is_plane(geom); });

@@ -1,8 +1,9 @@
-// Draws the same image as mjr_render in fewer passes. MuJoCo draws everything three times: lights without a
-// shadow, the shadow map, the light with a shadow. ScenePainter draws the shadow map once per state for all
-// cameras, and everything else once. If a shadow map or image has been drawn before, only the part that can
-// have changed is redrawn, which gives identical bytes. It uses MuJoCo's triangles, textures and buffers, the
-// lighting of OpenGL's fixed-function pipeline, and the pass order of MuJoCo 2.2.2.
+// Draws the same image as mjr_render in fewer passes. MuJoCo draws everything three times: for the lights
+// without a shadow, for the shadow map, and for the light with a shadow. ScenePainter draws the shadow map
+// once per state for all cameras, and everything else once. If a shadow map or image has been drawn before,
+// only the part that can have changed is redrawn. The bytes are the same as if everything were redrawn.
+// ScenePainter uses MuJoCo's triangles, textures and buffers, the lighting of OpenGL's fixed-function
+// pipeline, and the pass order of MuJoCo 2.2.2.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -22,8 +23,8 @@
 
 namespace evalbus::viz {
 
-// An image that is kept in its framebuffer, so that for the next image of the same camera only the changed
-// part must be drawn.
+// An image that is kept in its framebuffer. For the next image of the same camera, only the changed part must
+// be drawn.
 class KeptImage : public PaintedImage {
  public:
   // gl: the painter's functions. Throws EnvironmentError if OpenGL does not support such a buffer.
@@ -43,12 +44,12 @@ class KeptImage : public PaintedImage {
 class ScenePainter : public Painter {
  public:
   // context: created by mjr_makeContext. The OpenGL context must be current here and in every call. Throws
-  // EnvironmentError if its OpenGL version is too old. outlined_bodies: by body id, whether its opaque geoms
-  // are outlined; empty: none are.
+  // EnvironmentError if its OpenGL version is too old. outlined_bodies: for each body id, whether the opaque
+  // geoms of the body are outlined. Empty: no geoms are outlined.
   ScenePainter(const mjrContext& context, const mjModel& model, Look look,
                const std::vector<bool>& outlined_bodies = {});
 
-  // False for scenes with mirrors, fog, spot lights, skins or two lights with shadows.
+  // Returns false for scenes with mirrors, fog, spot lights, skins or two lights with shadows.
   bool Supports(const mjvScene& scene) const override;
   std::unique_ptr<PaintedImage> NewImage(int width, int height) const override;
   Part Paint(const mjvScene& scene, PaintedImage* image) override;
@@ -81,14 +82,14 @@ class ScenePainter : public Painter {
   const mjrContext& context_;
   const GeomBoxes boxes_;
   const Look look_;
-  // By geom id; empty if there are none.
+  // One entry per geom id; empty if no geoms are outlined.
   std::vector<bool> is_outlined_;
   SceneGeoms geoms_{gl_, context_};
   SceneShaders shaders_;
   // Index of the sky's texture; -1 if there is none.
   int sky_ = -1;
   Matrix shadow_from_world_{};
-  // The scene that the shadow map was drawn from.
+  // The scene from which the shadow map was drawn.
   std::optional<DrawnScene> map_shows_;
 
   // Eye position of the current image.

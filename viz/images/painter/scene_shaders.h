@@ -11,14 +11,14 @@
 
 namespace evalbus::viz {
 
-// Source of a vertex's color and texture coordinates; each has its own program.
-// kFloor: untextured, with an edge that fades into the sky, whose texture is bound.
+// Source of a vertex's color and texture coordinates. Each source has its own program. kFloor: an untextured
+// floor whose edge fades into the sky. The texture of the sky must be bound.
 enum class Texture { kNone, kFlat, kExplicit, kCube, kSky, kFloor };
 
 // All lights are directional; `direction` points toward the light, in the eye frame.
 struct SceneLights {
   std::vector<Vec> direction, ambient, diffuse, specular;
-  // Transforms points from the eye frame to shadow map coordinates, each from 0 to 1.
+  // Transforms points from the eye frame to shadow map coordinates, which are from 0 to 1.
   Matrix shadow_from_eye{};
 };
 
@@ -43,9 +43,8 @@ class SceneShaders {
 
   // Sets the lights for subsequent drawing.
   void SetLights(SceneLights lights);
-  // Activates the program. with_shadow: the last light casts a shadow, read from the shadow map in texture
-  // unit 1; otherwise it is treated as a light without a shadow. Throws EnvironmentError if OpenGL fails to
-  // compile or link it.
+  // Activates the program. with_shadow: whether the last light casts a shadow, which is read from the shadow
+  // map in texture unit 1. Throws EnvironmentError if OpenGL fails to compile or link it.
   const Program& Use(Texture texture, bool with_shadow);
   // Deactivates the current program.
   void Release();

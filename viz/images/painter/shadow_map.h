@@ -1,4 +1,5 @@
-// The shadow map: depths as seen from a light, drawn into MuJoCo's map in the same way as MuJoCo.
+// The shadow map contains depths as seen from a light. It is drawn into MuJoCo's map in the same way as
+// MuJoCo does.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -10,14 +11,14 @@
 
 namespace evalbus::viz {
 
-// light: must be directional.
+// Returns the view of a light, which must be directional.
 LightView LightViewOf(const mjrContext& context, const mjvLight& light);
 
-// Returns the transform from the world frame to shadow map coordinates, each from 0 to 1.
+// Returns the transform from the world frame to shadow map coordinates, which are from 0 to 1.
 Matrix ShadowFromWorld(const LightView& light, const mjvScene& scene);
 
-// Draws only `part` of the map, which must not be empty; the rest is unchanged. Does not restore OpenGL's
-// matrices, viewport, scissor box and framebuffer. On return, color writes and back-face culling are enabled.
+// Draws only `part` of the map, which must not be empty. Does not restore OpenGL's matrices, viewport,
+// scissor box and framebuffer. On return, color writes and back-face culling are enabled.
 void DrawShadowMap(const GlFunctions& gl, const SceneGeoms& geoms, const mjrContext& context,
                    const mjvScene& scene, const LightView& light, const Part& part);
 
