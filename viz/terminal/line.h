@@ -14,18 +14,18 @@ struct Span {
 };
 using Line = std::vector<Span>;
 
-// A line of a screen with its rank. If the screen is too small, the lines of the highest rank are dropped
+// A line of a screen with its rank. If the screen is too small, the lines with the highest rank are dropped
 // first.
 struct RankedLine {
   int rank;
   Line line;
 };
 
-// Width in characters, and text without styles.
+// Return a line's width in characters, and its text without styles.
 int LineWidth(const Line& line);
 std::string LineText(const Line& line);
 
-// Returns the text padded or cut to exactly this width.
+// Returns the text, padded or cut to exactly this width.
 std::string Fit(const std::string& text, int width);
 
 // Cuts the line to at most this width.

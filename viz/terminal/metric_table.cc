@@ -8,17 +8,19 @@
 namespace evalbus::viz {
 namespace {
 
-// Column widths. At 80 columns, a table for two arms fits beside one with the longest label of the catalog.
+// Column widths. In 80 columns, there is room for the metrics of two arms next to scalar metrics with the
+// longest label of the catalog.
 constexpr int kArmLabel = 16, kMaxArmLabel = 24, kLabel = 25, kMaxLabel = 30;
 constexpr int kUnit = 7, kLabelUnit = 6, kGap = 2;
 
-// Metrics that the screen shows outside of this table.
+// Returns whether the screen shows a metric outside of this table.
 bool IsElsewhere(const MetricInfo& metric) {
   return metric.counter || metric.name == "completion_time" || metric.name == "subtask_progress" ||
          metric.name.starts_with("extended.min_clearance_");
 }
 
-// Returns whether the row shows an undesired event: a count above 0 that should be low, or a negative margin.
+// Returns whether the row shows an undesired event: a count that should be low and is above 0, or a negative
+// margin.
 bool IsAlarming(const ScoreRow& row) {
   const MetricInfo& metric = *row.metric;
   return (metric.kind == MetricKind::kCount && metric.better == Better::kLower && metric.main > 0 &&
@@ -35,7 +37,7 @@ int RankOf(const ScoreRow& row) {
   return metric.main == 0 ? 9 : metric.main <= kHowFarAndClean ? 4 : 5;
 }
 
-// An entry in the second half of the table.
+// A scalar metric, which is shown in the right half of the table.
 struct Scalar {
   int rank;
   std::string label, value, unit;
@@ -67,7 +69,8 @@ class Table {
       lines.insert(lines.end(), left_.begin(), left_.end());
       return lines;
     }
-    // Balances the two halves; scalars that do not fit beside the per-arm metrics go below them.
+    // Balances the heights of the two halves. Scalars that do not fit next to the per-arm metrics are placed
+    // below them.
     const int label = std::min(kMaxLabel, width_ - left_width_ - kGap - value_ - kLabelUnit);
     const size_t height = std::max(left_.size(), (left_.size() + scalars_.size() + 1) / 2);
     for (size_t i = height; i < scalars_.size(); ++i) {
@@ -78,7 +81,7 @@ class Table {
       row.line.push_back(
           {std::string(static_cast<size_t>(std::max(0, left_width_ + kGap - LineWidth(row.line))), ' ')});
       if (i < scalars_.size()) {
-        // A line takes the lower rank of its two halves.
+        // The rank of a line is the lower rank of its two halves.
         const RankedLine right = ScalarLine(scalars_[i], label);
         row.rank = std::min(row.rank, right.rank);
         row.line.insert(row.line.end(), right.line.begin(), right.line.end());
@@ -122,7 +125,7 @@ class Table {
       scalars_.push_back(
           {RankOf(row), row.label, Shown(metric, row.whole), unit, are_current_ && IsAlarming(row)});
     }
-    // Per-gripper values whose names do not match the arms.
+    // The values belong to grippers whose names do not match the arms.
     for (size_t k = 0; k < row.each.size(); ++k) {
       const std::string of = row.of[k].empty() ? "" : ", " + Printable(row.of[k]);
       scalars_.push_back({RankOf(row), row.label + of, Shown(metric, row.each[k]), unit});

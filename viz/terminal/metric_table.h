@@ -1,5 +1,5 @@
-// Formats the scores of an episode as a table for a terminal: metrics per arm, with scalar metrics beside
-// them or, if the terminal is too narrow, above them.
+// Formats the scores of an episode as a table for a terminal. Scalar metrics are next to the metrics per arm
+// or, if the terminal is too narrow, above them.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace evalbus::viz {
 
-// are_current: false if the scores are from a previous attempt; each number is then shown as "-".
+// are_current: false if the scores are from a previous attempt. Each number is then shown as "-".
 std::vector<RankedLine> MetricTable(const partial_metrics_t& scores, bool are_current, int width);
 
 }  // namespace evalbus::viz

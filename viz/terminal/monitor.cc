@@ -18,14 +18,15 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// A compromise between fast updates and legibility.
+// Periods at which the screen is redrawn and lines are printed: a compromise between fast updates and
+// legibility.
 constexpr auto kRedrawPeriod = std::chrono::milliseconds(200);
 constexpr auto kLinePeriod = std::chrono::seconds(1);
-// Components publish STATUS every 0.4 s; if all are silent for this long, the run has ended. After the end of
-// a run has been reported, the next run of a suite would start within the same time.
+// If all components have been silent for this long, the run has ended, because components publish STATUS
+// every 0.4 s. After the reported end of a run, the next run of a suite would begin within this time, too.
 constexpr std::chrono::duration<double> kOver{5};
 
-// Prints a line for a reader of a pipe or file. If the pipe is full, the line is dropped instead of blocking.
+// Prints a line to a pipe or file. If the pipe is full, the line is dropped, so that the call does not block.
 bool PrintLine(const std::string& text) {
   pollfd fd{STDOUT_FILENO, POLLOUT, 0};
   if (poll(&fd, 1, 0) == 0) return true;

@@ -5,8 +5,8 @@
 
 namespace evalbus::viz {
 
-// Shows a screen if stdout is a terminal, else prints lines. Returns the exit code after q, SIGINT or
-// SIGTERM; when printing lines, also when the run has ended. Throws InputError, EnvironmentError.
+// Shows a screen if stdout is a terminal; otherwise prints lines. Ends after q, SIGINT or SIGTERM or, if it
+// prints lines, when the run has ended. Returns the exit code. Throws InputError and EnvironmentError.
 int Monitor(const Address& address);
 
 }  // namespace evalbus::viz

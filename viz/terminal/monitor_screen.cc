@@ -114,7 +114,7 @@ void AddContacts(const RunWatch& watch, int width, std::vector<RankedLine>* scre
     std::sort(deepest.begin(), deepest.end(),
               [](const contact_t* a, const contact_t* b) { return a->distance_m < b->distance_m; });
     if (!deepest.empty()) line.push_back({"deepest ", Style::kQuiet});
-    // As many as fit.
+    // Adds as many contacts as fit.
     for (size_t i = 0; i < deepest.size(); ++i) {
       const std::string text = fmt::format(
           "{}{} – {} {}", i == 0 ? "" : ",  ", watch.GeomName(deepest[i]->geom_a),
@@ -165,7 +165,7 @@ void AddCounters(const RunWatch& watch, int width, std::vector<RankedLine>* scre
 void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<RankedLine>* screen) {
   Line line = Heading("episodes");
   line.push_back({DoneText(watch.run() ? *watch.run() : run_summary_t{}, watch.planned_episodes())});
-  // Outcomes of the last episodes, newest first, as many as fit.
+  // Adds the outcomes of the last episodes, newest first, as many as fit.
   for (auto episode = watch.done().rbegin(); !spacious && episode != watch.done().rend(); ++episode) {
     const std::string before = episode == watch.done().rbegin() ? "  last " : ", ";
     const std::string reason = Printable(end_reason::Outcome(episode->failure_reason));
@@ -190,7 +190,7 @@ void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<Ra
   }
 }
 
-// Latencies from STATE to ACTION and to PARTIAL in the last realtime episode.
+// Adds the latencies from STATE to ACTION and from STATE to PARTIAL in the last realtime episode.
 void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
   const episode_end_t* end = watch.pacing();
   if (!end) return;
@@ -205,7 +205,7 @@ void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
   add("", "score", end->partial_latency);
 }
 
-// One line per component.
+// Adds one line per component.
 void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   screen->push_back({7,
                      {{fmt::format("{:<12}{:<9}{:>6}{:>6}{:>7}{:>13}{:>9}{:>9}", "component", "state", "tick",
@@ -230,7 +230,7 @@ void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine
   }
 }
 
-// One line for all healthy components; a component with a problem has its own line.
+// Adds one line for all healthy components, and one line for each component with a problem.
 void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   Line line = Heading("components");
   line.push_back({"", Style::kQuiet});  // placeholder for the largest lag, filled in below
@@ -261,7 +261,7 @@ void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<Ran
 
 void AddRates(const RunWatch& watch, std::vector<RankedLine>* screen) {
   Line line = Heading("per second");
-  // Channels in the order in which they are published within a tick, then all others.
+  // These channels come first, in the order in which they are published within a tick. All others follow.
   std::vector<std::string> names = {channels::kState.name,   channels::kContacts.name, channels::kAction.name,
                                     channels::kPartial.name, channels::kStatus.name,   channels::kModel.name};
   for (const auto& [name, channel] : watch.channels()) {
@@ -278,7 +278,7 @@ void AddRates(const RunWatch& watch, std::vector<RankedLine>* screen) {
   screen->push_back({7, line});
 }
 
-// Log lines of the components: the last few if there is room, else only the last warning.
+// Adds log lines of the components: the last few lines if there is room, otherwise only the last warning.
 void AddLog(const RunWatch& watch, bool spacious, std::vector<RankedLine>* screen) {
   constexpr size_t kShown = 5;
   const auto add = [&](const log_t& line, int rank) {
@@ -297,7 +297,7 @@ void AddLog(const RunWatch& watch, bool spacious, std::vector<RankedLine>* scree
   if (warning != watch.log().rend()) add(*warning, 6);
 }
 
-// spacious: one line each per component, per episode etc.
+// spacious: components, episodes and so on have a line each.
 std::vector<RankedLine> Screen(const RunWatch& watch, const std::string& url, int width, bool spacious,
                                SteadyTime now) {
   constexpr int kBlank = 8;

@@ -10,12 +10,12 @@
 namespace evalbus::viz {
 
 // Returns at most `height` lines of at most `width` characters. If there is less room, the least important
-// lines are dropped. `watch` must be up to date (RunWatch::Update). url: displayed as the bus that is
-// observed.
+// lines are dropped. `watch` must be up to date (RunWatch::Update). url: address of the observed bus, which
+// is displayed.
 std::vector<Line> MonitorScreen(const RunWatch& watch, const std::string& url, int width, int height,
                                 SteadyTime now);
 
-// Returns a one-line summary of the current episode; empty if none is running.
+// Returns a one-line summary of the current episode, or an empty text if no episode is running.
 std::string ProgressLine(const RunWatch& watch);
 
 }  // namespace evalbus::viz

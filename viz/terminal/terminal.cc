@@ -17,13 +17,14 @@ constexpr char kLeave[] = "\x1b[0m\x1b[?25h\x1b[?1049l";
 // Signals that end a program without cleanup. SIGINT and SIGTERM are handled by the program's main loop.
 constexpr int kFatal[] = {SIGHUP, SIGQUIT, SIGILL, SIGABRT, SIGBUS, SIGFPE, SIGSEGV};
 
-// Used in signal handlers; calls only async-signal-safe functions.
+// State of the terminal. The functions below run in signal handlers, so they call only async-signal-safe
+// functions.
 int g_fd = -1;
 termios g_before{};
 
 void Write(const char* text, size_t size) {
   if (write(g_fd, text, size) < 0) {
-    // Ignored: if the terminal is gone, no recovery is possible.
+    // An error is ignored. If the terminal is gone, no recovery is possible.
   }
 }
 
@@ -81,7 +82,8 @@ int TerminalWidth(std::FILE* out) {
 }
 
 Terminal::Terminal(int fd, bool colors) : colors_(colors) {
-  // The terminal is opened again, so that O_NONBLOCK does not change the shell's file description.
+  // The terminal is opened again, because setting O_NONBLOCK on `fd` would affect the shell, which shares its
+  // file description.
   const char* name = ttyname(fd);
   g_fd = name == nullptr ? -1 : open(name, O_RDWR | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   if (g_fd < 0) g_fd = dup(fd);
@@ -102,8 +104,8 @@ std::pair<int, int> Terminal::size() const { return TerminalSize(g_fd); }
 
 void Terminal::Draw(const std::vector<Line>& lines) {
   const auto [columns, rows] = size();
-  // Overwrites the previous frame, which avoids flicker. After a full line or in the last row nothing is
-  // cleared, because the cursor is still on the last character.
+  // Overwrites the previous frame, which avoids flicker. Nothing is cleared after a full line or a full
+  // screen, because the cursor is then still on the last character.
   std::string frame = "\x1b[H";
   for (size_t i = 0; i < lines.size(); ++i) {
     if (i > 0) frame += "\r\n";

@@ -1,5 +1,6 @@
-// Full-screen terminal output: alternate screen, hidden cursor, key input without Enter. The terminal is
-// restored however the program ends. Writes never block: a frame that the terminal cannot accept is dropped.
+// Full-screen terminal output with alternate screen, hidden cursor and key input without Enter. The terminal
+// is restored however the program ends. Writes never block, because a frame that the terminal cannot accept
+// is dropped.
 #pragma once
 
 #include <termios.h>
@@ -12,10 +13,11 @@
 
 namespace evalbus::viz {
 
-// Returns columns and rows of the terminal fd; 80 and 24 if unknown.
+// Returns the number of columns and rows of the terminal fd, or 80 and 24 if they are unknown.
 std::pair<int, int> TerminalSize(int fd);
 
-// Returns the columns of the terminal that a stream writes to; unlimited if it is not a terminal.
+// Returns the number of columns of the terminal to which a stream writes. It is unlimited if the stream is
+// not a terminal.
 int TerminalWidth(std::FILE* out);
 
 class Terminal {
@@ -26,10 +28,10 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  // Current columns and rows.
+  // Current number of columns and rows.
   std::pair<int, int> size() const;
   void Draw(const std::vector<Line>& lines);
-  // Returns the next pressed key; 0 if there is none.
+  // Returns the next pressed key, or 0 if there is none.
   char ReadKey();
 
  private:

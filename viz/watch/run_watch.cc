@@ -64,7 +64,8 @@ void RunWatch::Receive(std::string_view channel, std::span<const uint8_t> data, 
 void RunWatch::Receive(const episode_begin_t& begin, SteadyTime now) {
   RollWindow(now);
   received_at_ = now;
-  // EPISODE_BEGIN is repeated before the first STATE. After it, the same episode starts again (a replay).
+  // EPISODE_BEGIN is repeated only before the first STATE. After that, it means that the same episode
+  // restarts (in a replay).
   if (begin.header.episode == episode_ && begin.header.attempt == attempt_ && !simulated_us_) return;
   EnterEpisode(begin.header.episode, begin.header.attempt);
   events_.push_back(fmt::format("episode {} begins, seed {}{}", episode_, begin.seed,
@@ -88,7 +89,8 @@ void RunWatch::Receive(const contacts_t& contacts) {
 
 void RunWatch::Receive(const episode_end_t& end) {
   if (end.header.episode != episode_) return;
-  // EPISODE_END is repeated until the next episode begins; a score, if there is one, is more specific.
+  // EPISODE_END is repeated until the next episode begins. It must not replace the outcome, which is more
+  // specific.
   const bool is_scored = summed_up_ && summed_up_->first == episode_;
   if (!is_scored) end_reason_ = end_reason::Text(Printable(end.end_reason));
   if (end.pacing_error.count > 0) pacing_ = end;
@@ -106,14 +108,14 @@ void RunWatch::EnterEpisode(int32_t episode, int32_t attempt) {
   clearance_.reset();
 }
 
-// Decodes only the header: STATE is large and nothing else of it is shown.
+// Decodes only the header, because STATE is large and nothing else of it is displayed.
 void RunWatch::OnState(std::span<const uint8_t> data) {
   header_t header{};
   if (!DecodeHeader<state_t>(data, &header) || !IsPlausible(header)) {
     ++undecodable_;
     return;
   }
-  // No EPISODE_BEGIN was received for this episode: the process started during the episode.
+  // If no EPISODE_BEGIN was received for this episode, this process started during the episode.
   if (header.episode != episode_) EnterEpisode(header.episode, header.attempt);
   Simulated(header);
   state_ = header;
@@ -126,7 +128,7 @@ void RunWatch::Simulated(const header_t& header) {
 }
 
 void RunWatch::OnModel(std::span<const uint8_t> data) {
-  // MODEL is repeated and is the largest message, so equal bytes are not decoded again.
+  // MODEL is repeated and is the largest message, so the same bytes are not decoded again.
   if (std::equal(data.begin(), data.end(), model_bytes_.begin(), model_bytes_.end())) return;
   model_info_t model{};
   if (!Decode(data, &model)) {
@@ -165,7 +167,7 @@ void RunWatch::Receive(const component_status_t& status, SteadyTime now) {
   health.silent = false;
   health.status = status;
   health.received = now;
-  // Computed on arrival: both the status and the last STATE are current at this time.
+  // The lag is computed on arrival, because both the status and the last STATE are current at this time.
   health.lag = state_ && end_reason_.empty() && status.episode == episode_ && status.last_tick >= 0
                    ? std::max<int64_t>(0, state_->tick - status.last_tick)
                    : -1;
@@ -178,7 +180,7 @@ void RunWatch::Receive(const component_status_t& status, SteadyTime now) {
 
 void RunWatch::Receive(const episode_summary_t& summary) {
   const std::pair<int32_t, int32_t> key(summary.header.episode, summary.header.attempt);
-  if (summed_up_ == key) return;  // repetition
+  if (summed_up_ == key) return;  // the message is a repetition
   summed_up_ = key;
   const std::string outcome = Printable(end_reason::Outcome(summary.failure_reason));
   if (summary.header.episode == episode_ && !end_reason_.empty()) end_reason_ = outcome;
@@ -192,7 +194,7 @@ void RunWatch::Receive(const episode_summary_t& summary) {
 }
 
 void RunWatch::Receive(const run_summary_t& run) {
-  // RUN_SUMMARY is repeated once a second; only a changed count is an event.
+  // RUN_SUMMARY is repeated once a second. It is an event only if the number of episodes has changed.
   const bool news = run.num_episodes > 0 && (!run_ || run.num_episodes != run_->num_episodes);
   run_ = run;
   if (news) events_.push_back(DoneText(run, planned_episodes_));
@@ -236,8 +238,8 @@ void RunWatch::Update(SteadyTime now) {
 }
 
 bool RunWatch::is_over() const {
-  // The component that leads the run stops last: `run` or `replay`, or the sim if components were started by
-  // hand.
+  // The component that leads the run stops last. This is `run` or `replay`, or the sim if components were
+  // started by hand.
   bool found = false;
   for (const char* leader : {"run", "replay", "sim"}) {
     const auto health = health_.find(leader);
@@ -262,7 +264,7 @@ std::string RunWatch::Phase() const {
   if (episode_ < 0) return "";
   if (state_) return "running";
   const auto sim = health_.find("sim");
-  // An episode is in progress, but its STATE has not been received yet.
+  // Whether an episode is in progress whose STATE has not been received yet.
   const bool mid_episode = sim != health_.end() && sim->second.status.state == component_status_t::READY &&
                            sim->second.status.episode == episode_ && sim->second.status.attempt == attempt_;
   return mid_episode ? "waiting for the next tick" : "waiting for components";

@@ -1,5 +1,5 @@
-// Tracks the state of a run from its messages: progress, current scores, outcomes of the last episodes,
-// health of the components. Pure: no bus, screen or clock of its own; a terminal or a page displays it.
+// Tracks the state of a run from its messages: progress, current scores, outcomes of the last episodes, and
+// health of the components. Pure: it uses no bus, screen or clock. A terminal or a page displays the state.
 #pragma once
 
 #include <cstdint>
@@ -30,17 +30,19 @@ const char* StateWord(const component_status_t& status);
 
 class RunWatch {
  public:
-  // A component without messages for longer than this counts as silent (each publishes STATUS every 0.4 s).
+  // A component counts as silent if it has published nothing for longer than this. Each component publishes
+  // STATUS every 0.4 s.
   static constexpr std::chrono::seconds kSilent{2};
 
   struct Traffic {
-    int64_t count = 0;  // since the start of the rate window
+    int64_t count = 0;  // number of messages since the beginning of the rate window
     double rate = 0;    // 1/s
   };
   struct Health {
     component_status_t status{};
     SteadyTime received{};
-    // Ticks behind the sim when this status was published; -1 if unknown.
+    // Number of ticks by which the component lagged behind the sim when it published this status; -1 if
+    // unknown.
     int64_t lag = -1;
     bool silent = false;
     bool is_bad() const { return silent || status.state == component_status_t::FAILED; }
@@ -51,50 +53,52 @@ class RunWatch {
   RunWatch(const RunWatch&) = delete;
   RunWatch& operator=(const RunWatch&) = delete;
 
-  // Processes a received message of the run. Must be called in order of arrival. Undecodable messages are
-  // counted.
+  // Processes a message of the run. Messages must be passed in the order of their arrival. Undecodable
+  // messages are counted.
   void Receive(std::string_view channel, std::span<const uint8_t> data, SteadyTime now);
-  // The same for messages that are already decoded; they are not counted in the message rates.
+  // Processes a message that is already decoded. It is not counted in the message rates.
   void Receive(const episode_begin_t& begin, SteadyTime now);
   void Receive(const partial_metrics_t& partial, SteadyTime now);
 
-  // Updates rates, speed and silence to `now`; must be called before they are read.
+  // Updates rates, speed and silence to `now`. Must be called before they are read.
   void Update(SteadyTime now);
 
   // Returns the events since the last call, one sentence each.
   std::vector<std::string> TakeEvents() { return std::exchange(events_, {}); }
 
   int planned_episodes() const { return planned_episodes_; }
-  // started: time of the first call of Receive or Update. received_at: time of the last message. Both are
-  // empty before.
+  // started: time of the first call of Receive or Update. received_at: time of the last message. Unset before
+  // that.
   const std::optional<SteadyTime>& started() const { return started_; }
   const std::optional<SteadyTime>& received_at() const { return received_at_; }
-  // Returns whether the leading component has reported the end of the run or replay. Components that are
-  // silent after that are not a fault.
+  // Returns whether the leading component has reported the end of the run or replay. After that, silent
+  // components are not a fault.
   bool is_over() const;
   // Seconds since the last message, or since the first call if there was none.
   double SilentFor(SteadyTime now) const;
 
   const model_info_t* model() const { return model_ ? &*model_ : nullptr; }
-  // The message version of MODEL if it is incompatible with this evalbus, else empty.
+  // The message version of MODEL if it is incompatible with this evalbus; otherwise empty.
   const std::string& other_version() const { return other_version_; }
-  // Returns a name such as "left/pad"; "geom 12" before MODEL has been received.
+  // Returns the name of a geom, such as "left/pad", or a text such as "geom 12" before MODEL has been
+  // received.
   std::string GeomName(int32_t geom) const;
 
-  // -1 before the first episode.
+  // Number of the episode; -1 before the first episode.
   int32_t episode() const { return episode_; }
   int32_t attempt() const { return attempt_; }
   // Header of the latest STATE of this episode.
   const header_t* state() const { return state_ ? &*state_ : nullptr; }
-  // Empty while the episode is running; then its end reason, and once it has been scored its outcome.
+  // Empty while the episode is running; then its end reason; and its outcome once it has been scored.
   const std::string& end_reason() const { return end_reason_; }
-  // Returns "running", "waiting for components", or the outcome; empty without an episode.
+  // Returns "running", "waiting for components" or the outcome. Empty before the first episode.
   std::string Phase() const;
-  // The latest scores, and whether they belong to this attempt. Old scores are kept only so that their layout
-  // stays in place.
+  // scores(): the latest scores. has_scores(): whether they belong to this attempt. Old scores are kept only
+  // so that the layout of the display does not change.
   const partial_metrics_t* scores() const { return partial_ ? &*partial_ : nullptr; }
   bool has_scores() const { return partial_ && partial_->header.episode == episode_ && !partial_is_old_; }
-  // The latest CONTACTS of this episode, and the latest one with a clearance, which not every tick has.
+  // contacts(): the latest CONTACTS of this episode. clearance(): the latest CONTACTS with a clearance, which
+  // not every tick has.
   const contacts_t* contacts() const { return contacts_ ? &*contacts_ : nullptr; }
   const contacts_t* clearance() const { return clearance_ ? &*clearance_ : nullptr; }
   // Simulated seconds per second of wall time over the last second, across episodes.
@@ -103,7 +107,7 @@ class RunWatch {
 
   // The last finished episodes, newest last.
   const std::deque<episode_summary_t>& done() const { return done_; }
-  // EPISODE_END of the last realtime episode; null before the first one and in lockstep.
+  // EPISODE_END of the last episode with a realtime clock; null if there was none.
   const episode_end_t* pacing() const { return pacing_ ? &*pacing_ : nullptr; }
   const run_summary_t* run() const { return run_ ? &*run_ : nullptr; }
 
@@ -135,7 +139,7 @@ class RunWatch {
   std::optional<ModelNames> names_;  // of model_
   std::string other_version_;
   int32_t episode_ = -1, attempt_ = 0;
-  // Episode and attempt of the last EPISODE_SUMMARY since an episode began.
+  // Episode and attempt of the last EPISODE_SUMMARY; reset when an episode begins.
   std::optional<std::pair<int32_t, int32_t>> summed_up_;
   std::optional<header_t> state_;
   std::string end_reason_;
@@ -150,7 +154,8 @@ class RunWatch {
   std::map<std::string, Traffic, std::less<>> channels_;
   std::deque<log_t> log_;
   SteadyTime window_began_{};
-  // Latest simulated time received in this episode, and the simulated time elapsed in the rate window, us.
+  // simulated_us_: latest simulated time received in this episode, us. window_simulated_us_: simulated time
+  // that has passed in the rate window, us.
   std::optional<int64_t> simulated_us_;
   int64_t window_simulated_us_ = 0;
   double speed_ = 0;

@@ -72,7 +72,7 @@ void AddRoboEval(const MetricInfo& metric, const metric_values_t& v, std::vector
         rows->push_back(One(metric, static_cast<double>(v.*metric.count)));
       break;
     case MetricKind::kByObject:
-      // With a single object, its count equals the sum.
+      // With a single object, the row is omitted, because the count equals the sum.
       for (size_t k = 0; v.object_name.size() > 1 && k < v.object_name.size(); ++k) {
         if (v.slip_count_per_object[k] == kUnavailableCount) continue;
         rows->push_back(One(metric, static_cast<double>(v.slip_count_per_object[k])));
@@ -136,7 +136,7 @@ std::vector<ScoreRow> FirstRows(const metric_values_t& values, const extended_me
   const std::vector<ScoreRow> rows = ScoreRows(values, extended);
   std::vector<ScoreRow> first;
   for (const std::string_view name : kFirst) {
-    // Jerk has two rows; the first one is the root mean square.
+    // Jerk has two rows; the first row is the root mean square.
     const auto row = std::ranges::find(rows, name, [](const ScoreRow& r) { return r.metric->name; });
     if (row != rows.end()) first.push_back(*row);
   }
@@ -175,7 +175,7 @@ std::string DoneText(const run_summary_t& run, int planned) {
   if (planned > 0) text += fmt::format(" of {}", planned);
   text += run.is_part ? " counted here" : " done";
   const bool is_over = planned > 0 && run.num_episodes >= planned && !run.is_part;
-  // NaN if success cannot be determined.
+  // The rate is NaN if success cannot be determined.
   const bool has_rate = run.num_complete > 0 && !std::isnan(run.success_rate);
   if (has_rate && is_over) {
     text += fmt::format(", success {} (95 % CI {:.0f} to {:.0f}, Wilson)", Percent(run.success_rate),

@@ -47,7 +47,7 @@ void Listener::Accept() {
   acceptor_.async_accept([this](error_code error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (error) {
-      // E.g. no free file descriptors; retried later.
+      // There may be no free file descriptor, for example. Accepting is retried later.
       pause_.expires_after(std::chrono::milliseconds(100));
       pause_.async_wait([this](error_code stopped) {
         if (!stopped) Accept();
@@ -70,7 +70,7 @@ void Listener::Start(std::function<void(tcp::socket)> take) {
       try {
         context_.run();
       } catch (const std::exception& error) {
-        // The error concerns one connection (e.g. out of memory), which has been closed.
+        // The error (e.g. out of memory) affects only one connection, which has been closed.
         fmt::print(stderr, "warning: {}\n", error.what());
       }
     }

@@ -20,10 +20,10 @@ class Listener {
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 
-  // Port 0 selects any free port. host: as given by the user, for error messages. Throws InputError if it
-  // cannot listen there.
+  // Listens at an endpoint. Port 0 selects any free port. host: as given by the user, for error messages.
+  // Throws InputError if it cannot listen there.
   void Listen(const tcp::endpoint& endpoint, const std::string& host);
-  // Uses a socket that is already listening. Throws InputError.
+  // Uses a socket that already listens. Throws InputError.
   void Adopt(int descriptor);
   uint16_t port() const { return port_; }
   int descriptor() { return acceptor_.native_handle(); }

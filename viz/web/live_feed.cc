@@ -60,12 +60,13 @@ void LiveFeed::Receive(std::string_view channel, std::span<const uint8_t> data, 
   BeginTrack();
 }
 
-// The sim publishes EPISODE_BEGIN before the first STATE. If it was not received, this process started during
-// the episode.
+// Returns whether a message begins an episode. The sim publishes EPISODE_BEGIN before the first STATE. If it
+// was not received, this process started during the episode, and STATE counts as the beginning.
 bool LiveFeed::Enters(std::string_view channel, std::span<const uint8_t> data, header_t* header) const {
   if (channel == channels::kEpisodeBegin) {
     if (!DecodeHeader<episode_begin_t>(data, header)) return false;
-    // EPISODE_BEGIN is repeated. After the end, the same episode starts again (a replay).
+    // EPISODE_BEGIN is repeated. After the end of an episode, it means that the same episode restarts (in a
+    // replay).
     return !episode_ || !IsSame(*header, *episode_) || (track_ && track_->is_over());
   }
   return channel == channels::kState && DecodeHeader<state_t>(data, header) && IsPlausible(*header) &&
@@ -73,7 +74,7 @@ bool LiveFeed::Enters(std::string_view channel, std::span<const uint8_t> data, h
 }
 
 void LiveFeed::SetScene(const std::shared_ptr<const model_info_t>& model, Scene scene) {
-  if (model != wanted_) return;  // a newer MODEL has replaced it
+  if (model != wanted_) return;  // a newer MODEL has replaced this one
   scene_ = std::move(scene);
   wanted_.reset();
   BeginTrack();
@@ -138,14 +139,14 @@ void LiveFeed::Publish(UpdateBroadcaster* broadcaster, const RunLabel& label, co
 
 void LiveFeed::PublishEpisode(UpdateBroadcaster* broadcaster, SteadyTime now) {
   if (!broadcaster->is_watched(run_)) {
-    // Without viewers, ticks are not published. A new viewer receives the whole episode so far.
+    // Without viewers, no ticks are published. A new viewer receives the whole episode so far.
     finished_.reset();
     is_given_ = false;
     if (std::exchange(is_published_, false)) broadcaster->ForgetEpisode(run_);
     return;
   }
   if (finished_) {
-    // The end of the previous episode is published before the next one starts.
+    // The end of the previous episode is published before the next episode.
     if (now - episode_given_ < kEpisodePeriod) return;
     episode_given_ = now;
     broadcaster->SetEpisode(run_, finished_->EpisodeBlock(), /*is_new=*/true);

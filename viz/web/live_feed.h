@@ -1,7 +1,7 @@
-// Data of an active run for viewers: the state tracked by RunWatch and the current episode from its first
-// tick. Pure: takes messages and passes blocks to a broadcaster. The caller provides what the messages do not
-// contain (the scene, and the ticks before this process started); until then, the episode's messages are
-// queued.
+// Data of an active run for viewers: the state tracked by RunWatch, and the current episode from its first
+// tick. Pure: takes messages and passes blocks to a broadcaster. The caller provides the data that the
+// messages do not contain: the scene, and the ticks before this process started. Until then, the episode's
+// messages are queued.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@ class LiveFeed {
   struct Scene {
     std::string id;
     std::vector<int> bodies;
-    // As SceneBlocks::Appearance(), for the episode's seed.
+    // Calls SceneBlocks::Appearance() with the episode's seed.
     std::function<nlohmann::ordered_json(int64_t)> appearance;
   };
   struct Message {
@@ -48,33 +48,35 @@ class LiveFeed {
   }
   static constexpr auto kRunPeriod = std::chrono::milliseconds(200);
   static constexpr auto kTicksPeriod = std::chrono::milliseconds(33);
-  // Minimum interval between whole episode blocks, which are large, in case the simulation is much faster
-  // than real time.
+  // Minimum interval between `episode` blocks. They are large, and the simulation may be much faster than
+  // real time.
   static constexpr auto kEpisodePeriod = std::chrono::milliseconds(200);
   // Maximum size of the messages that are queued until the scene is known, bytes. Further messages are
   // dropped and shown as missing.
   static constexpr size_t kMaxWaiting = size_t{64} << 20;
 
-  // run: its index in the broadcaster. planned_episodes: 0 if unknown.
+  // run: index of the run in the broadcaster. planned_episodes: 0 if unknown.
   LiveFeed(int run, std::string policy, int planned_episodes)
       : run_(run), policy_(std::move(policy)), watch_(planned_episodes) {}
 
-  // time: time of day, for log lines.
+  // Processes a message. time: time of day, for log lines.
   void Receive(std::string_view channel, std::span<const uint8_t> data, SteadyTime now,
                const std::string& time);
 
-  // A MODEL whose scene has not been set yet; null if there is none. It is returned until SetScene is called.
+  // A MODEL whose scene has not been set with SetScene yet; null if there is none.
   const std::shared_ptr<const model_info_t>& model_without_scene() const { return wanted_; }
-  // A default-constructed scene means that none is available: only numbers are shown.
+  // Sets the scene of a MODEL. If it is default-constructed, no scene is available and only numbers are
+  // shown.
   void SetScene(const std::shared_ptr<const model_info_t>& model, Scene scene);
 
   // The current episode, if this process started during it and SetHistory has not been called yet.
   std::optional<header_t> episode_without_begin() const;
-  // messages: the episode's messages recorded in its log so far; empty if unavailable.
+  // messages: the messages of the episode that have been recorded in its log so far; empty if there is no
+  // log.
   void SetHistory(const header_t& episode, const std::vector<Message>& messages);
 
-  // messages: those in the log of an episode that has ended. Gives the track what was lost on the network,
-  // for example the end.
+  // Adds messages that were lost on the network, for example the end of the episode. messages: all messages
+  // in the log of an episode that has ended.
   void Complete(const header_t& episode, const std::vector<Message>& messages);
 
   const RunWatch& watch() const { return watch_; }
@@ -82,8 +84,8 @@ class LiveFeed {
   // Returns the episodes that ended since the last call.
   std::vector<EpisodeRow> TakeDone() { return std::exchange(done_, {}); }
 
-  // Passes updates to the broadcaster; should be called about every kTicksPeriod. counted: episode counts
-  // from the run folder, if available.
+  // Passes updates to the broadcaster. Should be called about every kTicksPeriod. counted: episode counts
+  // from the run folder, or null.
   void Publish(UpdateBroadcaster* broadcaster, const RunLabel& label, const RunNumbers* counted,
                SteadyTime now);
 
@@ -99,7 +101,7 @@ class LiveFeed {
   std::vector<uint8_t> model_bytes_;
   std::shared_ptr<const model_info_t> model_, wanted_;
   Scene scene_;
-  // Header (episode and attempt) of the episode that is shown, or will be shown once its track has been
+  // Header (episode and attempt) of the episode that is shown, or that will be shown once its track has been
   // created.
   std::optional<header_t> episode_;
   bool begin_was_heard_ = false, history_is_known_ = false;
@@ -108,7 +110,8 @@ class LiveFeed {
   std::unique_ptr<EpisodeTrack> track_;
   // The previous episode, if its end has not been passed to the broadcaster yet.
   std::unique_ptr<EpisodeTrack> finished_;
-  // Whether the broadcaster has an episode of this run at all, and whether it has track_.
+  // is_published_: whether the broadcaster has any episode of this run. is_given_: whether it has the episode
+  // of track_.
   bool is_published_ = false, is_given_ = false;
   int given_layout_ = 0;
   int64_t given_ticks_ = 0;

@@ -1,4 +1,5 @@
-// HTTP responses with the files of the page: those of evalbus, which are compiled in, and those of three.js.
+// HTTP responses with the files of the page: evalbus' own files, which are compiled into the program, and the
+// files of three.js.
 #pragma once
 
 #include <string>
@@ -10,8 +11,8 @@ namespace evalbus::viz {
 // Content of index.html.
 extern const char* const kPageHtml;
 
-// Returns the file with this name, e.g. "index.html"; 404 if there is none, 500 with instructions if
-// libjs-three is not installed.
+// Returns the file with this name, e.g. "index.html". Returns status 404 if there is none, and status 500
+// with instructions if libjs-three is not installed.
 WebAnswer AnswerFile(const std::string& name);
 
 }  // namespace evalbus::viz

@@ -36,7 +36,7 @@ bool IsId(std::string_view name) {
          std::ranges::all_of(name, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
-// Removes the prefix; returns false if the text does not start with it.
+// Removes a prefix of the text. Returns false if the text does not begin with it.
 bool RemovePrefix(std::string_view* text, std::string_view prefix) {
   if (!text->starts_with(prefix)) return false;
   text->remove_prefix(prefix.size());
@@ -94,7 +94,7 @@ bool IsLoopbackHost(std::string_view host) {
 }
 
 bool IsOwnOrigin(std::string_view origin, std::string_view host) {
-  if (origin.empty()) return true;  // not sent by a page: browsers add Origin to each WebSocket request
+  if (origin.empty()) return true;  // no page sent it, because browsers add Origin to each WebSocket request
   return !host.empty() && RemovePrefix(&origin, "http://") && origin == host;
 }
 

@@ -1,4 +1,4 @@
-// Parses and authorizes requests of browsers to the web server. Pure; accepts arbitrary text.
+// Parses and authorizes requests of browsers to the web server. Pure. All functions accept arbitrary text.
 #pragma once
 
 #include <optional>
@@ -17,24 +17,26 @@ struct WebTarget {
   int run = -1, episode = -1;
 };
 
-// Parses the target of a request line: "/", "/page/NAME", "/block/ID", "/episode/RUN/EPISODE", "/live";
-// preceded by "/TOKEN" if there is a token. A query is ignored. Anything else is kNone: there are no folders
-// and no "..".
+// Parses the target of a request line: "/", "/page/NAME", "/block/ID", "/episode/RUN/EPISODE" or "/live",
+// preceded by "/TOKEN" if there is a token. A query is ignored. Any other target, such as one with folders or
+// "..", is kNone.
 WebTarget ParseTarget(std::string_view target, std::string_view token);
 
-// Compares texts in a time that does not depend on where they differ.
+// Compares two texts. The time that this takes does not depend on where they differ.
 bool SameText(std::string_view a, std::string_view b);
 
-// Returns whether a Host header names the loopback interface of this machine, at any port (e.g. of a tunnel).
-// A request sent by DNS rebinding carries the attacker's host name instead.
+// Returns whether a Host header names the loopback interface of this machine, at any port (e.g. the port of a
+// tunnel). A request sent by DNS rebinding contains the attacker's host name instead.
 bool IsLoopbackHost(std::string_view host);
 
-// Returns whether a page with this Origin header (empty: none was sent) was served by the server at `host`.
+// Returns whether the page that sent this Origin header was served by the server at `host`. origin: empty if
+// no header was sent.
 bool IsOwnOrigin(std::string_view origin, std::string_view host);
 
 // The messages that a page sends: {"watch": RUN}; {"note": {"run": RUN, "episode": EPISODE, "text": TEXT}},
 // which sets a user's note on an episode; {"verdict": {"episode": EPISODE, "outcome": OUTCOME, "stages":
-// STAGES, "rubric": RUBRIC}}, which gives an operator's verdict. All return nothing for any other text.
+// STAGES, "rubric": RUBRIC}}, which gives an operator's verdict. The functions return nothing for any other
+// text.
 std::optional<int> ParseWatch(std::string_view message);
 struct WebNote {
   int run = -1, episode = -1;
@@ -45,7 +47,8 @@ struct WebVerdict {
   int episode = -1;
   // "success", "failure" or "abstain".
   std::string outcome;
-  // Number of stages reached, and a score from 0 to 10; null in the message if they are not given.
+  // Number of stages that were reached, and a score from 0 to 10. In the message, null stands for a value
+  // that the operator did not give.
   std::optional<int> stages;
   std::optional<double> rubric;
 };

@@ -49,7 +49,7 @@ std::string DrawToken() {
   return token;
 }
 
-// Token bucket: allows a burst of `at_once`, then per_s per second.
+// Token bucket: allows a burst of `at_once`, and `per_s` per second after that.
 class Allowance {
  public:
   Allowance(int at_once, int per_s) : most_(at_once), per_s_(per_s), left_(at_once) {}
@@ -101,7 +101,8 @@ struct WebServer::Core {
   NoteHandler on_note;
   VerdictHandler on_verdict;
   int connections = 0;
-  // Connections that wait for their client; the one that has made no progress for longest is in front.
+  // Connections that wait for their client. The connection that has made no progress for the longest time is
+  // in front.
   std::list<Connection*> waiting;
   std::set<ViewerSession*> viewers;
   std::atomic<bool> wake_is_posted{false};
@@ -109,7 +110,7 @@ struct WebServer::Core {
   Listener listener;
 };
 
-// A viewer of the page. The next block is selected when the one before it has been sent.
+// A viewer of the page. The next block is selected only when the previous block has been sent.
 class WebServer::Core::ViewerSession : public WebSocketSession {
  public:
   ViewerSession(Core* core, beast::tcp_stream stream)
@@ -228,7 +229,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
     if (target.kind == WebTarget::Kind::kNone) return Send(WebAnswer::Text(404, "not found"));
     if (target.kind == WebTarget::Kind::kLive) return BecomeViewer();
     host_ = std::string(host);
-    stream_.expires_never();  // generating the response may take longer
+    stream_.expires_never();  // the handler may need longer than this timeout
     core_->handler(target, [self = shared_from_this()](WebAnswer answer) {
       asio::post(self->core_->listener.context(),
                  [self, moved = std::move(answer)]() mutable { self->Send(std::move(moved)); });
@@ -315,7 +316,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
   std::string head_, host_;
   WebAnswer answer_;
   std::array<asio::const_buffer, 2> left_;
-  // Position in the core's list.
+  // Position in Core::waiting.
   std::optional<std::list<Connection*>::iterator> waiting_;
   bool is_first_ = true, keep_alive_ = false, is_head_ = false, became_viewer_ = false;
 };

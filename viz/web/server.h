@@ -1,11 +1,11 @@
-// The web server of `evalbus web`: HTTP for the page, its blocks and finished episodes, and a WebSocket that
-// sends each viewer the broadcaster's updates. It runs in its own thread; no other part of the program waits
-// for it, and a slow viewer does not delay others.
+// The web server of `evalbus web`. It serves the page, its blocks and finished episodes over HTTP, and sends
+// the broadcaster's updates to each viewer over a WebSocket. It runs in its own thread. No other part of the
+// program waits for it, and a slow viewer does not delay others.
 //
-// Access. By default the server listens on 127.0.0.1 only. Every program on this machine may send requests
-// with a loopback name as Host; this check prevents DNS rebinding by other sites. A WebSocket must come from
-// a page of this server (Origin). If the user chooses an address, clients need the token, which is the first
-// part of the path.
+// Access: By default, the server listens only on 127.0.0.1, and every program on this machine may send
+// requests. The Host header must be a loopback name, which prevents DNS rebinding by other sites. A WebSocket
+// must come from a page of this server (Origin header). If the user chooses an address, clients need the
+// token, which is the first part of the path.
 #pragma once
 
 #include <chrono>
@@ -23,7 +23,7 @@ struct WebAnswer {
   int status = 200;
   std::string type = "text/plain; charset=utf-8";
   SharedBytes body{};
-  // The URL identifies the content; browsers may cache it permanently.
+  // Whether browsers may cache the content permanently, because the URL identifies it.
   bool is_forever = false;
 
   static WebAnswer Text(int status, const std::string& text);
@@ -34,36 +34,36 @@ class WebServer {
   struct Limits {
     int connections = 512;
     int viewers = 200;
-    // Per connection: size of the initial burst, then the rate per second.
+    // Limits per connection: size of the initial burst, and rate per second after that.
     int requests = 1000, requests_per_s = 200;
     int messages = 20, messages_per_s = 5;
-    // Timeout for the first request of a connection. If all connections are in use, a new one replaces the
-    // one that has made no progress for longest.
+    // Timeout for the first request of a connection. If all connections are in use, a new connection replaces
+    // the one that has made no progress for the longest time.
     std::chrono::seconds first_request{5};
     // Timeout for later requests, and for a client that does not read its response.
     std::chrono::seconds timeout{30};
-    // Timeout for a viewer that neither sends nor reads, including the server's pings.
+    // Timeout for a viewer that sends nothing and reads nothing, not even the server's pings.
     std::chrono::seconds viewer_timeout{60};
   };
   struct Address {
-    // Empty: only 127.0.0.1, without a token.
+    // Address to listen on. Empty: 127.0.0.1, without a token.
     std::string host{};
     // 0: any free port.
     uint16_t port = 0;
   };
 
   using Reply = std::function<void(WebAnswer)>;
-  // Answers a target of kind page, file, block or episode. Called on the server's thread, so it must not
-  // block; it may call `reply` later and from any thread. All copies of `reply` must be destroyed before the
+  // Answers a target of kind page, file, block or episode. It is called on the server's thread, so it must
+  // not block. It may call `reply` later, from any thread. All copies of `reply` must be destroyed before the
   // server.
   using Handler = std::function<void(const WebTarget& target, Reply reply)>;
-  // Called on the server's thread with each note that a page sends; must not block.
+  // Called on the server's thread with each note that a page sends. Must not block.
   using NoteHandler = std::function<void(WebNote note)>;
-  // The same for each verdict of an operator.
+  // Called on the server's thread with each verdict of an operator. Must not block.
   using VerdictHandler = std::function<void(WebVerdict verdict)>;
 
-  // Listens in the current network namespace; does not start a thread yet. Throws InputError if the address
-  // does not belong to this machine or its port is in use.
+  // Listens in the current network namespace, but does not start a thread yet. Throws InputError if the
+  // address does not belong to this machine, or if its port is in use.
   WebServer(const Address& address, std::shared_ptr<UpdateBroadcaster> broadcaster, const Limits& limits);
   WebServer(const Address& address, std::shared_ptr<UpdateBroadcaster> broadcaster);
   // Uses a socket that already listens on the loopback interface, inherited from the parent process (see
@@ -83,8 +83,8 @@ class WebServer {
   // Whether the server listens on the loopback interface only.
   bool is_loopback() const;
 
-  // Starts serving until Stop or destruction. Viewers that send a note or a verdict are disconnected if there
-  // is no handler for it.
+  // Serves until Stop or destruction. If there is no handler for notes or verdicts, viewers that send one are
+  // disconnected.
   void Start(Handler handler, NoteHandler on_note = nullptr, VerdictHandler on_verdict = nullptr);
   void Stop();
   // Must be called when the broadcaster has updates.

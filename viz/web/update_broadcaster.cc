@@ -47,7 +47,7 @@ void UpdateBroadcaster::SetEpisodes(int run, size_t from, std::vector<EpisodeRow
   const std::lock_guard lock(mutex_);
   Run& to = At(run);
   from = std::min(from, to.episodes.size());
-  if (from < to.episodes.size()) ++to.list_version;  // part of the list that viewers have is outdated
+  if (from < to.episodes.size()) ++to.list_version;  // viewers have an outdated part of the list
   to.episodes.resize(from);
   std::ranges::move(episodes, std::back_inserter(to.episodes));
   to.list_block = nullptr;
@@ -145,7 +145,7 @@ void UpdateBroadcaster::StopWaiting(Viewer* viewer) {
 SharedBytes UpdateBroadcaster::Next(Viewer* viewer) {
   const std::lock_guard lock(mutex_);
   viewer->seen_.resize(runs_.size());
-  // First, because the page decides by it which view it opens.
+  // The board is sent first, because the page selects its first view from it.
   if (viewer->board_ != board_version_) {
     viewer->board_ = board_version_;
     return board_;
@@ -155,7 +155,7 @@ SharedBytes UpdateBroadcaster::Next(Viewer* viewer) {
     viewer->seen_[i].run = runs_[i]->version;
     return runs_[i]->block;
   }
-  // Ticks take priority over long lists; between ticks, one block of a list is sent at a time.
+  // Ticks have priority over long lists, so lists are sent one block at a time.
   const size_t watched = static_cast<size_t>(viewer->watched_);
   if (watched < runs_.size()) {
     if (SharedBytes block = NextOfEpisode(runs_[watched].get(), viewer)) return block;

@@ -1,7 +1,7 @@
-// Holds the current state of all runs on the page and determines what each viewer lacks. Per viewer only its
-// position is stored. Slow viewers are not queued for; they receive the current state at their next read.
-// Blocks are opaque bytes (docs/viewer_data.md). Thread-safe: the thread that follows the runs writes, the
-// server's thread reads.
+// Holds the current state of all runs on the page, and determines which blocks each viewer lacks. It stores
+// only the position of each viewer. There are no queues for slow viewers; they receive the current state at
+// their next read. Blocks are opaque bytes (docs/viewer_data.md). Thread-safe: the thread that tracks the
+// runs writes, and the server's thread reads.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,12 @@ using SharedBytes = std::shared_ptr<const std::string>;
 
 class UpdateBroadcaster {
  public:
-  // Number and size of tick blocks that are kept for slow viewers. A viewer that is further behind receives
-  // the whole episode.
+  // Maximum number and total size of the tick blocks that are kept for slow viewers. A viewer that is further
+  // behind receives the whole episode.
   static constexpr size_t kKeptTicks = 60;
   static constexpr size_t kKeptTickBytes = size_t{4} << 20;
-  // Episodes per block of a list; log lines that are kept for new viewers.
+  // kListBlock: number of episodes per block of a list. kKeptLines: number of log lines that are kept for new
+  // viewers.
   static constexpr size_t kListBlock = 1000, kKeptLines = 200;
 
   // The position of a viewer.
@@ -41,7 +42,8 @@ class UpdateBroadcaster {
     std::vector<Seen> seen_;
     uint64_t board_ = 0;
     int watched_ = 0;
-    // Index of the next tick block of the watched run; not used before a whole episode has been sent.
+    // next_ticks_: index of the next tick block of the watched run. Valid only if has_episode_: a whole
+    // episode has been sent.
     bool has_episode_ = false;
     uint64_t next_ticks_ = 0;
     bool waits_for_episode_ = false;
@@ -50,7 +52,7 @@ class UpdateBroadcaster {
   // Replaces the `board` block, which covers all runs.
   void SetBoard(std::string block);
 
-  // Runs are numbered from 0; using a new number creates the run.
+  // In the functions below, runs are numbered from 0. The first use of a number creates the run.
 
   // Replaces the run's `run` block.
   void SetRun(int run, std::string block);
@@ -61,24 +63,24 @@ class UpdateBroadcaster {
   void SetNotes(int run, std::string block);
   // Appends log lines.
   void AddLines(int run, const std::vector<LogLine>& lines);
-  // Sets the `episode` block of the current episode, which contains all ticks so far; is_new: it belongs to a
-  // different episode than the previous block.
+  // Sets the `episode` block of the current episode, which contains all ticks so far. is_new: whether viewers
+  // must discard the previous block, e.g. because the episode is a different one.
   void SetEpisode(int run, std::string block, bool is_new);
   // Appends a `ticks` block to the current episode.
   void AddTicks(int run, std::string block);
   // Removes the current episode, if there is none to show.
   void ForgetEpisode(int run);
 
-  // is_watched: at least one viewer watches this run. needs_episode: at least one of them needs an `episode`
-  // block that has not been set.
+  // is_watched: whether at least one viewer watches this run. needs_episode: whether at least one of these
+  // viewers needs a new `episode` block.
   bool is_watched(int run) const;
   bool needs_episode(int run) const;
 
   void Enter(Viewer* viewer);
   void Leave(Viewer* viewer);
-  // Returns false if there is no such run.
+  // Makes the viewer watch a run. Returns false if the run does not exist.
   bool Watch(Viewer* viewer, int run);
-  // Returns the next block for a viewer, which then counts as sent; null if there is none.
+  // Returns the next block for a viewer, or null if there is none. The block then counts as sent.
   SharedBytes Next(Viewer* viewer);
   int num_viewers() const;
 
@@ -96,12 +98,12 @@ class UpdateBroadcaster {
     size_t list_from = 0, list_to = 0;
     std::deque<LogLine> lines;
     uint64_t lines_begin = 0;
-    // Tick blocks; the first one has the index first_ticks.
+    // Tick blocks. The index of the first block is first_ticks.
     std::deque<SharedBytes> ticks;
     size_t tick_bytes = 0;
     uint64_t first_ticks = 0;
-    // Index of the first tick block of the current episode; its `episode` block; index of the first tick
-    // block after that block.
+    // episode: `episode` block of the current episode. episode_begin: index of the episode's first tick
+    // block. episode_next: index of the first tick block that is not contained in `episode`.
     uint64_t episode_begin = 0;
     SharedBytes episode;
     uint64_t episode_next = 0;

@@ -1,5 +1,5 @@
-// A WebSocket connection on the side of a server: handshake, messages of the client, and frames to it, one at
-// a time. Everything runs on the thread of the server's Listener.
+// The server's side of a WebSocket connection: it performs the handshake, receives the client's messages, and
+// sends frames one at a time. Everything runs on the thread of the server's Listener.
 #pragma once
 
 #include <boost/beast/core/flat_buffer.hpp>
@@ -20,9 +20,10 @@ class WebSocketSession : public std::enable_shared_from_this<WebSocketSession> {
  public:
   using Request = boost::beast::http::request<boost::beast::http::empty_body>;
   struct Limits {
-    // Timeout for the handshake, and for a client that neither sends nor reads, including the server's pings.
+    // handshake: timeout for the handshake. idle: timeout for a client that sends nothing and reads nothing,
+    // not even the server's pings.
     std::chrono::seconds handshake, idle;
-    // Maximum size of a client's message in bytes; a longer one closes the connection.
+    // Maximum size of a client's message in bytes. A larger message closes the connection.
     size_t message;
   };
 
@@ -30,8 +31,8 @@ class WebSocketSession : public std::enable_shared_from_this<WebSocketSession> {
   WebSocketSession(const WebSocketSession&) = delete;
   WebSocketSession& operator=(const WebSocketSession&) = delete;
 
-  // Sends frames until there is no next one. Does nothing before the session is open, or while a frame is in
-  // transmission, after which the next one is sent.
+  // Sends frames until NextFrame() returns none. Does nothing before the session is open, or while a frame is
+  // being sent, because the next frame follows automatically.
   void Write();
 
  protected:
@@ -42,7 +43,7 @@ class WebSocketSession : public std::enable_shared_from_this<WebSocketSession> {
 
   WebSocketSession(boost::beast::tcp_stream stream, const Limits& limits);
 
-  // Answers the client's request to upgrade. subprotocol: the chosen one; empty for none.
+  // Answers the client's request to upgrade. subprotocol: the selected subprotocol, or empty.
   void Accept(const Request& request, const std::string& subprotocol = "");
 
   // Called after the handshake.
@@ -55,7 +56,7 @@ class WebSocketSession : public std::enable_shared_from_this<WebSocketSession> {
  private:
   void Read();
   void Close();
-  // Also aborts a pending write.
+  // Closes the connection, and aborts a pending write.
   void Drop();
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> stream_;
