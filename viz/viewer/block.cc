@@ -31,7 +31,7 @@ std::vector<double> Decoded(const std::string& raw, bool is_delta, size_t row) {
   std::vector<T> values(raw.size() / sizeof(T));
   raw.copy(reinterpret_cast<char*>(values.data()), values.size() * sizeof(T));
   if constexpr (std::is_integral_v<T>) {
-    // Differences wrap around; they are added as unsigned numbers because signed overflow is undefined.
+    // Differences wrap around. They are added as unsigned numbers, because signed overflow is undefined.
     using Bits = std::make_unsigned_t<T>;
     for (size_t i = 0; is_delta && i < values.size(); ++i) {
       if (i % row != 0)
@@ -110,7 +110,7 @@ std::vector<double> BlockReader::Values(const std::string& array) const {
                                : type == "i32" ? Decoded<int32_t>(raw, is_delta, row)
                                : type == "u32" ? Decoded<uint32_t>(raw, is_delta, row)
                                                : Decoded<float>(raw, is_delta, row);
-  // A single value for all elements, or one per element of the last axis.
+  // Scale and origin are a single value for all elements, or one value per element of the last axis.
   const auto of = [&](const char* key, size_t i, double otherwise) {
     const auto found = description.find(key);
     if (found == description.end()) return otherwise;

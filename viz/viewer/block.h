@@ -10,7 +10,7 @@
 
 namespace evalbus::viz {
 
-// Name of T as an array's "type" in the head.
+// Returns the name of T, which is the "type" of an array in the head.
 template <class T>
 constexpr const char* TypeName() {
   if constexpr (std::is_same_v<T, uint8_t>) return "u8";
@@ -21,7 +21,7 @@ constexpr const char* TypeName() {
   if constexpr (std::is_same_v<T, float>) return "f32";
 }
 
-// JSON has no NaN or infinity; they become null.
+// Converts a number to JSON. NaN and infinity become null, because JSON does not have them.
 inline nlohmann::ordered_json NumberOrNull(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
 }
@@ -30,17 +30,17 @@ class BlockWriter {
  public:
   explicit BlockWriter(const std::string& kind) { head_["block"] = kind; }
 
-  // All members except "block" and "arrays".
+  // Members of the head, except "block" and "arrays".
   nlohmann::ordered_json& head() { return head_; }
 
-  // Adds a row-major array; the number of values must be the product of the shape. Returns the array's
-  // description, to which scale and origin can be added.
+  // Adds a row-major array. The number of values must be the product of the shape. Returns the array's
+  // description in the head, to which scale and origin can be added.
   template <class T>
   nlohmann::ordered_json& Add(const std::string& name, const std::vector<size_t>& shape,
                               const std::vector<T>& values) {
     return Add(name, TypeName<T>(), shape, values.data(), values.size() * sizeof(T));
   }
-  // Stores the array as differences along the last axis, with wrap-around in type T.
+  // Adds an array, stored as differences along the last axis. Differences wrap around in type T.
   template <class T>
   nlohmann::ordered_json& AddDeltas(const std::string& name, const std::vector<size_t>& shape,
                                     std::vector<T> values) {
@@ -57,7 +57,7 @@ class BlockWriter {
     return array;
   }
 
-  // Returns the block. Strings in the head may be arbitrary bytes from external sources; they are made
+  // Returns the block. Strings in the head may contain arbitrary bytes from external sources. They are made
   // printable (base/text.h).
   std::string Bytes() const;
 
@@ -79,8 +79,8 @@ class BlockReader {
   const nlohmann::ordered_json& head() const { return head_; }
   bool Has(const std::string& array) const { return head_["arrays"].contains(array); }
   std::vector<size_t> Shape(const std::string& array) const;
-  // Returns the decoded values: differences summed, scale and origin applied. Throws InputError if there is
-  // no such array.
+  // Returns the values of an array: sums up differences, and applies scale and origin. Throws InputError if
+  // the array does not exist.
   std::vector<double> Values(const std::string& array) const;
   // Returns an array's bytes without decoding.
   std::string Raw(const std::string& array) const;

@@ -1,5 +1,5 @@
-// Restores the tree structure of the conditions in EVALBUS_CRITERIA, which is a flat list, from the task
-// description.
+// Restores the tree of conditions from the task description. EVALBUS_CRITERIA contains them only as a flat
+// list.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,10 +8,10 @@
 
 namespace evalbus::viz {
 
-// Returns indices into the list, starting with `first`, grouped by operators, e.g. 0 or {"all": [0, {"any":
-// [1, 2]}]}. In "latched" and "lasts", the last index is the timed condition itself; those before it are its
-// operands. A `not` is pushed down to its operands. Returns null if the number of conditions in the
-// expression is not `count`.
+// Returns the tree of an expression, in which numbers are indices into the flat list, beginning with `first`.
+// Examples: 0, or {"all": [0, {"any": [1, 2]}]}. In "latched" and "lasts", the last index is the timed
+// condition itself, and the indices before it are its operands. A `not` is moved down to its operands.
+// Returns null if the number of conditions in the expression is not `count`.
 nlohmann::ordered_json ConditionTree(const Expression& expression, size_t first, size_t count);
 
 }  // namespace evalbus::viz

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// The most important curves; all others follow in the order of episodes.jsonl.
+// The most important curves, which come first. All others follow in the order of episodes.jsonl.
 constexpr std::string_view kFirst[] = {"target_distance", "object_pose_error",     "gripper_opening",
                                        "clearance_m",     "cartesian_path_length", "rms_cartesian_jerk"};
 

@@ -1,5 +1,5 @@
-// The scores of an episode as curves: their names, labels and values per tick. They are computed from
-// messages only, so that the live page and a report show the same.
+// The scores of an episode as curves: names, labels and values per tick. They are computed only from
+// messages, so the live page and a report show the same curves.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@
 namespace evalbus::viz {
 
 struct Curve {
-  std::string name;  // as in summary.json, without the part name; also "gripper_opening", "clearance_m"
+  std::string name;  // as in summary.json, without the part's name; or "gripper_opening", "clearance_m"
   std::string label;
   std::string unit;  // display unit
   Better better = Better::kNeither;
@@ -24,7 +24,7 @@ struct Curve {
   // Name of each row; may be "" if there is a single row.
   std::vector<std::string> parts;
   size_t first_row = 0;
-  // Has values only at some ticks; they must not be interpolated.
+  // Whether there are values only at some ticks. They must not be interpolated.
   bool is_sparse = false;
 };
 
@@ -35,15 +35,15 @@ class CurveTable {
   // run.
   CurveTable(const model_info_t& model, const partial_metrics_t& partial);
 
-  // Most important first. Sums and means over arms are omitted because the per-arm curves contain the same
-  // information. Stages are events instead.
+  // The curves, the most important first. Sums and means over arms are omitted, because the per-arm curves
+  // contain the same information. Stages are omitted, because they are events.
   const std::vector<Curve>& curves() const { return curves_; }
   size_t rows() const { return rows_.size(); }
 
-  // The data of one tick that has been received so far.
+  // Data of one tick, as far as it has been received.
   struct Tick {
     const partial_metrics_t* partial = nullptr;
-    // opening: per gripper, 0 to 1. clearance: m, NaN if CONTACTS has none.
+    // opening: opening of each gripper, 0 to 1. clearance: in m, or NaN if CONTACTS contains none.
     std::span<const double> opening;
     double clearance = std::numeric_limits<double>::quiet_NaN();
   };

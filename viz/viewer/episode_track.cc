@@ -23,7 +23,7 @@ using Kind = TrackEvent::Kind;
 constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 constexpr double kUnit = 32767;
 constexpr int64_t kSameTouch_us = 100'000;
-// If scores are missing or were lost, ticks this far behind the newest STATE are output without scores.
+// If scores are missing, ticks that are at least this far behind the newest STATE are output without scores.
 constexpr int64_t kMaxUnscoredTicks = 50;
 
 int16_t Fraction(double value) {
@@ -186,8 +186,8 @@ void EpisodeTrack::Receive(const partial_metrics_t& partial) {
   partial_ = partial;
 }
 
-// Only the summary names the gripper of each slip. Until it arrives, slips are detected by changes of their
-// count.
+// Only EPISODE_SUMMARY names the gripper of each slip. Until it arrives, slips are detected by increases of
+// their count.
 void EpisodeTrack::WatchScores(const partial_metrics_t& before, const partial_metrics_t& now) {
   const metric_values_t &a = before.metrics, &b = now.metrics;
   for (size_t k = 0; k < std::min(a.slip_count_per_object.size(), b.slip_count_per_object.size()); ++k) {
@@ -260,7 +260,7 @@ void EpisodeTrack::Receive(const image_t& image) {
 int64_t EpisodeTrack::ticks() const {
   const auto all = static_cast<int64_t>(ticks_.size());
   if (is_over()) return all;
-  // CRITERIA of a tick arrives before PARTIAL of the next tick.
+  // The CRITERIA of a tick arrives before the PARTIAL of the next tick.
   const int64_t scored = partial_ ? std::min(partial_->header.tick, all) : 0;
   return std::max<int64_t>({scored, all - kMaxUnscoredTicks, 0});
 }
@@ -309,7 +309,7 @@ std::vector<TrackEvent> EpisodeTrack::Events() const {
         MakeEvent(Kind::kStage, std::llround(extended->stage_time_s[k] / dt),
                   fmt::format("stage {}: {}", metrics->stage_index[k], Words(metrics->stage_name[k]))));
   }
-  // The metrics end with the verdict; an episode may continue after it.
+  // The metrics use no ticks after the verdict, but an episode may continue after it.
   const int64_t scored_tick = metrics ? std::llround(metrics->completion_time_s / dt) : 0;
   if (summary_) {
     for (const object_event_t& slip : summary_->explanation.slip) {
@@ -383,7 +383,7 @@ Json EpisodeTrack::CriteriaTrees() const {
     return {{"success", ConditionTree(task.success, 0, successes)},
             {"failure", ConditionTree(task.failure, successes, criteria_->failure.size())}};
   } catch (const InputError&) {
-    return nullptr;  // conditions are then shown as a flat list
+    return nullptr;  // the page then shows the conditions as a flat list
   }
 }
 
@@ -394,7 +394,7 @@ void EpisodeTrack::AddHead(Json* head_in) const {
   head["attempt"] = episode_.attempt;
 }
 
-// Members that are also part of the "ticks" block.
+// Adds the members of the head that "ticks" blocks contain, too.
 void EpisodeTrack::AddChanging(Json* head_in) const {
   Json& head = *head_in;
   head["ticks"] = ticks();
@@ -445,8 +445,8 @@ void EpisodeTrack::AddArrays(int64_t from, BlockWriter* block) const {
   const int64_t to = ticks();
   const auto n = static_cast<size_t>(std::max<int64_t>(0, to - from));
   const size_t bodies = about_.bodies.size();
-  // The state that is shown at each tick: its own or, if it is missing, the previous one or, if there is
-  // none, the first one.
+  // State that is shown at each tick: the tick's own state or, if it is missing, the previous state or, if
+  // there is none, the first state.
   std::vector<const Tick*> shown(n, nullptr);
   std::vector<uint32_t> missing;
   const Tick* last = nullptr;

@@ -1,6 +1,6 @@
-// One attempt of one episode, collected from its messages: poses, scores, contacts and conditions per tick,
-// and events. Pure. Produces the blocks "episode" and "ticks" of docs/viewer_data.md, and the curves and
-// events of reports.
+// Collects one attempt of an episode from its messages: poses, scores, contacts and conditions per tick, and
+// events. Produces the blocks "episode" and "ticks" of docs/viewer_data.md, and the curves and events of
+// reports. Pure.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@
 
 namespace evalbus::viz {
 
-// An event. Gripper and object are empty if they are not known (yet).
+// An event. Gripper and object are empty as long as they are unknown.
 struct TrackEvent {
   enum class Kind {
     kStage,
@@ -45,12 +45,12 @@ struct TrackEvent {
   };
   Kind kind = Kind::kEnd;
   int64_t tick = 0;
-  double time = 0;  // s since the start of the episode
+  double time = 0;  // s of simulated time since tick 0
   std::string text;
   std::string gripper, object;
-  double duration = 0;  // s; of a grasp that has ended
+  double duration = 0;  // s; set for a grasp that has ended
 };
-// The kind in files and in the browser's data: "stage", "self_collision", ...
+// Returns the name of a kind in files and in the browser's data, such as "stage" or "self_collision".
 const char* Word(TrackEvent::Kind kind);
 
 class EpisodeTrack {
@@ -59,24 +59,24 @@ class EpisodeTrack {
   struct About {
     int run = 0;
     std::string policy = {};
-    // Id and moving bodies of the SceneBlocks; empty: the page shows no 3D image.
+    // Id and moving bodies of the SceneBlocks. Empty: the page shows no 3D image.
     std::string scene = {};
     std::vector<int> bodies = {};
-    // Limit on the size of camera images. If it is exceeded, every second image is dropped, repeatedly.
+    // Limit on the total size of camera images. Whenever it is exceeded, every second image is dropped.
     size_t image_bytes = kMaxImageBytes;
   };
   static constexpr size_t kMaxImageBytes = size_t{8} << 20;
 
-  // Step of transmitted positions, m; the maximum error is half of it.
+  // Resolution of transmitted positions, m. The maximum error is half of it.
   static constexpr double kPositionStep = 2e-5;
-  // Further ticks are dropped; the block is then marked as cut (is_cut).
+  // Maximum number of ticks. Further ticks are dropped, and the block is marked as cut (is_cut).
   static constexpr int64_t kMaxTicks = 200'000;
 
   // Throws InputError if MODEL is inconsistent.
   EpisodeTrack(std::shared_ptr<const model_info_t> model, const header_t& episode, About about);
 
-  // Processes a message. Ignored are: messages of another episode or attempt, repeated ticks, messages that
-  // do not match MODEL or contain non-finite numbers. appearance: SceneBlocks::Appearance() for this seed.
+  // Processes a message. Ignores messages of another episode or attempt, repeated ticks, and messages that do
+  // not match MODEL or that contain non-finite numbers. appearance: SceneBlocks::Appearance() for this seed.
   void Receive(const episode_begin_t& begin, nlohmann::ordered_json appearance = nullptr);
   void Receive(const state_t& state);
   void Receive(const contacts_t& contacts);
@@ -84,9 +84,9 @@ class EpisodeTrack {
   void Receive(const criteria_t& criteria);
   void Receive(const episode_end_t& end);
   void Receive(const episode_summary_t& summary);
-  // An image of a source's camera, forwarded by the sim.
+  // Processes an image of a source's camera, which the sim has forwarded.
   void Receive(const image_t& image);
-  // Adds an event that is not in the messages: the last tick from which the expert succeeds.
+  // Adds the last tick from which the expert succeeds, an event that the messages do not contain.
   void AddNoReturn(int64_t tick, const std::string& text) { no_return_ = {tick, text}; }
 
   const model_info_t& model() const { return *model_; }
@@ -100,22 +100,23 @@ class EpisodeTrack {
   const episode_summary_t* summary() const { return summary_ ? &*summary_ : nullptr; }
   bool is_over() const { return end_.has_value() || summary_.has_value(); }
 
-  // Number of ticks that can be output: those for which no further messages are expected.
+  // Number of ticks that can be output, because no further messages are expected for them.
   int64_t ticks() const;
-  // Changes when data changes on which "ticks" blocks depend; the whole episode must then be output again.
+  // Version of the data on which "ticks" blocks depend. If it changes, the whole episode must be output
+  // again.
   int layout() const { return layout_; }
 
   std::string EpisodeBlock() const;
-  // Returns the ticks from `from` to ticks() - 1.
+  // Returns a "ticks" block with the ticks from `from` to ticks() - 1.
   std::string TicksBlock(int64_t from) const;
 
   const CurveTable& curves() const { return curves_; }
-  // In SI units; NaN if unavailable.
+  // Value of a row at a tick in SI units; NaN if unavailable.
   double Value(size_t row, int64_t tick) const;
   // Time of the tick, s.
   double Time(int64_t tick) const;
-  // Sorted by time; the end of the episode is last. Contacts of the same pair within 0.1 s are merged into
-  // one event.
+  // Returns the events sorted by time. The end of the episode is last. Contacts of the same pair within 0.1 s
+  // are merged into one event.
   std::vector<TrackEvent> Events() const;
 
  private:
@@ -127,7 +128,7 @@ class EpisodeTrack {
   };
   struct Tick {
     bool has_state = false, has_contacts = false;
-    // Per body in bodies_: position in units of kPositionStep, quaternion in units of 1 / 32767.
+    // For each body in bodies_: position in units of kPositionStep, and quaternion in units of 1 / 32767.
     std::vector<std::array<int32_t, 3>> position;
     std::vector<std::array<int16_t, 4>> quat;
     std::vector<double> opening;
@@ -135,9 +136,9 @@ class EpisodeTrack {
     std::array<float, 6> clearance_points{};
     std::array<int16_t, 2> clearance_geoms{};
     std::vector<Contact> contacts;
-    // GraspWatch::Pinched()
+    // Result of GraspWatch::Pinched() for this tick.
     std::vector<uint16_t> pinched;
-    // Indexed by row of curves_.
+    // One value per row of curves_.
     std::vector<double> values;
   };
   struct Image {
@@ -145,7 +146,8 @@ class EpisodeTrack {
     // Index among the images of its camera.
     int64_t number;
     int64_t tick;
-    // ticks() on arrival; the image is part of "ticks" blocks from this tick on.
+    // Value of ticks() when the image arrived. The image is part of each "ticks" block that begins at or
+    // before this tick.
     int64_t known_ticks;
     std::vector<uint8_t> jpeg;
   };
@@ -161,7 +163,7 @@ class EpisodeTrack {
   void Fill(Tick* tick, const partial_metrics_t* partial);
   void WatchScores(const partial_metrics_t& before, const partial_metrics_t& now);
   void WatchTouches(const contacts_t& contacts);
-  // Appends a grasp and, if it has ended, its release. scored_tick: last tick that the metrics used.
+  // Appends a grasp and, if it has ended, the release. scored_tick: last tick that the metrics used.
   void AddGrasp(const std::string& gripper, const std::string& object, int64_t first_tick, int64_t last_tick,
                 int64_t scored_tick, std::vector<TrackEvent>* events) const;
   TrackEvent MakeEvent(TrackEvent::Kind kind, int64_t tick, std::string text) const;
@@ -178,26 +180,26 @@ class EpisodeTrack {
   About about_;
   std::optional<episode_begin_t> begin_;
   nlohmann::ordered_json appearance_;
-  // Null for ticks without any message.
+  // One entry per tick, which is null if there is no message of the tick.
   std::vector<std::unique_ptr<Tick>> ticks_;
   bool is_cut_ = false;
   int layout_ = 0;
   CurveTable curves_;
-  // The message with the latest tick.
+  // The PARTIAL with the latest tick.
   std::optional<partial_metrics_t> partial_;
-  // The first message received, and all of them by tick.
+  // The first CRITERIA that was received, and all CRITERIA by tick.
   std::optional<criteria_t> criteria_;
   nlohmann::ordered_json criteria_joined_;
   std::vector<CriteriaAt> criteria_at_;
   std::optional<episode_end_t> end_;
   std::optional<std::pair<int64_t, std::string>> no_return_;
   std::optional<episode_summary_t> summary_;
-  // Cameras of the source: names, and the number of images received from each.
+  // Names of the source's cameras, and the number of images that were received from each.
   std::vector<std::string> cameras_;
   std::vector<int64_t> num_images_;
   std::vector<Image> images_;
   size_t image_bytes_ = 0;
-  // Every n-th image of each camera is kept.
+  // Every n-th image of each camera is kept, where n is image_stride_.
   int64_t image_stride_ = 1;
 
   std::vector<TrackEvent> slips_, touches_;

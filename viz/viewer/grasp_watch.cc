@@ -9,7 +9,7 @@
 namespace evalbus::viz {
 namespace {
 
-// NaN if the source does not provide the objects' poses.
+// Returns the number of grasps, or NaN if the source does not provide the objects' poses.
 double GraspCount(const partial_metrics_t& partial, const model_info_t& model, size_t gripper) {
   const std::string name = "grasp_count";
   return ExtendedValue(partial.extended,
@@ -69,7 +69,7 @@ std::vector<uint16_t> GraspWatch::Pinched(const contacts_t& contacts) const {
 
 void GraspWatch::Add(const partial_metrics_t& before, const partial_metrics_t& now,
                      const std::vector<uint16_t>& pinched) {
-  // Ticks that the metrics do not use, e.g. those after the verdict, do not count.
+  // Ticks that the metrics do not use, such as ticks after the verdict, do not count.
   if (now.metrics.num_samples <= before.metrics.num_samples) return;
   const int64_t tick = now.header.tick;
   const size_t grippers = all_fingers_.size();
@@ -77,7 +77,7 @@ void GraspWatch::Add(const partial_metrics_t& before, const partial_metrics_t& n
     const size_t gripper = pair % grippers;
     const double count = GraspCount(now, model_, gripper);
     if (std::isnan(count)) continue;
-    // After an interruption, the metrics decide whether the same grasp continues.
+    // After an interruption, the grasp count of the metrics shows whether this is a new grasp.
     const bool is_counted = count > GraspCount(before, model_, gripper);
     int& latest = latest_[pair];
     const bool is_interrupted = latest >= 0 && grasps_[static_cast<size_t>(latest)].last_tick < tick - 1;

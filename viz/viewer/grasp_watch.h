@@ -1,5 +1,5 @@
-// Grasps of a running episode. EPISODE_SUMMARY lists an episode's grasps with gripper, object and duration;
-// until it arrives, this class derives the same list from CONTACTS and PARTIAL. Pure.
+// Finds the grasps of a running episode. EPISODE_SUMMARY lists an episode's grasps with gripper, object and
+// duration. Until it arrives, this class derives the same list from CONTACTS and PARTIAL. Pure.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,8 @@ namespace evalbus::viz {
 
 class GraspWatch {
  public:
-  // From the first to the last tick at which pads of all fingers of the gripper touched the object.
+  // A grasp lasts from the first to the last tick at which pads on all fingers of the gripper touched the
+  // object.
   struct Grasp {
     int object, gripper;  // indices in MODEL
     int64_t first_tick, last_tick;
@@ -23,24 +24,25 @@ class GraspWatch {
   // names.model() must outlive this object.
   explicit GraspWatch(const ModelNames& names);
 
-  // The pairs (object * number of grippers + gripper) in which pads of all fingers touch the object.
+  // Returns the pairs (object * number of grippers + gripper) in which pads on all fingers touch the object.
   std::vector<uint16_t> Pinched(const contacts_t& contacts) const;
-  // Processes the tick of `now`. before: the previous PARTIAL; pinched: the pairs at this tick.
+  // Processes the tick of `now`. before: the previous PARTIAL. pinched: result of Pinched() for this tick.
   void Add(const partial_metrics_t& before, const partial_metrics_t& now,
            const std::vector<uint16_t>& pinched);
 
-  // In order of their first tick. The last tick of a grasp advances while it lasts.
+  // All grasps in the order of their first tick. While a grasp lasts, its last tick increases.
   const std::vector<Grasp>& grasps() const { return grasps_; }
 
  private:
   const model_info_t& model_;
-  // By geom: index of the object; index of the gripper and bit of the finger whose pad it is. -1: none.
+  // For each geom: index of its object; and, if it is a pad, index of its gripper and bit of its finger. -1:
+  // none.
   std::vector<int> object_, gripper_;
   std::vector<uint32_t> finger_bit_;
-  // By gripper: the bits of all its fingers.
+  // For each gripper, the bits of all its fingers.
   std::vector<uint32_t> all_fingers_;
   std::vector<Grasp> grasps_;
-  // By pair: index of its latest grasp, -1: none.
+  // For each pair, index of its latest grasp, or -1.
   std::vector<int> latest_;
 };
 

@@ -1,4 +1,4 @@
-// Blocks embedded in a page: each is deflated and base64-encoded.
+// Packs blocks into a page. Each block is deflated and base64-encoded.
 #pragma once
 
 #include <string>
@@ -13,12 +13,12 @@ namespace evalbus::viz {
 std::string Deflated(const std::string& bytes);
 std::string Packed(const std::string& block);
 
-// Data of a viewer in a page that can be opened from disk.
+// Data of a viewer that is embedded in a page, so that the page can be opened from disk.
 struct PackedViewer {
-  // Names (docs/viewer_data.md) and Packed() blocks.
+  // Names (docs/viewer_data.md) and contents of Packed() blocks.
   std::vector<std::pair<std::string, std::string>> blocks;
   ThreeJs libraries;
-  // A sentence about the episodes that it contains.
+  // A sentence about the episodes that the page contains.
   std::string note;
 };
 

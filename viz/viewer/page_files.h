@@ -1,5 +1,5 @@
-// The page's own files, embedded as text by CMake, and the files of Debian's libjs-three, which are read
-// where the package, or the Python wheel of evalbus, has installed them.
+// Files of the page. Its own files are embedded as text by CMake. The files of Debian's libjs-three are read
+// from the folder in which this package, or the Python wheel of evalbus, has installed them.
 #pragma once
 
 #include <span>
@@ -11,15 +11,16 @@ struct PageFile {
   const char* name;  // "scene.js"
   const char* text;
 };
-// Scripts in load order (three.js and OrbitControls.js must be loaded before them), then viewer.css.
+// Returns the scripts in load order, then viewer.css. three.js and OrbitControls.js must be loaded before the
+// scripts.
 std::span<const PageFile> PageFiles();
-// Content of viewer.css; empty if it is missing.
+// Returns the content of viewer.css; empty if it is missing.
 std::string PageStyle();
 
 struct ThreeJs {
   std::string three, orbit_controls;
 };
-// Throws EnvironmentError, with the package to install, if the files are missing.
+// Reads the files of three.js. If they are missing, throws EnvironmentError with the package to install.
 ThreeJs ReadThreeJs();
 
 }  // namespace evalbus::viz

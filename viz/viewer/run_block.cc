@@ -91,8 +91,8 @@ std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime no
   }
   head["phase"] = watch.Phase();
   if (watch.has_rates()) head["speed"] = watch.speed();
-  // If the processes of the run have exited, the state in the run folder is used as well: the last message
-  // may have been lost.
+  // If the processes of the run have exited, the state in the run folder is used as well, because the last
+  // message may have been lost.
   head["is_over"] = watch.is_over() || (!label.is_live && counted && counted->is_over);
   if (const run_summary_t* run = watch.run()) {
     head["done"] = run->num_episodes;

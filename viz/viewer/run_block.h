@@ -1,4 +1,5 @@
-// Data of runs for the page, apart from ticks: the blocks "run", "episodes" and "log" of docs/viewer_data.md.
+// Data of runs for the page, except ticks: the blocks "run", "episodes", "notes" and "log" of
+// docs/viewer_data.md.
 #pragma once
 
 #include <cstdint>
@@ -12,18 +13,18 @@
 
 namespace evalbus::viz {
 
-// Description of a run that is not part of its messages.
+// Facts about a run that its messages do not contain.
 struct RunLabel {
   int run = 0;
   std::string name;
   std::string policy;
-  // The run is or may be active; false if it is read from disk.
+  // Whether the run is or may be active. False if it is read from disk.
   bool is_live = false;
-  // A process of this machine evaluates into its folder, with or without messages on a bus.
+  // Whether a process on this machine evaluates into the run's folder, with or without messages on a bus.
   bool is_active = false;
-  // Other runs on the page now contain its episodes.
+  // Whether other runs on the page now contain the episodes of this run.
   bool is_replaced = false;
-  // One sentence each.
+  // Remarks about the run, one sentence each.
   std::vector<std::string> remarks;
 };
 
@@ -31,17 +32,18 @@ struct RunLabel {
 struct RunNumbers {
   std::string task, variation, clock;
   int planned = 0, done = 0, complete = 0, successes = 0;
-  // 95 % interval of the success rate, as shares from 0 to 1: Wilson for a finished run, else anytime-valid.
+  // 95 % interval of the success rate, as shares from 0 to 1: the Wilson interval for a finished run,
+  // otherwise an anytime-valid interval.
   double lower = 0, upper = 1;
   bool is_over = true;
   std::vector<std::pair<std::string, int64_t>> failure_reasons;
 };
 
-// watch.Update(now) must have been called. counted: episode counts from the run folder, if available. They
-// take precedence over RUN_SUMMARY, which may cover only some of the episodes.
+// Returns the "run" block. watch.Update(now) must have been called. counted: episode counts from the run
+// folder, or null. They take precedence over RUN_SUMMARY, which may cover only some of the episodes.
 std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime now,
                      const RunNumbers* counted = nullptr);
-// For a run without messages, e.g. one read from disk.
+// Returns the "run" block of a run without messages, e.g. a run that is read from disk.
 std::string RunBlock(const RunNumbers& numbers, const RunLabel& label);
 
 // An entry in the list of episodes.
@@ -56,18 +58,18 @@ struct EpisodeRow {
   // Decisive moment (docs/failures.md) and its sentence; the text is empty in runs of versions before 0.3.
   double cause_time = 0;  // s
   std::string cause_text;
-  // Counts of the episode; `stages`: number of stages that were reached.
+  // Counts of the episode. stages: number of stages that were reached.
   int64_t slips = 0, grasps = 0, collisions = 0, stages = 0;
-  // Whether its ticks can be shown.
+  // Whether the ticks of the episode can be shown.
   bool has_track = true;
   // URL of a video, relative to the page; empty if there is none.
   std::string video;
 };
 EpisodeRow RowOf(const episode_summary_t& summary, const std::string& task, const std::string& variation);
-// from: index of the first row in the run's list.
+// Returns an "episodes" block. from: index of the first row in the run's list.
 std::string EpisodesBlock(int run, size_t from, const std::vector<EpisodeRow>& rows);
 
-// notes: text by episode. can_write: the page may change the notes.
+// Returns a "notes" block. notes: text by episode. can_write: whether the page may change the notes.
 std::string NotesBlock(int run, const std::map<int, std::string>& notes, bool can_write);
 
 // A log line with its time of arrival as displayed ("14:03:07").

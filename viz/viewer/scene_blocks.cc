@@ -26,7 +26,7 @@ constexpr int kShownGroups = 3;
 template <class T>
 Json List(const T* values, int count) {
   Json list = Json::array();
-  // Writes the shortest decimal number that gives the same float, not the digits of the converted double.
+  // Writes the shortest decimal number that gives the same float, not all digits of the number as a double.
   for (int i = 0; i < count; ++i) {
     if constexpr (std::is_same_v<T, float>) {
       list.push_back(std::stod(fmt::format("{}", values[i])));
@@ -61,7 +61,7 @@ const char* ShapeName(int type) {
   }
 }
 
-// Collects triangle corners; corners that are identical after quantization are stored once.
+// Collects triangle corners. Corners that are identical after quantization are stored once.
 class MeshBuilder {
  public:
   MeshBuilder(const float* vertex, size_t count) {
@@ -129,7 +129,7 @@ class MeshBuilder {
   bool has_normals_ = false, has_uv_ = false;
 };
 
-// The mesh as rendered.
+// Returns a block of the mesh as it is rendered.
 std::string VisualMesh(const mjModel& m, int mesh) {
   const float* vertex = m.mesh_vert + 3 * m.mesh_vertadr[mesh];
   const float* normal = m.mesh_normal + 3 * m.mesh_vertadr[mesh];
@@ -143,9 +143,9 @@ std::string VisualMesh(const mjModel& m, int mesh) {
   return builder.Bytes();
 }
 
-// The convex hull of the mesh, which is used for collisions. It has no normals; its faces are flat. Layout of
-// mesh_graph: numvert, numface, vert_edgeadr[numvert], vert_globalid[numvert], edge_localid[numvert + 3
-// numface], face_globalid[3 numface].
+// Returns a block of the mesh's convex hull, which is used for collisions. It has no normals, because its
+// faces are flat. Layout of mesh_graph: numvert, numface, vert_edgeadr[numvert], vert_globalid[numvert],
+// edge_localid[numvert + 3 numface], face_globalid[3 numface].
 std::string HullMesh(const mjModel& m, int mesh) {
   if (m.mesh_graphadr[mesh] < 0) return VisualMesh(m, mesh);
   const int* graph = m.mesh_graph + m.mesh_graphadr[mesh];
@@ -191,7 +191,7 @@ std::string Texture(const mjModel& m, int texture) {
   return block.Bytes();
 }
 
-// Mean colors of the upper and lower face of the skybox (the third and fourth of its six faces).
+// Returns the mean colors of the upper and lower faces of the skybox (the third and fourth of its six faces).
 Json Sky(const mjModel& m) {
   for (int texture = 0; texture < m.ntex; ++texture) {
     if (m.tex_type[texture] != mjTEXTURE_SKYBOX) continue;
@@ -230,7 +230,8 @@ Json Camera(const mjModel& m, int id) {
           {"fovy_deg", m.cam_fovy[id]}};
 }
 
-// As in MuJoCo, a geom's own color is used if it is not the default or if the geom has no material.
+// Returns whether a geom's own color is used. As in MuJoCo, this is the case if it differs from the default
+// or if the geom has no material.
 bool HasOwnColor(const mjModel& m, int geom) {
   const float* rgba = m.geom_rgba + 4 * geom;
   return m.geom_matid[geom] < 0 || rgba[0] != 0.5F || rgba[1] != 0.5F || rgba[2] != 0.5F || rgba[3] != 1;

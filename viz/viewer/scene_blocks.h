@@ -1,5 +1,5 @@
 // The scene of a run for the page: the visual model with meshes and textures, and the collision geoms of
-// MODEL. Each block is identified by its SHA-256, so that blocks shared by several scenes are sent and stored
+// MODEL. Each block is identified by its SHA-256, so a block that several scenes share is sent and stored
 // once.
 #pragma once
 
@@ -17,14 +17,14 @@ namespace evalbus::viz {
 class SceneBlocks {
  public:
   // The models must be the results of LoadVisualModel() and LoadPhysicsModel() for this MODEL. Throws
-  // InputError if they belong to another one.
+  // InputError if they belong to another MODEL.
   SceneBlocks(const model_info_t& info, ModelPtr visual, const mjModel& physics);
-  // Loads the models. Throws InputError.
+  // Loads the models of this MODEL. Throws InputError.
   explicit SceneBlocks(const model_info_t& info);
 
-  // Id of the scene's own block.
+  // Id of the "scene" block.
   const std::string& id() const { return id_; }
-  // All blocks of the scene by id, including its own.
+  // All blocks of the scene by id, including the "scene" block.
   const std::map<std::string, std::string>& blocks() const { return blocks_; }
   // Ids of the bodies that are not fixed to the world, ascending.
   const std::vector<int>& moving_bodies() const { return moving_; }
@@ -34,7 +34,7 @@ class SceneBlocks {
 
  private:
   void MakeScene(const mjModel& physics);
-  // A material of the visual model, or of a changed copy of it.
+  // Describes a material of the visual model, or of a copy with another appearance.
   nlohmann::ordered_json Material(const mjModel& model, int id) const;
 
   model_info_t info_;
@@ -42,7 +42,7 @@ class SceneBlocks {
   std::string id_;
   std::map<std::string, std::string> blocks_;
   std::vector<int> moving_;
-  // Ids of texture blocks by MuJoCo's number of the texture.
+  // Ids of texture blocks by MuJoCo's texture id.
   std::map<int, std::string> textures_;
 };
 

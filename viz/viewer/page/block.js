@@ -21,7 +21,7 @@ Evalbus.Block = class {
     return this.head.arrays[name].shape;
   }
 
-  // Returns the array without applying scale and origin; differences are summed.
+  // Returns the array with differences summed up, but without scale and origin.
   raw(name) {
     const { type, shape, offset, delta } = this.head.arrays[name];
     const Type = Evalbus.Block.TYPES[type];
@@ -39,7 +39,7 @@ Evalbus.Block = class {
     return sums;
   }
 
-  // Returns decoded values. Scale and origin are single numbers or one number per element of the last axis.
+  // Returns the decoded values of an array. Scale and origin are single numbers, or one number per element of the last axis.
   values(name) {
     const { shape, scale = 1, origin = 0 } = this.head.arrays[name];
     const raw = this.raw(name);

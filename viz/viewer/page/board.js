@@ -1,9 +1,10 @@
-// The overview: policies by tasks with success rates, differences from the baseline, the seeds, and how far the
-// episodes get. Its numbers are those of the block "board"; rows of the lists of episodes fill the matrix of seeds.
+// The overview: a table of policies and tasks with success rates and differences from the baseline, the matrix of seeds, and
+// the share of episodes that reach each stage. Numbers are from the block "board"; the matrix is filled from the lists of
+// episodes.
 "use strict";
 
 Evalbus.Board = class {
-  // viewer: provides `runs` and `notes`; hover(row, node): shows a tooltip, hover(null) hides it.
+  // viewer: provides `runs` and `notes`. hover(row, node) shows a tooltip, hover(null) hides it.
   constructor(place, viewer, hover) {
     const e = Evalbus.element;
     this.viewer = viewer;
@@ -27,7 +28,7 @@ Evalbus.Board = class {
     return this.head ? this.head.policies.reduce((sum, policy) => sum + policy.cells.filter(Boolean).length, 0) : 0;
   }
 
-  // The policy that a run belongs to; -1 if none.
+  // Index of the policy to which a run belongs; -1 if there is none.
   policyOf(run) {
     return this.head ? this.head.policies.findIndex((policy) => policy.runs.includes(run)) : -1;
   }
@@ -68,7 +69,7 @@ Evalbus.Board = class {
     const head = e("tr", {}, title("policy"), title(many ? "all" : Evalbus.spaced(tasks[0].name)),
       policies.length > 1 ? title(`vs ${Evalbus.words(policies[this.head.baseline].name)}`, "difference of the success rates in percentage points, with its 95 % interval; over equal seeds if both have them") : null,
       many ? tasks.map((task) => title(Evalbus.spaced(task.name))) : null,
-      // Over several tasks, a mean would depend on which of them a policy solves.
+      // With several tasks, the mean would depend on which of them a policy solves, so it is not shown.
       many ? null : title("time to success", "mean over the successes"), title("slips per grasp"));
     this.table.replaceChildren(e("thead", {}, head), e("tbody", {}, policies.map((policy, k) => this.policyRow(policy, k))));
     const remarks = policies.filter((policy) => policy.against && policy.against.remark)
@@ -92,7 +93,7 @@ Evalbus.Board = class {
       cell("slips per grasp", policy.slips_per_grasp === null ? "–" : policy.slips_per_grasp.toFixed(2), "ev-figure"));
   }
 
-  // A success rate with its counts and a bar with the interval.
+  // Creates a success rate with its counts, and a bar with its interval.
   rate(counted, policy, task) {
     const e = Evalbus.element;
     if (!counted) return "";
@@ -114,17 +115,17 @@ Evalbus.Board = class {
     if (k === this.head.baseline) return e("span", { class: "ev-note" }, "baseline");
     if (!against || against.remark || against.difference === null) return "–";
     const [lower, upper] = against.interval;
-    // As in results/conclusion.cc.
+    // Texts and rounding are the same as in results/conclusion.cc.
     const points = (share) => Evalbus.points(share, upper - lower < 0.02 ? 1 : 0);
     const word = against.judgment || (this.head.is_over && !this.head.is_sequential ? "not shown to differ" : "so far");
-    // The rates beside it cover all episodes of each policy.
+    // The number of pairs is given, because the rates next to the difference cover all episodes of each policy.
     const only = against.paired && against.trials < this.head.policies[k].all.judged ? `; over ${against.trials.toLocaleString("en")} ${against.trials === 1 ? "pair" : "pairs"}` : "";
     return e("span", {}, e("b", { class: `ev-${against.judgment || "open"}` }, `${points(against.difference)} points`),
       e("span", { class: "ev-counts" }, `${points(lower)} to ${points(upper)}`),
       e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, ${Evalbus.pText(against.p)}`}${only}`));
   }
 
-  // Per task: one line per policy, with the share of its episodes that reached each stage.
+  // Shows for each task one line per policy, with the share of its episodes that reached each stage.
   showFunnel() {
     const e = Evalbus.element, { tasks, policies } = this.head;
     this.funnel.replaceChildren(...tasks.map((task, t) => {
@@ -153,5 +154,5 @@ Evalbus.Board = class {
   }
 };
 
-// Address of the list of episodes with a filter.
+// Returns the URL fragment of the list of episodes with a filter.
 Evalbus.listLink = (filter) => `#/episodes${filter ? `:${encodeURIComponent(filter)}` : ""}`;

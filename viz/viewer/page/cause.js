@@ -1,14 +1,16 @@
-// The cause of a failure and the point of no return: their marks on the timeline, and the time from which a failed episode is shown.
+// The cause of a failure and the point of no return: their marks on the timeline, and the time at which a failed episode
+// opens.
 "use strict";
 
-// Seconds before the decisive moment at which a failed episode opens.
+// A failed episode opens this many seconds before its decisive moment.
 Evalbus.BEFORE_CAUSE = 1;
 
-// head: that of an episode's block. Successes, and episodes without a cause, open at their start.
+// Time at which an episode opens. head: head of its "episode" block. Successes, and episodes without a cause, open at time
+// 0.
 Evalbus.openingTime = (head) => (head.failure_reason && Number.isFinite(head.cause_time_s)
   ? Math.max(0, head.cause_time_s - Evalbus.BEFORE_CAUSE) : 0);
 
-// The last tick from which the expert succeeds.
+// Mark of the last tick from which the expert succeeds.
 Evalbus.eventMarks.no_return = (context, x, y, palette) => {
   context.fillStyle = palette.text;
   for (let dy = -12; dy < 12; dy += 5) context.fillRect(x - 1, y + dy, 2, 3);

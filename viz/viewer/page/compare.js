@@ -1,11 +1,11 @@
-// Pure functions that compare episodes, and the values of a metric over time.
+// Compares episodes, and the values of a metric over time. All functions are pure.
 "use strict";
 
-// Distance (m) from which two episodes of one seed count as diverged.
+// Two episodes with the same seed count as diverged if a compared point differs by more than this distance (m).
 Evalbus.PARTING_M = 0.02;
 
-// Points that are compared: origins of the bodies of manipulated objects, and wrists.
-// scene: head of a "scene" block. Returns [{name, body, position_m}], the position in the body's frame.
+// Returns the points that are compared: origins of the bodies of manipulated objects, and wrists. scene: head of a "scene"
+// block. The result is [{name, body, position_m}] with positions in the body's frame.
 Evalbus.comparedPoints = (scene) => {
   const isObject = (body) => scene.entities[body.entity] && scene.entities[body.entity].kind === "object";
   const objects = scene.bodies.map((body, index) => ({ body, index })).filter(({ body }) => body.moves && isObject(body))
@@ -14,7 +14,7 @@ Evalbus.comparedPoints = (scene) => {
   return [...objects, ...wrists];
 };
 
-// World position of a point at a tick. slot: index of its body in the track's poses.
+// Returns the position of a point in the world frame at a tick. slot: index of its body in the track's poses.
 Evalbus.pointAt = (track, slot, position_m, tick) => {
   const bodies = track.head.bodies.length;
   const p = 3 * (tick * bodies + slot), q = 4 * (tick * bodies + slot);
@@ -26,9 +26,9 @@ Evalbus.pointAt = (track, slot, position_m, tick) => {
   return position_m.map((one, k) => track.position.data[p + k] + one + 2 * (w * s[k] + t[k]));
 };
 
-// Where two episodes diverge: {tick, name, distance_m} of the first tick of A at which a point of B is farther away than
-// limit_m, and of the point that is farthest then. Null if they do not diverge in their common time. Ticks of B are those
-// at the same time.
+// Finds where two episodes diverge: the first tick of A at which a point is farther than limit_m from its position in B at
+// the same time. Returns {tick, name, distance_m} for the point with the largest distance at this tick, or null if the
+// episodes do not diverge in the time that they have in common.
 Evalbus.partingOf = (track, other, points, limit_m) => {
   const slots = points.map((point) => ({ ...point, a: track.head.bodies.indexOf(point.body), b: other.head.bodies.indexOf(point.body) }))
     .filter(({ a, b }) => a >= 0 && b >= 0);
@@ -47,8 +47,9 @@ Evalbus.partingOf = (track, other, points, limit_m) => {
   return null;
 };
 
-// How much a metric changes, 0 to 1: its range relative to its largest absolute value, or, with `other`, the mean
-// difference between the episodes relative to the range of both. rows, other: one array of values per part; NaN: no value.
+// Returns how much a metric changes, from 0 to 1: its range relative to its largest absolute value or, with `other`, the
+// mean difference between the episodes relative to the range of both. rows, other: one array of values per part. NaN stands
+// for no value.
 Evalbus.changeOf = (rows, other) => {
   let low = Infinity, high = -Infinity;
   for (const values of [...rows, ...(other || [])]) {
@@ -74,7 +75,7 @@ Evalbus.changeOf = (rows, other) => {
   return most;
 };
 
-// Name of a run on the page; the policy is added unless the name contains it.
+// Returns the name of a run on the page. The policy is added unless the name contains it.
 Evalbus.runName = (info) => {
   const name = Evalbus.words(info.name) || `run ${info.run}`, policy = Evalbus.words(info.policy);
   return !policy || name.toLowerCase().includes(policy.toLowerCase()) ? name : `${name} (${policy})`;

@@ -19,7 +19,7 @@ Evalbus.Conditions = class {
       this.eventsPlace);
   }
 
-  // tracks: the episode and, if compared, a second one. isHeard: the run of the first is active.
+  // tracks: the episode and, if it is compared, the second episode. isReceived: whether the first episode's run is active.
   show(tracks, isReceived) {
     this.tracks = tracks;
     const [track, other] = tracks;
@@ -81,7 +81,7 @@ Evalbus.Conditions = class {
         ? e("span", { class: "ev-target" }, ` ${Evalbus.words(criterion.unit)}`) : null;
       const fill = e("i", {}), bar = hasNumber ? e("span", { class: "ev-bar" }, fill) : null;
       const holds = e("span", { class: "ev-holds" });
-      // The condition as text: "height of pot at least 1.096 m".
+      // The condition is shown as text, such as "height of pot at least 1.096 m".
       const node = e("div", { class: criterion.failure ? "ev-criterion ev-is-failure" : "ev-criterion" },
         e("i", { class: "ev-dot", "aria-hidden": "true" }),
         e("span", { class: "ev-name" }, Evalbus.spaced(criterion.text_first || criterion.predicate)),
@@ -94,7 +94,7 @@ Evalbus.Conditions = class {
     this.criteriaTitle.hidden = this.criteria.hidden = criteria.length === 0;
   }
 
-  // Rows of the success or failure conditions, grouped as in the task: tree is an index into the rows or {all
+  // Creates the rows of the success or failure conditions, grouped as in the task. A tree is an index into the rows, or {all
   // | any: [trees]}.
   group(outcome, tree, places) {
     if (!places.length) return [];
@@ -102,7 +102,7 @@ Evalbus.Conditions = class {
     const rows = (one) => {
       if (typeof one === "number") return [this.criteriaRows[one].node];
       const [[joined, trees]] = Object.entries(one);
-      // For "latched" and "lasts": the operands, then the condition itself.
+      // For "latched" and "lasts", the operands come first, then the condition itself.
       if (joined !== "all" && joined !== "any") return [e("div", { class: "ev-joined" }, ...trees.flatMap(rows))];
       return [e("div", { class: "ev-joined" }, e("p", { class: "ev-group" }, joined === "all" ? "all of" : "any of"), ...trees.flatMap(rows))];
     };
@@ -161,7 +161,7 @@ Evalbus.Conditions = class {
     }
   }
 
-  // Share of the distance from the first value to the threshold that has been covered, 0 to 1.
+  // Returns the share of the distance from the first value to the threshold that has been covered, from 0 to 1.
   partOf(values, value, threshold, holds) {
     if (holds) return 1;
     if (!values || Number.isNaN(value) || threshold === null || threshold === undefined) return 0;

@@ -1,8 +1,8 @@
 // Draws the curves of metrics onto the canvases of their cards (curves.js).
 "use strict";
 
-// Derived classes set `tracks` (A and, if two episodes are compared, B), `timeline`, whose time axis is shared, and
-// `palette`, and have moveCard(card), which places the cursor.
+// Derived classes set `tracks` (A and, if two episodes are compared, B), `timeline` (its time axis is shared) and `palette`,
+// and implement moveCard(card), which places the cursor.
 Evalbus.CurvePlots = class {
   rangeOf(card) {
     let low = Infinity, high = -Infinity;
@@ -18,9 +18,9 @@ Evalbus.CurvePlots = class {
     look(this.tracks[0], card.parts);
     if (this.tracks[1]) look(this.tracks[1], card.otherParts);
     if (low > high) return null;
-    // Starts the axis at zero if no value is negative.
+    // The axis begins at zero if no value is negative and the lowest value is below 60 % of the highest.
     if (low >= 0 && low < 0.6 * high) low = 0;
-    // An almost constant curve is drawn as a straight line instead of enlarging rounding errors.
+    // An almost constant curve is drawn as a straight line, so that rounding errors are not enlarged.
     const size = Math.max(Math.abs(low), Math.abs(high));
     if (size < Evalbus.CurvePlots.NOTHING) return { low: 0, high: this.isWhole(card) ? 1 : Evalbus.CurvePlots.NOTHING };
     if (high - low < 1e-3 * size) {
@@ -49,7 +49,7 @@ Evalbus.CurvePlots = class {
         card.right = width;
         return;
       }
-      // If the only tick would be zero, uses closer ticks.
+      // If there would be only one tick, a smaller step is used.
       const few = Evalbus.ticksOf(range.low, range.high, card.isLarge ? 4 : 1.6);
       const marks = few.length > 1 ? few : Evalbus.ticksOf(range.low, range.high, 2.5);
       const texts = Evalbus.axisTexts(marks);
@@ -83,7 +83,8 @@ Evalbus.CurvePlots = class {
     this.moveCard(card);
   }
 
-  // Draws the curves of A and, dashed, of B, and shades the difference. x(time), y(value): places; width: of the plot.
+  // Draws the curves of A and, dashed, of B, and shades their difference. x(time), y(value): coordinates in the plot. width:
+  // width of the plot.
   drawLines(context, card, x, y, width) {
     const [track, other] = this.tracks;
     if (other) {
@@ -156,7 +157,7 @@ Evalbus.CurvePlots = class {
     context.lineWidth = 1;
   }
 
-  // Whether all values are integers, which are shown without decimals.
+  // Returns whether all values are integers. They are then shown without decimals.
   isWhole(card) {
     return card.parts.every(({ row }) => {
       const { data } = this.tracks[0].rows[row];
@@ -172,5 +173,5 @@ Evalbus.CurvePlots = class {
   }
 };
 
-// Values below this count as zero, in any of the units used (m, rad, s, mm).
+// Values below this count as zero in every unit that is used (m, rad, s, mm).
 Evalbus.CurvePlots.NOTHING = 1e-3;

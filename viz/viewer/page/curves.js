@@ -1,9 +1,9 @@
-// One card per metric with its current value and its curve; all share the axis of the timeline. When the episode has ended,
-// the metrics that change most come first, and constant ones are folded.
+// One card per metric with its current value and its curve. All cards share the axis of the timeline. When the episode has
+// ended, the metrics that change most come first, and constant metrics are folded.
 "use strict";
 
 Evalbus.Curves = class extends Evalbus.CurvePlots {
-  // timeline: whose time axis is shared. onPin(): other curves are pinned.
+  // timeline: its time axis is shared. onPin(): called when curves are pinned or unpinned.
   constructor(place, timeline, onPin) {
     super();
     const e = Evalbus.element;
@@ -31,7 +31,7 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
     new ResizeObserver(() => this.redraw()).observe(this.grid);
   }
 
-  // Makes the cards of the episodes; redraw() draws them.
+  // Creates the cards of the episodes. redraw() draws them.
   prepare(tracks, palette) {
     this.tracks = tracks;
     this.palette = palette;
@@ -93,7 +93,7 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
     this.arrange();
   }
 
-  // Places the cards in the grid, or in the fold for constant metrics.
+  // Places each card in the grid or, if its metric is constant, in the fold.
   arrange() {
     const [track, other] = this.tracks;
     const rowsOf = (one, parts) => parts.map(({ row }) => one.rows[row].data.subarray(0, one.ticks));
@@ -148,7 +148,7 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
     this.tip.style.left = `${Math.max(0, Math.min(card.node.clientWidth - this.tip.offsetWidth, x))}px`;
   }
 
-  // The values of a card at a time, with names: "left 0.120, right 0.300 m; B: left 0.200, right 0.300 m".
+  // Returns the values of a card at a time with names, such as "left 0.120, right 0.300 m; B: left 0.200, right 0.300 m".
   textAt(card, time_s) {
     const [track, other] = this.tracks;
     const unit = card.curve.unit && card.curve.unit !== "1" ? ` ${card.curve.unit}` : "";
@@ -165,7 +165,7 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
     if (this.ticks) this.move(this.ticks);
   }
 
-  // ticks: of A and of B.
+  // ticks: current ticks of A and of B.
   move(ticks) {
     this.ticks = ticks;
     if (!this.tracks) return;

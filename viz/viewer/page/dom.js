@@ -1,10 +1,10 @@
-// Helpers for elements, texts and numbers. Names come from external files and messages: they must be set as
-// text, never as markup.
+// Helpers for elements, texts and numbers. Names come from external files and messages, so they must be set as text, never
+// as markup.
 "use strict";
 
 const Evalbus = {};
 
-// Creates an element: element("button", {class: "ev-icon", title: "Play", onclick: f}, child, "text", ...)
+// Creates an element. Example: element("button", {class: "ev-icon", title: "Play", onclick: f}, child, "text", ...)
 Evalbus.element = (tag, properties, ...children) => {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(properties || {})) {
@@ -16,7 +16,7 @@ Evalbus.element = (tag, properties, ...children) => {
   return made;
 };
 
-// Creates an icon: lines 1.6 px wide on a 16 x 16 grid.
+// Creates an icon of lines that are 1.6 px wide, on a 16 x 16 grid.
 Evalbus.icon = (paths, isFilled) => {
   const space = "http://www.w3.org/2000/svg";
   const svg = document.createElementNS(space, "svg");
@@ -39,7 +39,7 @@ Evalbus.setText = (node, text) => {
 Evalbus.words = (text) => String(text === null || text === undefined ? "" : text)
   .replace(/[\u0000-\u001f\u007f-\u009f\u200b-\u200f\u2028-\u202e\u2066-\u2069\ufeff]+/g, " ").trim();
 
-// Replaces underscores: "left_gripper_touches_pot" becomes "left gripper touches pot".
+// Replaces underscores by spaces: "left_gripper_touches_pot" becomes "left gripper touches pot".
 Evalbus.spaced = (name) => Evalbus.words(name).replace(/_/g, " ");
 
 // Words for an end reason or a failure reason, as in lcmtypes/end_reason.h.
@@ -47,8 +47,8 @@ Evalbus.REASON_TEXTS = { grasp_slip: "slipped from the gripper", grasp_miss: "mi
   stall: "robot stopped", timeout: "time limit" };
 Evalbus.reasonText = (reason) => (Object.hasOwn(Evalbus.REASON_TEXTS, reason) ? Evalbus.REASON_TEXTS[reason] : Evalbus.spaced(reason));
 
-// Text that explains the outcome: the detail of the end reason (e.g. a policy's error), then the deciding
-// condition.
+// Returns the text that explains the outcome: the cause or, if there is none, the detail of the end reason (e.g. a policy's
+// error) and the deciding condition.
 Evalbus.reasonOf = (head) => head.cause_text ? Evalbus.words(head.cause_text) : [Evalbus.words(head.end_detail), Evalbus.spaced(head.explanation)].filter(Boolean).join("; ");
 
 // Formats a number with four significant digits. The number of characters changes as little as possible.
@@ -74,24 +74,26 @@ Evalbus.numberAmong = (value, most) => {
 
 Evalbus.seconds = (value) => (value === null || !Number.isFinite(value) ? "–" : `${value.toFixed(2)} s`);
 
-// The rule of base/percent.h: whole percents, halves up. A share of k / n may be up to 1e-16 below the exact one.
+// Formats a share as in base/percent.h: whole percents, halves up. 1e-9 is added, because k / n may be up to 1e-16 below the
+// exact share.
 Evalbus.percent = (share) => (Number.isFinite(share) ? `${Math.floor(100 * share + 0.5 + 1e-9)} %` : "–");
 
-// The rule of PercentagePoints in base/percent.h: halves away from zero, "+" before differences above zero.
+// Formats a difference as PercentagePoints in base/percent.h does: halves away from zero, "+" before differences above zero.
 Evalbus.points = (share, decimals = 0) => {
   const scale = 10 ** decimals;
   const size = Math.floor(100 * scale * Math.abs(share) + 0.5 + 1e-9) / scale;
   return `${size === 0 ? "" : share > 0 ? "+" : "−"}${size.toFixed(decimals)}`;
 };
 
-// The rule of PText in results/comparison_text.h: halves up, but a p below 0.05 is not rounded to 0.05.
+// Formats p as PText in results/comparison_text.h does: halves up, but a p below 0.05 is not rounded to 0.05.
 Evalbus.pText = (p) => {
   if (p < 0.001) return "p < 0.001";
   const rounded = Math.floor(1000 * p + 0.5 + 1e-9) / 1000;
   return p < 0.05 && rounded >= 0.05 ? `p = ${(Math.floor(10000 * p) / 10000).toFixed(4)}` : `p = ${rounded.toFixed(3)}`;
 };
 
-// The rule of PercentText in results/summary_table.h: one decimal if narrower than two percentage points.
+// Formats an interval as PercentText in results/summary_table.h does: one decimal if it is narrower than two percentage
+// points.
 Evalbus.percentRange = ([lower, upper]) => {
   const decimals = upper - lower < 0.02 ? 1 : 0;
   return `${(100 * lower).toFixed(decimals)} to ${(100 * upper).toFixed(decimals)} %`;
@@ -109,7 +111,7 @@ Evalbus.ticksOf = (low, high, count) => {
   return ticks;
 };
 
-// Labels of an axis: all ticks have the decimals that the finest needs, and zero has none.
+// Returns the labels of an axis. All ticks have as many decimals as the tick that needs most; zero has none.
 Evalbus.axisTexts = (ticks) => {
   const exact = ticks.map((tick) => Number(tick.toPrecision(6)));
   const most = Math.max(...exact.map(Math.abs));
@@ -118,8 +120,7 @@ Evalbus.axisTexts = (ticks) => {
   return exact.map((tick) => (tick === 0 ? "0" : tick.toFixed(decimals).replace("-", "−")));
 };
 
-// Resizes the canvas to its place in device pixels and calls `draw(context, width, height)`, which uses CSS
-// pixels.
+// Resizes the canvas to its size in device pixels, and calls draw(context, width, height), which uses CSS pixels.
 Evalbus.drawOn = (canvas, draw) => {
   const width = canvas.clientWidth, height = canvas.clientHeight;
   if (!width || !height) return;
@@ -145,18 +146,18 @@ Evalbus.paletteOf = (node) => {
   return palette;
 };
 
-// Name of the color of viewer.css for the k-th part of a curve: that of the arm which the part's name contains, e.g.
-// "left gripper to pot", or one without a meaning.
+// Returns the name of the color (viewer.css) for the k-th part of a curve. If the part's name contains an arm, such as "left
+// gripper to pot", this is the arm's color, otherwise a color without a meaning.
 Evalbus.roleOf = (name, k, head) => {
   const words = ` ${Evalbus.spaced(name)} `;
   const arm = (head.arms || []).findIndex((one) => words.includes(` ${Evalbus.spaced(one)} `));
   return arm === 0 ? "left" : arm === 1 ? "right" : `o${k % 4}`;
 };
 
-// List with rows of equal height. Only the visible rows exist in the DOM, because a run may have 100,000 episodes. Derived
-// classes have makeRow(), which returns an object with the row's `node`, and fill(slot, row), which sets its content.
+// A list with rows of equal height. Only the visible rows exist in the DOM, because a run may have 100,000 episodes. Derived
+// classes implement makeRow(), which returns an object with the row's `node`, and fill(slot, row), which sets its content.
 Evalbus.RowList = class {
-  // box, rows: properties of the element that scrolls, and of the rows' place in it.
+  // box: properties of the element that scrolls. rows: properties of the element in it that contains the rows.
   constructor(box, rows) {
     const e = Evalbus.element;
     this.rows = [];

@@ -1,4 +1,4 @@
-// The list of all episodes on the page, with filter and sort, and the wall of failures.
+// The list of all episodes on the page, which can be filtered and sorted, and the wall of failures.
 "use strict";
 
 Evalbus.Episodes = class extends Evalbus.RowList {
@@ -70,7 +70,7 @@ Evalbus.Episodes = class extends Evalbus.RowList {
     this.showRows();
   }
 
-  // Missing values come last in both directions.
+  // Compares two values for sorting. Missing values come last in both directions.
   static compare(a, b, isDown) {
     const isNone = (value) => value === null || value === undefined || value === "" || Number.isNaN(value);
     if (isNone(a) || isNone(b)) return isNone(a) - isNone(b);
@@ -78,7 +78,7 @@ Evalbus.Episodes = class extends Evalbus.RowList {
     return isDown ? -order : order;
   }
 
-  // First click ascending, second descending, third the original order.
+  // Sorts by a column. The first click sorts ascending, the second descending, and the third restores the original order.
   sortBy(name) {
     const isSame = this.sort.name === name;
     this.sort = isSame && this.sort.isDown ? { name: "", isDown: false } : { name, isDown: isSame };
@@ -161,8 +161,8 @@ Evalbus.Episodes.COLUMNS = [
     text: (row) => (row.note ? `✎ ${Evalbus.words(row.note)}` : Evalbus.words(row.cause_text || row.text)) },
 ];
 
-// Failures as images of their decisive moments, grouped by reason; the one under the pointer or with the keyboard
-// focus moves.
+// Shows failures as images of their decisive moments, grouped by reason. The image under the pointer or with the keyboard
+// focus is animated.
 Evalbus.Wall = class {
   constructor(thumbnails) {
     this.thumbnails = thumbnails;

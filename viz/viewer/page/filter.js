@@ -1,8 +1,8 @@
-// Filters of the list of episodes: "slips>0 and time<6", "reason:slip not policy=expert", "seed=7 or note:odd".
-// Pure: a filter is parsed into a function of a row.
+// Filters of the list of episodes, such as "slips>0 and time<6", "reason:slip not policy=expert" or "seed=7 or note:odd". A
+// filter is parsed into a function of a row. Pure.
 "use strict";
 
-// Fields by name; rows without a value match no comparison. `time` and `moment` are in seconds.
+// Fields with numbers, by name. A row without a value matches no comparison. `time` and `moment` are in seconds.
 Evalbus.FILTER_NUMBERS = {
   time: (row) => row.time_s, moment: (row) => row.cause_time_s, slips: (row) => row.slips, grasps: (row) => row.grasps,
   collisions: (row) => row.collisions, stages: (row) => row.stages, seed: (row) => row.seed, episode: (row) => row.episode,
@@ -14,7 +14,7 @@ Evalbus.FILTER_TEXTS = {
   text: (row) => row.cause_text || row.text,
 };
 
-// Thrown by parseFilter; `at` is the index of the character in the text.
+// Error thrown by parseFilter. `at` is the index of the character in the text.
 Evalbus.FilterError = class extends Error {
   constructor(at, message) {
     super(`character ${at + 1}: ${message}`);
@@ -22,7 +22,7 @@ Evalbus.FilterError = class extends Error {
   }
 };
 
-// Case and the difference between "_" and " " do not matter.
+// Normalizes a text for comparisons, which ignore case and the difference between "_" and " ".
 Evalbus.plainText = (text) => String(text === null || text === undefined ? "" : text).toLowerCase().replace(/_/g, " ");
 
 Evalbus.filterTokens = (text) => {
@@ -96,7 +96,8 @@ Evalbus.parseFilter = (text) => {
   return filter;
 };
 
-// What a text field of a row is compared with: its value, and for a reason also the words that are shown for it.
+// Returns the texts with which a text field of a row is compared: its value and, for a reason, the words that are shown for
+// it.
 Evalbus.plainTexts = (key, row) => {
   const text = Evalbus.FILTER_TEXTS[key](row);
   return (key === "reason" ? [text, Evalbus.reasonText(text)] : [text]).map(Evalbus.plainText);
@@ -131,5 +132,5 @@ Evalbus.filterTerm = (name, operator, value) => {
   return (row) => compare(Evalbus.plainTexts(key, row));
 };
 
-// A value in the form that a filter's term requires: quoted.
+// Returns a value in quotes, as a filter's term requires it.
 Evalbus.filterValue = (text) => `"${String(text).replace(/"/g, "")}"`;

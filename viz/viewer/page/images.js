@@ -1,4 +1,4 @@
-// Images of a source's cameras beside the 3D image. Each camera shows its latest image at the current time.
+// Images of a source's cameras, next to the 3D image. For each camera, the latest image at the current time is shown.
 "use strict";
 
 Evalbus.Images = class {

@@ -48,7 +48,7 @@ Evalbus.Judge = class {
     else if (this.item === null || isKept) this.show(head.verdicts.indexOf(null));
   }
 
-  // item: number of the episode; negative: there is none to judge.
+  // item: number of the episode to judge; negative if there is none.
   show(item) {
     this.item = item < 0 ? null : item;
     this.saved = null;
@@ -69,7 +69,7 @@ Evalbus.Judge = class {
     });
   }
 
-  // False while the episode is being loaded, or if that failed.
+  // Whether the episode is shown. False while it is being loaded, or if loading it has failed.
   get isShown() {
     const track = this.viewer.tracks[0];
     return Boolean(track) && track.episode === this.item;
@@ -111,12 +111,12 @@ Evalbus.Judge = class {
     if (this.item) this.show(this.item - 1);
   }
 
-  // Returns whether the key was one of this page's.
+  // Handles a key. Returns whether it is a key of this page.
   key(event) {
     if (!this.head || this.head.results || this.item === null) return false;
     const actions = { s: () => this.choose("success"), f: () => this.choose("failure"), a: () => this.choose("abstain"),
       Enter: () => this.save(), Backspace: () => this.back() };
-    // Keys of the player that do not apply here.
+    // These keys of the player have no effect on this page.
     if (["l", "?"].includes(event.key)) return true;
     const stages = /^[0-9]$/.test(event.key) && Number(event.key) <= this.stageNames().length ? Number(event.key) : null;
     if (stages !== null) this.chooseStages(stages);

@@ -1,9 +1,9 @@
-// Drawing of the timeline's lanes: stages, grasps, events, pinned curves.
+// Draws the timeline's lanes: stages, grasps, events and pinned curves.
 "use strict";
 
-// Stages of an episode in a drawable form: {flags: [{tick, number, name}], bands: [{from, to, name, isReached}]}. A band is
-// a period in which the stage `name` was waited for: the lowest one not yet reached. Stages reached at one tick have no
-// band between them. Pure.
+// Returns the stages of an episode in a drawable form: {flags: [{tick, number, name}], bands: [{from, to, name,
+// isReached}]}. A band is a period in which `name` was the lowest stage that had not been reached. There is no band between
+// stages that were reached at the same tick. Pure.
 Evalbus.stageBands = (stages, lastTick) => {
   const flags = stages.filter((stage) => stage.tick !== null)
     .map((stage) => ({ tick: stage.tick, number: stage.index, name: stage.name }))
@@ -19,14 +19,14 @@ Evalbus.stageBands = (stages, lastTick) => {
   return { flags, bands };
 };
 
-// Functions draw(timeline, context, lane) of the kinds of lanes.
+// The function draw(timeline, context, lane) for each kind of lane.
 Evalbus.lanes = {
   stages(timeline, context, lane) {
     const { track, top, height } = lane, palette = timeline.palette;
     const { flags, bands } = Evalbus.stageBands(track.head.stages, track.last);
     const seconds = (tick) => tick * track.tickSeconds;
     const size = height - 8;
-    // Flags of equal or close ticks stand beside one another; a line marks the tick of each.
+    // Flags with equal or close ticks are drawn next to each other. A line marks the tick of each.
     let free = -Infinity;
     const places = flags.map((flag) => {
       const x = timeline.xOf(seconds(flag.tick)), left = Math.max(x, free);
@@ -71,7 +71,7 @@ Evalbus.lanes = {
     }
   },
 
-  // The gripper's opening as an area and each grasp as a bar.
+  // Draws the gripper's opening as an area and each grasp as a bar.
   gripper(timeline, context, lane) {
     const { track, gripper, index, top, height } = lane;
     const color = timeline.palette[Evalbus.roleOf(gripper, index, track.head)];
@@ -114,7 +114,7 @@ Evalbus.lanes = {
     }
   },
 
-  // A pinned curve of A and, if compared, of B.
+  // Draws a pinned curve of A and, if two episodes are compared, of B.
   curve(timeline, context, lane) {
     const range = lane.card && lane.curves.rangeOf(lane.card);
     if (!range) return;
@@ -128,7 +128,7 @@ Evalbus.lanes = {
   },
 };
 
-// Each kind has its own shape, so that marks can be distinguished without color.
+// Draws the marks of events. Each kind has its own shape, so that marks can be distinguished without color.
 Evalbus.eventMarks = {
   grasp(context, x, y, palette) {
     Evalbus.polygon(context, [[x - 5, y - 4], [x + 5, y - 4], [x, y + 5]], palette.text, true);
@@ -157,7 +157,7 @@ Evalbus.eventMarks = {
     context.arc(x, y, 7, 0, 2 * Math.PI);
     context.stroke();
   },
-  // A force limit is exceeded.
+  // Mark of a force limit that is exceeded.
   limit(context, x, y, palette) {
     Evalbus.polygon(context, [[x - 5, y - 5], [x + 5, y - 5], [x + 5, y + 5], [x - 5, y + 5]], palette.bad, false);
   },
@@ -173,7 +173,7 @@ Evalbus.eventMarks = {
   },
 };
 
-// Returns as much of the text as fits, with an ellipsis.
+// Returns the text or, if it is too wide, as much of it as fits and an ellipsis.
 Evalbus.shortened = (context, text, width) => {
   if (context.measureText(text).width <= width) return text;
   let length = text.length;

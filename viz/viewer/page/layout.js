@@ -1,4 +1,4 @@
-// Creates the elements of the page. This file does not depend on runs or episodes.
+// Creates the elements of the page, which do not depend on runs or episodes.
 "use strict";
 
 Evalbus.ICONS = {
@@ -20,7 +20,7 @@ Evalbus.makeLayout = (place) => {
   const button = (name, title, isFilled) => e("button", { type: "button", class: "ev-icon", title, "aria-label": title },
     icon(Evalbus.ICONS[name], isFilled));
   const parts = {};
-  // A report has its own h1.
+  // In a report, the title is an h2, because the report has its own h1.
   parts.title = e(place.dataset.from === "page" ? "h2" : "h1", { class: "ev-title" });
   parts.subtitle = e("p", { class: "ev-subtitle" });
   parts.state = e("span", { class: "ev-state-pill", role: "status" });

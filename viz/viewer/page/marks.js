@@ -1,5 +1,5 @@
-// Marks in the 3D scene: contacts, wrist trajectories, and the line of minimum clearance to geoms that must
-// not be touched.
+// Marks in the 3D scene: contacts, wrist trajectories, and the line of minimum clearance to geoms that the robot must not
+// touch.
 "use strict";
 
 Evalbus.Marks = class {
@@ -14,7 +14,7 @@ Evalbus.Marks = class {
       return one;
     };
 
-    // One pin per contact: its head is at the contact point; its shaft is along the normal and longer for
+    // There is one pin per contact. Its head is at the contact point. Its shaft is along the normal, and is longer for
     // deeper contacts.
     const limit = Evalbus.Marks.MOST_CONTACTS;
     const colors = { wanted: palette.o2, collision: palette.bad, other: palette.none };
@@ -64,8 +64,7 @@ Evalbus.Marks = class {
     this.size = new THREE.Vector3();
   }
 
-  // Returns {slot, offset}: index of the wrist's body in `bodies`, and the position of the wrist on this
-  // body.
+  // Returns {slot, offset}: the index of the wrist's body in `bodies`, and the wrist's position in the frame of this body.
   wristOf(arm, k) {
     const wrist = (this.world.head.wrists || []).find((one) => one.arm === arm);
     const body = wrist ? wrist.body : (this.track.head.wrist_body || [])[k];
@@ -105,7 +104,7 @@ Evalbus.Marks = class {
       this.point.fromArray(track.contactPosition.data, 3 * c);
       this.along.fromArray(track.contactNormal.data, 3 * c).normalize();
       this.turn.setFromUnitVectors(up, this.along);
-      // 2 cm, plus 1 cm per 0.5 mm of penetration depth.
+      // The length is 2 cm, plus 1 cm per 0.5 mm of penetration depth.
       const length = 0.02 + Math.min(0.08, 20 * Math.max(0, track.contactDepth.data[c]));
       this.pins[kind].head.setMatrixAt(k, this.matrix.compose(this.point, this.turn, this.size.set(1, 1, 1)));
       this.pins[kind].shaft.setMatrixAt(k, this.matrix.compose(this.point, this.turn, this.size.set(1, length, 1)));
@@ -125,7 +124,7 @@ Evalbus.Marks = class {
       if (!trail.line.visible) continue;
       if (trail.filled < this.track.ticks || trail.version !== this.track.version) {
         trail.version = this.track.version;
-        // Recomputes the last point, because its tick may have been missing when it was computed.
+        // The last point is computed again, because its tick may have been missing when it was computed.
         const from = Math.max(0, trail.filled - 1);
         const before = trail.points.data;
         trail.points.fit(3 * this.track.ticks);
@@ -146,7 +145,7 @@ Evalbus.Marks = class {
 
   updateClearance(tick) {
     const points = this.track.clearance.data, at = 6 * tick;
-    // Logs recorded before these points were part of the messages contain zeros.
+    // Logs that were recorded before these points were part of the messages contain zeros.
     const isKnown = at + 6 <= points.length && !Number.isNaN(points[at])
       && points.subarray(at, at + 6).some((one) => one !== 0);
     this.clearance.visible = this.shows.clearance && isKnown && this.track.clearance.data.length > 0;
@@ -156,7 +155,7 @@ Evalbus.Marks = class {
     ends.needsUpdate = true;
   }
 
-  // Midpoint of the clearance line; null if none is shown.
+  // Returns the midpoint of the clearance line, or null if no line is shown.
   clearanceMiddle() {
     if (!this.clearance.visible) return null;
     const p = this.clearance.geometry.attributes.position.array;

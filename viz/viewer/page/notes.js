@@ -32,7 +32,7 @@ Evalbus.Notes = class {
     return (notes && notes.get(episode)) || "";
   }
 
-  // title: names the episode.
+  // title: text that names the episode.
   edit(run, episode, title) {
     this.edited = [run, episode];
     Evalbus.setText(this.title, `Note on ${title}`);

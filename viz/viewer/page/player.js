@@ -1,4 +1,4 @@
-// The current time within an episode, in ticks. It is paused, playing, or following a live episode.
+// The current time within an episode, in ticks. The player is paused, plays the episode, or follows a live episode.
 "use strict";
 
 Evalbus.Player = class {
@@ -9,7 +9,7 @@ Evalbus.Player = class {
     this.rate = 1;
     this.isPlaying = false;
     this.isFollowing = false;
-    // How long the end has been shown.
+    // Time for which the end has been shown.
     this.rested_s = 0;
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   }
@@ -52,19 +52,19 @@ Evalbus.Player = class {
     this.rate = 1;
   }
 
-  // Advances by seconds of wall time; returns whether the time has changed. Playback does not skip the time
-  // lost by a slow frame or a hidden page. Following does, because it could not catch up otherwise.
+  // Advances by seconds of wall time. Returns whether the current time has changed. After a slow frame or while the page is
+  // hidden, playback does not skip the lost time. Following skips it, because it could not catch up otherwise.
   advance(elapsed_s) {
     const before = this.tick;
     if (this.isFollowing) {
-      // Smooths ticks that arrive in bursts, with a delay of about 0.1 s.
+      // Ticks may arrive in bursts. They are smoothed with a delay of about 0.1 s.
       const part = this.isCalm ? 1 : 1 - Math.exp(-elapsed_s / 0.12);
       this.tick = this.last - this.tick < 0.02 ? this.last : this.tick + (this.last - this.tick) * part;
     } else if (this.isPlaying) {
       this.tick = Math.min(this.last, this.tick + Math.min(0.25, elapsed_s) * this.rate / this.tickSeconds);
       if (this.tick >= this.last) this.isPlaying = false;
     }
-    // Counts from the frame in which the end was shown.
+    // The time is counted from the first frame that shows the end.
     this.rested_s = before >= this.last ? this.rested_s + elapsed_s : 0;
     return this.tick !== before;
   }

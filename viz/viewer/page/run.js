@@ -28,7 +28,7 @@ Evalbus.EpisodeList = class extends Evalbus.RowList {
     this.apply();
   }
 
-  // current, other: keys of the episodes shown; live: number of the episode in progress, or null.
+  // current, other: keys of the episodes that are shown. live: number of the episode in progress, or null.
   show(rows, current, other, live) {
     this.current = current;
     this.other = other;
@@ -128,7 +128,7 @@ Evalbus.RunPanel = class {
       this.pacing, this.healthTitle, this.health, this.logTitle, this.log);
   }
 
-  // runs: all runs; run: the one to show, as {info, episodes, lines}.
+  // runs: all runs. run: the run to show, as {info, episodes, lines}.
   show(runs, run, current, other) {
     const info = run.info;
     this.showRuns(runs, info.run);

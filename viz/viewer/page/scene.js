@@ -1,4 +1,4 @@
-// The 3D image: a canvas that shows one or two episodes, and its cameras. It is redrawn only if something has
+// The 3D image: a canvas that shows one or two episodes, and the cameras of the canvas. It is redrawn only if something has
 // changed.
 "use strict";
 
@@ -9,7 +9,7 @@ Evalbus.SceneView = class {
     this.assets = assets;
     this.palette = palette;
     this.canvas = Evalbus.element("canvas", { class: "ev-canvas", tabindex: "-1", "aria-label": "the scene in 3D" });
-    // Requests the context here, because three.js would log errors to the console if WebGL is missing.
+    // The context is requested here, because three.js would log errors to the console if WebGL is missing.
     const options = { antialias: true, alpha: false, powerPreference: "high-performance", stencil: false };
     const context = this.canvas.getContext("webgl2", options) || this.canvas.getContext("webgl", options);
     if (!context) throw new Error("this browser has no WebGL");
@@ -17,7 +17,7 @@ Evalbus.SceneView = class {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.autoClear = false;
-    // Hidden until the first image, because an empty canvas is black.
+    // The canvas is hidden until the first image, because an empty canvas is black.
     this.canvas.style.visibility = "hidden";
     place.prepend(this.canvas);
     this.label = Evalbus.element("div", { class: "ev-clearance", hidden: "" });
@@ -47,7 +47,7 @@ Evalbus.SceneView = class {
     this.scratch = new THREE.Vector3();
     this.watcher = new ResizeObserver(() => {
       this.resize();
-      // Resizing clears the canvas to black, so it is redrawn before the browser paints it.
+      // Resizing makes the canvas black, so it is redrawn before the browser paints it.
       this.draw();
     });
     this.watcher.observe(place);
@@ -71,8 +71,8 @@ Evalbus.SceneView = class {
     this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
   }
 
-  // tracks: one, or two to compare. Resolves to true when they are shown, to false if a later call has
-  // replaced this one.
+  // tracks: one episode, or two to compare. Resolves to true when they are shown, and to false if a later call has replaced
+  // this call.
   async show(tracks, isBeside) {
     const turn = this.turn = (this.turn || 0) + 1;
     const scenes = await Promise.all(tracks.map((track) => this.assets.scene(track.head.scene)));
@@ -89,7 +89,7 @@ Evalbus.SceneView = class {
         scene.add(this.skyOf(world.head.sky));
         const headlight = world.head.headlight;
         if (headlight) {
-          // A light at the camera; draw() updates its position.
+          // This light is at the camera. draw() updates its position.
           scene.headlight = new THREE.DirectionalLight(new THREE.Color(...headlight.diffuse), 1);
           scene.add(scene.headlight, scene.headlight.target);
         }
@@ -109,8 +109,8 @@ Evalbus.SceneView = class {
     return true;
   }
 
-  // Replaces the data of a shown episode by more complete data of the same episode. Returns false if its
-  // appearance differs; show() must then be called.
+  // Replaces the data of a shown episode by more complete data of the same episode. Returns false if the appearance differs.
+  // In this case, show() must be called.
   exchange(before, track) {
     const looks = (one) => JSON.stringify([one.head.scene, one.head.bodies, one.head.arms, one.head.appearance]);
     if (looks(before) !== looks(track)) return false;
@@ -173,7 +173,7 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
-  // Takes the camera of another view.
+  // Takes over the camera of another view.
   lookLike(other) {
     this.cameraName = other.cameraName;
     this.isFreed = true;
@@ -196,7 +196,7 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
-  // Switches to the free camera at the current pose; it orbits around the point at the center of the image.
+  // Switches to the free camera at the current pose. It orbits around the point at the center of the image.
   setFree() {
     if (this.cameraName === null && this.isFreed) return;
     const way = this.camera.getWorldDirection(new THREE.Vector3());
@@ -253,7 +253,7 @@ Evalbus.SceneView = class {
     this.isDirty = true;
   }
 
-  // ticks: of A and of B. lit: index of the current stage's object, for each.
+  // ticks: current ticks of A and of B. lit: for A and B, index of the current stage's object.
   update(ticks, lit) {
     this.views.forEach(({ world, marks }, k) => {
       world.update(ticks[k]);
@@ -263,7 +263,7 @@ Evalbus.SceneView = class {
     this.isDirty = true;
   }
 
-  // Called for each animation frame; draws if something has changed.
+  // Called for each animation frame. Draws if something has changed.
   draw() {
     if (this.isGone || this.isLost || !this.views.length) return false;
     if (this.cameraName === null) {
@@ -306,8 +306,8 @@ Evalbus.SceneView = class {
       `translate(${((middle.x + 1) / 2 * width + 8).toFixed(1)}px, ${((1 - middle.y) / 2 * this.height).toFixed(1)}px)`;
   }
 
-  // Adapts the quality to the time that the last drawn frame took. On machines that render in software, the
-  // resolution is reduced first and shadows are switched off last, to keep the frame rate.
+  // Adapts the quality to the time that the last drawn frame took. On machines that render in software, this keeps the frame
+  // rate: the resolution is reduced first, and shadows are switched off last.
   adapt(took_ms) {
     this.slow = took_ms > 70 ? this.slow + Math.min(3, took_ms / 70) : Math.max(0, this.slow - 1);
     if (this.slow < 8) return;

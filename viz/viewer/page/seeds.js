@@ -1,9 +1,9 @@
-// The matrix of seeds: rows are policies, columns seeds; a cell is a check mark, or the letter of the failure
-// reason. A click shows the episode beside the best policy on its seed.
+// The matrix of seeds. Rows are policies and columns are seeds. A cell contains a check mark or the letter of the failure
+// reason. A click shows the episode next to the best episode of another policy with this seed.
 "use strict";
 
-// Returns a letter for each reason, most frequent first: the initial of one of its words if that is free, else the
-// first free letter.
+// Returns a letter for each reason. reasons: the most frequent first. The letter is the initial of one of the reason's words
+// if that is free, otherwise the first free letter.
 Evalbus.lettersOf = (reasons) => {
   const letters = new Map(), used = new Set();
   for (const reason of reasons) {
@@ -16,8 +16,8 @@ Evalbus.lettersOf = (reasons) => {
   return letters;
 };
 
-// Returns the row to show beside `row`: among the other policies' episodes with its seed the fastest success, else
-// the first; null if there is none.
+// Returns the row to show next to `row`, among the episodes of other policies with the same seed: the fastest success or, if
+// there is none, the first episode. Returns null if there are no such episodes.
 Evalbus.partnerOf = (row, rows) => {
   const others = rows.filter((one) => one && one !== row && one.policy !== row.policy && one.has_track !== false);
   const best = others.filter((one) => one.success && one.complete).sort((a, b) => a.time_s - b.time_s)[0];
@@ -44,7 +44,7 @@ Evalbus.Seeds = class {
       this.tasks.addEventListener(kind, (event) => this.hover(this.rowOf.get(event.target) || null, event.target));
     }
     for (const kind of ["pointerleave", "focusout"]) this.tasks.addEventListener(kind, () => this.isRedrawing || this.hover(null));
-    // Each matrix is one stop of the Tab key; the arrow keys move within it.
+    // Each matrix is one stop of the Tab key. The arrow keys move within the matrix.
     this.tasks.addEventListener("focusin", (event) => this.stopAt(event.target));
     this.tasks.addEventListener("keydown", (event) => this.step(event));
     new ResizeObserver(() => this.place.clientWidth !== this.width && this.redraw()).observe(this.place);
@@ -74,7 +74,7 @@ Evalbus.Seeds = class {
     this.letters = Evalbus.lettersOf(reasons.map(([reason]) => reason));
     this.showLegend(reasons, rows.flat().some((row) => !row.complete));
     this.onlyDifferent.parentElement.hidden = policies.length < 2;
-    // New episodes do not take the keyboard focus away.
+    // The keyboard focus must be kept when new episodes arrive.
     const focused = this.rowOf.get(document.activeElement);
     this.focused = focused && Evalbus.keyOf(focused);
     this.toFocus = null;
@@ -90,7 +90,7 @@ Evalbus.Seeds = class {
     else if (focused) this.hover(null);
   }
 
-  // Width of the policies' names (px), of which long ones are shortened.
+  // Width of the policies' names, px. Longer names are shortened.
   nameWidth() {
     const context = document.createElement("canvas").getContext("2d");
     context.font = `13px ${getComputedStyle(this.place).fontFamily}`;
@@ -106,7 +106,7 @@ Evalbus.Seeds = class {
       hasIncomplete ? e("span", {}, e("i", { class: "ev-cell", "data-outcome": "incomplete" }, "–"), " not scored") : "");
   }
 
-  // rows: of each policy.
+  // rows: rows of each policy.
   matrix(task, policies, rows) {
     const e = Evalbus.element;
     const bySeed = new Map();
@@ -154,7 +154,8 @@ Evalbus.Seeds = class {
     event.preventDefault();
     event.stopPropagation();
     const [dx, dy] = ways[event.key];
-    // Along a row the bands follow each other; a step down from the last row of a band leads to the first of the next.
+    // A step along a row continues in the next band. A step down from the last row of a band leads to the first row of the
+    // next band.
     const lines = [...event.target.closest(".ev-matrix").querySelectorAll(".ev-seed-line:not([aria-hidden])")]
       .map((line) => [...line.querySelectorAll(".ev-cell")]);
     const perBand = this.board.head.policies.length;

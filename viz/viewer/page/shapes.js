@@ -2,8 +2,7 @@
 "use strict";
 
 Evalbus.shapes = {
-  // size: MuJoCo's half sizes. Capsules and cylinders are aligned with z. far: size at which an infinite
-  // plane is drawn.
+  // size: MuJoCo's half sizes. Capsules and cylinders are aligned with z. far: size with which an infinite plane is drawn.
   primitive(shape, size, far) {
     const [x, y, z] = size;
     const upright = (geometry) => geometry.rotateX(Math.PI / 2);
@@ -37,7 +36,7 @@ Evalbus.shapes = {
       geometry.setAttribute("normal", new THREE.BufferAttribute(block.values("normals"), 3));
       return geometry;
     }
-    // Without normals in the block, faces are flat-shaded.
+    // If the block contains no normals, faces are flat-shaded.
     const flat = geometry.toNonIndexed();
     flat.computeVertexNormals();
     return flat;
@@ -49,8 +48,8 @@ Evalbus.shapes = {
       new THREE.Vector3(1, 1, 1));
   },
 
-  // Merges many {geometry, matrix, repeat} into one geometry. repeat: texture repetitions per meter; a mesh
-  // without texture coordinates is mapped from above, as in MuJoCo.
+  // Merges many {geometry, matrix, repeat} into one geometry. repeat: texture repetitions per meter. The texture of a mesh
+  // without texture coordinates is projected from above, as in MuJoCo.
   merge(parts) {
     let vertices = 0, corners = 0;
     for (const { geometry } of parts) {

@@ -1,6 +1,5 @@
-// Sources of blocks: a server (LiveSource) or the page itself (PackedSource). Both notify `listener` with
-// {run, episodes, log, track, ticks, connection}, a server also with {board, notes, judge}; they load blocks and episodes on
-// demand.
+// Sources of blocks: a server (LiveSource) or the page itself (PackedSource). Both call {run, episodes, log, track, ticks,
+// connection} of `listener`; a server also calls {board, notes, judge}. Blocks and episodes are loaded on demand.
 "use strict";
 
 // Cache of asynchronously created values by key. Failures are not cached.
@@ -27,7 +26,7 @@ Evalbus.LiveSource = class {
     this.tracks = new Map();  // tracks of the episodes in progress, by run
     this.pause_ms = 500;
     this.blocks = new Evalbus.Once((id) => this.fetchBlock(`block/${encodeURIComponent(id)}`));
-    // Relative, because the path of the page may contain the access token.
+    // URLs are relative, because the path of the page may contain the access token.
     this.address = (path) => new URL(path, location.href);
   }
 
@@ -84,7 +83,7 @@ Evalbus.LiveSource = class {
     if (this.socket && this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ note: { run, episode, text } }));
   }
 
-  // Returns false if there is no connection.
+  // Sends a verdict. Returns false if there is no connection.
   sendVerdict(verdict) {
     if (!this.socket || this.socket.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify({ verdict }));
@@ -110,7 +109,7 @@ Evalbus.LiveSource = class {
     return new Evalbus.Track(await this.fetchBlock(`episode/${run}/${episode}`));
   }
 
-  // Returns whether episode(run, episode) is available at all.
+  // Returns whether the source can provide an episode.
   has() {
     return true;
   }

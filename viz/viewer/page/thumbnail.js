@@ -1,11 +1,11 @@
-// Small 3D images of episodes: the seconds around the moment that decided one, and the scene at the time under the
-// pointer. One renderer draws them all, one at a time.
+// Small 3D images of episodes: the seconds around an episode's decisive moment, and the scene at the time under the pointer.
+// A single renderer draws all images, one at a time.
 "use strict";
 
-// The moment that decided the episode (s): that of its cause, else its end; null if neither is known.
+// Returns the decisive moment of an episode (s): the time of its cause, otherwise its end; null if neither is known.
 Evalbus.momentOf = (row) => (Number.isFinite(row.cause_time_s) ? row.cause_time_s : row.time_s);
 
-// Links lead to one second before that moment.
+// Returns the time at which links open an episode: one second before its decisive moment.
 Evalbus.startOf = (row) => Math.max(0, (Evalbus.momentOf(row) || 0) - 1);
 
 Evalbus.Thumbnails = class {
@@ -15,15 +15,15 @@ Evalbus.Thumbnails = class {
     this.load = load;
     this.palette = palette;
     this.place = Evalbus.element("div", { class: "ev-thumbnail", "aria-hidden": "true" });
-    // Holds the place, outside the window, while nothing is played: the renderer needs its size.
+    // Contains the place, outside the window, while nothing is played, because the renderer needs the size of the place.
     this.home = Evalbus.element("div", { class: "ev-thumbnail-home" }, this.place);
-    this.tracks = [];  // in the scene
+    this.tracks = [];  // tracks in the scene
     this.isPlaying = false;
     this.onIdle = () => {};
     this.queue = Promise.resolve();
   }
 
-  // Returns whether this browser can draw them.
+  // Creates the renderer if necessary. Returns whether this browser can draw the images.
   begin() {
     if (this.scene || this.isUnable) return Boolean(this.scene);
     try {
@@ -45,7 +45,7 @@ Evalbus.Thumbnails = class {
     return this.present(parent, () => this.prepare(row), (elapsed_s) => from + (isCalm ? 1 : Math.min(span, elapsed_s % (span + 0.4))));
   }
 
-  // Shows these tracks, with the camera of the scene `view`, at the time timeAt() (s), until another call or stop().
+  // Shows these tracks at the time timeAt() (s), with the camera of the scene `view`, until another call or stop().
   follow(view, tracks, isBeside, parent, timeAt) {
     return this.present(parent, async () => {
       if (!await this.showTracks(tracks, isBeside)) return false;
@@ -54,7 +54,7 @@ Evalbus.Thumbnails = class {
     }, timeAt);
   }
 
-  // prepare(): resolves to whether the scene can be shown. timeAt(elapsed_s): the time (s) to show.
+  // prepare(): resolves to whether the scene can be shown. timeAt(elapsed_s): returns the time (s) to show.
   async present(parent, prepare, timeAt) {
     const turn = this.turn = (this.turn || 0) + 1;
     if (!this.begin()) return;
@@ -85,8 +85,8 @@ Evalbus.Thumbnails = class {
     this.onIdle();
   }
 
-  // Draws the decisive moment of a row into a canvas of the same shape. Resolves to false if there is no image,
-  // and to null if present() came in between.
+  // Draws the decisive moment of a row into a canvas with the aspect ratio of the images. Resolves to false if there is no
+  // image, and to null if present() was called meanwhile.
   still(row, canvas) {
     if (!this.begin()) return Promise.resolve(false);
     return this.enqueue(async () => {
@@ -99,7 +99,7 @@ Evalbus.Thumbnails = class {
     });
   }
 
-  // Runs one job after another, because they share the scene; a failed one counts as false.
+  // Runs jobs one after another, because they share the scene. A failed job resolves to false.
   enqueue(job) {
     const done = this.queue.then(job).catch(() => false);
     this.queue = done;
@@ -114,7 +114,7 @@ Evalbus.Thumbnails = class {
   }
 
   async showTracks(tracks, isBeside) {
-    // Recreating the bodies takes longer than drawing them.
+    // Tracks that are in the scene are kept, because creating their bodies takes longer than drawing them.
     const isInScene = tracks.length === this.tracks.length && tracks.every((track, k) => track === this.tracks[k])
       && isBeside === this.isBeside;
     if (isInScene) return true;
@@ -132,7 +132,7 @@ Evalbus.Thumbnails = class {
     this.scene.draw();
   }
 
-  // Frees the graphics memory; the next image allocates it again.
+  // Frees the graphics memory. The next image allocates it again.
   release() {
     this.stop();
     if (this.scene) this.scene.dispose();

@@ -1,7 +1,8 @@
-// The timeline below the image: stages, grasps, events, pinned curves. A click seeks to its time; the wheel zooms.
+// The timeline below the image: stages, grasps, events, pinned curves. A click seeks to the time under the pointer, and the
+// wheel zooms.
 "use strict";
 
-// End of an episode's time axis: its duration or, while it is running, a length that grows in steps.
+// Returns the end of an episode's time axis: its duration or, while it is running, a length that grows in steps.
 Evalbus.axisEnd = (track) => {
   if (track.head.is_over) return Math.max(track.last * track.tickSeconds, track.tickSeconds);
   const now = track.last * track.tickSeconds;
@@ -10,7 +11,8 @@ Evalbus.axisEnd = (track) => {
   return track.head.time_limit_s ? Math.min(end, Math.max(now, track.head.time_limit_s)) : end;
 };
 
-// The part of [0, end] (s) that is shown after zooming `view` by `factor` around the time `center`; null: all of it. Pure.
+// Returns the part of [0, end] (s) that is shown after zooming `view` by `factor` around the time `center`, or null if all
+// of it is shown. Pure.
 Evalbus.zoomed = (view, end, center, factor, least) => {
   const { from, to } = view || { from: 0, to: end };
   const span = Math.max(least, (to - from) * factor);
@@ -20,14 +22,14 @@ Evalbus.zoomed = (view, end, center, factor, least) => {
 };
 
 Evalbus.Timeline = class {
-  // onSeek(tick): also called while dragging. onView(): the shown part of the time axis has changed. onPoint(place): the
-  // scene at the time `pointed` is wanted in the element `place`; null: no longer.
+  // onSeek(tick): called for a click and while dragging. onView(): called when the shown part of the time axis has changed.
+  // onPoint(place): requests the scene at the time `pointed` in the element `place`; onPoint(null) ends this.
   constructor(place, onSeek, onView, onPoint) {
     const e = Evalbus.element;
     this.onSeek = onSeek;
     this.onView = onView;
     this.onPoint = onPoint;
-    this.pointed = null;  // s, of a tick; null unless the pointer rests on or moves over the plot
+    this.pointed = null;  // time of a tick under the pointer, s; null if the pointer is not over the plot
     this.view = null;  // {from, to} in s if zoomed
     this.canvas = e("canvas", { class: "ev-lanes" });
     this.cursor = e("div", { class: "ev-cursor" });
@@ -61,7 +63,8 @@ Evalbus.Timeline = class {
     new ResizeObserver(() => this.redraw()).observe(this.slider);
   }
 
-  // tracks: A and, if compared, B. pins: cards of `curves` that are shown as lanes. parting: null, or {tick, text}.
+  // tracks: A and, if two episodes are compared, B. pins: cards of `curves` that are shown as lanes. parting: null, or
+  // {tick, text} of the point where A and B diverge.
   show(tracks, palette, { curves, pins, parting }) {
     if (!this.tracks || tracks.length !== this.tracks.length || tracks.some((track, k) => track !== this.tracks[k])) this.setPointed(null);
     const keys = tracks.map((track) => track.key).join();
@@ -126,7 +129,7 @@ Evalbus.Timeline = class {
     this.onSeek(this.tickAt(Math.max(0, Math.min(this.end, this.timeAt(event)))));
   }
 
-  // In a page that scrolls, the wheel zooms only with Ctrl. With Shift or sideways it moves the shown part.
+  // In a page that scrolls, the wheel zooms only with Ctrl. With Shift, or sideways, it moves the shown part.
   turn(event) {
     const isScrolling = document.scrollingElement.scrollHeight > innerHeight + 1;
     if (!this.tracks || (isScrolling && !event.ctrlKey)) return;
@@ -142,7 +145,7 @@ Evalbus.Timeline = class {
     }
   }
 
-  // Zooms around a time, or around the current time.
+  // Zooms around a time or, if none is given, around the current time.
   zoom(factor, time_s) {
     if (!this.tracks || !this.tracks.length) return;
     const { tickSeconds } = this.tracks[0];
@@ -153,7 +156,7 @@ Evalbus.Timeline = class {
   setView(view) {
     this.view = view;
     if (this.isViewDue) return;
-    // Redraws at most once per animation frame.
+    // The timeline is redrawn at most once per animation frame.
     this.isViewDue = true;
     requestAnimationFrame(() => {
       this.isViewDue = false;
@@ -170,13 +173,13 @@ Evalbus.Timeline = class {
     const isPlot = x >= this.left - 7 && x <= this.plotRight + 7;
     this.tip.hidden = this.hover.hidden = !isPlot;
     const time = Math.max(0, Math.min(this.end, this.timeAt(event)));
-    // While it is dragged, the scene itself shows this time.
+    // While the pointer is dragged, no image is needed, because the scene itself shows this time.
     this.setPointed(isPlot && !this.isDragged ? time : null, x);
     if (!isPlot) return;
     this.hover.style.transform = `translateX(${this.xOf(time).toFixed(1)}px)`;
     const lane = this.lanes.find((one) => y >= one.top && y < one.top + one.height);
     const near = (this.marks || []).filter((mark) => (mark.lane === lane || mark.lane === null) && x >= mark.from - 6 && x <= mark.to + 6);
-    // The narrowest and closest of several marks.
+    // If there are several marks, the narrowest is selected and, among equally narrow marks, the closest.
     near.sort((a, b) => (a.to - a.from) - (b.to - b.from) || Math.abs(a.from - x) - Math.abs(b.from - x));
     const text = lane && lane.kind === "curve" ? lane.curves.textAt(lane.card, time) : near.length ? near[0].text : "";
     Evalbus.setText(this.tip, [near.length && near[0].isPoint ? "" : `${time.toFixed(2)} s`, text].filter(Boolean).join(" · "));
@@ -185,7 +188,7 @@ Evalbus.Timeline = class {
     this.tip.style.bottom = `${box.height - (lane ? lane.top : 0) + 4}px`;
   }
 
-  // Shows the image of a time (s) above the point x of the timeline; null hides it.
+  // Shows the image of a time (s) above the point x of the timeline. setPointed(null) hides it.
   setPointed(time_s, x) {
     const was = this.pointed;
     this.pointed = time_s === null ? null : this.tickAt(time_s) * this.tracks[0].tickSeconds;
@@ -260,7 +263,7 @@ Evalbus.Timeline = class {
     this.mark(null, x - 2, x + 2, this.parting.text, true);
   }
 
-  // Registers the text of the tooltip between two x. isPoint: the text contains its time.
+  // Registers the text of the tooltip between two x coordinates. isPoint: whether the text contains the time.
   mark(lane, from, to, text, isPoint = false) {
     this.marks.push({ lane, from, to, text, isPoint });
   }
@@ -270,7 +273,7 @@ Evalbus.Timeline = class {
     if (!this.tracks || !this.tracks.length) return;
     const track = this.tracks[0], time = tick * track.tickSeconds;
     if (this.view && (time < this.view.from || time > this.view.to) && !this.isViewDue && tick !== this.keptTick) {
-      // The shown part follows the cursor, but not if it was moved away from the cursor.
+      // The shown part follows the cursor, unless the user has moved it away from the cursor.
       const span = this.to - this.from;
       const from = Math.max(0, Math.min(this.end - span, time - (time > this.view.to ? 0.1 : 0.9) * span));
       this.setView({ from, to: from + span });

@@ -22,7 +22,7 @@ Evalbus.Track = class {
     this.ticks = 0;
     const rowsOf = (name) => (block.has(name) ? block.shape(name)[0] : 0);
     const rows = (name, Type) => Array.from({ length: rowsOf(name) }, () => new Evalbus.Growing(Type));
-    // Ordered by tick, then by body, so that the data of one frame is contiguous in memory.
+    // Values are ordered by tick, then by body, so that the data of one frame is contiguous in memory.
     this.position = new Evalbus.Growing(Float32Array);
     this.quat = new Evalbus.Growing(Float32Array);
     this.rows = rows("curves", Float32Array);
@@ -35,7 +35,7 @@ Evalbus.Track = class {
     this.contactNormal = new Evalbus.Growing(Float32Array);
     this.contactDepth = new Evalbus.Growing(Float32Array);
     this.missing = new Set();
-    this.images = [];  // by camera: ascending ticks, and one JPEG per tick
+    this.images = [];  // for each camera: ascending ticks, and one JPEG per tick
     this.version = 0;
     this.take(block, 0);
   }
@@ -51,7 +51,8 @@ Evalbus.Track = class {
     return block.head.run === this.run && block.head.episode === this.episode && block.head.attempt === this.attempt;
   }
 
-  // Returns false if ticks are missing in between; the whole episode must then be sent again.
+  // Appends a "ticks" block. Returns false if ticks before it are missing. In this case, the whole episode must be sent
+  // again.
   append(block) {
     if (block.head.from > this.ticks) return false;
     for (const [name, value] of Object.entries(block.head)) {
@@ -83,7 +84,7 @@ Evalbus.Track = class {
     ++this.version;
   }
 
-  // An image that arrived between two blocks may be contained in both.
+  // Adds the images of a block. An image that arrived between two blocks may be contained in both.
   takeImages(block) {
     const cameras = block.raw("image_camera"), ticks = block.raw("image_tick"), from = block.raw("image_from");
     const jpeg = block.raw("image_jpeg");
@@ -93,7 +94,7 @@ Evalbus.Track = class {
       images.ticks.push(ticks[k]);
       images.jpegs.push(jpeg.slice(from[k], from[k + 1]));
     });
-    // If a long episode exceeds the limit, every second image is dropped, repeatedly.
+    // Whenever a long episode exceeds the limit, every second image is dropped.
     const bytes = () => this.images.flatMap((one) => one.jpegs).reduce((sum, one) => sum + one.length, 0);
     while (bytes() > 64e6 && this.images.some((one) => one.ticks.length > 2)) {
       for (const images of this.images) {
@@ -103,7 +104,7 @@ Evalbus.Track = class {
     }
   }
 
-  // Returns the latest image of a camera at this tick; null before the first one.
+  // Returns the latest image of a camera at this tick, or null if there is none yet.
   imageAt(camera, tick) {
     const images = this.images[camera];
     if (!images) return null;

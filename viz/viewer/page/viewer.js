@@ -43,15 +43,15 @@ Evalbus.Viewer = class {
     this.parts.app.append(this.thumbnails.home);
     this.judge = new Evalbus.Judge(this);
     this.notes = new Evalbus.Notes((run, episode, text) => this.source.sendNote(run, episode, text));
-    // A report has no overview and no list of several runs.
+    // A report has neither an overview nor a list of several runs.
     this.views = this.isPacked ? null : new Evalbus.Views(this);
     this.bindParts();
-    // data-open: what a page without a selection in its URL opens.
+    // data-open: selection that the page opens if its URL contains none.
     this.wanted = this.readHash() || this.readHash(place.dataset.open);
     if (this.views) this.views.followHash();
     this.player.isFollowing = !this.isPacked && !this.wanted;
     this.player.isPlaying = this.player.isFollowing;
-    // Renders only while the viewer is visible: several viewers on a page must not all hold GPU resources.
+    // The viewer renders only while it is visible, so that several viewers on a page do not all hold GPU resources.
     new IntersectionObserver((entries) => this.setSeen(entries[entries.length - 1].isIntersecting)).observe(this.parts.view);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.palette = Evalbus.paletteOf(place);
@@ -114,7 +114,7 @@ Evalbus.Viewer = class {
 
   hearRun(head) {
     const run = this.runOf(head.run);
-    // A restarted server uses the number for a different run.
+    // A restarted server may use the number for a different run.
     if (run.info.name !== undefined && run.info.name !== head.name) Object.assign(run, { episodes: [], lines: [], track: null });
     const isLiveChanged = run.info.is_live !== head.is_live;
     run.info = head;
@@ -153,7 +153,7 @@ Evalbus.Viewer = class {
     if (before && before.head.is_over) this.keep(before);
     const shown = this.tracks[0];
     if (shown && shown.key === track.key && shown.attempt === track.attempt) {
-      // The same attempt again, with more complete data.
+      // The track contains more complete data of the attempt that is shown.
       this.tracks[0] = track;
       this.player.setLength(track.ticks, track.tickSeconds);
       this.showTracks();
@@ -215,7 +215,7 @@ Evalbus.Viewer = class {
     return track;
   }
 
-  // Shows an episode from Evalbus.openingTime or from time_s (seconds), and plays it unless isPlaying is false.
+  // Opens an episode at time_s (s) or, by default, at Evalbus.openingTime, and plays it unless isPlaying is false.
   async open(run, episode, time_s, isPlaying = true) {
     const turn = this.turn = (this.turn || 0) + 1;
     this.wanted = this.missed = null;
@@ -232,7 +232,7 @@ Evalbus.Viewer = class {
       if (isPlaying && !this.player.isCalm) this.player.play();
     } catch (error) {
       if (turn !== this.turn) return;
-      // Retried when the connection is restored.
+      // Opening is retried when the connection is restored.
       if (this.connectionState === "lost") this.missed = [run, episode, time_s, isPlaying];
       this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
     } finally {
@@ -251,7 +251,7 @@ Evalbus.Viewer = class {
     const turn = this.turn;
     try {
       const track = await this.trackOf(run, episode);
-      // Another episode has been opened in the meantime.
+      // Another episode may have been opened in the meantime.
       if (turn !== this.turn || !this.tracks.length) return;
       if (isBeside !== undefined) this.isBeside = isBeside;
       this.player.isFollowing = false;
@@ -262,7 +262,7 @@ Evalbus.Viewer = class {
     this.showAll();
   }
 
-  // Returns the episode with the same seed in another run; null if there is none.
+  // Returns the episode with the same seed in another run, or null if there is none.
   twin() {
     const track = this.tracks[0];
     if (!track || this.runs.size < 2) return null;
@@ -305,8 +305,8 @@ Evalbus.Viewer = class {
     this.showAll();
   }
 
-  // Opens the episode that the URL selects. Without a selection: in a report the first failure, for a
-  // finished run its first episode.
+  // Opens the episode that the URL selects. If it selects none, opens the first failure in a report, or the first episode of
+  // a finished run.
   openFirst() {
     if (this.tracks.length || this.isOpening !== null || (this.views && !this.views.isPlayer)) return;
     if (this.wanted) {
@@ -356,8 +356,8 @@ Evalbus.Viewer = class {
     return other ? [own, Math.min(tick * track.tickSeconds / other.tickSeconds, other.last)] : [own];
   }
 
-  // Returns the index of the object that the first unreached stage is about: the only object, or the one that
-  // the stage's name contains; -1 if there is none.
+  // Returns the index of the object of the first unreached stage: the only object, or the object that the stage's name
+  // contains. Returns -1 if there is none.
   litObject(track, tick) {
     const objects = track.head.objects || [];
     const stage = (track.head.stages || []).find((one) => one.tick === null || one.tick > tick);
@@ -417,22 +417,22 @@ Evalbus.Viewer = class {
     }
   }
 
-  // Shows the scene at the time under the pointer in an element above the timeline; null ends it.
+  // Shows the scene at the time under the pointer in `place`, an element above the timeline. If `place` is null, hides it.
   showPointed(place) {
     clearTimeout(this.pointTimer);
     this.thumbnails.stop();
     if (!place || !this.isSceneReady) return;
-    // Not for a pointer that only crosses the timeline.
+    // A delay avoids this for a pointer that only crosses the timeline.
     this.pointTimer = setTimeout(() => {
       place.hidden = false;
       this.thumbnails.follow(this.scene, this.tracks, this.scene.isBeside, place, () => this.timeline.pointed);
     }, 150);
   }
 
-  // Resolves to the scene as it is shown, as PNG; to null without an image.
+  // Resolves to a PNG of the scene as it is shown, or to null if there is no 3D image.
   imageOfScene() {
     if (!this.scene || !this.isSceneReady) return Promise.resolve(null);
-    // The browser may clear the canvas after it has shown it.
+    // The scene is drawn again, because the browser may clear the canvas after showing it.
     this.scene.isDirty = true;
     this.scene.draw();
     return new Promise((done) => this.scene.canvas.toBlob(done, "image/png"));
@@ -486,7 +486,7 @@ Evalbus.Viewer = class {
   showRun() {
     const run = this.runs.get(this.shownRun);
     if (!run || this.isRunDue) return;
-    // Updates at most once per animation frame.
+    // The panel is updated at most once per animation frame.
     this.isRunDue = true;
     requestAnimationFrame(() => {
       this.isRunDue = false;
@@ -536,7 +536,7 @@ Evalbus.Viewer = class {
     this.timeline.show(this.tracks, this.palette, { curves: this.curves, pins: this.curves.pins, parting: this.parting });
   }
 
-  // Finds where A and B, two episodes of one seed, diverge.
+  // Finds where A and B diverge, if they have the same seed.
   async findParting() {
     this.parting = null;
     const [track, other] = this.tracks;
@@ -627,7 +627,8 @@ Evalbus.Viewer = class {
     this.writeHash();
   }
 
-  // Following has ended if the run has finished and the end of its last episode has been shown.
+  // Returns whether playback continues. Following ends when the run has finished and the end of its last episode has been
+  // shown.
   isPlaying() {
     const run = this.tracks.length && this.runs.get(this.tracks[0].run);
     const isDone = run && run.info.is_over && this.tracks[0].head.is_over && this.player.tick >= this.player.last;
@@ -740,7 +741,7 @@ Evalbus.Viewer = class {
     return this.player.shown;
   }
 
-  // World pose of a body as drawn: {position_m, quat_wxyz}; which: 0 for A, 1 for B.
+  // Returns the pose of a body in the world frame as it is drawn: {position_m, quat_wxyz}. which: 0 for A, 1 for B.
   pose(name, which = 0) {
     const world = this.scene.views[which].world;
     const index = world.head.bodies.findIndex((body) => body.name === name);

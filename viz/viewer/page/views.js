@@ -1,5 +1,5 @@
-// The views of the page: overview, list of episodes, player. The address selects one: #/board, #/episodes:FILTER,
-// #view:...
+// The views of the page: overview, list of episodes, and player. The URL fragment selects one: #/board, #/episodes:FILTER,
+// or #view:...
 "use strict";
 
 Evalbus.Views = class {
@@ -33,7 +33,7 @@ Evalbus.Views = class {
     const isFirst = !this.board.head;
     this.board.hear(head);
     this.nav.hidden = false;
-    // A page of several runs opens with the overview, unless its address or the user has chosen something else.
+    // A page with several runs opens with the overview, unless its URL or the user has selected another view.
     if (isFirst && this.board.cells > 1 && !location.hash && !this.viewer.tracks.length) {
       history.replaceState(null, "", "#/board");
       this.choose("board");
@@ -42,7 +42,7 @@ Evalbus.Views = class {
     this.update();
   }
 
-  // Shows new data, at most ten times per second.
+  // Shows new data at most ten times per second.
   update() {
     if (this.isPlayer || this.timer) return;
     this.timer = setTimeout(() => {
@@ -56,7 +56,7 @@ Evalbus.Views = class {
     if (this.name === "episodes") this.episodes.show();
   }
 
-  // All runs together, like the head of a "run" block, for the head of the page.
+  // Returns a summary of all runs in the form of the head of a "run" block, for the head of the page.
   info() {
     const { policies, tasks, is_over } = this.board.head || { policies: [], tasks: [] };
     const count = (list, one, more) => `${list.length} ${list.length === 1 ? one : more}`;
@@ -69,7 +69,7 @@ Evalbus.Views = class {
   }
 
   choose(name) {
-    // A hidden field must not take the keys of the new view.
+    // A field of the previous view, which is now hidden, must not receive keys for the new view.
     const focused = document.activeElement;
     if (name !== this.name && focused && this.app.contains(focused)) focused.blur();
     this.name = name;
@@ -84,7 +84,7 @@ Evalbus.Views = class {
     if (name === "player") this.viewer.openFirst();
   }
 
-  // Returns whether the address selects a view other than an episode.
+  // Returns whether the URL fragment selects a view other than an episode.
   followHash() {
     let hash = location.hash;
     try {
@@ -105,7 +105,7 @@ Evalbus.Views = class {
   // Shows a row's outcome and its decisive seconds beside a node; null hides it.
   hover(row, node) {
     const key = row && Evalbus.keyOf(row);
-    // A matrix that is redrawn under the pointer does not restart the image.
+    // If a matrix is redrawn under the pointer, the image must not restart.
     if (key && key === this.hovered) return;
     this.hovered = key;
     clearTimeout(this.hoverTimer);
@@ -127,11 +127,11 @@ Evalbus.Views = class {
     const isAbove = box.bottom + tip.height + 8 > window.innerHeight && box.top > tip.height + 8;
     this.tip.style.transform = `translate(${left}px, ${isAbove ? box.top - tip.height - 6 : box.bottom + 6}px)`;
     image.hidden = row.has_track === false;
-    // Waits until the pointer rests, because the server reads the episode's log.
+    // The image is loaded only when the pointer rests, because the server must read the episode's log.
     if (!image.hidden) this.hoverTimer = setTimeout(() => this.thumbnails.play(row, image), 250);
   }
 
-  // ---- keys of the page; returns whether it was one of them
+  // ---- keys of the page; key() returns whether it has handled the event
 
   key(event) {
     const { key } = event;
@@ -159,7 +159,7 @@ Evalbus.Views = class {
     this.episodes.filter.select();
   }
 
-  // In the player: opens the next failure that the filter accepts. Elsewhere: selects it in the list.
+  // Finds the next failure that the filter accepts. In the player, opens it; in other views, selects it in the list.
   goToFailure(way) {
     this.episodes.show();
     const shown = this.isPlayer && this.viewer.tracks[0] ? this.viewer.tracks[0].key : this.episodes.selected;
@@ -171,7 +171,8 @@ Evalbus.Views = class {
     this.episodes.reveal(row);
   }
 
-  // In the player: the same task and seed of another policy. Elsewhere: the list of its episodes.
+  // In the player, opens the episode of another policy with the same task and seed. In other views, opens the list of the
+  // policy's episodes.
   goToPolicy(k) {
     const track = this.viewer.tracks[0];
     if (!this.isPlayer || !track) {
@@ -203,7 +204,7 @@ Evalbus.Views = class {
   }
 };
 
-// Renders an element as PNG: a copy of it, with the style sheets, inside an SVG image.
+// Renders an element as PNG. A copy of the element and the style sheets are put into an SVG image.
 Evalbus.imageOf = async (node) => {
   const width = node.clientWidth, height = node.scrollHeight;
   const copy = node.cloneNode(true);

@@ -1,5 +1,4 @@
-// The bodies of one episode as a scene graph: static bodies are merged into a few meshes; each moving body is
-// a group.
+// The bodies of one episode as a scene graph. Static bodies are merged into a few meshes, and each moving body is a group.
 "use strict";
 
 // Cache of geometries and textures for all episodes, because the robots of a run do not change.
@@ -40,7 +39,7 @@ Evalbus.Assets = class {
 };
 
 Evalbus.World = class {
-  // look: null, or the color in which moving bodies are drawn as a ghost.
+  // look: null, or the color in which moving bodies are drawn as translucent ghosts.
   constructor(scene, track, look) {
     this.head = scene.head;
     this.track = track;
@@ -62,7 +61,7 @@ Evalbus.World = class {
     this.look = look;
     this.made = [];
     this.bodies = this.head.bodies.map((body) => this.makeBody(body));
-    this.outlines = new Map();  // by object: meshes
+    this.outlines = new Map();  // meshes by object
     this.visualMeshes = this.build(visual, (geom) => this.materialOf(geom));
     this.collisionMeshes = null;
     if (!this.isGhost) this.addLights();
@@ -87,7 +86,7 @@ Evalbus.World = class {
     return entity && entity.object !== undefined && entity.object !== null ? entity.object : -1;
   }
 
-  // Merges geoms of the same body, or of all static bodies, into one mesh per material.
+  // Merges the geoms of a body, or of all static bodies, into one mesh per material.
   build(geoms, materialOf) {
     const groups = new Map();
     for (const geom of geoms) {
@@ -120,8 +119,8 @@ Evalbus.World = class {
     return meshes;
   }
 
-  // Matches MuJoCo's OpenGL shading, in which the maximum of a specular highlight is light times material for
-  // any shininess. In three.js it grows with the shininess.
+  // Creates a material that looks as in MuJoCo's OpenGL shading. There, the maximum of a specular highlight is light times
+  // material for any shininess. In three.js, the maximum increases with the shininess.
   materialOf(geom) {
     if (this.look) return { key: "ghost", make: () => this.ghostMaterial() };
     const own = geom.material === undefined || geom.material === null ? null : this.materials[geom.material];
@@ -142,7 +141,7 @@ Evalbus.World = class {
     return { key, make, object, repeat: texture ? (one) => this.repeatOf(own, one) : null };
   }
 
-  // Texture repetitions: per shape (given by two half sizes) or, if `uniform`, per meter.
+  // Returns the number of texture repetitions: per shape (given by two half sizes) or, if `uniform`, per meter.
   repeatOf(material, geom) {
     const [x, y] = geom.size_m || [1, 1];
     return material.repeat.map((times, k) => 0.5 * times / (material.uniform ? 1 : (k === 0 ? x : y) || 1));
@@ -192,7 +191,7 @@ Evalbus.World = class {
     let made;
     if (light.directional) {
       made = new THREE.DirectionalLight(color, 1);
-      // Centers the shadow camera on the scene.
+      // The shadow camera is centered on the scene.
       const middle = new THREE.Vector3(...(this.head.center_m || [0, 0, 0]));
       made.target.position.copy(middle);
       made.position.copy(middle).addScaledVector(direction, -3 * reach);
@@ -224,7 +223,7 @@ Evalbus.World = class {
     });
   }
 
-  // Outlines an object with the material of Evalbus.outlineMaterial(); -1 for none.
+  // Outlines an object with the material of Evalbus.outlineMaterial(). object: -1 for none.
   outline(object, material) {
     if (object >= 0 && !this.outlines.has(object)) {
       this.outlines.set(object, this.visualMeshes.filter((mesh) => mesh.object === object).map((mesh) => {
@@ -240,7 +239,7 @@ Evalbus.World = class {
     }
   }
 
-  // World pose of a pose in a body's frame.
+  // Converts a pose in a body's frame to the world frame.
   placeOf(body, position, quat, into) {
     const still = this.head.bodies[body];
     const group = this.bodies[body];
@@ -259,8 +258,8 @@ Evalbus.World = class {
   }
 };
 
-// Draws the back faces of a mesh, enlarged by two pixels along its normals: only the part beside the mesh is seen. The
-// uniform `pixel` is the size of a pixel in clip coordinates.
+// Draws the back faces of a mesh, enlarged by two pixels along its normals. Only the part outside of the mesh's silhouette
+// is visible. The uniform `pixel` is the size of a pixel in clip coordinates.
 Evalbus.outlineMaterial = () => new THREE.ShaderMaterial({
   uniforms: { pixel: { value: new THREE.Vector2(0.002, 0.002) } },
   vertexShader: "uniform vec2 pixel; void main() { gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); "
