@@ -36,8 +36,9 @@ struct VizOptions {
 
 class VizComponent : public Component {
  public:
-  // Throws InputError for invalid options, EnvironmentError if OSMesa is missing. If the scene lacks a
-  // camera, Bus::Handle throws InputError when the first MODEL arrives.
+  // Throws InputError for invalid options, and EnvironmentError if the font is missing. When the first MODEL
+  // arrives, Bus::Handle throws InputError if the scene lacks a camera, and EnvironmentError if OpenGL is
+  // missing.
   VizComponent(Bus* bus, const VizOptions& options);
 
   void Poll(SteadyTime now) override;

@@ -30,7 +30,8 @@ constexpr int kPositionValues = 3;
 // the posture, so the posture no longer pulls the arm away from the pose.
 constexpr double kIkTolerance = 1e-9;  // m and rad
 
-// If the search ends farther than this from the pose, it is repeated from the home position.
+// If the result of the search is farther than this from the pose, the search is repeated from the home
+// position.
 constexpr double kStuckPosition = 0.05;  // m
 constexpr double kStuckRotation = 0.2;   // rad
 
@@ -44,7 +45,7 @@ int FirstBody(const mjModel& model, const arm_info_t& arm) {
   throw InputError("arm \"" + arm.name + "\": the model has no joint at its first coordinate");
 }
 
-// Upper bound of the wrist's distance from the base's origin, for any joint positions (m).
+// Returns an upper bound of the wrist's distance from the base's origin for any joint positions, m.
 double Reach(const mjModel& model, const arm_info_t& arm) {
   const int base = model.body_parentid[FirstBody(model, arm)];
   const int site = mj_name2id(&model, mjOBJ_SITE, arm.wrist_site.c_str());
@@ -192,7 +193,7 @@ void ActionConverter::CheckSpace() const {
       }
     }
   }
-  // Two grippers may use the same value.
+  // Grippers are not checked for shared indices, because two grippers may use the same value.
   for (const ArmForm& form : space_.arms) {
     if (!form.gripper.index) continue;
     check_range(form, *form.gripper.index);

@@ -31,17 +31,19 @@ double ConditionNumber(const Jacobian& jacobian);
 // constant.
 Eigen::Isometry3d BasePose(const mjModel& model, const arm_info_t& arm);
 
-// Deterministic. Allocates only in the constructor and in the first Convert().
+// Converts the rows of action chunks. Deterministic. Allocates memory only in the constructor and in the
+// first Convert().
 class ActionConverter {
  public:
-  // Throws InputError, one line, if the space is inconsistent or does not fit the robot of `info`: an unknown
-  // arm (with suggestions), a wrong number of indices, an index that is out of range or used twice, an
-  // absolute pose in the wrist's own frame, a scale of the wrong length, an invalid gripper block.
+  // Throws InputError (one line) if the space is inconsistent or does not fit the robot of `info`. Examples
+  // are an unknown arm (with suggestions), a wrong number of indices, an index that is out of range or used
+  // twice, an absolute pose in the wrist's own frame, a scale of the wrong length, and an invalid gripper
+  // block.
   ActionConverter(const ActionSpace& space, const mjModel& model, const model_info_t& info);
 
   const ActionSpace& space() const { return space_; }
 
-  // Begins an episode: discards the targets and gripper states of the previous one.
+  // Begins an episode: discards the targets and gripper states of the previous episode.
   void Begin();
 
   // Converts one row (num_values values) of the policy into the command for the tick of `state`. step_s:

@@ -87,7 +87,7 @@ struct ActionSpace {
   std::vector<double> scale, offset, lower, upper;
 };
 
-// Names used in contracts and, for the kind, in POLICY_ACTION.
+// A value and its name in contracts. Names of action kinds are also used in POLICY_ACTION.
 template <typename T>
 struct Named {
   const char* name;

@@ -23,7 +23,7 @@ Execution ParseExecution(const std::string& text);
 
 class ChunkSchedule {
  public:
-  // A row of a chunk; chunks are counted from 0 within the episode.
+  // A row of a chunk. Chunks are numbered from 0 within an episode.
   struct Step {
     int64_t chunk = 0;
     int row = 0;
@@ -48,7 +48,7 @@ class ChunkSchedule {
   // Ticks must not decrease over the calls of At() and IsDue().
   std::optional<Step> At(int64_t tick);
 
-  // Tick that was observed for the chunk of the last At() that returned a row.
+  // Tick that was observed for the chunk whose row At() returned last.
   int64_t observed_tick() const { return current_.observed; }
 
   // Overlap of the chunk that has just arrived with the last one, for rtc. delay: number of its first rows
@@ -72,12 +72,12 @@ class ChunkSchedule {
   struct Chunk {
     int64_t number = -1;
     int64_t observed = 0;
-    // First tick that the chunk commands, and the tick to which its row 0 belongs.
+    // arrival: first tick that the chunk commands. origin: tick to which its row 0 belongs.
     int64_t arrival = 0, origin = 0;
     int num_rows = 0;
   };
   void Advance(int64_t tick);
-  // Number of rows that may be executed.
+  // Number of rows of the current chunk that may be executed.
   int usable_rows() const;
 
   Execution rule_;
@@ -92,8 +92,8 @@ class ChunkSchedule {
 // between them.
 double OlderWeight(int row, int delay, int overlap);
 
-// Joins a new chunk to the last one: each row within the overlap becomes the mean of both, weighted by
-// OlderWeight().
+// Joins a new chunk to the last chunk: each row within the overlap becomes the mean of both chunks, weighted
+// by OlderWeight().
 void JoinRows(std::span<const std::vector<double>> last, const ChunkSchedule::Overlap& overlap,
               std::vector<std::vector<double>>* rows);
 

@@ -1,4 +1,4 @@
-// Command of a policy that has not computed an action yet.
+// The action of a policy that has not computed an action yet.
 #pragma once
 
 #include "evalbus/action_t.hpp"
@@ -6,7 +6,8 @@
 
 namespace evalbus::policy {
 
-// Returns the action that keeps all joints where `state` has them, with open grippers. Its header is empty.
+// Returns an action that keeps all joints at their positions in `state` and opens the grippers. Its header is
+// empty.
 inline action_t HoldingAction(const state_t& state) {
   action_t action{};
   action.mode = action_t::JOINT_POSITION;

@@ -14,9 +14,9 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-// A vector shorter than this has no meaningful direction.
+// Vectors shorter than this have no meaningful direction.
 constexpr double kShortest = 1e-6;
-// If the cosine of the second Euler angle is below this, the other two rotate about the same axis.
+// If the cosine of the second Euler angle is below this, the other two angles rotate about the same axis.
 constexpr double kGimbalLock = 1e-12;
 
 [[noreturn]] void Fail(std::span<const double> values, const char* what) {

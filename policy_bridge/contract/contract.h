@@ -72,7 +72,7 @@ struct Contract {
   ClientOptions::GrootDialect groot_dialect = ClientOptions::GrootDialect::kDetect;
   Wire wire = Wire::kOpenpi;
   std::string url;
-  // Environment variable that contains the API key; empty: no key is sent.
+  // Environment variable that contains the API key. Empty: no key is sent.
   std::string api_key_env;
   Deadlines deadlines;
   // Largest number of observations (of different workers) in one request. Use more than 1 only if the server
@@ -95,7 +95,7 @@ struct Contract {
   };
   std::vector<TrainingSet> trained_on;
   std::filesystem::path PathOf(const TrainingSet& set) const { return file.parent_path() / set.name; }
-  // Prompt by task; other tasks use their own instruction.
+  // Prompts by task. For other tasks, the task's own instruction is the prompt.
   std::map<std::string, std::string> prompts;
 
   // Names of the answer's arrays, which are concatenated; and the meaning of the concatenated values.

@@ -61,7 +61,7 @@ bool ShowsSign(const std::string& what) {
   return what.starts_with("quaternion_") || what == "axis_angle_robosuite_rad";
 }
 
-// Joint coordinates of the fingers that carry a gripper's pads.
+// Returns the ids of the joints of the fingers that carry a gripper's pads.
 std::vector<int> FingerJoints(const mjModel& model, const gripper_info_t& gripper) {
   std::vector<int> joints;
   for (const int geom : gripper.pad_geom) {
@@ -152,7 +152,8 @@ class Readers {
     return {from, to};
   }
 
-  // Pose of an arm's flange or grip, in the world frame or the frame of its base.
+  // Returns a function that reads the pose of an arm's flange or grip, in the world frame or the frame of its
+  // base.
   std::function<Eigen::Isometry3d(const state_t&)> Pose(size_t arm, const Signal& signal) {
     const auto [from, to] = Ends(arm, signal);
     return [arm, from = from, to = to](const state_t& state) {

@@ -16,7 +16,7 @@ namespace evalbus::policy {
 struct Signal {
   // "ARM.WHAT" or "object.NAME.WHAT", where WHAT is one of ArmSignalNames() or ObjectSignalNames().
   std::string name;
-  // Indices of the values to use, in this order; empty: all.
+  // Indices of the values to use, in this order. Empty: all values.
   std::vector<int> indices;
   // Each value becomes value * scale + offset, rounded to `decimals` decimals (-1: not rounded).
   double scale = 1, offset = 0;

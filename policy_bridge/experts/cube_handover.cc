@@ -107,7 +107,7 @@ std::vector<Motion> CubeHandoverExpert::Next(const Configuration& now, const sta
   if (gives_up()) return {};
   ++attempts_;
   const Isometry3d rod = start.PoseOf(rod_);
-  // The arm on the rod's side is the giver, preferably at the end on its own side.
+  // The arm on the rod's side is tried first as the giver. It preferably takes the end on its own side.
   const int nearer = rod.translation().y() * side_[0] >= 0 ? 0 : 1;
   for (int giver : {nearer, 1 - nearer}) {
     const double own = rod.linear()(1, 1) * side_[giver] >= 0 ? 1 : -1;

@@ -15,7 +15,7 @@
 namespace evalbus::policy {
 namespace {
 
-// Largest distance of a joint from its home position at which the arm counts as at home, rad.
+// An arm counts as at home if no joint is farther than this from its home position, rad.
 constexpr double kAtHome = 0.02;
 
 }  // namespace
@@ -168,7 +168,7 @@ std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model
   try {
     return Experts().at(FamilyOf(task))(model, info);
   } catch (const InputError& error) {
-    // For example, roboeval/lift_tray lacks the sites of our own tray.
+    // For example, the tray of roboeval/lift_tray lacks the sites that the tray of lift_tray has.
     throw InputError(std::string("policy \"expert\": ") + error.what());
   }
 }

@@ -16,7 +16,7 @@ namespace evalbus::policy {
 
 // Indices of the arms of a two-armed robot: the left arm is on +y, the right arm on -y.
 inline constexpr int kLeft = 0, kRight = 1;
-// Time by which objects that a task drops at time 0 have come to rest.
+// Time at which objects that a task drops at time 0 have come to rest.
 inline constexpr int64_t kSettledUs = 500'000;
 // Number of candidates of each arm that are combined with candidates of the other arm.
 inline constexpr size_t kPairs = 4;

@@ -17,7 +17,8 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-// The task requires 0.1 m.
+// kLiftHeight: height by which the object is lifted, m; the task requires 0.1 m. kHeldHeight: if the object
+// is higher than this above its start height, m, it counts as lifted.
 constexpr double kLiftHeight = 0.125;
 constexpr double kHeldHeight = 0.1;
 // How a hand leans while it holds a handle. A hand that leans back reaches farther. It grasps the handle's
@@ -71,7 +72,7 @@ class LiftByHandlesExpert : public Expert {
   std::optional<Plan> Lift(const Plan& plan, const Eigen::Isometry3d& object) const;
   // Extends `plan`: one hand drags the object to a position from which Lift is possible.
   std::optional<Plan> Drag(const Plan& plan, const Eigen::Isometry3d& object) const;
-  // Whether the object has not moved for a while; some tasks drop it onto its support.
+  // Returns whether the object has not moved for kRestUs. Some tasks drop it onto its support.
   bool IsAtRest(const state_t& state);
 
   HandledObject object_;
@@ -211,7 +212,8 @@ std::vector<Motion> LiftByHandlesExpert::Next(const Configuration& now, const st
   ++attempts_;
   Plan start = MakePlan(now, state);
   if (now.closing[kLeft] > 0 || now.closing[kRight] > 0) {
-    // The object slipped, or the grasp missed it.
+    // A closed gripper means that the object has slipped or that the grasp has missed it, so the hands
+    // retreat first.
     std::vector<GripGoal> back;
     for (int arm : {kLeft, kRight}) {
       back.push_back(

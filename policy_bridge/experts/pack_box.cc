@@ -226,7 +226,7 @@ std::vector<Motion> PackBoxExpert::Next(const Configuration& now, const state_t&
   }
   if (open.empty() || gives_up()) return {};
   const Plan start = MakePlan(now, state);
-  // The search may take several ticks.
+  // The search may take several ticks. Until it ends, the robot rests.
   for (const int arm : open) {
     if (!Search(start, state, arm)) return {};
   }

@@ -18,15 +18,17 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-// Distance from a pad's middle to its end, and half the thickness of a finger, m.
+// kPadEnd: distance from a pad's middle to its end, m. kFinger: half the thickness of a finger, m.
 constexpr double kPadEnd = 0.0085;
 constexpr double kFinger = 0.0105;
-// A face of the book can be pushed if its normal is within this angle of the direction toward the robot.
+// The fingers can pull at a face of the book if its outward normal is within this angle of the direction away
+// from the robot.
 constexpr double kMaxOblique = 50 * kDegree;
 // Angles between a pulling hand and the vertical, with the wrist toward the robot. A larger angle reduces the
 // torque at the wrist.
 constexpr double kPullLeans[] = {30 * kDegree, 40 * kDegree, 20 * kDegree};
-// Height of the finger tips above the counter, and distance of the fingers from the book before they pull, m.
+// kAboveCounter: height of the finger tips above the counter, m. kBehind: distance of the fingers from the
+// book before they pull, m.
 constexpr double kAboveCounter = 0.005;
 constexpr double kBehind = 0.015;
 // Distance by which the fingers are commanded into the book, m. It compensates for the deflection of the arm
@@ -65,7 +67,7 @@ constexpr double kOnBoard = 0.012;
 constexpr double kAway = 0.12;
 // Heights (m) by which the hand then rises, to have room to turn.
 constexpr double kRises[] = {0.12, 0.06, 0};
-// A book that is higher than this above the counter (m) does not lie on it.
+// A book that is higher than this above the counter (m) does not lie on the counter.
 constexpr double kLies = 0.001;
 // Headings of a hand that takes the book, in degrees from the world x axis.
 constexpr double kBookHeadings[] = {60, -60, 75, -75, 45, -45, 30, -30, 15, -15, 0};
@@ -85,8 +87,8 @@ Vector3d SiteInWorld(const mjModel& model, const model_info_t& info, const std::
 
 class SingleBookExpert : public Expert {
  public:
-  // For the tasks stack_single_book_shelf and pick_single_book_from_table, with any number of arms. Throws
-  // InputError if the model lacks the book's geom or the shelf's sites.
+  // to_shelf: true for the task stack_single_book_shelf, false for pick_single_book_from_table. The robot may
+  // have any number of arms. Throws InputError if the model lacks the book's geom or the shelf's sites.
   SingleBookExpert(bool to_shelf, const mjModel& model, const model_info_t& info);
 
  protected:
@@ -268,7 +270,7 @@ std::vector<Motion> SingleBookExpert::Next(const Configuration& now, const state
   ++attempts_;
   const Plan start = MakePlan(now, state);
   const bool overhangs = Overhang(book) >= kEdgeGap + kMinInset;
-  // Try the nearer arm first.
+  // The nearer arm is tried first.
   std::vector<int> arms = arms_;
   const auto away = [&](int arm) {
     return std::abs(context().arms[arm].GripPose(context().home.joints[arm]).translation().y() -

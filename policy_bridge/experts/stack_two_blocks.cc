@@ -23,7 +23,7 @@ const std::vector<double> kHandLeans = {0, 0.35, -0.35};
 constexpr double kLift = 0.12;  // m
 // Height above its support at which a cube is released.
 constexpr double kGap = 0.001;  // m
-// Candidate positions of the stack, m; the first that is free and within reach is used.
+// Candidate positions of the stack, m. The first position that is free and within reach is used.
 constexpr double kSites[][2] = {{0.5, 0},     {0.5, 0.08},  {0.5, -0.08}, {0.42, 0},
                                 {0.58, 0},    {0.42, 0.1},  {0.42, -0.1}, {0.5, 0.16},
                                 {0.5, -0.16}, {0.58, 0.12}, {0.58, -0.12}};

@@ -34,8 +34,8 @@ class Policy {
  public:
   virtual ~Policy() = default;
 
-  // Begins an episode and discards the state of the previous one. Throws InputError if this episode cannot be
-  // played (replay).
+  // Begins an episode and discards the state of the previous episode. Throws InputError if the policy cannot
+  // play this episode (e.g. a replay whose recording lacks it).
   virtual void Begin(const episode_begin_t& begin) = 0;
 
   // Fills the targets of all arms and grippers for the tick of `state`. The action is empty before each call,
@@ -43,8 +43,8 @@ class Policy {
   // policy_error, throw std::runtime_error with a one-line message.
   virtual void Act(const state_t& state, action_t* action) = 0;
 
-  // The members below are for policies that take time or need images. By default, a policy is always ready
-  // and needs no images.
+  // The members below are for policies that need time or images. By default, a policy is always ready and
+  // needs no images.
 
   // Called repeatedly after Begin() until it returns true. The episode cannot start before.
   virtual bool IsReady() { return true; }

@@ -83,9 +83,9 @@ struct PlanningContext {
   std::vector<Arm> arms;
   Configuration home;
   ContactProbe probe;
-  // Number of knots that may still be solved or checked for contacts (2 and 20 microseconds each). At 0 every
-  // plan is infeasible. An Expert resets it to kEffort at each call of Next(), which bounds the computing
-  // time of a tick.
+  // Number of knots that may still be solved (2 microseconds each) or checked for contacts (20 microseconds
+  // each). At 0, every plan is infeasible. An Expert resets it to kEffort at each call of Next(), which
+  // bounds the computing time of a tick.
   static constexpr int kEffort = 3'000;
   int effort_left = kEffort;
 
@@ -217,7 +217,7 @@ class Player {
  public:
   // Discards all motions. The player rests in this configuration from time 0 on.
   void Reset(const Configuration& rest);
-  // Executes these motions, starting at `time` (s).
+  // Executes these motions, beginning at `time` (s).
   void Start(std::vector<Motion> motions, double time);
   // Commanded configuration at `time`. Times must not decrease.
   const Configuration& At(double time);

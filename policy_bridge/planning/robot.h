@@ -58,7 +58,7 @@ int BodyId(const mjModel& model, const std::string& name);
 // not exist.
 Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int body);
 
-// The hinge that a body turns on, in a given state.
+// The hinge on which a body turns, in a given state.
 struct Hinge {
   Eigen::Vector3d point, direction;  // of the hinge axis, world frame; direction is a unit vector
   double angle, lower, upper;        // current angle of the body and its range, rad
@@ -110,7 +110,7 @@ class ContactProbe {
   std::vector<int> arm_of_geom_, entity_of_geom_;
   std::vector<char> is_pad_;
   std::vector<int> entity_of_body_;
-  // Pairs of bodies, lower index first.
+  // Pairs of bodies of links that nearly touch at home. The lower index comes first.
   std::set<std::pair<int, int>> near_at_home_;
   double clearance_;
 };

@@ -8,7 +8,7 @@ namespace evalbus::policy {
 
 namespace {
 
-// Index of the joint with this coordinate in qpos.
+// Returns the index of the joint whose coordinate in qpos has this index.
 int JointAt(const mjModel& model, int qpos) {
   const int* begin = model.jnt_qposadr;
   return static_cast<int>(std::find(begin, begin + model.njnt, qpos) - begin);

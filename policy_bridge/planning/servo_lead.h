@@ -1,4 +1,4 @@
-// Joint targets that make the position servos of an arm follow a motion without delay or sag.
+// Computes joint targets that make the position servos of an arm follow a motion without delay or sag.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -32,7 +32,7 @@ class ServoLead {
     double damping = 0;    // N m s / rad
     int qpos = 0, dof = 0;
   };
-  // Null if the sim compensates gravity. The model is a copy.
+  // Private copy of the model, and its data. Null if the sim compensates gravity.
   ModelPtr model_;
   DataPtr data_;
   std::vector<mjtNum> gravity_;

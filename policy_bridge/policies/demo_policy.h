@@ -16,7 +16,7 @@ namespace evalbus::policy {
 // contain RoboEval's scene.
 class DemoPolicy : public Policy {
  public:
-  // Throws InputError unless the robot has 7 + 7 joints and two grippers.
+  // Throws InputError unless the robot has two arms with 7 joints and a gripper each.
   DemoPolicy(std::vector<std::filesystem::path> files, const model_info_t& info);
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kActions[] = "info_demo_action", kRate[] = "control_frequency";
-// No arm joint turns farther than this, rad; larger values must be degrees.
+// No arm joint turns farther than this, rad. Larger values must be degrees.
 constexpr double kMaxTurn = 2 * 3.15;
 
 std::optional<double> RateOf(const std::string& text) {

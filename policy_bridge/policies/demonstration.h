@@ -9,8 +9,8 @@
 
 namespace evalbus::policy {
 
-// Layout of a step: joint targets of the left arm (7) and of the right arm (7), rad; then the commands of the
-// left and the right gripper, 0 open, 1 closed.
+// Layout of a step: 7 joint targets of the left arm and 7 of the right arm, rad; then the commands of the
+// left and right grippers, 0 open, 1 closed.
 inline constexpr size_t kDemoJoints = 14, kDemoWidth = 16;
 inline constexpr double kDemoHz = 500;  // RoboEval's recording rate
 

@@ -14,7 +14,8 @@
 namespace evalbus::policy {
 namespace {
 
-// An object counts as moved beyond these thresholds.
+// kMoved, kTurned: from these distances on, an object counts as moved. kRaised: height at which kDrop opens
+// the grippers.
 constexpr double kMoved = 0.01;   // m
 constexpr double kTurned = 0.1;   // rad
 constexpr double kRaised = 0.02;  // m

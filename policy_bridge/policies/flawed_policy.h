@@ -25,7 +25,7 @@ enum class Flaw {
   kNan,      // the policy commands NaN as soon as an object has moved
 };
 
-// Finds a flaw by its name without the k, in lower case. Throws InputError with the valid names.
+// Finds a flaw by name, such as "miss" for kMiss. Throws InputError with the valid names.
 Flaw FindFlaw(const std::string& name);
 // Names of all flaws, separated by commas.
 std::string FlawNames();

@@ -1,4 +1,4 @@
-// Policies without planning: hold, random, and noise on top of another policy.
+// Policies that do not plan: hold, random, and noise that is added to another policy.
 #pragma once
 
 #include <memory>

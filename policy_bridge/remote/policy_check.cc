@@ -157,7 +157,7 @@ class Check {
     }
   }
 
-  // Checks the effect of the first steps on the robot.
+  // Checks how the first steps would move the robot.
   void Move() {
     ActionConverter converter(contract_.actions, model_, info_);
     converter.Begin();

@@ -17,7 +17,7 @@ namespace {
 
 constexpr auto kRetry = std::chrono::seconds(1);
 
-// Accepted relative deviation of the control rate from the contract's.
+// Largest accepted relative difference between the control rate and the contract's rate_hz.
 constexpr double kRateTolerance = 0.05;
 
 Contract Fitting(const Contract& contract, const model_info_t& info) {

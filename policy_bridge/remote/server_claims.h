@@ -8,8 +8,8 @@
 
 namespace evalbus::policy {
 
-// Returns one line per contradiction; empty if there is none, or if the server does not describe itself.
-// metadata: result of PolicyClient::Connect().
+// Returns one line per contradiction. The list is empty if there is none, or if the server does not describe
+// itself. metadata: result of PolicyClient::Connect().
 std::vector<std::string> FindContradictions(const Contract& contract, const Value& metadata);
 
 }  // namespace evalbus::policy

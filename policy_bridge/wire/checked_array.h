@@ -5,8 +5,8 @@
 
 namespace evalbus::policy {
 
-// Returns the array with its numbers in little-endian order. Throws ServerError (kProtocol) for a dtype that
-// no wire supports, and if the number of bytes does not match the shape.
+// Returns the array with its numbers in little-endian order. Throws ServerError (kProtocol) if no wire
+// supports the dtype, or if the number of bytes does not match the shape.
 Array CheckedArray(Array array);
 
 }  // namespace evalbus::policy

@@ -1,4 +1,4 @@
-// The clients of policy servers, one for each protocol; the top of each .cc describes its protocol.
+// The clients of policy servers, one for each protocol. The top of each .cc file describes its protocol.
 #pragma once
 
 #include <memory>

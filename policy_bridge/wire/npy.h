@@ -1,5 +1,5 @@
-// NumPy files (.npy), which GR00T's servers embed in their messages. Format: numpy.lib.format in NumPy's
-// documentation, versions 1.0 and 2.0.
+// NumPy files (.npy), which GR00T's servers embed in their messages. The format (versions 1.0 and 2.0) is
+// described under numpy.lib.format in NumPy's documentation.
 #pragma once
 
 #include <span>

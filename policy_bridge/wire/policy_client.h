@@ -43,9 +43,10 @@ struct ClientOptions {
   // ws://HOST:PORT[/PATH] (openpi, RoboArena, vla-eval, XPolicyLab), tcp://HOST:PORT (GR00T),
   // http://HOST:PORT/PATH (REST).
   std::string url;
-  // Sent as "Authorization: Api-Key KEY" (websockets, REST) or as api_token (GR00T); empty: not sent.
+  // Sent as "Authorization: Api-Key KEY" (websockets, REST) or as api_token (GR00T). Empty: not sent.
   std::string api_key;
-  // Address of the pool (policy_pool.h) that queries the server; empty: this client queries it directly.
+  // Address of the pool (policy_pool.h) that queries the server. Empty: this client queries the server
+  // directly.
   std::string pool_url;
   // Deadlines, s. The first answer after a connection has its own deadline, because the server may compile
   // its model first.
@@ -94,8 +95,9 @@ class PolicyClient {
   // Throws ServerError.
   virtual void BeginEpisode(const std::string& instruction, int64_t episode) = 0;
 
-  // Sends one observation: a map as built from the contract, with the server's keys (GR00T: "video.NAME",
-  // "state.NAME", language key; the client nests them if the dialect requires it). Throws ServerError.
+  // Sends one observation and returns the answer. The observation is a map as built from the contract, with
+  // the server's keys. For GR00T, they are "video.NAME", "state.NAME" and the language key, and the client
+  // nests them if the dialect requires it. Throws ServerError.
   virtual Reply Infer(const Value& observation) = 0;
 
   // Sends several observations, and returns their answers in the same order. They are sent as one request if

@@ -118,8 +118,8 @@ class RestClient : public PolicyClient {
     const error_code unsent = Finish(io, [&](auto done) { http::async_write(stream, request, done); });
 
     // A dynamic body grows with the received data, not with the announced length. A server that rejects a
-    // request responds before it has read all of it, so the response is read whether the whole request was
-    // sent or not.
+    // request responds before it has read all of it. Therefore the response is read even if the request was
+    // not sent completely.
     std::optional<http::response_parser<http::dynamic_body>> response;
     beast::flat_buffer buffer;
     error_code error = unsent;

@@ -19,7 +19,7 @@ constexpr int kWidth = 100;  // maximum length of a value's description, in char
 
 std::string Line(const std::string& text) { return Printable(Cut(text, kWidth)); }
 
-// Converts IEEE 754 binary16.
+// Converts an IEEE 754 binary16 number.
 double Half(uint16_t bits) {
   const int exponent = bits >> 10 & 0x1F, fraction = bits & 0x3FF;
   const double magnitude = exponent == 0x1F ? (fraction ? NAN : INFINITY)

@@ -15,9 +15,9 @@ namespace evalbus::policy {
 
 // An array of numbers as in NumPy, in C order and little endian.
 struct Array {
-  // NumPy's type string: "|u1", "|b1", "<i4", "<i8", "<f4", "<f8", ...
+  // NumPy's type string, such as "|u1", "|b1", "<i4", "<i8", "<f4" or "<f8".
   std::string dtype;
-  // Empty: a single number.
+  // Extents of the axes. Empty: a single number.
   std::vector<int64_t> shape;
   std::vector<uint8_t> data;
 

@@ -268,7 +268,7 @@ void Websocket::Send(Bytes message, const Deadline& deadline) {
   to.outgoing = std::move(message);
   asio::post(to.context, [&to] {
     to.stream.async_write(asio::buffer(to.outgoing), [&to](error_code error, size_t) {
-      // The pending read reports the reason.
+      // An error is ignored here, because the pending read reports the reason.
       if (error) return;
       {
         const std::lock_guard inner(to.mutex);

@@ -29,7 +29,7 @@ struct RequestSocket::Sockets {
   // Stops the monitor, because an event that is not received would block ZeroMQ's thread forever.
   ~Sockets() { zmq_socket_monitor(requests.handle(), nullptr, 0); }
 
-  // Waits for an answer or an event; returns false if neither arrives before the deadline.
+  // Waits for an answer or an event. Returns false if neither arrives before the deadline.
   bool Wait(Clock::time_point deadline) {
     while (true) {
       std::array<zmq::pollitem_t, 2> items = {

@@ -14,7 +14,8 @@ class JpegEncoder {
   // Both the constructor and Encode throw EnvironmentError if the library fails.
   JpegEncoder();
 
-  // Returns a complete JFIF file (4:2:0 subsampling). The quality is high enough to read the overlay.
+  // Returns a complete JFIF file (4:2:0 subsampling). The quality is high enough to keep the overlay
+  // readable.
   std::vector<uint8_t> Encode(const Frame& frame);
 
  private:

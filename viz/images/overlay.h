@@ -23,13 +23,13 @@ struct OverlayText {
   std::vector<Stage> stages;
   // Label and count of each kind of undesired event that the run counts, e.g. "slips" and 2.
   std::vector<std::pair<std::string, int64_t>> counts;
-  // Outcome (end_reason::Outcome), or the end reason if the outcome is unknown; empty while the episode is
+  // Outcome (end_reason::Outcome), or the end reason if the outcome is unknown. Empty while the episode is
   // running.
   std::string end_reason;
 };
 
 std::string EpisodeSubtitle(int32_t episode);
-// Returns "expert on bimanual_panda", or only the robot if the policy is unknown.
+// Returns a text such as "expert on bimanual_panda", or only the robot if the policy is unknown.
 std::string MakerText(const std::string& policy, const std::string& robot);
 // Sets the stages and counts of `text` from these metrics.
 void AddScores(const metric_values_t& metrics, OverlayText* text);

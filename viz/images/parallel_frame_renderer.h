@@ -42,7 +42,7 @@ class VideoScenes {
   };
   FrameSize largest_;
   bool are_outlined_;
-  // Key: SHA-256 of the visual model, variation and task.
+  // Scenes by key. The key consists of the SHA-256 of the visual model, the variation and the task.
   std::map<std::string, Scene> scenes_;
 };
 

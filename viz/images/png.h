@@ -7,7 +7,7 @@
 
 namespace evalbus::viz {
 
-// Throws InputError if the file cannot be written.
+// Writes a PNG file. Throws InputError if the file cannot be written.
 void WritePng(const Frame& frame, const std::filesystem::path& file);
 
 }  // namespace evalbus::viz

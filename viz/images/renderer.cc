@@ -178,7 +178,7 @@ struct Renderer::Gl {
   mjrContext context;
   mjvOption option;
   mjvCamera camera;
-  // Null if MuJoCo draws everything.
+  // Null if MujocoPainter draws everything.
   std::unique_ptr<ScenePainter> scene_painter;
   std::unique_ptr<MujocoPainter> mujoco_painter;
   FrameSize buffer;

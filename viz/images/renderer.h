@@ -28,7 +28,7 @@ int FindCamera(const mjModel& model, const std::string& name);
 // An image as requested by a policy.
 struct Shot {
   int camera;
-  // 1 to 2048 pixels per side; odd sizes are allowed.
+  // Each side has 1 to 2048 pixels. Odd sizes are allowed.
   FrameSize size;
   // Vertical field of view, degrees. 0: the field of view of the camera in the model.
   double fovy_deg = 0;
@@ -86,7 +86,7 @@ class Renderer {
   const std::vector<uint8_t>& Draw(const Shot& shot);
 
   ModelPtr model_;
-  // The original model, if the appearance of an episode has been applied to model_.
+  // The original model. Null unless the appearance of an episode has been applied to model_.
   ModelPtr unchanged_;
   FrameSize size_;
   // Result of MujocoPaints() at construction. Later changes of the environment have no effect.

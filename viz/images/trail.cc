@@ -14,7 +14,7 @@ namespace {
 // The opacity is constant within each of these parts of a trail.
 constexpr int kParts = 24;
 constexpr double kOpacity = 0.9;  // of the newest part
-// Width of the lines, pixels in an image of this height.
+// kWidth: width of the lines in pixels, in an image that is kHeight pixels high.
 constexpr double kWidth = 3, kHeight = 480;
 
 // Returns the part to which the state belongs: 0 for the oldest states, kParts - 1 for the newest.

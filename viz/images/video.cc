@@ -20,7 +20,7 @@
 namespace evalbus::viz {
 namespace {
 
-// What one frame shows.
+// Content of one frame.
 struct Shown {
   const state_t* state;
   OverlayText text;

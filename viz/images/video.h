@@ -32,14 +32,14 @@ inline constexpr char kFullLayout[] = "full";
 // Parses the name of a layout. Throws InputError if it is unknown.
 VideoLayout ParseVideoLayout(const std::string& name);
 
-// Returns the file name for a camera: "left_hand_wrist.mp4" for "left/hand/wrist".
+// Returns the file name for a camera, such as "left_hand_wrist.mp4" for "left/hand/wrist".
 std::string VideoName(std::string camera, const std::string& ending = ".mp4");
 
 // Throws InputError if the scene lacks a camera or if two cameras map to the same file name.
 void CheckCameras(const mjModel& model, const std::vector<std::string>& cameras);
 
 struct VideoOptions {
-  // Episode numbers in the log; empty: all.
+  // Numbers of the episodes in the log. Empty: all episodes.
   std::vector<int> episodes;
   // Policy name, written into the image; empty if unknown.
   std::string policy;

@@ -14,7 +14,7 @@ inline constexpr int kVideoRate = 30;  // frames per second of video
 inline constexpr double kFastForward = 8;
 
 struct VideoTiming {
-  // Simulated seconds per second of video.
+  // Number of simulated seconds per second of video.
   double speed = 1;
   // Simulated time of the first and the last frame, s. If to_s is unset, the video shows the episode's end.
   double from_s = 0;
@@ -38,7 +38,7 @@ std::string NameSuffix(const VideoTiming& timing);
 
 struct FrameTime {
   double time_s;
-  // Simulated seconds per second of video at this frame.
+  // Number of simulated seconds per second of video at this frame.
   double rate;
 };
 

@@ -216,7 +216,7 @@ int VideoWriter::End(std::string* message) {
     poll(nullptr, 0, kShortLook);
   }
   ffmpeg_ = -1;
-  // The first line names the cause; the others are consequences.
+  // Only the first line is used, because it names the cause and the other lines are consequences.
   char text[512];
   const ssize_t n = pread(complaints_, text, sizeof text, 0);
   *message = std::string(text, static_cast<size_t>(std::max<ssize_t>(n, 0)));

@@ -9,8 +9,8 @@ namespace evalbus::viz {
 // Initial size of a renderer's buffer. Most policies request no larger images.
 inline constexpr FrameSize kUsualViewSize{256, 256};
 
-// Throws InputError if the view cannot be drawn: unknown camera, size or field of view out of range, lossy
-// encoding.
+// Throws InputError if the view cannot be drawn, because the camera is unknown, the size or field of view is
+// out of range, or the encoding is lossy.
 void CheckView(const view_t& view, const mjModel& model);
 
 // Draws the renderer's current state into `image`. header: header of that STATE. CheckView(view) must have

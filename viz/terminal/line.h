@@ -1,4 +1,4 @@
-// Lines of text for a terminal; each span of a line has a style.
+// Lines of text for a terminal. Each span of a line has a style.
 #pragma once
 
 #include <string>

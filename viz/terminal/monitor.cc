@@ -88,7 +88,7 @@ int Monitor(const Address& address) {
         break;
       }
     }
-    // Waits for a message, then handles all pending ones.
+    // Waits for a message, then handles all pending messages.
     const auto until = std::min(next, now + std::chrono::milliseconds(50));
     if (!bus.Handle(until)) continue;
     while (steady_clock::now() < next && !stop_requested() && bus.Handle()) {

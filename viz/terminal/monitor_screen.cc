@@ -346,7 +346,7 @@ std::vector<Line> MonitorScreen(const RunWatch& watch, const std::string& url, i
   std::vector<RankedLine> screen = Screen(watch, url, width, true, now);
   if (screen.size() > static_cast<size_t>(height)) screen = Screen(watch, url, width, false, now);
   while (screen.size() > static_cast<size_t>(height)) {
-    // Removes the last line of the highest rank.
+    // Removes the last line with the highest rank.
     const auto by_rank = [](const RankedLine& a, const RankedLine& b) { return a.rank < b.rank; };
     screen.erase(std::prev(std::max_element(screen.rbegin(), screen.rend(), by_rank).base()));
   }

@@ -19,9 +19,9 @@ struct Curve {
   std::string label;
   std::string unit;  // display unit
   Better better = Better::kNeither;
-  // Displayed value = SI value * scale.
+  // The displayed value is the SI value multiplied by this scale.
   double scale = 1;
-  // Name of each row; may be "" if there is a single row.
+  // Name of each row. It may be empty if there is a single row.
   std::vector<std::string> parts;
   size_t first_row = 0;
   // Whether there are values only at some ticks. They must not be interpolated.

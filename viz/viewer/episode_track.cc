@@ -191,7 +191,7 @@ void EpisodeTrack::Receive(const partial_metrics_t& partial) {
 void EpisodeTrack::WatchScores(const partial_metrics_t& before, const partial_metrics_t& now) {
   const metric_values_t &a = before.metrics, &b = now.metrics;
   for (size_t k = 0; k < std::min(a.slip_count_per_object.size(), b.slip_count_per_object.size()); ++k) {
-    // Two grippers may lose an object at the same tick.
+    // There is one event per slip, because two grippers may lose an object at the same tick.
     for (int64_t count = a.slip_count_per_object[k]; count < b.slip_count_per_object[k]; ++count) {
       TrackEvent event = MakeEvent(Kind::kSlip, now.header.tick, b.object_name[k] + " slips");
       event.object = b.object_name[k];

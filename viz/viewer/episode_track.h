@@ -55,7 +55,7 @@ const char* Word(TrackEvent::Kind kind);
 
 class EpisodeTrack {
  public:
-  // Data that is not in the episode's messages.
+  // Data that the episode's messages do not contain.
   struct About {
     int run = 0;
     std::string policy = {};

@@ -28,7 +28,7 @@ struct RunLabel {
   std::vector<std::string> remarks;
 };
 
-// State of a run according to its folder.
+// Progress and results of a run, read from its folder.
 struct RunNumbers {
   std::string task, variation, clock;
   int planned = 0, done = 0, complete = 0, successes = 0;
@@ -55,7 +55,8 @@ struct EpisodeRow {
   bool success = false, complete = true;
   double time = 0;  // s
   std::string text;
-  // Decisive moment (docs/failures.md) and its sentence; the text is empty in runs of versions before 0.3.
+  // Decisive moment (docs/failures.md) and the sentence that explains it. The sentence is empty in runs of
+  // versions before 0.3.
   double cause_time = 0;  // s
   std::string cause_text;
   // Counts of the episode. stages: number of stages that were reached.

@@ -261,7 +261,7 @@ bool IsFixed(const mjModel& m, int body) {
   return true;
 }
 
-// Returns the entries that differ, as [index, {key: value}].
+// Returns the differing entries of two lists, as [index, {key: value}].
 Json Differences(const Json& before, const Json& after) {
   Json differences = Json::array();
   for (size_t i = 0; i < before.size(); ++i) {

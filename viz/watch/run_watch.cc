@@ -18,8 +18,7 @@ namespace evalbus::viz {
 namespace {
 
 constexpr size_t kKeptEpisodes = 20, kKeptLines = 20;
-// Limit on the number of channels and components, so that a publisher of invented names cannot exhaust the
-// memory.
+// Maximum number of channels and components, so that a publisher of invented names cannot exhaust the memory.
 constexpr size_t kMaxNames = 100;
 
 double Seconds(SteadyTime::duration duration) { return std::chrono::duration<double>(duration).count(); }
@@ -172,7 +171,8 @@ void RunWatch::Receive(const component_status_t& status, SteadyTime now) {
                    ? std::max<int64_t>(0, state_->tick - status.last_tick)
                    : -1;
   if (status.component == "sim") {
-    // Identifies the current episode if this process started while the policy computes its next action.
+    // STATUS identifies the current episode if this process started while the policy computes its next
+    // action.
     if (episode_ < 0 && status.episode >= 0) EnterEpisode(status.episode, status.attempt);
     if (status.episode == episode_) attempt_ = status.attempt;
   }

@@ -101,7 +101,7 @@ class RunWatch {
   // not every tick has.
   const contacts_t* contacts() const { return contacts_ ? &*contacts_ : nullptr; }
   const contacts_t* clearance() const { return clearance_ ? &*clearance_ : nullptr; }
-  // Simulated seconds per second of wall time over the last second, across episodes.
+  // Number of simulated seconds per second of wall time over the last second, across episodes.
   double speed() const { return speed_; }
   bool has_rates() const { return has_rates_; }
 

@@ -1,4 +1,4 @@
-// Accepts TCP connections and runs their handlers in a thread of its own.
+// Accepts TCP connections, and runs their handlers in its own thread.
 #pragma once
 
 #include <boost/asio/io_context.hpp>

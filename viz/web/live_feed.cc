@@ -160,8 +160,8 @@ void LiveFeed::PublishEpisode(UpdateBroadcaster* broadcaster, SteadyTime now) {
   if (is_new && !may_be_whole) return;
   if (may_be_whole && (is_new || broadcaster->needs_episode(run_))) {
     episode_given_ = now;
-    // The episode block contains all ticks so far. Viewers that already have the episode receive the newest
-    // ones as a `ticks` block, which must be added first.
+    // The episode block contains all ticks so far. Viewers that already have the episode receive only the
+    // newest ticks, as a `ticks` block. It must be added first.
     if (!is_new && track_->ticks() > given_ticks_)
       broadcaster->AddTicks(run_, track_->TicksBlock(given_ticks_));
     broadcaster->SetEpisode(run_, track_->EpisodeBlock(), is_new);

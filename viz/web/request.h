@@ -13,7 +13,7 @@ struct WebTarget {
   Kind kind = Kind::kNone;
   // kPageFile: name of the file ("scene.js"). kBlock: id of the block, 64 hexadecimal digits.
   std::string name{};
-  // Only for kEpisode.
+  // Set only for kEpisode.
   int run = -1, episode = -1;
 };
 
@@ -45,7 +45,7 @@ struct WebNote {
 std::optional<WebNote> ParseNote(std::string_view message);
 struct WebVerdict {
   int episode = -1;
-  // "success", "failure" or "abstain".
+  // The operator's verdict: "success", "failure" or "abstain".
   std::string outcome;
   // Number of stages that were reached, and a score from 0 to 10. In the message, null stands for a value
   // that the operator did not give.

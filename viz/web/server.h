@@ -48,7 +48,7 @@ class WebServer {
   struct Address {
     // Address to listen on. Empty: 127.0.0.1, without a token.
     std::string host{};
-    // 0: any free port.
+    // Port to listen on. 0: any free port.
     uint16_t port = 0;
   };
 
@@ -75,9 +75,9 @@ class WebServer {
 
   uint16_t port() const;
   int descriptor() const;
-  // Empty unless the user chose an address.
+  // The access token; empty unless the user chose an address.
   const std::string& token() const;
-  // URL to show to the user: "http://127.0.0.1:8080/".
+  // URL to show to the user, such as "http://127.0.0.1:8080/".
   std::string url() const;
 
   // Whether the server listens on the loopback interface only.

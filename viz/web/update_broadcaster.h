@@ -27,7 +27,7 @@ class UpdateBroadcaster {
   // viewers.
   static constexpr size_t kListBlock = 1000, kKeptLines = 200;
 
-  // The position of a viewer.
+  // The position of a viewer: the blocks that it has received.
   class Viewer {
    public:
     int watched() const { return watched_; }
@@ -68,7 +68,7 @@ class UpdateBroadcaster {
   void SetEpisode(int run, std::string block, bool is_new);
   // Appends a `ticks` block to the current episode.
   void AddTicks(int run, std::string block);
-  // Removes the current episode, if there is none to show.
+  // Removes the current episode. Must be called if there is no episode to show.
   void ForgetEpisode(int run);
 
   // is_watched: whether at least one viewer watches this run. needs_episode: whether at least one of these

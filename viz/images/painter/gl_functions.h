@@ -12,7 +12,8 @@
 
 namespace evalbus::viz {
 
-// Throws EnvironmentError if this OpenGL lacks the function. A context must be current.
+// Returns an OpenGL function. Throws EnvironmentError if the library in use lacks it. A context must be
+// current.
 template <class Function>
 Function* FindGl(const char* name) {
   auto* const function = reinterpret_cast<Function*>(GlFunction(name));

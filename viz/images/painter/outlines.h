@@ -8,7 +8,8 @@
 
 namespace evalbus::viz {
 
-// Distance of the outermost pixel of an outline from its object, in drawn pixels (1.5 per pixel of a video).
+// Width of an outline: distance of its outermost pixel from the object, in drawn pixels (1.5 per pixel of a
+// video).
 inline constexpr int kOutlinePixels = 2;
 
 // Returns the part enlarged by the width of an outline, clipped to the image. Outlines can change in this

@@ -103,7 +103,7 @@ struct Face {
   Vec normal;
 };
 
-// Returns the upper face of a plane, all six faces of a box, and none for other shapes.
+// Returns the upper face of a plane, all six faces of a box, or no faces for other shapes.
 std::vector<Face> FacesOf(const mjvGeom& geom, const GeomBoxes::Corners& corners) {
   std::vector<Face> faces;
   if (geom.type != mjGEOM_PLANE && geom.type != mjGEOM_BOX) return faces;

@@ -13,7 +13,8 @@
 
 namespace evalbus::viz {
 
-// A rectangle of an image or shadow map, in pixels from the lower left corner; right and top are exclusive.
+// A rectangle of an image or shadow map, in pixels from the lower left corner. `right` and `top` are
+// exclusive.
 struct Part {
   int left = 0, bottom = 0, right = 0, top = 0;
 

@@ -33,7 +33,7 @@ Evalbus.Board = class {
     return this.head ? this.head.policies.findIndex((policy) => policy.runs.includes(run)) : -1;
   }
 
-  // Rows of a policy's episodes, with the policy's name and the note.
+  // Returns the rows of a policy's episodes, to which the policy's name and the note are added.
   rowsOf(k) {
     const policy = this.head.policies[k];
     return policy.runs.flatMap((run) => (this.viewer.runs.has(run) ? this.viewer.runs.get(run).episodes : []))

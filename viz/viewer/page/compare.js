@@ -20,7 +20,7 @@ Evalbus.pointAt = (track, slot, position_m, tick) => {
   const p = 3 * (tick * bodies + slot), q = 4 * (tick * bodies + slot);
   const [w, x, y, z] = track.quat.data.subarray(q, q + 4);
   const [a, b, c] = position_m;
-  // v + 2 w (u x v) + 2 u x (u x v), where u = (x, y, z)
+  // The rotated vector is v + 2 w (u x v) + 2 u x (u x v), where u = (x, y, z).
   const s = [y * c - z * b, z * a - x * c, x * b - y * a];
   const t = [y * s[2] - z * s[1], z * s[0] - x * s[2], x * s[1] - y * s[0]];
   return position_m.map((one, k) => track.position.data[p + k] + one + 2 * (w * s[k] + t[k]));

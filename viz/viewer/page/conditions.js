@@ -121,7 +121,7 @@ Evalbus.Conditions = class {
     this.eventsLayout = layout;
     Evalbus.setText(this.eventsTitle, `Events (${events.length})`);
     this.eventsPlace.hidden = events.length === 0;
-    // A list of thousands of contacts would not be readable.
+    // Only the first 400 events are shown, because a list of thousands of contacts would not be readable.
     const shown = events.slice(0, 400);
     this.events.replaceChildren(...shown.map((event) => Evalbus.element("li", {},
       Evalbus.element("button", { type: "button", onclick: () => this.onSeek(event.tick) },

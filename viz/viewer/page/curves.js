@@ -119,7 +119,7 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
     if (words.length) this.constant.open = true;
   }
 
-  // The cards whose curves are shown under the timeline.
+  // Cards whose curves are pinned, so that they are shown under the timeline.
   get pins() { return this.cards.filter((card) => card.isPinned); }
 
   setPinned(card, isPinned) {

@@ -34,15 +34,15 @@ Evalbus.setText = (node, text) => {
   if (node.textContent !== text) node.textContent = text;
 };
 
-// Makes an external text safe for one line: replaces control characters and characters that change the text
-// direction by spaces.
+// Makes an external text safe for one line. Replaces control characters, and characters that change the text direction, by
+// spaces.
 Evalbus.words = (text) => String(text === null || text === undefined ? "" : text)
   .replace(/[\u0000-\u001f\u007f-\u009f\u200b-\u200f\u2028-\u202e\u2066-\u2069\ufeff]+/g, " ").trim();
 
 // Replaces underscores by spaces: "left_gripper_touches_pot" becomes "left gripper touches pot".
 Evalbus.spaced = (name) => Evalbus.words(name).replace(/_/g, " ");
 
-// Words for an end reason or a failure reason, as in lcmtypes/end_reason.h.
+// Texts of end reasons and failure reasons, as in lcmtypes/end_reason.h.
 Evalbus.REASON_TEXTS = { grasp_slip: "slipped from the gripper", grasp_miss: "missed the grasp", wrong_pose: "target pose not reached",
   stall: "robot stopped", timeout: "time limit" };
 Evalbus.reasonText = (reason) => (Object.hasOwn(Evalbus.REASON_TEXTS, reason) ? Evalbus.REASON_TEXTS[reason] : Evalbus.spaced(reason));
@@ -63,8 +63,7 @@ Evalbus.number = (value) => {
   return minus(value.toFixed(decimals));
 };
 
-// Formats a number with the number of decimals that is suitable for values up to `most`, so that the width
-// stays constant.
+// Formats a number with the number of decimals that suits values up to `most`. The width of the text is therefore constant.
 Evalbus.numberAmong = (value, most) => {
   if (!Number.isFinite(value) || !(most > 0) || most >= 1e7 || most < 1e-4) return Evalbus.number(value);
   const decimals = most >= 1000 ? 0 : most >= 100 ? 1 : most >= 10 ? 2 : most >= 0.01 ? 3 : 5;

@@ -1,4 +1,4 @@
-// Page of `evalbus judge`: plays the episodes one after another and sends an operator's verdicts.
+// Page of `evalbus judge`. It plays the episodes one after the other and sends the operator's verdicts.
 "use strict";
 
 Evalbus.Judge = class {

@@ -14,7 +14,7 @@ Evalbus.Player = class {
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   }
 
-  // The tick whose numbers are shown.
+  // Tick whose numbers are shown.
   get shown() {
     return Math.min(Math.floor(this.tick + 1e-6), this.last);
   }

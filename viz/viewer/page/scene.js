@@ -244,7 +244,7 @@ Evalbus.SceneView = class {
     this.width = width;
     this.height = height;
     const aspect = (this.isBeside ? width / 2 : width) / height;
-    // In a tall window, the horizontal field of view is at least that of a 4:3 video.
+    // In a tall window, the horizontal field of view is at least as wide as in a 4:3 video.
     const half = Math.tan(this.fovy * Math.PI / 360) * Math.max(1, 4 / 3 / aspect);
     this.camera.fov = 360 / Math.PI * Math.atan(half);
     this.camera.aspect = aspect;

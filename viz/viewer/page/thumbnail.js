@@ -30,7 +30,7 @@ Evalbus.Thumbnails = class {
       this.scene = new Evalbus.SceneView(this.place, new Evalbus.Assets(this.source), this.palette());
       Object.assign(this.scene.layers, { trails: false, shadows: false, highlight: false, contacts: false });
       this.scene.ratio = 1;
-      // The controls of three.js make the canvas a stop of the Tab key.
+      // The controls of three.js make the canvas a stop of the Tab key, which is not wanted here.
       this.scene.canvas.tabIndex = -1;
     } catch (error) {
       this.isUnable = true;

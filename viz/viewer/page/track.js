@@ -1,4 +1,4 @@
-// The data of an episode by tick: created from an "episode" block and extended by "ticks" blocks.
+// The data of an episode by tick. It is created from an "episode" block and extended by "ticks" blocks.
 "use strict";
 
 // A typed array that grows while the episode is running.
@@ -7,7 +7,7 @@ Evalbus.Growing = class {
     this.data = new Type(256);
   }
 
-  // Ensures the capacity; existing values are kept.
+  // Ensures capacity for `count` values. Existing values are kept.
   fit(count) {
     if (count <= this.data.length) return;
     const larger = new this.data.constructor(Math.max(count, 2 * this.data.length));

@@ -241,7 +241,7 @@ Evalbus.Viewer = class {
     this.showAll();
   }
 
-  // Shows a second episode for comparison; null ends the comparison.
+  // Shows a second episode for comparison. compare(null) ends the comparison.
   async compare(run, episode, isBeside) {
     if (run === null) {
       this.setTracks(this.tracks.slice(0, 1));
@@ -686,7 +686,7 @@ Evalbus.Viewer = class {
     if (at instanceof HTMLInputElement && at.type !== "checkbox" || at instanceof HTMLSelectElement || at instanceof HTMLTextAreaElement || this.parts.keys.open) return;
     if (this.judge.key(event)) return;
     if (this.views && (this.views.key(event) || (!this.views.isPlayer && event.key !== "?"))) return;
-    // Space and Enter activate the focused control.
+    // Space and Enter activate the focused control, so they are not handled here.
     if ((event.key === " " || event.key === "Enter") && at instanceof Element && at.closest("button, summary, input, a")) return;
     const actions = {
       " ": () => this.togglePlay(), ArrowLeft: () => this.step(event.shiftKey ? -10 : -1),
@@ -707,7 +707,7 @@ Evalbus.Viewer = class {
     try {
       hash = decodeURIComponent(hash);
     } catch (error) {
-      // Ignores fragments that are not validly percent-encoded; the viewer does not write such fragments.
+      // Ignores fragments that are not validly percent-encoded, because the viewer does not write them.
     }
     const match = /^#view:(.*)$/.exec(hash);
     if (!match) return null;

@@ -102,7 +102,7 @@ Evalbus.Views = class {
     return true;
   }
 
-  // Shows a row's outcome and its decisive seconds beside a node; null hides it.
+  // Shows a row's outcome and its decisive seconds next to a node. hover(null) hides them.
   hover(row, node) {
     const key = row && Evalbus.keyOf(row);
     // If a matrix is redrawn under the pointer, the image must not restart.
