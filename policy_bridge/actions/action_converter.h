@@ -36,9 +36,8 @@ Eigen::Isometry3d BasePose(const mjModel& model, const arm_info_t& arm);
 class ActionConverter {
  public:
   // Throws InputError (one line) if the space is inconsistent or does not fit the robot of `info`. Examples
-  // are an unknown arm (with suggestions), a wrong number of indices, an index that is out of range or used
-  // twice, an absolute pose in the wrist's own frame, a scale of the wrong length, and an invalid gripper
-  // block.
+  // are an unknown arm, a wrong number of indices, an index that is out of range or used twice, an absolute
+  // pose in the wrist's own frame, or an invalid gripper block.
   ActionConverter(const ActionSpace& space, const mjModel& model, const model_info_t& info);
 
   const ActionSpace& space() const { return space_; }

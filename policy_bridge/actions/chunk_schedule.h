@@ -87,9 +87,8 @@ class ChunkSchedule {
   Overlap overlap_;
 };
 
-// Weight of the last chunk in row `row` of a new chunk that overlaps it (the soft mask of real-time
-// chunking): 1 for committed rows (row < delay), 0 from row `overlap` on, and decreasing exponentially
-// between them.
+// Returns the weight of the last chunk in row `row` of a new chunk (the soft mask of real-time chunking). It
+// is 1 for committed rows (row < delay), 0 from row `overlap` on, and decreases exponentially between them.
 double OlderWeight(int row, int delay, int overlap);
 
 // Joins a new chunk to the last chunk: each row within the overlap becomes the mean of both chunks, weighted

@@ -1,6 +1,6 @@
-// Values as MessagePack (https://github.com/msgpack/msgpack/blob/master/spec.md), with arrays as in openpi
-// and vla-eval (a map of "__ndarray__": true, "data", "dtype" and "shape"), or as in the package
-// msgpack-numpy, which XPolicyLab uses (a map of "nd": true, "type", "kind", "shape" and "data").
+// Values as MessagePack (https://github.com/msgpack/msgpack/blob/master/spec.md), with arrays in one of two
+// forms. openpi and vla-eval use a map of "__ndarray__": true, "data", "dtype" and "shape". XPolicyLab uses
+// the form of the package msgpack-numpy: a map of "nd": true, "type", "kind", "shape" and "data".
 #pragma once
 
 #include <cstdint>
@@ -26,8 +26,8 @@ Bytes EncodeMsgpack(const Value& value, ArrayKeys array_keys);
 //
 // The bytes are not trusted. Memory use is limited to a fixed multiple of the number of bytes, whatever sizes
 // the bytes announce. Throws ServerError (kProtocol) for truncated input, keys that are not texts,
-// extensions, more than 32 levels, more than a million values (numbers in arrays are not counted), and arrays
-// whose data do not match their shape.
+// extensions, and arrays whose data do not match their shape. Also throws it for more than 32 levels, or more
+// than a million values (numbers in arrays are not counted).
 Value DecodeMsgpack(std::span<const uint8_t> bytes);
 
 }  // namespace evalbus::policy

@@ -33,10 +33,11 @@ bool IsLoopbackHost(std::string_view host);
 // no header was sent.
 bool IsOwnOrigin(std::string_view origin, std::string_view host);
 
-// The messages that a page sends: {"watch": RUN}; {"note": {"run": RUN, "episode": EPISODE, "text": TEXT}},
-// which sets a user's note on an episode; {"verdict": {"episode": EPISODE, "outcome": OUTCOME, "stages":
-// STAGES, "rubric": RUBRIC}}, which gives an operator's verdict. The functions return nothing for any other
-// text.
+// Parse the messages that a page sends. The functions return nothing for any other text.
+// - {"watch": RUN}: the run that the viewer watches.
+// - {"note": {"run": RUN, "episode": EPISODE, "text": TEXT}}: a user's note on an episode.
+// - {"verdict": {"episode": EPISODE, "outcome": OUTCOME, "stages": STAGES, "rubric": RUBRIC}}: an operator's
+//   verdict.
 std::optional<int> ParseWatch(std::string_view message);
 struct WebNote {
   int run = -1, episode = -1;
