@@ -13,7 +13,7 @@ namespace {
 // Stream of Random for the order; differs from all streams in base/random.h.
 constexpr uint32_t kOrderStream = 0x10003;
 
-// Fisher and Yates.
+// Fisher-Yates shuffle.
 template <class T>
 void Shuffle(Random* random, std::vector<T>* values) {
   for (size_t left = values->size(); left > 1; --left) {
@@ -49,7 +49,8 @@ std::vector<JudgedEpisode> BlindOrder(const std::vector<std::pair<int, int>>& pa
   // char: elements of vector<bool> cannot be swapped by reference.
   std::vector<char> is_swapped(pairs.size());
   for (size_t i = 0; i < is_swapped.size(); ++i) is_swapped[i] = i % 2 == 1;
-  // If the number of pairs is odd, one run comes first once more than the other: this draw decides which.
+  // If the number of pairs is odd, one run comes first in one more pair than the other. This draw decides
+  // which run.
   if (random.Index(2) == 1) {
     for (char& swapped : is_swapped) swapped = !swapped;
   }

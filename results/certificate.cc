@@ -8,7 +8,7 @@
 namespace evalbus::results {
 namespace {
 
-// Adds the pairs of one task: where they diverge, and how many differ.
+// Adds the pairs of one task to the counts and stages in `result`.
 void AddPairs(const RecordedRun& run, const RecordedRun& reference, PolicyOnEngine* result) {
   std::map<int, StageParting> by_stage;
   for (const RecordedEpisode& episode : run.episodes) {
@@ -16,7 +16,7 @@ void AddPairs(const RecordedRun& run, const RecordedRun& reference, PolicyOnEngi
     if (other == reference.episodes.end() || !episode.complete || !other->complete) continue;
     ++result->pairs;
     result->different += !(episode.result == other->result);
-    // Both have all stages of the task, in its order.
+    // Both lists contain all stages of the task, in the task's order.
     const auto& reached = episode.result.stages;
     const auto& reached_there = other->result.stages;
     const auto [here, there] =
@@ -35,7 +35,7 @@ void AddPairs(const RecordedRun& run, const RecordedRun& reference, PolicyOnEngi
 
 PolicyOnEngine CompareWithReference(const EngineResults& engine, const EngineResults& reference,
                                     size_t policy) {
-  // These are named after the engines, because text and JSON name the policy.
+  // The runs are named after their engines, because text and JSON name the policy separately.
   RecordedRuns run = engine.policies[policy], baseline = reference.policies[policy];
   PolicyOnEngine result{.policy = run.name,
                         .engine = engine.engine,
@@ -45,7 +45,7 @@ PolicyOnEngine CompareWithReference(const EngineResults& engine, const EngineRes
                         .different = 0};
   run.name = engine.engine;
   baseline.name = reference.engine;
-  // The difference of the engines is the subject of the comparison, so it is not a remark.
+  // The versions are removed so that CompareVerdicts() does not remark that the engines differ.
   for (RecordedRun& one : run.runs) one.info.erase("mujoco_version");
   result.comparison = CompareVerdicts(run, baseline);
   for (const RecordedRun& one : run.runs) {

@@ -1,6 +1,6 @@
-// Compares what the same policies achieve on several engines (versions of MuJoCo): which verdicts flip, at
-// which stage episodes diverge, and whether the comparison of the policies depends on the engine. Pure: text
-// and JSON are generated elsewhere (certificate_text.h).
+// Compares the results of the same policies on several engines (versions of MuJoCo): which verdicts flip, at
+// which stage episodes diverge, and whether the comparison of the policies depends on the engine. Has no side
+// effects; certificate_text.h generates text and JSON.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace evalbus::results {
 struct EngineResults {
   // Version of MuJoCo, for example "3.3.3".
   std::string engine;
-  // By policy; `name` is the policy's name.
+  // One entry per policy; its `name` is the policy's name.
   std::vector<RecordedRuns> policies;
 };
 
@@ -26,21 +26,22 @@ struct StageParting {
   // TASK/VARIATION.
   std::string task;
   int stage = 0;
-  // Number of pairs that diverge at this stage; of these, the number that reached it on the reference only.
+  // pairs: number of pairs that diverge at this stage. only_reference: number of these pairs that reached the
+  // stage on the reference only.
   int pairs = 0, only_reference = 0;
-  // The first of these pairs.
+  // Seed of the first of these pairs.
   int64_t seed = 0;
 };
 
-// One policy on one engine, compared with the reference: the first engine.
+// One policy on one engine, compared with its results on the reference, which is the first engine.
 struct PolicyOnEngine {
   std::string policy, engine;
-  // run: on this engine, baseline: on the reference. p of success is adjusted by Holm for all policies and
-  // engines.
+  // `run` has the results on this engine, `baseline` the results on the reference. p of success is adjusted
+  // by Holm for all policies and engines.
   Comparison comparison;
   // Ordered by task and stage.
   std::vector<StageParting> partings;
-  // Number of pairs of episodes, and of pairs whose results differ in any value.
+  // pairs: number of pairs of episodes. different: number of pairs whose results differ in any value.
   int pairs = 0, different = 0;
 
   int flipped() const { return comparison.success.pairs.only_a + comparison.success.pairs.only_b; }
@@ -49,19 +50,20 @@ struct PolicyOnEngine {
 // Two policies, compared on each engine.
 struct PolicyPair {
   std::string policy, baseline;
-  // In the order of the engines. p is adjusted by Holm for all pairs of policies on the engine.
+  // One comparison per engine, in the order of the engines. p is adjusted by Holm for all pairs of policies
+  // on the engine.
   std::vector<SuccessComparison> on_engine;
 
   // True if one policy has the higher rate on one engine, and the other policy on another.
   bool order_reverses() const;
-  // True if the engines disagree on whether one of them is better.
+  // True if the engines disagree on whether one of the policies is better.
   bool verdict_changes() const;
 };
 
 struct Certificate {
-  // The first one is the reference.
+  // The first engine is the reference.
   std::vector<std::string> engines;
-  // Ordered by engine, without the reference, and policy.
+  // Ordered by engine, then by policy. The reference is not included.
   std::vector<PolicyOnEngine> comparisons;
   std::vector<PolicyPair> pairs;
 
@@ -69,8 +71,8 @@ struct Certificate {
   bool ranking_survives() const;
 };
 
-// Compares all engines with the first one, paired by seed. Throws InputError if there are fewer than two
-// engines, and as CompareRuns() does.
+// Compares all engines with the first engine; episodes are paired by seed. Throws InputError if there are
+// fewer than two engines, and whenever CompareRuns() does.
 Certificate Certify(const std::vector<EngineResults>& engines);
 
 }  // namespace evalbus::results

@@ -22,7 +22,7 @@ using nlohmann::ordered_json;
 // Maximum number of flipped seeds to list as text.
 constexpr size_t kMaxFlips = 10;
 
-// Pairs of all policies on an engine, and the number that flip.
+// Number of pairs of all policies on an engine, and number of pairs whose verdicts flip.
 struct Flips {
   int flipped = 0, pairs = 0;
 };
@@ -204,7 +204,7 @@ std::string CertificateText(const Certificate& certificate, const StageNames& st
   std::string text =
       fmt::format("{}\n\n{}\n{}{}{}", Headline(certificate), Table(certificate),
                   Partings(certificate, stages), FlippedSeeds(certificate), Ranking(certificate));
-  std::set<std::string> notes;  // most are the same for each engine
+  std::set<std::string> notes;  // most notes are the same for each engine
   for (const PolicyOnEngine& one : certificate.comparisons) {
     for (const std::string& remark : one.comparison.remarks) {
       const std::string note = fmt::format("note: {}: {}\n", one.policy, remark);

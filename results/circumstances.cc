@@ -17,16 +17,16 @@
 namespace evalbus::results {
 namespace {
 
-// Number of bins that are shown of a parameter with many values.
+// Number of bins that are shown for a parameter with many values.
 constexpr int kShownBins = 5;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// A value of each episode that has one, and whether the episode succeeded.
+// The values of a parameter, one for each episode that has it, and whether that episode succeeded.
 struct Values {
   std::string name;
   std::vector<double> value;
   std::vector<bool> success;
-  // If the value is an index: what it is chosen from.
+  // The list of choices if the value is an index; otherwise empty.
   std::vector<std::string> choices{};
 
   bool is_constant() const {
@@ -36,7 +36,7 @@ struct Values {
 
 bool Counts(const RecordedEpisode& episode) { return episode.complete && episode.judged(); }
 
-// "mug" of "mug_x_m".
+// Returns the distractor of a parameter, for example "mug" for "mug_x_m"; other names are returned unchanged.
 std::string PartOf(const std::string& name) {
   const size_t end = name.rfind("_x_m");
   return end == std::string::npos ? name : name.substr(0, end);
@@ -54,7 +54,7 @@ std::vector<std::string> ChoicesOf(const std::string& name, const RecordedRun& r
   }
 }
 
-// Throws InputError unless the value is an index of the values' choices.
+// Throws InputError if the parameter has choices and the value is not an index into them.
 void CheckChoice(const Values& values, double value, const RecordedRun& run) {
   const size_t count = values.choices.size();
   if (count == 0 || (value >= 0 && value < static_cast<double>(count) && value == std::floor(value))) return;
@@ -63,8 +63,9 @@ void CheckChoice(const Values& values, double value, const RecordedRun& run) {
                                kRunJson, count));
 }
 
-// All parameters of a run, in the order in which they first occur. A parameter that some episodes lack also
-// has a 0 or 1 for each episode; parameters that are present in the same episodes share it.
+// Returns the parameters of a run that vary, in the order in which they first occur. If some episodes lack a
+// parameter, NAME_present is added: 1 for episodes that have it and 0 for the others. Parameters that are
+// present in the same episodes share one NAME_present.
 std::vector<Values> ValuesOf(const RecordedRun& run) {
   std::vector<std::string> names;
   for (const RecordedEpisode& episode : run.episodes) {
@@ -118,7 +119,7 @@ std::vector<metrics::RateBin> RatesOf(const std::vector<CircumstanceBin>& bins) 
 }
 
 Circumstance TestChoices(const Values& values) {
-  // As many bins as there are choices: each choice has its own.
+  // Each choice has its own bin.
   Circumstance result{.name = values.name,
                       .episodes = {},
                       .is_choice = true,

@@ -11,16 +11,16 @@
 
 namespace evalbus::results {
 
-// Key in run.json of the lists from which parameters are chosen, by name.
+// Key in run.json. Its value maps a parameter's name to the list from which the parameter is chosen.
 inline constexpr char kParameterChoices[] = "parameter_choices";
 
-// A parameter whose name ends in its unit, as it is shown.
+// Display name and unit of a parameter, derived from the end of its name.
 struct ParameterName {
   // For example "pot y" of "pot_y_m", "table texture" of "table_texture_choice".
   std::string label;
   // "m", "deg" or empty.
   std::string unit;
-  // Converts a value to the unit.
+  // Factor that converts a value to `unit`.
   double scale = 1;
 };
 ParameterName NameOfParameter(const std::string& name);
@@ -29,9 +29,9 @@ ParameterName NameOfParameter(const std::string& name);
 struct CircumstanceBin {
   double from = 0, to = 0;
   metrics::RateBin episodes;
-  // What was chosen, if the parameter is the index of a choice from a list.
+  // Name of the choice if the parameter is an index into a list of choices; otherwise empty.
   std::string choice{};
-  // Whether it belongs to the choices with lower rates (metrics::FindLowGroup).
+  // Whether the bin belongs to the choices with lower rates (metrics::FindLowGroup).
   bool is_low = false;
 
   double rate() const { return static_cast<double>(episodes.successes) / episodes.trials; }
@@ -43,13 +43,13 @@ struct Circumstance {
   std::string name;
   metrics::RateBin episodes;
   double p = 1, p_holm = 1;
-  // True if the parameter is the index of a choice from a list, which has no order.
+  // True if the parameter is an index into a list of choices. Such values have no order.
   bool is_choice = false;
-  // The range of values that separates successes from failures best. Infinite at the ends of the values. Of
-  // choices, the bins that are low.
+  // from, to: the range of values that separates successes from failures best; infinite if it is open at that
+  // end. Not set for choices. inside: episodes in this range; for choices, episodes of the bins that are low.
   double from = 0, to = 0;
   metrics::RateBin inside;
-  // For display, ascending; one for each choice that occurred.
+  // Bins for display, ascending. A choice parameter has one bin for each choice that occurred.
   std::vector<CircumstanceBin> bins;
 
   bool is_shown() const { return p_holm < metrics::kAlpha; }
@@ -61,15 +61,16 @@ struct Circumstance {
 
 struct RunCircumstances {
   std::string run, policy, task;
-  // Complete and judged episodes.
+  // Successes among the complete and judged episodes.
   metrics::RateBin episodes;
   // In the order of EPISODE_BEGIN.
   std::vector<Circumstance> parameters;
-  // Number of parameters in all runs, for which p_holm is adjusted.
+  // Number of tested parameters in all runs. p_holm is adjusted for this number.
   int tested = 0;
 };
 
-// One entry per run, in their order. Values that are equal in all episodes are not tested.
+// Returns one entry per run, in the order of `runs`. Parameters that are equal in all episodes are not
+// tested.
 std::vector<RunCircumstances> FindCircumstances(const std::vector<const RecordedRun*>& runs);
 
 }  // namespace evalbus::results

@@ -24,7 +24,7 @@ std::string WithUnit(const std::string& number, const ParameterName& name) {
   return name.unit.empty() ? number : number + " " + name.unit;
 }
 
-// "a, b or c".
+// Joins names, for example to "a, b or c".
 std::string JoinedByOr(const std::vector<std::string>& names) {
   std::string text;
   for (size_t i = 0; i < names.size(); ++i)
@@ -32,14 +32,15 @@ std::string JoinedByOr(const std::vector<std::string>& names) {
   return text;
 }
 
-// The choices with which success is less frequent: "checker or stripes", "not oak".
+// Returns the choices with lower success rates, for example "checker or stripes" or "not oak".
 std::string LowChoices(const Circumstance& parameter) {
   std::vector<std::string> low, others;
   for (const CircumstanceBin& bin : parameter.bins) (bin.is_low ? low : others).push_back(bin.choice);
   return others.size() == 1 && low.size() > 1 ? "not " + others[0] : JoinedByOr(low);
 }
 
-// The values at which success is less frequent: "pot y is above 0.100 m", "table texture is checker".
+// Returns the condition under which success is less frequent, for example "pot y is above 0.100 m" or "table
+// texture is checker".
 std::string WhereItFails(const Circumstance& parameter) {
   const ParameterName name = NameOfParameter(parameter.name);
   if (parameter.is_choice) return name.label + " is " + LowChoices(parameter);
@@ -108,7 +109,7 @@ ordered_json RateJson(const metrics::RateBin& episodes) {
   return {{"episodes", episodes.trials}, {"successes", episodes.successes}};
 }
 
-// "0.100 to 0.350", "5 choices".
+// Returns the extent of the values, for example "0.100 to 0.350" or "5 choices".
 std::string ExtentText(const Circumstance& parameter) {
   if (parameter.is_choice) return Plural(static_cast<int64_t>(parameter.bins.size()), "choice");
   return ParameterText(parameter, parameter.bins.front().from) + " to " +

@@ -9,18 +9,19 @@
 
 namespace evalbus::results {
 
-// One sentence per parameter that is shown to influence success, most significant first, for example "Success
-// falls from 85 % to 38 % where pot y is above 0.100 m (p = 0.002; 6 parameters tested)."; otherwise one
-// sentence that none is.
+// Returns one sentence per parameter that significantly influences success, most significant first. For
+// example "Success falls from 85 % to 38 % where pot y is above 0.100 m (p = 0.002; 6 parameters tested)." If
+// there is no such parameter, returns one sentence that states this.
 std::vector<std::string> CircumstanceSentences(const RunCircumstances& run);
 
-// A value of a parameter that is not a choice in its display unit, with enough decimals for the range of its
-// values.
+// Formats a value in the parameter's display unit, with enough decimals for the range of its values. The
+// parameter must not be a choice.
 std::string ParameterText(const Circumstance& parameter, double value);
-// "0.100 to 0.150 m"; "present", "absent" for NAME_present; the name of a choice.
+// Returns a range such as "0.100 to 0.150 m", "present" or "absent" for NAME_present, or the name of a
+// choice.
 std::string BinText(const Circumstance& parameter, const CircumstanceBin& bin);
 
-// Sentences, a table of the parameters, and the rates of those that are shown.
+// Returns the sentences, a table of all parameters, and the rates by value of each significant parameter.
 std::string CircumstancesText(const RunCircumstances& run, bool colors);
 
 nlohmann::ordered_json CircumstancesJson(const std::vector<RunCircumstances>& runs);

@@ -1,4 +1,5 @@
-// Whether a policy commanded anything: a success without a command is the task's, not the policy's.
+// Detects whether a policy commanded any motion. A success without a commanded motion is not an achievement
+// of the policy.
 #pragma once
 
 #include "results/run_reader.h"

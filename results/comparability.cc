@@ -14,8 +14,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Keys of run.json that do not change the compared values: what is compared, how it is named, and how it was
-// computed. All other keys may change them, including keys of newer versions.
+// Keys of run.json that do not affect the compared values. All other keys may affect them, including keys of
+// newer versions.
 constexpr std::string_view kChangesNothing[] = {
     "run_id",        "task",       "variation",  "task_path",   "task_sha256", "robot",     "model_path",
     "assets",        "control_hz", "policy",     "policy_name", "seed",        "episodes",  "only",

@@ -1,4 +1,4 @@
-// Checks whether two runs can be compared, and what besides the policy differs between them.
+// Checks whether two runs can be compared, and lists what differs between them besides the policy.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// Selects what `evalbus compare` compares: reads the runs, finds the baseline among them, names them apart,
-// and finds pairs of episodes.
+// Prepares runs for `evalbus compare`: reads them, finds the baseline, gives them distinct names, and finds
+// pairs of episodes.
 #pragma once
 
 #include <cstdint>
@@ -12,24 +12,25 @@
 
 namespace evalbus::results {
 
-// Reads a run or suite. The hash of its physics model, which comparable runs share, is that of the model file
-// beside run.json. Throws InputError.
+// Reads a run or suite, and computes the hash of its physics model from the model file in the run's folder.
+// Comparable runs have equal hashes. Throws InputError.
 RecordedRuns ReadForComparison(const std::filesystem::path& folder);
 
 // Sets the hash of the run's physics model in its `info`. Throws InputError if the model cannot be read.
 void SetPhysicsHash(RecordedRun* run);
 
-// Removes the baseline from the runs and returns it; reads it if it is a folder but not one of them. name:
-// name, policy or folder; empty: the first run. Throws InputError if it is unknown or ambiguous.
+// Removes the baseline from `runs` and returns it. `name` is a run's name, policy or folder; if empty, the
+// first run is the baseline. A folder that is not among the runs is read. Throws InputError if `name` is
+// unknown or ambiguous.
 RecordedRuns RemoveBaseline(const std::string& name, std::vector<RecordedRuns>* runs);
 
-// The parts of paths in which they differ: {"plan/a/lift_pot", "plan/b/lift_pot"} are "a" and "b". The whole
-// paths if one of these parts would be empty.
+// Returns the parts in which the paths differ: "a" and "b" for {"plan/a/lift_pot", "plan/b/lift_pot"}.
+// Returns the whole paths if one of these parts would be empty.
 std::vector<std::string> DistinctNames(const std::vector<std::filesystem::path>& folders);
-// Names runs with equal names by the parts in which their folders differ.
+// Renames runs with equal names to the parts in which their folders differ.
 void NameApart(std::vector<RecordedRuns>* runs);
 
-// Two episodes of one task with the same seed, one of each run.
+// Two episodes of one task with the same seed, one from each run.
 struct SeedPair {
   const RecordedRun* run;
   const RecordedRun* baseline;
@@ -37,8 +38,8 @@ struct SeedPair {
   int episode, baseline_episode;
 };
 
-// Searches all tasks that both have. Returns the pair with the given seed; without a seed, the first pair of
-// which one succeeded and one failed, or, if there is none, the first pair.
+// Searches all tasks that both have. Returns the pair with the given seed. Without a seed, returns the first
+// pair in which exactly one episode succeeded or, if there is none, the first pair.
 std::optional<SeedPair> FindSeedPair(const RecordedRuns& runs, const RecordedRuns& baselines,
                                      std::optional<int64_t> seed);
 

@@ -40,7 +40,8 @@ BySeed CompleteBySeed(const RecordedRun& run) {
   return scored;
 }
 
-// The complete episodes of one of the two runs, and the values that decide whether it may be called better.
+// The complete episodes of one of the two runs, and the values that decide whether the run may be called
+// better.
 struct Side {
   explicit Side(BySeed compared, bool is_simulated_run)
       : episodes(std::move(compared)), is_simulated(is_simulated_run) {
@@ -63,7 +64,7 @@ struct Side {
         episode.result.values, name, [](const auto& named) -> const auto& { return named.first; });
     return found == episode.result.values.end() ? std::nullopt : std::optional(found->second);
   }
-  // Fewer successes, or as many successes and fewer stages.
+  // True if this side has fewer successes, or equally many successes and fewer stages.
   bool GotLessFarThan(const Side& other) const {
     return std::pair(success_rate, progress) < std::pair(other.success_rate, other.progress);
   }
@@ -94,8 +95,8 @@ const NoMerit* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side
   return nullptr;
 }
 
-// Sets ratio to the geometric mean of the ratios of the pairs: each seed counts the same, and swapping the
-// runs gives the reciprocal.
+// Sets ratio to the geometric mean of the ratios of the pairs. Each seed then has the same weight, and
+// swapping the runs gives the reciprocal.
 void SetRatioOfPairs(std::span<const double> values, std::span<const double> baseline,
                      MetricComparison* metric) {
   const auto is_positive = [](double value) { return value > 0; };
@@ -107,7 +108,8 @@ void SetRatioOfPairs(std::span<const double> values, std::span<const double> bas
   metric->ratio_95 = {std::exp(interval.lower), std::exp(interval.upper)};
 }
 
-// A ratio of means over values of both signs would have no meaning.
+// Sets ratio to the ratio of the means, unless a value is negative: a ratio over values of both signs has no
+// meaning.
 void SetRatioOfMeans(std::span<const double> values, std::span<const double> baseline,
                      MetricComparison* metric) {
   const auto is_negative = [](double value) { return value < 0; };
@@ -143,7 +145,7 @@ void TestUnpaired(std::span<const double> values, std::span<const double> baseli
   SetRatioOfMeans(values, baseline, metric);
 }
 
-// The main metrics that at least one of the episodes has.
+// Returns the main metrics that at least one of the episodes has.
 std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baseline) {
   std::set<std::string> names;
   for (const auto* episodes : {&run, &baseline}) {
@@ -154,7 +156,7 @@ std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baselin
   return MainMetrics({names.begin(), names.end()});
 }
 
-// Remarks on tasks or runs. Those with the same text share a line.
+// Remarks on tasks or runs. Remarks with the same text share a line.
 class NamedRemarks {
  public:
   void Add(const std::string& name, const std::string& text) {
@@ -246,7 +248,8 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
   return metrics;
 }
 
-// Orders episodes by success, then by the stages reached, then, if successful, by time: more is better.
+// Key that orders episodes by success, then by the stages reached, then, if successful, by time. A greater
+// key is better.
 std::tuple<bool, double, double> HowFar(const RecordedEpisode& episode) {
   return {episode.success, Side::Value(episode, Side::kProgress).value_or(0),
           episode.success ? -episode.completion_time : 0};
@@ -274,7 +277,7 @@ SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired)
   return counts;
 }
 
-// Reduces episodes, or pairs, that count as one sample to a single one.
+// If all episodes (or pairs) count as one sample, reduces the counts to a single episode (or pair).
 SuccessCounts CountSamples(SuccessCounts counts, const Side& run, const Side& baseline, bool paired) {
   const auto one = [](int* successes, int* trials) {
     *trials = std::min(1, *trials);
@@ -610,7 +613,7 @@ void SuccessComparison::Test() {
     p = metrics::FisherTest(samples.successes, samples.trials, samples.baseline_successes,
                             samples.baseline_trials);
   }
-  // If a task counts once in the test, the test's direction may be opposite to that of the rates. Such a
+  // If a task counts once in the test, the tested counts may favor the other side than the rates do. Such a
   // difference is not significant.
   const double tested = samples.successes * static_cast<double>(samples.baseline_trials) -
                         samples.baseline_successes * static_cast<double>(samples.trials);
@@ -641,7 +644,8 @@ Outlook OutlookOf(const SuccessComparison& success) {
   }
   const double rate = static_cast<double>(success.successes) / success.trials,
                baseline_rate = static_cast<double>(success.baseline_successes) / success.baseline_trials;
-  // Differences are measured from the baseline's rate toward the side with more room.
+  // The difference is added to the baseline's rate if that is at most 50 %, and subtracted otherwise, because
+  // larger differences are then possible.
   const bool is_up = baseline_rate <= 0.5;
   Outlook outlook;
   outlook.findable = metrics::FindableDifference(

@@ -1,5 +1,5 @@
-// Compares two runs or two suites statistically. Pure: converts runs that were read from disk into a struct;
-// text and JSON are generated elsewhere. A difference is always the run's value minus the baseline's.
+// Compares two runs or two suites statistically. Has no side effects; comparison_text.h and comparison_json.h
+// generate text and JSON. A difference is always the run's value minus the baseline's value.
 #pragma once
 
 #include <filesystem>
@@ -27,18 +27,20 @@ struct SuccessCounts {
   int baseline_successes = 0, baseline_trials = 0;
   // a: the run, b: the baseline; set only if paired.
   metrics::PairCounts pairs;
-  // Pairs in which one side is ahead: it alone succeeded; else it reached more stages; else, if both
-  // succeeded, it took less time. Set only if paired.
+  // Number of pairs in which each side is ahead. A side is ahead if only it succeeded. If success is equal,
+  // the side with more stages is ahead; if the stages are equal, too, and both succeeded, the faster side.
+  // Set only if paired.
   metrics::Wins ahead;
 
   void Add(const SuccessCounts& other);
 };
 
-// The test that p of the success rates comes from.
+// The statistical test of the success rates.
 enum class SuccessTest { kMcNemar, kFisher, kSequentialMcNemar };
 
-// Comparison of two success rates. Paired: both over the episodes that both sides have; exact McNemar test,
-// Newcombe's interval for pairs. Unpaired: Fisher's test, Newcombe's interval for independent samples.
+// Comparison of two success rates. If paired, both rates cover the episodes with seeds that both sides have;
+// the test is the exact McNemar test, and the interval is Newcombe's interval for pairs. Otherwise the test
+// is Fisher's exact test, and the interval is Newcombe's interval for independent samples.
 struct SuccessComparison : SuccessCounts {
   bool paired = false;
   // The counts that the test uses. They equal the counts of the base class, except that a task whose episodes
@@ -49,8 +51,8 @@ struct SuccessComparison : SuccessCounts {
   metrics::Interval difference_95{};
   SuccessTest test = SuccessTest::kMcNemar;
   double p = 1;
-  // p adjusted by Holm, over the runs compared with the same baseline or over the tasks of a suite. For a
-  // plan with `until`, adjusted by Bonferroni, over its policies.
+  // p adjusted by Holm for the runs compared with the same baseline or for the tasks of a suite. In a plan
+  // with `until`, p adjusted by Bonferroni for the plan's policies.
   double p_adjusted = 1;
   // True if p_adjusted is significant.
   bool is_shown = false;
@@ -59,7 +61,7 @@ struct SuccessComparison : SuccessCounts {
 
   void Add(const SuccessComparison& other);  // adds another task; call Test() afterwards
   void Test();
-  // Sets p_adjusted, as adjusted by Holm for this number of comparisons.
+  // Sets p_adjusted to p_holm, which was adjusted for this number of comparisons.
   void SetAdjusted(double p_holm, size_t comparisons);
   // Replaces the test by the sequential test of a plan with `until`.
   void SetSequential(double sequential_p, double adjusted, bool is_decided);
@@ -69,28 +71,29 @@ struct SuccessComparison : SuccessCounts {
 // Adjusts the p values of a family of comparisons by Holm.
 void AdjustByHolm(const std::vector<SuccessComparison*>& family);
 
-// Statistical power of a number of episodes or pairs. For independent samples: number of episodes per side.
+// Statistical power of a number of pairs or, for independent samples, of a number of episodes per side.
 struct Outlook {
-  // Smallest true difference that the present number detects with 80 % power; nullopt if it cannot detect
+  // Smallest true difference that the current number detects with 80 % power; nullopt if it cannot detect
   // any.
   std::optional<double> findable;
-  // Number that detects the observed difference with 80 % power, if that is the true difference; nullopt if
-  // the difference is 0 or more than metrics::kMaxTrials are needed.
+  // Number that is needed to detect the observed difference with 80 % power, assuming that it is the true
+  // difference. nullopt if the difference is 0 or if more than metrics::kMaxTrials are needed.
   std::optional<int> needed;
 };
 Outlook OutlookOf(const SuccessComparison& success);
 
-// Why a better value of a metric does not make a side better.
+// Reason why a better value of a metric does not make a side better.
 struct NoMerit {
-  // For people, if the run, or the baseline, is the side without merit.
+  // Display text if the run (of_run) or the baseline (of_baseline) is the side whose better value does not
+  // count.
   const char *of_run, *of_baseline;
-  // Follows the name of that side.
+  // Predicate of a sentence whose subject is the name of that side.
   const char* sentence;
 };
 
-// Comparison of a metric over the complete episodes that have it; effort metrics only over those that
-// succeeded. Paired: interval of the mean difference, Wilcoxon signed-rank test. Unpaired: interval of the
-// difference of means, Mann-Whitney test.
+// Comparison of a metric over the complete episodes that have it; for effort metrics, only over the
+// successful ones. If paired: interval of the mean difference and Wilcoxon signed-rank test. Otherwise:
+// interval of the difference of means and Mann-Whitney test.
 struct MetricComparison {
   MetricNumber number;
   // Number of values on each side; equal if paired.
@@ -100,23 +103,24 @@ struct MetricComparison {
   metrics::Interval difference_95{};
   // nullopt if all values are equal.
   std::optional<double> p;
-  // p adjusted by Holm, over the metrics with a p.
+  // p adjusted by Holm for the metrics that have a p.
   double p_holm = 1;
-  // Why a difference in favor of the run, or of the baseline, must not be called better; null if it may be.
+  // Reason why a difference in favor of the run (no_merit) or of the baseline (baseline_no_merit) must not be
+  // called better; null if there is none.
   const NoMerit *no_merit = nullptr, *baseline_no_merit = nullptr;
-  // The geometric mean of the ratios of the pairs for effort metrics over pairs, if all values are positive;
-  // otherwise mean / baseline_mean, if no value is negative, with an interval only over pairs.
+  // For paired effort metrics whose values are all positive: the geometric mean of the ratios of the pairs.
+  // Otherwise mean / baseline_mean, if no value is negative; the interval is then set only if paired.
   std::optional<double> ratio;
   metrics::Interval ratio_95{};
 
-  // Decimals of all its numbers in the display unit: those of the larger mean, limited by the standard error
-  // of the difference.
+  // Number of decimals for all numbers of this comparison in the display unit. It suits the larger mean, but
+  // is limited by the standard error of the difference.
   int decimals() const;
   bool differs() const { return p && p_holm < metrics::kAlpha; }
   // Whether the run's value is significantly higher (lower).
   bool is_higher() const;
   bool is_lower() const;
-  // The judgment without regard to no_merit and baseline_no_merit.
+  // The judgment if no_merit and baseline_no_merit are ignored.
   Judgment JudgmentByValue() const;
   Judgment judgment() const;
   // The judgment in words, for example "better"; "lower (made less progress)" if it is not called better.
@@ -166,9 +170,9 @@ struct Comparison {
   ComparedRuns run, baseline;
   // One entry for a comparison of single runs.
   std::vector<TaskComparison> tasks;
-  // Over all tasks.
+  // Comparison over all tasks.
   SuccessComparison success;
-  // What was excluded, one sentence each.
+  // Sentences that state what was excluded.
   std::vector<std::string> remarks;
 };
 
@@ -176,10 +180,10 @@ struct Comparison {
 // if the values cannot be compared: different control rate, task description or physics model, or no common
 // task.
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
-// Compares success alone: the result has no metrics.
+// Compares only success; the result has no metrics.
 Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline);
-// Compares the success of each pair of runs, in the order (0, 1), (0, 2), ..., (1, 2), ...: the first one
-// with the second one as its baseline. p is adjusted by Holm for all pairs.
+// Compares the success of each pair of runs, in the order (0, 1), (0, 2), ..., (1, 2), ... The second run of
+// a pair is its baseline. p is adjusted by Holm for all pairs.
 std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedRuns*>& runs);
 // Compares each run with the baseline, with p of success adjusted for the number of runs.
 std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline);

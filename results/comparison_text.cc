@@ -25,7 +25,7 @@ std::string Range(const metrics::Interval& interval, int decimals) {
                      FixedOrDash(interval.upper, decimals));
 }
 
-// Columns of labels and of the values of each side, in characters.
+// Widths of the label column and of the value column of each side, in characters.
 struct Widths {
   int label, side;
 };
@@ -54,7 +54,7 @@ Widths WidthsOf(int label, const Comparison& comparison) {
           std::clamp(std::max(Width(comparison.baseline.name), Width(comparison.run.name)), kLeast, kMost)};
 }
 
-// The end of a name that is too long: checkpoints often differ there.
+// Shortens a name that is too long to its end, where names of checkpoints often differ.
 std::string Short(const std::string& name, int width) {
   const int cut = Width(name) - width;
   return cut <= 0 ? name : ".." + name.substr(Cut(name, cut + 2).size());

@@ -10,8 +10,9 @@
 namespace evalbus::results {
 
 // Returns the log of an episode, or the logs of the finished episodes of a run or a suite, in order.
-// `recording`: folder of a suite, a run or an episode, or a log file. If `episodes` is not empty, only these
-// are returned; it is ignored for a log file. Throws InputError if there is no log.
+// `recording` is the folder of a suite, a run or an episode, or a log file. If `episodes` is not empty, only
+// the logs of these episodes are returned; it is ignored for a log file. Throws InputError if there is no
+// log.
 std::vector<std::filesystem::path> EpisodeLogs(const std::filesystem::path& recording,
                                                const std::vector<int>& episodes = {});
 

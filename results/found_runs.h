@@ -9,22 +9,23 @@ namespace evalbus::results {
 
 struct FoundRun {
   std::filesystem::path folder;
-  // Name of the policy in its plan; empty outside a plan.
+  // Name of the policy in its plan; empty if the run belongs to no plan.
   std::string policy;
-  // For example "lift_pot-position" or "expert/lift_pot-position", relative to the folder that was searched;
-  // the folder's name for a run alone.
+  // Path relative to the folder that was searched, for example "lift_pot-position" or
+  // "expert/lift_pot-position". If the searched folder is itself the run: the folder's name.
   std::string name;
-  // Number of episodes of the whole run according to its plan; 0 outside a plan.
+  // Number of episodes of the whole run according to its plan; 0 if the run belongs to no plan.
   int planned = 0;
 };
 
 struct FoundRuns {
-  // In the order of the plan or suite. Runs that have not begun are included only if their folder would be
-  // POLICY/TASK; while other machines evaluate parts of a plan, the finished shards of a run take its place.
+  // Runs in the order of the plan or suite. A run of a plan that has no folder POLICY/TASK yet is replaced by
+  // its finished shards or, if it has none, is included with the folder that it will get.
   std::vector<FoundRun> runs;
-  // Name of the plan's baseline; empty outside a plan.
+  // Name of the plan's baseline; empty if there is no plan.
   std::string baseline;
-  // The plan stops when its comparisons are decided, so that other tests of its success rates are not valid.
+  // True if the plan stops when its comparisons are decided. Other tests of its success rates are then not
+  // valid.
   bool is_sequential = false;
 };
 

@@ -18,7 +18,7 @@
 namespace evalbus::results {
 namespace {
 
-// Checks what makes the error rates of a gate invalid.
+// Throws InputError if a property of a run makes the error rates of a gate invalid.
 void CheckUsable(const RecordedRuns& runs) {
   for (const RecordedRun& run : runs.runs) {
     const auto refuse = [&](const std::string& why) { throw InputError(run.folder.string() + ": " + why); };
@@ -34,7 +34,7 @@ void CheckUsable(const RecordedRuns& runs) {
   }
 }
 
-// True if the episode with this seed is one that the run was to contain.
+// True if the run was planned to contain the episode with this number and seed.
 bool IsPlanned(const RecordedRun& run, int episode, int64_t seed) {
   return run.IsPlanned(episode) && run.seeds().OfEpisode(episode) == seed;
 }
@@ -47,8 +47,8 @@ EpisodesBySeed AllEpisodesBySeed(const RecordedRun& run) {
   return episodes;
 }
 
-// Adds the pairs of a task; returns the number of pairs of which one side has no result although it was to
-// have one.
+// Adds the complete pairs of a task. Returns the number of pairs in which a side lacks a complete result
+// although its run was planned to contain the episode.
 int AddTaskPairs(const RecordedRun& run, const RecordedRun& baseline, EpisodePairs* pairs) {
   const EpisodesBySeed own = AllEpisodesBySeed(run), other = AllEpisodesBySeed(baseline);
   int missing = 0;
@@ -72,7 +72,7 @@ const RecordedRun& FindRun(const RecordedRuns& runs, const std::filesystem::path
   return *std::ranges::find(runs.runs, folder, &RecordedRun::folder);
 }
 
-// What forbids that the run passes; empty if nothing does.
+// Returns the reason why the run cannot pass; empty if there is none.
 std::string Objection(const Comparison& comparison, const GateOptions& options) {
   if (!options.has_commanded_motion) {
     return fmt::format("no log of {} shows that the policy commanded a motion", comparison.run.name);
@@ -84,7 +84,8 @@ std::string Objection(const Comparison& comparison, const GateOptions& options) 
   return "";
 }
 
-// The decision about success. Missing pairs count against the verdict: as lost for PASS, as gained for FAIL.
+// Decides on success. Missing pairs count against the verdict: the test for PASS counts them as lost, the
+// test for FAIL as gained.
 GateCriterion DecideSuccess(const SuccessComparison& success, int missing, double margin_points,
                             double fail_alpha) {
   const metrics::PairCounts& counts = success.samples.pairs;
@@ -176,7 +177,7 @@ Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOpt
   for (const TaskComparison& task : comparison.tasks) {
     const size_t before = pairs.size();
     missing += AddTaskPairs(FindRun(run, task.folder), FindRun(baseline, task.baseline_folder), &pairs);
-    // Equal episodes that count as one sample (metrics::NumSamples).
+    // Keeps one pair if all episodes are equal and count as one sample (metrics::NumSamples).
     if (task.success.samples.trials < task.success.trials) pairs.resize(before + 1);
     gate.tasks.push_back({.name = task.name(),
                           .pairs = task.success.trials,
@@ -186,7 +187,8 @@ Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOpt
                           .lost = task.success.pairs.only_b});
   }
   const std::vector<GateMetric> metrics = ParseGateMetrics(options.on, options.margin, pairs);
-  // PASS requires that all criteria pass; FAIL that any fails, so that its alpha is divided.
+  // PASS requires all criteria to pass. A single failed criterion suffices for FAIL, so its alpha is divided
+  // by their number.
   const double fail_alpha = metrics::kAlpha / static_cast<double>(metrics.size() + 1);
   gate.criteria.push_back(DecideSuccess(comparison.success, missing, options.margin.value, fail_alpha));
   for (const GateMetric& metric : metrics) gate.criteria.push_back(DecideMetric(metric, pairs, fail_alpha));

@@ -1,7 +1,7 @@
-// Decides whether a run may replace its baseline: by non-inferiority on episodes with equal seeds. PASS and
-// FAIL are both shown by the data with an error of at most 5 % (more for few pairs of strongly skewed
-// metrics); everything else is CANNOT TELL. Pure: text and files are generated elsewhere (gate_text.h,
-// report/gate_files.h). docs/gate.md describes the rules and their measured errors.
+// Decides whether a run may replace its baseline, with non-inferiority tests on episodes with equal seeds.
+// PASS and FAIL each have an error probability of at most 5 % (more for few pairs of strongly skewed
+// metrics); otherwise the verdict is CANNOT TELL. Has no side effects; gate_text.h and report/gate_files.h
+// generate text and files. docs/gate.md describes the rules and their measured errors.
 #pragma once
 
 #include <optional>
@@ -16,8 +16,8 @@ enum class GateVerdict { kPass, kFail, kCannotTell };
 // "PASS", "FAIL", "CANNOT TELL".
 const char* Word(GateVerdict verdict);
 
-// Largest acceptable loss. For success: points. For a metric: its shown unit or, if is_percent, percent of
-// the baseline's mean.
+// Largest acceptable loss. The margin of success is in percentage points. The margin of a metric is in its
+// display unit or, if is_percent, in percent of the baseline's mean.
 struct GateMargin {
   double value = 5;
   bool is_percent = true;
@@ -25,7 +25,7 @@ struct GateMargin {
 
 struct GateOptions {
   GateMargin margin;
-  // Metrics besides success, which always counts: NAME or NAME:MARGIN or NAME:PERCENT%. NAME is a name as in
+  // Metrics that are tested in addition to success: NAME, NAME:MARGIN or NAME:PERCENT%. NAME is a name from
   // summary.json or a label of a main metric ("slips", "wrist path" or wrist_path).
   std::vector<std::string> on;
   // False if no log of the run shows a commanded motion (commanded_motion.h). Such a run does not pass.
@@ -38,7 +38,7 @@ struct GateCriterion {
   std::string what;
   GateVerdict verdict = GateVerdict::kCannotTell;
   int pairs = 0;
-  // True for effort metrics: the pairs are those in which both succeeded.
+  // True for effort metrics, which cover only the pairs in which both episodes succeeded.
   bool pairs_are_successes = false;
   // Means over the pairs, in `mean_unit` ("%" for success).
   double baseline_mean = 0, mean = 0;
@@ -49,9 +49,10 @@ struct GateCriterion {
   double margin = 0;
   // Unit of losses and margin: "points", "slips", "%", ...
   std::string unit;
-  // Error probability of FAIL: 5 % divided by the number of criteria. That of PASS is 5 %.
+  // Error probability of FAIL: 5 % divided by the number of criteria. The error probability of PASS is 5 %.
   double fail_alpha = 0.05;
-  // Further pairs that would decide with 80 % probability, if the present values are the true ones.
+  // Number of further pairs that would lead to a decision with 80 % probability if the observed values are
+  // the true ones.
   std::optional<int> more_pairs;
   // One sentence with the numbers.
   std::string why;
@@ -68,7 +69,7 @@ struct GateTask {
 struct Gate {
   std::string run, baseline;
   GateVerdict verdict = GateVerdict::kCannotTell;
-  // One line: the reason of the verdict.
+  // Reason for the verdict, in one line.
   std::string why;
   // Success first.
   std::vector<GateCriterion> criteria;

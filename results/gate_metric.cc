@@ -18,10 +18,10 @@
 namespace evalbus::results {
 namespace {
 
-// If all differences are equal, nothing shows how much they vary. At this number of pairs, the share of
-// starts that differ from them is at most 5 %, with 95 % confidence: 0.95^59 < 0.05.
+// If all differences are equal, their variance cannot be estimated. With this number of equal pairs, at most
+// 5 % of all starts have another difference, with 95 % confidence, because 0.95^59 < 0.05.
 constexpr int kEqualPairsNeeded = 59;
-// Fewer differing pairs show too little of how much they vary.
+// With fewer differing pairs, the estimate of their variance is too uncertain.
 constexpr int kDifferingPairsNeeded = 10;
 
 std::optional<double> ValueOf(const RecordedEpisode& episode, const MetricNumber& number) {
@@ -32,7 +32,7 @@ std::optional<double> ValueOf(const RecordedEpisode& episode, const MetricNumber
   return std::nullopt;
 }
 
-// Those of the numbers that `name` means: a metric, or the label of one of its numbers.
+// Returns the numbers whose metric or label is `name`.
 std::vector<MetricNumber> Matching(const std::string& name, const std::vector<MetricNumber>& numbers) {
   std::vector<MetricNumber> found;
   for (const MetricNumber& number : numbers) {
@@ -53,7 +53,7 @@ MetricNumber FindNumber(const std::string& name, const std::set<std::string>& av
   for (const std::string& each : available) {
     if (const MetricNumber number = FindMetric(each); number.metric) all.push_back(number);
   }
-  // "wrist_path" means that of both arms, which tables show.
+  // Main metrics come first: "wrist_path" then stands for the path of both arms, which tables show.
   std::vector<MetricNumber> found = Matching(name, MainMetrics({available.begin(), available.end()}));
   if (found.empty()) found = Matching(name, all);
   if (found.size() == 1) return found[0];
@@ -83,7 +83,7 @@ GateMargin ParseMargin(const std::string& text, const std::string& option) {
   return margin;
 }
 
-// Values of the pairs that have one on both sides.
+// Values of the pairs in which both episodes have a value.
 struct PairedValues {
   std::vector<double> run, baseline;
 };
@@ -105,7 +105,8 @@ GateVerdict VerdictOn(const GateCriterion& bounds) {
   return GateVerdict::kCannotTell;
 }
 
-// Pairs that decide with 80 % probability on the mean of these values being below or above 0.
+// Number of pairs that are needed to show with 80 % probability that the mean of these values is below or
+// above 0.
 std::optional<int> PairsNeeded(const std::vector<double>& x, double alpha) {
   const boost::math::normal_distribution<> normal;
   const double z = quantile(normal, 1 - alpha / 2) + quantile(normal, metrics::kWantedPower);
@@ -178,7 +179,8 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
   for (size_t i = 0; i < n; ++i) {
     const double loss = (info.better == Better::kLower ? 1 : -1) * (values.run[i] - values.baseline[i]);
     losses.push_back(loss);
-    // A margin in percent is one of each pair's baseline, so that the baseline's own error is included.
+    // A margin in percent refers to the baseline's value of each pair, so that the uncertainty of the
+    // baseline's mean is included.
     const double allowed =
         metric.margin.value * (metric.margin.is_percent ? values.baseline[i] / 100 : 1 / info.scale);
     excesses.push_back(loss - allowed);

@@ -1,4 +1,4 @@
-// The metrics of a gate (gate.h): which ones are meant, and the decision on each.
+// Finds the metrics of a gate (gate.h) by name, and decides on each of them.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace evalbus::results {
 
-// Complete episodes with equal seeds: of the run, and of the baseline.
+// Pairs of complete episodes with equal seeds: the run's episode first, then the baseline's.
 using EpisodePairs = std::vector<std::pair<const RecordedEpisode*, const RecordedEpisode*>>;
 
 struct GateMetric {
@@ -19,13 +19,14 @@ struct GateMetric {
   GateMargin margin;
 };
 
-// Finds the metrics of GateOptions::on among the numbers of these episodes. "success" is accepted and left
-// out. A metric without a margin of its own has `margin`, in percent. Throws InputError.
+// Finds the metrics of GateOptions::on among the numbers of these episodes. "success" is accepted and
+// omitted. A metric without its own margin gets `margin`, in percent. Throws InputError.
 std::vector<GateMetric> ParseGateMetrics(const std::vector<std::string>& on, const GateMargin& margin,
                                          const EpisodePairs& pairs);
 
-// The decision on a metric, without GateCriterion::why. Effort metrics cover the pairs in which both
-// succeeded, others the pairs of which both have a value. fail_alpha: error probability of FAIL.
+// Decides on a metric, without setting GateCriterion::why. Effort metrics cover the pairs in which both
+// episodes succeeded; other metrics cover the pairs in which both episodes have a value. fail_alpha: error
+// probability of FAIL.
 GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, double fail_alpha);
 
 }  // namespace evalbus::results

@@ -18,8 +18,8 @@ std::string WithUnit(const std::string& number, const std::string& unit) {
 
 enum class BoundFrom { kAbove, kBelow };
 
-// A bound of a loss with enough decimals to be compared with the margin, for example "4.2 points". One from
-// above is rounded up, one from below down, and none of at least 1e-6 is shown as 0.
+// Formats a bound of a loss with enough decimals to be compared with the margin, for example "4.2 points".
+// Upper bounds are rounded up and lower bounds down. A bound of at least 1e-6 is never shown as 0.
 std::string LossText(const GateCriterion& criterion, double loss, BoundFrom from) {
   int decimals = criterion.margin >= 10 ? 0 : criterion.margin >= 1 ? 1 : 3;
   while (loss != 0 && decimals < 6 && std::abs(loss) < std::pow(10, -decimals)) ++decimals;

@@ -11,8 +11,8 @@ namespace evalbus::results {
 // (one-sided 95 % bound), margin 5 points".
 std::string WhyText(const GateCriterion& criterion);
 
-// What `evalbus gate` prints: the verdict with its reason in one line; then, if there is more than one
-// criterion, a line for each; then the remarks.
+// Returns the output of `evalbus gate`: one line with the verdict and its reason, one line per criterion if
+// there are several, and the remarks.
 std::string GateText(const Gate& gate);
 
 }  // namespace evalbus::results

@@ -32,7 +32,7 @@ std::string KeptResults::Difference(const fs::path& log, const RescoredEpisode& 
   if (found == lines_.end()) return std::string(kEpisodesJsonl) + " has no line for it";
   ordered_json line = found->second;
   lines_.erase(found);
-  // A log contains neither the pacing nor what the policy was trained on.
+  // A log contains neither the pacing nor the information whether the start was part of the training data.
   line.erase("pacing");
   line.erase(metrics::kSeenInTraining);
   const model_info_t& model = *episode.model;
@@ -46,7 +46,7 @@ std::string KeptResults::Difference(const fs::path& log, const RescoredEpisode& 
       return std::string(kEpisodesJsonl) + " has metrics of a delay, but " + kPolicyCallsJson + " is missing";
     AddDelayMetrics(ReadJsonFile<ordered_json>(calls), episode.summary, &score);
   }
-  // Parsed from its text, because text that is not valid UTF-8 changes when it is written.
+  // The score is written and parsed again, because text that is not valid UTF-8 changes when it is written.
   const auto differences = Differences(line, ordered_json::parse(ToText(score)));
   return differences.empty() ? "" : std::string(kEpisodesJsonl) + " differs: " + DifferencesText(differences);
 }

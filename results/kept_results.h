@@ -16,10 +16,10 @@ class KeptResults {
   // Reads the results of a run or a suite; a single log has none. Throws InputError for invalid lines.
   explicit KeptResults(const std::filesystem::path& recording);
 
-  // Describes how the line of this log's episode differs from its score. Empty if they are equal or if there
-  // are no results at all. Must be called at most once per log.
+  // Describes how the line in episodes.jsonl differs from the score of this log. Returns "" if they are equal
+  // or if there are no results at all. Must be called at most once per log.
   std::string Difference(const std::filesystem::path& log, const RescoredEpisode& episode);
-  // Logs of lines for which Difference() was not called: these logs are missing.
+  // Returns the logs for whose lines Difference() was not called. These logs are missing.
   std::vector<std::filesystem::path> Missing() const;
 
  private:

@@ -21,7 +21,7 @@ MeasuredMean MeanOf(const metrics::MetricSummary* metric) {
   return {metric->mean, metric->mean_95};
 }
 
-// Joint jerk of both arms together, if there are two.
+// Returns the joint jerk of the robot; for two arms, of both arms together.
 const metrics::MetricSummary* FindJointJerk(const metrics::RunSummary& summary) {
   if (const auto* both = summary.Find("overall_rms_joint_jerk")) return both;
   for (const metrics::MetricSummary& metric : summary.metrics) {

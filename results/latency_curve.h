@@ -1,4 +1,4 @@
-// Success, time and jerk of a policy against its inference delay.
+// Success, completion time and jerk of a policy as functions of its inference delay.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -20,12 +20,12 @@ struct MeasuredMean {
 struct DelayPoint {
   std::string execution;  // as in --execution
   double delay_ms = 0;
-  // The delay in control ticks, rounded up, and their duration.
+  // The delay in control ticks, rounded up, and the duration of these ticks.
   int64_t delay_ticks = 0;
   double applied_ms = 0;
   int complete = 0;
-  // Success over all complete episodes; time over the successful ones, s; joint jerk (root of the mean
-  // square) over all complete episodes, rad/s^3.
+  // Success rate over all complete episodes, completion time in s over the successful ones, and RMS joint
+  // jerk in rad/s^3 over all complete episodes.
   MeasuredMean success, completion_time_s, joint_jerk_radps3;
   // Means over all complete episodes; NaN in runs of older versions.
   double stale_action_ratio = 0, effective_hz = 0, action_age_s = 0;
@@ -34,7 +34,8 @@ struct DelayPoint {
 // Throws InputError if the run has no fixed delay.
 DelayPoint ReadDelayPoint(const RecordedRun& run);
 
-// A table for the terminal; JSON; CSV with one line per point, with empty fields where there is no number.
+// The points as a table for the terminal, as JSON, and as CSV with one line per point and empty fields for
+// missing numbers.
 std::string DelayTable(const std::vector<DelayPoint>& points);
 nlohmann::ordered_json DelayJson(const std::vector<DelayPoint>& points);
 std::string DelayCsv(const std::vector<DelayPoint>& points);

@@ -23,7 +23,7 @@ using nlohmann::ordered_json;
 // Differences between a line of episodes.jsonl and a score. Ignores keys that only one of them has: keys of
 // another version of evalbus, and the pacing of a realtime run.
 std::vector<Difference> DifferentValues(const ordered_json& line, const ordered_json& score) {
-  // Parsed from its text, because text that is not valid UTF-8 changes when it is written.
+  // The score is written and parsed again, because text that is not valid UTF-8 changes when it is written.
   std::vector<Difference> differences = Differences(line, ordered_json::parse(ToText(score)));
   std::erase_if(differences, [](const Difference& one) { return one.before == "-" || one.after == "-"; });
   return differences;

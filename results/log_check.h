@@ -1,4 +1,4 @@
-// Checks the log of a finished episode, for commands that remove another copy of it.
+// Checks the log of a finished episode. Commands that delete another copy of the log call it first.
 #pragma once
 
 #include "evalbus/model_info_t.hpp"

@@ -29,7 +29,7 @@ using nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
 
-// Files that mark a results folder. Names of plans' files: plans/plan_folder.h, plans/certify.h.
+// Files that mark a results folder. The last two are written by plans/plan_folder.h and plans/certify.h.
 constexpr std::array kMarks = {kRunJson, kSuiteJson, "plan.json", "certificate.json"};
 
 // Keys of run.json that depend on the machine or on how the run was started.
@@ -38,12 +38,13 @@ constexpr std::array<std::string_view, 15> kMachineKeys = {
     "log",       "url",   "workers",    "video",  "by_hand", "in_process", "git_dirty"};
 
 bool IsOfMachine(const std::string& key, const ordered_json& info) {
-  // The policy is the address of a server if there is a contract, which then describes it.
+  // With a contract, "policy" is the address of a server, which depends on the machine; the contract
+  // describes the policy.
   if (key == "policy") return info.contains("policy_contract") && info["policy_contract"].is_object();
   return std::ranges::find(kMachineKeys, key) != kMachineKeys.end();
 }
 
-// True for files that equal runs have equally.
+// True for files that are identical in equal runs.
 bool IsContent(const std::string& file) {
   const std::string name = fs::path(file).filename().string();
   return name == kEpisodesJsonl || name == kSummaryJson || name == kCollectJson || name == kPhysicsModel ||
@@ -52,7 +53,7 @@ bool IsContent(const std::string& file) {
 
 std::string HashOf(const ordered_json& json) { return Sha256Text(ToText(json)); }
 
-// Hash of a manifest without its last key, which contains it.
+// Hash of a manifest without its key "sha256", which contains this hash.
 std::string SealOf(ordered_json manifest) {
   manifest.erase("sha256");
   return HashOf(manifest);

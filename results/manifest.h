@@ -19,23 +19,25 @@ inline constexpr char kManifestJson[] = "manifest.json";
 // A folder of results: a run, a suite, a plan, or a certificate.
 bool IsResultsFolder(const std::filesystem::path& folder);
 
-// The files of a results folder, as paths relative to it and in order, and the results folders below it.
-// Without manifest.json, temporary files, and users' notes, which may change at any time.
+// The files of a results folder, sorted and relative to it, and the results folders below it. manifest.json,
+// temporary files and users' notes, which may change at any time, are excluded.
 struct FolderContents {
   std::vector<std::string> files;
   std::vector<std::string> folders;
 };
 FolderContents ContentsOf(const std::filesystem::path& folder);
 
-// SHA-256 of files, several at a time. Adds their size to `bytes`. Throws InputError if one cannot be read.
+// Computes the SHA-256 of files in parallel, and adds their sizes to `bytes`. Throws InputError if a file
+// cannot be read.
 std::vector<std::string> HashFiles(const std::filesystem::path& folder, const std::vector<std::string>& files,
                                    uint64_t* bytes);
 
-// Makes the manifest of a folder. The results folders below it must have theirs. Throws InputError.
+// Returns the manifest of a folder. The results folders below it must already have manifests. Throws
+// InputError.
 nlohmann::ordered_json MakeManifest(const std::filesystem::path& folder);
 
 struct ManifestCheck {
-  // One line each: what differs from the manifest, with the file's path.
+  // Deviations from the manifest, one line each, with the file's path.
   std::vector<std::string> findings;
   // Files that are not in the manifest.
   std::vector<std::string> added;

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// The tolerance is for rates, which are rounded differently in both.
+// Compares numbers with a tolerance, because rates are rounded differently in run.json and MODEL.
 bool IsEqual(const ordered_json& recorded, const ordered_json& found) {
   if (!recorded.is_number() || !found.is_number()) return recorded == found;
   return std::abs(recorded.get<double>() - found.get<double>()) <= 1e-9 * std::abs(found.get<double>());
@@ -38,7 +38,7 @@ std::vector<std::string> ModelDifferences(const RecordedRun& run, const model_in
     if (recorded == run.info.end() || IsEqual(*recorded, value)) continue;
     differences.push_back(fmt::format("{} is {}, MODEL has {}", key, ToText(*recorded), ToText(value)));
   }
-  // A time that continues after success is rounded up to a whole tick.
+  // MODEL rounds the time that an episode continues after success up to a whole tick.
   const double after_success_s = run.info.value("after_success_s", 0.0);
   const double rounded_up_s = Seconds(model.after_success_us) - after_success_s;
   if (run.is_simulated() && (rounded_up_s < -1e-6 || rounded_up_s > ControlPeriod(model)))

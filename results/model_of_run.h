@@ -9,8 +9,8 @@
 
 namespace evalbus::results {
 
-// The values of run.json that differ from this MODEL, for example "control_hz is 20, MODEL has 50". Keys that
-// run.json lacks, as in older versions, are not compared.
+// Returns the values of run.json that differ from this MODEL, for example "control_hz is 20, MODEL has 50".
+// Keys that run.json lacks because an older version wrote it are not compared.
 std::vector<std::string> ModelDifferences(const RecordedRun& run, const model_info_t& model);
 
 }  // namespace evalbus::results

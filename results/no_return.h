@@ -1,5 +1,5 @@
 // The point of no return of a failed episode: the last tick from which the task's expert still succeeds
-// (docs/why.md). Kept in no_return.json of the run's folder; runner/no_return_finder.h finds it.
+// (docs/why.md). runner/no_return_finder.h finds it; no_return.json in the run's folder stores it.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@ namespace evalbus::results {
 inline constexpr char kNoReturnJson[] = "no_return.json";
 
 struct NoReturn {
-  // What prevents the expert's success after the point.
+  // Reason why the expert does not succeed after the point.
   enum class Kind {
-    kLost,       // the state: it fails even with twice the time limit
-    kOutOfTime,  // the time that is left
-    kNever,      // it fails from the start, too; there is no point
-    kOpen,       // nothing: it succeeds from the last tick
+    kLost,       // the expert fails even with twice the time limit
+    kOutOfTime,  // the expert succeeds only with twice the time limit
+    kNever,      // the expert fails from tick 0, too; there is no point of no return
+    kOpen,       // the expert succeeds even from the last tick
   };
   Kind kind = Kind::kNever;
   // The last tick from which the expert succeeds, and its time since the episode began; 0 for kNever.
@@ -30,13 +30,16 @@ struct NoReturn {
   bool has_point() const { return kind == Kind::kLost || kind == Kind::kOutOfTime; }
 };
 
-// One sentence.
+// Returns a description, for example "Point of no return at 3.20 s: from later on, the expert has too little
+// time."
 std::string NoReturnText(const NoReturn& point);
 
-// By episode. Both throw InputError; AddNoReturns() also EnvironmentError. Reading a missing file gives none.
+// Points by episode. The functions below throw InputError, and AddNoReturns() also EnvironmentError. Reading
+// a missing file returns no points.
 using NoReturns = std::map<int, NoReturn>;
 NoReturns ReadNoReturns(const std::filesystem::path& run);
-// Replaces the points of these episodes only. Several processes may do this at the same time.
+// Adds or replaces the points of these episodes and keeps all others. Several processes may call it at the
+// same time.
 void AddNoReturns(const std::filesystem::path& run, const NoReturns& points);
 // The content of the file.
 nlohmann::ordered_json NoReturnsJson(const NoReturns& points);

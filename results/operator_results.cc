@@ -24,8 +24,8 @@ const RecordedEpisode* FindEpisode(const RecordedRun& run, int episode) {
   return found == run.episodes.end() ? nullptr : &*found;
 }
 
-// The run with the verdicts of one operator in place of the automatic ones. Episodes on which the operator
-// gave none, or abstained, are left out.
+// Returns the run with the verdicts of one operator instead of the automatic verdicts. Episodes on which the
+// operator abstained or gave no verdict are omitted.
 RecordedRun ByOperator(const RecordedRun& original, const std::vector<Verdict>& verdicts,
                        const std::string& operator_name) {
   RecordedRun run = original;

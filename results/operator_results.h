@@ -1,5 +1,5 @@
-// What the verdicts of operators say about runs: success rates, agreement with the automatic verdicts, and
-// the difference between two runs.
+// Statistics of the verdicts of operators: success rates, agreement with the automatic verdicts, and the
+// difference between two runs.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -19,13 +19,14 @@ namespace evalbus::results {
 struct OperatorResult {
   std::string operator_name;
   int abstentions = 0;
-  // Success rate over the episodes that the operator called a success or a failure, complete or not.
+  // Success rate over the episodes that the operator judged as success or failure, including incomplete
+  // episodes.
   metrics::RunSummary rates;
-  // Episodes that have an automatic verdict as well; a: the operator, b: the automatic verdict.
+  // Counts over the episodes that also have an automatic verdict. a: the operator, b: the automatic verdict.
   metrics::PairCounts agreement;
   // nullopt if undefined (metrics::CohenKappa).
   std::optional<double> kappa;
-  // Means over the episodes for which they were given; nullopt if there are none.
+  // Means over the episodes for which the operator gave these values; nullopt if there are none.
   std::optional<double> mean_stages, mean_rubric;
 };
 
@@ -44,16 +45,17 @@ JudgedRun ReadJudgedRun(const std::filesystem::path& folder);
 std::vector<OperatorResult> OperatorResults(const RecordedRun& run, const std::vector<Verdict>& verdicts);
 
 // Compares run with baseline as `evalbus compare` does, by the verdicts of one operator instead of the
-// automatic ones: over the pairs of equal seeds in which both episodes were called a success or a failure.
-// nullopt if there is no such pair. Throws InputError if the runs cannot be compared.
+// automatic ones: over the pairs with equal seeds in which both episodes were judged as success or failure.
+// Returns nullopt if there is no such pair. Throws InputError if the runs cannot be compared.
 std::optional<Comparison> CompareByOperator(const JudgedRun& run, const JudgedRun& baseline,
                                             const std::string& operator_name);
 
-// The result in sentences, the first of which names the operator.
+// Returns the result as sentences. The first sentence names the operator.
 std::vector<std::string> OperatorSentences(const OperatorResult& result);
 
-// Results of one or two runs, for people (headings, and below each its sentences, indented) and as JSON. Of
-// two runs, the first one is the baseline. Both throw InputError if two runs cannot be compared.
+// Results of one or two runs, as text (headings, each followed by indented sentences) and as JSON. If there
+// are two runs, the first one is the baseline. Both functions throw InputError if the runs cannot be
+// compared.
 std::vector<std::string> JudgmentLines(const std::vector<JudgedRun>& runs);
 nlohmann::ordered_json JudgmentJson(const std::vector<JudgedRun>& runs);
 

@@ -9,7 +9,7 @@
 
 namespace evalbus::results {
 
-// The times that are reported as a distribution (time_distribution_t): JSON key and display name.
+// A time that is reported as a distribution (time_distribution_t), with its JSON key and display name.
 struct PacingTimes {
   const char* key;
   const char* name;
@@ -25,7 +25,7 @@ nlohmann::ordered_json EpisodePacing(const episode_end_t& end, int64_t deadline_
 // episode has no pacing.
 nlohmann::ordered_json RunPacing(const std::vector<nlohmann::ordered_json>& episodes);
 
-// Summary of the ticks as a sentence; the same with the times as several lines.
+// PacingSentence() summarizes the ticks in a sentence. PacingText() adds the times, as several lines.
 std::string PacingSentence(const nlohmann::ordered_json& run_pacing);
 std::string PacingText(const nlohmann::ordered_json& run_pacing);
 

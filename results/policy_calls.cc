@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Below "extended" in episodes.jsonl.
+// Keys below "extended" in episodes.jsonl.
 constexpr char kStaleRatio[] = "stale_action_ratio";
 constexpr char kEffectiveRate[] = "effective_hz";
 constexpr char kActionAge[] = "action_age_s";
@@ -32,7 +32,8 @@ double Percentile(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<size_t>(std::max(rank, 1.0)) - 1];
 }
 
-// For example " while the robot held its last command".
+// For example ", while the robot continued with the last action chunk (asynchronous)"; empty for synchronous
+// execution.
 std::string ExecutionInWords(const ordered_json& info) {
   switch (policy::ParseExecution(info.value("execution", "synchronous"))) {
     case policy::Execution::kSynchronous:

@@ -1,5 +1,5 @@
-// How often a policy computed, how long it took, and the resulting delay. Reported separately from the
-// scores, because the times of a server differ between identical runs.
+// Records how often a policy computed an answer, how long this took, and the resulting delay. Reported
+// separately from the scores, because a server's computation times differ between identical runs.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,13 +13,13 @@
 
 namespace evalbus::results {
 
-// Schedule by which a policy is called: from tick settle_steps on, each time after execute_steps actions of
-// the last answer were executed, and what the robot does meanwhile.
+// Schedule by which a policy is called. The first call is at tick settle_steps; each further call follows
+// when execute_steps actions of the last answer have been executed.
 struct CallSchedule {
   int execute_steps = 1;
   int settle_steps = 0;
   policy::Execution execution = policy::Execution::kSynchronous;
-  // Number of rows of a chunk; 0: as many as each answer has.
+  // Number of actions in an action chunk; 0: each answer may have a different number.
   int chunk_steps = 0;
 };
 
@@ -33,13 +33,14 @@ class PolicyCalls {
                       action.answered_s, action.server_s});
   }
   // Removes the call for the tick at which a verdict or the time limit ended the episode. The policy is
-  // called while that tick is scored, so whether the answer arrives in time is random, and it has no effect.
+  // called while that tick is scored, so it is random whether its answer still arrives. The answer has no
+  // effect.
   void RemoveUndecided(int64_t last_tick);
 
-  // False if a call is missing that the schedule requires in lockstep: its message was lost.
+  // False if a call that the schedule requires in lockstep is missing because its message was lost.
   bool IsWhole(const CallSchedule& schedule, int64_t num_ticks) const;
 
-  // num_ticks: ticks that the episode's values cover (ScoredTicks()).
+  // num_ticks: number of ticks that the episode's values cover (ScoredTicks()).
   nlohmann::ordered_json Json(const CallSchedule& schedule, int64_t num_ticks) const;
 
  private:
@@ -53,13 +54,13 @@ class PolicyCalls {
   std::vector<Call> calls_;
 };
 
-// Number of ticks that the episode's values cover: up to the first success or failure, without the reset
-// state.
+// Number of ticks that the episode's values cover: all ticks up to the first success or failure, without tick
+// 0.
 int64_t ScoredTicks(const episode_summary_t& summary);
 
 // Adds the metrics of a policy's delay (docs/metrics.md) to the line of an episode: stale_action_ratio,
-// effective_hz and action_age_s, null if there is no value. The metrics process cannot compute them, because
-// STATE does not show which actions are new. `calls`: value of PolicyCalls::Json().
+// effective_hz and action_age_s. A metric without a value is null. The metrics process cannot compute them,
+// because STATE does not show which actions are new. `calls`: value of PolicyCalls::Json().
 void AddDelayMetrics(const nlohmann::ordered_json& calls, const episode_summary_t& summary,
                      nlohmann::ordered_json* line);
 // True if the line has these metrics; lines of older versions have none.

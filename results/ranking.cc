@@ -13,7 +13,7 @@
 namespace evalbus::results {
 namespace {
 
-// What a headline names at most.
+// Maximum number of policies and of pairs of policies that a headline names.
 constexpr size_t kMaxInOrder = 6, kMaxNamedPairs = 3;
 
 std::string Rate(const RankedRun& run) {

@@ -1,4 +1,4 @@
-// Ranks policies by success, and shows which of them differ significantly.
+// Ranks policies by success, and determines which of them differ significantly.
 #pragma once
 
 #include <string>
@@ -15,14 +15,14 @@ struct RankedRun {
   std::string letters;
 };
 
-// Compares all pairs, with p adjusted by Holm for all pairs: the probability that any two equal policies are
-// reported as different is at most 5 %. Ordered by descending success; empty for fewer than three policies.
-// Throws as CompareRuns() does.
+// Compares all pairs of runs, with p adjusted by Holm for all pairs. The probability that any two equal
+// policies are reported as different is therefore at most 5 %. The result is ordered by descending success,
+// and is empty for fewer than three policies. Throws InputError whenever CompareRuns() does.
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
-// The order in one sentence, for example "a 90 % > b 56 % ≈ c 52 %; not shown to differ: b and c" or
-// "a 90 % > b 56 % > c 20 %; all differ". Of more than six policies, only the first: "a 90 % succeeds most
-// often; 5 of 7 others are shown to be worse". Empty for an empty ranking.
+// Returns the order in one sentence, for example "a 90 % > b 56 % ≈ c 52 %; not shown to differ: b and c" or
+// "a 90 % > b 56 % > c 20 %; all differ". With more than six policies, it names only the first: "a 90 %
+// succeeds most often; 5 of 7 others are shown to be worse". Empty for an empty ranking.
 std::string RankingHeadline(const std::vector<RankedRun>& ranking);
 // Returns a table and a line that explains it; empty for an empty ranking.
 std::string RankingText(const std::vector<RankedRun>& ranking);

@@ -160,8 +160,7 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   merger_.EndAt(end_->header.tick);
   merger_.GiveUp();
   ScoreTicks();
-  // Ends other than verdict, time limit and abort (a policy error, say) would occur here, too; these set
-  // `detail`.
+  // Other ends, such as a policy error, set `detail`. They would have occurred with this task, too.
   const bool ended_by_itself = !end_->detail.empty() && end_->end_reason != end_reason::kAborted;
   if (own_end_) {
     end_ = own_end_;
@@ -196,7 +195,7 @@ std::vector<Difference> Differences(const nlohmann::ordered_json& before,
   const auto add = [&](const std::string& key, const std::string& x, const std::string& y) {
     std::string name = key.substr(1);
     std::replace(name.begin(), name.end(), '/', '.');
-    // A slash within a key, as in "lift_pot/base".
+    // "~1" is a slash within a key, such as "lift_pot/base".
     for (size_t at; (at = name.find("~1")) != std::string::npos;) name.replace(at, 2, "/");
     differences.push_back({std::move(name), x, y});
   };

@@ -30,7 +30,7 @@ struct RescoredEpisode {
   std::optional<episode_begin_t> begin;
   // Score from the log's STATE and CONTACTS.
   episode_summary_t summary{};
-  // EPISODE_SUMMARY of the log, if there is one for this episode and attempt.
+  // EPISODE_SUMMARY in the log; nullopt if there is none for this episode and attempt.
   std::optional<episode_summary_t> recorded;
   // False if the log has no EPISODE_END. The end is then taken from the recorded score or, without one, is
   // "aborted" at the last tick.
@@ -41,7 +41,7 @@ struct RescoredEpisode {
 
 struct RescoredLog {
   std::vector<RescoredEpisode> episodes;
-  // Damage that the log's reader skipped.
+  // Number of damaged bytes that the log's reader skipped.
   int64_t damaged_bytes = 0;
   int64_t damaged_places = 0;
   // Number of intact events whose messages cannot be decoded.
@@ -50,17 +50,17 @@ struct RescoredLog {
 
 class Rescorer {
  public:
-  // Without a task, every episode is scored by the description in its log up to its recorded end, as the
-  // metrics process did. With a task, a lockstep episode ends where the sim would have ended it: at this
-  // description's verdict, after_success_us after its success, or at its time limit. If the log ends before
-  // that, the episode is not complete ("unconfirmed" or "aborted").
+  // Without `task`, every episode is scored with the task description in its log, up to its recorded end, as
+  // the metrics process did. With `task`, a lockstep episode ends where the sim would have ended it with this
+  // description: at a failure, after_success_us after success, or at the time limit. If the log ends earlier,
+  // the episode is not complete ("unconfirmed" or "aborted").
   explicit Rescorer(std::optional<TaskDescription> task = std::nullopt) : task_(std::move(task)) {}
 
   // Called when an episode begins.
   using BeginListener =
       std::function<void(const std::shared_ptr<const model_info_t>&, const episode_begin_t&)>;
   void OnBegin(BeginListener listener) { on_begin_ = std::move(listener); }
-  // Called after each tick that was scored.
+  // Called after each scored tick.
   using TickListener = std::function<void(const metrics::EpisodeScorer&, const state_t&, const contacts_t&)>;
   void OnTick(TickListener listener) { on_tick_ = std::move(listener); }
 
@@ -82,18 +82,18 @@ class Rescorer {
   bool IsAfterSuccess(const header_t& header) const {
     return HasHeld(*model_, scorer_->verdict_time_us().value_or(0), header.sim_time_us);
   }
-  // Ends the episode in progress, if there is one.
+  // Ends the current episode, if there is one.
   void Finish(const std::optional<episode_summary_t>& recorded, RescoredLog* log);
 
   std::optional<TaskDescription> task_;
   BeginListener on_begin_;
   TickListener on_tick_;
-  // Latest MODEL; the current episode continues with the one that it began with.
+  // Latest MODEL. The current episode keeps the MODEL with which it began.
   std::vector<uint8_t> model_bytes_;
   std::shared_ptr<const model_info_t> next_model_;
   std::shared_ptr<const model_info_t> model_;
-  // Reused from log to log, because all episodes of a run have the same model. scorer_bytes_ is that model,
-  // encoded.
+  // Kept for the next log, because all episodes of a run have the same model. scorer_bytes_ is the encoded
+  // model of scorer_.
   std::unique_ptr<metrics::EpisodeScorer> scorer_;
   std::vector<uint8_t> scorer_bytes_;
   metrics::TickMerger merger_;
@@ -101,13 +101,14 @@ class Rescorer {
   state_t state_{};
   contacts_t contacts_{};
 
-  // Channel of a message whose type differs from this version's type; empty if there was none.
+  // Channel of a message whose type is not the type that this version expects; empty if there was no such
+  // message.
   std::string other_type_;
   bool running_ = false;
   episode_begin_t begin_{};
   // Header of the latest tick.
   header_t last_{};
-  // The end in the log, and the end that is determined with task_.
+  // end_: the end recorded in the log. own_end_: the end determined with task_.
   std::optional<episode_end_t> end_;
   std::optional<episode_end_t> own_end_;
 };
@@ -118,7 +119,7 @@ struct Difference {
   std::string name, before, after;
 };
 std::vector<Difference> Differences(const episode_summary_t& before, const episode_summary_t& after);
-// The same for two lines of episodes.jsonl.
+// Returns the differences between two lines of episodes.jsonl.
 std::vector<Difference> Differences(const nlohmann::ordered_json& before,
                                     const nlohmann::ordered_json& after);
 

@@ -5,9 +5,9 @@
 
 namespace evalbus::results {
 
-// Held while such a file is read, changed and replaced, so that no change of another process or thread is
-// lost. The constructor waits for its turn. The lock is that of the folder `episodes`, because an active run
-// holds the lock of its own folder until it ends.
+// Must be held while such a file is read, changed and replaced, so that no change of another process or
+// thread is lost. The constructor waits until the lock is free. It locks the folder `episodes`, because an
+// active run locks its own folder until it ends.
 class RunFilesLock {
  public:
   // Throws InputError or EnvironmentError if the run has no folder `episodes`, or if it cannot be locked.

@@ -96,8 +96,8 @@ bool IsModelFile(const fs::directory_entry& entry) {
   return std::ranges::find(kModelFiles, name) != kModelFiles.end() || IsHalfWritten(name);
 }
 
-// True if the folder contains only what a run creates before its `mark`: a run that was killed then has made
-// nothing.
+// True if the folder contains only files that a run creates before its `mark`. A run that was killed so early
+// left no results.
 bool HoldsNothing(const fs::path& folder, const std::string& mark) {
   return std::ranges::all_of(fs::directory_iterator(folder), [&](const fs::directory_entry& entry) {
     const std::string name = entry.path().filename();
@@ -108,8 +108,8 @@ bool HoldsNothing(const fs::path& folder, const std::string& mark) {
   });
 }
 
-// Removes files of a folder by their names. Processes of a killed worker may still be ending, so files can
-// disappear during the iteration.
+// Removes the files of a folder for whose names is_one() is true. Processes of a killed worker may still be
+// ending, so files can disappear during the iteration.
 void RemoveFiles(const fs::path& folder, const std::function<bool(const std::string& name)>& is_one) {
   std::error_code gone;
   for (auto entry = fs::directory_iterator(folder, gone); entry != fs::directory_iterator();
@@ -190,7 +190,7 @@ bool IsInUse(const fs::path& folder) {
   const auto is_locked = [](const fs::path& path) {
     const int file = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (file < 0) return false;
-    // Held until close() only; RunFolder waits kLockWait for it.
+    // This lock is held only until close(). RunFolder waits up to kLockWait for it.
     const bool is_free = flock(file, LOCK_SH | LOCK_NB) == 0 || errno != EWOULDBLOCK;
     close(file);
     return !is_free;

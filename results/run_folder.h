@@ -1,5 +1,5 @@
-// The folder of a run, as described in docs/run_folder.md. Files are never partially written: results are
-// appended and synced line by line, all other files are written under a temporary name and renamed.
+// The folder of a run, as described in docs/run_folder.md. Results are appended and synced line by line. All
+// other files are written under a temporary name and renamed, so that no file is ever incomplete.
 #pragma once
 
 #include <sys/types.h>
@@ -16,7 +16,7 @@
 
 namespace evalbus::results {
 
-// runs/NAME-DATE-TIME
+// Returns runs/NAME-DATE-TIME.
 std::filesystem::path DatedFolder(const std::string& name);
 
 // Reads the lines of a file that may still be growing.
@@ -44,8 +44,8 @@ class EpisodeLines {
   int line_ = 0;
 };
 
-// Whether a process on this machine evaluates into the folder of a run or a suite, or into the suite of a
-// run. Never waits.
+// Returns whether a process on this machine is evaluating this run or suite, or the suite to which this run
+// belongs. Never waits.
 bool IsInUse(const std::filesystem::path& folder);
 
 class RunFolder {
@@ -56,7 +56,7 @@ class RunFolder {
   static RunFolder OfRun(const std::filesystem::path& out, const std::string& name, bool resume) {
     return RunFolder(out, name, resume, kRunJson);
   }
-  // The same for the folder of a suite.
+  // Creates or opens the folder of a suite, with the rules and errors of OfRun().
   static RunFolder OfSuite(const std::filesystem::path& out, const std::string& name, bool resume) {
     return RunFolder(out, name, resume, kSuiteJson);
   }
@@ -79,16 +79,16 @@ class RunFolder {
   void AddPolicyCalls(int episode, const nlohmann::ordered_json& calls) const;
   // Writes episodes/0007/summary.json and then appends the line to episodes.jsonl.
   void AddEpisode(int episode, const nlohmann::ordered_json& result) const;
-  // Rewrites episodes.jsonl in this order; workers finish episodes in a different order.
+  // Rewrites episodes.jsonl in the order of `results`, because workers finish episodes in a different order.
   void WriteEpisodes(const std::vector<nlohmann::ordered_json>& results) const;
   // Removes the files of an unfinished attempt of an episode.
   void DiscardEpisode(int episode) const;
-  // Removes the leftovers of an interrupted run: all episodes but these, and partially written files.
+  // Removes the leftovers of an interrupted run: all episodes except `finished`, and partially written files.
   void DiscardAllBut(const std::set<int>& finished) const;
   // Removes partially written files of processes that have ended. Videos are kept, because one may still be
   // being recorded.
   void RemoveHalfWritten() const;
-  // Removes partially written videos: all, or only those of process `by`.
+  // Removes partially written videos: all of them or, if `by` is set, only the videos of this process.
   void RemoveHalfWrittenVideos(std::optional<pid_t> by = std::nullopt) const;
   // Removes the run's files, unless an episode has finished.
   void Remove() const;
@@ -99,7 +99,7 @@ class RunFolder {
   RunFolder(const std::filesystem::path& out, const std::string& name, bool resume, const std::string& mark);
 
   std::filesystem::path path_;
-  // Folders that were created for it, the deepest last.
+  // Folders that were created for this run, the deepest last.
   std::vector<std::filesystem::path> made_;
   // Lock on the folder. Child processes inherit it, so that it is released when the last of them ends: a run
   // cannot be resumed while its old recorder is still writing.

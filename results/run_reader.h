@@ -1,5 +1,5 @@
-// Reads the folders of runs and suites (docs/run_folder.md). Strict: an invalid line is an error with file
-// and line, and is never skipped.
+// Reads the folders of runs and suites (docs/run_folder.md). An invalid line is an error with file and line;
+// it is never skipped.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +36,8 @@ struct RecordedEpisode {
   // True if the policy's server failed; no conclusion about the policy can be drawn. --resume runs the
   // episode again.
   bool invalid() const { return end_reason == end_reason::kServerError; }
-  // False if the source did not provide what the success or failure condition needs. The episode then has no
-  // success and is excluded from all rates.
+  // False if the source did not provide the data that the success or failure condition needs. The episode
+  // then has no verdict and is excluded from all rates.
   bool judged() const { return failure_reason != end_reason::kNotJudged; }
   bool success = false;
   double completion_time = 0;  // s
@@ -46,7 +46,7 @@ struct RecordedEpisode {
   Cause cause;
   // Note of a user (results/notes.h); empty if there is none.
   std::string note;
-  // Input of the statistics.
+  // Values for the statistics.
   metrics::EpisodeResult result;
   // The unparsed line; uses a tenth of the memory of the parsed JSON.
   std::string text;
@@ -54,8 +54,8 @@ struct RecordedEpisode {
   // Line number in episodes.jsonl, from 1.
   int line = 0;
 
-  // Numbers of "metrics" and of "extended" by their flattened names, for example
-  // "cartesian_path_length.left", in the line's order. Those of "extended" have the prefix "extended.".
+  // Returns the numbers of "metrics" and "extended" by their flattened names, for example
+  // "cartesian_path_length.left", in the line's order. Names of "extended" have the prefix "extended.".
   metrics::NamedNumbers Values() const;
 };
 
@@ -63,17 +63,17 @@ struct RecordedRun {
   std::filesystem::path folder;
   // The folder's name, made printable; SUITE/RUN for a run in a suite.
   std::string name;
-  // run.json, and the values of it that are used most.
+  // Contents of run.json. The members below repeat its most used values.
   nlohmann::ordered_json info;
   std::string task;
   std::string variation;
   // policy_name or, if that is empty, the value of --policy.
   std::string policy;
   int64_t seed = 0;
-  // As --seed-stream (base/random.h).
+  // Value of --seed-stream (base/random.h).
   std::string seed_stream;
   SeedSource seeds() const { return {seed, seed_stream, FamilyOf(task), variation}; }
-  // Requested number of episodes; with --only, of those from which the run's episodes are chosen.
+  // Requested number of episodes (--episodes). With --only, the run evaluates a selection of them.
   int planned = 0;
   // Finished episodes by number, including incomplete ones.
   std::vector<RecordedEpisode> episodes;
@@ -90,11 +90,11 @@ struct RecordedRun {
   std::string engine() const;
   // For example "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
-  // Whether the run is to have this episode: one of --only, if that is given.
+  // Whether the run should evaluate this episode. With --only, these are only the listed episodes.
   bool IsPlanned(int episode) const;
   // Whether --only is given, as for a shard of a plan.
   bool is_part() const;
-  // Number of planned episodes: of those of --only, if that is given.
+  // Number of planned episodes; with --only, the number of listed episodes.
   int num_planned() const;
   std::vector<int> incomplete() const;  // without invalid ones
   std::vector<int> invalid() const;
@@ -115,13 +115,15 @@ struct RecordedRuns {
 
 // Throws InputError unless `folder` is a folder.
 void CheckRunFolder(const std::filesystem::path& folder);
-// Both throw InputError, one line: no such folder, not a run folder, no finished episode; a line that is not
-// JSON, lacks a key, repeats an episode, or belongs to another task, variation or seed.
+// ReadRun() and ReadRuns() throw InputError, with a message of one line, if the folder does not exist, is not
+// a run folder, or has no finished episode. They also do so if a line is not JSON, lacks a key, repeats an
+// episode, or belongs to another task, variation or seed.
 RecordedRun ReadRun(const std::filesystem::path& folder);
 RecordedRuns ReadRuns(const std::filesystem::path& folder);
 // Reads a folder with run.json; the run may have no finished episode yet.
 RecordedRun ReadRunAsFarAsItGot(const std::filesystem::path& folder);
-// Parses a line of this run's episodes.jsonl; `where`: its place for errors. The result's `text` is not set.
+// Parses a line of this run's episodes.jsonl. `where`: file and line for errors. The result's `text` is not
+// set.
 RecordedEpisode ReadEpisode(const nlohmann::ordered_json& json, const std::string& where,
                             const RecordedRun& run);
 // Reads only run.json.

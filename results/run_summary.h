@@ -27,7 +27,7 @@ struct RunSummary {
 // are invalid.
 RunSummary WriteRunSummary(const std::filesystem::path& folder);
 
-// The same contents of summary.json, computed from the run's episodes.
+// Returns the contents of summary.json, computed from the run's episodes.
 nlohmann::ordered_json RunSummaryJson(const RecordedRun& run);
 
 // Sums up the runs of a suite.
@@ -41,7 +41,7 @@ class SuiteTally {
   const Tally& all() const { return all_; }
   // Unweighted mean of the tasks' success rates; NaN without a complete episode.
   double mean_over_tasks() const;
-  // The mean as a line of the table; empty for a single task.
+  // mean_over_tasks() as a line of the table; empty for a single task.
   std::string MeanLine(size_t width) const;
   // Contents of a suite's summary.json, with the tasks in this order.
   nlohmann::ordered_json Json(const std::vector<std::string>& names) const;

@@ -32,7 +32,7 @@ constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -24}, Col
 
 constexpr size_t kEndColumn = 1;
 
-// The cells that fit, in their columns. end: style of the column with the end reason.
+// Returns a line with the cells that fit into `width`. end: style of the cell with the end reason.
 std::string ColumnLine(const std::array<std::string, kColumns.size()>& cells, int width, Style end,
                        bool colors) {
   std::string line;
@@ -214,7 +214,7 @@ std::string RepeatabilityText(const metrics::RunSummary& summary) {
   }
   std::vector<std::string> parts;
   for (const auto& [name, value] : largest) {
-    // The standard error of a standard deviation of n values is about 1 / sqrt(2 n - 2) of it.
+    // The relative standard error of a standard deviation of n values is about 1 / sqrt(2 n - 2).
     const double error = 1 / std::sqrt(2.0 * fewest - 2);
     const double mm = value.position * 1e3, degrees = value.rotation * 180 / std::numbers::pi;
     parts.push_back(fmt::format("{} {} mm and {} degrees", Words(std::string(name)), Number(mm, mm * error),

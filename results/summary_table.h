@@ -16,24 +16,25 @@ std::string FormatDuration(double seconds);
 // For example "72 to 100 %"; with one decimal if narrower than two percentage points.
 std::string PercentText(const metrics::Interval& interval);
 
-// The column titles, and a line for a finished episode from its line of episodes.jsonl. Columns that do not
-// fit into `width` are omitted from the right. colors: as in base/styled_text.h.
+// EpisodeHeader() returns the column titles, and EpisodeLine() the line of a finished episode. `episode`: its
+// line of episodes.jsonl. Columns that do not fit into `width` are omitted from the right. colors: see
+// base/styled_text.h.
 std::string EpisodeHeader(int width);
 std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool colors = false);
 
-// Returns advice on invalid episodes in this folder, as a line; empty if there are none.
+// Returns a line with advice on the invalid episodes in this folder; empty if there are none.
 std::string InvalidText(int invalid, const std::string& folder);
 
 // Counts of the failure reasons, for example "2 grasp_slip, 1 dropped".
 std::string FailuresText(const metrics::RunSummary& summary);
 
-// One sentence on the repeatability of the final poses; of several starts, the largest. Empty if there is
-// none.
+// Returns a sentence on the repeatability of the final poses. If it was computed for several starts, names
+// the largest value. Empty if there is none.
 std::string RepeatabilityText(const metrics::RunSummary& summary);
 
-// The final table: success rate with its interval, then the main metrics with units. Columns that do not fit
-// into `width` are omitted. Metrics that are equal in every episode, and the repeatability, follow in
-// paragraphs.
+// Returns the final table: success rate with its interval, then the main metrics with units. Columns that do
+// not fit into `width` are omitted. Paragraphs below the table name the metrics that are equal in every
+// episode, and the repeatability.
 std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors = false);
 
 // An episode without success, its failure reason and its decisive moment.
@@ -42,8 +43,8 @@ struct FailedEpisode {
   std::string reason;
   Cause cause;
 };
-// For each of the first ten: the command that shows the episode in this run's folder, and the sentence of its
-// cause, wrapped at `width`. Empty if there are none.
+// Returns, for each of the first ten failed episodes, the command that shows it and the sentence on its
+// cause, wrapped at `width`. Empty if there are none. folder: folder of the run, for the commands.
 std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const std::string& folder, int width,
                                bool colors);
 

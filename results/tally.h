@@ -1,4 +1,4 @@
-// Sums up one or several runs of a suite, as a row of its table and as JSON.
+// Sums up one or several runs of a suite, for a row of the suite's table and for JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -46,7 +46,7 @@ ordered_json ToJson(const Verdict& verdict) {
           {"place", verdict.place},           {"order_seed", OrNull(verdict.order_seed)}};
 }
 
-// What each key must hold; the first one that does not is reported.
+// A key and the check of its value. The first key whose check fails is reported.
 struct Key {
   const char *name, *expected;
   bool (*holds)(const ordered_json&);

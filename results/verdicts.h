@@ -12,7 +12,7 @@ namespace evalbus::results {
 
 inline constexpr char kVerdictsJsonl[] = "verdicts.jsonl";
 inline constexpr size_t kMaxOperatorBytes = 100;
-// Scale of the rubric: 0 to this.
+// Maximum rubric score; the minimum is 0.
 inline constexpr double kMaxRubric = 10;
 
 enum class Outcome { kFailure, kSuccess, kAbstain };
@@ -24,13 +24,14 @@ struct Verdict {
   int episode = 0;
   std::string operator_name{};
   Outcome outcome = Outcome::kAbstain;
-  // Number of stages that the operator saw reached, and score from 0 to kMaxRubric, if they were given.
+  // stages: number of stages that were reached according to the operator. rubric: score from 0 to kMaxRubric.
+  // nullopt if the operator did not give them.
   std::optional<int> stages{};
   std::optional<double> rubric{};
   // UTC, "2026-11-26T23:15:07Z".
   std::string time{};
-  // Position in the order in which the operator was shown the episodes, from 0, and the seed of that order;
-  // no seed if the episodes of one run were shown in their own order.
+  // place: position of the episode, from 0, in the order in which the operator was shown the episodes.
+  // order_seed: seed of that order; nullopt if the episodes of a single run were shown in their own order.
   int place = 0;
   std::optional<int64_t> order_seed{};
 };
@@ -38,13 +39,13 @@ struct Verdict {
 // Throws InputError if the name is empty, too long or contains control characters.
 void CheckOperatorName(const std::string& name);
 
-// In the order of the file; empty if the run has none. Throws InputError with file, line and what was
-// expected.
+// Returns the verdicts in the order of the file; empty if the run has none. Throws InputError with file, line
+// and what was expected.
 std::vector<Verdict> ReadVerdicts(const std::filesystem::path& run);
 
-// Adds a verdict, or replaces that of the same operator on the same episode; the file is replaced atomically.
-// Throws InputError if verdicts.jsonl is a link or cannot be read, or if the folder cannot be written;
-// EnvironmentError if writing fails. Several processes may do this at the same time.
+// Adds a verdict, or replaces an earlier verdict of the same operator on the same episode. The file is
+// replaced atomically. Throws InputError if verdicts.jsonl is a link or cannot be read, or if the folder
+// cannot be written; EnvironmentError if writing fails. Several processes may call it at the same time.
 void WriteVerdict(const std::filesystem::path& run, const Verdict& verdict);
 
 }  // namespace evalbus::results

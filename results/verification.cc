@@ -25,12 +25,12 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 void AddFinding(Verification* result, const std::string& finding) {
-  // A file that cannot be read may be needed more than once.
+  // A file that cannot be read may be needed several times but is reported once.
   if (std::ranges::find(result->findings, finding) == result->findings.end())
     result->findings.push_back(finding);
 }
 
-// Calls check() and adds an InputError of it to the findings.
+// Calls check(). If it throws InputError, adds the error to the findings.
 template <class Check>
 void Collect(Verification* result, const Check& check) {
   try {
@@ -46,7 +46,7 @@ void CheckFolderKind(const fs::path& folder) {
                    (fs::exists(folder) ? ": neither a run, a suite nor a plan" : ": no such folder"));
 }
 
-// Adds a line for each value that differs. where: where the other value comes from.
+// Adds a finding for each value that differs. where: origin of the computed value.
 void AddDifferences(const fs::path& file, const ordered_json& stored, const ordered_json& computed,
                     const std::string& where, Verification* result) {
   for (const Difference& one : Differences(stored, ordered_json::parse(ToText(computed)))) {
