@@ -1,4 +1,4 @@
-// A page and what its command prints about it.
+// A page, and the sentence that its command prints about it.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@ namespace evalbus::report {
 
 struct BuiltPage {
   std::string html;
-  // Which episodes can be played in 3D, as a sentence; empty if none were requested.
+  // A sentence that states which episodes can be played in 3D; empty if none were requested.
   std::string note;
 };
 

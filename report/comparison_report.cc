@@ -11,7 +11,7 @@
 namespace evalbus::report {
 namespace {
 
-// The runs of the page. A run that is in several comparisons is added once.
+// The runs of the page. A run that occurs in several comparisons is added once.
 struct PackedRuns {
   explicit PackedRuns(const PageLinks& links) : pack(links) {}
 
@@ -31,8 +31,8 @@ struct PackedRuns {
           ->push_back({{baseline, pair.baseline.episode}, {run, pair.run.episode}});
     }
   }
-  // Shows the pair at the decisive moment of the side that failed; empty if the page lacks one of the
-  // episodes.
+  // Returns the URL that shows the pair at the decisive moment of the side that failed; empty if the page
+  // lacks one of the episodes.
   std::string PlayerUrlOf(const results::TaskComparison& task, const results::ComparedPair& pair) {
     const PlayerPlace baseline{Number(task.baseline_folder), pair.baseline.episode};
     const PlayerPlace run{Number(task.folder), pair.run.episode};
@@ -42,7 +42,7 @@ struct PackedRuns {
 
   ViewerPack pack;
   std::vector<std::filesystem::path> folders;
-  // Pointers keep the addresses of the runs stable.
+  // Stored as pointers because `pack` refers to the runs, so their addresses must not change.
   std::vector<std::unique_ptr<results::RecordedRun>> runs;
 };
 
@@ -61,7 +61,7 @@ BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
       .made_by = made_by,
       .source = source};
   if (most == 0) return {ComparisonPage(parts), ""};
-  // Determines the size of the page; links of about this length follow.
+  // The page is first generated with placeholder links of about the final length, to determine its size.
   parts.player_url = [](const auto&, const auto&) {
     return std::string("#view:run=00,episode=0000,t=00.000");
   };

@@ -11,15 +11,15 @@
 
 namespace evalbus::report {
 
-// Returns the HTML page. `file`: where the page will be written; links to videos are relative to it.
-// `made_by`: version and commit. `most`: maximum size of the page in bytes, including pairs of episodes for
-// 3D playback, flipped seeds first; 0: no 3D playback. source: as of Page(). Throws InputError if the runs
-// can no longer be read, EnvironmentError if three.js is missing.
+// Returns the HTML page. file: where the page will be written; links to videos are relative to it. made_by:
+// version and commit. most: maximum size of the page in bytes, including pairs of episodes for 3D playback,
+// flipped seeds first; 0: no 3D playback. source: see Page(). Throws InputError if the runs can no longer be
+// read, EnvironmentError if three.js is missing.
 BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
                            const std::filesystem::path& file, const std::string& made_by, size_t most,
                            const nlohmann::ordered_json& source);
 
-// The source of the page of a comparison that depends on nothing but its runs.
+// Returns the source (see Page()) of a comparison's page that depends only on its runs.
 nlohmann::ordered_json ComparisonSource(const std::vector<results::Comparison>& comparisons,
                                         const std::filesystem::path& file);
 

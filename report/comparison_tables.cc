@@ -43,7 +43,7 @@ TextTable SuccessTable(const std::vector<Comparison>& comparisons) {
       for (const TaskComparison& task : comparison.tasks)
         table.rows.push_back(SuccessCells(comparison, task.name(), task.success));
     }
-    // Over all tasks, p is adjusted for the number of runs.
+    // In the row over all tasks, p is adjusted for the number of runs.
     const bool is_single = comparison.tasks.size() == 1;
     table.rows.push_back(
         SuccessCells(comparison, is_single ? comparison.tasks[0].name() : "all", comparison.success));

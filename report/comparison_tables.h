@@ -9,11 +9,11 @@
 
 namespace evalbus::report {
 
-// One row per run and task, and per run over all tasks if it has several: success of both, the difference in
-// points, its 95 % interval, and p.
+// Returns one row per run and task, and one row over all tasks for a run with several tasks. Columns: success
+// rates of both sides, their difference in percentage points, its 95 % interval, and p.
 TextTable SuccessTable(const std::vector<results::Comparison>& comparisons);
 
-// The table with a line that states how it was computed.
+// Returns SuccessTable() as Markdown, with a line that states how it was computed.
 std::string ComparisonMarkdown(const std::vector<results::Comparison>& comparisons);
 std::string ComparisonLatex(const std::vector<results::Comparison>& comparisons);
 

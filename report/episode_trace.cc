@@ -8,7 +8,7 @@
 namespace evalbus::report {
 namespace {
 
-// Threshold in SI units; larger than the simulated jitter of resting objects.
+// Smaller changes, in SI units, are ignored. Larger than the simulated jitter of resting objects.
 constexpr double kChange = 1e-5;
 
 bool Changes(const viz::EpisodeTrack& track, size_t row) {
@@ -25,7 +25,8 @@ bool Changes(const viz::EpisodeTrack& track, size_t row) {
 CurveFigure Figure(const viz::EpisodeTrack& track, const viz::Curve& curve) {
   CurveFigure figure{.name = curve.label, .unit = curve.unit, .time = {}, .lines = {}, .events = {}};
   for (const std::string& part : curve.parts) figure.lines.push_back({part, {}});
-  // A single line connects its own samples; several lines share their times.
+  // A single line has points only at its own samples. Several lines share their times, with NaN for missing
+  // values.
   const bool is_single = figure.lines.size() == 1;
   for (int64_t tick = 0; tick < track.ticks(); ++tick) {
     if (!track.has_tick(tick)) continue;

@@ -1,4 +1,4 @@
-// A recorded episode tick by tick: curves of every score, and the events.
+// Converts a recorded episode to curves of all metrics over its ticks, and to a list of events.
 #pragma once
 
 #include <vector>

@@ -20,7 +20,8 @@ namespace evalbus::report {
 
 const viz::SceneBlocks& Scenes::Of(model_info_t model, const std::filesystem::path& run) {
   UseModelsIn(run, &model);
-  // Names and the variation are stored only in MODEL, not in the model files.
+  // The hashes do not cover the robot's name and the variation, because MODEL contains them, not the model
+  // files.
   const std::string key = model.visual_sha256 + model.physics_sha256 + model.robot + model.variation;
   Entry& entry = [&]() -> Entry& {
     const std::lock_guard lock(mutex_);
@@ -51,7 +52,8 @@ Scenes::Block Scenes::FindBlock(const std::string& id) const {
 
 namespace {
 
-// Adds the images of a source's cameras. header_of: converts their headers to those of the track.
+// Adds the images of an external source's cameras. header_of: converts an image's header to the matching
+// header in the track.
 template <class HeaderOf>
 void ReceiveImages(const std::filesystem::path& log, const HeaderOf& header_of, viz::EpisodeTrack* track) {
   EventLogReader reader(log);
@@ -129,7 +131,7 @@ std::unique_ptr<viz::EpisodeTrack> BlindTrack(const std::filesystem::path& log, 
     blind.header = end.header = renumbered(state.header);
     track->Receive(blind);
     if (state.header.tick > 0) return;
-    // The score of the start has the names of the stages.
+    // The score at tick 0 contains the names of the stages.
     partial_metrics_t start{};
     scorer.Partial(&start);
     start.header = blind.header;

@@ -1,4 +1,4 @@
-// Recorded episodes for pages and reports: rescored from their logs, as `evalbus rescore` does.
+// Reads recorded episodes for pages and reports, and scores them from their logs as `evalbus rescore` does.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@
 
 namespace evalbus::report {
 
-// The scenes of runs, each built once. Thread-safe; a thread waits only for the scene that it needs.
+// Builds each scene of the runs once. Thread-safe; a thread waits only for the scene that it needs.
 class Scenes {
  public:
   using Block = std::shared_ptr<const std::string>;
@@ -43,12 +43,12 @@ class Scenes {
 std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log,
                                                 viz::EpisodeTrack::About about, Scenes* scenes = nullptr);
 
-// Returns the same episode with nothing but its poses, gripper openings, images and the score of its start:
-// no outcome, no later scores, no events, no names of policy and run, no seed. number: shown as the number of
-// the episode. Throws InputError as above.
+// Returns the last episode of the log with only its poses, gripper openings, images and the score at tick 0.
+// It contains no outcome, later scores, events, seed, or names of policy and run. number: displayed as the
+// number of the episode. Throws InputError if the log cannot be read or contains no episode.
 std::unique_ptr<viz::EpisodeTrack> BlindTrack(const std::filesystem::path& log, int number, Scenes* scenes);
 
-// The blocks "run" and "episodes" of a recorded run.
+// Return the blocks "run" and "episodes" of a recorded run.
 std::string RunBlock(const results::RecordedRun& run, int number);
 viz::EpisodeRow RowOf(const results::RecordedEpisode& episode, const results::RecordedRun& run);
 std::vector<viz::EpisodeRow> EpisodeRows(const results::RecordedRun& run);

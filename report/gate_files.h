@@ -1,4 +1,4 @@
-// Files about a gate's decision for other programs: for CI systems and pull requests.
+// Formats a gate's decision for CI systems and pull requests.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace evalbus::report {
 
-// JUnit XML: one test case per criterion. FAIL and CANNOT TELL are failures, of the type "FAIL" or "CANNOT
-// TELL".
+// Returns JUnit XML with one test case per criterion. FAIL and CANNOT TELL are reported as failures of the
+// type "FAIL" or "CANNOT TELL".
 std::string GateJunit(const results::Gate& gate);
 
-// A summary in GitHub's Markdown: verdict, table of the criteria, table of the tasks, remarks.
+// Returns a summary in GitHub's Markdown: verdict, table of the criteria, table of the tasks, and remarks.
 std::string GateMarkdown(const results::Gate& gate);
 
 }  // namespace evalbus::report

@@ -1,4 +1,4 @@
-// Curves of success, time and jerk against inference delay, as one figure.
+// Figure with curves of success, completion time and jerk against the inference delay.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// Links of a page to files of runs. They are relative to the page's folder, so that everything can be moved
-// together.
+// Links of a page to files of runs. The links are relative to the page's folder, so that page and runs can be
+// moved together.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@ class PageLinks {
  public:
   explicit PageLinks(const std::filesystem::path& page);
 
-  // Links for an episode; empty if there are no such files.
+  // Return links to the files of an episode; empty if there are no such files.
   std::vector<ReportLink> Videos(const std::filesystem::path& run, int episode) const;
   std::vector<ReportLink> Log(const std::filesystem::path& run, int episode) const;
 

@@ -15,7 +15,7 @@ namespace evalbus::report {
 namespace fs = std::filesystem;
 namespace {
 
-// line: of episodes.jsonl, with these stages. Runs of older versions name none.
+// Adds the stage names in a line of episodes.jsonl. Lines of older versions contain no names.
 void AddStageNames(const nlohmann::ordered_json& line, const metrics::EpisodeResult& result,
                    std::map<int, std::string>* names) {
   const auto named = line.find("stage_names");
@@ -52,7 +52,7 @@ void RunFollower::SetModel() {
   try {
     results::SetPhysicsHash(&*info_);
   } catch (const InputError&) {
-    // Without its model, the run can be shown but not compared.
+    // A run without its model can be shown but not compared.
   }
 }
 
@@ -62,7 +62,7 @@ bool RunFollower::ReadLines() {
   const bool is_another = inode_ != 0 && inode_ != status.st_ino;
   inode_ = status.st_ino;
   if (is_another) {
-    // At its end, a run rewrites its lines in order; --resume rewrites the lines that it keeps.
+    // A run sorts episodes.jsonl when it ends, and --resume rewrites the lines that it keeps.
     results::NewLines lines(File());
     std::vector<std::string> all = lines.Next();
     const bool begins_alike = all.size() >= hashes_.size() &&

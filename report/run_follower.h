@@ -1,4 +1,4 @@
-// Follows a run on disk that may still be growing: its list of episodes and its rates, read incrementally.
+// Reads the episodes and rates of a run folder incrementally, while the run may still be active.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@ class RunFollower {
   // The folder and its files need not exist yet.
   explicit RunFollower(std::filesystem::path folder);
 
-  // Rows of the list from index `from` on, in the order of episodes.jsonl. is_changed is also set if rates or
-  // facts of the run have changed.
+  // The rows of the list of episodes from index `from` to its end, in the order of episodes.jsonl. is_changed
+  // is also set if only rates or properties of the run have changed.
   struct News {
     bool is_changed = false;
     size_t from = 0;
@@ -32,16 +32,16 @@ class RunFollower {
   News Update();
 
   const std::filesystem::path& folder() const { return folder_; }
-  // Null until run.json exists. Its `episodes` are those read so far, without their text; its
-  // `info` has the hash of the physics model if the model could be read.
+  // Null until run.json exists. Its `episodes` are the episodes read so far, without their text. Its `info`
+  // contains the hash of the physics model if the model could be read.
   const results::RecordedRun* info() const { return info_ ? &*info_ : nullptr; }
   // Names of the stages, by index.
   const std::map<int, std::string>& stage_names() const { return stage_names_; }
   // Updated by Update().
   const viz::RunNumbers& numbers() const { return numbers_; }
-  // True if summary.json exists: no process works on the run.
+  // True if summary.json exists. The run has then finished.
   bool is_over() const { return numbers_.is_over; }
-  // One-line description of what is wrong with the files; empty if nothing is.
+  // Describes an error in the run's files in one line; empty if there is none.
   const std::string& error() const { return error_; }
 
  private:
@@ -58,7 +58,7 @@ class RunFollower {
   std::filesystem::file_time_type info_time_{};
   results::NewLines lines_;
   uint64_t inode_ = 0;
-  // Lines that were read but not yet processed, and the hashes of all lines read so far.
+  // waiting_: lines that were read but not yet processed. The hashes cover all lines read so far.
   std::vector<std::string> waiting_;
   size_t next_waiting_ = 0;
   std::vector<size_t> hashes_;

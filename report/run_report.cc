@@ -93,7 +93,7 @@ std::string TitleOf(const results::RecordedRuns& runs) {
                      Plural(summary.judged, "episode"), tasks);
 }
 
-// Returns null unless the run is a realtime run of which every episode has its pacing.
+// Returns null unless the run is a realtime run in which every episode has its pacing.
 nlohmann::ordered_json Pacing(const results::RecordedRun& run) {
   if (!run.info.value("realtime", false)) return nullptr;
   std::vector<nlohmann::ordered_json> episodes;
@@ -139,7 +139,7 @@ void AddCircumstances(Report* report) {
   for (size_t k = 0; k < found.size(); ++k) report->runs[k].circumstances = std::move(found[k]);
 }
 
-// Adds images of the decisive moments of failures, of at most kMaxStills in all.
+// Adds images of the decisive moments of failures, at most kMaxStills in all.
 void AddStills(Report* report) {
   const size_t of_each = std::max<size_t>(1, kMaxStills / report->runs.size());
   size_t left = kMaxStills;
@@ -161,8 +161,8 @@ void AddStills(Report* report) {
   }
 }
 
-// Links the failures to their decisive moments in the page's viewer, which opens the first of them. has:
-// whether the page has this episode of this run.
+// Links the failures to their decisive moments in the page's viewer, which initially shows the first failure.
+// has: returns whether the page contains an episode.
 void LinkMoments(const std::function<bool(int run, int episode)>& has, Report* report) {
   report->opened.clear();
   for (size_t k = 0; k < report->runs.size(); ++k) {
@@ -177,8 +177,8 @@ void LinkMoments(const std::function<bool(int run, int episode)>& has, Report* r
   }
 }
 
-// Packs each run's episodes with curves first, then its failures, then the others; in a suite one episode of
-// each run, then the next one of each. Returns a sentence about the packed episodes.
+// Packs episodes into the page: first those with curves, then failures, then successes. The runs of a suite
+// take turns, one episode at a time. Returns a sentence about the packed episodes.
 std::string AddViewer(const std::vector<int>& episodes, size_t most, const PageLinks& links, Report* report) {
   ViewerPack pack(links);
   std::vector<std::vector<int>> order;
@@ -196,7 +196,7 @@ std::string AddViewer(const std::vector<int>& episodes, size_t most, const PageL
       if (k < order[run].size()) wanted.push_back({{static_cast<int>(run), order[run][k]}});
     }
   }
-  // For the size of the page, all failures have links.
+  // All failures get links first, so that the size of the page is not underestimated.
   LinkMoments([](int, int) { return true; }, report);
   pack.Pack(wanted, ReportPage(*report).size(), most);
   for (const std::string& remark : pack.remarks()) report->viewer_remarks.push_back(remark);

@@ -1,4 +1,4 @@
-// The report of a run or a suite as an HTML page, from run folders and logs.
+// Generates the report of a run or a suite as an HTML page, from run folders and logs.
 #pragma once
 
 #include <filesystem>
@@ -15,10 +15,11 @@ namespace evalbus::report {
 // Returns the command line that repeats a run, from the contents of its run.json; empty if there is none.
 using CommandOf = std::function<std::string(const nlohmann::ordered_json& run_json)>;
 
-// Returns the HTML page. file: where the page will be written; links are relative to it. episodes: those
-// whose curves are drawn and which can be played in 3D; if empty, curves of the first failures and of the
-// success with the median time, and in 3D as many episodes as fit. made_by: version and commit. most: maximum
-// size of the page in bytes with its viewer; 0: no viewer and no images. Throws InputError, EnvironmentError.
+// Returns the HTML page. file: where the page will be written; links are relative to it. episodes: the
+// episodes whose curves are drawn and which can be played in 3D. If empty, the page has curves of the first
+// failures and of the success with the median time, and as many episodes in 3D as fit. made_by: version and
+// commit. most: maximum size of the page in bytes with its viewer; 0: no viewer and no images. Throws
+// InputError, EnvironmentError.
 BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& file,
                     const std::vector<int>& episodes, const std::string& made_by, size_t most,
                     const CommandOf& command_of);

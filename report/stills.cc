@@ -16,7 +16,7 @@ namespace {
 
 constexpr viz::FrameSize kStillSize{480, 360};
 
-// The last state at or before this time, or the first one.
+// Returns the last state at or before this time; if there is none, the first state.
 const state_t& StateAt(const EpisodeMessages& episode, double time_s) {
   const auto time_us = std::llround(time_s * 1e6);
   const auto after = std::ranges::upper_bound(episode.states, time_us, {},

@@ -1,4 +1,4 @@
-// Images of single moments of episodes, for pages.
+// Draws images of single moments of episodes, for pages.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace evalbus::report {
 
-// Maximum number of images on a page. Together they take about 0.3 MB and, drawn by the processor, 2 s.
+// Maximum number of images on a page. Together they take about 0.3 MB and, with software rendering, 2 s.
 inline constexpr size_t kMaxStills = 12;
 
 class StillRenderer {

@@ -16,7 +16,7 @@ std::string LatexCell(const std::string& text) {
   const std::string printable = Printable(text);
   for (size_t i = 0; i < printable.size(); ++i) {
     const char c = printable[i];
-    // A sign, not a hyphen.
+    // True for a minus sign, false for a hyphen.
     const bool is_sign = c == '-' && (i == 0 || printable[i - 1] == ' ') && i + 1 < printable.size() &&
                          std::isdigit(static_cast<unsigned char>(printable[i + 1]));
     switch (c) {
@@ -32,7 +32,7 @@ std::string LatexCell(const std::string& text) {
       case '^':
         escaped += "\\textasciicircum{}";
         break;
-      // In the fonts that LaTeX uses by default, these are other characters.
+      // In text mode, LaTeX's default fonts show other characters for these.
       case '<':
       case '>':
         escaped += fmt::format("${}$", c);

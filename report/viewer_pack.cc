@@ -13,10 +13,10 @@ namespace {
 
 // Maximum size of the camera images of an episode on a page.
 constexpr size_t kImageBytes = size_t{1} << 20;
-// Size of a block's HTML element, without its name and text.
+// Size of a block's HTML element in bytes, without its name and text.
 constexpr size_t kElement = 80;
 
-// Number of unreadable logs that are named.
+// Maximum number of unreadable logs that are named.
 constexpr size_t kMaxRemarks = 3;
 
 using Block = std::pair<std::string, std::string>;
@@ -48,7 +48,7 @@ void ViewerPack::Pack(const std::vector<std::vector<Wanted>>& wanted, size_t pag
   size_t size = page + libraries_.three.size() + libraries_.orbit_controls.size();
   for (const viz::PageFile& file : viz::PageFiles()) size += std::string_view(file.text).size() + kElement;
   for (int run = 0; run < static_cast<int>(runs_.size()); ++run) {
-    // The selection of packed episodes hardly changes this size.
+    // 10 % and 100 bytes are added, because the final block marks the packed episodes.
     size += 2 * kElement + viz::Packed(ListBlock(run)).size() * 11 / 10 + 100;
     size += viz::Packed(RunBlock(*runs_[static_cast<size_t>(run)], run)).size();
   }

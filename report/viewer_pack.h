@@ -20,7 +20,7 @@ inline constexpr double kPageMegabytes = 8;
 
 class ViewerPack {
  public:
-  // links: links of the page. Throws EnvironmentError if three.js is missing.
+  // Throws EnvironmentError if three.js is missing.
   explicit ViewerPack(const PageLinks& links);
 
   // Returns the run's number on the page.
@@ -31,15 +31,15 @@ class ViewerPack {
     int run, episode;
   };
   // Packs groups of episodes in the given order until one does not fit; a group is packed completely or not
-  // at all. page: bytes of the rest of the page, without the viewer. most: maximum bytes of the page. Logs
-  // that cannot be read are remarked.
+  // at all. page: size of the page without the viewer, in bytes. most: maximum size of the page in bytes.
+  // Logs that cannot be read are named in remarks().
   void Pack(const std::vector<std::vector<Wanted>>& wanted, size_t page, size_t most);
 
   // True if the episode is packed.
   bool has(int run, int episode) const { return packed_.contains({run, episode}); }
   // Returns nullopt if no episode is packed: an empty viewer would only enlarge the page.
   std::optional<viz::PackedViewer> Viewer() const;
-  // States which episodes are packed, in one sentence.
+  // Returns a sentence that states which episodes are packed.
   std::string Note() const;
   std::vector<std::string> remarks() const;
 
@@ -57,7 +57,7 @@ class ViewerPack {
   size_t episodes_ = 0, unreadable_ = 0;
 };
 
-// Orders a run's episodes: those of `first`, then failures, then successes.
+// Returns the numbers of a run's episodes: first the episodes in `first`, then failures, then successes.
 std::vector<int> FailuresFirst(const results::RecordedRun& run, const std::vector<int>& first);
 
 }  // namespace evalbus::report

@@ -30,7 +30,7 @@ std::string PValue(double p) { return p < 0.001 ? "< 0.001" : results::PText(p);
 
 std::string PointsText(double share) { return WithMinus(PercentagePoints(share)); }
 
-// The table's columns: title and CSS class. Those of the class "minor" are not shown on phones.
+// Title and CSS class of the table's columns. Columns of the class "minor" are hidden on phones.
 using Columns = std::vector<std::pair<std::string, std::string>>;
 
 void ComparisonTable(const std::string& id, const std::function<void()>& titles,
@@ -47,7 +47,7 @@ void ColumnTitles(const Columns& columns, Markup* html) {
   for (const auto& [title, css_class] : columns) html->Element("th", {{"class", css_class}}, title);
 }
 
-// A side's success rate as a bar with its interval.
+// Writes a side's success rate as a bar with its interval.
 void SideRow(const std::string& name, const char* css_class, int successes, int trials, int samples,
              Markup* html) {
   const double rate = trials > 0 ? static_cast<double>(successes) / trials : kUnknown;
@@ -99,7 +99,7 @@ void TaskRow(const std::string& name, const results::SuccessComparison& success,
   });
 }
 
-// A ratio of 0 has no place on the logarithmic axis.
+// A ratio of 0 cannot be drawn on the logarithmic axis.
 bool HasDrawnRatio(const results::MetricComparison& metric) { return metric.ratio && *metric.ratio > 0; }
 
 void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, Markup* html) {
@@ -134,7 +134,7 @@ void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, M
   });
 }
 
-// The metrics that are equal on both sides, in one paragraph.
+// Writes a paragraph that lists the metrics that are equal on both sides.
 void EqualMetrics(const std::vector<const results::MetricComparison*>& equal, Markup* html) {
   if (equal.empty()) return;
   std::vector<std::string> parts;

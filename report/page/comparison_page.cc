@@ -10,13 +10,13 @@
 namespace evalbus::report {
 namespace {
 
-// "a, b and c".
+// Joins names to "a, b and c".
 std::string Enumerated(const std::vector<std::string>& names) {
   if (names.size() < 2) return names.empty() ? "" : names.front();
   return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
 }
 
-// The verdicts of all comparisons in one sentence.
+// Returns the verdicts of all comparisons in one sentence.
 std::string Title(const std::vector<results::Comparison>& comparisons) {
   if (comparisons.size() == 1) return results::Headline(comparisons.front());
   const std::string& baseline = comparisons.front().baseline.name;
@@ -36,7 +36,8 @@ std::string Title(const std::vector<results::Comparison>& comparisons) {
 }
 
 void Write(const ComparisonPageParts& parts, const results::Comparison& comparison, Markup* html) {
-  // Below the page's heading, and below that of each comparison and task if there are several.
+  // Sections are below the page's heading. Several comparisons have headings of their own, and so have
+  // several tasks; each moves the sections one level down.
   constexpr const char* kHeadings[] = {"h2", "h3", "h4"};
   size_t level = parts.comparisons.size() > 1 ? 1 : 0;
   html->Element("p", {{"class", "verdict"}}, WithMinus(results::Evidence(comparison)));
@@ -55,7 +56,7 @@ void Write(const ComparisonPageParts& parts, const results::Comparison& comparis
                    results::TestName(comparison.success.test), results::kIntervalsAreSingle));
 }
 
-// The first flipped pair that the page can show.
+// Returns the URL of the first flipped pair that the page contains.
 std::string OpenedPair(const ComparisonPageParts& parts) {
   for (const results::Comparison& comparison : parts.comparisons) {
     for (const results::TaskComparison& task : comparison.tasks) {

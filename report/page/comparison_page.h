@@ -1,5 +1,5 @@
-// Comparisons of runs with a baseline as one HTML page that works offline. Pure: equal input gives equal
-// bytes.
+// Generates one HTML page, which works offline, from comparisons of runs with a baseline. Equal input gives
+// equal bytes.
 #pragma once
 
 #include <filesystem>
@@ -14,15 +14,16 @@
 namespace evalbus::report {
 
 struct ComparisonPageParts {
-  // At least one, all with the same baseline.
+  // Must not be empty; all comparisons must have the same baseline.
   std::vector<results::Comparison> comparisons;
-  // Links to the videos of an episode.
+  // Returns links to the videos of an episode.
   std::function<std::vector<ReportLink>(const std::filesystem::path& run, int episode)> videos;
-  // Shows a pair in the page's 3D viewer, at the cause of the failure if one failed; empty if the page does
-  // not have the pair.
+  // Returns the URL that shows a pair in the page's 3D viewer, at the decisive moment if one of the episodes
+  // failed; empty if the page does not contain the pair.
   std::function<std::string(const results::TaskComparison& task, const results::ComparedPair& pair)>
       player_url;
-  // Nothing if the page has no 3D viewer, and what it leaves out, one sentence each.
+  // viewer: nullopt if the page has no 3D viewer. viewer_notes: one sentence for each kind of content that
+  // the viewer omits.
   std::optional<viz::PackedViewer> viewer;
   std::vector<std::string> viewer_notes;
   // Version and commit of the program that wrote the page.

@@ -1,4 +1,4 @@
-// The sections of a comparison's page, one function each.
+// Functions that write the sections of a comparison's page.
 #pragma once
 
 #include "report/page/comparison_page.h"
@@ -6,13 +6,13 @@
 
 namespace evalbus::report {
 
-// The success rates of both sides and their difference, by task and over all tasks.
+// Writes the success rates of both sides and their difference, by task and over all tasks.
 void WriteSuccess(const results::Comparison& comparison, Markup* html);
-// The outcomes of both sides by seed, and the seeds where only one of them succeeded, with causes and links
-// to the 3D viewer. heading: name of the heading's element.
+// Writes the outcomes of both sides by seed, and a table of the seeds where only one side succeeded, with
+// causes and links to the 3D viewer. heading: HTML element of the heading, for example "h2".
 void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& comparison,
                 const results::TaskComparison& task, const char* heading, Markup* html);
-// The main metrics with their relative changes on one axis.
+// Writes the main metrics with their relative changes on one axis.
 void WriteMetrics(const results::Comparison& comparison, const results::TaskComparison& task,
                   const char* heading, Markup* html);
 

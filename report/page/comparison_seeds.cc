@@ -47,7 +47,8 @@ void SeedsStrip(const ComparisonPageParts& parts, const results::Comparison& com
   });
 }
 
-// For example "9 seeds where only expert succeeds: 3 dropped, 6 grasp_slip".
+// Summarizes seeds where only one side succeeds, for example "9 seeds where only expert succeeds: 3 dropped,
+// 6 grasp_slip".
 std::string OneSided(const std::vector<results::ComparedPair>& flipped, bool of_run,
                      const std::string& name) {
   std::map<std::string, int> reasons;

@@ -17,7 +17,7 @@ std::string SettingText(const nlohmann::ordered_json& value) {
   return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
-// The text of a key; empty if the run has none.
+// Returns the value of a key in run.json as text; empty if the key is missing.
 std::string SettingOf(const nlohmann::ordered_json& info, const char* key) {
   const auto found = info.find(key);
   return found == info.end() || found->is_null() ? "" : SettingText(*found);
@@ -47,7 +47,8 @@ void MainSettings(const ReportRun& run, Markup* html) {
   row("evalbus", SettingOf(info, "evalbus_version") + (commit.empty() ? "" : " (" + commit + ")"));
 }
 
-// All of run.json without values that say nothing, and the hashes of the models unless run.json has them.
+// Writes all values of run.json except empty ones, and the hashes of the models unless run.json contains
+// them.
 void AllSettings(const ReportRun& run, Markup* html) {
   for (const auto& [key, value] : run.run.info.items()) {
     if (value.is_null() || value.empty() || value == "") continue;

@@ -18,7 +18,7 @@ namespace {
 // Number of figures that are initially visible; the rest can be expanded.
 constexpr size_t kHistogramsShown = 8;
 
-// Excludes stages, and per-arm values if there is an overall value.
+// False for stages, and for per-arm values if there is an overall value.
 bool HasFigure(const MetricNumber& number, const ReportRun& run) {
   if (!number.metric) return true;
   const std::string name(number.metric->name);
@@ -45,7 +45,7 @@ bool HasFigure(const MetricNumber& number, const ReportRun& run) {
   }
 }
 
-// A metric over the complete episodes that have it, in its display unit.
+// Values of a metric in the complete episodes that have it, in its display unit.
 struct Distribution {
   const metrics::MetricSummary& metric;
   MetricNumber number;
@@ -106,7 +106,7 @@ void Constants(const std::vector<Distribution>& constant, Markup* html) {
   });
 }
 
-// A statistic by its name in summary.json; two values are an interval.
+// A statistic with its name in summary.json. Two values are the bounds of an interval.
 struct Statistic {
   const char* name;
   std::vector<double> (*values)(const metrics::MetricSummary& metric);
@@ -127,7 +127,7 @@ constexpr Statistic kStatistics[] = {
     {"max", [](const auto& metric) { return std::vector{metric.max}; }},
 };
 
-// Statistics from summary.json with their original names and units.
+// Writes a row with the statistics from summary.json, with their original names and units.
 void StatisticsRow(const metrics::MetricSummary& metric, Markup* html) {
   const MetricInfo* info = FindMetric(metric.name).metric;
   const bool has_unit = info && info->unit != "count" && info->unit != "1";

@@ -18,7 +18,8 @@ const char* OutcomeSign(const results::RecordedEpisode& episode) {
   return !episode.complete ? "–" : episode.success ? "✓" : "✗";
 }
 
-// Successes need no reason; for them, the section with curves over time is more informative.
+// Only episodes without success need a reason in the table. The section with curves explains successes
+// better.
 bool NeedsReason(const results::RecordedEpisode& episode) {
   return !(episode.success && episode.complete) &&
          !(episode.failure_reason.empty() && WhyOf(episode).empty());
@@ -39,7 +40,7 @@ void Titles(bool explained, bool noted, Markup* html) {
 void ReasonCell(const results::RecordedEpisode& episode, Markup* html) {
   html->Element("td", {{"class", "why"}}, [&] {
     if (!NeedsReason(episode)) return;
-    // The sentence may start with the reason, which is then not repeated.
+    // If the sentence starts with the reason, the reason is not repeated.
     const std::string reason = end_reason::Text(episode.failure_reason);
     const std::string& why = WhyOf(episode);
     const bool begins = why.starts_with(reason);
@@ -101,7 +102,8 @@ void EpisodeRow(const RunSection& section, size_t index, bool explained, bool no
   });
 }
 
-// Checkbox that hides successful episodes by means of report.css. It is omitted if it would change nothing.
+// Checkbox that hides successful episodes by means of report.css. It is omitted if there are only failures or
+// only successes.
 void OnlyFailures(const RunSection& section) {
   const std::vector<results::RecordedEpisode>& episodes = section.run.run.episodes;
   const auto failures =

@@ -18,7 +18,7 @@ namespace {
 
 using Kind = EpisodeEvent::Kind;
 
-// Pixels at one decimal, without a trailing ".0".
+// Formats pixels with one decimal, without a trailing ".0".
 std::string Px(double pixels) {
   const double rounded = std::round(pixels * 10) / 10;
   return fmt::format("{}", rounded == 0 ? 0 : rounded);
@@ -30,7 +30,7 @@ std::string WithUnit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
 }
 
-// Label of a tick, with as many decimals as the tick step.
+// Formats the label of an axis tick, with as many decimals as the tick step.
 std::string TickLabel(double value, double step) {
   if (std::abs(value) >= 1e6 || step < 1e-4) return Number(value);
   const int decimals = std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
@@ -45,7 +45,7 @@ void Label(double x, double y, const std::string& anchor, const std::string& tex
   html->Element("text", {{"x", Px(x)}, {"y", Px(y)}, {"text-anchor", anchor}}, text);
 }
 
-// Half of a text's width in pixels, estimated from its number of characters.
+// Returns half the width of a text in pixels, estimated from its number of characters.
 double HalfWidth(const std::string& text) {
   return 3.2 * static_cast<double>(
                    std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
@@ -65,7 +65,7 @@ void DrawScale(const Axis& axis, const Ticks& ticks, double y, const std::string
       return std::min(x + HalfWidth(label), axis.pixel_to + kOverhang);
     };
     const auto left_of = [&](const std::string& label) { return right_of(label) - 2 * HalfWidth(label); };
-    // The unit is added only if there is room; the title contains it anyway.
+    // The unit is added only if it fits, because the title also contains it.
     const std::string with_unit = text + " " + unit;
     if (last && !unit.empty() && left_of(with_unit) > previous_right + 4) text = with_unit;
     const double left = left_of(text), right = right_of(text);
@@ -82,7 +82,7 @@ void OpenFigure(double width, double height, const std::string& label, Markup* h
                      {"aria-label", label}});
 }
 
-// Horizontal lines of a figure, with their values.
+// Draws the horizontal grid lines of a figure, with their values.
 void DrawGrid(const Ticks& ticks, const Axis& y, double left, double right, Markup* html) {
   for (const double value : ticks.at) {
     Line("grid", left, y(value), right, y(value), html);
@@ -90,7 +90,7 @@ void DrawGrid(const Ticks& ticks, const Axis& y, double left, double right, Mark
   }
 }
 
-// A bar in a share's figure, on its track.
+// Draws a share as a bar on a background that spans 0 to 100 %.
 void DrawBarOnTrack(double share, const std::string& css_class, Markup* html) {
   html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});
   html->Empty("rect",
@@ -111,8 +111,8 @@ const char* ClassOf(Kind kind) {
   return "event end";
 }
 
-// Path of an event mark: triangle, diamond, cross or square, 4 pixels around the center. The marks differ in
-// shape as well as in color.
+// Returns the SVG path of an event mark: a triangle, diamond, cross or square with a radius of 4 pixels. The
+// marks differ in shape as well as in color.
 std::string MarkPath(Kind kind, double x, double y) {
   const auto at = [&](double dx, double dy) { return Px(x + dx) + " " + Px(y + dy); };
   switch (kind) {
@@ -228,7 +228,7 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
       high = std::max(high, value);
     }
   }
-  // Extends the range to zero if zero is near, ignores values slightly below zero, and adds a margin around
+  // Extends the axis to zero if zero is near, cuts off values slightly below zero, and adds a margin around
   // constant lines.
   if (low > 0 && low < 0.5 * high) low = 0;
   if (low < 0 && low > -0.02 * high) low = 0;
@@ -297,7 +297,7 @@ void DrawRanges(const RangeFigure& figure, Markup* html) {
   for (size_t k = 0; k < figure.lines.size(); ++k) {
     const RangeFigure::Line& line = figure.lines[k];
     const std::string color = fmt::format("c{}", k % 6);
-    // Lines of equal values would hide each other.
+    // Lines are shifted horizontally, because lines with equal values would hide each other.
     const double shift = 3 * (static_cast<double>(k) - static_cast<double>(figure.lines.size() - 1) / 2);
     const Axis shifted{x.from, x.to, x.pixel_from + shift, x.pixel_to + shift};
     html->Element("path", {{"class", "line " + color}, {"d", PathOf(line.x, line.value, shifted, y)}},
@@ -364,7 +364,7 @@ void DrawRates(const RateFigure& figure, Markup* html) {
     html->Element("g", {{"class", "rate"}}, [&] {
       html->Element("title", {}, bin.title);
       Line("whisker", middle, y(bin.lower), middle, y(bin.upper), html);
-      // A bin of equal values is a dot only.
+      // A bin whose values are all equal appears as a dot only.
       Line("range", x(bin.from), y(bin.rate), x(bin.to), y(bin.rate), html);
       html->Empty("circle", {{"cx", Px(middle)}, {"cy", Px(y(bin.rate))}, {"r", "3.5"}});
     });

@@ -12,8 +12,8 @@
 
 namespace evalbus::report {
 
-// Distribution of a metric over episodes: stacked bars with the 5th to 95th percentile and the median above
-// them.
+// Distribution of a metric over episodes, as stacked bars. The 5th to 95th percentile and the median are
+// drawn above the bars.
 struct HistogramFigure {
   std::string name;
   std::string unit;  // empty: a count or share
@@ -48,10 +48,10 @@ struct CurveFigure {
 // At least one value must be finite.
 void DrawCurves(const CurveFigure& figure, Markup* html);
 
-// Means with intervals against a quantity that is not negative.
+// Means with intervals as functions of a non-negative quantity.
 struct RangeFigure {
-  std::string name;    // of the values, with their unit
-  std::string x_unit;  // of the horizontal axis
+  std::string name;    // name of the values, with their unit
+  std::string x_unit;  // unit of the horizontal axis
   struct Line {
     std::string name;
     std::vector<double> x;      // ascending
@@ -68,7 +68,7 @@ void DrawShare(double share, double lower, double upper, bool scale, Markup* htm
 // Draws a share without interval.
 void DrawBar(double share, const std::string& css_class, Markup* html);
 
-// Success rate by the value of a parameter.
+// Success rate as a function of a parameter.
 struct RateFigure {
   std::string name;
   std::string unit;

@@ -6,7 +6,7 @@ namespace evalbus::report {
 
 void Folded(const std::vector<std::function<void()>>& figures, size_t shown, const std::string& what,
             const char* css_class, Markup* html) {
-  // Folding only one or two figures is not worthwhile.
+  // One or two additional figures are shown, too, because folding them would save little space.
   if (figures.size() <= shown + 2) shown = figures.size();
   html->Element("div", {{"class", css_class}}, [&] {
     for (size_t i = 0; i < shown; ++i) figures[i]();

@@ -1,4 +1,4 @@
-// Figures of which only some are initially visible.
+// A list of figures that is partly folded at first.
 #pragma once
 
 #include <functional>

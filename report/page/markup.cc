@@ -18,7 +18,7 @@ void Markup::Attribute(const char* name, const std::string& value) {
 }
 
 void Markup::Close() {
-  // An HTML parser treats <td/> as an open tag. Pushing a text, even an empty one, produces <td></td>.
+  // An HTML parser treats <td/> as an open tag. Pushing an empty text produces <td></td> instead.
   printer_.PushText("");
   printer_.CloseElement(true);
 }
@@ -37,7 +37,7 @@ void Markup::Empty(const char* name, Attributes attributes) {
 void Markup::Text(const std::string& text) { printer_.PushText(Printable(text).c_str()); }
 
 void Markup::Verbatim(const std::string& code) {
-  // An XML parser reads a CDATA section, an HTML parser two comments around the code.
+  // An XML parser reads the result as a CDATA section. An HTML parser sees the code between two comments.
   printer_.PushText("/*");
   printer_.PushText(("*/\n" + code + "/*").c_str(), true);
   printer_.PushText("*/");

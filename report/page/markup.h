@@ -15,12 +15,12 @@ namespace evalbus::report {
 
 class Markup {
  public:
-  // Pairs of name and value.
+  // Names and values of attributes.
   using Attributes = std::initializer_list<std::pair<const char*, std::string>>;
 
   Markup() : printer_(nullptr, true) {}
 
-  // Element names must be literals; they are not copied.
+  // `name` must be a string literal, because it is not copied.
   void Open(const char* name, Attributes attributes = {});
   // Adds an attribute to the element that Open() has just opened.
   void Attribute(const char* name, const std::string& value);

@@ -15,7 +15,7 @@ namespace evalbus::report {
 
 namespace {
 
-// Blocks have a type that browsers do not execute.
+// Blocks get a script type that browsers do not execute.
 void WriteScripts(const viz::PackedViewer& viewer, Markup* html) {
   for (const auto& [name, packed] : viewer.blocks) {
     html->Element("script", {{"type", "application/x-evalbus"}, {"data-block", name}}, packed);

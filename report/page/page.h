@@ -1,4 +1,4 @@
-// Common parts of all pages: frame, style, script and number formats.
+// Common parts of all pages: the HTML document, style, script and number formats.
 #pragma once
 
 #include <functional>
@@ -18,38 +18,39 @@ struct ReportLink {
   std::string url;  // relative to the page; see Url()
 };
 
-// Writes the links one after the other.
+// Writes the links in a row.
 void Links(const std::vector<ReportLink>& links, Markup* html);
 
-// Attribute of elements that do not show results: `evalbus verify` does not compare them (page_check.h).
+// Attribute of elements that do not show results. `evalbus verify` does not compare them (page_check.h).
 inline constexpr char kUnchecked[] = "data-unchecked";
 
-// Returns a whole page with the title as heading. made_by: version and commit. source: what the page was made
-// from, for `evalbus verify`, which makes it again; null if it cannot. viewer: null if the page has no
+// Returns a whole page with the title as heading. made_by: version and commit. source: arguments and folders
+// from which `evalbus verify` can generate the page again; null if it cannot. viewer: null if the page has no
 // viewer; otherwise `content` must call WriteViewer().
 std::string Page(const std::string& title, const std::string& made_by, const nlohmann::ordered_json& source,
                  const std::function<void(Markup*)>& content, const viz::PackedViewer* viewer = nullptr);
 
-// Writes the section with the 3D episode viewer. opened: fragment of the episode that it shows first; empty:
-// the first failure.
+// Writes the section with the 3D episode viewer. opened: URL fragment of the episode that it shows first;
+// empty: the first failure.
 void WriteViewer(const viz::PackedViewer& viewer, Markup* html, const std::string& opened = "");
 
-// An episode in the 3D viewer: number of the run on the page, and of the episode.
+// An episode in the 3D viewer. run: number of the run on the page.
 struct PlayerPlace {
   int run, episode;
 };
-// Returns the URL fragment that shows the episode from one second before its decisive moment on, or from its
-// beginning if the moment is not known; other: an episode to compare it with.
+// Returns the URL fragment that plays the episode from one second before its decisive moment, or from its
+// beginning if the moment is not known. other: an episode that is shown for comparison.
 std::string PlayerUrl(const PlayerPlace& place, const results::Cause& cause,
                       const std::optional<PlayerPlace>& other = {});
 
 // Replaces hyphens before numbers by minus signs.
 std::string WithMinus(std::string text);
 
-// Writes a number as <data>: the value with all digits, and `text` as shown; "-" if the value is not finite.
+// Writes a number as a <data> element, whose value has all digits and whose content is `text`; "-" if the
+// value is not finite.
 void Data(double value, const std::string& text, Markup* html);
 void Data(double value, Markup* html);
-// The same as a table cell.
+// Writes a table cell that contains Data().
 void NumberCell(double value, const std::string& text, Markup* html);
 void NumberCell(double value, Markup* html);
 

@@ -26,7 +26,8 @@ bool IsOneOf(std::string_view word, const std::array<std::string_view, kSize>& w
 constexpr std::array<std::string_view, 6> kUncheckedElements = {"head",  "script", "style",
                                                                 "video", "img",    "footer"};
 constexpr std::array<std::string_view, 4> kHeadings = {"h1", "h2", "h3", "h4"};
-// Whether an episode can be played, or a file exists, decides on links: <a> or <span>, <button> or <span>.
+// Attributes that differ if an episode cannot be played or a file is missing: a <span> then replaces the <a>
+// or <button>.
 constexpr std::array<std::string_view, 6> kUncheckedAttributes = {"href",      "tabindex", "id",
                                                                   "data-seek", "type",     "open"};
 
@@ -36,7 +37,7 @@ bool IsUnchecked(const XMLElement& element) {
          (css_class && std::string_view(css_class) == "in-3d");
 }
 
-// Text without the spaces at its ends.
+// Returns the text without spaces at its ends.
 std::string Trimmed(const std::string& text) {
   constexpr const char* kSpace = " \n\t";
   const size_t first = text.find_first_not_of(kSpace);
@@ -73,7 +74,7 @@ class Reader {
  private:
   void ReadAttributes(const XMLElement& element) {
     const std::string_view name = element.Name();
-    // Links without a class only explain themselves.
+    // Attributes of buttons and of links without a class do not show results.
     if (name == "button" || (name == "a" && !element.Attribute("class"))) return;
     for (const auto* a = element.FirstAttribute(); a; a = a->Next()) {
       const std::string_view value = a->Value();
@@ -89,7 +90,7 @@ class Reader {
   }
 
   PageContent& content_;
-  // The last ones so far.
+  // Latest heading and row label, which describe the place of an item.
   std::string heading_, row_;
 };
 

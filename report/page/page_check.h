@@ -1,6 +1,6 @@
-// Compares a page with what it should contain, for `evalbus verify`. Images, the 3D viewer, links, and
-// elements with the attribute kUnchecked (page.h) are left out: they do not show results, or they are notes
-// and verdicts that users add later.
+// Compares a page with its expected content, for `evalbus verify`. Images, the 3D viewer, links, and elements
+// with the attribute kUnchecked (page.h) are ignored, because they do not show results or contain notes and
+// verdicts that users add later.
 #pragma once
 
 #include <filesystem>
@@ -11,25 +11,25 @@
 
 namespace evalbus::report {
 
-// Name of the <meta> element with the page's source; beginning of its footer.
+// kSourceMeta: name of the <meta> element with the page's source. kMadeBy: beginning of the page's footer.
 inline constexpr char kSourceMeta[] = "evalbus-source";
 inline constexpr char kMadeBy[] = "Made by evalbus ";
 
-// Values of "page" in a source.
+// Values of the key "page" in a source.
 inline constexpr char kReportPage[] = "report";
 inline constexpr char kComparisonPage[] = "comparison";
 inline constexpr char kPlanPage[] = "plan";
 inline constexpr char kPlanComparisonPage[] = "plan comparison";
 
-// Path of a folder of results relative to the page's folder, for its source.
+// Returns the path of a results folder relative to the page's folder, for the page's source.
 std::string RelativeToPage(const std::filesystem::path& folder, const std::filesystem::path& page);
 
 struct PageContent {
-  // What the page was made from; null if the page does not name it.
+  // Source of the page (see Page()); null if the page does not contain it.
   nlohmann::ordered_json source;
-  // Version and commit of the program that made it; empty if it is not a page of evalbus.
+  // Version and commit of the program that wrote the page; empty if it is not a page of evalbus.
   std::string made_by;
-  // A text, or an attribute as `name="value"`, and where it is, for people.
+  // A text, or an attribute as `name="value"`, and a description of its place on the page.
   struct Item {
     std::string text, where;
   };

@@ -38,7 +38,7 @@ void Cell(const PlanCell& cell, const std::string& label, Markup* html) {
   });
 }
 
-// Indices of the policies by descending success over all tasks.
+// Returns the indices of the policies by descending success over all tasks.
 std::vector<size_t> ByRank(const PlanReport& report) {
   std::vector<size_t> order(report.policies.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -54,7 +54,7 @@ std::string LettersOf(const PlanReport& report, const std::string& policy) {
   return ranked == report.ranking.end() ? "" : ranked->letters;
 }
 
-// The verdict against the baseline in one cell.
+// Writes a cell with the verdict against the baseline.
 void VerdictCell(const PlanReport& report, const std::string& policy, Markup* html) {
   const auto verdict = std::ranges::find(report.verdicts, policy, &PlanVerdict::policy);
   html->Element("td", {{"class", "against"}, {"data-label", "against " + report.baseline}}, [&] {
@@ -92,7 +92,7 @@ void PolicyTitles(const PlanReport& report, Markup* html) {
   for (const std::string& policy : report.policies) html->Element("th", {{"class", "number"}}, policy);
 }
 
-// A task's name, which may be broken after "_" and "/".
+// Writes a task's name, with possible line breaks after "_" and "/".
 void TaskTitle(const std::string& task, Markup* html) {
   html->Element("th", {{"class", "number"}}, [&] {
     for (size_t begin = 0; begin < task.size();) {
@@ -105,7 +105,7 @@ void TaskTitle(const std::string& task, Markup* html) {
 }
 
 void Rates(const PlanReport& report, Markup* html) {
-  // So that eight tasks fit on a page.
+  // The narrow style lets eight tasks fit on a page.
   const char* const kind = report.tasks.size() > 4 ? "sortable stacked narrow" : "sortable stacked";
   html->Element("h2", {{"id", "success"}}, "Success");
   html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {

@@ -1,5 +1,5 @@
-// The results of a plan as one HTML page: success rates by task and policy, differences, failure reasons.
-// Pure: equal input gives equal bytes.
+// Generates one HTML page with the results of a plan: success rates by task and policy, differences, failure
+// reasons. Equal input gives equal bytes.
 #pragma once
 
 #include <map>
@@ -15,7 +15,7 @@ namespace evalbus::report {
 struct PlanCell {
   metrics::RunSummary summary{};
   std::string url{};  // report of the run; may be empty
-  // Links to episodes in the 3D viewer, preferably a failure; may be empty.
+  // Links to episodes in the 3D viewer, preferably to a failure; may be empty.
   std::vector<ReportLink> episodes{};
 };
 
@@ -43,13 +43,14 @@ struct PlanReport {
   std::vector<PlanRow> tasks;
   // Totals over all tasks.
   PlanRow all;
-  // Mean over all tasks of the success rates, per policy.
+  // Mean of the tasks' success rates, per policy.
   std::vector<double> means;
   std::vector<PlanVerdict> verdicts;
   std::string verdict_note;
-  // Most successful first; empty if there is no ranking.
+  // Policies by descending success; empty if there is no ranking.
   std::vector<results::RankedRun> ranking;
-  // Per policy: failure reason -> URL of an example episode in the 3D viewer. Some reasons have none.
+  // One map per policy, from a failure reason to the URL of an example episode in the 3D viewer. Some reasons
+  // have no example.
   std::vector<std::map<std::string, std::string>> failed_episodes;
   std::vector<ReportLink> reports;  // one per policy
   std::vector<std::string> remarks;

@@ -11,28 +11,29 @@ namespace evalbus::report {
 
 class RatioAxis {
  public:
-  // Extends the axis, which includes 0.5 to 2, to this ratio and its interval, within 0.1 to 10. Ratios
-  // beyond are drawn as an arrow at its end.
+  // Extends the axis to include this ratio and its interval. The axis always includes 0.5 to 2, and never
+  // exceeds 0.1 to 10. Ratios outside of it are drawn as an arrow at its end.
   void Include(double ratio, const metrics::Interval& interval);
 
   // Draws the labels of the axis.
   void DrawLabels(Markup* html) const;
-  // Draws a ratio as a dot, and its interval, if it is finite, as a line. css_class: of the judgment.
+  // Draws a ratio as a dot, and its interval, if it is finite, as a line. css_class: CSS class of the
+  // judgment.
   void Draw(double ratio, const metrics::Interval& interval, const std::string& css_class,
             Markup* html) const;
 
-  // Ratios with a label, ascending.
+  // Returns the ratios that have a label, ascending.
   std::vector<double> ticks() const;
 
  private:
-  // Position from 0 to 1.
+  // Returns the position on the axis, from 0 to 1.
   double At(double ratio) const;
   void DrawTicks(Markup* html) const;
 
   double least_ = 0.5, most_ = 2;
 };
 
-// "×1.86"; "×1.9" if the interval is too wide for more digits.
+// Formats a ratio, for example as "×1.86", or as "×1.9" if the interval is too wide for more digits.
 std::string RatioText(double ratio, const metrics::Interval& interval);
 
 }  // namespace evalbus::report

@@ -1,6 +1,6 @@
-// Sorts tables by the clicked column; a second click reverses the order. Shows long tables in pages. Marks tables that can be scrolled. A
-// click on an event's time seeks the video to it. This file must not contain characters that XML or HTML
-// would interpret as markup.
+// Sorts tables by the clicked column; a second click reverses the order. Shows long tables in
+// pages. Marks tables that can be scrolled. A click on an event's time moves the video to this
+// time. This file must not contain characters that XML or HTML would interpret as markup.
 "use strict";
 
 function valueOf(cell) {
@@ -36,7 +36,7 @@ for (const table of document.querySelectorAll("table.sortable")) {
   });
 }
 
-// Shows a table that has more rows than this in pages.
+// Maximum number of rows of a table that is not split into pages.
 const ROWS_OF_PAGE = 100;
 
 function makePages(table) {
@@ -92,7 +92,7 @@ for (const button of document.querySelectorAll("[data-seek]")) {
   });
 }
 
-// Marks a table that is wider than its container, because phones show no scroll bars.
+// Marks tables that are wider than their containers, because phones show no scroll bars.
 function markWide() {
   for (const place of document.querySelectorAll(".scroll")) {
     place.classList.toggle("wide", place.scrollWidth > place.clientWidth);
@@ -102,7 +102,7 @@ markWide();
 addEventListener("resize", markWide);
 for (const details of document.querySelectorAll("details")) details.addEventListener("toggle", markWide);
 
-// Expands details for printing, except those that would only add more of the same.
+// Expands details for printing, except those that hold further figures or settings.
 addEventListener("beforeprint", () => {
   for (const details of document.querySelectorAll("details:not(.more)")) details.open = true;
 });

@@ -1,5 +1,5 @@
-// The report of one or several runs as one HTML page that works offline. Pure: converts recorded runs to
-// text; equal input gives equal bytes.
+// Generates the report of one or several runs as one HTML page that works offline. Equal input gives equal
+// bytes.
 #pragma once
 
 #include <map>
@@ -23,8 +23,8 @@ struct EpisodeFiles {
   std::vector<ReportLink> logs;
 };
 
-// Decisive moment of an episode. image: data URL; url: the moment in the page's 3D viewer. Either may be
-// empty.
+// Decisive moment of an episode. image: image as a data URL. url: link to the moment in the page's 3D viewer.
+// Either may be empty.
 struct ReportMoment {
   std::string image, url;
 };
@@ -32,7 +32,7 @@ struct ReportMoment {
 // Curves and events of one episode.
 struct ReportCurves {
   int episode = 0;
-  std::string why;  // reason for the selection: "first failure"
+  std::string why;  // reason for the selection, such as "first failure"
   std::vector<CurveFigure> figures;
   std::vector<EpisodeEvent> events;
 };
@@ -43,26 +43,27 @@ struct ReportRun {
   metrics::RunSummary summary;
   // Caveats that are shown above the numbers, one sentence each.
   std::vector<std::string> remarks;
-  // The same about images.
+  // Caveats about images, one sentence each.
   std::vector<std::string> image_remarks{};
-  // How the policy was run, one sentence each.
+  // Sentences on how the policy was run.
   std::vector<std::string> notes;
   // Success rates by the verdicts of operators, and their agreement with the automatic verdicts, one sentence
   // each; empty if there are none.
   std::vector<std::string> operators{};
   // Influence of the start parameters on success; p-values are adjusted for all runs of the report.
   results::RunCircumstances circumstances;
-  // By episode; empty unless `evalbus why` has searched for them.
+  // Points of no return by episode; empty unless `evalbus why` has searched for them.
   results::NoReturns no_returns;
-  // Pacing of a realtime run (results::RunPacing); null if it is not one.
+  // Pacing of a realtime run (results::RunPacing); null for other runs.
   nlohmann::ordered_json pacing;
   // Command line that repeats the run; empty if there is none.
   std::string command;
-  // By episode; of the first failures only.
+  // Decisive moments by episode, only for the first failures.
   std::map<int, ReportMoment> moments;
-  // In the order of run.episodes.
+  // Files of each episode, in the order of run.episodes.
   std::vector<EpisodeFiles> files;
-  // From the logs: curves of selected episodes, names of stages by index, and hashes of the models by key.
+  // Values that were read from the logs: curves of selected episodes, names of stages by index, and hashes of
+  // the models by key.
   std::vector<ReportCurves> curves;
   std::map<int, std::string> stage_name;
   std::vector<std::pair<std::string, std::string>> model_hashes;
@@ -70,12 +71,12 @@ struct ReportRun {
 
 struct Report {
   std::string title;
-  // At least one. If there are several, the page starts with a table of them.
+  // At least one run. If there are several, the page begins with a table of the runs.
   std::vector<ReportRun> runs;
   std::vector<std::string> remarks;
   // Remarks about the 3D viewer.
   std::vector<std::string> viewer_remarks = {};
-  // Nothing if the page has no 3D viewer.
+  // nullopt if the page has no 3D viewer.
   std::optional<viz::PackedViewer> viewer = {};
   // URL fragment of the episode that the viewer shows first.
   std::string opened = {};

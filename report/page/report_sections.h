@@ -1,4 +1,4 @@
-// The sections of a run's report, one function each.
+// Functions that write the sections of a run's report.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace evalbus::report {
 
-// A run, and where and how its sections are written.
+// A run, and the parameters for writing its sections.
 struct RunSection {
   const ReportRun& run;
   // Prefix that makes anchors unique on a page with several runs.
@@ -19,28 +19,28 @@ struct RunSection {
   Markup* html;
 };
 
-// Anchor of an episode's row in the table.
+// Returns the HTML id of an episode's row in the table.
 inline std::string EpisodeId(const RunSection& section, const results::RecordedEpisode& episode) {
   return section.id + "episode-" + std::to_string(episode.episode);
 }
 
-// Success rate, failures and exclusions as sentences; the main numbers; one square per episode.
+// Writes sentences on success rate, failures and exclusions, the main numbers, and one square per episode.
 void WriteSummary(const RunSection& section);
-// Verdicts of operators, if there are any, and their agreement with the automatic ones.
+// Writes the verdicts of operators, if there are any, and their agreement with the automatic verdicts.
 void WriteOperators(const RunSection& section);
-// The first failures: image of the decisive moment, and the cause in a sentence.
+// Writes the first failures, with an image of the decisive moment and a sentence on the cause.
 void WriteFailures(const RunSection& section);
-// Which start parameters influence success.
+// Writes which start parameters influence success.
 void WriteCircumstances(const RunSection& section);
-// Stages, failure reasons, collisions.
+// Writes stages, failure reasons and collisions.
 void WriteStages(const RunSection& section);
-// A histogram of each metric that varies, and all statistics as a table.
+// Writes a histogram of each metric that varies, and all statistics as a table.
 void WriteDistributions(const RunSection& section);
-// The table of episodes.
+// Writes the table of episodes.
 void WriteEpisodes(const RunSection& section);
-// Curves and events of selected episodes.
+// Writes curves and events of selected episodes.
 void WriteCurves(const RunSection& section);
-// Configuration of the run, and the command that repeats it.
+// Writes the configuration of the run, and the command that repeats it.
 void WriteMade(const RunSection& section);
 
 }  // namespace evalbus::report

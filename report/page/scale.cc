@@ -10,18 +10,19 @@ namespace {
 
 constexpr int kMaxBins = 14;
 
-// Returns k * mantissa * 10^exponent. For negative exponents it divides, so that 0.3 is computed as 3 / 10.
+// Returns k * mantissa * 10^exponent. Negative exponents are computed by division, so that 0.3 is exactly 3 /
+// 10.
 double Multiple(double k, int mantissa, int exponent) {
   const double scale = std::pow(10.0, std::abs(exponent));
   return exponent < 0 ? k * mantissa / scale : k * mantissa * scale;
 }
 
 Ticks Find(double lower, double upper, int most, bool around) {
-  // Starts one power of ten too low.
+  // The search begins one power of ten too low.
   for (int exponent = static_cast<int>(std::floor(std::log10((upper - lower) / most))) - 1;; ++exponent) {
     for (const int mantissa : {1, 2, 5}) {
       const double step = Multiple(1, mantissa, exponent);
-      // Tolerance for rounding errors in multiples.
+      // Tolerance for rounding errors in the quotients.
       constexpr double kSlack = 1e-9;
       const double first = around ? std::floor(lower / step + kSlack) : std::ceil(lower / step - kSlack);
       const double last = around ? std::ceil(upper / step - kSlack) : std::floor(upper / step + kSlack);
@@ -35,7 +36,7 @@ Ticks Find(double lower, double upper, int most, bool around) {
 
 }  // namespace
 
-// Multiples are counted in doubles; with a smaller step they would no longer be exact integers.
+// Multiples are counted in doubles. In a smaller range, the counts would no longer be exact integers.
 bool IsRange(double low, double high) { return high - low > 1e-9 * std::max(std::abs(low), std::abs(high)); }
 
 Ticks TicksWithin(double lower, double upper, int most) { return Find(lower, upper, most, false); }

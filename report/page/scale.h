@@ -21,8 +21,8 @@ struct Ticks {
 // Returns the multiples within [lower, upper] of the smallest step that gives at most `most` (>= 2) of them.
 // Both ends must be finite and IsRange(lower, upper) must be true.
 Ticks TicksWithin(double lower, double upper, int most);
-// The same, with one more multiple at each end if necessary to enclose the range; for bin edges, or for an
-// axis that ends on a tick.
+// Returns ticks as TicksWithin() does, with one more multiple at an end where this is necessary to enclose
+// the range. Used for bin edges and for axes that end at a tick.
 Ticks TicksAround(double lower, double upper, int most);
 
 // Returns bin edges for a histogram: round numbers that enclose the values. If the values are integers of a

@@ -18,7 +18,7 @@ void Heading(const RunSection& section, const std::string& text, const std::stri
   section.html->Element("p", {{"class", "note"}}, note);
 }
 
-// Writes a table with one row per element of `rows`, written by `write`.
+// Writes a table in which write() writes one row per element of `rows`.
 template <class Rows, class Write>
 void BarTable(const Rows& rows, Write write, Markup* html) {
   html->Element("table", {{"class", "bars"}}, [&] {

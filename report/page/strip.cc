@@ -19,7 +19,7 @@ void Square(const StripCell& cell, Markup* html) {
   html->Close();
 }
 
-// Leads to the first failure among the cells, which all are of one row.
+// Writes a square that stands for several cells of one row. It links to their first failure.
 void CombinedSquare(std::span<const StripCell* const> cells, Markup* html) {
   const auto successes = std::ranges::count(cells, std::string("good"), &StripCell::css_class);
   const auto failed = std::ranges::find(cells, std::string("bad"), &StripCell::css_class);

@@ -53,7 +53,7 @@ std::string IncompleteSentence(const ReportRun& run) {
                      count == 1 ? "1 episode is" : fmt::format("{} episodes are", count), numbers);
 }
 
-// The most frequent failure reasons as bars.
+// Draws the most frequent failure reasons as bars.
 void FailureBars(const metrics::RunSummary& summary, Markup* html) {
   constexpr size_t kShown = 3;
   const auto& reasons = summary.failure_reasons;
@@ -89,7 +89,7 @@ void RateTile(const RunSection& section) {
 void MetricTile(const metrics::MetricSummary& metric, Markup* html) {
   const MetricNumber number = FindMetric(metric.name);
   const std::string unit(number.shown_unit());
-  // As many digits as in the table of the terminal.
+  // Formats values with as many digits as the table in the terminal.
   const auto text = [&](double value) {
     return ShownValue(*number.metric, value, metric.std / std::sqrt(metric.episodes));
   };
@@ -110,7 +110,7 @@ void MetricTile(const metrics::MetricSummary& metric, Markup* html) {
   });
 }
 
-// Shows the first six metrics that vary; if fewer do, constant ones, too.
+// Shows up to six metrics: first metrics that vary, then constant ones.
 void Tiles(const RunSection& section) {
   constexpr size_t kTiles = 6;
   std::vector<const metrics::MetricSummary*> varying, constant;

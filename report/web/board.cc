@@ -22,16 +22,16 @@ using results::RecordedRun;
 // A row of the board.
 struct Policy {
   std::string name;
-  // One run per task; the finished shards of a run are put together.
+  // One run per task. The finished shards of a run are merged.
   results::RecordedRuns runs;
   std::vector<int> numbers;
   int planned = 0;
-  // Planned episodes of runs whose shards have been found only in part.
+  // Number of planned episodes whose shards have not been found.
   int missing = 0;
   bool is_over = true;
 };
 
-// Names of the policies that have evaluated a task in more than one of the user's folders.
+// Returns the names of the policies that have evaluated the same task in more than one of the user's folders.
 std::set<std::string> PoliciesInSeveralSources(const std::vector<BoardRun>& runs) {
   std::map<std::pair<std::string, std::string>, std::string> source_of;
   std::set<std::string> names;
@@ -92,7 +92,7 @@ ordered_json Counted(const metrics::RunSummary& summary, bool is_over) {
   return json;
 }
 
-// Share of slips among the grasps of the complete episodes; null without grasps.
+// Returns the number of slips per grasp in the complete episodes; null if there are no grasps.
 ordered_json SlipsPerGrasp(const results::RecordedRuns& runs) {
   double slips = 0, grasps = 0;
   for (const RecordedRun& run : runs.runs) {
@@ -132,7 +132,8 @@ bool HasJudged(const Policy& policy) {
   });
 }
 
-// Compares each policy with the baseline; entries that are not comparable have the reason as "remark".
+// Compares each policy with the baseline. If this is not possible, the policy's entry contains the reason as
+// "remark".
 std::vector<ordered_json> Comparisons(const std::vector<Policy>& policies, size_t baseline, bool is_final) {
   std::vector<ordered_json> entries(policies.size());
   std::vector<std::pair<size_t, results::SuccessComparison>> compared;
@@ -151,7 +152,7 @@ std::vector<ordered_json> Comparisons(const std::vector<Policy>& policies, size_
   return entries;
 }
 
-// The result in one sentence; empty if there is nothing to compare.
+// Returns the result in one sentence; empty if there is nothing to compare.
 std::string VerdictOf(const std::vector<Policy>& policies, size_t baseline) {
   try {
     if (policies.size() == 2)
@@ -161,7 +162,7 @@ std::string VerdictOf(const std::vector<Policy>& policies, size_t baseline) {
     for (const Policy& policy : policies) all.push_back(&policy.runs);
     return results::RankingHeadline(results::RankBySuccess(all));
   } catch (const InputError&) {
-    return "";  // Comparisons() gives the reason.
+    return "";  // Comparisons() reports the reason.
   }
 }
 

@@ -1,6 +1,6 @@
-// The scoreboard of `evalbus web`: policies by tasks with success rates, differences from the baseline, and
-// how far the episodes get, as the block "board" of docs/viewer_data.md. Pure; all statistics are those of
-// `results`.
+// Generates the scoreboard of `evalbus web`, the block "board" of docs/viewer_data.md. It contains the
+// success rates by policy and task, differences from the baseline, and how far the episodes get. All
+// statistics are computed by the library `results`.
 #pragma once
 
 #include <map>
@@ -11,17 +11,17 @@
 
 namespace evalbus::report {
 
-// A run on the page, with its episodes so far.
+// A run on the page, with its finished episodes.
 struct BoardRun {
   // Index among the page's runs.
   int number = 0;
   // Name of the policy; runs with equal names form one row of the board.
   std::string policy;
-  // The folder that the user named and that contains the run. If a policy has evaluated a task in two of
-  // them, each folder gets its own row.
+  // The folder that the user named and that contains the run. If a policy has evaluated a task in two such
+  // folders, each folder has its own row.
   std::string source;
   bool is_over = false;
-  // Number of episodes of the whole run according to its plan, of which `run` may be a shard; 0 if not known.
+  // Number of episodes of the whole run according to its plan; 0 if not known. `run` may be a shard of it.
   int planned = 0;
   const results::RecordedRun* run = nullptr;
   // Names of the task's stages by index; some may be missing.
@@ -29,11 +29,12 @@ struct BoardRun {
 };
 
 struct BoardFacts {
-  // Name of the policy that others are compared with; empty: the first.
+  // Name of the policy with which the others are compared; empty: the first policy.
   std::string baseline;
-  // The plan tests its results while it runs, so that p values of a single test are not valid.
+  // True if the plan tests its results repeatedly while it runs. The p values of a single test are then not
+  // valid.
   bool is_sequential = false;
-  // Runs that have not begun, and the number of their episodes as far as known.
+  // Number of runs that have not begun, and the number of their episodes as far as known.
   int waiting_runs = 0, waiting_episodes = 0;
 };
 

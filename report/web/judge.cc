@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Interval for reading the folder of an active run, and maximum delay of Ctrl-C.
+// kFollow: interval for reading the folder of an active run, and maximum delay of Ctrl-C.
 constexpr std::chrono::milliseconds kFollow{200};
 constexpr std::chrono::seconds kStopTimeout{1};
 
@@ -44,7 +44,7 @@ class Judgment {
  public:
   Judgment(const JudgeOptions& options, WebJobs* jobs) : options_(options), jobs_(jobs) {
     if (options.runs.size() == 1) {
-      // The run of a parent process may not have begun.
+      // If a parent process started this one, its run may not have begun yet.
       if (!options.is_child) results::ReadRunInfo(options.runs[0]);
       follower_.emplace(options.runs[0]);
       return;
@@ -80,7 +80,7 @@ class Judgment {
     return items_.size() != before || is_over() != was_over || news.is_changed;
   }
 
-  // Writes a verdict of the page.
+  // Writes a verdict that was given on the page.
   void Take(const viz::WebVerdict& given) {
     error_.clear();
     try {
@@ -120,7 +120,7 @@ class Judgment {
     return results::JudgmentLines(runs);
   }
 
-  // The block "judge" of docs/viewer_data.md.
+  // Returns the block "judge" of docs/viewer_data.md.
   std::string Block() const {
     viz::BlockWriter block("judge");
     ordered_json& head = block.head();
@@ -142,7 +142,7 @@ class Judgment {
     return block.Bytes();
   }
 
-  // The block "run": without a name of policy or run, and without rates.
+  // Returns the block "run", without the names of policy and run, and without rates.
   std::string RunBlock() const {
     viz::RunNumbers numbers;
     numbers.task = task_;
@@ -212,7 +212,7 @@ class Judgment {
   std::string error_;
 };
 
-// Verdicts on their way from the server's thread.
+// Queue of verdicts from the server's thread to the main thread.
 class VerdictQueue {
  public:
   void Add(viz::WebVerdict verdict) {
@@ -244,7 +244,8 @@ void ServeJudgment(Judgment* judgment, VerdictQueue* queue, viz::UpdateBroadcast
   while (!stop_requested()) {
     if (is_changed) {
       broadcaster->SetRun(0, judgment->RunBlock());
-      // The page of `evalbus judge` has no overview; this block takes its place, before all others.
+      // The page of `evalbus judge` has no scoreboard. The block "judge" is sent in its place, before all
+      // other blocks.
       broadcaster->SetBoard(judgment->Block());
       server->Wake();
     }
@@ -282,7 +283,8 @@ void Judge(const JudgeOptions& options) {
   ServeJudgment(&judgment, &queue, broadcaster.get(), server.get());
   server->Stop();
   if (jobs.Stop(kStopTimeout)) return;
-  // A job is still reading from a disk that does not respond; the objects that it uses must not be destroyed.
+  // A job is still reading from a disk that does not respond. _exit() does not destroy the objects that it
+  // uses.
   std::fflush(stdout);
   _exit(0);
 }

@@ -1,5 +1,5 @@
-// `evalbus judge`: a page on which an operator gives verdicts on recorded episodes without knowing the
-// automatic verdict and the policy.
+// Implements `evalbus judge`: a page on which an operator gives verdicts on recorded episodes without knowing
+// the automatic verdict and the policy.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,25 @@
 namespace evalbus::report {
 
 struct JudgeOptions {
-  // One run, which may be active or not have begun yet, or two finished runs of the same task.
+  // A single run, which may be active or may not have begun, or two finished runs of the same task.
   std::vector<std::filesystem::path> runs;
   std::string operator_name;
   // Seed of the order in which the episodes of two runs are shown.
   int64_t seed = 0;
-  // Default: 8080, or a free port if that is in use.
+  // nullopt: 8080, or a free port if 8080 is in use.
   std::optional<int> port;
-  // Started by `evalbus watch`; the listening socket is passed as stdin.
+  // True if `evalbus watch` started this process. The listening socket is then passed as stdin.
   bool is_child = false;
 };
 
-// Serves the page, on the loopback interface only, until SIGINT or SIGTERM; each verdict is written to
-// verdicts.jsonl of its run at once. When the runs have finished and all episodes have a verdict, the page
-// and the terminal show the results. If that is so at the start, only prints them. Throws InputError,
-// EnvironmentError.
+// Serves the page, on the loopback interface only, until SIGINT or SIGTERM. Each verdict is immediately
+// written to verdicts.jsonl of its run. When the runs have finished and all episodes have a verdict, the page
+// and the terminal show the results. If this is already true when the function is called, it only prints the
+// results and returns. Throws InputError, EnvironmentError.
 void Judge(const JudgeOptions& options);
 
-// Whether the operator has given a verdict on every finished episode that has a log. Throws InputError.
+// Returns whether the operator has given a verdict on every finished episode that has a log. Throws
+// InputError.
 bool HasJudgedAll(const std::filesystem::path& run, const std::string& operator_name);
 
 }  // namespace evalbus::report

@@ -29,7 +29,7 @@ void ReaderThreads::Start() {
     try {
       std::thread([this, job] { Run(job); }).detach();
     } catch (const std::system_error&) {
-      // The system cannot start more threads; Poll() retries.
+      // The system cannot start more threads. Poll() will try again.
       running_.erase(job);
       return;
     }
@@ -44,7 +44,8 @@ void ReaderThreads::Run(std::list<Job>::iterator job) {
     const std::lock_guard lock(mutex_);
     is_late = std::exchange(job->is_reported, true);
   }
-  // Called while the job still counts as running, because Stop() waits until all results are delivered.
+  // The result is delivered while the job still counts as running, because Stop() waits until all results are
+  // delivered.
   report_late(is_late);
   const std::lock_guard lock(mutex_);
   num_stuck_ -= job->is_stuck;

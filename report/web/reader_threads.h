@@ -1,5 +1,5 @@
-// Runs jobs that read files, each on its own thread, so that a file system that does not respond blocks only
-// the jobs that read from it.
+// Runs each job that reads files on its own thread. A file system that does not respond then blocks only the
+// jobs that read from it.
 #pragma once
 
 #include <chrono>
@@ -17,12 +17,12 @@ namespace evalbus::report {
 class ReaderThreads {
  public:
   struct Limits {
-    // Maximum number of jobs that run at the same time, and that wait.
+    // Maximum numbers of running jobs and of waiting jobs.
     size_t at_once = 4, waiting = 64;
-    // A job that takes longer is abandoned. Its thread cannot be stopped, and remains until the file system
-    // responds.
+    // A job that takes longer is abandoned. Its thread cannot be stopped and continues to exist until the
+    // file system responds.
     std::chrono::seconds timeout{30};
-    // When this many threads are stuck, no job is started, and waiting jobs are abandoned.
+    // When this number of threads is stuck, no further jobs are started, and waiting jobs are abandoned.
     size_t stuck = 16;
   };
   // Delivers a job's result. is_late: GiveUp has been called or is being called. Neither function may throw.
@@ -63,7 +63,7 @@ class ReaderThreads {
   std::condition_variable changed_;
   bool stops_ = false;
   std::deque<Job> waiting_;
-  // Each has a thread.
+  // Jobs that have a thread.
   std::list<Job> running_;
   size_t num_stuck_ = 0;
 };

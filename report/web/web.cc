@@ -33,14 +33,15 @@ using std::chrono::steady_clock;
 
 constexpr int kUsualPort = 8080;
 constexpr int kNice = 10;
-// Intervals for finding new runs and reading folders, and the maximum delay of messages.
+// Interval for finding new runs (kDiscover) and for reading folders (kLook), and maximum delay of messages
+// (kMaxBatchDelay).
 constexpr auto kDiscover = std::chrono::seconds(1);
 constexpr auto kLook = std::chrono::milliseconds(200);
 constexpr auto kBoardPeriod = std::chrono::seconds(1);
 constexpr auto kMaxBatchDelay = std::chrono::milliseconds(10);
-// After an episode is in episodes.jsonl, its last messages may still arrive for this time.
+// The last messages of an episode may arrive this long after its line in episodes.jsonl.
 constexpr auto kEndDelay = std::chrono::seconds(1);
-// Maximum number of messages handled from one bus before the next bus.
+// Maximum number of messages that are handled from one bus before the next bus has its turn.
 constexpr int kInARow = 1000;
 // Maximum length of the queue of received messages; more than a receive buffer holds.
 constexpr int kMaxQueued = 100000;
@@ -58,8 +59,8 @@ std::string TimeOfDay() {
 // A run on the page: on disk, on a bus, or both.
 class ShownRun {
  public:
-  // found.folder: of a run, or a log that is being played; may be empty. source: the folder that the user
-  // named.
+  // found.folder: folder of a run, or a log that is being played; may be empty. source: the folder that the
+  // user named.
   ShownRun(int number, results::FoundRun found, std::string source, std::string suffix,
            viz::UpdateBroadcaster* broadcaster, WebJobs* jobs)
       : number_(number),
@@ -77,7 +78,8 @@ class ShownRun {
 
   const fs::path& folder() const { return found_.folder; }
   const std::string& source() const { return source_; }
-  // The run's row of the board; nothing before run.json exists, or if another entry has the row.
+  // Returns the run for the board; nullopt if run.json does not exist yet, or if another entry represents the
+  // run on the board.
   std::optional<BoardRun> ForBoard() const {
     if (!follower_ || !follower_->info() || !suffix_.empty() || is_replaced_) return std::nullopt;
     return BoardRun{.number = number_,
@@ -88,7 +90,7 @@ class ShownRun {
                     .run = follower_->info(),
                     .stage_names = follower_->stage_names()};
   }
-  // Whether the run has not begun.
+  // True if the run has not begun.
   bool is_waiting() const { return follower_ && !follower_->info() && suffix_.empty() && !is_replaced_; }
   int planned() const { return found_.planned; }
   // Must be called about once a second.
@@ -103,8 +105,8 @@ class ShownRun {
     follower_.reset();
     Publish();
   }
-  // Whether this entry shows the folder's run; false after SetReplaced(), since a merged run may take the
-  // folder of one that its shards replaced.
+  // Returns whether this entry shows the run in this folder. False after SetReplaced(): when shards are
+  // merged, the folder of the replaced entry gets the merged run, which has a new entry.
   bool shows(const fs::path& path) const { return found_.folder == path && !is_replaced_; }
   bool has_bus() const { return bus_ != nullptr; }
   const std::string& url() const { return url_; }
@@ -148,8 +150,8 @@ class ShownRun {
   }
   void WaitForMessage(SteadyTime until) { bus_->Handle(until); }
 
-  // Reads new data from the folder. Returns false if more may be available. has_changed: set if the board
-  // has to be computed again.
+  // Reads new data from the folder. Returns false if more data may be available. Sets has_changed if the
+  // board must be computed again.
   bool Update(bool can_write_notes, bool* has_changed) {
     if (!follower_) return true;
     RunFollower::News news = follower_->Update();
@@ -157,7 +159,7 @@ class ShownRun {
     *has_changed = *has_changed || news.is_changed;
     UpdateNotes(can_write_notes);
     const bool is_all = news.rows.size() < RunFollower::kLinesAtOnce;
-    // If a run has several workers, only the first worker's entry has the list.
+    // If a run has several workers, only the first worker's entry has the list of episodes.
     if (suffix_.empty() && news.is_changed)
       broadcaster_->SetEpisodes(number_, news.from, std::move(news.rows));
     return is_all;
@@ -188,7 +190,7 @@ class ShownRun {
     jobs_->SetRun(number_, follower_ ? folder() : fs::path(), info ? policy() : "");
   }
 
-  // Name of the policy in its plan, else the one in run.json.
+  // Returns the name of the policy in its plan or, outside a plan, in run.json.
   std::string policy() const { return found_.policy.empty() ? follower_->info()->policy : found_.policy; }
 
   void UpdateNotes(bool can_write) {
@@ -276,7 +278,7 @@ class ShownRun {
   std::unique_ptr<viz::LiveFeed> feed_;
   std::shared_ptr<const model_info_t> asked_model_;
   std::optional<header_t> asked_history_;
-  // When the end of the current episode is read from its log; none while the episode is not in
+  // Time at which the end of the current episode is read from its log; nullopt while the episode is not in
   // episodes.jsonl.
   std::optional<SteadyTime> end_expected_at_;
   std::string remark_;
@@ -288,7 +290,7 @@ class WebPage {
   WebPage(const WebOptions& options, bool can_write_notes, viz::UpdateBroadcaster* broadcaster, WebJobs* jobs)
       : options_(options), can_write_notes_(can_write_notes), broadcaster_(broadcaster), jobs_(jobs) {}
 
-  // Finds the runs to show and joins their networks. This process must have only one thread.
+  // Finds the runs to show and joins their networks. Must be called while this process has only one thread.
   void Begin() {
     if (!options_.runs.empty() && !options_.url.empty()) {
       throw InputError("run folders and --url exclude each other");
@@ -331,7 +333,7 @@ class WebPage {
       if (now >= look_at) {
         bool is_all = true;
         for (const auto& run : runs_) is_all = run->Update(can_write_notes_, &is_board_old_) && is_all;
-        // A long list is read without delay, but messages are handled in between.
+        // If more lines are available, they are read without a pause, but messages are handled in between.
         look_at = is_all ? now + kLook : now;
         if (is_board_old_ && (is_all ? now >= board_at_ : !has_board_)) PublishBoard();
       }
@@ -345,14 +347,14 @@ class WebPage {
     }
   }
 
-  // Shows a problem on a run's panel.
+  // Shows an error on a run's panel.
   void SetRemark(int run, const std::string& remark) {
     if (static_cast<size_t>(run) < runs_.size()) runs_[static_cast<size_t>(run)]->SetRemark(remark);
   }
 
  private:
-  // The pause until the next board grows with the time that this one took, so that a board of many episodes
-  // does not occupy a processor.
+  // The pause until the next board is 20 times the computation time of this one, so that a board with many
+  // episodes does not occupy a processor.
   void PublishBoard() {
     const auto begin = steady_clock::now();
     std::vector<BoardRun> rows;
@@ -475,7 +477,7 @@ class WebPage {
   const bool can_write_notes_;
   viz::UpdateBroadcaster* const broadcaster_;
   WebJobs* const jobs_;
-  // Folders of runs and suites; empty for a run without a folder.
+  // Folders that the user named; an element is empty for a run without a folder.
   std::vector<fs::path> folders_;
   std::vector<std::unique_ptr<ShownRun>> runs_;
   BoardFacts board_facts_;
@@ -518,7 +520,8 @@ std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::opt
 
 namespace {
 
-// URL fragment of the episode that the page opens first; empty if none was chosen. Throws InputError.
+// Returns the URL fragment of the episode that the page opens first; empty if no episode was chosen. Throws
+// InputError.
 std::string OpenedEpisode(const WebOptions& options) {
   if (!options.episode) return "";
   if (options.runs.size() != 1) throw InputError("--episode: expected one run");
@@ -533,16 +536,17 @@ std::string OpenedEpisode(const WebOptions& options) {
 
 int Web(const WebOptions& options) {
   const std::string opened = OpenedEpisode(options);
-  // Evaluations take precedence over this process.
+  // Lowers this process's priority, so that it does not slow down evaluations.
   if (getpriority(PRIO_PROCESS, 0) < kNice) setpriority(PRIO_PROCESS, 0, kNice);
   const auto broadcaster = std::make_shared<viz::UpdateBroadcaster>();
   InstallStopSignals();
-  // Listens before joining a run's network namespace, which browsers cannot reach.
+  // The socket must be created before this process joins a run's network namespace, which browsers cannot
+  // reach.
   const std::unique_ptr<viz::WebServer> server =
       options.is_child ? std::make_unique<viz::WebServer>(dup(STDIN_FILENO), broadcaster)
                        : ListenForPages(options.listen, options.port, broadcaster);
   WebJobs jobs;
-  // Notes change files of this user, so that they are accepted from this machine only.
+  // Notes modify files of this user, so they are accepted only from this machine.
   const bool can_write_notes = server->is_loopback();
   WebPage page(options, can_write_notes, broadcaster.get(), &jobs);
   page.Begin();
@@ -565,8 +569,8 @@ int Web(const WebOptions& options) {
   } catch (const std::exception& error) {
     code = ReportError(error);
   }
-  // Jobs whose answers go to connections of the server may still be reading, for example from a disk that
-  // does not respond. Neither object may be destroyed then.
+  // Jobs that answer requests of the server may still be reading, for example from a disk that does not
+  // respond. Neither `jobs` nor `server` may then be destroyed.
   server->Stop();
   if (!jobs.Stop(kStopping)) {
     std::fflush(stdout);

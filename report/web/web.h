@@ -1,5 +1,6 @@
-// `evalbus web`: a web page that shows the runs of folders and active runs. It only reads folders and
-// receives bus messages, so that runs never wait for it. It lowers its own priority.
+// Implements `evalbus web`: a web page that shows active runs and the runs in folders. Apart from writing
+// users' notes, it only reads folders and receives bus messages, so runs never wait for it. It lowers its own
+// priority.
 #pragma once
 
 #include <filesystem>
@@ -24,10 +25,10 @@ struct WebOptions {
   std::string url;
   // Address to listen on; clients need the token. Empty: 127.0.0.1, without a token.
   std::string listen;
-  // Default: 8080, or a free port if that is in use.
+  // nullopt: 8080, or a free port if 8080 is in use.
   std::optional<int> port;
-  // Started by a run or replay of `runs`, which may not have begun yet. The listening socket is passed as
-  // stdin.
+  // True if a run or replay of `runs` started this process. That run may not have begun yet. The listening
+  // socket is passed as stdin.
   bool is_child = false;
 };
 
@@ -37,7 +38,7 @@ inline constexpr char kWebChildOption[] = "--on-stdin";
 std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
                                                std::shared_ptr<viz::UpdateBroadcaster> broadcaster);
 
-// Answers a request of a page: its files, blocks of scenes, finished episodes.
+// Answers a page's request for its files, blocks of scenes or finished episodes.
 void AnswerPage(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply reply);
 
 // Prints the page's URL and serves until SIGINT or SIGTERM. Returns the exit code. Throws InputError,

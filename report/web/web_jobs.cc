@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 constexpr std::chrono::milliseconds kHistoryPause{200};
 constexpr int kHistoryTries = 10;
 
-// Returns the messages in an episode's log so far, and the last tick of STATE.
+// Returns the messages that an episode's log contains so far. Sets last_tick to the last tick that has a
+// STATE.
 std::vector<viz::LiveFeed::Message> ReadHistory(const fs::path& log, int64_t* last_tick) {
   std::vector<viz::LiveFeed::Message> messages;
   EventLogReader reader(log);
@@ -229,7 +230,7 @@ void WebJobs::RequestHistory(const fs::path& folder, int episode, int64_t tick,
             messages =
                 ReadHistory(fs::exists(unfinished) ? unfinished : EpisodeLog(folder, episode), &last_tick);
           } catch (const InputError&) {
-            // The log does not exist yet, or no longer.
+            // The log does not exist yet, or was removed.
           }
           // The recorder may not have written the latest messages yet.
           if (last_tick >= tick || !threads_.Pause(kHistoryPause)) break;

@@ -1,5 +1,5 @@
-// File reads of the web server, on separate threads, so that they delay neither live viewers nor requests for
-// other files.
+// Reads files for the web server on separate threads, so that reads delay neither live viewers nor requests
+// for other files.
 #pragma once
 
 #include <chrono>
@@ -29,19 +29,19 @@ class WebJobs {
 
   // Sets the folder of a run of the page. A run without a folder has no recorded episodes.
   void SetRun(int run, const std::filesystem::path& folder, const std::string& policy);
-  // Appends an episode to those of run 0, which is then served blind (BlindTrack): /episode/0/K is the K-th
-  // added one. Must not be combined with SetRun().
+  // Adds an episode to run 0, which is served blind (BlindTrack): /episode/0/K is the K-th episode that was
+  // added. Must not be combined with SetRun().
   void AddBlind(const std::filesystem::path& folder, int episode);
   // Reads the block of a finished episode from its log. Concurrent requests for an episode share one read.
   void RequestEpisode(int run, int episode, viz::WebServer::Reply reply);
-  // Writes a user's note into the run's folder. `answer` is delivered as those below; its text is empty if
-  // that succeeded. May be called on any thread.
+  // Writes a user's note into the run's folder. Afterwards calls `answer` on the thread that calls
+  // DeliverAnswers(); `error` is empty on success. May be called on any thread.
   void RequestNote(viz::WebNote note, std::function<void(const std::string& error)> answer);
   // Returns a block of a scene; null if the id is unknown.
   viz::SharedBytes Block(const std::string& id) const { return scenes_.FindBlock(id); }
 
   // The answers below are delivered on the thread that calls DeliverAnswers(). RequestScene() builds the
-  // scene of a MODEL; `error` is empty if that succeeded.
+  // scene of a MODEL; `error` is empty on success.
   void RequestScene(std::shared_ptr<const model_info_t> model, const std::filesystem::path& folder,
                     std::function<void(viz::LiveFeed::Scene, const std::string& error)> answer);
   // Reads the log of a current or just finished episode. Retries for a limited time until the log contains
@@ -75,7 +75,7 @@ class WebJobs {
   std::mutex mutex_;
   std::vector<Answer> answers_;
   std::vector<std::pair<std::filesystem::path, std::string>> runs_;
-  // Folder of the run and number of each episode that is served blind.
+  // Run folder and number of each episode that is served blind.
   std::vector<std::pair<std::filesystem::path, int>> blind_;
   // Episodes that are being read, and the requests that wait for them.
   struct Asked {
