@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Higher levels compress these images little better.
+// Higher levels reduce the size of these images only slightly.
 constexpr int kDeflateLevel = 1;
 constexpr auto kLookedEvery = std::chrono::milliseconds(50);
 
@@ -64,7 +64,7 @@ DrawnImages::DrawnImages(std::vector<fs::path> logs, ImageOptions options, fs::p
   }
 }
 
-// Renders one episode after another.
+// Renders the episodes of one process, one after the other.
 class DrawnImages::Painter {
  public:
   explicit Painter(const ImageOptions& options) : options_(options) {}
@@ -126,7 +126,7 @@ void DrawnImages::Draw(const std::function<void(double)>& progress) {
   if (missing.empty()) return;
   fs::create_directories(folder_);
 
-  // Uses processes instead of threads, because Mesa renders one image at a time per process.
+  // Renders in processes instead of threads, because Mesa renders only one image at a time per process.
   struct Shared {
     std::atomic<size_t> next, drawn;
     std::atomic<bool> is_over;
@@ -192,7 +192,7 @@ std::vector<std::string> DrawnImages::Of(size_t i) const {
 void DrawnImages::RemoveAll() const {
   std::error_code ignored;
   for (const fs::path& file : files_) fs::remove(file, ignored);
-  // Fails if the folder still contains other images.
+  // Keeps the folder if it still contains other images, because removing it then fails.
   fs::remove(folder_, ignored);
 }
 

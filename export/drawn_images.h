@@ -1,4 +1,4 @@
-// Images of every state of recorded episodes, rendered from their logs on all cores. Finished episodes are
+// Renders images of every state of recorded episodes from their logs, on all cores. Finished episodes are
 // cached in a folder, so that an interrupted export can resume.
 #pragma once
 
@@ -16,12 +16,12 @@ struct ImageOptions {
 
 class DrawnImages {
  public:
-  // `folder`: the cache; created when needed.
+  // `folder`: folder of the cache, which is created when needed.
   DrawnImages(std::vector<std::filesystem::path> logs, ImageOptions options, std::filesystem::path folder);
 
   // Renders the images that are not cached. `progress` receives the finished fraction, from 0 to 1. Throws
   // InputError for an unknown camera, before anything is rendered, and for an unusable log. Throws
-  // EnvironmentError if OpenGL or the disk fails, or if the user stops it.
+  // EnvironmentError if OpenGL or the disk fails, or if the user requests a stop.
   void Draw(const std::function<void(double)>& progress);
 
   // Returns the images of the i-th log as deflated (zlib) height x width x RGB, ordered by tick and then by

@@ -28,7 +28,7 @@ constexpr int kLevels[] = {1, 2, 3, 4};
 constexpr double kMarkDiameter_m = 0.008, kNormalLength_m = 0.05;
 
 Json VectorJson(const double* v) { return {{"x", v[0]}, {"y", v[1]}, {"z", v[2]}}; }
-// Converts from (w, x, y, z).
+// Converts a quaternion (w, x, y, z) to JSON.
 Json QuaternionJson(const double* q) { return {{"x", q[1]}, {"y", q[2]}, {"z", q[3]}, {"w", q[0]}}; }
 
 template <size_t N>
@@ -36,14 +36,14 @@ bool AreNumbers(const double (&values)[N]) {
   return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
-// The shortest rotation of the x axis onto a unit vector, as (w, x, y, z).
+// Returns the shortest rotation of the x axis onto a unit vector, as a quaternion (w, x, y, z).
 std::array<double, 4> TurnOntoX(const double* to) {
   if (to[0] < -1 + 1e-9) return {0, 0, 0, 1};
   const double w = 1 + to[0], norm = std::sqrt(w * w + to[1] * to[1] + to[2] * to[2]);
   return {w / norm, 0, -to[2] / norm, to[1] / norm};
 }
 
-// For example "_m" for "m"; empty for counts and fractions.
+// Returns the suffix for a unit, for example "_m" for "m"; empty for counts and fractions.
 std::string UnitSuffix(std::string_view unit) {
   constexpr std::pair<std::string_view, std::string_view> kSuffixes[] = {
       {"m", "_m"},         {"rad", "_rad"},   {"s", "_s"},
@@ -64,7 +64,7 @@ void Put(const std::string& path, double value, Json* json) {
   (*json)[path.substr(begin)] = value;
 }
 
-// Values by their names in episodes.jsonl.
+// Returns the finite values by their names in episodes.jsonl.
 metrics::NamedNumbers Values(const partial_metrics_t& partial) {
   metrics::NamedNumbers values = metrics::FlattenedValues(metrics::ResultJson(partial.metrics));
   const metrics::NamedNumbers extended =
@@ -349,7 +349,8 @@ void Encoder::EmitEpisode(const episode_summary_t* summary) {
 }
 
 void Encoder::EmitEvents() {
-  // The summary knows some events more precisely, but published events cannot be changed.
+  // With the summary, only the end and the cause are emitted. The summary describes other events more
+  // precisely, but they have already been published and cannot be changed.
   const bool only_end = track_->summary() != nullptr;
   for (const viz::TrackEvent& event : track_->Events()) {
     const bool is_of_end = event.kind == Kind::kEnd || event.kind == Kind::kCause;
@@ -370,7 +371,7 @@ void Encoder::EmitEvents() {
 
 void Encoder::Receive(const log_t& line) {
   const int level = std::clamp<int>(line.level, 0, std::size(kLevels) - 1);
-  // If a component lags behind, or is between two episodes, the current time is the best estimate.
+  // If the message belongs to another episode or to none, the current time is the best estimate.
   const int64_t time =
       IsOurs(line.header) && line.header.tick >= 0 ? line.header.sim_time_us * kNsPerUs : time_ns_;
   EmitLog(std::max<int64_t>(time, 0), kLevels[level], line.component, line.text);

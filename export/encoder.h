@@ -1,8 +1,8 @@
-// Converts the messages of an episode for external tools: JSON that follows Foxglove's schemas where one
-// exists, with a JSON schema for each topic. Shared by MCAP files, the live Foxglove server and PlotJuggler.
+// Converts the messages of an episode to JSON for external tools, with a JSON schema for each topic. Uses
+// Foxglove's schemas where they exist. Shared by MCAP files, the live Foxglove server and PlotJuggler.
 //
-// Times are simulated times since the start of the episode. Frames are named after MODEL's bodies; poses are
-// in the frame "world".
+// Times are simulated times since tick 0 of the episode. Frames are named after MODEL's bodies; poses are in
+// the frame "world".
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ namespace evalbus::exports {
 struct Topic {
   std::string name;
   std::string schema_name;
-  // JSON Schema.
+  // Text of the JSON schema.
   std::string schema;
 };
 
@@ -44,7 +44,8 @@ struct Message {
   std::shared_ptr<const std::string> json;
 };
 
-// Topics of every run, in this order. "/metrics" is added when the first scores show which metrics exist.
+// Topics that every run has, in this order. "/metrics" is added when the first scores show which metrics
+// exist.
 enum TopicId : size_t {
   kTransforms,     // "/tf"
   kScene,          // "/scene": the visual model, once per episode
@@ -59,14 +60,14 @@ enum TopicId : size_t {
   kFixedTopics,
 };
 
-// A time in the form of Foxglove's schemas: {"sec", "nsec"}.
+// Returns a time as in Foxglove's schemas: {"sec", "nsec"}.
 nlohmann::ordered_json TimeJson(int64_t time_ns);
 
 class Encoder {
  public:
   using Emit = std::function<void(const Message&)>;
-  // Returns the JSON entities of a SceneUpdate for a MODEL and, if known, a seed (export/scene.h); null: no
-  // scene is shown.
+  // Returns the JSON entities of a SceneUpdate for a MODEL and, if known, a seed (export/scene.h). If it
+  // returns null, no scene is shown.
   using SceneOf =
       std::function<std::shared_ptr<const std::string>(const model_info_t&, std::optional<int64_t> seed)>;
 
@@ -76,10 +77,10 @@ class Encoder {
   // are ignored; undecodable messages are counted.
   void Receive(std::string_view channel, std::span<const uint8_t> data);
 
-  // Only grows. A topic replaces earlier topics with the same name.
+  // The list only grows. A topic replaces earlier topics with the same name.
   const std::vector<Topic>& topics() const { return topics_; }
   int64_t undecodable() const { return undecodable_; }
-  // Simulated time of the latest STATE, ns; -1 before the first.
+  // Simulated time of the latest STATE, ns; -1 before the first STATE.
   int64_t time_ns() const { return time_ns_; }
 
  private:

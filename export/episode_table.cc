@@ -19,13 +19,13 @@ std::string Quoted(const std::string& text) {
 }
 
 std::string Number(double value) {
-  // The shortest text that parses to the same number; counts have no decimal point.
+  // dump() returns the shortest text that parses to the same number. Counts get no decimal point.
   const std::string text = nlohmann::json(value).dump();
   return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
 }
 
-// Columns that are equal for all episodes of a run, so that tables of several runs can be concatenated. Empty
-// if run.json lacks the value.
+// Columns whose values are equal for all episodes of a run, so that tables of several runs can be
+// concatenated. A value is empty if run.json lacks it.
 constexpr char kRunColumns[] = "run,policy,policy_name,task,variation,robot,control_hz,evalbus_version";
 
 std::string RunCells(const results::RecordedRun& run) {
@@ -44,7 +44,7 @@ std::string RunCells(const results::RecordedRun& run) {
   return cells;
 }
 
-// Verdicts of operators on the episodes of some runs.
+// Columns with the verdicts of operators on the episodes of several runs.
 class OperatorColumns {
  public:
   explicit OperatorColumns(const std::vector<results::RecordedRun>& runs) {
@@ -64,7 +64,7 @@ class OperatorColumns {
     return header;
   }
 
-  // Empty cells for an episode that the operator has not judged.
+  // Returns empty cells for an episode that the operator has not judged.
   std::string Cells(const results::RecordedRun& run, int episode) const {
     std::string cells;
     for (const std::string& name : operators_) {
@@ -83,7 +83,7 @@ class OperatorColumns {
 
  private:
   std::set<std::string> operators_;
-  // By run folder, then by episode and operator.
+  // Verdicts by run folder, then by episode and operator.
   std::map<std::filesystem::path, std::map<std::pair<int, std::string>, results::Verdict>> verdicts_;
 };
 

@@ -1,4 +1,4 @@
-// Episodes as comma-separated values (RFC 4180, but lines end with LF).
+// Formats episodes as comma-separated values (RFC 4180, but lines end with LF).
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@ namespace evalbus::exports {
 
 // Returns a row for each finished episode, including incomplete ones. Columns: run, policy (value of
 // --policy), policy_name (name in the results), task, variation, robot, control_hz, evalbus_version, episode,
-// seed, end_reason, failure_reason, complete (0 or 1), then every number of the results by its flattened
-// name, empty if the episode does not have it, then the verdicts of operators. Numbers have full precision.
-// Throws InputError if verdicts.jsonl cannot be read.
+// seed, end_reason, failure_reason, complete (0 or 1), every number of the results by its flattened name
+// (empty if the episode does not have it), and the verdicts of operators. Numbers have full precision. Throws
+// InputError if verdicts.jsonl cannot be read.
 std::string EpisodeTable(const std::vector<results::RecordedRun>& runs);
 
 }  // namespace evalbus::exports

@@ -22,7 +22,7 @@ void Put(T value, std::string* bytes) {
   for (size_t i = 0; i < sizeof(T); ++i) *bytes += static_cast<char>(static_cast<uint64_t>(value) >> (8 * i));
 }
 
-// Removes a little-endian number from the front; returns false if there are too few bytes.
+// Removes a little-endian number from the front of `bytes`; returns false if there are too few bytes.
 template <class T>
 bool Take(std::string_view* bytes, T* value) {
   if (bytes->size() < sizeof(T)) return false;

@@ -1,6 +1,6 @@
-// Messages between a Foxglove viewer and its server (subprotocol foxglove.sdk.v1, and the parts that are the
-// same in foxglove.websocket.v1), and a clock for playback. Pure: parses and serializes bytes; arbitrary
-// input is safe.
+// Parses and serializes the messages between a Foxglove viewer and its server (subprotocol foxglove.sdk.v1,
+// and the parts that foxglove.websocket.v1 shares). Arbitrary input is safe. Also contains a clock for
+// playback.
 #pragma once
 
 #include <chrono>
@@ -18,7 +18,8 @@ namespace evalbus::exports {
 // Returns the first supported subprotocol that a client offers; empty if there is none. offered: value of the
 // header Sec-WebSocket-Protocol.
 std::string ChooseSubprotocol(std::string_view offered);
-// The older subprotocol has no playback, and its clients disconnect if they receive a playback message.
+// False for the older subprotocol, which has no playback; its clients disconnect if they receive a playback
+// message.
 inline bool SupportsPlayback(std::string_view subprotocol) { return subprotocol == "foxglove.sdk.v1"; }
 
 // A client's text message. Unsupported requests (client channels, parameters) give an empty struct.
@@ -40,13 +41,13 @@ struct PlaybackControl {
 // Parses a client's binary playback request; nullopt if the message is anything else.
 std::optional<PlaybackControl> ParsePlaybackControl(std::string_view bytes);
 
-// Messages of the server, as text...
+// The server's text messages.
 std::string ServerInfoText(const std::string& name, const std::string& session,
                            std::optional<int64_t> playback_end_ns);
 std::string AdvertiseText(const std::vector<Topic>& topics, size_t from);
 std::string UnadvertiseText(const std::vector<size_t>& channels);
 std::string WarningText(const std::string& id, const std::string& message);
-// ... and as binary.
+// The server's binary messages.
 std::string MessageBytes(uint32_t subscription, int64_t time_ns, std::string_view json);
 std::string TimeBytes(int64_t time_ns);
 
@@ -60,7 +61,7 @@ struct PlaybackState {
 };
 std::string PlaybackStateBytes(const PlaybackState& state);
 
-// Playback position, from 0 to end_ns.
+// Clock of a playback, with positions from 0 to end_ns.
 class Playback {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -68,8 +69,8 @@ class Playback {
 
   explicit Playback(int64_t end_ns) : end_ns_(end_ns) {}
 
-  // Returns the state that answers `control`. A seek beyond the end goes to the end; playing from there
-  // starts at the beginning.
+  // Executes `control` and returns the new state as the answer. A seek beyond the end moves to the end.
+  // Playback from the end restarts at the beginning.
   PlaybackState Control(const PlaybackControl& control, Time now);
   PlaybackState State(Time now) const;
 
@@ -77,7 +78,7 @@ class Playback {
   int64_t end_ns_;
   bool is_playing_ = false;
   float speed_ = 1;
-  // Position from_ns_ at the time since_.
+  // The position was from_ns_ at the time since_.
   int64_t from_ns_ = 0;
   Time since_{};
 };

@@ -41,7 +41,7 @@ std::string_view View(beast::string_view text) { return {text.data(), text.size(
 
 }  // namespace
 
-// Everything but the constructor runs on the server's thread, or before it starts.
+// Except for the constructor, all members are used only on the server's thread, or before that thread starts.
 struct FoxgloveServer::Core {
   class Viewer;
   class Handshake;
@@ -49,7 +49,7 @@ struct FoxgloveServer::Core {
   explicit Core(Options the_options) : options(std::move(the_options)) {}
 
   void Listen();
-  // Returns why this request is rejected; empty if it is accepted.
+  // Returns the reason why this request is rejected; empty if it is accepted.
   std::string Refusal(const http::request<http::empty_body>& request);
 
   const Options options;
@@ -89,7 +89,7 @@ class FoxgloveServer::Core::Viewer : public viz::WebSocketSession {
     control_.push_back(FrameOf(true, PlaybackStateBytes(state)));
     Write();
   }
-  // Only the latest time is sent.
+  // If the viewer is slow, only the latest time is sent.
   void SendTime(int64_t time_ns) {
     time_ = time_ns;
     Write();

@@ -1,9 +1,10 @@
-// A WebSocket server for Foxglove: https://docs.foxglove.dev/docs/connecting-to-data/live-data. It has its
-// own thread, so it never delays its caller, and viewers do not delay each other: slow viewers lose the
-// oldest messages and receive a warning.
+// A WebSocket server for Foxglove: https://docs.foxglove.dev/docs/connecting-to-data/live-data. It runs on
+// its own thread, so it never delays its caller. Viewers do not delay each other, because slow viewers lose
+// the oldest messages and receive a warning.
 //
-// Access: on a loopback address, the request's Host must be a loopback name. Requests from web pages are
-// accepted only from Foxglove's own web application, from this server's own origin, or from Options::origins.
+// If the server listens on a loopback address, the request's Host must be a loopback name. Requests from web
+// pages are accepted only from Foxglove's own web application, from this server's own origin, or from
+// Options::origins.
 #pragma once
 
 #include <functional>
@@ -19,16 +20,16 @@ namespace evalbus::exports {
 
 class FoxgloveServer {
  public:
-  // Limits on the messages queued for one viewer.
+  // Maximum size and number of the messages that are queued for one viewer.
   static constexpr size_t kQueueBytes = size_t{32} << 20, kQueueMessages = 2000;
   static constexpr int kViewers = 50;
 
   struct Options {
     std::string host = "127.0.0.1";
-    // 0: any free port.
+    // Port to listen on; 0: any free port.
     uint16_t port = 8765;
     std::vector<std::string> origins;
-    // Displayed by the viewer.
+    // Name that the viewer displays.
     std::string name = "evalbus";
     std::string session;
     // Length of a recording that is played; viewers then show playback controls.
@@ -46,17 +47,17 @@ class FoxgloveServer {
   FoxgloveServer(const FoxgloveServer&) = delete;
   FoxgloveServer& operator=(const FoxgloveServer&) = delete;
 
-  // Starts serving, until this object is destroyed. Messages sent before are kept.
+  // Starts the thread, which serves until this object is destroyed. Messages sent earlier are kept.
   void Start();
 
   uint16_t port() const;
   int viewers() const;
 
-  // Sets the topics of an encoder; the list only grows.
+  // Sets the topics (Encoder::topics()). The list must only grow.
   void SetTopics(const std::vector<Topic>& topics);
-  // The last message of each topic is kept and sent to later subscribers.
+  // Sends a message. The last message of each topic is kept and sent to later subscribers.
   void Send(const Message& message);
-  // Discards the kept messages, for another episode or after a seek.
+  // Discards the kept messages. Must be called before another episode and after a seek.
   void Forget();
   void SendTime(int64_t time_ns);
   void SendPlayback(const PlaybackState& state);

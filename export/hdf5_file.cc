@@ -20,8 +20,8 @@ class Handle {
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
   operator hid_t() const { return id_; }
-  // Must be called for everything that is written: the library buffers small data until it is closed. Returns
-  // false if writing fails.
+  // Must be called for every object that is written, because the library buffers small data until then.
+  // Returns false if writing fails.
   bool Close() { return close_(std::exchange(id_, -1)) >= 0; }
 
  private:
@@ -38,7 +38,7 @@ hid_t WithGroups() {
   return list;
 }
 
-// Dataset properties without a creation time, so that equal data give equal bytes.
+// Returns dataset properties without a creation time, so that equal data give equal bytes.
 hid_t NewLayout() {
   const hid_t list = H5Pcreate(H5P_DATASET_CREATE);
   H5Pset_obj_track_times(list, false);
@@ -52,8 +52,8 @@ hid_t TextType() {
   return type;
 }
 
-// The operating system's reason for the last failure, for example "No space left on device"; empty if the
-// library itself failed. The library embeds the reason in a sentence.
+// Returns the operating system's reason for the last failure, for example "No space left on device", from the
+// library's message. Empty if the library itself failed.
 std::string SystemsReason() {
   std::string reason;
   const auto look = [](unsigned, const H5E_error2_t* error, void* found) -> herr_t {
@@ -69,17 +69,18 @@ std::string SystemsReason() {
   return reason;
 }
 
-// Must be called before any other function of the library. At exit, the library's own handler would write
-// again to files that a full disk left open, and crash; all files are closed explicitly here.
+// Must be called before any other function of the library. It disables the library's exit handler, which
+// would write again to files that remained open because the disk is full, and crash. All files are closed
+// explicitly instead.
 void StartLibrary() {
   H5dont_atexit();
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
-// A dataset that is read.
+// A dataset that is opened for reading.
 class OpenSet {
  public:
-  // hint: what the absence of the dataset may mean. Throws InputError.
+  // hint: added to the error if the dataset does not exist. Throws InputError.
   OpenSet(const std::filesystem::path& name, const std::string& path, const std::string& hint = "")
       : file_(OpenFile(name), H5Fclose),
         access_(WithoutExternalLinks(), H5Pclose),
@@ -101,7 +102,7 @@ class OpenSet {
     CheckInput(name);
     return H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   }
-  // External links may lead to other files, including pipes.
+  // Forbids external links, because they may lead to other files, including pipes.
   static hid_t WithoutExternalLinks() {
     const hid_t access = H5Pcreate(H5P_DATASET_ACCESS);
     H5Pset_elink_cb(

@@ -1,4 +1,4 @@
-// Writes HDF5 files sequentially and reads datasets; a thin wrapper around HDF5's C library.
+// A thin wrapper around HDF5's C library that writes files sequentially and reads datasets.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +20,13 @@ struct Hdf5Numbers {
 };
 Hdf5Numbers ReadHdf5(const std::filesystem::path& file, const std::string& path);
 
-// Reads a dataset of strings, as Hdf5File::Write() writes it. Throws InputError.
+// Reads a dataset of strings that Hdf5File::Write() wrote. Throws InputError.
 std::vector<std::string> ReadHdf5Texts(const std::filesystem::path& file, const std::string& path);
 
 class Hdf5File {
  public:
-  // Creates the file under a temporary name in the same folder. Throws EnvironmentError, as do the other
-  // functions; a finished file therefore contains everything that was written.
+  // Creates the file under a temporary name in the same folder. All functions throw EnvironmentError if they
+  // fail, so a finished file contains everything that was written.
   explicit Hdf5File(const std::filesystem::path& file);
   // Removes the partially written file, unless Finish() was called.
   ~Hdf5File();
@@ -36,11 +36,11 @@ class Hdf5File {
   // Paths have the form "data/demo_0/obs/joint_position"; missing groups are created.
   void Write(const std::string& path, const std::vector<double>& numbers, const std::vector<int64_t>& shape);
   void Write(const std::string& path, const std::vector<std::string>& texts);
-  // Writes a dataset of bytes from rows of shape row_shape that are already deflated (zlib).
+  // Writes a dataset of bytes. Each row has the shape row_shape and must already be deflated (zlib).
   void WriteDeflated(const std::string& path, const std::vector<int64_t>& row_shape,
                      const std::vector<std::string_view>& rows);
-  // Writes a virtual dataset of this shape: a view of all rows of `rows` but the first, followed by the row
-  // of `last`.
+  // Writes a virtual dataset of this shape. It is a view of all rows of `rows` except the first, followed by
+  // the row of `last`.
   void WriteShifted(const std::string& path, const std::vector<int64_t>& shape, const std::string& rows,
                     const std::string& last);
   void SetAttribute(const std::string& path, const std::string& name, const std::string& text);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 constexpr char kCompression[] = "zstd";
-// Fast, and the files are only a few percent larger than at the highest levels.
+// zstd level. It is fast, and the files are only a few percent larger than at the highest levels.
 constexpr int kLevel = 3;
 
 enum class Op : uint8_t {
@@ -150,7 +150,7 @@ void McapWriter::CloseChunk() {
 
 std::string McapWriter::Finish() {
   CloseChunk();
-  // A data section CRC of 0 means that there is none; each chunk has its own.
+  // The CRC of the data section is 0, which means that there is none. Each chunk has its own CRC.
   file_ += Record(Op::kDataEnd, Fields().U32(0));
 
   const size_t summary = file_.size();

@@ -1,5 +1,5 @@
-// Writes MCAP files (https://mcap.dev/spec): chunks compressed with zstd, message indexes, statistics, CRCs.
-// Messages are JSON with a JSON schema. Pure: the file is built in memory.
+// Generates MCAP files (https://mcap.dev/spec) in memory, with zstd-compressed chunks, message indexes,
+// statistics and CRCs. Messages are JSON with a JSON schema.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ class McapWriter {
   // library: name and version of the writing program.
   explicit McapWriter(const std::string& library);
 
-  // Returns the channel's id, starting at 0. Schemas with the same name and text are written once.
+  // Returns the channel's id; ids begin at 0. Schemas with the same name and text are written once.
   uint16_t AddChannel(const std::string& topic, const std::string& schema_name, const std::string& schema);
   void Add(uint16_t channel, int64_t time_ns, std::string_view json);
 
@@ -35,7 +35,7 @@ class McapWriter {
   void CloseChunk();
 
   std::string file_;
-  // Records of the current chunk, and for each channel the times and offsets of its messages in the chunk.
+  // Records of the current chunk, and the times and offsets of each channel's messages in this chunk.
   std::string records_;
   std::map<uint16_t, std::vector<std::pair<uint64_t, uint64_t>>> index_;
   std::vector<Chunk> chunks_;

@@ -8,12 +8,13 @@
 
 namespace evalbus::exports {
 
-// Small enough for any network to transmit without fragmentation.
+// Maximum size of a datagram. Networks transmit datagrams of this size without fragmentation.
 inline constexpr size_t kDatagramBytes = 1400;
 
 // Returns datagrams such as {"timestamp": time_s, "/metrics/cartesian_path_length_m/left": 0.31, ...}.
-// Numbers that do not fit into one datagram are sent in further ones with the same time stamp. Objects in an
-// array are keyed by their "name"; strings and other arrays are omitted. Empty for a topic without numbers.
+// Numbers that do not fit into one datagram follow in further datagrams with the same time stamp. Objects in
+// an array are keyed by their "name"; strings and other arrays are omitted. Empty for a topic without
+// numbers.
 std::vector<std::string> Datagrams(const std::string& topic, double time_s, const std::string& json);
 
 }  // namespace evalbus::exports

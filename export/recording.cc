@@ -51,7 +51,7 @@ EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
   std::string remark;
   Encoder encoder(
       [&](const Message& message) {
-        // Another episode starts.
+        // A new episode or attempt begins; only the last one is kept.
         if (message.topic == kEpisode && message.time_ns == 0) episode.messages.clear();
         episode.messages.push_back(message);
       },

@@ -12,20 +12,20 @@
 
 namespace evalbus::exports {
 
-// Implements Encoder::SceneOf for MODELs of a run in the folder `run`; if that is empty, for the paths in
-// MODEL. If a model file is missing or does not match its hash, there is no scene, and remark() states the
-// reason. Episodes with the same appearance share one text, because generating it takes as long as all other
-// messages of a short episode.
+// Implements Encoder::SceneOf. Reads the model files from the run folder `run` or, if that is empty, from the
+// paths in MODEL. If a model file is missing or does not match its hash, there is no scene, and remark()
+// states the reason. Episodes with the same appearance share one text, because generating it takes as long as
+// all other messages of a short episode.
 class SceneSource {
  public:
   std::shared_ptr<const std::string> Of(const model_info_t& model, std::optional<int64_t> seed,
                                         const std::filesystem::path& run);
-  // Reason why the last call of Of() returned no scene; empty if it did.
+  // Reason why the last call of Of() returned no scene; empty if it returned a scene.
   const std::string& remark() const { return remark_; }
 
  private:
   report::Scenes scenes_;
-  // The latest text, and the key that it was generated for.
+  // made_of_: key for which the latest text, entities_, was generated.
   std::string made_of_;
   std::shared_ptr<const std::string> entities_;
   std::string remark_;
@@ -44,7 +44,7 @@ struct EncodedEpisode {
 EncodedEpisode EncodeEpisode(const std::filesystem::path& log, SceneSource* scenes);
 
 // Adds camera images at 10 Hz of simulated time: foxglove.CompressedImage (JPEG) on "/camera/NAME". `size`
-// has the format of the option of `evalbus render`. Throws InputError, also if the log has no MODEL or
+// has the format of the option of `evalbus render`. Throws InputError, for example if the log has no MODEL or
 // EPISODE_BEGIN, and EnvironmentError.
 void AddImages(const std::filesystem::path& log, const std::vector<std::string>& cameras,
                const std::string& size, EncodedEpisode* episode);

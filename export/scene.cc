@@ -24,7 +24,8 @@ Json PoseJson(const Json& position, const Json& quat) {
           {"orientation", {{"x", quat[1]}, {"y", quat[2]}, {"z", quat[3]}, {"w", quat[0]}}}};
 }
 
-// A point at height z on a geom's z axis, in the body's frame. quat: (w, x, y, z).
+// Returns the point at height z on a geom's z axis, in the body's frame. quat: the geom's orientation (w, x,
+// y, z).
 Json Along(const Json& position, const Json& quat, double z) {
   const double w = quat[0], x = quat[1], y = quat[2], k = quat[3];
   return {position[0].get<double>() + z * 2 * (x * k + w * y),

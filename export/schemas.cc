@@ -22,7 +22,7 @@ Json Described(Json schema, const std::string& text) {
 
 Json ArrayOf(Json items) { return {{"type", "array"}, {"items", std::move(items)}}; }
 
-// All members are required, except for those in `optional`.
+// Returns the schema of an object. All members are required, except the ones in `optional`.
 Json Object(const Json& properties, const std::vector<std::string>& optional = {}) {
   Json required = Json::array();
   for (const auto& [name, schema] : properties.items()) {

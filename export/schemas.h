@@ -1,5 +1,5 @@
-// JSON schemas of the topics. Schemas named foxglove.* contain the members of Foxglove's schema of that name
-// (https://docs.foxglove.dev/docs/visualization/message-schemas) that evalbus publishes.
+// JSON schemas of the topics. A schema named foxglove.* contains those members of Foxglove's schema of this
+// name that evalbus publishes (https://docs.foxglove.dev/docs/visualization/message-schemas).
 #pragma once
 
 #include <string>
@@ -17,7 +17,8 @@ std::string RobotSchema();
 std::string ContactsSchema();
 std::string EventSchema();
 std::string EpisodeSchema();
-// Schema of numbers at these paths ("cartesian_path_length_m.left"), each with its display name.
+// Returns the schema for numbers at these paths, such as "cartesian_path_length_m.left", each with its
+// display name.
 std::string MetricsSchema(const std::vector<std::pair<std::string, std::string>>& paths);
 
 }  // namespace evalbus::exports

@@ -26,7 +26,7 @@ struct Limits {
   std::vector<double> lower, upper;
 };
 
-// Limits of an action: joints of all arms, then grippers.
+// Returns the limits of an action: first the joints of all arms, then the grippers.
 Limits ActionLimits(const model_info_t& model) {
   Limits limits;
   for (const arm_info_t& arm : model.arm) {
@@ -48,7 +48,7 @@ void Append(const double* numbers, size_t count, std::vector<double>* to) {
   to->insert(to->end(), numbers, numbers + count);
 }
 
-// The observation of a state: arrays by name, in a fixed order.
+// Returns the observation of a state as named arrays, in a fixed order.
 std::vector<std::pair<std::string, std::vector<double>>> Observe(const model_info_t& model,
                                                                  const state_t& state) {
   std::vector<std::pair<std::string, std::vector<double>>> result;
@@ -79,12 +79,12 @@ std::vector<std::pair<std::string, std::vector<double>>> Observe(const model_inf
   return result;
 }
 
-// For example "lift_pot/position with bimanual_panda".
+// Returns the task and the robot, for example "lift_pot/position with bimanual_panda".
 std::string NameOf(const model_info_t& model) {
   return model.task + "/" + model.variation + " with " + model.robot;
 }
 
-// RoboEval's class name of the task; empty if it has none.
+// Returns RoboEval's class name of the task; empty if RoboEval does not have the task.
 std::string RoboEvalName(const model_info_t& model) {
   const TaskDescription task = ParseTask(model.task_yaml, model.task_file, false);
   return task.variation(model.variation).alias;
@@ -113,7 +113,7 @@ RobotIndices IndicesOfRobot(const model_info_t& model) {
   return indices;
 }
 
-// The line of kStarts.
+// Returns the episode's line of kStarts.
 std::string StartLine(const EpisodeSteps& episode) {
   const model_info_t& model = episode.model;
   nlohmann::ordered_json line = {{"task", model.task + "/" + model.variation}, {"parameters", nullptr}};
@@ -146,7 +146,7 @@ void WriteDemo(const EpisodeSteps& episode, const std::string& path, Hdf5File* f
   file->SetAttribute(path, "action_min", limits.lower);
   file->SetAttribute(path, "action_max", limits.upper);
 
-  // A real robot or an external simulator has no MuJoCo coordinates.
+  // Episodes of a real robot or an external simulator have no MuJoCo coordinates.
   if (episode.model.has_physics) {
     std::vector<double> states;
     for (int64_t i = 0; i < steps; ++i) {
@@ -196,7 +196,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
   for (size_t i = 0; i < episode.states.size(); ++i) {
     if (episode.states[i].header.tick != static_cast<int64_t>(i)) fail(fmt::format("tick {} is missing", i));
     if (i + 1 == episode.states.size()) break;
-    // In real time, the last action is held if none arrives for a tick.
+    // In real time, the sim repeats the last action if no action arrives for a tick.
     while (at + 1 < actions.size() && actions[at + 1].header.tick <= static_cast<int64_t>(i)) ++at;
     if (actions.empty() || actions[at].header.tick > static_cast<int64_t>(i)) {
       fail(fmt::format("no action of tick {}: a training set needs an action for every tick", i));

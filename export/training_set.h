@@ -16,7 +16,7 @@
 
 namespace evalbus::exports {
 
-// An episode of a log as training steps: action i was commanded at the state of tick i and led to the state
+// An episode of a log as training steps. Action i was commanded at the state of tick i and led to the state
 // of tick i + 1.
 struct EpisodeSteps {
   std::filesystem::path log;
@@ -29,17 +29,18 @@ struct EpisodeSteps {
   bool success() const { return summary && summary->complete && summary->metrics.success; }
 };
 
-// Throws InputError, one line that names the log: damaged; no or several episodes; no actions; missing ticks.
+// Throws InputError, with one line that names the log, if the log is damaged, has no episode or several, has
+// no actions, or lacks ticks.
 EpisodeSteps ReadSteps(const std::filesystem::path& log);
 
-// Name of the dataset, or with ".jsonl" of the file in the folder, that has the start of each episode in a
-// line of JSON, {"task": "lift_pot/position", "parameters": {"pot_x_m": 0.731}}; null if it is unknown. A
-// contract can name the set in `trained_on`.
+// Name of the HDF5 dataset, or (with ".jsonl") of the file in the folder, that lists the start of each
+// episode. A line is JSON such as {"task": "lift_pot/position", "parameters": {"pot_x_m": 0.731}}; parameters
+// are null if they are unknown. A contract can name the training set in `trained_on`.
 inline constexpr char kStarts[] = "evalbus_starts";
 
-// `progress` receives the finished fraction of all steps, from 0 to 1. Both functions throw InputError and
-// EnvironmentError, and leave no partially written files. The episodes become demo_0, demo_1, ... in the
-// given order.
+// Writes the episodes as demo_0, demo_1, ... in the given order. `progress` receives the finished fraction of
+// all steps, from 0 to 1. Both functions below throw InputError and EnvironmentError, and leave no partially
+// written files.
 void WriteRobomimic(const std::vector<std::filesystem::path>& logs, const std::filesystem::path& file,
                     const ImageOptions& images, const std::function<void(double)>& progress);
 // Supports only two arms with seven joints each. Writes one file per episode and returns their paths.
