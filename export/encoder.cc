@@ -128,7 +128,7 @@ void Encoder::Enter(const header_t& header) {
   try {
     track_ = std::make_unique<viz::EpisodeTrack>(model_, header, viz::EpisodeTrack::About{});
   } catch (const InputError&) {
-    ++undecodable_;  // a MODEL that contradicts itself
+    ++undecodable_;  // the MODEL is inconsistent
     model_.reset();
     return;
   }

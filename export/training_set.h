@@ -23,7 +23,7 @@ struct EpisodeSteps {
   model_info_t model{};
   episode_begin_t begin{};
   std::vector<state_t> states;    // ticks 0 to N
-  std::vector<action_t> actions;  // of ticks 0 to N - 1
+  std::vector<action_t> actions;  // ticks 0 to N - 1
   std::optional<episode_summary_t> summary;
 
   bool success() const { return summary && summary->complete && summary->metrics.success; }

@@ -24,11 +24,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Number of starts that are drawn per requested success: the maximum number of attempts per group of
-// neighbors.
+// Number of starts that are drawn per requested success. This is also the maximum number of starts that are
+// tried per group of neighbors.
 constexpr int kStartsEach = 8;
 
-// Returns the start of each episode: the values that its variation draws.
+// Returns the start of each episode as the values that its variation draws.
 std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes) {
   const sim::PreparedScene prepared = sim::ComposeScene(options.sim);
   sim::World world(prepared.scene.physics.get(), prepared.info, prepared.robot, prepared.task,
@@ -56,13 +56,13 @@ std::set<int> Successes(const fs::path& folder) {
   return episodes;
 }
 
-// Index of the kept start in its group; the group's size if there is none.
+// Returns the index of the kept start in its group; the group's size if there is none.
 size_t PlaceOfKept(const std::vector<int>& stratum, const std::set<int>& kept) {
   const auto found = std::ranges::find_if(stratum, [&](int episode) { return kept.contains(episode); });
   return static_cast<size_t>(found - stratum.begin());
 }
 
-// Throws InputError if the collection in the folder was made with other options.
+// Throws InputError if the collection in the folder has other options.
 void CheckCollection(const RunOptions& options, int wanted) {
   const results::RecordedRun before = results::ReadRunInfo(options.out);
   if (before.seed_stream != kCollectSeeds)
@@ -93,7 +93,7 @@ void Collect(RunOptions options) {
     is_complete = fs::exists(folder / kCollectJson);
   }
   for (int round = 0; round < kStartsEach && !is_complete; ++round) {
-    // Adds one more start to each group without a success.
+    // Adds one start to each group without a success.
     std::vector<int> starts;
     int next = 0;
     for (const std::vector<int>& stratum : strata) {
@@ -114,15 +114,15 @@ void Collect(RunOptions options) {
     kept = Successes(folder);
   }
 
-  // The rest may be interrupted anywhere and repeated with the same result. The lines of failures are removed
-  // first, so the number of starts tried is derived from the groups. collect.json is written last: it marks a
-  // complete collection.
+  // The following steps may be interrupted at any point and repeated with the same result. The lines of
+  // failures are removed early, so the number of tried starts is derived from the groups. collect.json marks
+  // a complete collection, so it is written last.
   const results::RunFolder run = results::RunFolder::OfRun(folder, "collect", true);
   size_t tried = 0;
   for (const std::vector<int>& stratum : strata) {
     tried += std::min(PlaceOfKept(stratum, kept) + 1, stratum.size());
   }
-  // Not a success rate, because failed starts are retried with neighboring starts.
+  // The yield is not a success rate, because failed starts are replaced by neighboring starts.
   const std::string failures = results::FailuresText(results::WriteRunSummary(folder).statistics);
   std::vector<nlohmann::ordered_json> lines;
   for (const results::RecordedEpisode& episode : results::ReadRunAsFarAsItGot(folder).episodes) {

@@ -1,5 +1,5 @@
-// Collects demonstrations: successes only, from evenly spread starts (runner/strata.h). Executes runs of
-// `evalbus run` in one folder and removes the failures at the end.
+// Collects demonstrations, which are successful episodes from evenly spread starts (runner/strata.h).
+// Evaluates rounds of episodes in one folder as `evalbus run` does, and finally removes the failures.
 #pragma once
 
 #include "runner/run_options.h"

@@ -1,4 +1,4 @@
-// Components of a run that share one thread and one bus.
+// Runs the components that share one thread and one bus.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,8 @@ class ComponentLoop {
 
   void Add(std::unique_ptr<Component> component) { components_.push_back(std::move(component)); }
 
-  // Handles one message, if one arrives before the next poll. Before that, if a poll is due, polls the
-  // components and calls `poll`.
+  // Polls the components and calls `poll`, if a poll is due. Then handles one message, if a message arrives
+  // before the next poll.
   void Advance(const std::function<void(SteadyTime)>& poll) {
     const auto now = std::chrono::steady_clock::now();
     if (now >= poll_at_) {
@@ -29,7 +29,7 @@ class ComponentLoop {
     }
     poll_at_ = idle_poll_at_;
     for (const auto& component : components_) poll_at_ = std::min(poll_at_, component->next_poll());
-    // No message: it is time to poll, or a policy's answer has arrived.
+    // If no message was handled, a poll is due or a policy's answer has arrived.
     if (!bus_->Handle(poll_at_)) poll_at_ = {};
   }
 

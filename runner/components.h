@@ -13,18 +13,19 @@
 namespace evalbus::runner {
 
 struct ComponentType {
-  // Name in STATUS.
+  // Name of the component in STATUS.
   std::string_view name;
-  // Program that contains the component, and the argument that selects the component if the program has
-  // several.
+  // Program that contains the component, and the argument that selects it if the program contains several
+  // components.
   std::string_view program;
   std::string_view argument;
-  // True if an episode starts only when this component is ready. False for the sim, which does the waiting.
+  // True if an episode starts only when this component is ready. False for the sim, because the sim waits for
+  // the others.
   bool is_required;
-  // Real-time priority with --realtime (base/realtime.h); 0 for components without deadlines. The sim's is
-  // the highest.
+  // Real-time priority with --realtime (base/realtime.h); 0 for components without deadlines. The sim has the
+  // highest priority.
   int realtime_priority;
-  // Creates the component, for a run with all components in one process.
+  // Creates the component in this process, for runs with --in-process.
   std::unique_ptr<Component> (*make)(Bus* bus, const RunOptions& options);
 };
 
@@ -34,8 +35,8 @@ inline constexpr int kSimRealtimePriority = 20;
 // All components, in the order in which they are started.
 std::span<const ComponentType> AllComponents();
 
-// Components that this run starts: no policy if it is an external process, cameras only if the policy needs
-// images, a source instead of sim and policy for `evalbus watch`.
+// Components that this run starts. A policy that is an external process is omitted, and so are cameras if the
+// policy needs no images. For `evalbus watch`, a source replaces sim and policy.
 std::vector<ComponentType> ComponentsOf(const RunOptions& options);
 
 // Names of the components that episodes wait for.

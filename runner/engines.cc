@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kProgram = "evalbus-sim";
 
-// "3.3.10" > "3.3.9"
+// Compares versions numerically: "3.3.9" is older than "3.3.10".
 bool IsOlder(const std::string& a, const std::string& b) { return strverscmp(a.c_str(), b.c_str()) < 0; }
 
 std::vector<std::string> AvailableEngines() {
@@ -44,7 +44,7 @@ std::string FindEngine(const std::string& wanted, const std::string& option) {
   const auto newest = std::find_if(versions.rbegin(), versions.rend(), matches);
   if (newest != versions.rend()) return *newest;
   const bool is_whole = std::ranges::count(wanted, '.') == 2;
-  // A sim of the same version may have been built, too.
+  // A separate sim with evalbus' own version may exist, too, and is listed only once.
   std::erase(versions, own);
   versions.insert(versions.begin(), own);
   throw InputError(fmt::format("{} {}: not built; 'scripts/engine {}' builds it; available: {}", option,

@@ -1,20 +1,21 @@
-// Sims with other versions of MuJoCo (docs/engines.md).
+// Finds sims with other versions of MuJoCo (docs/engines.md).
 #pragma once
 
 #include <string>
 
 namespace evalbus::runner {
 
-// Finds the engine for a version ("3.3" or "3.3.3"): the sim evalbus-sim-VERSION beside this program that has
-// exactly this version; otherwise evalbus' own MuJoCo if its version begins with `wanted`; otherwise the
-// newest of those sims that does. Returns the sim's version, or an empty string for evalbus' own MuJoCo.
-// Throws InputError that begins with `option` and lists the available versions.
+// Finds the engine for a version ("3.3" or "3.3.3"). Candidates are evalbus' own MuJoCo and the sims
+// evalbus-sim-VERSION in the folder of this program. Prefers a sim with exactly this version, then evalbus'
+// own MuJoCo if its version begins with `wanted`, then the newest sim whose version does. Returns the sim's
+// version, or an empty string for evalbus' own MuJoCo. Throws an InputError that begins with `option` and
+// lists the available versions.
 std::string FindEngine(const std::string& wanted, const std::string& option = "--engine");
 
-// Version of MuJoCo of an engine that FindEngine() returned.
+// Returns the MuJoCo version of an engine that FindEngine() returned.
 std::string EngineVersion(const std::string& engine);
 
-// Name of the sim's program: evalbus-sim for an empty version.
+// Returns the name of the sim's program: evalbus-sim if `engine` is empty.
 std::string SimProgram(const std::string& engine);
 
 }  // namespace evalbus::runner

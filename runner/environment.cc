@@ -21,7 +21,7 @@
 
 namespace evalbus::runner {
 
-// Keeps what the components publish about the current episode.
+// Keeps the latest messages about the current episode.
 class Environment::Observer : public Component {
  public:
   explicit Observer(Bus* bus) : Component(bus, "environment") {
@@ -72,7 +72,7 @@ policy::Contract ContractOf(const EnvironmentOptions& options, const model_info_
                                   : policy::FindContract(options.contract);
   contract.execute_steps = 1;
   contract.chunk_steps.reset();
-  // A caller that explores may begin with any action.
+  // The limit on the first action is removed, because a caller that explores may begin with any action.
   contract.first_step_rad.reset();
   return contract;
 }
@@ -81,7 +81,7 @@ policy::Contract ContractOf(const EnvironmentOptions& options, const model_info_
 
 Environment::Environment(EnvironmentOptions options) : sim_(std::move(options.sim)) {
   sim_.out = folder_.path();
-  // The caller decides when it acts.
+  // The sim waits as long as possible for an action, because the caller decides when it acts.
   sim_.policy_timeout_s = sim::kLongestTimeout;
   if (!options.contract.empty()) sim_.control_hz = policy::FindContract(options.contract).rate_hz;
   options.sim = sim_;
@@ -155,8 +155,8 @@ Environment::Step Environment::Act(const policy::Array& action) {
 
 bool Environment::IsFinal() const {
   if (!observer_->end() || !observer_->summary()) return false;
-  // There is no observation of the last tick if the episode ended while the robot settled, or if the physics
-  // or the action stopped the sim, which then publishes no further STATE.
+  // The last tick has no observation if the episode ended while the robot settled. It has none, either, if
+  // the physics or the action stopped the sim, which then publishes no further STATE.
   const int64_t last = observer_->end()->header.tick;
   return exchange_.is_waiting() || last <= tick_ || last < contract_.settle_steps;
 }
@@ -167,7 +167,7 @@ Environment::Step Environment::WaitForTick(int64_t tick) {
     if (observer_->end() && observer_->end()->end_reason == end_reason::kAborted)
       throw EnvironmentError("the episode was aborted: " + observer_->end()->detail);
     if (!exchange_.is_waiting() || !observer_->has_scored(tick)) continue;
-    // If the tick ends the episode, EPISODE_END is already on the bus.
+    // If the tick ends the episode, EPISODE_END is already among the waiting messages.
     while (!observer_->end() && bus_.Handle()) {
     }
     if (!observer_->end()) break;

@@ -1,5 +1,5 @@
-// A task as an environment: the caller chooses each episode and each action. Episodes, observations and
-// scores are those of `evalbus run` with a policy of the same contract.
+// Provides a task as an environment, in which the caller chooses each episode and each action. Episodes,
+// observations and scores are equal to those of `evalbus run` with a policy that has the same contract.
 #pragma once
 
 #include <memory>
@@ -24,23 +24,23 @@ namespace evalbus::runner {
 
 struct EnvironmentOptions {
   sim::SimOptions sim;
-  // As accepted by FindContract(); empty: `form` describes observations and actions. Its execute_steps,
-  // chunk_steps and first_step_rad do not apply.
+  // Name or file of a contract, as accepted by FindContract(). If empty, `form` describes observations and
+  // actions. The contract's execute_steps, chunk_steps and first_step_rad are ignored.
   std::string contract;
   ContractForm form;
-  // Renderer of the images that are observed; see viz::UseGl.
+  // Renderer of the observed images; see viz::UseGl.
   std::string gl = viz::kDefaultGl;
 };
 
 class Environment {
  public:
   struct Step {
-    // As the contract describes it. After the last step of an episode that the physics ended, the observation
-    // of the previous step.
+    // Observation as described by the contract. If the physics ended the episode, the last step repeats the
+    // previous observation.
     policy::Value observation;
     // {"metrics": ..., "extended": ...} with the values of this tick, as in a line of episodes.jsonl.
     nlohmann::ordered_json scores;
-    // The episode's line of episodes.jsonl, if this step ended the episode; null otherwise.
+    // The episode's line for episodes.jsonl if this step ended the episode; null otherwise.
     nlohmann::ordered_json episode;
   };
 
@@ -54,8 +54,8 @@ class Environment {
   // Starts episode `episode` of a run with this seed, and abandons the current one. Returns the first
   // observation.
   Step Reset(int64_t seed, int episode);
-  // Executes one step. `action`: one row, as the contract describes it. Throws InputError if no episode is
-  // active or the number of values is wrong.
+  // Executes one step. `action`: the values of one action, as described by the contract. Throws InputError if
+  // no episode is active or the number of values is wrong.
   Step Act(const policy::Array& action);
 
  private:
@@ -72,7 +72,7 @@ class Environment {
   model_info_t model_{};
   std::vector<std::string> required_;
   Bus bus_{"memq://"};
-  // Outlived by the policy's thread, which holds its shared part.
+  // The policy's thread may outlive this member, because it co-owns the shared state.
   StepExchange exchange_;
   ComponentLoop loop_{&bus_};
   std::unique_ptr<Observer> observer_;

@@ -19,7 +19,7 @@ constexpr double kJointSpeed = 2;        // rad/s
 constexpr double kEefSpeed = 0.5;        // m/s
 constexpr double kFarthestPosition = 2;  // m
 
-// Control of an environment: the action's kind, and its other keys in a contract.
+// A kind of control, with the keys that describe its action in a contract.
 struct Control {
   const char* name;
   const char* keys;
@@ -32,7 +32,7 @@ constexpr Control kControls[] = {
     {"eef_pose", "kind: eef_pose", true},
     {"eef_delta", "kind: eef_delta, delta_on: target", true},
 };
-// Position and Euler angles.
+// Three position coordinates and three Euler angles.
 constexpr int kPoseValues = 6;
 
 const Control& FindControl(const std::string& name) {
@@ -42,7 +42,7 @@ const Control& FindControl(const std::string& name) {
   throw InputError(fmt::format("--control {}: expected one of {}", name, ControlNames()));
 }
 
-// Range of the value at this place in an arm's indices.
+// Returns the range of the value at `place` in the indices of an arm.
 std::pair<double, double> RangeOf(const policy::ActionSpace& space, const arm_info_t& arm, size_t place,
                                   double step_s) {
   const double linear = kEefSpeed * step_s, angular = kJointSpeed * step_s;
@@ -123,7 +123,7 @@ ActionBounds BoundsOf(const policy::ActionSpace& space, const model_info_t& mode
   for (const policy::ArmForm& form : space.arms) {
     const auto arm = std::ranges::find(model.arm, form.arm, &arm_info_t::name);
     if (arm == model.arm.end()) continue;
-    // Rotations in other forms than Euler angles have their own ranges.
+    // The usual range of angles does not apply to rotations that are not given as Euler angles.
     const bool is_usual = NumValues(space.rotation) == 3 || space.kind < ActionKind::kEefPose;
     for (size_t place = 0; place < form.indices.size() && is_usual; ++place) {
       const auto index = static_cast<size_t>(form.indices[place]);

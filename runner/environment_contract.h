@@ -1,4 +1,4 @@
-// Contracts of environments: observations and actions that a few words describe.
+// Generates contracts for environments from a short description of observations and actions.
 #pragma once
 
 #include <string>
@@ -17,16 +17,17 @@ struct ContractForm {
   int width_px = 224, height_px = 224;
 };
 
-// "joint, joint_delta, ...", for messages.
+// Returns the accepted names for messages: "joint, joint_delta, ...".
 std::string ControlNames();
 
 // Returns the contract for this robot: joint positions and gripper openings of all arms as "state", images as
-// ["images", CAMERA], and actions with the values of all arms, then those of the grippers (0 open, 1 closed).
-// Throws InputError for an unknown control.
+// ["images", CAMERA], and actions with the values of all arms, followed by the values of the grippers (0
+// open, 1 closed). Throws InputError for an unknown control.
 policy::Contract MakeContract(const ContractForm& form, double rate_hz, const model_info_t& model);
 
-// Usual range of each value of an action. Joint and gripper positions: their limits. Poses: 2 m and one turn.
-// Steps: those of 2 rad/s and 0.5 m/s. Unlimited for values that the contract scales.
+// Usual range of each value of an action. Joint and gripper positions have their limits, positions of poses
+// -2 to 2 m, and angles -pi to pi. Steps and velocities correspond to at most 2 rad/s and 0.5 m/s. All values
+// are unlimited if the contract has a scale or an offset.
 struct ActionBounds {
   std::vector<double> lower, upper;
 };

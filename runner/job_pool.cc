@@ -19,7 +19,7 @@ JobPool::JobPool(std::vector<Job> jobs, int at_once, std::function<void(const st
 std::optional<std::string> JobPool::Poll() {
   std::optional<std::string> ended;
   const auto exit = processes_.Poll();
-  // Read after Poll(), so that the last lines of a job that has ended are complete.
+  // The output is read after processes_.Poll(), so that the last lines of a job that has ended are complete.
   for (auto& [name, output] : output_) {
     for (const std::string& line : output.Next()) on_line_(line);
   }

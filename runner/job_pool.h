@@ -1,4 +1,4 @@
-// Runs commands in parallel, up to a limit; each in a process with its own log.
+// Runs commands in parallel, up to a limit. Each command runs in a process with its own log.
 #pragma once
 
 #include <chrono>
@@ -21,7 +21,7 @@ struct Job {
   std::filesystem::path log_file;
 };
 
-// How often to call JobPool::Poll().
+// Interval at which JobPool::Poll() should be called.
 constexpr auto kJobPoll = std::chrono::milliseconds(20);
 
 class JobPool {
@@ -32,21 +32,21 @@ class JobPool {
   // Stops the running jobs with SIGTERM, so that they can stop their own child processes.
   ~JobPool() { processes_.StopAll(); }
 
-  // Must be called before the first Poll(), if at all: each line that a job prints on standard output then
-  // goes to the listener instead of the job's log.
+  // Passes each line that a job prints on standard output to on_line() instead of the job's log. Must be
+  // called before the first Poll().
   void ReadOutput(std::function<void(const std::string&)> on_line) { on_line_ = std::move(on_line); }
 
   // Starts as many jobs as the limit allows. Returns the name of a job that has succeeded since the last
-  // call, if any. A job that was killed by a signal or hangs is restarted; a job is started at most three
-  // times. Throws InputError or EnvironmentError, with the job's name and the last line of its log, if a job
-  // failed.
+  // call; nullopt if there is none. A job that was killed by a signal or hangs is restarted; a job is started
+  // at most three times. Throws InputError or EnvironmentError, with the job's name and the last line of its
+  // log, if a job failed.
   std::optional<std::string> Poll();
   bool done() const { return waiting_.empty() && running_.empty(); }
 
  private:
   std::deque<Job> waiting_;
   std::map<std::string, Job> running_;
-  // Standard output of the running jobs, if it is read.
+  // Standard output of the running jobs; empty unless ReadOutput() was called.
   std::map<std::string, PipeLines> output_;
   std::map<std::string, int> starts_;
   size_t at_once_;

@@ -19,16 +19,16 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr auto kIdlePoll = std::chrono::milliseconds(20);
-// Time to receive the last messages of processes that have exited.
+// Time for receiving the last messages of processes that have exited.
 constexpr auto kLastWords = std::chrono::milliseconds(20);
 
-// RUN/logs/sim.log, or sim-0.log for worker 0.
+// Returns the log file of a component: RUN/logs/sim.log, or sim-0.log for worker 0.
 std::filesystem::path LogOf(const RunOptions& options, const std::string& component) {
   return LogFile(options.out,
                  options.worker < 0 ? component : fmt::format("{}-{}", component, options.worker));
 }
 
-// The command that starts a component; users may run it by hand instead.
+// Returns the command that starts a component. With --by-hand, users run it themselves.
 std::vector<std::string> CommandOf(const ComponentType& type, const RunOptions& options,
                                    const results::RunFolder& folder) {
   const std::string program = type.name == "sim" ? SimProgram(options.sim.engine) : std::string(type.program);
@@ -106,7 +106,8 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
       listener->Poll(now);
       poll_at = now + kIdlePoll;
       if (const auto exit = processes.Poll()) {
-        // Invalid input would fail again; the last line of the component's log describes it.
+        // Exit code 1 means invalid input, with which a restart would fail again. The last line of the
+        // component's log describes it.
         if (exit->code == 1) exit->Throw();
         start_again(exit->description);
       } else if (const std::string silent = controller.Silent(now); !silent.empty()) {
@@ -122,7 +123,7 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
     while (steady_clock::now() < deadline) bus.Handle(deadline);
     ReportDropped(controller, listener);
   }
-  // Stopped last, so that observers do not report a missing process.
+  // The controller is stopped last, so that observers do not report missing processes.
   controller.Stop();
 }
 

@@ -19,7 +19,7 @@ namespace {
 using viz::TerminalWidth;
 
 constexpr auto kRedrawPeriod = std::chrono::milliseconds(100);
-// Assumed duration before the first episode has finished; used only for the progress bar.
+// Assumed duration of an episode until the first one has finished; used only for the progress bar.
 constexpr double kTypicalEpisode = 10;  // s, simulated
 
 double SecondsBetween(SteadyTime from, SteadyTime to) {
@@ -39,7 +39,7 @@ std::string Row(const std::string& label, const std::string& value, const std::s
   return row.substr(0, row.find_last_not_of(' ') + 1);
 }
 
-// Adds the scores of the current episode.
+// Adds lines with the scores of the current episode.
 void AddScores(const viz::RunWatch& watch, std::vector<std::string>* lines) {
   const metric_values_t& m = watch.scores()->metrics;
   const extended_metrics_t& e = watch.scores()->extended;
@@ -118,13 +118,13 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) {
   std::string first =
       fmt::format("episode {} of {}  {} {:.0f} %", std::min(num_episodes_ + 1, header_.episodes),
                   header_.episodes, Bar(progress, bar_width), progress * 100);
-  // Covers only this process, because earlier times are unknown.
+  // Fraction of the episodes that this process has run. The duration of earlier episodes is unknown.
   const double covered = progress - static_cast<double>(header_.there_before) / std::max(1, header_.episodes);
   if (covered > 0.02) {
     first += fmt::format("  {} left", results::FormatDuration(elapsed / covered * (1 - progress)));
   }
   std::vector<std::string> lines = {"", first};
-  // Computed only when drawing, because it iterates over all episodes.
+  // The summary is computed only for drawing, because it iterates over all episodes.
   if (!summary_) summary_ = statistics_.Summary(false);
   if (summary_->judged > 0 && !header_.is_blind) {
     constexpr int kSparkline = 20;
@@ -146,7 +146,7 @@ std::vector<std::string> LiveView::LinesThatFit(SteadyTime now) {
   return lines;
 }
 
-// Writes everything at once, each line over the previous one, to avoid flicker.
+// Writes everything at once, and overwrites each line in place, to avoid flicker.
 void LiveView::Draw(const std::string& above, const std::vector<std::string>& live) {
   std::string text = drawn_lines_ > 0 ? fmt::format("\x1b[{}F", drawn_lines_) : "";
   const char* end_of_line = is_terminal_ ? "\x1b[K\n" : "\n";

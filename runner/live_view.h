@@ -1,5 +1,5 @@
-// Terminal output of `evalbus run`: a line per finished episode and, on a terminal, the live state of the
-// current one.
+// Prints the output of `evalbus run`: a line per finished episode and, on a terminal, the live state of the
+// current episode.
 #pragma once
 
 #include <chrono>
@@ -20,11 +20,11 @@ struct LiveHeader {
   double control_hz = 0;
   int64_t seed = 0;
   int episodes = 0;
-  // Number of episodes that had finished before the run was resumed. They are reported immediately, through
+  // Number of episodes that had finished before the run was resumed. They are reported first, through
   // OnEpisodeDone(), unless tells_those_before is false.
   int there_before = 0;
   bool tells_those_before = true;
-  // An operator judges the episodes: no results are shown.
+  // True if an operator judges the episodes. No results are then shown.
   bool is_blind = false;
 };
 
@@ -32,7 +32,7 @@ class LiveView : public RunListener {
  public:
   using Clock = std::function<SteadyTime()>;
 
-  // Draws the live state if `out` is a terminal; otherwise prints plain lines only.
+  // Draws the live state if `out` is a terminal; otherwise prints only plain lines.
   LiveView(FILE* out, const LiveHeader& header, Clock clock = std::chrono::steady_clock::now);
   ~LiveView() override { Finish(); }
 
@@ -53,10 +53,10 @@ class LiveView : public RunListener {
   bool has_scores() const { return is_running_ && watch_.has_scores(); }
   double Progress() const;
   std::vector<std::string> LinesThatFit(SteadyTime now);
-  // Prints a line, if not empty, above the live lines, and replaces the previous live lines.
+  // Replaces the previous live lines by `live`, and prints `above`, if it is not empty, above them.
   void Draw(const std::string& above, const std::vector<std::string>& live);
   void Print(const std::string& line);
-  // The same for a text that may contain color codes.
+  // Prints a text, which may contain color codes, above the live lines.
   void PrintAbove(const std::string& printable);
 
   FILE* out_;
@@ -66,14 +66,14 @@ class LiveView : public RunListener {
   SteadyTime started_;
   SteadyTime drawn_{};
   int drawn_lines_ = 0;
-  // The current episode, if this process runs it; workers' episodes are not shown live.
+  // The current episode if this process runs it. Episodes of workers are not shown live.
   viz::RunWatch watch_;
   bool is_running_ = false;
   metrics::RunStatistics statistics_;
-  // Summary of statistics_; empty until the next redraw.
+  // Summary of statistics_; nullopt if the next redraw must compute it again.
   std::optional<metrics::RunSummary> summary_;
   int num_episodes_ = 0, num_successes_ = 0;
-  // Success rate after each judged episode, in the order in which they finished.
+  // Success rate after each judged episode, in the order in which the episodes finished.
   std::vector<double> running_rate_;
   // Simulated duration of finished episodes, for the estimate of the remaining time.
   double simulated_s_ = 0;

@@ -25,12 +25,12 @@ namespace {
 namespace fs = std::filesystem;
 using results::NoReturn;
 
-// Distance of the neighbors that are also tried, in ticks.
+// Distance in ticks of the neighbors that are also tried, to detect whether success is monotone.
 constexpr int64_t kNeighbor = 5;
-// Maximum number of times that the search continues after a later tick from which the expert succeeds.
+// Maximum number of times that the search restarts from a later tick from which the expert succeeds again.
 constexpr int kMaxRestarts = 3;
-// Simulated time that an expert that has given up still gets, because objects may come to rest, before it has
-// failed.
+// Simulated time after which an expert that has given up counts as failed. Until then, objects may come to
+// rest, and the episode may still succeed.
 constexpr int64_t kSettleUs = 1'000'000;
 
 sim::PreparedScene SceneOf(const results::RecordedRun& run) {
@@ -82,9 +82,9 @@ class NoReturnFinder::Impl {
     return {kind, tick, static_cast<double>(tick * world_.tick_us()) / 1e6, is_monotone};
   }
 
-  // Narrows down to neighboring ticks: the expert succeeds from `good`, not from `bad`. Where only the time
-  // limit matters, the ticks that the expert needed show where the last good tick is; it is tried first, then
-  // the ticks above it, in growing steps.
+  // Narrows `good` and `bad` down to neighboring ticks, of which the expert succeeds only from `good`. If
+  // only the time limit matters, the number of ticks that the expert needed predicts the last good tick. This
+  // tick is tried first, followed by later ticks in growing steps.
   void Bisect(int64_t* good, int64_t* bad) {
     int64_t step = 0;
     while (*bad - *good > 1) {
@@ -109,7 +109,7 @@ class NoReturnFinder::Impl {
   void Read(int episode) {
     const fs::path log = EpisodeLog(run_, episode);
     EpisodeReader reader(log, {channels::kState.name, channels::kContacts.name, channels::kAction.name});
-    // The last attempt is the recorded one.
+    // Only the last attempt in the log counts.
     std::optional<EpisodeMessages> read;
     for (EpisodeMessages messages; reader.Next(&messages); messages = {}) read = std::move(messages);
     if (!read || !read->begin || read->states.empty())
@@ -153,7 +153,7 @@ class NoReturnFinder::Impl {
     contacts_.num_contacts = static_cast<int32_t>(contacts_.contact.size());
   }
 
-  // Whether the expert, from this tick on, succeeds within `limits` times the time limit.
+  // Returns whether the expert, taking over at this tick, succeeds within `limits` times the time limit.
   bool Succeeds(int64_t first, int limits) {
     scorer_.Start();
     for (int64_t tick = 0; tick < first; ++tick)
@@ -197,7 +197,7 @@ class NoReturnFinder::Impl {
   std::unique_ptr<policy::Expert> expert_;
   EpisodeMessages log_;
   std::vector<sim::World::Snapshot> snapshots_;  // by tick
-  // Ticks that the expert needed when it last succeeded; 0 before.
+  // Number of ticks that the expert needed when it last succeeded; 0 before its first success.
   int64_t needed_ticks_ = 0;
   state_t state_{};
   contacts_t contacts_{};

@@ -1,5 +1,5 @@
-// Finds the point of no return of recorded episodes: repeats an episode from its seed and the logged actions,
-// lets the task's expert take over at a tick, and bisects over the ticks.
+// Finds the point of no return of recorded episodes. Repeats an episode from its seed and the logged actions,
+// and lets the task's expert take over at a tick that is found by bisection.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// A pipe from which the lines that another process writes are read without waiting.
+// A pipe for reading the lines that another process writes, without waiting.
 #pragma once
 
 #include <string>
@@ -14,7 +14,8 @@ class PipeLines {
   PipeLines(const PipeLines&) = delete;
   PipeLines& operator=(const PipeLines&) = delete;
 
-  // File descriptor for the process that writes; must be closed here when that process has been started.
+  // File descriptor for the writing process. Must be closed in this process after the other process was
+  // started.
   int writer() const { return writer_; }
   void CloseWriter();
 
@@ -23,7 +24,7 @@ class PipeLines {
 
  private:
   int reader_ = -1, writer_ = -1;
-  // Beginning of a line whose end has not been read.
+  // Beginning of a line whose end has not arrived yet.
   std::string rest_;
 };
 

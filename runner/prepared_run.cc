@@ -25,8 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Keys of run.json, besides the fixed options, that must not change when a run is resumed. `words` describes
-// what a digest belongs to.
+// A key of run.json that is not a fixed option but must not change when a run is resumed. words: text for
+// messages if the value is a hash.
 struct Fact {
   const char* key;
   const char* words = nullptr;
@@ -47,7 +47,7 @@ constexpr std::array kFixedFacts = {
     Fact{"painter"},
 };
 
-// Makes all paths absolute, so that every process of the run uses the same files.
+// Finds task and robot, and makes all paths absolute, so that every process of the run uses the same files.
 TaskSelection Resolve(RunOptions* options) {
   TaskSelection selection = FindTask(options->sim.task);
   options->sim.task = (fs::absolute(selection.task.file) / selection.variation).string();
@@ -63,8 +63,8 @@ TaskSelection Resolve(RunOptions* options) {
   return selection;
 }
 
-// Replaces "software" and "auto" by the library that they select. Adds library, device and a warning, if
-// there is one, to run.json, unless the run renders no images; then --gl is only checked.
+// Replaces "software" and "auto" by the library that they select. Adds library, device and a possible warning
+// to run.json. If the run renders no images, --gl is only checked.
 void ChooseRenderer(RunOptions* options, nlohmann::ordered_json* facts) {
   const auto contract = policy::FindContractOf(options->policy);
   if (options->video.empty() && !(contract && contract->needs_images())) {
@@ -98,7 +98,7 @@ void CheckFacts(const fs::path& file, const nlohmann::ordered_json& before,
   }
 }
 
-// Throws InputError if the folder's run was made differently or has more episodes than requested.
+// Throws InputError if the run in the folder has other options or more episodes than requested.
 void CheckResumable(const results::RecordedRun& before, const RunOptions& options,
                     const nlohmann::ordered_json& facts) {
   const fs::path file = before.folder / kRunJson;
@@ -114,7 +114,7 @@ bool IsWanted(const RunOptions& options, int episode) {
   return options.only.empty() || std::ranges::find(options.only, episode) != options.only.end();
 }
 
-// What the policy's contract names in `trained_on`, if it does.
+// Returns the starts of the training sets in the contract's `trained_on`; nullopt if the contract has none.
 std::optional<TrainingStarts> TrainingOf(const RunOptions& options) {
   const auto contract = policy::FindContractOf(options.policy);
   if (!contract || contract->trained_on.empty()) return std::nullopt;
@@ -152,7 +152,7 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   return plan;
 }
 
-// Chooses the run's bus and prints it. A bus that the user asked for is never replaced.
+// Chooses and prints the run's bus. A bus that the user requested is never replaced.
 void DecideBus(PreparedRun* run) {
   RunOptions& options = run->options;
   if (options.in_process) return;
@@ -216,7 +216,7 @@ PreparedRun PrepareRun(RunOptions options) {
       finished.push_back(episode.Json());
       numbers.insert(episode.episode);
     }
-    // The folder is changed only from here on.
+    // Nothing before this line changes the folder.
     folder.DiscardAllBut(numbers);
     if (fs::exists(folder.path() / kEpisodesJsonl)) folder.WriteEpisodes(finished);
   }
@@ -240,7 +240,7 @@ PreparedRun PrepareWorker(RunOptions options) {
                      ": the sets in 'trained_on' changed during the run");
   }
   plan.episodes = EpisodesOfWorker(plan.episodes, options.worker, workers);
-  // Removes what this worker left when it was killed.
+  // Removes partial episodes that this worker left when it was killed.
   for (const int episode : plan.episodes) folder.DiscardEpisode(episode);
   PreparedRun run{std::move(options), {}, before.info, std::move(folder), std::move(plan), {}};
   DecideBus(&run);

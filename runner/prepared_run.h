@@ -1,4 +1,4 @@
-// A run before its first episode: options checked and resolved, folder and run.json prepared.
+// Prepares a run before its first episode: checks and resolves the options, and prepares folder and run.json.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -15,17 +15,19 @@
 namespace evalbus::runner {
 
 struct PreparedRun {
-  // Resolved: task, robot, run id, folder, models.
+  // Options with the resolved task, robot, run id, folder and models.
   RunOptions options;
-  // The composed scene, which all processes of the run use; nullopt in a worker.
+  // The composed scene for all processes of the run; nullopt in a worker.
   std::optional<sim::PreparedScene> scene;
-  // RunFacts().
+  // Result of RunFacts().
   nlohmann::ordered_json facts;
   results::RunFolder folder;
   RunPlan plan;
-  // Lines of episodes.jsonl that are kept when resuming, in order; invalid episodes are run again.
+  // Lines of episodes.jsonl that are kept when resuming, in order. Lines of invalid episodes are not kept,
+  // because these episodes are run again.
   std::vector<nlohmann::ordered_json> finished;
-  // The run's bus, set by Announce(), or earlier in a worker; none if everything is in one process.
+  // The run's bus. Announce() sets it; in a worker, it is already set. Not set if all components are in one
+  // process.
   ReservedBus bus{};
 
   // Total number of episodes, including finished ones.
@@ -39,17 +41,17 @@ PreparedRun PrepareRun(RunOptions options);
 // Prepares a worker's share of the episodes of a run that another process has prepared.
 PreparedRun PrepareWorker(RunOptions options);
 
-// Chooses the run's bus and prints it, and writes the models and run.json. Removes summary.json if episodes
-// are missing.
+// Chooses and prints the run's bus, and writes the models and run.json. Removes summary.json if there are
+// episodes to run.
 void Announce(PreparedRun* run);
 
-// Throws InputError that names the option if a fixed option differs from its value in `file`, whose contents
-// are `before`.
+// Throws an InputError that names the option if a fixed option differs from its value in `file`. before:
+// contents of `file`.
 void CheckFixedOptions(const std::filesystem::path& file, const nlohmann::ordered_json& before,
                        const RunOptions& options);
 
-// Policy name for names of folders: "expert" for "expert", "replay" for "replay:runs/a", or policy_name if
-// given.
+// Returns the policy's name for folder names: policy_name if it is set; otherwise, for example, "expert" for
+// "expert" and "replay" for "replay:runs/a".
 std::string ShortPolicyName(const RunOptions& options);
 
 }  // namespace evalbus::runner

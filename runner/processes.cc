@@ -23,7 +23,7 @@
 namespace evalbus::runner {
 namespace {
 
-// Short enough for Ctrl-C to end a run within two seconds.
+// Time that processes have to exit after SIGTERM. Short enough for Ctrl-C to end a run within two seconds.
 constexpr std::chrono::seconds kStopping{1};
 // Interval at which the children's activity counters are read.
 constexpr std::chrono::milliseconds kBetweenLives{500};
@@ -40,9 +40,10 @@ std::string LastLine(const std::filesystem::path& file) {
   return last;
 }
 
-// Returns what a log's last line adds to the reason why the process ended. If it exited by itself, only an
-// error line does; if it was killed, any line but routine ones. A line that was not logged (a result, a
-// message of the C library) may have another cause.
+// Returns the part of the exit description that quotes the log's last line. If the process exited by itself,
+// only an error line is quoted; if it was killed, any line except routine lines. A line that is not a log
+// message, such as a result or a message of the C library, is only called the last line, because it may be
+// unrelated.
 std::string LastWords(const std::string& name, const std::string& line, bool by_itself) {
   if (line.empty()) return "";
   if (by_itself) return line.find("error: ") == std::string::npos ? "" : ": " + line;

@@ -1,4 +1,4 @@
-// Child processes of a run: starts them with their output in a log file, monitors and stops them. No child
+// Starts the child processes of a run with their output in log files, monitors and stops them. No child
 // outlives its launcher.
 #pragma once
 
@@ -17,8 +17,8 @@ namespace evalbus::runner {
 
 class Processes {
  public:
-  // A child that is not scheduled at all for longer than `timeout` is killed: it is stopped or deadlocked.
-  // Working and polling processes are scheduled regularly.
+  // A child that is not scheduled at all for longer than `timeout` is killed, because it is stopped or
+  // deadlocked. Working and polling processes are scheduled regularly.
   explicit Processes(std::chrono::milliseconds timeout = std::chrono::seconds(60)) : timeout_(timeout) {}
   ~Processes() { KillAll(); }
   Processes(const Processes&) = delete;
@@ -32,24 +32,24 @@ class Processes {
   struct Exit {
     std::string name;
     pid_t pid = -1;
-    // Exit code, or 128 + signal.
+    // Exit code, or 128 + the signal's number.
     int code = 0;
     // For example "evalbus-sim exited with code 1: <last line of its log>".
     std::string description;
-    // The error message, without the program's name.
+    // Returns the error message without the program's name.
     std::string Error() const;
     // Throws InputError for exit code 1, otherwise EnvironmentError. `who`: prefix of the message.
     [[noreturn]] void Throw(const std::string& who = "") const;
   };
-  // Returns a process that has ended since the last call, if any. Must be called at least every 100 ms while
-  // children are monitored.
+  // Returns a process that has ended since the last call; nullopt if there is none. Must be called at least
+  // every 100 ms while children are monitored.
   std::optional<Exit> Poll();
 
-  // Changes the nice value of the children and their descendants, as far as permitted: decreasing it requires
-  // root privileges.
+  // Changes the nice value of the children and their descendants. Decreasing it requires root privileges and
+  // otherwise has no effect.
   void SetNice(int nice);
-  // Sends SIGTERM, then SIGKILL to processes that are still running after a second. Returns those that did
-  // not exit with code 0.
+  // Sends SIGTERM, then SIGKILL to processes that are still running after a second. Returns the processes
+  // that did not exit with code 0.
   std::vector<Exit> StopAll();
   void KillAll();
 
@@ -61,7 +61,7 @@ class Processes {
     std::string name;
     pid_t pid;
     std::filesystem::path log_file;
-    // Activity counters of the process, and how long they have been unchanged.
+    // Activity counters of the process, and the time for which they have not changed.
     std::string life{};
     Wait idle{SteadyTime{}};
   };
@@ -69,7 +69,8 @@ class Processes {
   bool Hangs(Child* child, SteadyTime now) const;
 
   std::chrono::milliseconds timeout_;
-  // The counters are read only every kBetweenLives, because reading them takes time.
+  // Time at which the counters were last read. They are read only every kBetweenLives, because reading them
+  // takes time.
   SteadyTime looked_at_lives_{};
   std::vector<Child> children_;
 };

@@ -1,5 +1,5 @@
-// Progress of a long command: a line redrawn in place if standard output is a terminal; otherwise a line on
-// standard error every ten seconds, so that pipes and logs contain it, too.
+// Shows the progress of a long command. If standard output is a terminal, a line is redrawn in place.
+// Otherwise a line is printed on standard error every ten seconds, so that logs contain it, too.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@ class ProgressLine {
  public:
   using Time = VideoProgress::Time;
   static constexpr std::chrono::milliseconds kInPlace{200};
-  // A command that takes less time prints nothing.
+  // Interval between lines. A command that takes less time prints none.
   static constexpr std::chrono::seconds kBetweenLines{10};
 
   // Shows, for example, "exporting 50 episodes: 24 %, 1:10 min left".
@@ -38,7 +38,7 @@ class ProgressLine {
   std::FILE* out_;
   bool is_in_place_, is_shown_ = false;
   Time last_;
-  // Starts at the first call of Show(): what was done before is not included in the estimate.
+  // Set by the first call of Show(). Episodes that were done earlier are not included in the estimate.
   std::optional<VideoProgress> progress_;
 };
 

@@ -117,7 +117,7 @@ void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, do
   fmt::print("share    {}\n", ShellWords({"evalbus", "report", shown.string()}));
 }
 
-// Waits until the operator has judged all episodes; then, or without an operator at once, prints the results.
+// Prints the results. If there is an operator, first waits until all episodes have been judged.
 void PrintResults(const PreparedRun& run, const results::RunSummary& summary, double wall_s, WebChild* web) {
   const std::string& judged_by = run.options.judged_by;
   const auto folder = run.folder.path();
@@ -168,7 +168,7 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
   try {
     if (run.options.web || !run.options.judged_by.empty()) web.emplace();
     Announce(&run);
-    // Started in the run's network namespace, which Announce() may have entered.
+    // The page must run in the run's network namespace, which Announce() may have entered.
     if (web) web->Start(run.folder.path(), run.folder.log_file("web"), run.options.judged_by);
     view.emplace(stdout, HeaderOf(run));
     RunListener* listener = &*view;
@@ -248,8 +248,8 @@ void Run(RunOptions options, const RunOutput& output) {
   if (output.quiet && !output.json) no_text.emplace(true);
   if (options.video == std::vector<std::string>{"none"}) options.video.clear();
   const std::vector<std::string> tasks = ExpandTasks(options.tasks);
-  // Command-line options take precedence over the environment. Processes of this run receive its bus as an
-  // option.
+  // Uses the bus from the environment only if no command-line option selects a bus. Processes of this run
+  // receive its bus as an option.
   if (options.url.empty() && !options.in_process && options.workers == 1 && tasks.size() == 1) {
     options.url = UrlOfEnvironment();
   }

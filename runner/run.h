@@ -9,8 +9,8 @@ namespace evalbus::runner {
 // Runs the tasks in options.tasks: a single run, or a suite. Throws InputError, EnvironmentError.
 void Run(RunOptions options, const RunOutput& output = {});
 
-// The same for `evalbus watch`, where an external system moves the robot. options.url: the bus of its source.
-// A stop by the user is a regular end.
+// Implements `evalbus watch`, which evaluates episodes of an external system. options.url: the bus of its
+// source. A stop by the user is a regular end. Throws InputError, EnvironmentError.
 void Watch(RunOptions options);
 
 // Runs a worker's episodes of a run that another process has prepared (options.worker).

@@ -25,10 +25,10 @@ constexpr auto kRecorderTimeout = std::chrono::seconds(10);
 constexpr auto kSummaryTimeout = std::chrono::seconds(10);
 // Live components publish STATUS at least every 400 ms.
 constexpr auto kSilence = std::chrono::seconds(10);
-// Loading models and programs takes longer on a busy machine.
+// Timeout after a start, because loading programs and models takes longer on a busy machine.
 constexpr auto kStartSilence = std::chrono::seconds(60);
 
-// Compares properties that are in a robot's description but not in its compiled model.
+// Compares properties that the robot's description contains but its compiled model does not.
 bool SameRobot(const model_info_t& a, const model_info_t& b) {
   const auto same = [](const auto& x, const auto& y) {
     return std::ranges::equal(x, y, [](const auto& m, const auto& n) { return Encode(m) == Encode(n); });
@@ -109,7 +109,7 @@ void RunController::OnBegin(const episode_begin_t& begin) {
       begin.seed != seed()) {
     return;
   }
-  // Before this run's sim has published MODEL, this may come from an old log with the same seed.
+  // Before this run's sim has published MODEL, this message may come from an old log with the same seed.
   if (!attempt_.own_model_received) {
     attempt_.early_begin = begin;
     return;
@@ -137,7 +137,8 @@ void RunController::OnEnd(const episode_end_t& end) {
   bus().SetMaxBatchDelay({});
   attempt_.end = end;
   attempt_.ended.emplace(std::chrono::steady_clock::now());
-  // The metrics process may be in another episode and unable to report it.
+  // EPISODE_END suffices to repeat the attempt. The metrics process may be in another episode and then
+  // publishes no summary.
   if (const auto why = WhyWorthless(end.end_reason, end.detail)) return BeginAgain(*why);
   FinishIfRecorded();
 }
@@ -159,7 +160,7 @@ void RunController::OnSummary(const episode_summary_t& summary) {
   if (!attempt_.foreign_model.empty()) {
     return BeginAgain("a sim or a log of another run publishes on this bus: " + attempt_.foreign_model);
   }
-  // The first summary may come from an old log; this run's summary then differs from it.
+  // The first summary may come from an old log. This run's own summary then differs from it.
   if (conflicts_.Check(channels::kEpisodeSummary, 0, bus().handled()) ==
       ConflictDetector::Answer::kConflicting) {
     return BeginAgain(conflicts_.conflict());
@@ -188,26 +189,26 @@ void RunController::OnStatus(const component_status_t& status) {
     dropped.foreign_messages = std::max(dropped.foreign_messages, status.foreign_messages);
   }
   if (done()) return;
-  // A sim that has just started has not received the COMMAND yet.
+  // A sim that has just started has not received the COMMAND yet, so it is sent again.
   if (status.component == "sim" && !attempt_.begun() &&
       std::exchange(sim_, status.instance) != status.instance) {
     Command();
   }
   if (status.attempt != attempt_.number) return;
   if (status.last_finished_episode != episode_index()) {
-    // Published after the log was closed: the sim had not ended the episode at that time.
+    // The sim published this STATUS after the log was closed, but had not ended the episode yet.
     if (status.component == "sim" && status.state == component_status_t::READY &&
         status.episode == episode_index() && attempt_.recorded && !attempt_.ended) {
       BeginAgain("its log was closed before its end: is an old log being played on this bus?");
     }
     return;
   }
-  // Its EPISODE_END may have been lost.
+  // The sim's EPISODE_END may have been lost.
   if (status.component == "sim" && attempt_.begun() && !attempt_.ended) {
     attempt_.ended.emplace(std::chrono::steady_clock::now());
   }
   if (status.component == "recorder") {
-    // The scores are not affected, so that on the last attempt a log with missing ticks is accepted.
+    // Missing ticks in the log do not affect the scores, so the last attempt is accepted.
     if (status.last_finished_missing_ticks > 0 && !plan_.realtime && !plan_.is_watched && has_another_try()) {
       const int64_t missing = status.last_finished_missing_ticks;
       return BeginAgain(
@@ -228,7 +229,8 @@ void RunController::OnLog(const log_t& line) {
 void RunController::FinishIfRecorded() {
   if (!attempt_.ended || !attempt_.summary || !attempt_.recorded || attempt_.has_failed_process) return;
   const episode_summary_t& summary = *attempt_.summary;
-  // The metrics process copies tick and reason from EPISODE_END, which may not have been received yet.
+  // The metrics process copies tick and reason from EPISODE_END. They are compared only if this process has
+  // received EPISODE_END, too.
   if (attempt_.end &&
       (!SameTick(attempt_.end->header, summary.header) || attempt_.end->end_reason != summary.end_reason)) {
     return BeginAgain("received an EPISODE_SUMMARY of another end: is an old log being played on this bus?");
@@ -255,7 +257,7 @@ void RunController::FinishIfRecorded() {
                                   : nlohmann::ordered_json();
   }
   if (plan_.calls) {
-    // The other scores do not depend on the messages about calls, so that the last attempt is accepted.
+    // The other scores do not depend on the messages about calls, so the last attempt is accepted.
     if (lacks_call) {
       listener_->OnRemark(
           fmt::format("{:>7}  has no metrics of the policy's delay: a call was lost", episode_index()));
@@ -290,8 +292,8 @@ void RunController::Poll(SteadyTime now) {
   const auto waited = attempt_.waiting->Elapsed(now);
   CheckPolicyComes(waited);
   if (!attempt_.begun() && command_.Due(now)) Command();
-  // All components are alive, but the sim or a component it waits for is in an episode that another process
-  // started.
+  // This timeout is reached if all components are alive, but the sim or a component that it waits for is in
+  // an episode that another process started.
   const double start_s =
       std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);
   if (!attempt_.started && waited > std::chrono::duration<double>(start_s) && !plan_.is_by_hand &&
@@ -302,7 +304,8 @@ void RunController::Poll(SteadyTime now) {
                     start_s));
     return;
   }
-  // EPISODE_END or EPISODE_SUMMARY was lost, or metrics is in an episode that another process started.
+  // The timeouts below are reached if EPISODE_SUMMARY or the recorder's STATUS was lost, or if a component is
+  // in an episode that another process started.
   if (!attempt_.ended) return;
   if (!attempt_.summary && attempt_.ended->Elapsed(now) > kSummaryTimeout) {
     BeginAgain("no EPISODE_SUMMARY from metrics within 10 s after the episode's end");
@@ -360,7 +363,7 @@ void RunController::Retry(const std::string& why) {
   folder_.DiscardEpisode(episode_index());
 }
 
-// Does not touch the folder: the recorder may be about to close the log of the aborted attempt.
+// Does not change the folder, because the recorder may still be closing the log of the aborted attempt.
 void RunController::BeginAgain(const std::string& why) {
   if (!has_another_try()) {
     // If the disk is full, a component's log cannot contain the error.

@@ -33,7 +33,7 @@ struct RunPlan {
   std::string task;
   std::string variation;
   ModelHashes model_hashes;
-  // Episodes to run, in this order.
+  // Numbers of the episodes to run, in this order.
   std::vector<int> episodes;
   int64_t seed = 0;
   std::string seed_stream = kRunSeeds;
@@ -42,24 +42,24 @@ struct RunPlan {
   // Maximum number of attempts per episode. If all fail, the run is aborted. If the last one ended with
   // server_error, the episode is marked invalid, and the run continues.
   int max_attempts = 3;
-  // Results of episodes then include their pacing.
+  // True for a realtime run, whose results include the pacing.
   bool realtime = false;
-  // The policy is an external process, which may start and stop at any time. The run waits for it for at most
-  // policy_timeout_s.
+  // True if the policy is an external process, which may start and stop at any time. The run waits at most
+  // policy_timeout_s for it.
   bool policy_is_external = false;
   double policy_timeout_s = 60;
   // Set for a policy behind a server.
   std::optional<results::CallSchedule> calls;
-  // Set if the policy's contract names what it was trained on.
+  // Set if the policy's contract names its training sets.
   std::optional<TrainingStarts> trained_on;
-  // Episodes come from a source that moves the robot on its own schedule: there is no time limit for the
-  // start of an episode, and data that the source did not send are missing in the log.
+  // True for `evalbus watch`: a source moves the robot on its own schedule. There is then no time limit for
+  // the start of an episode, and a log may lack data that the source did not send.
   bool is_watched = false;
-  // All components are started by hand, so that there are no time limits for them.
+  // True if users start all components by hand. There are then no time limits for components.
   bool is_by_hand = false;
 };
 
-// Receives the events of a run to be displayed. Called from the controller's handlers.
+// Receives the events of a run for display. The controller's handlers call these functions.
 class RunListener {
  public:
   virtual ~RunListener() = default;
@@ -67,7 +67,7 @@ class RunListener {
   virtual void OnPartial(const partial_metrics_t&) {}
   // `episode`: the episode's line of episodes.jsonl.
   virtual void OnEpisodeDone(const nlohmann::ordered_json& /*episode*/) {}
-  // A line about a problem that was recovered from.
+  // Receives a line about an error from which the run has recovered.
   virtual void OnRemark(const std::string&) {}
   // Called every few hundredths of a second of wall time.
   virtual void Poll(SteadyTime) {}
@@ -80,14 +80,14 @@ class RunController : public Component {
   void Poll(SteadyTime now) override;
   bool done() const override { return next_ >= plan_.episodes.size(); }
 
-  // Describes a required component that has not published STATUS for too long: 10 s, or 60 s after a start.
+  // Describes a required component that has not published STATUS for 10 s, or for 60 s after it was started.
   // Empty if there is none.
   std::string Silent(SteadyTime now);
-  // Must be called when the components were started. Timeouts are measured from here, and episodes start only
-  // with these instances (component_status_t). Components without an entry may be any process.
+  // Must be called when the components were started. Timeouts are measured from this call, and episodes start
+  // only with these instances (component_status_t). A component without an entry may have any instance.
   void ExpectStart(const std::map<std::string, int64_t>& instances = {});
 
-  // Must be called when components have ended: the current episode is lost and is run again. Throws
+  // Must be called when components have ended. The current episode is discarded and run again. Throws
   // EnvironmentError after max_attempts.
   void Retry(const std::string& why);
 
@@ -98,16 +98,17 @@ class RunController : public Component {
   // State of one attempt of an episode. Each attempt starts with a new object.
   struct Attempt {
     int number = 0;
-    // Set when the MODEL of this run's sim is received; an EPISODE_BEGIN received earlier is kept in
+    // True when the MODEL of this run's sim was received. An EPISODE_BEGIN that arrives earlier is kept in
     // early_begin.
     bool own_model_received = false;
     std::optional<episode_begin_t> early_begin, begin;
     bool begun() const { return begin.has_value(); }
-    // The first score was received.
+    // True when the first score was received.
     bool started = false;
     // Time since the attempt was first polled.
     std::optional<Wait> waiting;
-    // A process of this run reported an error. It is about to exit, and its exit code decides how to proceed.
+    // True if a process of this run reported an error. The process will exit, and its exit code determines
+    // how the run continues.
     bool has_failed_process = false;
     // Error reported by an external policy.
     std::string policy_error;
@@ -116,10 +117,10 @@ class RunController : public Component {
     std::optional<episode_end_t> end;
     std::optional<episode_summary_t> summary;
     results::PolicyCalls calls;
-    // Time since only the log has been missing.
+    // Time since everything except the finished log was received.
     std::optional<Wait> unrecorded;
     bool recorded = false;
-    // Physics model of another run that was received; empty if there was none.
+    // Path of a physics model of another run that was received; empty if there was none.
     std::string foreign_model;
   };
   struct Silence {
@@ -132,12 +133,12 @@ class RunController : public Component {
 
   int episode_index() const { return plan_.episodes[next_]; }
   bool has_another_try() const { return attempt_.number + 1 < plan_.max_attempts; }
-  // Returns why an attempt with this end does not count and must be repeated; nullopt if it counts.
+  // Returns the reason why an attempt with this end must be repeated; nullopt if it counts.
   std::optional<std::string> WhyWorthless(const std::string& end_reason, const std::string& detail) const;
   int64_t seed() const;
   void Command();
   void OnModel(const model_info_t& model);
-  // Checks the files of a restarted sim, which were read again. Throws InputError if they have changed.
+  // Throws InputError if the files that a restarted sim has read again have changed.
   void CheckUnchanged(const model_info_t& model);
   void OnBegin(const episode_begin_t& begin);
   void OnPartial(const partial_metrics_t& partial);
@@ -151,9 +152,9 @@ class RunController : public Component {
 
   RunPlan plan_;
   std::map<std::string, int64_t> instances_;
-  // Messages of other sessions were reported.
+  // True if messages of other sessions were reported.
   bool foreign_reported_ = false;
-  // An episode with too few calls of the policy's server was reported.
+  // True if an episode with too few calls of the policy's server was reported.
   bool rare_calls_reported_ = false;
   const results::RunFolder& folder_;
   RunListener* listener_;
@@ -164,15 +165,15 @@ class RunController : public Component {
   int64_t sim_ = 0;
   // First MODEL of this run's sim.
   std::optional<model_info_t> model_;
-  // Index in plan_.episodes.
+  // Index of the current episode in plan_.episodes.
   size_t next_ = 0;
   Attempt attempt_;
   Repeater command_;
   ConflictDetector conflicts_;
   BatchDelay batch_delay_;
-  // By component: time since its last STATUS, and the timeout.
+  // Time since the last STATUS of each component, and the timeout.
   std::map<std::string, Silence> silence_;
-  // By component: the highest counts that it has reported.
+  // The highest counts that each component has reported.
   std::map<std::string, Dropped> dropped_;
 };
 

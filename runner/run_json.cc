@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// SHA-256 of each plugin by file name; null without plugins.
+// Returns the SHA-256 of each plugin by file name; null if there are no plugins.
 ordered_json PluginsJson() {
   ordered_json plugins;
   for (const char* variable : {kPredicatePlugins, kPolicyPlugins}) {
@@ -55,7 +55,7 @@ ordered_json SceneFacts(const sim::PreparedScene& prepared) {
           {"mujoco_version", mj_versionString()}};
 }
 
-// The task as a user names it: a built-in one by its name, another one by its file.
+// Returns the task for the command line: the name of a built-in task, or the file of another task.
 std::string TaskWord(const ordered_json& json) {
   const fs::path path = json.value("task_path", "");
   const fs::path file = IsTaskFile(path.parent_path()) ? path.parent_path() : path;
@@ -64,7 +64,7 @@ std::string TaskWord(const ordered_json& json) {
   return json.value("task", "") + "/" + json.value("variation", "");
 }
 
-// True for the robot that the task has by itself.
+// True if this is the task's default robot.
 bool IsTasksRobot(const std::string& task, const fs::path& robot) {
   try {
     return FindTask(task).task.robot_file.filename() == robot.filename();
@@ -73,7 +73,8 @@ bool IsTasksRobot(const std::string& task, const fs::path& robot) {
   }
 }
 
-// Options that do not change the results, and those that need special treatment.
+// Keys that are omitted from the list of options, because they do not change the results or are handled
+// separately.
 const std::set<std::string_view> kNotInCommand = {"task_path", "robot",      "policy",  "episodes", "seed",
                                                   "url",       "in_process", "by_hand", "workers",  "log"};
 

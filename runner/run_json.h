@@ -1,4 +1,4 @@
-// The contents of run.json (docs/run_folder.md): how a run was made.
+// Generates the contents of run.json (docs/run_folder.md), which describe the configuration of a run.
 #pragma once
 
 #include <filesystem>
@@ -11,20 +11,20 @@
 
 namespace evalbus::runner {
 
-// Task, robot, models, software and policy contract, as their files are now.
+// Returns the facts about task, robot, models, software and policy contract, from the current files.
 nlohmann::ordered_json RunFacts(const sim::PreparedScene& prepared, const RunOptions& options);
 
-// run.json of a simulated run.
+// Returns run.json of a simulated run.
 nlohmann::ordered_json RunJson(const nlohmann::ordered_json& facts, const RunOptions& options);
 
-// run.json of scored trajectories. map: file that assigns columns to joints. data: file or folder that the
-// user named. files: the trajectories, one per episode.
+// Returns run.json of scored trajectories. map: file that assigns columns to joints. data: file or folder
+// that the user named. files: the trajectories, one per episode.
 nlohmann::ordered_json ScoredRunJson(const sim::PreparedScene& prepared, const std::filesystem::path& map,
                                      const std::filesystem::path& data,
                                      const std::vector<std::filesystem::path>& files);
 
-// Returns the `evalbus run` command with the options of a run.json that are not the default and that its
-// results may depend on; empty for a run that nothing simulated.
+// Returns the `evalbus run` command that repeats the run of a run.json. It contains the options that may
+// affect the results and differ from their defaults. Empty for a run that was not simulated.
 std::string CommandOf(const nlohmann::ordered_json& run_json);
 
 }  // namespace evalbus::runner

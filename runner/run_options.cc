@@ -27,7 +27,7 @@ std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std:
     if (row.help.empty() || !all.contains(row.key) || json.contains(row.key)) return;
     newer.push_back(fmt::format("{} {}", OptionName(row.key), ToText(all[row.key])));
   });
-  // Runs that were made before this option existed have this stream.
+  // Default for runs from before this option existed.
   all["seed_stream"] = kSharedSeeds;
   if (json.is_object()) all.update(json);
   ReadOptions(json.is_object() ? all : json, file, options);

@@ -18,7 +18,7 @@
 namespace evalbus::runner {
 
 struct RunOptions {
-  // sim.task is the task of this run.
+  // Options of the sim; sim.task is the task of this run.
   sim::SimOptions sim;
   policy::PolicyOptions policy;
   RecorderOptions recorder;
@@ -26,32 +26,32 @@ struct RunOptions {
   int episodes = 10;
   std::vector<int> only;
   int64_t seed = 0;
-  // `until` of the plan, in a run of a plan that stops when its comparisons are decided; empty otherwise. The
-  // number of episodes then depends on the results.
+  // Value of `until` if the run belongs to a plan that stops when its comparisons are decided; otherwise
+  // empty. If set, the number of episodes depends on the results.
   std::string until;
   int workers = 1;
   std::string url;
   bool in_process = false;
   bool by_hand = false;
   std::vector<std::string> video;
-  // Renderer of a policy's images and of videos. run.json has the library that "auto" has selected.
+  // Renderer of a policy's images and of videos. run.json contains the library that "auto" selected.
   std::string gl = viz::kDefaultGl;
-  // A source replaces sim and policy (`evalbus watch`).
+  // True for `evalbus watch`, where a source replaces sim and policy.
   bool watch = false;
 
-  // The options below are not stored in run.json. tasks: what to run (TASK[/VARIATION], TASK/all, all,
+  // The options below are not stored in run.json. tasks: tasks to run (TASK[/VARIATION], TASK/all, all,
   // RoboEval's names). out: output folder; empty for runs/TASK-VARIATION-POLICY-DATE-TIME. resume: continue
   // an existing run.
   std::vector<std::string> tasks;
   std::filesystem::path out;
   bool resume = false;
-  // Number of previous rounds, in a round of a collection; -1 otherwise. The collection prints its own
-  // summary, so that a round reports only new episodes.
+  // In a round of `evalbus collect`, the number of previous rounds; otherwise -1. The collection prints its
+  // own summary, so a round reports only new episodes.
   int round = -1;
-  // Serve a page (`evalbus web`) that remains after the run.
+  // True if a page (`evalbus web`) should be served during the run and after it.
   bool web = false;
-  // Name of the operator who judges the episodes of a watch on a page (`evalbus judge`); until all are
-  // judged, the terminal shows no results. Empty: none.
+  // Name of the operator who judges the episodes of `evalbus watch` on a page (`evalbus judge`). The terminal
+  // shows no results until all episodes are judged. Empty: no operator.
   std::string judged_by;
   // Index of this process if it is a worker of the run; -1 otherwise.
   int worker = -1;
@@ -102,7 +102,7 @@ inline const std::string& PolicyName(const RunOptions& options) {
 }
 
 // Reads the options of a run.json. Options that are missing because the file is older get their default
-// values; returns these options, in command-line syntax. Task, policy, episodes, seed and rate must be
+// values. Returns these missing options in command-line syntax. Task, policy, episodes, seed and rate must be
 // present. Throws InputError.
 std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std::string& file,
                                           RunOptions* options);
@@ -111,11 +111,11 @@ std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std:
 // an action, the policy's name. Throws InputError.
 void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* options);
 
-// If the policy replays a run, sets the seed stream of that run, so that the episodes start as recorded.
-// Throws InputError.
+// If the policy replays a run, sets the seed stream to that run's seed stream, so that the episodes begin as
+// recorded. Throws InputError.
 void FollowRecording(RunOptions* options);
 
-// Checks everything that does not depend on the task; num_tasks: number of tasks. Throws InputError.
+// Checks all options that do not depend on the task. Throws InputError.
 void CheckRunOptions(const RunOptions& options, size_t num_tasks);
 
 }  // namespace evalbus::runner

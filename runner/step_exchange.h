@@ -1,4 +1,4 @@
-// Hands a policy's observations to the caller of an environment, and the caller's actions to the policy.
+// Passes a policy's observations to the caller of an environment, and the caller's actions to the policy.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace evalbus::runner {
 
-// Thread-safe: the policy's side runs in the thread of its conversation.
+// Thread-safe, because the policy's side runs on its own thread.
 class StepExchange {
  public:
   StepExchange();
@@ -17,17 +17,17 @@ class StepExchange {
   StepExchange(const StepExchange&) = delete;
   StepExchange& operator=(const StepExchange&) = delete;
 
-  // Client of a policy whose server is the caller. on_observation: called from the policy's thread. The
-  // client may outlive this object.
+  // Returns a policy client whose server is the caller of the environment. on_observation: called on the
+  // policy's thread. The client may outlive this object.
   std::unique_ptr<policy::PolicyClient> MakeClient(std::function<void()> on_observation);
 
-  // Whether an observation waits for its action.
+  // True if an observation waits for its action.
   bool is_waiting() const;
-  // The observation that waits for its action; can be taken once.
+  // Returns the observation that waits for its action; nullopt if it was already taken or does not exist.
   std::optional<policy::Value> TakeObservation();
   // Answers the waiting observation. Must only be called while is_waiting().
   void Answer(policy::Value action);
-  // Lets the policy fail at the waiting observation, if there is one.
+  // Makes the policy fail at the waiting observation, if there is one.
   void Abandon();
 
  private:

@@ -29,8 +29,8 @@
 namespace evalbus::runner {
 namespace {
 
-// Throws InputError if the suite was made differently or has runs that are no longer requested. Adding runs
-// is allowed.
+// Throws InputError if the suite has other options, or runs that are no longer requested. Adding runs is
+// allowed.
 void CheckResumable(const std::filesystem::path& folder, const RunOptions& options,
                     const std::vector<std::string>& tasks) {
   const std::filesystem::path file = folder / kSuiteJson;
@@ -87,7 +87,7 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
 
 Suite::Suite(RunOptions options, const std::vector<std::string>& tasks)
     : tasks_(tasks), folder_(OpenFolder(options)) {
-  // Resolved as in each of its runs.
+  // The robot is resolved as in each run of the suite.
   if (!options.sim.robot.empty()) options.sim.robot = std::filesystem::absolute(FindRobot(options.sim.robot));
   if (std::filesystem::exists(folder_.path() / kSuiteJson)) CheckResumable(folder_.path(), options, tasks);
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();

@@ -1,4 +1,4 @@
-// A suite: runs of several tasks and variations in one folder (docs/run_folder.md).
+// A suite, which consists of runs of several tasks and variations in one folder (docs/run_folder.md).
 #pragma once
 
 #include <filesystem>
@@ -29,7 +29,8 @@ class Suite {
   std::filesystem::path run_folder(const std::string& task) const {
     return folder_.path() / FolderOfTask(task);
   }
-  // Jobs have the names of the tasks. output.json: their processes print the events of their runs.
+  // Returns one job per task, with the task's name. If output.json is true, their processes print the events
+  // of their runs.
   std::vector<Job> Jobs(const RunOutput& output) const;
   // Must be called when the job of this task has succeeded; returns its results.
   const results::Tally& Ended(const std::string& task);
@@ -44,7 +45,7 @@ class Suite {
   int num_done_ = 0;
 };
 
-// Runs the tasks, options.workers at the same time. Throws InputError, EnvironmentError.
+// Runs the tasks, at most options.workers at the same time. Throws InputError, EnvironmentError.
 void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const RunOutput& output);
 
 }  // namespace evalbus::runner

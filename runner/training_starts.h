@@ -1,4 +1,4 @@
-// The starts that a policy was trained on, from what its contract names in `trained_on`.
+// The starts on which a policy was trained, from the training sets in its contract's `trained_on`.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -16,13 +16,13 @@ class TrainingStarts {
   // file, line and key of the contract, if one of them is missing, invalid, or does not contain its starts.
   static TrainingStarts Of(const policy::Contract& contract);
 
-  // Whether they contain this start: the same task and variation ("lift_pot/position"), and the same value of
-  // each parameter that was drawn. All starts of a variation that draws nothing are equal. parameters: of a
-  // line of episodes.jsonl.
+  // Returns whether this start was used for training. Starts are equal if task, variation
+  // ("lift_pot/position") and the values of all drawn parameters are equal, so all starts of a variation that
+  // draws nothing are equal. parameters: value of "parameters" in a line of episodes.jsonl.
   bool Contain(const std::string& task, const nlohmann::ordered_json& parameters) const;
 
-  // For run.json: the sets as the contract names them, the number of different starts in them, and a hash of
-  // these starts.
+  // Returns the value for run.json: the sets as the contract names them, the number of different starts in
+  // them, and a hash of these starts.
   nlohmann::ordered_json Json() const;
 
  private:

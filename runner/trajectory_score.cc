@@ -40,15 +40,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Longest time between two samples. A longer one is an error of the data or of the unit, and would be scored
-// as ticks without a change.
+// Maximum time between two samples. A longer gap indicates an error in the data or the unit, and would be
+// scored as ticks without a change.
 constexpr double kLongestGap_s = 60;
 
-// Rates of samples; others are probably an error of the unit: the ticks between two samples would be
-// interpolated over seconds, or all samples would lie within a few ticks.
+// Accepted sampling rates. Other rates probably indicate a wrong unit: ticks would be interpolated over
+// seconds, or all samples would lie within a few ticks.
 constexpr NumberRange kSampleRate_hz{.min = 1, .max = 10000};
 
-// Median time between two samples; 0 if there is only one.
+// Returns the median time between two samples; 0 if there is only one sample.
 double UsualStep(const std::vector<sim::Sample>& samples) {
   std::vector<double> steps;
   for (size_t i = 1; i < samples.size(); ++i) steps.push_back(samples[i].time_s - samples[i - 1].time_s);
@@ -66,7 +66,7 @@ double OneOf(const YamlValue& value, const std::map<std::string, double>& units)
   value.Fail("expected " + expected + ", got '" + value.Text() + "'");
 }
 
-// The scene that all trajectories of a map share.
+// Scores trajectories in the scene that all trajectories of a map share.
 class Kinematics {
  public:
   explicit Kinematics(const TrajectoryMap& map) : map_(map) {}
@@ -360,7 +360,7 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
     for (const auto& entry : fs::directory_iterator(data)) {
       const std::string ending = entry.path().extension();
       const bool is_one = ending == ".csv" || ending == ".npz" || ending == ".hdf5" || ending == ".h5";
-      // Reading reports a broken link or a named pipe.
+      // Broken links and named pipes are included, because reading them reports the error.
       if (is_one && !entry.is_directory()) files.push_back(entry.path());
     }
     std::ranges::sort(files);
@@ -372,7 +372,7 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
   results::RunFolder folder = results::RunFolder::OfRun(out, "score", false);
   try {
     kinematics.Prepare(folder.path());
-    // All files are read before any is scored.
+    // All files are read before the first one is scored.
     std::vector<std::vector<sim::Sample>> all;
     for (const fs::path& file : files) all.push_back(kinematics.Read(file));
     const sim::PreparedScene& prepared = kinematics.prepared();

@@ -1,6 +1,6 @@
 // Scores trajectories recorded by external systems. A YAML file (docs/data.md) maps columns of a file to a
-// task. Forward kinematics gives the states, the collision checker the contacts, and the metrics the scores,
-// which are written into a run folder, without a bus. Metrics whose inputs are missing are omitted.
+// task. States are computed by forward kinematics, and contacts by the collision checker. Logs and scores are
+// written into a run folder; no bus is used. Metrics whose inputs are missing are omitted.
 #pragma once
 
 #include <array>
@@ -16,27 +16,27 @@ namespace evalbus::runner {
 struct TrajectoryMap {
   std::string file;
   std::string task;
-  std::string robot;  // empty: the task's own
+  std::string robot;  // empty: the robot of the task
   double control_hz = 50;
-  // Either a column of times with their unit, or a sampling rate.
+  // Times of the samples: either a column with its unit (time_scale), or a sampling rate.
   std::string time_column;
   double time_scale = 1;  // s
   double rate_hz = 0;
-  // By the joint's name in MODEL.
+  // Mapping of each joint, by its name in MODEL.
   std::map<std::string, sim::JointMap> joints;
   double joint_scale = 1;  // rad; joints that slide are in m
-  // By gripper: a column with its values for open and closed, or a constant opening (`always`).
+  // Mapping of each gripper: a column with its values for open and closed, or a constant opening (`always`).
   struct Gripper {
     std::string column;
     double open = 1, closed = 0;
     double always = 1;
   };
   std::map<std::string, Gripper> grippers;
-  // By object: columns of the position, m, and the quaternion, w x y z, in the world frame.
+  // Mapping of each object: columns of the position (m) and the quaternion (w, x, y, z) in the world frame.
   struct Object {
     std::array<std::string, 3> position;
     std::array<std::string, 4> quaternion;
-    // Our frame of the object in the recorded one.
+    // Pose of evalbus' frame of the object in the recorded frame.
     Pose frame{};
     YamlValue where;
   };

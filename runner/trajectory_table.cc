@@ -96,7 +96,7 @@ class Csv : public TrajectoryTable {
   std::vector<int> lines_;
 };
 
-// Splits, for example, "q[3]" into q and 3.
+// Splits a name such as "q[3]" into "q" and 3.
 std::pair<std::string, std::optional<size_t>> SplitIndex(const std::string& name) {
   const size_t open = name.rfind('[');
   if (open == std::string::npos || !name.ends_with(']')) return {name, {}};
@@ -200,7 +200,7 @@ std::unique_ptr<TrajectoryTable> OpenTable(const fs::path& file) {
   throw InputError(file.string() + ": expected a file that ends in .csv, .npz, .hdf5 or .h5");
 }
 
-// The central directory is at the end (PKWARE's APPNOTE.TXT, 4.3).
+// Reads the central directory at the end of the file (PKWARE's APPNOTE.TXT, 4.3).
 std::vector<ZipEntry> ZipEntries(std::span<const uint8_t> bytes, const std::string& file) {
   const auto fail = [&](const std::string& what) { throw InputError(file + ": " + what); };
   const auto number = [&](size_t at, size_t size) {

@@ -12,11 +12,11 @@ namespace evalbus::runner {
 class TrajectoryTable {
  public:
   virtual ~TrajectoryTable() = default;
-  // Returns a column by its name: for CSV as in the header line; for npz and HDF5 the array's name, or "q[3]"
-  // for a column of a two-dimensional array. Throws InputError with file and column if the column does not
-  // exist, differs in length from the others, or contains NaN.
+  // Returns a column by its name. In CSV, this is a name in the header line. In npz and HDF5, it is the
+  // array's name, or "q[3]" for a column of a two-dimensional array. Throws InputError with file and column
+  // if the column does not exist, differs in length from the others, or contains NaN.
   std::vector<double> Column(const std::string& name);
-  // For example "FILE:12" or "FILE, row 12".
+  // Returns the place of a row for messages, for example "FILE:12" or "FILE, row 12".
   virtual std::string Place(size_t row) const;
 
  protected:

@@ -4,7 +4,8 @@
 namespace evalbus {
 
 extern const char* const kVersion;
-// Commit of the source, "unknown" outside a git checkout; dirty: with uncommitted changes.
+// kGitCommit: commit of the source; "unknown" outside a git checkout. kGitDirty: true if there were
+// uncommitted changes.
 extern const char* const kGitCommit;
 extern const bool kGitDirty;
 

@@ -9,7 +9,7 @@ namespace evalbus::runner {
 std::string VideoProgress::Text(double done, Time now) const {
   std::string text = fmt::format("{} {:.0f} episode{}: {:.0f} %", verb_, total_, total_ == 1 ? "" : "s",
                                  100 * done / total_);
-  // Minimum fraction for an estimate of the remaining time.
+  // Minimum recorded fraction for estimating the remaining time.
   constexpr double kEnough = 0.02;
   if (const double since = done - first_; since > kEnough * total_) {
     const double elapsed = std::chrono::duration<double>(now - began_).count();

@@ -1,4 +1,4 @@
-// Progress text for recording videos.
+// Formats the progress of recording videos, with an estimate of the remaining time.
 #pragma once
 
 #include <chrono>
@@ -12,11 +12,12 @@ class VideoProgress {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  // total: number of episodes to record. done: number recorded at time `now`, including fractions.
+  // total: number of episodes to record. done: number of episodes recorded at time `now`, including
+  // fractions.
   VideoProgress(size_t total, double done, Time now, std::string verb = "recording video of")
       : total_(static_cast<double>(total)), first_(done), began_(now), verb_(std::move(verb)) {}
 
-  // For example "recording video of 3 episodes: 45 %, 12 s left".
+  // Returns, for example, "recording video of 3 episodes: 45 %, 12 s left".
   std::string Text(double done, Time now) const;
 
  private:

@@ -91,7 +91,7 @@ size_t VideoRecording::Finish() {
   const auto done = [&] { return static_cast<double>(total) - Left(); };
   const VideoProgress progress(total, done(), steady_clock::now());
   steady_clock::time_point drawn{};
-  // Without a terminal, prints a line for each episode.
+  // If there is no terminal, prints a line for each episode.
   for (size_t shown = total + 1; rendering_ && !stop_requested();) {
     const auto now = steady_clock::now();
     if (is_terminal && now - drawn > kRedrawPeriod) {
@@ -103,7 +103,8 @@ size_t VideoRecording::Finish() {
     }
     std::fflush(stdout);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    // Repeated, because a process that has just started lowers its priority only later.
+    // The nice value is set repeatedly, because a process lowers its own priority only some time after its
+    // start.
     processes_.SetNice(getpriority(PRIO_PROCESS, 0));
     Advance();
   }
@@ -112,7 +113,7 @@ size_t VideoRecording::Finish() {
   return Missing();
 }
 
-// Removes only files of that process: another process may be recording the same episode.
+// Removes only files of this process, because another process may be recording the same episode.
 void VideoRecording::RemoveUnfinished(pid_t video) const { folder_.RemoveHalfWrittenVideos(video); }
 
 void VideoRecording::Advance() {
@@ -130,7 +131,7 @@ void VideoRecording::Advance() {
   }
   if (rendering_ || waiting_.empty()) return;
   std::vector<std::string> command = render_(waiting_.front());
-  // Uses only processor time that the evaluation leaves idle.
+  // Runs at the lowest priority, so that it uses only processor time that the evaluation leaves idle.
   if (is_beside_run_) command.insert(command.begin(), {"/usr/bin/nice", "-n", "19"});
   processes_.Start("video", command, folder_.log_file("video"));
   rendering_ = waiting_.front();

@@ -14,7 +14,7 @@
 
 namespace evalbus::runner {
 
-// Prefix of the lines by which `evalbus render --report-progress` reports the finished fraction, 0 to 1.
+// Prefix of the lines in which `evalbus render --report-progress` reports the finished fraction, from 0 to 1.
 inline constexpr char kVideoShare[] = "render [info] videos: ";
 
 class VideoRecording : public RunListener {
@@ -22,8 +22,7 @@ class VideoRecording : public RunListener {
   // Returns the command that renders the videos of an episode.
   using Render = std::function<std::vector<std::string>(int episode)>;
 
-  // Forwards all events to `next`. Without cameras, it does nothing else.
-  // gl: the renderer (--gl).
+  // Forwards all events to `next`. If there are no cameras, it does nothing else. gl: renderer (--gl).
   VideoRecording(const results::RunFolder& folder, const std::vector<std::string>& cameras,
                  const std::string& gl, RunListener* next);
   VideoRecording(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next,
@@ -46,7 +45,7 @@ class VideoRecording : public RunListener {
   void Advance();
   void RemoveUnfinished(pid_t video) const;
   size_t Missing() const { return waiting_.size() + rendering_.has_value(); }
-  // Missing() less the finished fraction of the current episode's videos.
+  // Returns Missing() minus the finished fraction of the current episode's videos.
   double Left();
 
   const results::RunFolder& folder_;
@@ -56,11 +55,11 @@ class VideoRecording : public RunListener {
   std::deque<int> waiting_;
   std::optional<int> rendering_;
   std::set<int> tried_again_;
-  // The first failure.
+  // Description of the first failure.
   std::string failure_;
   bool gave_up_ = false;
   bool is_beside_run_ = true;
-  // Log of `evalbus render`, and the fraction that it last reported.
+  // Log of `evalbus render`, and the finished fraction that it last reported.
   results::NewLines log_;
   double share_ = 0;
   Processes processes_;

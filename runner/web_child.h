@@ -1,5 +1,5 @@
-// The option `--web` of a run or a replay: starts `evalbus web` as a separate process, which never delays the
-// run.
+// Implements the option `--web` of a run or a replay. Starts `evalbus web` as a separate process, which never
+// delays the run.
 #pragma once
 
 #include <filesystem>
@@ -24,11 +24,11 @@ class WebChild {
              const std::string& judged_by = "");
   // Returns when the user presses Ctrl-C or the page's process ends.
   void Stay();
-  // Returns also when `is_done`, which is called twice per second, returns true.
+  // Calls is_done() twice per second, and also returns when it is true.
   void StayUntil(const std::function<bool()>& is_done);
 
  private:
-  // Null after Start().
+  // Listening socket; null after Start().
   std::unique_ptr<viz::WebServer> listener_;
   std::string url_;
   Processes processes_;

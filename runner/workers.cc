@@ -49,7 +49,7 @@ void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder
 
 void EvaluateJobs(std::vector<Job> jobs, int at_once, const results::RunFolder& folder,
                   RunListener* listener) {
-  // Skips the episodes and remarks that existed before.
+  // Skips episodes and remarks from before this call.
   results::EpisodeLines lines(folder.path() / kEpisodesJsonl);
   lines.Next();
   std::vector<results::NewLines> logs;

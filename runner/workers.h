@@ -1,4 +1,5 @@
-// Worker processes of a run (`evalbus run`): each runs a share of the episodes, or a run of a suite.
+// Runs the worker processes of `evalbus run`. Each worker evaluates a share of the episodes, or one run of a
+// suite.
 #pragma once
 
 #include <filesystem>
@@ -19,8 +20,8 @@ class WorkerLog : public RunListener {
   void OnRemark(const std::string& text) override;
 };
 
-// Like EvaluateInProcess, but with options.workers workers at the same time, each of which runs every n-th
-// episode. A worker that dies is restarted and resumes. run.json must have been written.
+// Runs the episodes as EvaluateInProcess() does, but with n = options.workers workers at the same time, each
+// of which runs every n-th episode. A worker that dies is restarted and resumes. run.json must exist.
 void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
                      RunListener* listener);
 
