@@ -56,7 +56,7 @@ std::vector<std::string> FindEngines(const std::vector<std::string>& wanted) {
 
 Certified CertifyPlan(const Plan& plan, const std::vector<std::string>& engines, const fs::path& out,
                       int workers) {
-  // All plans are checked before anything is run.
+  // All plans are checked before the first run begins.
   std::vector<Plan> plans;
   for (const std::string& engine : engines) plans.push_back(OnEngine(plan, engine));
   std::vector<results::EngineResults> results;

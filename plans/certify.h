@@ -1,6 +1,6 @@
 // Runs the same plan on several engines (versions of MuJoCo) and compares the results, for `evalbus certify`.
 //
-// The folder OUT has a plan's folder for each engine, OUT/VERSION, and certificate.json.
+// The folder OUT contains certificate.json and, for each engine, a plan's folder OUT/VERSION.
 #pragma once
 
 #include <filesystem>
@@ -14,8 +14,8 @@ namespace evalbus::plans {
 
 inline constexpr char kCertificateJson[] = "certificate.json";
 
-// Finds the engines of --engines, for example {"2.2", "3.3.3"}, the first of which is the reference. Throws
-// InputError unless all are built and there are two or more different ones.
+// Finds the engines of --engines, for example {"2.2", "3.3.3"}. The first engine is the reference. Throws
+// InputError if an engine is not built, or if there are fewer than two different engines.
 std::vector<std::string> FindEngines(const std::vector<std::string>& wanted);
 
 struct Certified {
@@ -24,7 +24,8 @@ struct Certified {
 };
 
 // Runs the missing episodes of the plan on each engine, at most `workers` runs at a time, compares them, and
-// writes OUT/certificate.json. Throws InputError, also if OUT belongs to another plan; EnvironmentError.
+// writes OUT/certificate.json. Throws InputError, for example if OUT belongs to another plan, and
+// EnvironmentError.
 Certified CertifyPlan(const Plan& plan, const std::vector<std::string>& engines,
                       const std::filesystem::path& out, int workers);
 

@@ -38,10 +38,10 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Keys of run.json that describe where and how much of the run was executed, not what the run is.
+// Keys of run.json that may differ between the parts of a run: which episodes were run, and where.
 constexpr const char* kOfAPart[] = {"only", "run_id", "url", "workers", "in_process"};
-// Keys of run.json that a plan does not determine: digests and paths of the models, and where the run is
-// executed.
+// Keys of run.json that a plan does not determine, such as hashes and paths of the models, and where the run
+// is executed.
 constexpr const char* kNotOfAPlan[] = {"only",           "run_id",        "url",           "workers",
                                        "in_process",     "video",         "task_path",     "control_hz",
                                        "physics_sha256", "visual_sha256", "scene_warnings"};
@@ -65,13 +65,14 @@ void Link(const fs::path& from, const fs::path& to) {
   }
 }
 
-// True if a run used the planned file. Relative paths and names of built-in robots are compared by file name
-// only, because the folder may differ between machines.
+// True if a run used the planned file. Relative paths and names of built-in robots are compared only by file
+// name without extension, because the folder may differ between machines.
 bool IsSameFile(const fs::path& planned, const fs::path& made) {
   return planned.is_absolute() ? planned == made : planned.stem() == made.stem();
 }
 
-// `made`: FILE/VARIATION. A plan without a variation means the file's first one.
+// True if the run evaluated the planned task. `made`: FILE/VARIATION. If the plan names no variation of a
+// file, any variation is accepted.
 bool IsOfTask(const results::RecordedRun& run, const std::string& planned, const fs::path& made) {
   if (!IsTaskFile(planned)) return run.task_name() == planned;
   const fs::path path(planned);
@@ -81,7 +82,7 @@ bool IsOfTask(const results::RecordedRun& run, const std::string& planned, const
   return IsSameFile(path, made.parent_path());
 }
 
-// Throws InputError unless run.json is of this policy on this task, with the plan's current options.
+// Throws InputError unless run.json belongs to this policy and task, and has the plan's current options.
 void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std::string& policy_name,
                    const std::string& task) {
   const std::string file = (run.folder / kRunJson).string();
@@ -96,9 +97,9 @@ void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std:
   const ordered_json is = OptionsJson(made), planned = OptionsJson(plan.OptionsOf(*policy));
   for (const auto& [key, value] : planned.items()) {
     if (std::ranges::find(kNotOfAPlan, key) != std::end(kNotOfAPlan) || is[key] == value) continue;
-    // A plan with `until` has run only as many episodes as its decision required.
+    // A plan with `until` runs only as many episodes as its decision requires.
     if (key == "episodes" && plan.until) continue;
-    // An empty name is the task's own robot.
+    // An empty name stands for the task's default robot.
     if (key == "robot" && value == "") continue;
     const bool is_file = key == "robot" || ((key == "policy" || key == "contract") &&
                                             policy::IsContractFile(value.get<std::string>()));
@@ -107,7 +108,7 @@ void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std:
   }
 }
 
-// Throws InputError unless the run's control rate is the plan's, rounded to whole physics steps.
+// Throws InputError unless the run's control rate is the plan's control rate, rounded to whole physics steps.
 void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::string& policy_name,
                const model_info_t& model) {
   const auto policy = std::ranges::find(plan.policies, policy_name, &PlannedPolicy::name);
@@ -117,12 +118,12 @@ void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::str
                                ToText(run.info.at("control_hz")), planned, kPlanJson));
 }
 
-// Names of the shards that were checked, and progress.
+// Collects the names of the checked shards, and shows the progress.
 struct Checked {
   explicit Checked(size_t num_episodes) : line(num_episodes, "checking") {}
 
-  // Throws InputError if an earlier run of the plan was simulated by another version of MuJoCo. Machines of a
-  // cluster may have different versions.
+  // Throws InputError if a run that was checked earlier was simulated by another version of MuJoCo. Machines
+  // of a cluster may have different versions.
   void CheckEngine(const results::RecordedRun& run) {
     if (first_folder.empty()) {
       first_folder = run.folder;
@@ -138,12 +139,12 @@ struct Checked {
   std::set<std::string> shards;
   fs::path first_folder;
   std::string engine;
-  // Reading all logs of a large plan is slow enough to need a progress line.
+  // Progress of reading the logs, which takes long for a large plan.
   runner::ProgressLine line;
   size_t episodes = 0;
 };
 
-// Throws InputError unless the shard's folder holds exactly the shard's episodes, each with its log.
+// Throws InputError unless the shard's folder contains exactly the shard's episodes, each with its log.
 void CheckPart(const PlanFolder& folder, const Shard& shard, Checked* checked) {
   const results::RecordedRun run = results::ReadRunAsFarAsItGot(folder.shard_folder(shard));
   CheckIsOfPlan(run, folder.plan(), shard.policy, shard.task);
@@ -170,7 +171,8 @@ void CheckPart(const PlanFolder& folder, const Shard& shard, Checked* checked) {
   }
 }
 
-// Throws InputError unless the merged run has each episode of the shard, with its log and the same result.
+// Throws InputError unless the merged run contains each episode of the shard, with its log and an equal
+// result.
 void CheckIsMerged(const Shard& shard, const fs::path& part, const results::RecordedRun& merged) {
   std::map<int, std::string> lines;
   for (const results::RecordedEpisode& episode : results::ReadRunAsFarAsItGot(part).episodes) {
@@ -190,7 +192,7 @@ void CheckIsMerged(const Shard& shard, const fs::path& part, const results::Reco
   }
 }
 
-// Writes the merged run folder `out`, under a temporary name that no reader looks for.
+// Writes the merged run into `out`, a temporary folder that readers ignore.
 void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, const fs::path& out) {
   std::map<int, fs::path> owner;
   std::string lines;
@@ -216,7 +218,7 @@ void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, co
       Link(EpisodeFolder(part, episode.episode), EpisodeFolder(out, episode.episode));
       lines += episode.text + "\n";
     }
-    // The logs of the components, by part.
+    // The logs of the components are kept in one folder per part.
     if (fs::exists(part / kLogsFolder)) Link(part / kLogsFolder, out / kLogsFolder / run.name);
   }
   Link(parts[0] / kModelFolder, out / kModelFolder);
@@ -228,8 +230,8 @@ void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, co
   results::WriteRunSummary(out);
 }
 
-// Copies what was added to a part after its evaluation: notes, verdicts of operators and points of no return.
-// They would be lost, because a merged part is removed.
+// Copies data that were added to a part after its evaluation: notes, verdicts of operators and points of no
+// return. Otherwise they would be lost, because a merged part is removed.
 void AddLaterFindings(const fs::path& part, const fs::path& out) {
   for (const auto& [episode, note] : results::ReadNotes(part)) results::WriteNote(out, episode, note);
   for (const results::Verdict& verdict : results::ReadVerdicts(part)) results::WriteVerdict(out, verdict);
@@ -237,8 +239,8 @@ void AddLaterFindings(const fs::path& part, const fs::path& out) {
   if (!points.empty()) results::AddNoReturns(out, points);
 }
 
-// Merges the parts into `out`, which appears atomically. When this returns, everything is synced to disk, so
-// that the parts may be removed.
+// Merges the parts into `out`, which appears atomically. Returns after all data were synced to disk, so the
+// parts may then be removed.
 void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
   const fs::path coming = out.parent_path() / fmt::format(".{}.{}", out.filename().string(), ThisProcess());
   std::error_code ignored;
@@ -272,7 +274,7 @@ std::vector<PlannedRun> RunsOf(const Plan& plan) {
   return runs;
 }
 
-// Checks parts that were not removed after their run was merged.
+// Checks the parts of a merged run that have not been removed yet.
 void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
   const results::RecordedRun merged = results::ReadRun(folder.run_folder(run.policy, run.task));
   CheckIsOfPlan(merged, folder.plan(), run.policy, run.task);
@@ -284,14 +286,14 @@ void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, Checked* ch
       CheckIsMerged(shard, part, merged);
       checked->shards.insert(shard.name());
     } catch (const std::exception&) {
-      // Another merge has removed it in the meantime.
+      // Another merge has removed the part in the meantime.
       if (fs::exists(part)) throw;
     }
   }
 }
 
-// Checks what is to be merged or removed and adds the names of these shards to `checked`. Returns the missing
-// shards; the shards of an incomplete run are neither checked nor merged. Throws InputError.
+// Checks the shards that will be merged or removed, and adds their names to `checked`. Returns the missing
+// shards. If there are any, the run's shards are neither checked nor merged. Throws InputError.
 std::vector<Shard> CheckRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
   std::vector<Shard> missing;
   std::ranges::copy_if(run.shards, std::back_inserter(missing),
@@ -311,7 +313,7 @@ std::vector<Shard> CheckRun(const PlanFolder& folder, const PlannedRun& run, Che
   return {};
 }
 
-// Removes a merged part atomically, as seen by other processes.
+// Removes a merged part. For other processes, it disappears atomically.
 void RemovePart(const PlanFolder& folder, const Shard& shard) {
   const fs::path part = folder.shard_folder(shard);
   const fs::path hidden = part.parent_path() / fmt::format(".{}.{}.merged", shard.name(), ThisProcess());
@@ -319,12 +321,12 @@ void RemovePart(const PlanFolder& folder, const Shard& shard) {
   if (rename(part.c_str(), hidden.c_str()) == 0) fs::remove_all(hidden, ignored);
 }
 
-// True if a file or folder was left behind by a process that has ended, or by a process of another machine
-// that has not modified it for kLongestMerge.
+// True if the process that wrote a file or folder has ended. A process of another machine counts as ended if
+// it has not modified the file or folder for kLongestMerge.
 bool IsLeft(const std::string& process, const fs::path& path) {
   constexpr auto kLongestMerge = std::chrono::hours(24);
   if (HasEnded(process)) return true;
-  // Processes of other machines are judged by file time stamps; clocks may differ by some minutes.
+  // Time stamps of files are compared with this machine's clock, which may differ by some minutes.
   std::error_code gone;
   const auto changed = fs::last_write_time(path, gone);
   return !gone && fs::file_time_type::clock::now() - changed > kLongestMerge;
@@ -346,7 +348,7 @@ std::pair<const PlannedRun*, std::string> ParseCopy(const std::string& name,
   return found;
 }
 
-// Removes what killed merges left behind: unfinished copies of runs, partially written files.
+// Removes unfinished copies of runs and partially written files that killed merges left behind.
 void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& runs) {
   std::vector<fs::path> left;
   const auto look = [&](const fs::path& path, const auto& is_left) {
@@ -363,8 +365,8 @@ void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& ru
   for (const PlannedPolicy& policy : folder.plan().policies) {
     look(folder.policy_folder(policy.name), [&](const fs::path& path) {
       const auto [run, process] = ParseCopy(path.filename(), runs, policy.name);
-      // A copy of a run that has been merged is useless, even if another merge is still writing it: that
-      // merge finds the run in place and succeeds.
+      // A copy of a run that has already been merged is not needed. If another merge is still writing this
+      // copy, it will find the merged run and succeed.
       return run && (folder.has_run(run->policy, run->task) || IsLeft(process, path));
     });
   }
@@ -391,7 +393,7 @@ void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
 
 std::vector<Shard> MergePlan(const PlanFolder& folder) {
   const std::vector<PlannedRun> runs = RunsOf(folder.plan());
-  // Everything is checked before anything is changed.
+  // All runs are checked before the folder is changed.
   Checked checked(runs.size() * static_cast<size_t>(folder.plan().options.episodes));
   std::vector<Shard> missing;
   std::vector<const PlannedRun*> to_merge;

@@ -1,4 +1,4 @@
-// Merges runs that each hold some of a run's episodes into one run.
+// Merges folders that each contain some episodes of a run into one run.
 #pragma once
 
 #include <filesystem>
@@ -8,15 +8,15 @@
 
 namespace evalbus::plans {
 
-// Merges run folders that each hold some of a run's episodes (--only) into the run folder `out`, which must
-// not exist. `out` equals what a single run of all episodes would have written. Episode files are hard-linked
-// where possible, so that they use no additional disk space. Throws InputError if the folders are not parts
-// of one run, or if an episode is in two of them.
+// Merges run folders that each contain some episodes of a run (--only) into the run folder `out`, which must
+// not exist. `out` contains the results that a single run of all episodes would have written. Episode files
+// are hard-linked where possible, so that they use no additional disk space. Throws InputError if the folders
+// are not parts of one run, or if two of them contain the same episode.
 void MergeRuns(const std::vector<std::filesystem::path>& parts, const std::filesystem::path& out);
 
-// Merges the results of a plan's shards: each run whose shards are all there, then each suite whose runs are
-// all there. Idempotent, and safe to call from several processes at the same time. Returns the missing
-// shards.
+// Merges the results of a plan's shards. First merges each run whose shards have all finished, then writes
+// each suite whose runs have all been merged. Idempotent, and safe to call from several processes at the same
+// time. Returns the missing shards.
 std::vector<Shard> MergePlan(const PlanFolder& folder);
 
 }  // namespace evalbus::plans

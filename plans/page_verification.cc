@@ -29,13 +29,13 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Runs of a comparison, the baseline first.
+// Reads the runs of a comparison, the baseline first.
 std::vector<results::RecordedRuns> ReadCompared(
     const std::vector<std::pair<fs::path, std::string>>& folders) {
   std::vector<results::RecordedRuns> runs;
   for (const auto& [folder, name] : folders) {
     runs.push_back(results::ReadForComparison(folder));
-    // Names depend on where the folders are.
+    // The original names are kept, because ReadRuns() derives names from the folders, which may have moved.
     runs.back().name = name;
   }
   return runs;
@@ -45,8 +45,8 @@ std::vector<results::Comparison> CompareWithFirst(const std::vector<results::Rec
   return results::CompareAll({runs.begin() + 1, runs.end()}, runs.front());
 }
 
-// Finds a folder that is named relative to the folder in which `evalbus compare` ran: this is a folder above
-// the file, or the working folder. Empty if there is no such folder.
+// Finds a results folder whose path is relative to the folder in which `evalbus compare` ran. Tries the
+// folders above the file, then the working folder. Empty if there is no such folder.
 fs::path FindFolder(const fs::path& folder, const fs::path& file) {
   const fs::path start = fs::absolute(file).lexically_normal().parent_path();
   for (fs::path above = start;; above = above.parent_path()) {
@@ -86,7 +86,7 @@ class Verifier {
     if (html.find(report::kMadeBy) == std::string::npos) return;  // not ours
     const report::PageContent stored = report::ReadPage(html, file.string());
     if (stored.made_by.empty()) return;
-    // Other versions may write other pages.
+    // Other versions of evalbus may generate different pages.
     if (!stored.made_by.starts_with(fmt::format("{} ({}", kVersion, kGitCommit)) || stored.source.is_null()) {
       AddNote(file, "not compared: made by evalbus " + stored.made_by);
       return;
@@ -97,7 +97,7 @@ class Verifier {
       AddFinding(file.string() + ": " + *difference);
   }
 
-  // Makes a page again, without images and 3D viewer.
+  // Generates a page again, without images and 3D viewer.
   std::string Make(const fs::path& file, const report::PageContent& stored) {
     const ordered_json& source = stored.source;
     const fs::path beside = file.parent_path();
@@ -133,7 +133,7 @@ class Verifier {
     }
   }
 
-  // Gives runs the name under which the page was made: folders may be renamed.
+  // Gives the runs the name that they had when the page was generated, because folders may have been renamed.
   static void Rename(const std::string& name, results::RecordedRuns* runs) {
     for (results::RecordedRun& run : runs->runs) {
       const bool is_in_suite = run.name.starts_with(runs->name + "/");

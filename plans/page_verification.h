@@ -1,5 +1,5 @@
-// Checks the report pages and comparisons in a folder of results: makes each again from the runs, and
-// compares.
+// Checks the report pages and comparisons in a folder of results, by generating each of them again from the
+// runs.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace evalbus::plans {
 
-// Adds a finding for each page, and each file of `evalbus compare --json`, that does not follow from its
-// runs; it names the first text or number that differs. Covers this folder and all results folders below it.
-// Throws InputError if the folder is not one of results.
+// Adds a finding for each page and each file of `evalbus compare --json` that differs from the newly
+// generated one. The finding names the first text or number that differs. Covers this folder and all results
+// folders below it. Throws InputError if the folder is not a results folder.
 void VerifyPages(const std::filesystem::path& folder, results::Verification* result);
 
 }  // namespace evalbus::plans

@@ -25,11 +25,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Retry interval and time limit of a copy to a full disk, on which space may become available.
+// Retry interval and time limit for copying to a full disk, on which space may become available.
 constexpr auto kTryAgain = std::chrono::seconds(5);
 constexpr auto kGiveUp = std::chrono::minutes(10);
 
-// Messages identify a run by its folder's name, so the temporary folder already has the final name.
+// Returns the temporary folder of a shard's run. It already has the final name, because messages identify a
+// run by this name.
 fs::path MadeIn(const Shard& shard, const fs::path& scratch) {
   return scratch / shard.name() / FolderOfTask(shard.task);
 }
@@ -43,8 +44,8 @@ runner::Job JobOf(const Shard& shard, const fs::path& options, const fs::path& s
   return job;
 }
 
-// Clears the error state of standard output: on a full disk a job waits until its results fit, and must not
-// fail because lines of its log were lost.
+// Prints a line and clears the error state of standard output. On a full disk, a job waits until its results
+// fit, and must not fail because lines of its log were lost.
 void PrintLine(const std::string& text) {
   fmt::print("{}\n", Printable(text));
   std::fflush(stdout);
@@ -65,7 +66,7 @@ void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::
   }
 }
 
-// Runs shards, `at_once` at a time. Each has a job pool of its own, so that a failed shard does not stop the
+// Runs shards, `at_once` at a time. Each shard has its own job pool, so that a failed shard does not stop the
 // others.
 class Shards {
  public:
@@ -126,7 +127,7 @@ class Shards {
       try {
         WriteFailure(folder_, shard, why);
       } catch (const std::exception&) {
-        // The disk to which the failure would be written is what failed.
+        // The failure cannot be recorded, for example because the disk is full.
       }
     }
     running->pool.reset();

@@ -31,7 +31,8 @@ using nlohmann::ordered_json;
 
 constexpr int kMaxEpisodes = 10'000'000;
 constexpr double kMaxAlpha = 0.5;
-// Options that a plan sets by keys of its own, or that are decided anew wherever a part of it runs.
+// Options that a plan sets with separate keys, or that are chosen separately on each machine that runs a part
+// of it.
 constexpr const char* kNotOptions[] = {"policy",  "contract", "policy_name", "episodes",   "seed", "only",
                                        "workers", "url",      "by_hand",     "in_process", "video"};
 
@@ -46,8 +47,8 @@ std::string FromPlan(const std::string& name, const fs::path& plan) {
   return fs::exists(folder / file) ? (folder / name).lexically_normal().string() : name;
 }
 
-// Returns what is wrong with the name of a policy, or nothing. The policy's results are in a folder of this
-// name, beside the plan's own files.
+// Returns the reason why a policy's name is not allowed; empty if it is allowed. The name must be usable as a
+// folder next to the plan's own files.
 std::string ProblemOfPolicyName(const std::string& name) {
   constexpr std::array kTaken = {kPlanJson,    kStopsJson,  kPartsFolder,
                                  kSlurmFolder, kReportHtml, results::kManifestJson};
@@ -59,7 +60,7 @@ std::string ProblemOfPolicyName(const std::string& name) {
   return "a policy cannot be named '" + name + "': the folder of a plan's results has a file of this name";
 }
 
-// Name of a policy that has none in the plan; empty for the address of a server.
+// Returns the default name of a policy; empty for the address of a server.
 std::string DefaultName(const std::string& policy) {
   if (policy.find("://") != std::string::npos) return "";
   const bool is_path = policy.find('/') != std::string::npos || policy::IsContractFile(policy);
@@ -129,7 +130,7 @@ PlannedVideos ReadVideos(const YamlValue& value) {
   return videos;
 }
 
-// Parses, for example, "decided(alpha 0.05, max 200)".
+// Parses a rule such as "decided(alpha 0.05, max 200)".
 Until ReadUntil(const YamlValue& value, int least) {
   Until until;
   const std::string text = value.Text();
@@ -214,7 +215,7 @@ T Get(const nlohmann::json& json, const char* key, const std::string& file) {
 
 constexpr const char* kWhichVideos[] = {"none", "all", "failures", "first"};
 
-// Throws InputError unless plan.json is of a plan that evalbus could have written.
+// Throws InputError unless the values in plan.json are valid.
 void CheckPlan(const Plan& plan, const std::string& file) {
   const auto check = [&](bool good, const std::string& what) {
     if (!good) throw InputError(file + ": " + what);
@@ -260,7 +261,7 @@ bool IsPlanFile(const std::string& name) {
              return entry.key() == "policies";
            });
   } catch (const InputError&) {
-    // The reader of task files reports the error.
+    // ReadPlan() or the reader of task files reports the error.
     return false;
   }
 }
@@ -290,7 +291,7 @@ Plan ReadPlan(const fs::path& file) {
   plan.name = file.stem().string();
   if (const YamlValue* name = map.Find("plan")) plan.name = name->Text();
   std::set<std::string> names;
-  // All wrong policies and tasks are reported together.
+  // All invalid policies and tasks are reported together.
   std::vector<std::string> mistakes;
   const auto collect = [&](const auto& read) {
     try {
@@ -367,7 +368,7 @@ Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
   plan.options = options;
   plan.rate_is_given = rate_is_given;
   plan.baseline = plan.policies[0].name;
-  // A plan's options do not depend on where and how much of it is run.
+  // These options belong to a single command and are not part of the plan.
   plan.options.workers = 1;
   plan.options.out.clear();
   plan.options.tasks.clear();
@@ -377,7 +378,7 @@ Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
 
 Plan OnEngine(Plan plan, const std::string& engine) {
   plan.options.sim.engine = engine;
-  // In-process runs need no network and are the fastest; their results are identical bit by bit. Another
+  // In-process runs need no network, are the fastest, and give bit-identical results. Another version of
   // MuJoCo needs its own process.
   plan.options.in_process = engine.empty();
   if (!plan.options.sim.robot.empty()) FindRobot(plan.options.sim.robot);  // throws if there is none

@@ -1,5 +1,5 @@
-// A plan: the policies to evaluate, the tasks, which episodes are recorded as video, and what is compared.
-// Plans are YAML files, described in docs/plans.md.
+// A plan lists the policies to evaluate, the tasks, the episodes to record as video, and the baseline. Plans
+// are YAML files, which docs/plans.md describes.
 #pragma once
 
 #include <filesystem>
@@ -17,70 +17,72 @@ struct PlannedPolicy {
   std::string name;
   // Values for --policy and --contract.
   std::string policy, contract;
-  // Values for --latency and --execution; empty: those of Plan::options.
+  // Values for --latency and --execution; empty: the values in Plan::options.
   std::string latency{}, execution{};
 };
 
 struct PlannedVideos {
   enum class Which { kNone, kAll, kFailures, kFirst };
   Which which = Which::kNone;
-  // Number of episodes of each run to record, for kFirst.
+  // Number of episodes of each run to record if `which` is kFirst.
   int first = 0;
   std::vector<std::string> cameras;
 };
 
-// Tests the results while the plan runs, and stops a policy early: as soon as its comparison with the
-// baseline is decided, or, if `width` is set, as soon as the interval of its success rate on each task is
-// that narrow.
+// Rule that tests the results while the plan runs, and stops a policy early. A policy stops when its
+// comparison with the baseline is decided or, if `width` is set, when the interval of its success rate on
+// each task is at most this wide.
 struct Until {
   double alpha = 0.05;
   // Maximum number of episodes per task.
   int max_episodes = 0;
-  // Whether the comparison uses stages and time to success beside success.
+  // True if the comparison also uses stages and time to success, in addition to success.
   bool on_progress = false;
-  // Width of the 95 % interval, 0 to 1.
+  // Largest accepted width of the 95 % interval, from 0 to 1.
   std::optional<double> width = std::nullopt;
 
-  // For example "decided(alpha 0.05, max 200)", "width(0.1, max 2000)".
+  // The rule as in a plan's file, for example "decided(alpha 0.05, max 200)" or "width(0.1, max 2000)".
   std::string Text() const;
 };
 
 struct Plan {
-  // Defaults to the file's name without its extension.
+  // Name of the plan; the default is the file's name without its extension.
   std::string name;
   std::vector<PlannedPolicy> policies;
-  // Entries TASK/VARIATION, after expansion.
+  // Tasks as TASK/VARIATION, after expansion.
   std::vector<std::string> tasks;
   // Options of every run: episodes, seed, and the entries of "options".
   runner::RunOptions options;
-  // Set if "options" contains the value; it then takes precedence over the policy's contract.
+  // True if "options" contains the control rate or the timeout, which then takes precedence over the policy's
+  // contract.
   bool rate_is_given = false, timeout_is_given = false;
   PlannedVideos videos;
-  // Name of one of the policies; defaults to the first.
+  // Name of one of the policies; the default is the first policy.
   std::string baseline;
   std::optional<Until> until;
   // Number of consecutive episodes of one run that form a shard. Parts of a plan consist of whole shards.
   int shard_episodes = 20;
 
   int num_runs() const { return static_cast<int>(policies.size() * tasks.size()); }
-  // Options for running one policy on all tasks: `options` with the policy and its contract's values. Throws
-  // InputError.
+  // Returns the options for running one policy on all tasks: `options`, the policy, and values of its
+  // contract. Throws InputError.
   runner::RunOptions OptionsOf(const PlannedPolicy& policy) const;
 };
 
-// True if `name` is a plan's file: an existing file that ends in .yaml or .yml and has a top-level key
+// Returns whether `name` is an existing file whose name ends in .yaml or .yml and which has a top-level key
 // `policies`.
 bool IsPlanFile(const std::string& name);
 
-// Reads a plan. Throws InputError with file, line and key, also for unknown tasks, policies and contracts.
+// Reads a plan. Throws InputError with file, line and key. Unknown tasks, policies and contracts are errors,
+// too.
 Plan ReadPlan(const std::filesystem::path& file);
 
-// Returns a plan of these policies on options.tasks, without videos, whose runs have these options. Throws
+// Returns a plan that evaluates these policies on options.tasks with these options, without videos. Throws
 // InputError.
 Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
               const runner::RunOptions& options, bool rate_is_given);
 
-// Returns the plan with all runs simulated by an engine (runner/engines.h). Throws InputError.
+// Returns the plan with the engine of all runs set to `engine` (runner/engines.h). Throws InputError.
 Plan OnEngine(Plan plan, const std::string& engine);
 
 // Converts between a plan and plan.json, its resolved form in a plan's folder. Plans with equal JSON are
@@ -88,7 +90,7 @@ Plan OnEngine(Plan plan, const std::string& engine);
 nlohmann::ordered_json PlanJson(const Plan& plan);
 Plan PlanOfJson(const nlohmann::json& json, const std::string& file);
 
-// For example "all failures, from overview" or "none".
+// Describes the videos, for example "all failures, from overview" or "none".
 std::string VideosText(const PlannedVideos& videos);
 
 }  // namespace evalbus::plans

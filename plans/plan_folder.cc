@@ -27,8 +27,8 @@ fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string&
   return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
 }
 
-// The first difference of two values that are not equal, for example "\"options.episodes\" is 2 there, not
-// 3".
+// Describes the first difference between two unequal values, for example "\"options.episodes\" is 2 there,
+// not 3".
 std::string Difference(const std::string& key, const nlohmann::ordered_json& before,
                        const nlohmann::ordered_json& now) {
   if (before.is_object() && now.is_object()) {
@@ -84,7 +84,8 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
       throw InputError("--out " + path_.string() + ": exists and is not a plan's folder; it has no " +
                        kPlanJson);
     }
-    // Another part of the plan may start at the same moment; it writes the same contents.
+    // Another part of the plan may begin at the same time and write the file, too, but with the same
+    // contents.
     WriteWhole(file, ToText(json, 2) + "\n");
     return;
   }
@@ -116,7 +117,7 @@ bool PlanFolder::has(const Shard& shard) const {
 }
 
 void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
-  // The same shard was finished by another process, or has been merged.
+  // Another process has finished the shard, or the shard has been merged.
   if (has(shard)) return;
   const fs::path coming = Hidden(*this, shard, ThisProcess() + ".coming");
   std::error_code ignored;
@@ -124,11 +125,12 @@ void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
     fs::remove_all(coming);
     fs::create_directories(coming.parent_path());
     fs::copy(finished, coming, fs::copy_options::recursive);
-    // Contents are synced before the rename: other machines must not see a name without its contents.
+    // Contents are synced before the rename, because other machines must not see the final name without its
+    // contents.
     for (const auto& entry : fs::recursive_directory_iterator(coming)) SyncToDisk(entry.path(), fsync);
   } catch (const fs::filesystem_error& error) {
     fs::remove_all(coming, ignored);
-    // The other process' copy has been merged, and the merge removed this one.
+    // Another process' copy of the shard has been merged, and the merge removed this copy.
     if (has(shard)) return;
     ThrowFileError("cannot write " + coming.string(), error.code().value());
   } catch (...) {
@@ -138,7 +140,7 @@ void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
   if (rename(coming.c_str(), shard_folder(shard).c_str()) == 0) return;
   const int error = errno;
   fs::remove_all(coming, ignored);
-  // Another process has put the same shard first.
+  // It is no error if another process has stored the same shard in the meantime.
   if (!has(shard)) ThrowFileError("cannot write " + shard_folder(shard).string(), error);
 }
 
@@ -156,9 +158,9 @@ void AtWork::Refresh() {
   const auto now = std::chrono::steady_clock::now();
   if (now - refreshed_ < kRefreshPeriod) return;
   refreshed_ = now;
-  // The current time by the clock of the file's own machine.
+  // Sets the time stamp to the current time of the machine that stores the file.
   if (utimensat(AT_FDCWD, file_.c_str(), nullptr, 0) == 0) return;
-  // ENOENT: another process has finished the same shard, and its results were merged.
+  // ENOENT means that another process has finished the same shard and that its results were merged.
   const int error = errno;
   if (error == ENOENT) return;
   fmt::print(stderr,

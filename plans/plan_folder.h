@@ -1,15 +1,15 @@
-// The folder of a plan's results, on a disk that several machines may share:
+// The folder of a plan's results, on a disk that several machines may share.
 //
 //   plan.json                       the plan, resolved
 //   POLICY/TASK-VARIATION/          run folders; POLICY/ is a suite
 //   parts/SHARD/                    run folders of single shards, until they are merged
-//   parts/.SHARD.HOST-PID           marks a shard that a process is running or copying here
+//   parts/.SHARD.HOST-PID           marker: this process is running or copying the shard
 //   parts/.SHARD.failed             error of a shard that failed
 //   slurm/                          scripts and logs of the jobs
 //   stops.json, report.html         decisions of a plan with `until`; the plan's page
 //
-// The folder needs no locks: every file has a single writer and appears atomically by rename. A shard that
-// was run twice is therefore stored once.
+// The folder needs no locks: every file has a single writer and appears atomically by rename. If two
+// processes run the same shard, its results are stored once.
 #pragma once
 
 #include <chrono>
@@ -24,10 +24,10 @@
 
 namespace evalbus::plans {
 
-// Results of the sequential comparisons (Plan::until).
+// File with the results of the sequential comparisons (Plan::until).
 inline constexpr char kStopsJson[] = "stops.json";
 inline constexpr char kSlurmFolder[] = "slurm";
-// The page of the plan.
+// File with the plan's page.
 inline constexpr char kReportHtml[] = "report.html";
 
 // Episodes `first` to `last` of one run.
@@ -36,19 +36,19 @@ struct Shard {
   int first = 0, last = 0;
 
   int size() const { return last - first + 1; }
-  // For example "ckpt-1000+lift_pot-position+0000-0019"; also the name of its folder.
+  // Name of the shard and of its folder, for example "ckpt-1000+lift_pot-position+0000-0019".
   std::string name() const;
 };
 
-// All shards of a plan, ordered by policy, task and episode.
+// Returns all shards of a plan, ordered by policy, task and episode.
 std::vector<Shard> ShardsOf(const Plan& plan);
-// Shards of part `part` (from 1) of `parts`: every `parts`-th shard.
+// Returns the shards of part `part` (from 1) of `parts`, which are every `parts`-th shard.
 std::vector<Shard> ShardsOfPart(const std::vector<Shard>& shards, int part, int parts);
 
 class PlanFolder {
  public:
   // Opens the plan's folder `out`, or creates it and writes plan.json. If `out` is empty, the folder is
-  // runs/PLAN-DATE-TIME. If `make` is false, nothing is created. Throws InputError if the folder belongs to
+  // runs/PLAN-DATE-TIME. If `make` is false, nothing is created. Throws InputError if the folder contains
   // another plan or is not a plan's folder.
   PlanFolder(const Plan& plan, const std::filesystem::path& out, bool make = true);
   // Opens an existing folder. Throws InputError.
@@ -59,12 +59,12 @@ class PlanFolder {
   std::filesystem::path policy_folder(const std::string& policy) const { return path_ / policy; }
   std::filesystem::path run_folder(const std::string& policy, const std::string& task) const;
   std::filesystem::path shard_folder(const Shard& shard) const { return path_ / kPartsFolder / shard.name(); }
-  // True if the results of the shard, or of its merged run, are there.
+  // True if the folder contains the results of the shard or of its merged run.
   bool has(const Shard& shard) const;
   bool has_run(const std::string& policy, const std::string& task) const;
 
   // Copies a finished shard's run folder into this folder, unless it is already there. Throws
-  // EnvironmentError if writing fails; no partial copy remains then.
+  // EnvironmentError if writing fails, without leaving a partial copy.
   void Put(const Shard& shard, const std::filesystem::path& finished) const;
 
  private:
@@ -72,7 +72,7 @@ class PlanFolder {
   std::filesystem::path path_;
 };
 
-// Marks a shard in the plan's folder as being run by this process, for the lifetime of this object. Other
+// While this object exists, a marker in the plan's folder shows that this process is running the shard. Other
 // machines consider the process alive until the marker is older than kGone.
 class AtWork {
  public:
@@ -83,7 +83,7 @@ class AtWork {
   ~AtWork();
   AtWork(const AtWork&) = delete;
   AtWork& operator=(const AtWork&) = delete;
-  // Updates the marker's time stamp, at most once per kRefreshPeriod. Must be called more often than that.
+  // Updates the marker's time stamp, at most once per kRefreshPeriod. Must be called frequently.
   void Refresh();
 
  private:
@@ -101,7 +101,7 @@ void SyncToDisk(const std::filesystem::path& path, int (*sync)(int));
 // Throws InputError if the folder of --out exists and is not an empty folder.
 void CheckOutIsNew(const std::filesystem::path& out);
 
-// Records why a shard failed; an empty `why` removes the record.
+// Writes the reason why a shard failed to parts/.SHARD.failed. An empty `why` removes the file.
 void WriteFailure(const PlanFolder& folder, const Shard& shard, const std::string& why);
 
 }  // namespace evalbus::plans

@@ -35,7 +35,7 @@ class ReportWithEpisodes {
     if (fs::exists(folder / page)) text_ = ReadInput(folder / page, "report");
   }
   const std::string& url() const { return url_; }
-  // URL of the page's player for an episode; empty if the page does not contain the episode.
+  // Returns the URL of an episode in the page's player; empty if the page does not contain the episode.
   std::string UrlOf(size_t run, const results::RecordedEpisode& episode) const {
     const std::string block = fmt::format("data-block=\"episode/{}/{}\"", run, episode.episode);
     if (text_.find(block) == std::string::npos) return "";
@@ -46,8 +46,8 @@ class ReportWithEpisodes {
   std::string url_, text_;
 };
 
-// Adds links to the first failure that can be played, else to the first episode, and to the first failure of
-// each failure reason.
+// Adds a link to the first failure that can be played or, if there is none, to the first playable success.
+// Also adds a link to the first playable failure of each failure reason.
 void AddEpisodes(const RecordedRun& recorded, size_t run, const ReportWithEpisodes& page,
                  report::PlanCell* cell, std::map<std::string, std::string>* failed) {
   for (const bool success : {false, true}) {
@@ -56,14 +56,14 @@ void AddEpisodes(const RecordedRun& recorded, size_t run, const ReportWithEpisod
           cell->episodes.empty() || (!success && !failed->contains(episode.failure_reason));
       if (!episode.complete || episode.success != success || !is_wanted) continue;
       const std::string url = page.UrlOf(run, episode);
-      if (url.empty()) break;  // failures were packed first, and in order
+      if (url.empty()) break;  // failures were packed first and in order
       if (cell->episodes.empty()) cell->episodes.push_back({fmt::format("episode {}", episode.episode), url});
       if (!success) failed->emplace(episode.failure_reason, url);
     }
   }
 }
 
-// The result in one sentence.
+// Returns the result in one sentence.
 std::string VerdictOf(const PlanResults& results) {
   if (!results.ranking.empty()) return results::RankingHeadline(results.ranking);
   std::vector<std::string> parts;
@@ -98,14 +98,14 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
     results.ranking = results::RankBySuccess(all);
     return results;
   }
-  // With `width`, the comparisons are those of runs whose number of episodes depends on their results.
+  // With `width`, stops.json contains no comparisons.
   if (plan.until->width || !fs::exists(stops_file)) return results;
   const auto stops = ReadJsonFile(stops_file);
   for (results::Comparison& comparison : results.comparisons) {
     const auto stop = std::ranges::find_if(
         stops, [&](const auto& entry) { return entry.at("policy") == comparison.run.name; });
     if (stop == stops.end()) continue;
-    // A plan of an older evalbus tested success only.
+    // Plans of older versions tested only success.
     const auto of_success = [&](const char* key, const char* older) {
       return stop->contains(key) ? stop->at(key) : stop->at(older);
     };
@@ -131,7 +131,7 @@ std::map<fs::path, std::string> PlanPages(const PlanFolder& folder, const PlanRe
   report.title = plan.name;
   report.baseline = plan.baseline;
   std::map<std::string, report::PlanRow> rows;
-  std::vector<std::string> order;  // of tasks, in the order of the suites
+  std::vector<std::string> order;  // tasks, in the order of the suites
   for (const RecordedRuns& suite : results.suites) {
     const ReportWithEpisodes page(folder.path(), fs::path(suite.name) / "report.html");
     report.policies.push_back(suite.name);

@@ -1,4 +1,4 @@
-// The results of a plan as pages: an overview, and a page for each comparison, all from the same numbers.
+// Generates the pages of a plan's results: an overview, and a page for each comparison.
 #pragma once
 
 #include <filesystem>
@@ -13,27 +13,27 @@
 namespace evalbus::plans {
 
 struct PlanResults {
-  // By policy, in the plan's order and with the plan's names.
+  // One suite per policy, in the plan's order and with the plan's names.
   std::vector<results::RecordedRuns> suites;
-  // Comparison of each other policy with the baseline. p values are adjusted for the number of policies; with
-  // Plan::until, they are anytime-valid.
+  // Comparisons of each other policy with the baseline. p values are adjusted for the number of policies.
+  // With Plan::until, they are anytime-valid.
   std::vector<results::Comparison> comparisons;
   // The decision of each comparison (Stop::Text); empty without Plan::until.
   std::vector<std::string> stops;
-  // Empty with Plan::until: the policies then have different numbers of episodes, which depend on their
-  // results.
+  // Ranking of the policies. Empty with Plan::until, because the policies then have different numbers of
+  // episodes, which depend on their results.
   std::vector<results::RankedRun> ranking;
 };
 
 // Throws InputError if a policy has no finished episode.
 PlanResults ReadPlanResults(const PlanFolder& folder);
 
-// Returns the pages that WritePlanPages() writes, by file. most: maximum size of a comparison page with its
-// episodes for 3D playback; 0: none.
+// Returns the pages that WritePlanPages() writes, by file. most: maximum size in bytes of a comparison page
+// with its episodes for 3D playback; 0: no 3D playback.
 std::map<std::filesystem::path, std::string> PlanPages(const PlanFolder& folder, const PlanResults& results,
                                                        size_t most);
 
-// Writes FOLDER/report.html and the comparison pages POLICY/against_BASELINE.html. The former links to the
+// Writes FOLDER/report.html and the comparison pages POLICY/against_BASELINE.html. report.html links to the
 // policies' reports (POLICY/report.html), even if these do not exist yet.
 void WritePlanPages(const PlanFolder& folder, const PlanResults& results);
 

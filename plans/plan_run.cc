@@ -35,14 +35,15 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Events that a plan prints, and how its runs print theirs; lines: null if none are printed.
+// Output of a plan's events. lines: null if no events are printed. output: options for the events of the
+// runs.
 struct Events {
   runner::EventLines* lines = nullptr;
   runner::RunOutput output{};
 };
 
-// Runs jobs, `at_once` at a time, and calls ended(name) after each success. Relays the events that they print
-// to `events`, unless null. Returns false if stopped.
+// Runs jobs, `at_once` at a time, and calls ended(name) after each success. Passes the events that they print
+// to `events`, unless it is null. Returns false if a stop was requested.
 template <class Ended>
 bool RunJobs(std::vector<runner::Job> jobs, int at_once, const std::string& what, runner::EventLines* events,
              const Ended& ended) {
@@ -74,14 +75,15 @@ bool RunJobs(std::vector<runner::Job> jobs, int at_once, const std::string& what
   return !stop_requested();
 }
 
-// True if this run was continued beyond `episodes` episodes before its plan was interrupted.
+// True if this run already has more than `episodes` requested episodes, from a later step before the plan was
+// interrupted.
 bool HasMore(const fs::path& run, int episodes) {
   const fs::path file = run / kRunJson;
   return fs::exists(file) && ReadJsonFile<ordered_json>(file).value("episodes", 0) > episodes;
 }
 
-// Runs the suites of these policies, with `episodes` episodes of each task. Runs that have more already, from
-// a later step of a plan that was interrupted, are left as they are.
+// Runs the suites of these policies, with `episodes` episodes of each task. Runs that already have more
+// episodes, from a later step before the plan was interrupted, are not changed.
 void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, int episodes, int workers,
                const Events& events) {
   const Plan& plan = folder.plan();
@@ -128,8 +130,8 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
                                      fs::proximate(folder.path()).string()));
 }
 
-// Adds episodes, as many as `episodes` of the plan at a time, while Ended(policy, episodes) is false for any
-// policy. The baseline of a comparison runs as long as any other policy does.
+// Runs the plan in steps of plan.options.episodes episodes. A policy stops when ended(policy, episodes) is
+// true. The baseline of a comparison runs as long as any other policy does.
 template <class Ended>
 void RunInSteps(const PlanFolder& folder, int workers, const Events& events, const Ended& ended) {
   const Plan& plan = folder.plan();
@@ -146,7 +148,7 @@ void RunInSteps(const PlanFolder& folder, int workers, const Events& events, con
   }
 }
 
-// Adds episodes until each comparison is decided.
+// Runs episodes until each comparison has ended.
 void RunUntilDecided(const PlanFolder& folder, int workers, const Events& events) {
   const Plan& plan = folder.plan();
   std::map<std::string, Stop> stops;
@@ -159,7 +161,7 @@ void RunUntilDecided(const PlanFolder& folder, int workers, const Events& events
   });
 }
 
-// Adds episodes until the intervals of each policy are narrow enough.
+// Runs episodes until the intervals of each policy are narrow enough, or until the plan's maximum.
 void RunUntilNarrow(const PlanFolder& folder, int workers, const Events& events) {
   RunInSteps(folder, workers, events, [&](const std::string& policy, int episodes) {
     const WidthStop stop = LookAtWidth(folder, policy, episodes);
@@ -273,7 +275,8 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   }
   if (!results.ranking.empty()) fmt::print("\n{}", results::RankingText(results.ranking));
   std::fflush(stdout);
-  // Without videos, for example because ffmpeg is missing, the results are still compared and reported.
+  // If videos cannot be recorded, for example because ffmpeg is missing, the results are still compared and
+  // reported.
   std::string no_videos;
   try {
     MakeVideos(folder, workers);

@@ -15,8 +15,8 @@ void RunPlan(const PlanFolder& folder, int workers, const runner::RunOutput& out
 // InputError, EnvironmentError.
 void RunAllEpisodes(const PlanFolder& folder, int workers);
 
-// Completes a plan whose runs are all there, for example after a merge: records the videos, writes the pages,
-// and prints the comparisons to stdout. Returns the results.
+// Completes a plan whose runs have all finished, for example after a merge. Records the videos, writes the
+// pages, and prints the comparisons to stdout. Returns the results.
 PlanResults FinishPlan(const PlanFolder& folder, int workers);
 
 }  // namespace evalbus::plans

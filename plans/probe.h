@@ -8,7 +8,7 @@
 namespace evalbus::plans {
 
 struct Probe {
-  // Means of the sampled episodes; wall-clock time on one core of this machine.
+  // Means over the sampled episodes; the time is wall-clock time on one core of this machine.
   double seconds_per_episode = 0;
   double bytes_per_episode = 0;
   int episodes = 0;
@@ -16,8 +16,8 @@ struct Probe {
   std::string problem;
 };
 
-// Runs the first episode of at most `most` runs of the plan, spread evenly over policies and tasks, in a
-// temporary folder.
+// Runs the first episode of at most `most` runs of the plan in a temporary folder. The runs are spread evenly
+// over policies and tasks.
 Probe ProbePlan(const Plan& plan, int most);
 
 }  // namespace evalbus::plans

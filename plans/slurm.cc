@@ -28,8 +28,8 @@ constexpr int kMaxTasks = 1000;
 
 std::string Evalbus() { return (runner::Processes::BinaryFolder() / "evalbus").string(); }
 
-// A value in a line "#SBATCH --OPTION=VALUE", which ends at the first blank that is not quoted. Throws
-// InputError if the value has a line break, which would end the line and all options of the script.
+// Quotes a value for a line "#SBATCH --OPTION=VALUE" if necessary, because the value ends at the first
+// unquoted blank. Throws InputError if the value contains a line break, which would end the line.
 std::string SbatchValue(const std::string& text) {
   if (text.find_first_of("\r\n") != std::string::npos)
     throw InputError("--slurm: expected names without line breaks, got '" + Printable(text) + "'");
@@ -43,7 +43,8 @@ std::string SbatchValue(const std::string& text) {
   return is_plain ? text : quoted;
 }
 
-// The value of --output for a file in a folder, in whose name sbatch must not replace "%a" and the like.
+// Returns the value of --output for a file in a folder. Escapes "%" in the folder's name, because sbatch
+// replaces patterns such as "%a".
 std::string OutputPattern(const fs::path& folder, const char* file) {
   std::string pattern;
   for (const char c : folder.string()) pattern += c == '%' ? "%%" : std::string(1, c);
@@ -105,7 +106,7 @@ SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& opt
   std::string limits = where;
   if (!options.time.empty()) limits += "#SBATCH --time=" + SbatchValue(options.time) + "\n";
   const bool is_all = static_cast<int>(scripts.todo.size()) == parts;
-  // --open-mode=append: a requeued task appends to its log instead of truncating it.
+  // With --open-mode=append, a requeued task appends to its log instead of truncating it.
   scripts.array = fmt::format(
       "#!/bin/sh\n"
       "#SBATCH --job-name={name}\n"

@@ -1,5 +1,5 @@
-// Runs a plan as jobs of a Slurm cluster: a job array, whose tasks are parts of the plan, and a job that
-// merges the results. Requeueing, limits and accounting are left to Slurm.
+// Runs a plan on a Slurm cluster, with a job array, whose tasks are parts of the plan, and a job that merges
+// the results. Slurm handles requeueing, limits and accounting.
 #pragma once
 
 #include <string>
@@ -11,15 +11,16 @@ namespace evalbus::plans {
 
 struct SlurmOptions {
   bool submit = false, dry_run = false;
-  // Values for sbatch; empty: the cluster's defaults.
+  // Values of sbatch's options --partition and --time; empty: the cluster's defaults.
   std::string partition, time;
-  // Number of tasks, each with `cpus` processors. 0: chosen such that each task takes about ten minutes.
+  // Number of tasks in the array, each with `cpus` processors. 0: chosen so that each task takes about ten
+  // minutes.
   int array_size = 0;
   int cpus = 1;
 };
 
 struct SlurmScripts {
-  // Parts of the plan with unfinished shards, out of `parts`.
+  // Numbers of the parts that have unfinished shards; `parts` is the number of all parts.
   std::vector<int> todo;
   int parts = 0;
   std::string array, merge;

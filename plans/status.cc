@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 constexpr double kRecent_s = 600;
 
-// Seconds since a file appeared or was last touched; nothing if it is not there. Assumes that the machines'
-// clocks roughly agree.
+// Returns the seconds since a file was last modified; nullopt if it does not exist. Assumes that the
+// machines' clocks roughly agree.
 std::optional<double> AgeOf(const fs::path& file) {
   std::error_code error;
   const auto then = fs::last_write_time(file, error);
@@ -32,7 +32,7 @@ std::string FirstLine(const fs::path& file) {
   return Printable(text.substr(0, text.find('\n')));
 }
 
-// Keeps an age in `newest_s` if it is smaller.
+// Stores the age in `newest_s` if it is smaller.
 void KeepNewest(std::optional<double> age_s, std::optional<double>* newest_s) {
   if (age_s) *newest_s = std::min(newest_s->value_or(*age_s), *age_s);
 }
@@ -64,7 +64,7 @@ PlanStatus StatusOf(const PlanFolder& folder) {
   std::map<std::string, int> sizes;
   double oldest = 0;
   int recent = 0;
-  std::map<fs::path, int> lines_left;  // of runs that are executed in their own folder
+  std::map<fs::path, int> lines_left;  // finished episodes of runs without merged shards
   for (const Shard& shard : ShardsOf(folder.plan())) {
     status.episodes += shard.size();
     sizes[shard.name()] = shard.size();
@@ -93,7 +93,7 @@ PlanStatus StatusOf(const PlanFolder& folder) {
       oldest = std::max(oldest, *age_s);
     }
   }
-  // The first of the recent shards took as long as the others.
+  // Episodes that arrived recently, divided by the time since the first of them arrived.
   if (recent > 0 && oldest > 0) status.rate = recent / oldest;
   const auto is_at_work = [](const fs::path& marker) {
     const std::optional<double> age_s = AgeOf(marker);

@@ -1,4 +1,4 @@
-// Progress of a plan, read from its folder alone, on any machine that can read the folder.
+// Determines the progress of a plan only from its folder, on any machine that can read the folder.
 #pragma once
 
 #include <map>
@@ -14,19 +14,20 @@ struct PlanStatus {
   struct Failed {
     std::string shard, why;
   };
-  // True for a plan with `until`, which runs at most `episodes`; has_ended: it has stopped.
+  // is_sequential: true for a plan with `until`, which runs at most `episodes`. has_ended: true if such a
+  // plan has stopped.
   bool is_sequential = false, has_ended = false;
-  // Counts of episodes: all, finished, and in shards that are being run by machines with `run --part`.
-  // Without parts, runs do not announce themselves.
+  // Number of all episodes, of finished episodes, and of episodes in shards that `evalbus run --part`
+  // processes are running. Runs without --part are not counted in `running`.
   int episodes = 0, done = 0, running = 0;
   std::vector<Failed> failed;
-  // Entries "HOST-PID  SHARD" of the active processes.
+  // The active processes, as "HOST-PID  SHARD".
   std::vector<std::string> at_work;
   // Number of finished episodes by policy.
   std::map<std::string, int> by_policy;
   // Episodes per second over the last ten minutes, from the arrival times of shards; 0 if none arrived.
   double rate = 0;
-  // Age of the newest result, from the time stamps of files.
+  // Age of the newest result, from the time stamps of files; nullopt if there are no results.
   std::optional<double> newest_s;
 
   std::string Text() const;

@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-// The runs of a policy with their first `episodes` episodes.
+// Reads the runs of a policy, each with only its first `episodes` episodes.
 results::RecordedRuns ReadFirst(const PlanFolder& folder, const std::string& policy, int episodes) {
   results::RecordedRuns runs = results::ReadRuns(folder.policy_folder(policy));
   for (results::RecordedRun& run : runs.runs) {
@@ -48,13 +48,14 @@ Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const
   stop.p_adjusted = std::min(1.0, stop.p * num_comparisons);
   stop.success_p_adjusted = std::min(1.0, stop.success_p * num_comparisons);
   stop.is_decided = stop.p_adjusted <= until.alpha;
-  // With progress, both tests together have the error rate alpha, so success alone must not add its own.
   const int pairs = counts.pairs.pairs();
   const auto most = static_cast<int>(std::lround(static_cast<double>(pairs) * until.max_episodes / episodes));
   stop.is_hopeless = !stop.is_decided && !is_last &&
                      metrics::ChanceOfSequentialTest(
                          stop.success, until.on_progress ? std::optional(stop.progress) : std::nullopt, pairs,
                          most, until.alpha / num_comparisons) < metrics::kLeastChance;
+  // With progress, both tests together have the error rate alpha, so success alone is decided only if the whole
+  // comparison is.
   stop.is_success_decided = stop.is_decided && (!until.on_progress || stop.success_p_adjusted <= until.alpha);
   return stop;
 }

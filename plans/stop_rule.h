@@ -1,4 +1,4 @@
-// When a plan stops before its largest number of episodes (Plan::until).
+// Decides whether a plan stops before its maximum number of episodes (Plan::until).
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -12,19 +12,20 @@ namespace evalbus::plans {
 
 // State of a policy's sequential comparison with the baseline.
 struct Stop {
-  // Episodes per task.
+  // Number of episodes per task at this look.
   int episodes = 0;
-  // Pairs that the policy (a) and the baseline (b) won: in which only it succeeded; in which it was ahead
-  // (results::SuccessCounts::ahead).
+  // Number of pairs that the policy (a) and the baseline (b) won. success: only this side succeeded.
+  // progress: this side was ahead (results::SuccessCounts::ahead).
   metrics::Wins success, progress;
-  // The smallest p of all looks; of the tested quantities together, and of success alone.
+  // Smallest p of all looks so far. p: for all tested quantities together. success_p: for success alone.
   double p = 1, success_p = 1;
-  // The same, adjusted for the number of comparisons (Bonferroni).
+  // p and success_p, adjusted by Bonferroni for the number of comparisons.
   double p_adjusted = 1, success_p_adjusted = 1;
   bool is_decided = false;
-  // Whether success alone is decided.
+  // True if the comparison of success alone is decided.
   bool is_success_decided = false;
-  // Not decided, and probably not until the plan's maximum either (metrics::kLeastChance).
+  // True if the comparison is not decided, and the chance that it is decided by the plan's maximum is below
+  // metrics::kLeastChance.
   bool is_hopeless = false;
   // True if the policy runs no more episodes.
   bool has_ended(const Until& until) const {
@@ -37,11 +38,11 @@ struct Stop {
                               const Until& until) const;
 };
 
-// Compares a policy with the baseline by their first `episodes` episodes of each task, also if there are
-// more, as in a plan that is resumed. `before`: the look before.
+// Compares a policy with the baseline by their first `episodes` episodes of each task. A resumed plan may
+// already have more episodes. `before`: the previous look.
 Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes);
 
-// Widths of a policy's success rates: `width` rules of Plan::until.
+// State of a policy's `width` rule (Plan::until).
 struct WidthStop {
   int episodes = 0;
   // Anytime-valid interval of the success rate on the task where it is widest.
@@ -49,16 +50,16 @@ struct WidthStop {
   bool is_narrow = false;
   bool has_ended(const Until& until) const { return is_narrow || episodes >= until.max_episodes; }
 
-  // For example "0.62 to 0.71 after 400 episodes".
+  // For example "success 62.0 to 71.0 % (95 %, valid at any look) after 400 of at most 2000 episodes".
   std::string Text(const Until& until) const;
   nlohmann::ordered_json Json(const std::string& policy, const Until& until) const;
 };
 WidthStop LookAtWidth(const PlanFolder& folder, const std::string& policy, int episodes);
 
-// Number of episodes of each task at the look after `episodes`.
+// Returns the number of episodes of each task at the look that follows the look at `episodes`.
 int NextLook(const Plan& plan, int episodes);
 
-// Value of stops.json, from the episodes in the folder: repeats all looks of each policy.
+// Returns the contents of stops.json, by repeating all looks of each policy with the episodes in the folder.
 nlohmann::ordered_json StopsJson(const PlanFolder& folder);
 
 }  // namespace evalbus::plans
