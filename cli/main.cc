@@ -1,4 +1,4 @@
-// evalbus: the command that users type.
+// Main function of the program `evalbus`, which runs all commands.
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -33,7 +33,8 @@ constexpr struct {
 #undef EVALBUS_ROW
 };
 
-// Throws EnvironmentError if output was lost, as in `evalbus compare a b > FILE` on a full disk.
+// Throws EnvironmentError if output was lost, for example if the disk is full during `evalbus compare a b >
+// FILE`.
 void FlushStandardOutput() {
   errno = 0;
   const bool is_flushed = std::fflush(stdout) == 0;
@@ -61,7 +62,7 @@ int main(int argc, char** argv) {
   for (const auto& command : kCommands) {
     CLI::App* const part = app.add_subcommand(command.name, command.description);
     actions.emplace_back(part, command.add(part));
-    // Set last: subcommands of a command inherit its group.
+    // The group is set last, because subcommands that are added later inherit it.
     part->group(command.group);
     part->footer(std::string("Examples:\n") + command.examples);
   }

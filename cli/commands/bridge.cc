@@ -1,4 +1,4 @@
-// evalbus bridge: streams a run to third-party viewers.
+// Implements `evalbus bridge`, which streams a run to third-party viewers.
 
 #include "cli/commands/commands.h"
 

@@ -1,4 +1,4 @@
-// evalbus certify: tests whether verdicts depend on the version of MuJoCo.
+// Implements `evalbus certify`, which tests whether verdicts depend on the version of MuJoCo.
 #include "plans/certify.h"
 
 #include <fmt/format.h>

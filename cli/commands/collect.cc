@@ -1,4 +1,4 @@
-// evalbus collect: records successful demonstrations of a task.
+// Implements `evalbus collect`, which records successful demonstrations of a task.
 #include "runner/collect.h"
 
 #include <fmt/format.h>

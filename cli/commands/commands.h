@@ -1,4 +1,4 @@
-// The commands of the program evalbus: each has a file, and an entry in the list below.
+// The commands of the program evalbus. Each command has a file and an entry in the list below.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,14 +7,13 @@
 
 namespace evalbus::commands {
 
-// Runs a command after its arguments were parsed; returns the exit code, throws InputError or
-// EnvironmentError.
+// Runs a command after its arguments were parsed. Returns the exit code. Throws InputError, EnvironmentError.
 using Action = std::function<int()>;
 
-// Adds the arguments of a command to its subcommand of CLI11.
+// Adds the arguments of a command to its CLI11 subcommand, and returns the command's action.
 using AddCommand = Action(CLI::App* app);
 
-// The action of a command whose options are `Options`, which `add_options` adds.
+// Returns the action of a command whose options are stored in `Options` and added by `add_options`.
 template <class Options>
 Action ActionOf(CLI::App* app, void (*add_options)(CLI::App*, Options*), int (*run)(const Options&)) {
   const auto options = std::make_shared<Options>();

@@ -37,22 +37,22 @@ namespace fs = std::filesystem;
 
 struct CompareOptions {
   std::vector<std::filesystem::path> runs;
-  // Name, policy or folder of the run that the others are compared with; empty: the first run.
+  // Name, policy or folder of the run with which the others are compared; empty: the first run.
   std::string baseline;
-  // Empty: no JSON file is written.
+  // JSON file to write; empty: none.
   std::filesystem::path json;
-  // Tables for other documents; empty: not written.
+  // Files with tables for other documents; empty: not written.
   std::filesystem::path markdown, latex;
-  // Empty: no HTML page is written.
+  // HTML page to write; empty: none.
   std::filesystem::path report;
-  // Maximum size of that page with its viewer; 0: no viewer.
+  // Maximum size of the HTML page with its viewer; 0: no viewer.
   double megabytes = report::kPageMegabytes;
-  // Video of both runs on one seed, side by side; empty: no video is made.
+  // Video file to write, with both runs on one seed side by side; empty: none.
   std::filesystem::path video;
   viz::VideoTiming timing;
-  // Seed of the video's episodes; unset: the first seed on which only one of the runs succeeded.
+  // Seed of the video's episodes; nullopt: the first seed on which only one of the runs succeeded.
   std::optional<int64_t> seed;
-  // Compare runs that were simulated by different versions of MuJoCo.
+  // True if runs may be compared although different versions of MuJoCo simulated them.
   bool across_engines = false;
 };
 
@@ -91,7 +91,7 @@ viz::VideoEpisode ReadVideoEpisode(const fs::path& run, const std::string& name,
   return std::move(video_episodes.back());
 }
 
-// The baseline is on the left.
+// Makes a video of two episodes side by side, with the baseline on the left.
 void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& baseline,
                const CompareOptions& options) {
   const auto pair = results::FindSeedPair(run, baseline, options.seed);
@@ -107,7 +107,7 @@ void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& ba
   const bool same = ours == theirs;
   viz::VideoTiming timing = options.timing;
   if (timing.highlight_s > 0) {
-    // Both sides have one clock, which runs at normal speed around the decisive moments of both.
+    // Both sides share one clock, which runs at normal speed around the decisive moments of either side.
     timing.moments_s = {viz::ReadDecisiveMoment(EpisodeLog(pair->baseline->folder, pair->baseline_episode),
                                                 pair->baseline_episode),
                         viz::ReadDecisiveMoment(EpisodeLog(pair->run->folder, pair->episode), pair->episode)};
@@ -120,7 +120,7 @@ void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& ba
   fmt::print("\nvideo    {}  (seed {})\n", options.video.string(), pair->seed);
 }
 
-// Returns the exit code: 0, whatever the result of the comparison. Throws InputError.
+// Returns the exit code, which is 0 for any result of the comparison. Throws InputError.
 int Compare(const CompareOptions& options) {
   std::vector<results::RecordedRuns> runs;
   for (const fs::path& folder : options.runs) runs.push_back(results::ReadForComparison(folder));

@@ -1,4 +1,5 @@
-// evalbus demo: summarizes demonstrations of RoboEval, and reduces their number of steps. Simulates nothing.
+// Implements `evalbus demo`, which summarizes demonstrations of RoboEval and reduces their number of steps.
+// It simulates nothing.
 
 #include <fmt/format.h>
 
@@ -32,7 +33,7 @@ struct Facts {
   std::array<int, 2> closings{}, openings{};
   std::array<double, policy::kDemoWidth> min, max;
   double hz = 0;
-  // Seeds of RoboEval's scenes, in the order of the files; null where the metadata have none.
+  // Seeds of RoboEval's scenes, in the order of the files; null for a file without a seed in its metadata.
   nlohmann::json seeds = nlohmann::json::array();
 
   Facts() {
@@ -130,7 +131,7 @@ int Convert(const fs::path& path, const fs::path& out, double hz, bool as_csv) {
   const auto files = policy::DemonstrationFiles(path);
   const bool is_folder = fs::is_directory(path);
   if (fs::exists(out)) throw InputError("--out " + out.string() + ": exists; choose another name");
-  // All files are read before anything is written.
+  // All files are read before the first file is written.
   std::vector<std::pair<fs::path, std::string>> results;
   for (const fs::path& file : files) {
     const Demonstration demo = policy::AtRate(policy::ReadDemonstration(file), hz);

@@ -1,4 +1,5 @@
-// evalbus doctor: checks what this machine provides, and prints how to fix what is missing.
+// Implements `evalbus doctor`, which checks the requirements on this machine and prints how to install what
+// is missing.
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
@@ -28,16 +29,16 @@ void Print(bool good, const std::string& what, const std::string& fix = "") {
   if (!good && !fix.empty()) fmt::print("      fix: {}\n", fix);
 }
 
-// Path of the loaded library that defines the symbol.
+// Returns the path of the loaded library that defines the symbol.
 std::string LibraryOf(const char* symbol) {
   Dl_info library{};
   if (dladdr(dlsym(RTLD_DEFAULT, symbol), &library) == 0) return "unknown";
   return std::filesystem::path(library.dli_fname).lexically_normal().string();
 }
 
-// Prints how videos are made, and what is missing for them.
+// Prints which libraries and programs are used for videos, and which of them are missing.
 void PrintVideos() {
-  // Each line is of a library; a machine needs only one of them for software rendering.
+  // Each line describes a library. A machine needs only one of them for software rendering.
   std::string software, missing;
   try {
     const viz::GlChoice choice = viz::ChooseGl(viz::kDefaultGl);
@@ -60,7 +61,7 @@ void PrintVideos() {
         kInstallFfmpeg);
 }
 
-// Prints one line per check. Returns 0 if runs with separate processes work, else 2.
+// Prints one line per check. Returns 0 if runs with separate processes work; otherwise 2.
 int Doctor() {
   const std::string mujoco = LibraryOf("mj_versionString");
   fmt::print("evalbus {} ({}{}), MuJoCo {} ({})\n", kVersion, kGitCommit, kGitDirty ? ", modified" : "",

@@ -1,7 +1,7 @@
-// evalbus env: serves a task as an environment to the program that starts it, such as Python with
-// python/evalbus/environment.py.
+// Implements `evalbus env`, which serves a task as an environment to the program that starts it, such as
+// Python with python/evalbus/environment.py.
 //
-// Both directions carry frames: the size of a message as 4 bytes, little endian, then the message in
+// Messages in both directions are frames: the size as 4 bytes, little endian, followed by the message in
 // MessagePack, with arrays as in openpi. docs/environment.md describes the messages.
 #include <fmt/format.h>
 #include <unistd.h>
@@ -31,7 +31,7 @@ namespace {
 using policy::Map;
 using policy::Value;
 
-// A request is an action.
+// Maximum size of a request. The largest requests contain an action.
 constexpr uint32_t kMaxRequestBytes = 16 << 20;
 
 struct EnvOptions {
@@ -39,7 +39,7 @@ struct EnvOptions {
   std::string image_size = "224x224";
 };
 
-// Returns false at the end of the input, before the first byte. Throws InputError if it ends later.
+// Returns false if the input has ended before the first byte. Throws InputError if it ends later.
 bool ReadInputBytes(void* data, size_t size) {
   size_t filled = 0;
   while (filled < size) {
@@ -53,7 +53,7 @@ bool ReadInputBytes(void* data, size_t size) {
   return true;
 }
 
-// The next request; nothing at the end of the input.
+// Returns the next request; nullopt at the end of the input.
 std::optional<Value> ReadRequest() {
   uint8_t header[4];
   if (!ReadInputBytes(header, sizeof header)) return std::nullopt;

@@ -1,5 +1,5 @@
-// evalbus export: writes the episodes of a run, or of a suite, for other programs: as a table, a training
-// set, MCAP files, or results for leaderboards and experiment trackers.
+// Implements `evalbus export`, which writes the episodes of a run or a suite for other programs: as a table,
+// a training set, MCAP files, or results for leaderboards and experiment trackers.
 
 #include <fmt/format.h>
 
@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Kinds of output that modules of python/evalbus write.
+// A kind of output that a module of python/evalbus writes.
 struct PythonOutput {
   const char* option;
   const char* module;
@@ -56,10 +56,10 @@ struct ExportOptions {
   fs::path mcap_file;
   std::vector<int> episodes;
   std::vector<std::string> cameras;
-  // Empty: the default size of the kind of file.
+  // Image size; empty: the default size of the kind of file.
   std::string size;
   bool only_successes = false;
-  // The kind of kPythonOutputs that was requested, if any, and its value.
+  // python: the options of kPythonOutputs. python_value: value of the requested option.
   std::vector<std::pair<PythonOutput, CLI::Option*>> python;
   std::string python_value;
   // Id of a benchmark's data set on the Hub.
@@ -87,7 +87,7 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
     options->python.emplace_back(
         output, kinds->add_option(output.option, options->python_value, output.what)->type_name(output.type));
   }
-  // More than one is refused by the parser.
+  // The parser rejects more than one kind of output.
   kinds->require_option(0, 1);
   app->add_flag("--successes", options->only_successes, "training sets: successful episodes only");
   AddList(app, "--episode", &options->episodes,
@@ -131,7 +131,7 @@ int ExportTable(const ExportOptions& options) {
   return 0;
 }
 
-// Returns the logs of complete episodes; with --successes, only those of successful ones.
+// Returns the logs of complete episodes; with --successes, only the logs of successful episodes.
 std::vector<fs::path> LogsFor(const ExportOptions& options, size_t* left_out) {
   const results::RecordedRuns runs = results::ReadRuns(options.run);
   std::vector<fs::path> logs;
@@ -193,7 +193,7 @@ int ExportTrainingSet(const ExportOptions& options) {
   }
   size_t left_out = 0;
   const std::vector<fs::path> logs = LogsFor(options, &left_out);
-  // Images rendered before an interruption are kept for the next run of the same command.
+  // After an interruption, the same command can reuse the images that were already rendered.
   InstallStopSignals();
   {
     runner::ProgressLine line(logs.size(), "exporting");

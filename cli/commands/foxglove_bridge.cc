@@ -1,4 +1,4 @@
-// evalbus bridge foxglove: serves an active run or a recorded episode to Foxglove.
+// Implements `evalbus bridge foxglove`, which serves an active run or a recorded episode to Foxglove.
 
 #include <fmt/format.h>
 
@@ -59,7 +59,7 @@ void PrintAddress(const exports::FoxgloveServer& server, const FoxgloveOptions& 
   std::fflush(stdout);
 }
 
-// True if an episode starts or is shown from its start: messages of the previous one must then be forgotten.
+// True if this message begins an episode. Messages of the previous episode must then be discarded.
 bool IsBegin(const exports::Message& message) {
   return message.topic == exports::kEpisode && message.time_ns == 0;
 }
@@ -101,7 +101,7 @@ int ShowLive(const FoxgloveOptions& options, exports::FoxgloveServer* server) {
   return 0;
 }
 
-// Queue of the viewers' playback requests, from the server's thread to the player's.
+// Queue of the viewers' playback requests, from the server's thread to the main thread.
 class Controls {
  public:
   void Add(const exports::PlaybackControl& control) {
@@ -143,7 +143,7 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
     }
     server.SendTime(time);
   };
-  // Shows the state at a time: sends the last message of each topic.
+  // Shows the state at a time, by sending the last message of each topic.
   const auto show = [&](int64_t time) {
     server.Forget();
     const auto behind = std::ranges::upper_bound(episode.messages, time, {}, &exports::Message::time_ns);
@@ -164,7 +164,7 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
     std::this_thread::sleep_for(kFrame);
     const auto now = steady_clock::now();
     std::deque<exports::PlaybackControl> pressed = controls.Take();
-    // Playback starts when the first viewer connects.
+    // Playback begins when the first viewer connects.
     if (!std::exchange(has_begun, has_begun || server.viewers() > 0) && server.viewers() > 0) {
       pressed.push_front({.play = true, .speed = 1, .seek_ns = {}, .request_id = {}});
     }

@@ -1,4 +1,4 @@
-// evalbus gate: decides whether a run may replace its baseline.
+// Implements `evalbus gate`, which decides whether a run may replace its baseline.
 
 #include "results/gate.h"
 
@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 struct GateCommandOptions {
   fs::path baseline, run;
   results::GateOptions gate;
-  // Empty: the file is not written.
+  // Files to write; empty: not written.
   fs::path junit, markdown;
 };
 

@@ -1,4 +1,5 @@
-// evalbus judge: verdicts of an operator on recorded episodes, given without knowing policy and score.
+// Implements `evalbus judge`, with which an operator gives verdicts on recorded episodes without knowing
+// policy and score.
 #include "report/web/judge.h"
 
 #include <fmt/format.h>
@@ -18,7 +19,7 @@ namespace {
 
 struct JudgeCommandOptions {
   report::JudgeOptions judge;
-  // Empty: the file is not written.
+  // JSON file to write; empty: none.
   std::filesystem::path json;
 };
 

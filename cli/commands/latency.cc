@@ -1,4 +1,4 @@
-// evalbus latency: evaluates a policy with several inference delays.
+// Implements `evalbus latency`, which evaluates a policy with several inference delays.
 #include "plans/latency.h"
 
 #include <fmt/format.h>

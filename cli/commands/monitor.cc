@@ -1,4 +1,4 @@
-// evalbus monitor: shows an active run or replay in the terminal.
+// Implements `evalbus monitor`, which shows an active run or replay in the terminal.
 #include "viz/terminal/monitor.h"
 
 #include <memory>

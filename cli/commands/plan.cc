@@ -1,4 +1,5 @@
-// evalbus plan, merge, status: inspect, merge and monitor plans of many runs, on one machine or a cluster.
+// Implements `evalbus plan`, `merge` and `status`, which inspect, merge and monitor plans of many runs, on
+// one machine or a cluster.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -31,8 +32,8 @@ std::string Size(double bytes) {
   return fmt::format("{:.3g} {}", bytes, units[unit]);
 }
 
-// Returns the smallest true difference of success rates that the plan's own test detects with 80 % power,
-// over this number of its tasks.
+// Returns the smallest true difference between success rates over this number of tasks that the plan's test
+// detects with 80 % power.
 std::string FindableText(const Plan& plan, int tasks) {
   const double alpha =
       (plan.until ? plan.until->alpha : metrics::kAlpha) / static_cast<double>(plan.policies.size() - 1);

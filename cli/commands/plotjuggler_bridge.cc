@@ -1,4 +1,5 @@
-// evalbus bridge plotjuggler: sends the values of an active run to PlotJuggler's UDP server.
+// Implements `evalbus bridge plotjuggler`, which sends the values of an active run to PlotJuggler's UDP
+// server.
 
 #include <fmt/format.h>
 #include <netdb.h>
@@ -21,7 +22,7 @@
 namespace evalbus::commands {
 namespace {
 
-// Gap between two episodes on PlotJuggler's time axis, on which they follow one another.
+// Gap between consecutive episodes on PlotJuggler's time axis.
 constexpr double kGap_s = 1;
 
 struct BridgeOptions {
@@ -29,7 +30,7 @@ struct BridgeOptions {
   std::string plotjuggler;  // HOST:PORT
 };
 
-// Sends datagrams without waiting; without a receiver they are lost.
+// Sends datagrams without waiting. They are lost if nothing receives them.
 class UdpSender {
  public:
   // Throws InputError if the address is not HOST:PORT, or if there is no such host.
@@ -63,7 +64,8 @@ class UdpSender {
 
 // Returns the exit code. Throws InputError, EnvironmentError.
 int Stream(const BridgeOptions& options) {
-  // Created before joining the run's network namespace, which may be a private one.
+  // The socket must be created before this process joins the run's network namespace, from which the receiver
+  // may not be reachable.
   UdpSender sender(options.plotjuggler);
   const Attached attached = Attach(options.address);
   InstallStopSignals();

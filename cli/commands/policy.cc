@@ -1,5 +1,5 @@
-// evalbus policy: lists contracts, shows one, checks whether a server fulfills it, and serves checkpoints of
-// LeRobot.
+// Implements `evalbus policy`, which lists and shows contracts, checks whether a server fulfills a contract,
+// and serves checkpoints of LeRobot.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ struct PolicyCommandOptions {
   const CLI::App* show = nullptr;
   const CLI::App* check = nullptr;
   const CLI::App* serve = nullptr;
-  // Checkpoint of `serve`; its other options are those of the Python module.
+  // Checkpoint for `serve`. The Python module parses the other options of `serve`.
   std::string lerobot;
   policy::PolicyOptions policy;
   sim::SimOptions sim;
@@ -50,8 +50,8 @@ struct PolicyCommandOptions {
   bool json = false;
 };
 
-// Exit codes above 2 are specific to this command. Those of every command: 0 success; 1 wrong usage or
-// contract file; 2 a problem of the machine.
+// Returns the exit code of `check`. Codes above 2 are specific to this command. All commands return 0 for
+// success, 1 for invalid usage or files, and 2 for an error of the environment.
 int ExitCode(CheckReport::Verdict verdict) {
   switch (verdict) {
     case CheckReport::Verdict::kGood:
@@ -153,7 +153,7 @@ int Show(const PolicyCommandOptions& options) {
   return 0;
 }
 
-// The first observation of an episode, and its images.
+// The first observation of an episode, with its images.
 struct FirstLook {
   sim::PreparedScene prepared;
   state_t state{};
@@ -185,7 +185,7 @@ void Draw(const PolicyCommandOptions& options, const policy::ObservationBuilder&
   }
 }
 
-// Writes the images as they were sent, and the report. Returns the folder.
+// Writes the images as they were sent, and the report, into a folder. Returns the folder.
 fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract, const CheckReport& report,
                    const policy::ObservationBuilder& observations) {
   const fs::path folder = options.out.empty() ? fs::path("policy_check") / contract.name : options.out;
@@ -198,7 +198,7 @@ fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract
     for (size_t i = 0; i < plane; ++i) {
       for (size_t c = 0; c < 3; ++c) {
         const size_t from = sent.is_chw ? c * plane + i : 3 * i + c;
-        // Interpreted as RGB, so that swapped channels are visible.
+        // The data are interpreted as RGB, so that swapped channels are visible.
         frame.bgrx[4 * i + (2 - c)] = sent.array.data.at(from);
       }
     }
@@ -213,7 +213,7 @@ fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract
 void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
   constexpr const char* kMarks[] = {"ok  ", "    ", "?   ", "BAD "};
   for (const CheckLine& line : report.lines) {
-    // A server's traceback has many lines.
+    // A line of the report may contain a server's traceback with many lines.
     std::istringstream text(line.text);
     const char* mark = kMarks[static_cast<int>(line.level)];
     for (std::string part; std::getline(text, part); mark = "    ")

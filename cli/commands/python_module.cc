@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Folder of the package `evalbus`: of an installation, the source tree, or a wheel, whose programs it
-// contains.
+// Returns the folder that contains the Python package `evalbus`, in an installation, the source tree, or a
+// wheel. In a wheel, the package itself contains the programs.
 fs::path PackageParent() {
   const fs::path programs = ProgramFolder();
   for (const fs::path& folder : {SharedData("python", ""), programs.parent_path().parent_path() / "python",

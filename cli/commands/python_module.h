@@ -1,4 +1,5 @@
-// Commands that a module of python/evalbus carries out, because they use Python packages of the user.
+// Runs commands that are implemented by a module of python/evalbus, because they use Python packages of the
+// user.
 #pragma once
 
 #include <string>
@@ -6,9 +7,9 @@
 
 namespace evalbus::commands {
 
-// Replaces this process by `python3 -B -m MODULE ARGUMENT...`, with evalbus' own package in its import path.
-// Python is the program that EVALBUS_PYTHON names, else python3 of PATH: the user's environment, which has
-// the packages. Returns only by throwing EnvironmentError.
+// Replaces this process by `python3 -B -m MODULE ARGUMENT...`, with evalbus' package in its import path. Uses
+// the interpreter in EVALBUS_PYTHON or, if it is not set, python3 from PATH, which belongs to the user's
+// environment with the required packages. Throws EnvironmentError if this fails; otherwise does not return.
 [[noreturn]] void ExecPythonModule(const std::string& module, const std::vector<std::string>& arguments);
 
 }  // namespace evalbus::commands

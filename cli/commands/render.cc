@@ -1,4 +1,4 @@
-// evalbus render: renders videos of episodes from their logs.
+// Implements `evalbus render`, which renders videos of episodes from their logs.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -35,17 +35,17 @@ using std::chrono::steady_clock;
 
 struct RenderOptions {
   std::filesystem::path recording;
-  // Empty: every finished episode.
+  // Episodes to render; empty: every finished episode.
   std::vector<int> episodes;
-  // Empty: the layout's default cameras.
+  // Cameras to show; empty: the layout's default cameras.
   std::vector<std::string> cameras;
   std::string layout = "plain";
-  // Empty: the default size of the kind of video.
+  // Size of the video; empty: the default size of the kind of video.
   std::string size;
   bool has_grid = false;
-  // Empty: one cell per episode.
+  // Rows and columns of the grid; empty: one cell per episode.
   std::string grid;
-  // Empty: beside the log, or in the run's folder.
+  // File or folder to write; empty: next to the log, or in the run's folder.
   std::filesystem::path out;
   std::string format;
   std::string gl = viz::kDefaultGl;
@@ -53,7 +53,7 @@ struct RenderOptions {
   double trail_s = 0;
   bool outline = false;
   viz::VideoTiming timing;
-  // Prints lines with the progress for the process that started this one and reads its log.
+  // Prints progress lines for the process that started this one and reads its log.
   bool report_progress = false;
 };
 
@@ -94,7 +94,7 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
   app->add_flag("--report-progress", options->report_progress)->group("");
 }
 
-// Shows the progress: to users as a progress line, or as lines for the process that reads this one's log.
+// Shows the progress as a progress line for users, or as log lines for the process that started this one.
 class Progress {
  public:
   Progress(size_t logs, bool print) : line_(logs, "recording video of"), print_(print) {}
@@ -115,7 +115,8 @@ class Progress {
   steady_clock::time_point printed_{};
 };
 
-// For example "lift_pot/position 7" if there are several tasks.
+// Returns the name of a grid cell, for example "episode 7" or, if there are several tasks, "lift_pot/position
+// 7".
 std::string CellName(const viz::VideoEpisode& episode, bool several_tasks) {
   return several_tasks ? fmt::format("{} {}", episode.facts.task, episode.facts.episode)
                        : fmt::format("episode {}", episode.facts.episode);
@@ -126,11 +127,11 @@ void PrintVideo(const fs::path& file) {
   std::fflush(stdout);
 }
 
-// Renders one video of many episodes, in the order of their numbers.
+// Renders a video with a grid of many episodes, in the order of their numbers.
 void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs, viz::FrameSize size,
                 const std::string& ending) {
   if (options.cameras.size() > 1) throw InputError("--grid: expected one --camera");
-  // The clock is common to all cells, the decisive moments are not.
+  // All cells share one clock, but each has its own decisive moment.
   if (options.timing.highlight_s > 0) throw InputError("--highlight: not possible with --grid");
   viz::JointVideoOptions joint;
   joint.size = size;
@@ -141,7 +142,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
       is_shaped ? static_cast<size_t>(joint.shape.columns * joint.shape.rows) : viz::kMaxCells;
   std::vector<viz::VideoEpisode> episodes;
   std::set<std::string> tasks, makers;
-  // Logs that are not read are counted as one episode each.
+  // Logs that have not been read are counted as one episode each.
   size_t known = logs.size();
   for (const fs::path& log : logs) {
     if (episodes.size() >= cells) break;
@@ -188,7 +189,7 @@ int Render(const RenderOptions& options) {
                      " selects another format by its extension");
   }
   viz::CheckVideoEnding(video.ending);
-  // Checked before anything is rendered.
+  // The output path is checked before the first video is rendered.
   if (!options.out.empty()) {
     const fs::path folder = fs::absolute(options.out).parent_path();
     if (!fs::is_directory(folder)) {
@@ -215,7 +216,7 @@ int Render(const RenderOptions& options) {
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? usual : options.size);
   const std::vector<fs::path> logs = results::EpisodeLogs(options.recording, options.episodes);
   fmt::print(stderr, "{}", viz::UseGlAndDescribe(options.gl));
-  // On a stop signal, a partially written video is removed.
+  // The signals are handled so that a partially written video is removed on a stop.
   InstallStopSignals();
   if (options.has_grid) {
     RenderGrid(options, logs, size, video.ending);
@@ -243,7 +244,7 @@ int Render(const RenderOptions& options) {
       progress.Clear();
       for (const fs::path& file : videos) PrintVideo(file);
     } catch (const InputError& error) {
-      // The error concerns only this log, so that the others are still rendered.
+      // If the error concerns only this log, the other logs are still rendered.
       if (logs.size() == 1 || !std::string(error.what()).starts_with(logs[i].string())) throw;
       progress.Clear();
       fmt::print(stderr, "warning: no video: {}\n", error.what());

@@ -1,4 +1,5 @@
-// evalbus replay: plays recorded episodes on the bus to a new metrics process, and compares the scores.
+// Implements `evalbus replay`, which plays recorded episodes on the bus to a new metrics process, and
+// compares the scores.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -49,21 +50,22 @@ struct ReplayOptions {
   std::filesystem::path recording;
   // Episodes of a run to play; empty: all.
   std::vector<int> episodes;
-  // Simulated seconds per second.
+  // Playback speed in simulated seconds per second.
   double speed = 1;
-  // Empty: as for `evalbus run`.
+  // Bus to use; empty: chosen as for `evalbus run`.
   std::string url;
   bool web = false;
 };
 
-// Maximum time between two events.
+// Maximum time for which the player may wait between two events.
 constexpr double kLongestWait = 60;  // s
 constexpr Range kSpeeds{0.001, 1e6};
 constexpr auto kTick = std::chrono::milliseconds(20);
-// Components publish STATUS more often than this.
+// Time to listen for other components, which publish STATUS more often than this.
 constexpr auto kListen = std::chrono::milliseconds(700);
 constexpr auto kMetricsStart = std::chrono::seconds(10);
-// Timeouts for a score after the player has ended: the first is longer than metrics waits for late ticks.
+// Timeouts for a score after the player has ended. kSettle is longer than the time for which metrics waits
+// for late ticks.
 constexpr auto kSettle = std::chrono::milliseconds(1500);
 constexpr auto kOverdue = std::chrono::seconds(10);
 
@@ -73,15 +75,16 @@ fs::path FindPlayer() {
 }
 
 // Channels to which metrics, viz and monitors subscribe. The recorded scores are not played, because the new
-// metrics process publishes its own; neither is COMMAND, because there is no sim to command.
+// metrics process publishes its own scores. COMMAND is not played, because there is no sim.
 constexpr std::array<std::string_view, 5> kPlayedChannels = {
     channels::kModel.name, channels::kEpisodeBegin.name, channels::kState.name, channels::kContacts.name,
     channels::kEpisodeEnd.name};
 
 std::string PlayedChannels() { return fmt::format("({})", fmt::join(kPlayedChannels, "|")); }
 
-// LCM's player waits between events for the time that passed on the run's clock. In a realtime run, that
-// clock may have been set, or may have advanced while the machine was suspended.
+// Throws InputError if the log contains a wait longer than kLongestWait. LCM's player waits between events
+// for the time that passed on the run's clock. In a realtime run, this clock may have been set, or may have
+// advanced while the machine was suspended.
 void CheckWaits(const fs::path& log, double speed) {
   EventLogReader reader(log);
   std::optional<int64_t> last_us;
@@ -97,7 +100,7 @@ void CheckWaits(const fs::path& log, double speed) {
   }
 }
 
-// A file in memory for a program's output; it does not remain if this process is killed.
+// A file in memory for a program's output. It disappears when this process ends, even if it is killed.
 class MemoryFile {
  public:
   MemoryFile() : fd_(memfd_create("log", MFD_CLOEXEC)) {
@@ -124,7 +127,7 @@ runner::LiveHeader Header(const fs::path& log, const results::RescoredEpisode& f
   header.control_hz = 1 / ControlPeriod(model);
   header.seed = first.summary.seed;
   header.episodes = episodes;
-  // run.json contains more than the logs.
+  // Facts that only run.json contains are taken from there.
   if (const auto run = results::RunOf(log)) {
     header.policy = run->policy;
     header.seed = run->seed;
@@ -132,7 +135,7 @@ runner::LiveHeader Header(const fs::path& log, const results::RescoredEpisode& f
   return header;
 }
 
-// Publishes STATUS as the component "replay", from which monitors recognize a replay.
+// Plays logs. Publishes STATUS as the component "replay", by which monitors recognize a replay.
 class Player : public Component {
  public:
   Player(const ReplayOptions& options, Bus* bus, runner::LiveView* view)
@@ -155,7 +158,7 @@ class Player : public Component {
     bus->SetMaxBatchDelay(std::chrono::milliseconds(3));
   }
 
-  // Starts metrics; throws InputError if a run is active on this bus.
+  // Starts the metrics process. Throws InputError if a run is active on this bus.
   void Start(bool url_was_named) {
     if (url_was_named && HandleUntil([this] { return metrics_heard_ || sim_heard_; }, kListen)) {
       throw InputError(bus().url() +
@@ -168,7 +171,7 @@ class Player : public Component {
     if (!HandleUntil([this] { return metrics_heard_; }, kMetricsStart)) Overdue("metrics did not start");
   }
 
-  // Plays one log and prints how its scores compare.
+  // Plays one log, and prints whether its scores are equal to the recorded ones.
   void Play(const fs::path& file, const results::RescoredLog& log) {
     log_ = &log;
     scored_.assign(log.episodes.size(), false);
@@ -187,7 +190,8 @@ class Player : public Component {
     HandleUntil([this] { return !playing_; }, std::nullopt);
     const auto done = [this] { return scored_.back(); };
     if (!HandleUntil(done, kSettle)) {
-      // EPISODE_END was lost, is missing in the log, or comes after damage, at which LCM's player stops.
+      // EPISODE_END was lost, is missing in the log, or is behind damaged data, at which LCM's player stops.
+      // It is published here.
       const episode_summary_t& last = log.episodes.back().summary;
       episode_end_t end{};
       end.header = last.header;
@@ -206,7 +210,7 @@ class Player : public Component {
   void StopAll() {
     Stop();
     for (const runner::Processes::Exit& exit : processes_.StopAll()) {
-      // A player that is stopped exits with an error, which is not reported.
+      // A player that is stopped exits with an error. This error is not reported.
       if (exit.name != "player") fmt::print(stderr, "warning: {}\n", exit.description);
     }
   }
@@ -220,7 +224,8 @@ class Player : public Component {
   }
 
  private:
-  // Returns true as soon as the condition holds, false after the time or after a stop signal.
+  // Handles messages until the condition is true, and then returns true. Returns false after `time` or after
+  // a stop signal.
   template <class Condition>
   bool HandleUntil(Condition condition, std::optional<steady_clock::duration> time) {
     auto poll_at = steady_clock::now();
@@ -252,7 +257,7 @@ class Player : public Component {
     throw EnvironmentError(fmt::format("{} within {} s", what, kOverdue.count()));
   }
 
-  // metrics publishes RUN_SUMMARY after each score.
+  // Compares the latest score. Metrics publishes RUN_SUMMARY after each score.
   void OnScore(const run_summary_t&) {
     if (!score_ || !log_) return;
     const episode_summary_t score = *score_;
@@ -280,14 +285,14 @@ class Player : public Component {
 
   const ReplayOptions& options_;
   MemoryFile metrics_log_, player_log_;
-  // A player sleeps from one event to the next, however far that is.
+  // The timeout is effectively disabled, because a player may sleep for any time between two events.
   runner::Processes processes_{std::chrono::hours(24 * 365)};
   runner::LiveView* view_;
   fs::path program_;
 
   bool metrics_heard_ = false;
   bool sim_heard_ = false;
-  // The log that is being played, and which of its episodes have a score.
+  // log_: the log that is being played. scored_: which of its episodes have a score.
   const results::RescoredLog* log_ = nullptr;
   bool playing_ = false;
   std::vector<uint8_t> scored_;
@@ -313,7 +318,7 @@ struct Recording {
   fs::path file;
   results::RescoredLog log;
 };
-// The logs of one run, or a single log.
+// The recordings of one run, or a single log.
 using Recordings = std::vector<Recording>;
 
 std::vector<Recordings> ReadRecordings(const ReplayOptions& options) {
@@ -339,7 +344,7 @@ std::vector<Recordings> ReadRecordings(const ReplayOptions& options) {
   return runs;
 }
 
-// Returns 0 if every score equals the recorded one and nothing was lost, else 2. Throws InputError,
+// Returns 0 if every score equals the recorded score and no ticks were lost; otherwise 2. Throws InputError,
 // EnvironmentError.
 int Replay(const ReplayOptions& options) {
   if (!(options.speed >= kSpeeds.least && options.speed <= kSpeeds.most)) {

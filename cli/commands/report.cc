@@ -1,4 +1,4 @@
-// evalbus report: writes a run, or a suite of runs, as one HTML page.
+// Implements `evalbus report`, which writes an HTML page about a run, a suite or a plan.
 
 #include <fmt/format.h>
 
@@ -26,10 +26,10 @@ namespace fs = std::filesystem;
 struct ReportOptions {
   // Folder of a run, a suite or a plan.
   std::filesystem::path run;
-  // Empty: report.html in that folder.
+  // HTML file to write; empty: report.html in that folder.
   std::filesystem::path out;
-  // Episodes whose curves are drawn, and which can be played in 3D. Empty: curves of the first failures and
-  // of the success with the median time; in 3D as many episodes as fit.
+  // Episodes whose curves are drawn and which can be played in 3D. If empty, the page has curves of the first
+  // failures and of the success with the median time, and as many episodes in 3D as fit.
   std::vector<int> episodes;
   // Maximum size of the page with its viewer; 0: no viewer.
   double megabytes = report::kPageMegabytes;

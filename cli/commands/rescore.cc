@@ -1,4 +1,4 @@
-// evalbus rescore: scores recorded episodes again, offline.
+// Implements `evalbus rescore`, which scores recorded episodes again, offline.
 
 #include <fmt/format.h>
 
@@ -29,17 +29,17 @@ namespace fs = std::filesystem;
 
 struct RescoreOptions {
   std::filesystem::path recording;
-  // Another task description; empty: the one in each log.
+  // File with another task description; empty: the description in each log is used.
   std::filesystem::path task;
   // File for the scores, in the format of episodes.jsonl; empty: no file is written.
   std::filesystem::path out;
 };
 
-// Longer lists of names are truncated; the file --out contains all values.
+// Maximum number of names in a list. The file --out contains all values.
 constexpr size_t kNamesShown = 4;
 
 TaskDescription ReadTask(const fs::path& file) {
-  // Only the conditions are used; the scene is taken from the log.
+  // Only the conditions of the description are used. The scene is taken from the log.
   return ParseTask(ReadInput(file, "task description"), file, false);
 }
 
@@ -75,7 +75,7 @@ std::string Arrow(const std::string& before, const std::string& after) {
 }
 
 // Lists the metrics that changed, by the first part of their names, in the order of episodes.jsonl. Omits the
-// explanation, the cause and the names of stages, which change with them.
+// explanation, the cause and the names of stages, because they change with the metrics.
 std::string ChangedMetrics(const std::vector<results::Difference>& differences) {
   std::vector<std::string> names;
   for (const results::Difference& difference : differences) {
@@ -114,7 +114,7 @@ void PrintChanges(const results::RescoredEpisode& episode) {
   if (Outcome(before) != Outcome(after)) fmt::print("         {}\n", after.explanation.text);
 }
 
-// For example "3 of 10 verdicts changed: success -> wrong_pose 2, timeout -> success 1".
+// Returns a summary such as "3 of 10 verdicts changed: success -> wrong_pose 2, timeout -> success 1".
 std::string ChangedVerdicts(const std::map<std::string, int>& changes, int episodes) {
   int changed = 0;
   std::string list;
@@ -136,7 +136,7 @@ void AddOptions(CLI::App* app, RescoreOptions* options) {
       ->type_name("FILE");
 }
 
-// Returns 0 if every score equals the recorded one or a task is given, else 2. Throws InputError,
+// Returns 0 if every score equals the recorded score, or if --task is given; otherwise 2. Throws InputError,
 // EnvironmentError.
 int Rescore(const RescoreOptions& options) {
   const bool new_rules = !options.task.empty();

@@ -1,4 +1,5 @@
-// evalbus robots: lists robots, shows one as text and as an image, and checks robot descriptions.
+// Implements `evalbus robots`, which lists robots, shows a robot as text and as an image, and checks robot
+// descriptions.
 
 #include <fmt/format.h>
 
@@ -32,17 +33,17 @@ struct RobotsOptions {
   ImageOptions image;
 };
 
-// Time for which `check` holds the robot at home, and in which a gripper must close or open, s.
+// Time for which `check` holds the robot at home, and within which a gripper must close or open, s.
 constexpr double kSeconds = 1;
-// Error of distances by rounding, m.
+// Tolerance for rounding errors of distances, m.
 constexpr double kRounding = 1e-8;
-// Limits up to which the robot counts as at rest.
+// Up to these limits, the robot counts as at rest.
 constexpr double kMaxSag = 0.02;    // rad
-constexpr double kMaxSpeed = 0.05;  // rad/s, mean over the joints of the last half
+constexpr double kMaxSpeed = 0.05;  // rad/s, mean over the joints in the last half of the time
 // Fingers with less travel or less force cannot hold an object.
 constexpr double kMinTravel = 0.9;
 constexpr double kMinForce = 5;  // N
-// Clearance that scripted experts keep, except between links that are closer at home, m.
+// Minimum clearance of the scripted experts' motions, except between links that are closer at home, m.
 const double kPlanningClearance = policy::MotionLimits().clearance;
 
 // A scene with only the robot.
@@ -134,14 +135,15 @@ action_t HomeAction(const RobotDescription& robot, double closing) {
   return action;
 }
 
-// Finds collisions of the robot at home, and links that are so close that planning treats them as adjacent.
+// Finds collisions of the robot at home, and pairs of links that are so close that scripted experts do not
+// check them.
 void CheckHome(const Alone& alone, Lines* wrong, Lines* notes) {
   const ModelPtr model(mj_copyModel(nullptr, alone.scene.physics.get()));
   std::fill_n(model->geom_margin, model->ngeom, kPlanningClearance);
   const DataPtr data(mj_copyData(nullptr, model.get(), &alone.MakeWorld().data()));
   mj_forward(model.get(), data.get());
   const model_info_t& info = alone.scene.info;
-  // A pair may have several contacts.
+  // A pair may have several contacts, of which the deepest or nearest one counts.
   std::map<std::pair<int, int>, double> nearest;
   for (int i = 0; i < data->ncon; ++i) {
     const mjContact& contact = data->contact[i];

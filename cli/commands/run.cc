@@ -1,4 +1,4 @@
-// evalbus run: evaluates a policy on a task.
+// Implements `evalbus run`, which evaluates a policy on tasks, or runs a plan.
 #include "runner/run.h"
 
 #include <fmt/format.h>
@@ -30,22 +30,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Group of the options in --help that only plans have.
+// Group in --help for options that only plans have.
 constexpr char kPlanGroup[] = "Plans";
 
 struct PlanOptions {
-  // "K/N"; empty: the whole plan.
+  // Part to run, as "K/N"; empty: the whole plan.
   std::string part;
   plans::SlurmOptions slurm;
 };
 
-// True for a plan's file, and for plan.json in the folder of a plan that was started.
+// True for a plan's file, and for plan.json in the folder of a plan that has begun.
 bool IsPlan(const std::vector<std::string>& tasks) {
   return tasks.size() == 1 && (plans::IsPlanFile(tasks[0]) || fs::path(tasks[0]).filename() == kPlanJson);
 }
 
-// Throws InputError if the command line has an option that a plan sets itself, and that would otherwise have
-// no effect.
+// Throws InputError if the command line has an option that has no effect on a plan, because the plan sets it.
 void CheckOptionsWithPlan(const CLI::App& app) {
   constexpr const char* kWithPlan[] = {"--out",        "--resume", "--workers",  "--json",
                                        "--partial-hz", "--quiet",  "--log-level"};
@@ -167,7 +166,7 @@ Action AddRun(CLI::App* app) {
   const auto plan = std::make_shared<PlanOptions>();
   const auto like = std::make_shared<std::vector<std::string>>();
   const auto output = std::make_shared<runner::RunOutput>();
-  // Added first, so that it is processed first.
+  // --like is added first, so that it is processed before other options, which take precedence.
   app->add_option_function<std::string>(
          "--like",
          [options, like](const std::string& folder) { *like = TakeOptionsOf(folder, options.get()); },
@@ -182,7 +181,7 @@ Action AddRun(CLI::App* app) {
       "in\nall built-in tasks is base, without randomization: all episodes of a policy such as expert are "
       "then\nidentical. Or a plan: a YAML file of policies and tasks (docs/plans.md)");
   evalbus::AddOptions(app, options.get());
-  // Only for processes that a run starts: a user starts a run with its own folder.
+  // This option is hidden, because only a run passes it to the processes that it starts.
   app->get_option("--options")->group("");
   app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME")
       ->type_name("FOLDER");
@@ -200,7 +199,7 @@ Action AddRun(CLI::App* app) {
                 "print errors and invalid episodes only; with --json, also the events");
   AddLogLevel(app);
   AddPlanOptions(app, plan.get());
-  // Only for worker processes.
+  // This option is hidden, because it is only for worker processes.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");
   GroupOptions(
       app,

@@ -1,5 +1,6 @@
-// evalbus score: scores recorded trajectories. For one in evalbus' own format (JSON), it prints the result
-// dictionary. For columns of other files, which a YAML maps to a task, it writes a run folder.
+// Implements `evalbus score`, which scores recorded trajectories. For a trajectory in evalbus' JSON format,
+// it prints the result dictionary. For other files, whose columns a YAML file maps to a task, it writes a run
+// folder.
 #include <fmt/format.h>
 
 #include <memory>

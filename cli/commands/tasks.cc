@@ -1,4 +1,5 @@
-// evalbus tasks: lists tasks, shows one as text and as an image, copies one, and checks task files.
+// Implements `evalbus tasks`, which lists tasks, shows a task as text and as an image, copies a task, and
+// checks task files.
 
 #include <fmt/format.h>
 
@@ -27,7 +28,7 @@ struct TasksOptions {
   const CLI::App* check = nullptr;
   // Argument for FindTask().
   std::string task;
-  // Like --robot of 'evalbus run'; empty: the task's own robot.
+  // Value of --robot, as for 'evalbus run'; empty: the task's default robot.
   std::string robot;
   ModelSources sources;
   ImageOptions image;
@@ -189,7 +190,7 @@ int Show(const TasksOptions& options) {
   Composed composed(selection.task, options.robot, options.sources);
   const TaskDescription& task = composed.task;
   const Variation& variation = task.variation(selection.variation);
-  // Rendered first, so that nothing is printed if this fails.
+  // The image is rendered first, so that nothing is printed if this fails.
   if (!options.image.file.empty()) Draw(&composed, variation, options);
 
   fmt::print("{}/{}{}\n{}\n\n", task.name, variation.name,
@@ -242,7 +243,7 @@ int Show(const TasksOptions& options) {
   return 0;
 }
 
-// Writes the other task's text with the new name; nothing else is changed.
+// Copies a task file and changes only its name.
 int New(const TasksOptions& options) {
   const std::filesystem::path file = options.new_name + ".yaml";
   if (std::filesystem::exists(file)) throw InputError(file.string() + " already exists");
@@ -255,8 +256,8 @@ int New(const TasksOptions& options) {
                      "', which is to be changed");
   }
   text.replace(at, line.size() - 1, "name: " + options.new_name + "\n");
-  // Checked before anything is written: the name may be invalid, and relative paths may not resolve for the
-  // copy.
+  // The text is checked before the file is written, because the name may be invalid, and relative paths may
+  // be wrong in the new folder.
   ParseTask(text, file, true);
   WriteWhole(file, text);
   fmt::print("{0}: a copy of {1}\n\n  evalbus tasks check {0}\n  evalbus run {0} --policy expert:{2}\n",

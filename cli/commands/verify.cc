@@ -1,4 +1,4 @@
-// evalbus verify: checks that recorded results are unchanged and follow from the logs.
+// Implements `evalbus verify`, which checks that recorded results are unchanged and follow from the logs.
 
 #include <fmt/format.h>
 
@@ -28,9 +28,9 @@ namespace fs = std::filesystem;
 
 struct VerifyOptions {
   fs::path folder;
-  // Check hashes only; compute no score.
+  // Checks only hashes and computes no scores.
   bool hashes = false;
-  // Write manifest.json if there is no finding.
+  // Writes manifest.json if there are no findings.
   bool write = false;
 };
 
@@ -44,13 +44,14 @@ void AddOptions(CLI::App* app, VerifyOptions* options) {
       ->excludes(hashes);
 }
 
-// Compares stops.json of a plan that stops depending on its results with its episodes.
+// Compares stops.json, which only a plan with `until` has, with the decisions computed from the plan's
+// episodes.
 void VerifyStops(const fs::path& folder, results::Verification* result) {
   const fs::path file = folder / plans::kStopsJson;
   if (!fs::exists(folder / kPlanJson) || !fs::exists(file)) return;
   try {
     const auto stored = ReadJsonFile<nlohmann::ordered_json>(file);
-    // Parsed from its text, like the file.
+    // The computed value is written and parsed, so that it is rounded like the file.
     const auto computed = nlohmann::ordered_json::parse(ToText(plans::StopsJson(plans::PlanFolder(folder))));
     for (const results::Difference& one : results::Differences(stored, computed)) {
       result->findings.push_back(
@@ -61,9 +62,9 @@ void VerifyStops(const fs::path& folder, results::Verification* result) {
   }
 }
 
-// Returns 0 if nothing is wrong, else 1. Throws InputError, EnvironmentError.
+// Returns 0 if there are no findings; otherwise 1. Throws InputError, EnvironmentError.
 int Verify(const VerifyOptions& options) {
-  // In a thread of its own, because the rest uses one processor only.
+  // Hashing runs on its own thread, because the other checks use only one processor.
   auto hashing = std::async(std::launch::async, [&] {
     results::Verification hashed;
     if (!options.write) results::VerifyHashes(options.folder, &hashed);

@@ -1,4 +1,4 @@
-// Options of commands that make videos: which part of an episode is shown, and how fast.
+// Options of commands that make videos. They determine which part of an episode is shown, and how fast.
 #pragma once
 
 #include <CLI/CLI.hpp>

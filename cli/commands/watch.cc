@@ -1,4 +1,4 @@
-// evalbus watch: scores episodes of a source: an external simulator or a robot.
+// Implements `evalbus watch`, which scores episodes of a source, such as an external simulator or a robot.
 #include <memory>
 
 #include "base/arguments.h"

@@ -1,4 +1,4 @@
-// evalbus web: shows active and finished runs in a browser.
+// Implements `evalbus web`, which shows active and finished runs in a browser.
 #include "report/web/web.h"
 
 #include <memory>

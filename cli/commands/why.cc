@@ -1,4 +1,5 @@
-// evalbus why: which start parameters influence success, and from when on episodes were lost.
+// Implements `evalbus why`, which finds the start parameters that influence success, and the points of no
+// return of failed episodes.
 
 #include <fmt/format.h>
 
@@ -32,14 +33,14 @@ namespace fs = std::filesystem;
 
 struct WhyOptions {
   std::vector<fs::path> runs;
-  // Episodes whose point of no return is searched for; all failures if `failures`.
+  // Episodes whose point of no return is searched for. If `failures` is true, these are all failures.
   std::vector<int> episodes;
   bool failures = false;
-  // Empty: no JSON file is written.
+  // JSON file to write; empty: none.
   fs::path json;
 };
 
-// Reads the runs, suites and plans that have finished episodes.
+// Reads all runs with finished episodes in these folders of runs, suites and plans.
 std::vector<results::RecordedRun> ReadAll(const std::vector<fs::path>& folders) {
   std::vector<results::RecordedRun> runs;
   std::set<fs::path> read;
@@ -87,7 +88,7 @@ void PrintNoReturns(const results::RecordedRun& run, const results::RunCircumsta
     fmt::print("{:>7}  {}\n", episode, results::NoReturnText(point));
 }
 
-// Returns the exit code: 0, whatever is found. Throws InputError.
+// Returns the exit code, which is always 0. Throws InputError.
 int Explain(const WhyOptions& options) {
   const std::vector<results::RecordedRun> runs = ReadAll(options.runs);
   std::vector<const results::RecordedRun*> all;
