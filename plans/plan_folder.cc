@@ -140,7 +140,7 @@ void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
   if (rename(coming.c_str(), shard_folder(shard).c_str()) == 0) return;
   const int error = errno;
   fs::remove_all(coming, ignored);
-  // It is no error if another process has stored the same shard in the meantime.
+  // Another process may have stored the same shard in the meantime, which is not an error.
   if (!has(shard)) ThrowFileError("cannot write " + shard_folder(shard).string(), error);
 }
 

@@ -54,8 +54,8 @@ Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const
                      metrics::ChanceOfSequentialTest(
                          stop.success, until.on_progress ? std::optional(stop.progress) : std::nullopt, pairs,
                          most, until.alpha / num_comparisons) < metrics::kLeastChance;
-  // With progress, both tests together have the error rate alpha, so success alone is decided only if the whole
-  // comparison is.
+  // With progress, both tests together have the error rate alpha, so success alone counts as decided only if
+  // the comparison is decided.
   stop.is_success_decided = stop.is_decided && (!until.on_progress || stop.success_p_adjusted <= until.alpha);
   return stop;
 }
