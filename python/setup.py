@@ -1,4 +1,4 @@
-"""Builds in a temporary folder: `pip install ./python` writes nothing to the source tree, which may be read-only."""
+"""Builds in a temporary folder, so that `pip install ./python` does not write to the source tree."""
 
 import atexit
 import pathlib

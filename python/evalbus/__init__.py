@@ -22,7 +22,7 @@ from evalbus.runs import Episode, Metric, Run, Summary, read_run
 
 __version__ = "0.3.0"
 
-# Imported on first use: reading runs requires neither websockets nor msgpack.
+# These names are imported on first use, because reading runs requires neither websockets nor msgpack.
 _LAZY = {"serve": "evalbus.server", "Environment": "evalbus.environment", "Step": "evalbus.environment"}
 
 

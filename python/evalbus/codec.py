@@ -8,7 +8,7 @@ Decoding cannot execute code: pickle is not used, and object arrays are rejected
 import msgpack
 import numpy as np
 
-# numpy kinds: booleans, integers, floating-point numbers, fixed-length bytes and text.
+# Supported numpy kinds: booleans, integers, floating-point numbers, fixed-length bytes and text.
 _KINDS = "biufSU"
 
 

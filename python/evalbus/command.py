@@ -1,4 +1,4 @@
-"""Functions shared by the modules that the program evalbus starts: like its own, their errors are one line."""
+"""Functions shared by the modules that the program evalbus starts. Their errors are one line, like its own errors."""
 
 import argparse
 import sys
@@ -7,12 +7,12 @@ from typing import Callable
 from evalbus.errors import EvalbusError, InputError
 
 
-# Errors of files that the name of the file causes. All others, such as a full disk, are failures of the machine.
+# Errors that are caused by the name of a file. All other errors, such as a full disk, are failures of the machine.
 _OF_THE_NAME = (FileExistsError, FileNotFoundError, IsADirectoryError, NotADirectoryError, PermissionError)
 
 
 def run_module(main: Callable[[], None]) -> None:
-    """Calls main(). Exit codes: 1 for wrong input, 2 for other failures. A missing package: see start_module."""
+    """Calls main(). Exit codes: 1 for wrong input, 2 for other failures. start_module reports missing packages."""
     try:
         main()
     except EvalbusError as error:
@@ -24,7 +24,7 @@ def run_module(main: Callable[[], None]) -> None:
 
 
 def parser(module_doc: str, command: str) -> argparse.ArgumentParser:
-    """A parser with the program name of the command that starts the module, such as 'evalbus serve'."""
+    """Returns a parser with the name of the command that starts the module, such as 'evalbus serve'."""
 
     class Parser(argparse.ArgumentParser):
         def error(self, message):

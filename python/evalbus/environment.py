@@ -1,4 +1,4 @@
-"""A task as an environment: a program that chooses each action. evalbus.gym is the same for Gymnasium."""
+"""A task as an environment, in which the caller chooses each action. evalbus.gym provides it for Gymnasium."""
 
 import dataclasses
 import json
@@ -17,18 +17,18 @@ from evalbus.runs import Episode
 
 # Version of the messages of `evalbus env` (docs/environment.md).
 _VERSION = 1
-# Largest number of an episode (base/run_layout.h).
+# Largest episode number (base/run_layout.h).
 _MAX_EPISODE = 99_999_999
 _SIZE = struct.Struct("<I")
-# What is observed and what actions mean, unless a contract describes it.
+# Defaults of the observations and actions if there is no contract.
 _DEFAULT_FORM = {"control": "joint", "cameras": [], "image_size": (224, 224), "control_hz": 20}
 
 
 @dataclasses.dataclass(frozen=True)
 class Step:
-    """What an environment returns for a step."""
+    """Result of a step of an environment."""
 
-    # As the contract describes it: by default "state" and, with cameras, "images", a dictionary by camera.
+    # Observation as described by the contract. By default, "state" and, with cameras, "images", a dictionary by camera.
     observation: Dict[str, Any]
     # RoboEval's dictionary and evalbus' own metrics for this tick, as in episodes.jsonl.
     metrics: Dict[str, Any]
@@ -38,9 +38,9 @@ class Step:
 
 
 class Environment:
-    """Runs episodes of a task step by step, in an `evalbus env` of its own.
+    """Runs episodes of a task step by step, in a separate `evalbus env` process.
 
-    Episodes and scores are those of `evalbus run` with the same contract, seed and actions, to the bit.
+    Episodes and scores are bit-identical to `evalbus run` with the same contract, seed and actions.
 
     task: "lift_pot/position". control: meaning of an action: "joint" (positions), "joint_delta", "eef_pose" or
     "eef_delta"; values of all arms, then of the grippers (0 open, 1 closed). cameras: names of cameras whose images are
@@ -88,21 +88,21 @@ class Environment:
         self.instruction: str = description["instruction"]
         self.control_hz: float = description["control_hz"]
         self.time_limit_s: float = description["time_limit_s"]
-        # What draws the images, such as "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))"; empty without cameras.
-        # Programs of older versions send neither.
+        # Renderer of the images, such as "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))"; empty without cameras. Programs
+        # of older versions send neither a renderer nor a warning.
         self.renderer: str = description.get("renderer", "")
         if description.get("warning"):
             warnings.warn(f"evalbus: {description['warning']}", stacklevel=2)
-        # Text of the contract: saved as a file, `evalbus run --policy` evaluates a server with it.
+        # Text of the contract. If it is saved as a file, `evalbus run --contract FILE` can evaluate a server with it.
         self.contract: str = description["contract"]
-        # Usual range of each value of an action. Values beyond are executed, too, as far as the robot can.
+        # Usual range of each value of an action. Values outside of it are executed, too, as far as the robot can.
         self.action_lower: np.ndarray = description["action_lower"]
         self.action_upper: np.ndarray = description["action_upper"]
 
     def reset(self, seed: int, episode: int = 0) -> Step:
-        """Starts episode `episode` of `evalbus run --seed SEED`, and abandons the current one."""
+        """Starts episode `episode` of `evalbus run --seed SEED`, and abandons the current episode."""
         seed, episode = _whole("seed", seed), _whole("episode", episode)
-        # An error of the program would close the environment.
+        # The number is checked here, because an error of the program would close the environment.
         if not 0 <= episode <= _MAX_EPISODE:
             raise InputError(f"reset: episode: expected 0 to {_MAX_EPISODE}, got {episode}")
         return self._ask({"reset": {"seed": seed, "episode": episode}})
@@ -146,7 +146,7 @@ class Environment:
             self._program.input.write(_SIZE.pack(len(message)) + message)
             self._program.input.flush()
         except BrokenPipeError:
-            pass  # The program has ended; _receive() finds out why.
+            pass  # The program has ended; _receive() determines the reason.
         except BaseException:
             self.close()
             raise

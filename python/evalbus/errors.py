@@ -1,10 +1,10 @@
-"""Exceptions of evalbus. Each has one line that states what is wrong and what to do."""
+"""Exceptions of evalbus. Each message is one line that states what is wrong and what to do."""
 
 from typing import Any
 
 
 class EvalbusError(Exception):
-    """Base class of all of them."""
+    """Base class of all exceptions of evalbus."""
 
     def __init__(self, text: Any):
         # Gymnasium's AsyncVectorEnv passes the exception of its worker process instead of a text.
@@ -20,8 +20,8 @@ class ActionError(InputError):
 
 
 class ProgramError(EvalbusError, RuntimeError):
-    """The program evalbus is missing, failed or was killed, or the machine does not provide what it needs."""
+    """The program evalbus is missing, failed or was killed, or this machine does not meet its requirements."""
 
 
 class PolicyError(EvalbusError, RuntimeError):
-    """A policy that this process serves raised an exception, which is this one's __cause__."""
+    """A policy that this process serves raised an exception, which is the __cause__ of this exception."""

@@ -17,7 +17,7 @@ from evalbus.runs import Episode, Run, read_run
 # Version of the events of `evalbus run --json` (docs/schema/event.json).
 _EVENTS_VERSION = 1
 _CALLABLE_CONTRACT = "plain"
-# In the program's error if the shape of an answer differs from the contract's; the server's address follows.
+# Part of the program's error if the shape of an answer contradicts the contract. The server's address follows it.
 _CONTRADICTION = "the contract contradicts the answer of the server at "
 
 Policy = Union[str, os.PathLike, Callable]
@@ -27,22 +27,22 @@ Policy = Union[str, os.PathLike, Callable]
 class Event:
     """An event of an active run (docs/schema/event.json)."""
 
-    # "begin", "episode_begin", "partial", "episode", "remark" or "summary"; of a plan also "plan_begin" and
+    # "begin", "episode_begin", "partial", "episode", "remark" or "summary"; for plans also "plan_begin" and
     # "plan_summary".
     kind: str
-    # The event's other keys.
+    # The other keys of the event.
     content: Dict[str, Any] = dataclasses.field(repr=False)
-    # The episode that has finished, if kind is "episode".
+    # The finished episode if kind is "episode".
     episode: Optional[Episode] = None
 
 
 class _Active:
-    """An evaluation that is active."""
+    """An active evaluation."""
 
     def __init__(self, arguments: List[str], serving=None):
         self._serving = serving
         self._program: Optional[Program] = None
-        # Folders of the runs that have begun, with the event "begin", in this order.
+        # Maps the folder of each run to its event "begin", in the order in which the runs began.
         self._folders: Dict[pathlib.Path, Dict[str, Any]] = {}
         self._is_finished = self._is_closed = False
         try:
@@ -61,7 +61,7 @@ class _Active:
         return self
 
     def __next__(self) -> Event:
-        """The next event. Raises an EvalbusError if the run fails."""
+        """Returns the next event. Raises an EvalbusError if the run fails."""
         if self._is_finished:
             raise StopIteration
         if self._is_closed:
@@ -102,7 +102,7 @@ class _Active:
             contradiction = str(error).partition(_CONTRADICTION)[2]
             if not self._serving or not contradiction:
                 raise
-            # The user knows a function, not a server and its address.
+            # The server's address is omitted, because the user passed a function and knows of no server.
             raise ActionError(f"the policy contradicts its contract: {contradiction.partition(': ')[2]}") from None
 
     def _check_policy(self) -> None:
@@ -114,7 +114,7 @@ class _Active:
 
 
 class ActiveRun(_Active):
-    """A run that is active. Iterate over its events, or wait() for its result; leave the context to stop it."""
+    """An active run. Iterate over its events, or wait() for its result; leave the context to stop it."""
 
     @property
     def folder(self) -> Optional[pathlib.Path]:
@@ -122,12 +122,12 @@ class ActiveRun(_Active):
         return next(iter(self._folders), None)
 
     def wait(self) -> Run:
-        """Waits for the end of the run, and reads it. Raises an EvalbusError if the run fails."""
+        """Waits for the end of the run, and returns it. Raises an EvalbusError if the run fails."""
         return self._wait()[0]
 
 
 class ActivePlan(_Active):
-    """A plan that is active. Iterate over its events, or wait() for its results; leave the context to stop it."""
+    """An active plan. Iterate over its events, or wait() for its results; leave the context to stop it."""
 
     _plan: Dict[str, Any] = {}
 
@@ -138,12 +138,12 @@ class ActivePlan(_Active):
         return event
 
     def wait(self) -> List[Run]:
-        """Waits for the end of the plan, and reads its runs: one for each policy and task, in the order of the plan.
+        """Waits for the end of the plan, and returns its runs: one per policy and task, in the order of the plan.
         Raises an EvalbusError if the plan fails."""
         return sorted(self._wait(), key=self._place)
 
     def _place(self, run: Run):
-        # Workers begin runs in any order. A task of a file is named otherwise in the plan than in its run.
+        # Workers begin runs in any order. The name of a task from a file differs between the plan and the run.
         begin = self._folders[run.folder]
         tasks = self._plan["tasks"]
         place = tasks.index(run.task) if run.task in tasks else len(tasks)
@@ -168,7 +168,7 @@ def start(
     """Starts an evaluation; the arguments are those of run()."""
     check_task(task)
     for name, number in (("episodes", episodes), ("seed", seed)):
-        # words() would make a flag of True, and leave False out.
+        # words() would convert True to a flag, and omit False.
         if isinstance(number, (bool, np.bool_)):
             raise InputError(f"{name}: expected a whole number, got {number!r}")
     if str(task).split("/")[-1] == "all":
@@ -218,16 +218,16 @@ def run(
 class Comparison:
     """Result of compare(): whether the run differs from the baseline."""
 
-    # One or two sentences.
+    # The result in one or two sentences.
     verdict: str
     # Success rates, their difference (a minus b) and its 95 % interval; None if no episode is complete.
     difference: Optional[float]
     difference_95: Any
     # p of the test of equal success rates, e.g. the exact McNemar test for pairs of equal seeds.
     p: Optional[float]
-    # By metric: the entries of the task's "metrics" in `evalbus compare --json`.
+    # Entries of the task's "metrics" in `evalbus compare --json`, by metric.
     metrics: Dict[str, Dict[str, Any]] = dataclasses.field(repr=False)
-    # All that `evalbus compare --json` writes.
+    # The whole output of `evalbus compare --json`.
     content: Dict[str, Any] = dataclasses.field(repr=False)
 
 
@@ -265,7 +265,7 @@ def _event(line: bytes) -> Event:
 
 
 def _checked(policy: Callable) -> Callable:
-    """The policy, except that it raises ActionError for actions that are not finite numbers."""
+    """Returns the policy, wrapped so that it raises ActionError for actions that are not finite numbers."""
 
     def check(answer):
         given = answer["actions"] if isinstance(answer, dict) and "actions" in answer else answer

@@ -76,7 +76,7 @@ class EvalbusEnv(gymnasium.Env):
         self.action_space = spaces.Box(
             self._environment.action_lower, self._environment.action_upper, dtype=np.float32
         )
-        # Determines the shapes.
+        # The first observation determines the shapes.
         self.observation_space = _space(self._seen(self._environment.reset(0)))
         self._run_seed: Optional[int] = None
         self._episode = 0
@@ -138,7 +138,7 @@ class EvalbusEnv(gymnasium.Env):
 
 
 def register() -> None:
-    """Registers evalbus/LiftPot-v0 and the others, and evalbus/Task-v0 for any task=."""
+    """Registers an environment per built-in task, such as evalbus/LiftPot-v0, and evalbus/Task-v0 for any task=."""
     for name, task in [*TASKS.items(), ("Task", None)]:
         if f"evalbus/{name}-v0" not in gymnasium.registry:
             gymnasium.register(
@@ -155,7 +155,7 @@ def _info(step: Step) -> dict:
 
 
 def _numbers(values: dict) -> dict:
-    """The values without those that are None, so that vector environments can stack the rest."""
+    """Returns the values that are not None, so that vector environments can stack them."""
     return {
         key: _numbers(value) if isinstance(value, dict) else value
         for key, value in values.items()

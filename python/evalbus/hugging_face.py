@@ -26,7 +26,7 @@ def write_results(run, out, dataset: str) -> None:
     for one in runs:
         if one.summary is None or one.summary.success_rate is None:
             raise InputError(f"{one.folder}: the run is not finished, or has no complete episode")
-    # The folder appears when it is complete.
+    # The folder is written under a temporary name and renamed when it is complete.
     coming = out.with_name(f".{out.name}.{os.getpid()}.tmp")
     try:
         results = [line for one in runs for line in _result(one, dataset)]

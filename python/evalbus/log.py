@@ -15,7 +15,7 @@ from evalbus import messages
 from evalbus.errors import InputError, ProgramError
 
 _MAGIC = b"\xed\xa1\xda\x01"
-# _HEADER: magic number, event number, time in microseconds, size of the channel name, size of the message.
+# Fields of _HEADER: magic number, event number, time in microseconds, size of the channel name, size of the message.
 _PACKED_MAGIC = b"\x28\xb5\x2f\xfd"
 _MAX_UNPACKED_BYTES = 1 << 30
 _HEADER = struct.Struct(">4sqqII")
@@ -37,7 +37,7 @@ class Log(dict):
         # Number of bytes that are not part of a complete event, and number of such gaps.
         self.damaged_bytes = 0
         self.damaged_places = 0
-        # Channel -> number of its events that are not messages of this evalbus version.
+        # Maps a channel to the number of its events that are not messages of this evalbus version.
         self.not_decoded = {}
 
 
@@ -108,12 +108,12 @@ def _events(file, log):
 
 @contextlib.contextmanager
 def _bytes(file):
-    """Content of a log, decompressed if necessary."""
+    """Returns the content of a log, decompressed if necessary."""
     try:
         stream = open(file, "rb")
     except OSError as error:
         raise InputError(f"{file}: {error.strerror}") from None
-    except (TypeError, ValueError) as error:  # No path, or one with a zero byte.
+    except (TypeError, ValueError) as error:  # Not a path, or a path with a zero byte.
         raise InputError(f"{file!r}: expected a file: {error}") from None
     with stream:
         start = stream.read(len(_PACKED_MAGIC))
@@ -144,13 +144,13 @@ def _unpacked(file):
 
 
 def _find(data, at):
-    """Position of the next magic number, or the end."""
+    """Returns the position of the next magic number, or the end."""
     found = data.find(_MAGIC, at)
     return found if found >= 0 else len(data)
 
 
 def _claimed_size(data, at):
-    """Size of the event that starts here according to its header; 0 if there is no valid header."""
+    """Returns the size, according to its header, of the event at this position; 0 if there is no valid header."""
     if len(data) - at < _HEADER.size:
         return 0
     magic, _, _, channel_size, data_size = _HEADER.unpack_from(data, at)
@@ -165,7 +165,7 @@ def _is_boundary(data, at):
 
 
 def _event_size(data, at):
-    """The same, but 0 also if the sizes are damaged, which is the case if they span other complete events."""
+    """Returns _claimed_size(), but 0 if the sizes are damaged, that is, if the event spans other complete events."""
     size = _claimed_size(data, at)
     if not size or _is_boundary(data, at + size):
         return size
@@ -178,7 +178,7 @@ def _event_size(data, at):
 
 
 def _columns(type_, values, depth):
-    """values: messages in `depth` nested lists, of which the outermost has one entry per logged message."""
+    """Converts messages to columns. values: nested lists of depth `depth`; the outermost has one entry per message."""
     columns = {}
     for member in type_.members:
         inner = _pick(values, member.name, depth)

@@ -14,7 +14,7 @@ import struct
 import numpy as np
 
 _DTYPES = {
-    # Types as encoded: big-endian.
+    # The encoding is big-endian.
     "int8_t": ">i1",
     "int16_t": ">i2",
     "int32_t": ">i4",
@@ -48,12 +48,12 @@ class Type:
 
 
 def types():
-    """Maps names ("state_t") to the Type of all messages."""
+    """Returns a map from the name ("state_t") to the Type of each message."""
     return _types()[0]
 
 
 def dtype(name):
-    """numpy dtype of an LCM number type ("int32_t")."""
+    """Returns the numpy dtype of an LCM number type ("int32_t")."""
     return np.dtype(bool) if name == "boolean" else np.dtype(_DTYPES[name]).newbyteorder("=")
 
 
@@ -172,7 +172,7 @@ def _encode(name, shape, value, parts, where):
 
 @functools.lru_cache(maxsize=None)
 def _least_bytes(name):
-    """Minimum encoded size of a value in bytes. A string has at least its length and a NUL."""
+    """Returns the minimum encoded size of a value in bytes. A string has at least its length and a NUL."""
     if name == "string":
         return 5
     if name in _DTYPES:

@@ -11,12 +11,12 @@ from typing import IO, Any, List, Optional, Sequence
 
 from evalbus.errors import EvalbusError, InputError, ProgramError
 
-# evalbus stops the processes of a run within two seconds.
+# Time after which the program is killed. It usually stops the processes of a run within two seconds.
 _STOP_S = 10
 
 
 def find_program() -> str:
-    """Path of the program evalbus: EVALBUS_BIN (the program, or its folder), next to this package, or in PATH.
+    """Returns the path of the program evalbus: from EVALBUS_BIN (program or folder), next to this package, or in PATH.
 
     Raises ProgramError.
     """
@@ -25,7 +25,7 @@ def find_program() -> str:
     if named:
         candidates = [pathlib.Path(named), pathlib.Path(named) / "evalbus"]
     else:
-        # A wheel, the source tree, an installed evalbus (PREFIX/share/evalbus/python/evalbus).
+        # Folders in a wheel, in the source tree, and in an installation (PREFIX/share/evalbus/python/evalbus).
         folders = [package / "bin", package.parents[1] / "build" / "bin", package.parents[3] / "bin"]
         candidates = [folder / "evalbus" for folder in folders]
         in_path = shutil.which("evalbus")
@@ -39,7 +39,7 @@ def find_program() -> str:
 
 
 def environment():
-    """Environment for the program: the process's own, this Python for commands that need one, and where PyPI's ffmpeg is,
+    """Returns the environment for the program: this process's environment, this Python, and the path of PyPI's ffmpeg
     for machines without ffmpeg."""
     own = dict(os.environ)
     own.setdefault("EVALBUS_PYTHON", sys.executable)
@@ -53,13 +53,13 @@ def environment():
 
 
 def check_task(task: Any) -> None:
-    """Raises InputError for a name that the program would take for an option."""
+    """Raises InputError for a name that the program would interpret as an option."""
     if str(task).startswith("-"):
         raise InputError(f"unknown task '{task}'")
 
 
 def words(options: dict) -> List[str]:
-    """Command-line options: {"workers": 2, "in_process": True} is --workers 2 --in-process; None is left out."""
+    """Returns command-line options: {"workers": 2, "resume": True} gives --workers 2 --resume; None is omitted."""
     result = []
     for key, value in options.items():
         if value is None or value is False:
@@ -84,7 +84,7 @@ class Program:
                 stdout=subprocess.PIPE,
                 stderr=self._errors,
                 env=environment(),
-                # Ctrl-C reaches this process only, which then stops the program in order.
+                # Ctrl-C must reach only this process, which then stops the program in an orderly way.
                 start_new_session=True,
             )
         except ValueError as error:  # An argument contains a zero byte.

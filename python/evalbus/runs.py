@@ -18,25 +18,25 @@ _VERSION = 1
 
 @dataclasses.dataclass(frozen=True)
 class Episode:
-    """A finished episode: its line of episodes.jsonl."""
+    """A finished episode, from its line of episodes.jsonl."""
 
     index: int
     seed: int
     success: bool
-    # Only episodes that are complete count in rates.
+    # Only complete episodes count in rates.
     complete: bool
     end_reason: str
-    # Empty if the episode succeeded.
+    # The reason for the failure; empty if the episode succeeded.
     failure_reason: str
-    # RoboEval's dictionary; evalbus' own metrics; the randomized start parameters.
+    # metrics: RoboEval's dictionary. extended: evalbus' own metrics. parameters: the randomized start parameters.
     metrics: Dict[str, Any]
     extended: Dict[str, Any]
     parameters: Dict[str, float]
-    # Poses of wrists and objects at the end (docs/run_folder.md); empty in runs of older versions.
+    # Poses of wrists and objects at the end of the episode (docs/run_folder.md); empty in runs of older versions.
     final_poses: Dict[str, Dict[str, float]]
     # Decisive moment: "kind", "time_s", "text" (docs/failures.md); empty in runs of older versions.
     cause: Dict[str, Any]
-    # The whole line.
+    # The whole line of episodes.jsonl.
     line: Dict[str, Any] = dataclasses.field(repr=False)
 
     @staticmethod
@@ -60,7 +60,7 @@ class Episode:
         )
 
     def scores(self) -> Dict[str, float]:
-        """All numbers by name. Names of nested values are joined by dots, as in `evalbus export`:
+        """Returns all numbers by name. Names of nested values are joined by dots, as in `evalbus export`:
         "extended.min_clearance_m", "parameters.pot_x_m"."""
         return {
             **dict(_numbers(self.parameters, "parameters.")),
@@ -97,7 +97,7 @@ class Summary:
     success_rate_95: Interval
     failure_reasons: Dict[str, int]
     metrics: Dict[str, Metric] = dataclasses.field(repr=False)
-    # The whole file.
+    # Contents of the whole file.
     content: Dict[str, Any] = dataclasses.field(repr=False)
 
     @staticmethod
@@ -121,7 +121,7 @@ class Summary:
 
 @dataclasses.dataclass(frozen=True)
 class Run:
-    """A run that finished, was interrupted or is active."""
+    """A finished, interrupted or active run."""
 
     folder: pathlib.Path
     # Content of run.json.
@@ -137,18 +137,18 @@ class Run:
 
     @functools.cached_property
     def scores(self) -> Dict[str, np.ndarray]:
-        """Arrays by name of the score, with one value for each finished episode; nan if unavailable."""
+        """Returns an array per score, by name, with one value for each finished episode; nan if unavailable."""
         rows = [episode.scores() for episode in self.episodes]
         names = dict.fromkeys(name for row in rows for name in row)
         return {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in names}
 
     @property
     def logs(self) -> Dict[int, pathlib.Path]:
-        """Path of each episode's log, for read_log()."""
+        """Returns the path of each episode's log, for read_log()."""
         return {episode.index: _log_in(_episode_folder(self.folder, episode.index)) for episode in self.episodes}
 
     def to_pandas(self):
-        """A pandas DataFrame: one row for each episode, with its scores. Raises EvalbusError if pandas is missing."""
+        """Returns a pandas DataFrame with one row of scores per episode. Raises EvalbusError if pandas is missing."""
         try:
             import pandas
         except ImportError:
@@ -244,7 +244,7 @@ def _bytes(file):
 
 
 def _json(file):
-    """The object in a file."""
+    """Returns the JSON object in a file."""
     data = _bytes(file)
     try:
         content = json.loads(data)

@@ -42,7 +42,8 @@ except ImportError:
         return _answer_health(path, headers)
 
 
-# How long a connection waits for the previous one to close; must be shorter than the client's timeout for the metadata.
+# Time for which a new connection waits until the previous one closes. Must be shorter than the client's timeout for the
+# metadata.
 _RELEASE_S = 5
 _BUSY = (
     "this policy has reset(), so it remembers its episode and serves one connection at a time, and another one is "
@@ -81,7 +82,7 @@ def serve(act, port=8000, host="127.0.0.1", metadata={}):
 class Serving:
     """Serves a policy in a thread of this process until close(). url: its address, on this machine only.
 
-    error: the exception that the policy raised first, if any. It is not printed.
+    error: the first exception that the policy raised; None if there is none. It is not printed.
     """
 
     def __init__(self, act, metadata={}):
@@ -122,7 +123,7 @@ class _Server:
 
     async def run(self, host, port, on_ready):
         self._loop, self._stopped = asyncio.get_running_loop(), asyncio.Event()
-        # For a stateful policy: held by the connection that is being served.
+        # Lock for a stateful policy. The connection that is being served holds it.
         is_stateful = hasattr(self._act, "reset") and not isinstance(self._act, type)
         turn = asyncio.Lock() if is_stateful else None
         # The policy runs in a worker thread, so that the event loop can serve pings and other connections.
@@ -184,7 +185,7 @@ class _Server:
 
 
 class _Worker:
-    """Calls functions in a thread, one at a time. Unlike an executor's, the thread does not keep the process alive while
+    """Calls functions in a thread, one at a time. Unlike an executor's thread, it does not keep the process alive while
     a function hangs."""
 
     def __init__(self):
@@ -232,7 +233,7 @@ async def _taken(turn):
 
 
 async def _refuse(connection, text):
-    # A name of a file, for example, may contain bytes that are not UTF-8, as surrogates.
+    # The text may contain surrogates, for example for bytes of a file name that are not UTF-8.
     await connection.send(text.encode(errors="backslashreplace").decode())
     await connection.close(1011, "the policy failed; the previous frame has the reason")
 

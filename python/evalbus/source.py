@@ -1,6 +1,6 @@
 """Publishes the measurements of a robot or simulator for `evalbus watch`: joints, object poses, contacts, images.
 
-Needs no LCM: it sends and receives LCM datagrams itself. The protocol is described in docs/watch.md.
+The LCM library is not needed, because this module encodes the datagrams itself. docs/watch.md describes the protocol.
 """
 
 import itertools
@@ -106,7 +106,7 @@ class Source:
         self._publish("EVALBUS_SOURCE_IMAGE_" + camera.replace("/", "_"), "image_t", image)
 
     def _publish(self, channel, type_, message):
-        """Sends a message in LCM's UDP format: a short one in one datagram, a long one in fragments."""
+        """Sends a message in LCM's UDP format, in one datagram or, if it is long, in fragments."""
         data = messages.encode(type_, message)
         name, sequence = channel.encode() + b"\0", next(self._sequence) & 0xFFFFFFFF
         if len(name) + len(data) <= _PART:

@@ -1,13 +1,14 @@
 """Starts a module of this package for the program evalbus: start_module.py MODULE [ARGUMENT...].
 
-It imports nothing of the package itself, so that a Python without numpy is one line, too.
+It does not import the package, so that a missing numpy is reported in one line, too.
 """
 
 import runpy
 import sys
 
 if __name__ == "__main__":
-    # The folder of this file: its modules must not hide others of the same name, such as gym.
+    # Removes the folder of this file from the import path, because its modules would hide others with the same name,
+    # such as gym.
     sys.path[0] = ""
     del sys.argv[0]
     try:

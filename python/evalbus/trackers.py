@@ -15,12 +15,12 @@ from evalbus.command import parser, run_module
 from evalbus.errors import InputError
 from evalbus.runs import Episode, Run, read_runs
 
-# Options that change when a run is resumed.
+# Options that may change when a run is resumed.
 _VARIABLE = {"episodes", "workers", "url", "until"}
 
 
 def run_id(run: Run) -> str:
-    """Id of a run in every tracker: equal for equal folder names and options."""
+    """Returns the id of a run in every tracker. It is equal for equal folder names and options."""
     options = {key: value for key, value in run.options.items() if key not in _VARIABLE}
     text = json.dumps([run.folder.absolute().name, options], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
@@ -30,11 +30,11 @@ def to_wandb(run: Run, project: str, module: str = "wandb") -> None:
     """module: "wandb", or "trackio", which has the same functions. The summary is logged with the last episode."""
     tracker = importlib.import_module(module)
     folder = run.folder.absolute().name
-    # The names of Trackio's runs are their ids.
+    # In Trackio, the name of a run is also its id.
     identity = {"name": f"{folder}-{run_id(run)}"} if module == "trackio" else {"name": folder, "id": run_id(run)}
     active = tracker.init(project=project, resume="allow", config=_flat(run.options), **identity)
     try:
-        # Trackio has no public name for it.
+        # Trackio has no public attribute for the next step.
         first = active._next_step if module == "trackio" else active.step
         new = [episode for episode in _complete(run) if episode.index >= first]
         for episode in new:
@@ -73,7 +73,7 @@ def to_tensorboard(run: Run, folder: str) -> None:
     from tensorboard.summary import Writer
 
     directory = pathlib.Path(folder) / f"{run.folder.absolute().name}-{run_id(run)}"
-    # Event files are written anew: TensorBoard has no other way to replace points.
+    # Old event files are deleted, because TensorBoard has no other way to replace points.
     for old in directory.glob("events.out.tfevents.*"):
         old.unlink()
     writer = Writer(str(directory))

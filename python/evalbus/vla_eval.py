@@ -44,7 +44,7 @@ class EvalbusBenchmark(StepBenchmark):
             "robot": robot,
             "gl": gl,
         }
-        # The environment of one task is open at a time.
+        # Only one task's environment is open at a time.
         self._environment: Optional[Environment] = None
         self._step: Optional[Step] = None
         self._open(self._tasks[0])
@@ -81,7 +81,7 @@ class EvalbusBenchmark(StepBenchmark):
         return {"success": "mean", "completion_time": "mean"}
 
     def get_metadata(self) -> Dict[str, Any]:
-        # evalbus ends episodes itself, at their time limit.
+        # This limit is never reached, because evalbus ends episodes at their time limit.
         steps = round(self._environment.time_limit_s * self._environment.control_hz) + 1
         return {"max_steps": steps, "evalbus_contract": self._environment.contract}
 

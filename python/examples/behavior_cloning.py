@@ -38,7 +38,7 @@ def demonstrations(file):
 class Network(torch.nn.Module):
     def __init__(self):
         super().__init__()
-        # Mean and standard deviation of the training data; saved with the weights.
+        # Mean and standard deviation of the training data are saved with the weights.
         for name, shape in {"state": (19,), "chunk": (CHUNK, 16)}.items():
             self.register_buffer(f"{name}_mean", torch.zeros(shape))
             self.register_buffer(f"{name}_spread", torch.ones(shape))

@@ -31,7 +31,7 @@ class Policy:
             ("EVALBUS_EPISODE_BEGIN", self.on_begin),
             ("EVALBUS_STATE", self.on_state),
         ):
-            # 0: unlimited queue, so that no message is dropped.
+            # 0 makes the queue unlimited, so that no message is dropped.
             self.bus.subscribe(
                 channel, lambda _, data, heard=heard: heard(messages.decode(data)[1])
             ).set_queue_capacity(0)

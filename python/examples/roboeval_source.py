@@ -25,7 +25,7 @@ HOLD_S = 1  # the last action is held for this time
 
 
 def scene_of(model, parts):
-    """Returns qpos indices of joints and of free objects, and a name for each body, all by our names."""
+    """Returns the qpos indices of joints and of free objects by evalbus' names, and evalbus' name for each body."""
 
     def name(theirs):  # "panda nohand_left/panda hand_left/hand" becomes "left/hand/hand"
         ours = re.sub(r"^panda nohand_(left|right)/", r"\1/", re.sub("/panda hand_(left|right)/", "/hand/", theirs))

@@ -36,7 +36,7 @@ def write_dataset(run, out, cameras: List[str] = (), size: str = "256x256", succ
     if not out.absolute().parent.is_dir():
         raise InputError(f"{out}: no such folder: {out.absolute().parent}")
     names = keys.image_names(cameras)
-    # Beside `out`, so that the finished data set is renamed into place.
+    # The temporary folder is next to `out`, so that the finished data set can be renamed to `out`.
     with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.absolute().parent) as scratch:
         training_set = pathlib.Path(scratch) / "set.hdf5"
         options = {"hdf5": training_set, "successes": successes, "camera": list(cameras) or None}
@@ -47,7 +47,7 @@ def write_dataset(run, out, cameras: List[str] = (), size: str = "256x256", succ
             program.finish()
         with h5py.File(training_set, "r") as file:
             count = _convert(file["data"], dict(zip(cameras, names)), pathlib.Path(scratch) / out.name)
-            # For `trained_on` of a contract.
+            # A contract's `trained_on` can refer to these starts.
             starts = b"".join(line + b"\n" for line in file["evalbus_starts"][:])
             (pathlib.Path(scratch) / out.name / "evalbus_starts.jsonl").write_bytes(starts)
         os.rename(pathlib.Path(scratch) / out.name, out)

@@ -29,7 +29,7 @@ class LeRobotEnv(gymnasium.ObservationWrapper):
         super().__init__(
             EvalbusEnv(
                 cameras=cameras,
-                # An image that the policy receives anyway costs nothing.
+                # An image that the policy receives anyway needs no additional time.
                 render_camera=cameras[0] if cameras else "front",
                 render_mode=render_mode,
                 **options,
@@ -46,7 +46,7 @@ class LeRobotEnv(gymnasium.ObservationWrapper):
         self.observation_space = gymnasium.spaces.Dict(spaces)
         self.task = options["task"]
         self.task_description = self.env.instruction
-        # lerobot-eval stops a rollout after as many steps. evalbus ends the episode itself, at its time limit.
+        # lerobot-eval stops a rollout after this number of steps. evalbus ends the episode earlier, at its time limit.
         self._max_episode_steps = self.env.max_steps
 
     def reset(self, *, seed: Optional[int] = None, options: Optional[dict] = None):
@@ -123,7 +123,7 @@ class EvalbusEnvConfig(EnvConfig):
         return {
             task: {
                 0: vector(
-                    # An environment whose episode has ended waits for the others.
+                    # An environment whose episode has ended waits for the other environments.
                     [freeze_after_episode_end(functools.partial(LeRobotEnv, task=task, **self.gym_kwargs))] * n_envs,
                     autoreset_mode=gymnasium.vector.AutoresetMode.NEXT_STEP,
                     **options,

@@ -1,4 +1,4 @@
-"""Names that data sets, environments and contracts for LeRobot have in common."""
+"""Names that data sets, environments and contracts for LeRobot share."""
 
 from typing import List
 
@@ -12,12 +12,12 @@ _ROBOEVAL = "roboeval/"
 
 
 def image_name(camera: str) -> str:
-    """Name of a camera's images after "observation.images.": "head" for "roboeval/head"."""
+    """Returns the name of a camera's images after "observation.images.", for example "head" for "roboeval/head"."""
     return camera.removeprefix(_ROBOEVAL).replace("/", "_")
 
 
 def image_names(cameras: List[str]) -> List[str]:
-    """Names of the cameras' images. Raises InputError if two cameras have the same one."""
+    """Returns the names of the cameras' images. Raises InputError if two cameras have the same name."""
     names = [image_name(camera) for camera in cameras]
     for name in names:
         if names.count(name) > 1:

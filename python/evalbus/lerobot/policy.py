@@ -16,7 +16,7 @@ from evalbus.lerobot import keys
 from evalbus.command import parser, run_module
 from evalbus.server import serve
 
-# Names of images that data sets of `evalbus export --lerobot` have, and their cameras.
+# Maps names of images in data sets of `evalbus export --lerobot` to their cameras.
 _CAMERAS = {
     keys.image_name(camera): camera
     for camera in (
@@ -24,7 +24,7 @@ _CAMERAS = {
         "left/hand/wrist", "right/hand/wrist",
     )  # fmt: skip
 }
-# Arms by the size of a state of joints and grippers; seven joints each.
+# Names of the arms by the size of the state. Each arm has seven joints and a gripper.
 _ARMS = {8: ["arm"], 16: ["left", "right"]}
 _JOINTS = 7
 
@@ -38,7 +38,7 @@ class LeRobotPolicy:
     """
 
     def __init__(self, checkpoint, device: Optional[str] = None):
-        # LeRobot's pi0 continues with random weights if they are missing.
+        # The files are checked here, because LeRobot's pi0 continues with random weights if its weights are missing.
         for name in ("config.json", "model.safetensors"):
             if not (pathlib.Path(checkpoint) / name).is_file():
                 raise InputError(f"{checkpoint}: expected a folder with {name}, as lerobot-train writes it")
@@ -80,13 +80,13 @@ class LeRobotPolicy:
                 batch[key] = torch.from_numpy(np.array(value, np.float32))[None]
         with torch.inference_mode():
             batch = self._before(batch)
-            # LeRobot's policies queue the actions of a chunk, and call the model when the queue is empty.
+            # LeRobot's policies queue the actions of a chunk, and call the model only when the queue is empty.
             steps = [self._after(self._policy.select_action(dict(batch))) for _ in range(self._steps_per_call)]
             return torch.cat(steps).cpu().numpy()
 
 
 def steps_per_call(config) -> int:
-    """Steps to execute before the policy is called again; 1 for policies that need each observation."""
+    """Returns the number of steps before the policy is called again; 1 for policies that need each observation."""
     if getattr(config, "n_obs_steps", 1) > 1 or getattr(config, "temporal_ensemble_coeff", None) is not None:
         return 1
     return getattr(config, "n_action_steps", 1)
