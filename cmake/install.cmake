@@ -1,5 +1,5 @@
-# cmake --install: programs, models, messages, schemas, man pages, completion. cpack: a Debian package of them
-# (scripts/package makes it).
+# `cmake --install` installs programs, models, messages, schemas, man pages and completion. `cpack` makes a Debian
+# package of them (used by scripts/package).
 include(GNUInstallDirs)
 set(shared ${CMAKE_INSTALL_DATADIR}/evalbus)
 get_property(programs GLOBAL PROPERTY EVALBUS_PROGRAMS)
@@ -9,7 +9,7 @@ install(DIRECTORY models/ DESTINATION ${shared}/models FILES_MATCHING
 install(DIRECTORY lcmtypes/ DESTINATION ${shared}/lcmtypes FILES_MATCHING PATTERN "*.lcm")
 install(DIRECTORY docs/schema DESTINATION ${shared})
 install(DIRECTORY python DESTINATION ${shared} PATTERN "__pycache__" EXCLUDE)
-# For third-party programs and plugins: find_package(evalbus), docs/extending.md.
+# Headers, libraries and find_package(evalbus) for third-party programs and plugins (docs/extending.md).
 set(headers ${CMAKE_INSTALL_INCLUDEDIR}/evalbus)
 foreach(folder base bus lcmtypes models metrics policy_bridge)
   install(DIRECTORY ${folder} DESTINATION ${headers} FILES_MATCHING PATTERN "*.h")
@@ -24,7 +24,7 @@ install(FILES ${CMAKE_BINARY_DIR}/evalbusConfig.cmake ${CMAKE_BINARY_DIR}/evalbu
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/evalbus)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES scripts/evalbus.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME evalbus)
-# The target `man` makes these pages from --help.
+# The target `man` generates these pages from --help.
 install(DIRECTORY ${CMAKE_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL
   FILES_MATCHING PATTERN "*.1")
 
@@ -48,7 +48,7 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
-# dpkg-shlibdeps finds the linked libraries. The list names programs, fonts and libraries that are loaded at run time.
+# dpkg-shlibdeps adds the linked libraries. This list adds programs, fonts and libraries that are loaded at run time.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "ffmpeg, libosmesa6 | libegl1, fonts-dejavu-core, liblcm-bin, libjs-three, iproute2")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy, python3-msgpack, python3-websockets, zstd")

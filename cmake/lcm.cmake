@@ -1,13 +1,14 @@
-# The LCM library. Debian's lcm.pc requires glib's, which liblcm-dev does not install, so it is searched for here.
+# Finds the LCM library without pkg-config, because Debian's lcm.pc requires glib's .pc file, which liblcm-dev does not
+# install.
 find_library(LCM_LIBRARY lcm REQUIRED)
 find_path(LCM_INCLUDE_DIR lcm/lcm-cpp.hpp REQUIRED)
 add_library(lcm INTERFACE)
 target_link_libraries(lcm INTERFACE ${LCM_LIBRARY})
 target_include_directories(lcm SYSTEM INTERFACE ${LCM_INCLUDE_DIR})
 
-# lcm_types(TARGET): generates a C++ header for each .lcm file of the folder with lcm-gen, limits what its decoder
-# allocates, and defines an interface library of them, with evalbus/all_messages.hpp, which includes all of them.
-# (liblcm-dev 1.3 has no CMake package, hence no lcm_wrap_types.)
+# lcm_types(TARGET): generates a C++ header for each .lcm file of the folder with lcm-gen, and limits the memory that
+# its decoder allocates. Defines TARGET as an interface library with these headers and evalbus/all_messages.hpp, which
+# includes all of them. (lcm_wrap_types is not available, because liblcm-dev 1.3 has no CMake package.)
 function(lcm_types target)
   set(out ${CMAKE_BINARY_DIR}/generated)
   set(limits ${PROJECT_SOURCE_DIR}/cmake/bounded_counts.sed)
@@ -44,6 +45,6 @@ ${calls}}
   add_custom_target(${target}_headers DEPENDS ${headers})
   add_library(${target} INTERFACE)
   add_dependencies(${target} ${target}_headers)
-  # SYSTEM: generated code does not obey our warning flags.
+  # SYSTEM suppresses warnings in the generated code.
   target_include_directories(${target} SYSTEM INTERFACE ${out})
 endfunction()

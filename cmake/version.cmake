@@ -1,4 +1,4 @@
-# Writes version.cc. Runs at each build; the file changes only when its content does.
+# Writes version.cc at each build. The file is changed only if its content differs.
 execute_process(COMMAND git -C ${SOURCE} rev-parse --short=12 HEAD OUTPUT_VARIABLE commit
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 execute_process(COMMAND git -C ${SOURCE} status --porcelain --untracked-files=no OUTPUT_VARIABLE changes ERROR_QUIET)

@@ -1,5 +1,5 @@
 // Example of a subscriber: `listener BUS EPISODES` prints one line for each of EPISODES episodes. BUS is the
-// address that `evalbus run` prints in its first line, or that was passed to it with --url.
+// address that `evalbus run` prints in its first line or receives with --url.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

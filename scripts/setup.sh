@@ -1,8 +1,8 @@
 # Sourced by ./run, ./test and scripts/check: installs missing Debian packages and configures the build. Sets `root`
 # (the source folder) and `build`; targets are built with `build_targets NAME...`.
 
-# Uses Debian's tools only. Compilers, CMake files and libraries of conda, pyenv or a module system are incompatible
-# with the packages below.
+# Only Debian's tools are used, because compilers, CMake files and libraries of conda, pyenv or a module system are
+# incompatible with the packages below.
 export PATH=/usr/sbin:/usr/bin:/sbin:/bin
 unset CC CXX CPP LD CFLAGS CXXFLAGS CPPFLAGS LDFLAGS LD_LIBRARY_PATH LD_PRELOAD LIBRARY_PATH CPATH C_INCLUDE_PATH \
   CPLUS_INCLUDE_PATH PKG_CONFIG_PATH PKG_CONFIG_LIBDIR CMAKE_PREFIX_PATH CMAKE_TOOLCHAIN_FILE CMAKE_GENERATOR PYTHONPATH \
@@ -54,7 +54,7 @@ install_missing() {
   say "installing with apt: $missing"
   local log began=$SECONDS
   log=$(mktemp)
-  # The package list is updated only if the installation fails: on a new machine, or if the list is outdated.
+  # The package list is updated only if the installation fails because the list is missing or outdated.
   if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $missing \
       >"$log" 2>&1; then
     "${as_root[@]}" apt-get update -qq >>"$log" 2>&1 || true
@@ -69,8 +69,8 @@ install_missing() {
   say "installed in $(took $began)"
 }
 
-# download_mujoco FOLDER: downloads PyPI's package of Debian's version of MuJoCo, and unpacks it. Its library gives the same
-# bits as Debian's, and is faster, because it is compiled for processors with AVX.
+# download_mujoco FOLDER: downloads and unpacks PyPI's package of the MuJoCo version that Debian has. Its library gives
+# bit-identical results, and is faster, because it is compiled for processors with AVX.
 download_mujoco() {
   mkdir -p "$1"
   echo 'mujoco==2.2.2 --hash=sha256:a074ea3d63ecc504367df46aa73b3066cd9e7d7ebfe8a48261fba04a9ca232ea' >"$1/requirements.txt"
@@ -79,7 +79,7 @@ download_mujoco() {
     python3 -m zipfile -e "$1"/mujoco-*.whl "$1"
 }
 
-# The programs of this build simulate with PyPI's MuJoCo if it can be downloaded, otherwise with Debian's.
+# The programs of this build simulate with PyPI's MuJoCo if it can be downloaded; otherwise with Debian's MuJoCo.
 prefer_fast_mujoco() {
   [ "$(uname -m)" = x86_64 ] && grep -q -w avx /proc/cpuinfo || return 0
   local new=$build/engine.new
