@@ -59,7 +59,7 @@ def check_task(task: Any) -> None:
 
 
 def words(options: dict) -> List[str]:
-    """Returns command-line options: {"workers": 2, "resume": True} gives --workers 2 --resume; None is omitted."""
+    """Returns options: {"workers": 2, "in_process": True} gives --workers 2 --in-process; None is omitted."""
     result = []
     for key, value in options.items():
         if value is None or value is False:
