@@ -116,7 +116,7 @@ class Encoder {
   int64_t undecodable_ = 0;
 };
 
-// Appends a metric's unit to its name, as in the keys of "/metrics": "cartesian_path_length.left" becomes
+// Inserts a metric's unit into its name, as in the keys of "/metrics". "cartesian_path_length.left" becomes
 // "cartesian_path_length_m.left".
 std::string NameWithUnit(const std::string& name);
 

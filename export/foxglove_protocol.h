@@ -38,7 +38,7 @@ struct PlaybackControl {
   std::optional<uint64_t> seek_ns;
   std::string request_id;
 };
-// Parses a client's binary playback request; nullopt if the message is anything else.
+// Parses a client's binary playback request; nullopt for any other message.
 std::optional<PlaybackControl> ParsePlaybackControl(std::string_view bytes);
 
 // The server's text messages.

@@ -230,7 +230,7 @@ void Hdf5File::WriteShifted(const std::string& path, const std::vector<int64_t>&
   const int dimensions = static_cast<int>(extents.size());
   const Handle space(H5Screate_simple(dimensions, extents.data(), nullptr), H5Sclose);
   const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
-  // "." refers to this file.
+  // Maps rows of a source dataset to rows of the view. The file name "." refers to this file.
   const auto take = [&](hsize_t to, const std::string& source, hsize_t source_rows, hsize_t from) {
     std::vector<hsize_t> source_extents = extents, source_begin = begin;
     source_extents[0] = source_rows;

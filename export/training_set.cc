@@ -215,7 +215,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
 
 void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, const ImageOptions& images,
                     const std::function<void(double)>& progress) {
-  // All logs are checked before anything is rendered or written.
+  // All logs are checked before the first image is rendered or the file is written.
   std::string task;
   for (const fs::path& log : logs) {
     const std::string name = NameOf(ReadSteps(log).model);
@@ -282,7 +282,7 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
 
 std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
                                        const std::function<void(double)>& progress) {
-  // All logs are checked before anything is written.
+  // All logs are checked before the first file is written.
   for (const fs::path& log : logs) ReadSteps(log);
   std::vector<fs::path> files;
   std::string starts;

@@ -32,12 +32,12 @@ class RunFollower {
   News Update();
 
   const std::filesystem::path& folder() const { return folder_; }
-  // Null until run.json exists. Its `episodes` are the episodes read so far, without their text. Its `info`
-  // contains the hash of the physics model if the model could be read.
+  // The run; null until run.json exists. Its `episodes` are the episodes read so far, without their text. Its
+  // `info` contains the hash of the physics model if the model could be read.
   const results::RecordedRun* info() const { return info_ ? &*info_ : nullptr; }
   // Names of the stages, by index.
   const std::map<int, std::string>& stage_names() const { return stage_names_; }
-  // Updated by Update().
+  // Numbers of the run as of the last Update().
   const viz::RunNumbers& numbers() const { return numbers_; }
   // True if summary.json exists. The run has then finished.
   bool is_over() const { return numbers_.is_over; }

@@ -81,7 +81,7 @@ void AddCurves(const std::vector<Choice>& choices, bool asked_for, ReportRun* re
   }
 }
 
-// For example "expert succeeds in 19 of 20 episodes of lift_pot/position".
+// Returns the page's title, for example "expert succeeds in 19 of 20 episodes of lift_pot/position".
 std::string TitleOf(const results::RecordedRuns& runs) {
   const results::RecordedRun& first = runs.runs.at(0);
   results::Tally tally;

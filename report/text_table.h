@@ -1,4 +1,4 @@
-// Tables for other documents.
+// Formats tables for other documents.
 #pragma once
 
 #include <string>

@@ -63,7 +63,7 @@ struct RunCircumstances {
   std::string run, policy, task;
   // Successes among the complete and judged episodes.
   metrics::RateBin episodes;
-  // In the order of EPISODE_BEGIN.
+  // Tested parameters, in the order of EPISODE_BEGIN.
   std::vector<Circumstance> parameters;
   // Number of tested parameters in all runs. p_holm is adjusted for this number.
   int tested = 0;

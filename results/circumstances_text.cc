@@ -141,7 +141,7 @@ ordered_json ParameterJson(const Circumstance& parameter) {
 
 std::string ParameterText(const Circumstance& parameter, double value) {
   const double scale = NameOfParameter(parameter.name).scale;
-  // One hundredth of the range of the values.
+  // The last decimal resolves about one hundredth of the range of the values.
   const double step = scale * (parameter.bins.back().to - parameter.bins.front().from) / 100;
   return Fixed(scale * value, std::clamp(static_cast<int>(std::ceil(-std::log10(step))), 0, 6));
 }

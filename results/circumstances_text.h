@@ -1,4 +1,4 @@
-// The influence of start parameters on success as text for people, and as JSON.
+// Formats the influence of start parameters on success as text and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>

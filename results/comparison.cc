@@ -309,7 +309,7 @@ std::vector<ComparedPair> PairsOf(const Side& run, const Side& baseline) {
   return pairs;
 }
 
-// For example "1 episode of b and 2 of a".
+// Returns counts of both sides, for example "1 episode of b and 2 of a".
 std::string Counted(const std::string& what, int count, const std::string& run, int baseline_count,
                     const std::string& baseline) {
   return fmt::format("{} of {} and {} of {}", Plural(count, what), run, baseline_count, baseline);

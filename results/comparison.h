@@ -101,7 +101,7 @@ struct MetricComparison {
   double mean = 0, baseline_mean = 0;
   double difference = 0;
   metrics::Interval difference_95{};
-  // nullopt if all values are equal.
+  // p of the difference; nullopt if all values are equal.
   std::optional<double> p;
   // p adjusted by Holm for the metrics that have a p.
   double p_holm = 1;
@@ -117,7 +117,7 @@ struct MetricComparison {
   // is limited by the standard error of the difference.
   int decimals() const;
   bool differs() const { return p && p_holm < metrics::kAlpha; }
-  // Whether the run's value is significantly higher (lower).
+  // True if the run's value is significantly higher (lower).
   bool is_higher() const;
   bool is_lower() const;
   // The judgment if no_merit and baseline_no_merit are ignored.
@@ -127,7 +127,7 @@ struct MetricComparison {
   std::string word() const;
 };
 
-// One of the two episodes of a pair.
+// An episode of a pair.
 struct PairedEpisode {
   int episode = 0;
   bool success = false;

@@ -1,4 +1,4 @@
-// Comparisons as JSON.
+// Converts comparisons to JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -13,8 +13,8 @@
 namespace evalbus::results {
 namespace {
 
-// One or two sentences on which difference this number of episodes can detect, and how many are needed to
-// detect the observed one.
+// Returns a sentence on the difference that this number of episodes can detect, and on the number needed to
+// detect the observed difference.
 std::string OutlookText(const SuccessComparison& success) {
   const SuccessCounts& counts = success.samples;
   const std::string what = success.paired
@@ -37,7 +37,7 @@ std::string OutlookText(const SuccessComparison& success) {
                      kind);
 }
 
-// "8 to 39", in points. Intervals narrower than two points have a decimal.
+// Formats the bounds of an interval in percentage points. Intervals narrower than two points get one decimal.
 struct Points {
   explicit Points(const SuccessComparison& success)
       : decimals(success.difference_95.upper - success.difference_95.lower < 0.02 ? 1 : 0) {}

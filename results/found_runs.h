@@ -29,10 +29,10 @@ struct FoundRuns {
   bool is_sequential = false;
 };
 
-// Whether the folder is a run, a suite or a plan's folder, finished or not.
+// Returns whether the folder contains a run, a suite or a plan, which need not have finished.
 bool IsEvaluation(const std::filesystem::path& folder);
 
-// Throws InputError if suite.json or plan.json cannot be read.
+// Returns the runs in a folder. Throws InputError if suite.json or plan.json cannot be read.
 FoundRuns FindRuns(const std::filesystem::path& folder);
 
 }  // namespace evalbus::results

@@ -13,7 +13,7 @@
 namespace evalbus::results {
 
 enum class GateVerdict { kPass, kFail, kCannotTell };
-// "PASS", "FAIL", "CANNOT TELL".
+// Returns "PASS", "FAIL" or "CANNOT TELL".
 const char* Word(GateVerdict verdict);
 
 // Largest acceptable loss. The margin of success is in percentage points. The margin of a metric is in its
@@ -54,7 +54,7 @@ struct GateCriterion {
   // Number of further pairs that would lead to a decision with 80 % probability if the observed values are
   // the true ones.
   std::optional<int> more_pairs;
-  // One sentence with the numbers.
+  // A sentence with the numbers on which the verdict is based.
   std::string why;
 };
 
@@ -62,7 +62,8 @@ struct GateTask {
   // TASK/VARIATION.
   std::string name;
   int pairs = 0, successes = 0, baseline_successes = 0;
-  // Pairs in which only the run, or only the baseline, succeeded.
+  // gained: number of pairs in which only the run succeeded. lost: number of pairs in which only the baseline
+  // succeeded.
   int gained = 0, lost = 0;
 };
 
@@ -78,9 +79,10 @@ struct Gate {
   std::vector<std::string> remarks;
 };
 
-// Throws InputError if the runs cannot be compared (as CompareVerdicts() does), if they have no equal seeds,
-// if the run lacks a task of the baseline, if a run was not simulated, holds collected demonstrations only or
-// stopped depending on its results, or if a metric of `on` is unknown or has no better direction.
+// Throws InputError if the runs cannot be compared (as CompareVerdicts() does), have no equal seeds, or if
+// the run lacks a task of the baseline. Also throws it if a run was not simulated, contains only collected
+// demonstrations, or stopped depending on its results. The same holds if a metric of `on` is unknown or has
+// no better direction.
 Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOptions& options);
 
 }  // namespace evalbus::results

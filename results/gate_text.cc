@@ -30,7 +30,7 @@ std::string LossText(const GateCriterion& criterion, double loss, BoundFrom from
   return WithUnit(Fixed(whole / scale, decimals), criterion.unit);
 }
 
-// Means of both sides, for example "81.7 -> 90.0 %".
+// Returns the means of both sides, for example "81.7 -> 90.0 %".
 std::string MeansText(const GateCriterion& criterion) {
   const double largest = std::max(std::abs(criterion.baseline_mean), std::abs(criterion.mean));
   const int decimals = criterion.mean_unit == "%" ? 1 : Decimals(largest);
@@ -40,7 +40,8 @@ std::string MeansText(const GateCriterion& criterion) {
 
 std::string Bound(double alpha) { return fmt::format("(one-sided {:.3g} % bound)", 100 * (1 - alpha)); }
 
-// "a loss of at most 2.3 points", or "a gain of at least 1.2 points" if the loss is negative.
+// Returns, for example, "a loss of at most 2.3 points", or "a gain of at least 1.2 points" if the loss is
+// negative.
 std::string AtMost(const GateCriterion& criterion, double loss) {
   return loss < 0 ? "a gain of at least " + LossText(criterion, -loss, BoundFrom::kBelow)
                   : "a loss of at most " + LossText(criterion, loss, BoundFrom::kAbove);

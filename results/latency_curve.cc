@@ -30,7 +30,7 @@ const metrics::MetricSummary* FindJointJerk(const metrics::RunSummary& summary) 
   return nullptr;
 }
 
-// For example "12.3 (11.8 to 12.9)".
+// Formats a value with its interval, for example "12.3 (11.8 to 12.9)".
 std::string Cell(const MeasuredMean& value, double scale, int decimals) {
   if (!std::isfinite(value.mean)) return "-";
   const std::string mean = fmt::format("{:.{}f}", value.mean * scale, decimals);

@@ -16,7 +16,7 @@ struct MeasuredMean {
   metrics::Interval interval;
 };
 
-// All episodes with one delay and one execution mode.
+// Results over all episodes with one delay and one execution mode.
 struct DelayPoint {
   std::string execution;  // as in --execution
   double delay_ms = 0;

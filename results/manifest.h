@@ -3,7 +3,7 @@
 //
 // `content` is equal for equal runs, on any machine and with any number of workers; `machine` depends on
 // machine and time: logs, paths, run.json as a whole. A folder whose subfolders are runs (a suite, a plan)
-// has their content_sha256 in its content; each of them has a manifest of its own.
+// has their content_sha256 in its content; each of them has its own manifest.
 #pragma once
 
 #include <cstdint>

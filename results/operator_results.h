@@ -24,7 +24,7 @@ struct OperatorResult {
   metrics::RunSummary rates;
   // Counts over the episodes that also have an automatic verdict. a: the operator, b: the automatic verdict.
   metrics::PairCounts agreement;
-  // nullopt if undefined (metrics::CohenKappa).
+  // Cohen's kappa; nullopt if it is undefined (metrics::CohenKappa).
   std::optional<double> kappa;
   // Means over the episodes for which the operator gave these values; nullopt if there are none.
   std::optional<double> mean_stages, mean_rubric;
@@ -45,8 +45,8 @@ JudgedRun ReadJudgedRun(const std::filesystem::path& folder);
 std::vector<OperatorResult> OperatorResults(const RecordedRun& run, const std::vector<Verdict>& verdicts);
 
 // Compares run with baseline as `evalbus compare` does, by the verdicts of one operator instead of the
-// automatic ones: over the pairs with equal seeds in which both episodes were judged as success or failure.
-// Returns nullopt if there is no such pair. Throws InputError if the runs cannot be compared.
+// automatic verdicts. Covers the pairs with equal seeds in which both episodes were judged as success or
+// failure. Returns nullopt if there is no such pair. Throws InputError if the runs cannot be compared.
 std::optional<Comparison> CompareByOperator(const JudgedRun& run, const JudgedRun& baseline,
                                             const std::string& operator_name);
 

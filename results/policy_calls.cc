@@ -22,7 +22,7 @@ constexpr char kStaleRatio[] = "stale_action_ratio";
 constexpr char kEffectiveRate[] = "effective_hz";
 constexpr char kActionAge[] = "action_age_s";
 
-// For example "8.2 ms" or "1.3 s".
+// Formats a duration, for example as "8.2 ms" or "1.3 s".
 std::string TimeInWords(double seconds) {
   return seconds < 1 ? fmt::format("{:.3g} ms", seconds * 1e3) : fmt::format("{:.3g} s", seconds);
 }
@@ -32,8 +32,8 @@ double Percentile(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<size_t>(std::max(rank, 1.0)) - 1];
 }
 
-// For example ", while the robot continued with the last action chunk (asynchronous)"; empty for synchronous
-// execution.
+// Returns, for example, ", while the robot continued with the last action chunk (asynchronous)"; empty for
+// synchronous execution.
 std::string ExecutionInWords(const ordered_json& info) {
   switch (policy::ParseExecution(info.value("execution", "synchronous"))) {
     case policy::Execution::kSynchronous:

@@ -70,9 +70,9 @@ bool HasDelayMetrics(const nlohmann::ordered_json& line);
 // `episodes`: values of PolicyCalls::Json().
 std::string RareCallsWarning(const std::vector<nlohmann::ordered_json>& episodes);
 
-// Notes on the scores of a policy that takes time to compute, one sentence each: RareCallsWarning(), its
-// delay in simulated time, and, for a policy behind a server, properties of its contract and its server's
-// response time. Empty for other policies.
+// Returns notes on the scores of a policy that takes time to compute, one sentence each: RareCallsWarning()
+// and the delay in simulated time. For a policy behind a server, also properties of its contract and the
+// server's response time. Empty for other policies.
 std::vector<std::string> PolicyNotes(const RecordedRun& run);
 
 }  // namespace evalbus::results

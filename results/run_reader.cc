@@ -101,7 +101,8 @@ std::vector<int> UnfinishedEpisodes(const fs::path& folder) {
   return unfinished;
 }
 
-// For example "3", "3 and 7", "3, 7 and 9", or "3, 7, 9 and 12 more".
+// Lists numbers, for example "3", "3 and 7" or "3, 7 and 9". After eight numbers, adds only the count of the
+// others, such as "and 12 more".
 std::string List(const std::vector<int>& numbers) {
   constexpr size_t kShown = 8;
   std::string text;

@@ -20,7 +20,7 @@ namespace evalbus::results {
 struct Cause {
   std::string kind;
   double time_s = 0;
-  // One sentence.
+  // Description of the moment in one sentence.
   std::string text;
 };
 
@@ -88,11 +88,11 @@ struct RecordedRun {
   bool is_simulated() const;
   // Version of MuJoCo that computed the physics; empty if nothing was simulated or run.json does not name it.
   std::string engine() const;
-  // For example "lift_pot/position".
+  // Task and variation, for example "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
-  // Whether the run should evaluate this episode. With --only, these are only the listed episodes.
+  // True if the run should evaluate this episode. With --only, these are only the listed episodes.
   bool IsPlanned(int episode) const;
-  // Whether --only is given, as for a shard of a plan.
+  // True if --only is given, as for a shard of a plan.
   bool is_part() const;
   // Number of planned episodes; with --only, the number of listed episodes.
   int num_planned() const;

@@ -23,7 +23,7 @@ namespace {
 // Columns of the line for a finished episode; those that do not fit into the terminal are omitted.
 struct Column {
   const char* title;
-  // In characters; negative: left-aligned.
+  // Width in characters; a negative width means left-aligned.
   int width;
 };
 constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -24}, Column{"time", 7},
@@ -87,12 +87,12 @@ std::string RateText(const metrics::RunSummary& summary, int width, bool colors)
   return Styled(rate, Style::kStrong, colors) + (one_line ? " " : "\n") + interval + "\n";
 }
 
-// True if the metric has the same value in every episode, of which there are several.
+// True if there are several episodes, and the metric has the same value in all of them.
 bool IsConstant(const metrics::MetricSummary& metric) {
   return metric.episodes > 1 && metric.min == metric.max && !IsOfSuccessesOnly(metric.name);
 }
 
-// One paragraph for the metrics that are equal in every episode; empty if there are none.
+// Returns a paragraph on the metrics that are equal in every episode; empty if there are none.
 std::string ConstantsText(const std::vector<MetricNumber>& constants, const metrics::RunSummary& summary,
                           int width) {
   std::vector<std::string> parts;
@@ -107,7 +107,8 @@ std::string ConstantsText(const std::vector<MetricNumber>& constants, const metr
          "\n";
 }
 
-// "  2 violations of force limits, first of pot at 5.62 s with 604 N"; empty if there are none.
+// Returns a line such as " 2 violations of force limits, first of pot at 5.62 s with 604 N"; empty if there
+// are none.
 std::string ViolationsText(const nlohmann::ordered_json& episode) {
   const auto list = nlohmann::ordered_json::json_pointer("/explanation/limit_violations");
   if (!episode.contains(list)) return "";

@@ -1,4 +1,4 @@
-// Finished episodes and runs as text for a terminal.
+// Formats finished episodes and runs as text for a terminal.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,10 +10,11 @@
 
 namespace evalbus::results {
 
-// For example "1:05 min" or "12 s".
+// Formats a duration, for example as "1:05 min" or "12 s".
 std::string FormatDuration(double seconds);
 
-// For example "72 to 100 %"; with one decimal if narrower than two percentage points.
+// Formats an interval, for example as "72 to 100 %"; with one decimal if it is narrower than two percentage
+// points.
 std::string PercentText(const metrics::Interval& interval);
 
 // EpisodeHeader() returns the column titles, and EpisodeLine() the line of a finished episode. `episode`: its
@@ -25,7 +26,7 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool c
 // Returns a line with advice on the invalid episodes in this folder; empty if there are none.
 std::string InvalidText(int invalid, const std::string& folder);
 
-// Counts of the failure reasons, for example "2 grasp_slip, 1 dropped".
+// Returns the counts of the failure reasons, for example "2 grasp_slip, 1 dropped".
 std::string FailuresText(const metrics::RunSummary& summary);
 
 // Returns a sentence on the repeatability of the final poses. If it was computed for several starts, names

@@ -32,14 +32,14 @@ struct ComponentType {
 // Priority of the sim, and of a process that contains all components.
 inline constexpr int kSimRealtimePriority = 20;
 
-// All components, in the order in which they are started.
+// Returns all components, in the order in which they are started.
 std::span<const ComponentType> AllComponents();
 
-// Components that this run starts. A policy that is an external process is omitted, and so are cameras if the
-// policy needs no images. For `evalbus watch`, a source replaces sim and policy.
+// Returns the components that this run starts. A policy that is an external process is omitted, and so are
+// cameras if the policy needs no images. For `evalbus watch`, a source replaces sim and policy.
 std::vector<ComponentType> ComponentsOf(const RunOptions& options);
 
-// Names of the components that episodes wait for.
+// Returns the names of the components for which episodes wait.
 std::vector<std::string> RequiredComponents(const RunOptions& options);
 
 }  // namespace evalbus::runner

@@ -10,7 +10,7 @@
 namespace evalbus::runner {
 
 struct ContractForm {
-  // One of ControlNames().
+  // Kind of action; one of ControlNames().
   std::string control = "joint";
   // Cameras whose images are observed.
   std::vector<std::string> cameras;
@@ -20,9 +20,9 @@ struct ContractForm {
 // Returns the accepted names for messages: "joint, joint_delta, ...".
 std::string ControlNames();
 
-// Returns the contract for this robot: joint positions and gripper openings of all arms as "state", images as
-// ["images", CAMERA], and actions with the values of all arms, followed by the values of the grippers (0
-// open, 1 closed). Throws InputError for an unknown control.
+// Returns the contract for this robot. Observations contain the joint positions and gripper openings of all
+// arms as "state", and images as ["images", CAMERA]. Actions contain the values of all arms, followed by the
+// values of the grippers (0 open, 1 closed). Throws InputError for an unknown control.
 policy::Contract MakeContract(const ContractForm& form, double rate_hz, const model_info_t& model);
 
 // Usual range of each value of an action. Joint and gripper positions have their limits, positions of poses

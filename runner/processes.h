@@ -34,7 +34,7 @@ class Processes {
     pid_t pid = -1;
     // Exit code, or 128 + the signal's number.
     int code = 0;
-    // For example "evalbus-sim exited with code 1: <last line of its log>".
+    // Description of the exit, for example "evalbus-sim exited with code 1: <last line of its log>".
     std::string description;
     // Returns the error message without the program's name.
     std::string Error() const;

@@ -1,4 +1,4 @@
-// Controls the episodes of a run: commands the sim, collects summaries, maintains the run folder, retries
+// Controls the episodes of a run. Commands the sim, collects summaries, and maintains the run folder. Retries
 // episodes that were aborted or affected by a failure of the policy's server, and detects components that
 // stop publishing. Communicates only over the bus, so that it works identically with processes and in one
 // process.
@@ -48,7 +48,7 @@ struct RunPlan {
   // policy_timeout_s for it.
   bool policy_is_external = false;
   double policy_timeout_s = 60;
-  // Set for a policy behind a server.
+  // Schedule of the policy's calls; set for a policy behind a server and for --latency.
   std::optional<results::CallSchedule> calls;
   // Set if the policy's contract names its training sets.
   std::optional<TrainingStarts> trained_on;
@@ -154,7 +154,7 @@ class RunController : public Component {
   std::map<std::string, int64_t> instances_;
   // True if messages of other sessions were reported.
   bool foreign_reported_ = false;
-  // True if an episode with too few calls of the policy's server was reported.
+  // True if an episode with too few calls of the policy was reported.
   bool rare_calls_reported_ = false;
   const results::RunFolder& folder_;
   RunListener* listener_;

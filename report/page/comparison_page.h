@@ -28,7 +28,7 @@ struct ComparisonPageParts {
   std::vector<std::string> viewer_notes;
   // Version and commit of the program that wrote the page.
   std::string made_by;
-  // See Page().
+  // Source of the page; see Page().
   nlohmann::ordered_json source = nullptr;
 };
 

@@ -8,7 +8,7 @@ namespace evalbus::report {
 
 // Writes the success rates of both sides and their difference, by task and over all tasks.
 void WriteSuccess(const results::Comparison& comparison, Markup* html);
-// Writes the outcomes of both sides by seed, and a table of the seeds where only one side succeeded, with
+// Writes the outcomes of both sides by seed. A table lists the seeds where only one side succeeded, with
 // causes and links to the 3D viewer. heading: HTML element of the heading, for example "h2".
 void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& comparison,
                 const results::TaskComparison& task, const char* heading, Markup* html);

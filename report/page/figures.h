@@ -45,7 +45,7 @@ struct CurveFigure {
   std::vector<Line> lines;
   std::vector<EpisodeEvent> events;
 };
-// At least one value must be finite.
+// Draws the curves. At least one value must be finite.
 void DrawCurves(const CurveFigure& figure, Markup* html);
 
 // Means with intervals as functions of a non-negative quantity.

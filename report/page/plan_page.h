@@ -27,21 +27,21 @@ struct PlanRow {
 struct PlanVerdict {
   std::string policy;
   std::string text;
-  // For example "-47 points (-64 to -27)".
+  // Difference from the baseline, for example "-47 points (-64 to -27)".
   std::string difference;
-  // "better", "worse" or "differs"; empty: no significant difference.
+  // "better", "worse" or "differs"; empty if there is no significant difference.
   std::string judgment;
   std::string url;  // comparison page
 };
 
 struct PlanReport {
   std::string title;
-  // For example "a > b > c; all decided".
+  // Result of the plan, for example "a > b > c; all decided".
   std::string verdict;
   std::vector<std::string> policies;
   std::string baseline;
   std::vector<PlanRow> tasks;
-  // Totals over all tasks.
+  // Row with the totals over all tasks.
   PlanRow all;
   // Mean of the tasks' success rates, per policy.
   std::vector<double> means;

@@ -71,18 +71,18 @@ struct ReportRun {
 
 struct Report {
   std::string title;
-  // At least one run. If there are several, the page begins with a table of the runs.
+  // Must contain at least one run. If there are several, the page begins with a table of the runs.
   std::vector<ReportRun> runs;
   std::vector<std::string> remarks;
-  // Remarks about the 3D viewer.
+  // Remarks about the 3D viewer, one sentence each.
   std::vector<std::string> viewer_remarks = {};
-  // nullopt if the page has no 3D viewer.
+  // The 3D viewer; nullopt if the page has none.
   std::optional<viz::PackedViewer> viewer = {};
   // URL fragment of the episode that the viewer shows first.
   std::string opened = {};
   // Version and commit of the program that wrote the page.
   std::string made_by;
-  // See Page().
+  // Source of the page; see Page().
   nlohmann::ordered_json source = nullptr;
 };
 

@@ -9,7 +9,7 @@
 namespace evalbus::report {
 
 struct StripCell {
-  // "good", "bad" or "incomplete"; see Outcome() in report_numbers.h.
+  // CSS class: "good", "bad" or "incomplete"; see Outcome() in report_numbers.h.
   std::string css_class;
   std::string text;   // a few characters in the square
   std::string title;  // tooltip of the square

@@ -205,7 +205,7 @@ class Judgment {
 
   const JudgeOptions& options_;
   WebJobs* const jobs_;
-  // Set only if a single run is judged.
+  // Follows the judged run; nullopt if two runs are judged.
   std::optional<RunFollower> follower_;
   std::string task_, variation_;
   std::vector<Item> items_;

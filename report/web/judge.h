@@ -14,9 +14,9 @@ struct JudgeOptions {
   // A single run, which may be active or may not have begun, or two finished runs of the same task.
   std::vector<std::filesystem::path> runs;
   std::string operator_name;
-  // Seed of the order in which the episodes of two runs are shown.
+  // Seed for the random order in which the episodes of two runs are shown.
   int64_t seed = 0;
-  // nullopt: 8080, or a free port if 8080 is in use.
+  // Port of the page; nullopt: 8080, or a free port if 8080 is in use.
   std::optional<int> port;
   // True if `evalbus watch` started this process. The listening socket is then passed as stdin.
   bool is_child = false;

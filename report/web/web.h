@@ -25,7 +25,7 @@ struct WebOptions {
   std::string url;
   // Address to listen on; clients need the token. Empty: 127.0.0.1, without a token.
   std::string listen;
-  // nullopt: 8080, or a free port if 8080 is in use.
+  // Port of the page; nullopt: 8080, or a free port if 8080 is in use.
   std::optional<int> port;
   // True if a run or replay of `runs` started this process. That run may not have begun yet. The listening
   // socket is passed as stdin.
