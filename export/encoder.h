@@ -38,7 +38,7 @@ struct Topic {
 };
 
 struct Message {
-  // Index in topics().
+  // Index of the topic in topics().
   size_t topic = 0;
   int64_t time_ns = 0;
   std::shared_ptr<const std::string> json;

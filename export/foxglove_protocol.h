@@ -33,7 +33,7 @@ std::optional<ClientText> ParseClientText(std::string_view text);
 
 struct PlaybackControl {
   bool play = false;
-  // Greater than 0; 1 is real time.
+  // Playback speed, greater than 0; 1 is real time.
   float speed = 1;
   std::optional<uint64_t> seek_ns;
   std::string request_id;

@@ -192,7 +192,7 @@ class FoxgloveServer::Core::Viewer : public viz::WebSocketSession {
   bool has_playback_ = false;
 };
 
-// A connection until it becomes a viewer or is rejected.
+// Handles a connection until it becomes a viewer or is rejected.
 class FoxgloveServer::Core::Handshake : public std::enable_shared_from_this<Handshake> {
  public:
   Handshake(Core* core, tcp::socket socket) : core_(core), stream_(std::move(socket)) {

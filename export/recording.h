@@ -33,7 +33,7 @@ class SceneSource {
 
 struct EncodedEpisode {
   std::vector<Topic> topics;
-  // Ordered by time; messages with equal times are in the log's order.
+  // Messages ordered by time. Messages with equal times are in the log's order.
   std::vector<Message> messages;
   // Notes on the recording, one sentence each: damage in the log, missing scene.
   std::vector<std::string> remarks;

@@ -63,7 +63,7 @@ void AddGeom(const Json& geom, const Json& color, const viz::SceneBlocks& scene,
     (*entity)["triangles"].push_back(std::move(triangles));
     return;
   }
-  // MuJoCo's sizes are half sizes.
+  // MuJoCo stores half sizes.
   const std::array<double, 3> half = geom["size_m"];
   const Json box = VectorJson(2 * half[0], 2 * half[1], 2 * half[2]);
   const auto add_cylinder = [&] {
@@ -87,7 +87,7 @@ void AddGeom(const Json& geom, const Json& color, const viz::SceneBlocks& scene,
     }
   } else if (shape == "plane") {
     const auto size = [](double side) { return side > 0 ? 2 * side : kEndless_m; };
-    // The plane is the upper side of a thin box.
+    // A plane is shown as the upper side of a thin box.
     const Json at =
         PoseJson(Along(geom["position_m"], geom["quat_wxyz"], -kPlaneThickness_m / 2), geom["quat_wxyz"]);
     add("cubes", at, VectorJson(size(half[0]), size(half[1]), kPlaneThickness_m));

@@ -241,7 +241,7 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
       for (size_t k = 0; k < images.cameras.size(); ++k) {
         std::vector<std::string_view> rows;
         for (size_t at = k; at < deflated.size(); at += images.cameras.size()) rows.push_back(deflated[at]);
-        // A "/" in a name would create a group.
+        // A "/" is replaced, because it would create a group in the HDF5 file.
         std::string name = images.cameras[k] + "_image";
         std::ranges::replace(name, '/', '_');
         const std::string now = path + "/obs/" + name, last = path + "/last_obs/" + name;

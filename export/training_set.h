@@ -43,7 +43,8 @@ inline constexpr char kStarts[] = "evalbus_starts";
 // written files.
 void WriteRobomimic(const std::vector<std::filesystem::path>& logs, const std::filesystem::path& file,
                     const ImageOptions& images, const std::function<void(double)>& progress);
-// Supports only two arms with seven joints each. Writes one file per episode and returns their paths.
+// Writes one file per episode and returns their paths. Supports only robots with two arms of seven joints
+// each.
 std::vector<std::filesystem::path> WriteSafetensors(const std::vector<std::filesystem::path>& logs,
                                                     const std::filesystem::path& folder,
                                                     const std::function<void(double)>& progress);

@@ -332,8 +332,8 @@ bool IsLeft(const std::string& process, const fs::path& path) {
   return !gone && fs::file_time_type::clock::now() - changed > kLongestMerge;
 }
 
-// Parses ".RUN.HOST-PID", an unfinished copy of a run, into the run and the process. Names of runs and hosts
-// may contain dots, and one run's name may be a prefix of another's.
+// Splits ".RUN.HOST-PID", the name of an unfinished copy of a run, into the run and the process. Names of
+// runs and hosts may contain dots, and one run's name may be a prefix of another's.
 std::pair<const PlannedRun*, std::string> ParseCopy(const std::string& name,
                                                     const std::vector<PlannedRun>& runs,
                                                     const std::string& policy) {

@@ -52,7 +52,8 @@ void PrintLine(const std::string& text) {
   std::clearerr(stdout);
 }
 
-// Copies the shard into the plan's folder; while the disk is full, retries every kTryAgain until kGiveUp.
+// Copies the shard into the plan's folder. While the disk is full, retries at intervals of kTryAgain for up
+// to kGiveUp.
 void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::path& finished) {
   const auto give_up = std::chrono::steady_clock::now() + kGiveUp;
   for (bool is_printed = false;; is_printed = true) {

@@ -77,7 +77,7 @@ class Environment {
   ComponentLoop loop_{&bus_};
   std::unique_ptr<Observer> observer_;
   int attempt_ = 0;
-  // Tick of the last observation that was returned; -1 before the first one of an episode.
+  // Tick of the last observation that was returned; -1 before the first observation of an episode.
   int64_t tick_ = -1;
   bool is_active_ = false;
   policy::Value observation_;

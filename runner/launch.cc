@@ -67,7 +67,7 @@ void EvaluateInProcess(const RunOptions& options, const results::RunFolder& fold
 void EvaluateProcesses(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
                        RunListener* listener) {
   Log::SetFiles([options](const std::string& component) { return LogOf(options, component); });
-  // Processes started by hand have no session.
+  // Components that users start by hand have no session, so none is required.
   const int64_t session = options.by_hand ? 0 : DrawId();
   Bus bus(options.url, session);
   RunController controller(&bus, plan, folder, listener);

@@ -141,7 +141,7 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) {
 std::vector<std::string> LiveView::LinesThatFit(SteadyTime now) {
   const auto [columns, rows] = viz::TerminalSize(fileno(out_));
   std::vector<std::string> lines = Lines(columns, now);
-  // A display taller than the terminal would scroll at each redraw.
+  // The lines are limited, because a display taller than the terminal would scroll at each redraw.
   lines.resize(std::min<size_t>(lines.size(), static_cast<size_t>(std::max(2, rows - 1))));
   return lines;
 }

@@ -248,7 +248,7 @@ PreparedRun PrepareWorker(RunOptions options) {
 }
 
 void Announce(PreparedRun* run) {
-  // Each worker chooses its own bus.
+  // If there are several workers, each worker chooses its own bus.
   if (run->options.workers == 1) DecideBus(run);
   if (!run->plan.episodes.empty()) fs::remove(run->folder.path() / kSummaryJson);
   if (run->scene) sim::WriteModels(*run->scene, run->folder.path());

@@ -87,7 +87,7 @@ void Processes::Start(const std::string& name, const std::vector<std::string>& c
   const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid == 0) {
-    // Only async-signal-safe calls until exec.
+    // Between fork and exec, only async-signal-safe functions may be called.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(127);       // the launcher died in between
     close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);  // for example liblcm's socket

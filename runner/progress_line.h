@@ -20,7 +20,7 @@ class ProgressLine {
 
   // Shows, for example, "exporting 50 episodes: 24 %, 1:10 min left".
   ProgressLine(size_t episodes, std::string verb);
-  // For tests.
+  // Constructor for tests.
   ProgressLine(size_t episodes, std::string verb, std::FILE* out, bool is_in_place, Time now);
   ~ProgressLine() { Clear(); }
   ProgressLine(const ProgressLine&) = delete;

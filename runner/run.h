@@ -1,4 +1,4 @@
-// Implements `evalbus run`: from options to results, videos and the final table.
+// Implements `evalbus run`: evaluates the episodes, records videos, and prints the final table.
 #pragma once
 
 #include "runner/json_events.h"
@@ -6,14 +6,14 @@
 
 namespace evalbus::runner {
 
-// Runs the tasks in options.tasks: a single run, or a suite. Throws InputError, EnvironmentError.
+// Evaluates the tasks in options.tasks as a single run or a suite. Throws InputError, EnvironmentError.
 void Run(RunOptions options, const RunOutput& output = {});
 
 // Implements `evalbus watch`, which evaluates episodes of an external system. options.url: the bus of its
 // source. A stop by the user is a regular end. Throws InputError, EnvironmentError.
 void Watch(RunOptions options);
 
-// Runs a worker's episodes of a run that another process has prepared (options.worker).
+// Evaluates the episodes of worker options.worker in a run that another process has prepared.
 void RunWorker(RunOptions options);
 
 }  // namespace evalbus::runner

@@ -39,8 +39,8 @@ struct RunPlan {
   std::string seed_stream = kRunSeeds;
   SeedSource seeds() const { return {seed, seed_stream, FamilyOf(task), variation}; }
   std::vector<std::string> required;
-  // Maximum number of attempts per episode. If all fail, the run is aborted. If the last one ended with
-  // server_error, the episode is marked invalid, and the run continues.
+  // Maximum number of attempts per episode. If all attempts fail, the run is aborted. If the last attempt
+  // ended with server_error, the episode is instead marked invalid, and the run continues.
   int max_attempts = 3;
   // True for a realtime run, whose results include the pacing.
   bool realtime = false;
@@ -91,7 +91,7 @@ class RunController : public Component {
   // EnvironmentError after max_attempts.
   void Retry(const std::string& why);
 
-  // Describes in one line the messages that components reported as dropped; empty if there are none.
+  // Returns one line about the messages that components reported as dropped; empty if there are none.
   std::string DroppedMessages() const;
 
  private:

@@ -1,4 +1,5 @@
-// Options of a run: parsed by `evalbus run`, stored in run.json, and read by every process of the run.
+// Options of a run. `evalbus run` parses them and stores them in run.json, and every process of the run reads
+// them.
 #pragma once
 
 #include <cstdint>

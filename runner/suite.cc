@@ -67,7 +67,7 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
     const bool is_family = name.ends_with("/all");
     if (name != "all" && !is_family) {
       const TaskSelection selection = FindTask(name);
-      // A file is identified by its path.
+      // A task file is identified by its path.
       add(IsTaskFile(name) ? name : selection.task.name + "/" + selection.variation);
       continue;
     }

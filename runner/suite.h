@@ -14,11 +14,11 @@
 
 namespace evalbus::runner {
 
-// Expands "all", "lift_pot/all", "lift_pot/position", RoboEval's names and files, in this order, to
-// TASK/VARIATION. Throws InputError for unknown or duplicate names.
+// Expands names such as "all", "lift_pot/all" and "lift_pot/position", RoboEval's names and files to
+// TASK/VARIATION, in the given order. Throws InputError for unknown or duplicate names.
 std::vector<std::string> ExpandTasks(const std::vector<std::string>& names);
 
-// The runs of one policy on several tasks in a folder, with one job for each run.
+// Evaluates one policy on several tasks in a folder, with one job per run.
 class Suite {
  public:
   // Creates the folder and writes suite.json. Throws InputError, EnvironmentError.

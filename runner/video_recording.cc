@@ -113,7 +113,7 @@ size_t VideoRecording::Finish() {
   return Missing();
 }
 
-// Removes only files of this process, because another process may be recording the same episode.
+// Removes only files of the process `video`, because another process may be recording the same episode.
 void VideoRecording::RemoveUnfinished(pid_t video) const { folder_.RemoveHalfWrittenVideos(video); }
 
 void VideoRecording::Advance() {

@@ -14,7 +14,7 @@ namespace evalbus::runner {
 // Returns the command `evalbus run` with the options of a file; callers append the options that differ.
 std::vector<std::string> RunCommand(const std::filesystem::path& options_file);
 
-// Listener of a worker. Writes remarks to the worker's log, from which the launcher forwards them.
+// Listener in a worker. Writes remarks to the worker's log, from which the launcher forwards them.
 class WorkerLog : public RunListener {
  public:
   void OnRemark(const std::string& text) override;

@@ -1,4 +1,4 @@
-// evalbus compare: tests whether runs, or suites, differ.
+// Implements `evalbus compare`, which tests whether runs or suites differ.
 
 #include <fmt/format.h>
 

@@ -50,7 +50,7 @@ void PrintVideos() {
     missing = error.what();
   }
   Print(!software.empty(), "software rendering of images and videos" + software, missing);
-  // A GPU is optional.
+  // A GPU is optional, so a missing GPU is not an error.
   try {
     fmt::print("ok    EGL, for --gl egl: {}\n", viz::ChooseGl("egl").device);
   } catch (const EnvironmentError& error) {

@@ -51,7 +51,7 @@ constexpr PythonOutput kPythonOutputs[] = {
 struct ExportOptions {
   fs::path run;
   fs::path csv, hdf5, safetensors;
-  // The option --mcap, whose file name may be omitted.
+  // The option --mcap. Its file name may be omitted.
   CLI::Option* mcap = nullptr;
   fs::path mcap_file;
   std::vector<int> episodes;

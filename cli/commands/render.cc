@@ -230,7 +230,7 @@ int Render(const RenderOptions& options) {
   }
   std::vector<std::string> cameras = options.cameras;
   if (cameras.empty() && video.layout == viz::VideoLayout::kPlain) cameras = {viz::kDefaultCamera};
-  // A log that is passed as a file may hold several episodes.
+  // A log that is passed as a file may contain several episodes.
   if (logs.size() == 1) video.episodes = options.episodes;
   Progress progress(logs.size(), options.report_progress);
   viz::ParallelFrameRenderer frame_renderer(size, 0, options.outline);

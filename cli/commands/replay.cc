@@ -48,7 +48,7 @@ using std::chrono::steady_clock;
 
 struct ReplayOptions {
   std::filesystem::path recording;
-  // Episodes of a run to play; empty: all.
+  // Episodes of a run to play; empty: all episodes.
   std::vector<int> episodes;
   // Playback speed in simulated seconds per second.
   double speed = 1;

@@ -32,7 +32,7 @@ struct TasksOptions {
   std::string robot;
   ModelSources sources;
   ImageOptions image;
-  // Seed of the reset that is rendered.
+  // Seed of the reset from which the image is rendered.
   int64_t seed = 0;
   // File to check.
   std::filesystem::path file;

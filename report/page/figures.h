@@ -88,7 +88,7 @@ void DrawRates(const RateFigure& figure, Markup* html);
 void DrawDifference(double difference, double lower, double upper, bool scale, const std::string& css_class,
                     Markup* html);
 
-// Maps values in [from, to] to pixels.
+// Maps values from `from` to `to` linearly to pixels.
 struct Axis {
   double from, to;
   double pixel_from, pixel_to;

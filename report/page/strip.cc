@@ -40,7 +40,7 @@ void CombinedSquare(std::span<const StripCell* const> cells, Markup* html) {
 
 size_t ColumnsPerSquare(size_t columns) {
   size_t size = 1;
-  // 1, 10, 20, 50, 100, 200 ...
+  // A square combines 1, 10, 20, 50, 100, 200, ... columns.
   for (const size_t next : {10, 20, 50, 100, 200, 500, 1000, 2000, 5000}) {
     if (columns <= size * kMaxColumns) break;
     size = next;

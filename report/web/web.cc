@@ -353,8 +353,8 @@ class WebPage {
   }
 
  private:
-  // The pause until the next board is 20 times the computation time of this one, so that a board with many
-  // episodes does not occupy a processor.
+  // The pause until the next board is at least 20 times the computation time of this one, so that a board
+  // with many episodes does not occupy a processor.
   void PublishBoard() {
     const auto begin = steady_clock::now();
     std::vector<BoardRun> rows;
