@@ -38,8 +38,8 @@ constexpr const char* kNotOptions[] = {"policy",  "contract", "policy_name", "ep
 
 bool IsOption(const std::string& key) { return std::ranges::find(kNotOptions, key) == std::end(kNotOptions); }
 
-// Resolves a path relative to the plan's folder: a YAML file, or a variation of one
-// ("my_task.yaml/position").
+// Resolves the path of a YAML file, or of a variation in it ("my_task.yaml/position"), relative to the plan's
+// folder.
 std::string FromPlan(const std::string& name, const fs::path& plan) {
   if (!IsTaskFile(name)) return name;
   const fs::path path(name), folder = fs::absolute(plan).parent_path();

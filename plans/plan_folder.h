@@ -30,7 +30,7 @@ inline constexpr char kSlurmFolder[] = "slurm";
 // File with the plan's page.
 inline constexpr char kReportHtml[] = "report.html";
 
-// Episodes `first` to `last` of one run.
+// A shard, which consists of the episodes `first` to `last` of one run.
 struct Shard {
   std::string policy, task;
   int first = 0, last = 0;

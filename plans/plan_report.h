@@ -25,7 +25,7 @@ struct PlanResults {
   std::vector<results::RankedRun> ranking;
 };
 
-// Throws InputError if a policy has no finished episode.
+// Reads the results of a plan. Throws InputError if a policy has no finished episode.
 PlanResults ReadPlanResults(const PlanFolder& folder);
 
 // Returns the pages that WritePlanPages() writes, by file. most: maximum size in bytes of a comparison page

@@ -33,7 +33,7 @@ Probe ProbePlan(const Plan& plan, int most) {
   const Scratch scratch;
   const int runs = plan.num_runs(), tried = std::min(runs, most);
   for (int i = 0; i < tried; ++i) {
-    // The samples are spread evenly over the table of policies by tasks.
+    // The samples are spread evenly over all pairs of policy and task.
     const auto run = static_cast<size_t>(int64_t{i} * runs / tried);
     const PlannedPolicy& policy = plan.policies[run / plan.tasks.size()];
     const std::string& task = plan.tasks[run % plan.tasks.size()];

@@ -26,7 +26,7 @@ struct SlurmScripts {
   std::string array, merge;
 };
 
-// `parts`: total number of parts of the plan.
+// Returns the scripts of the job array and of the merge job. `parts`: total number of parts of the plan.
 SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& options, int parts);
 
 // Writes the scripts into the plan's folder and submits them; with dry_run, prints them instead. Throws

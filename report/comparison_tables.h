@@ -1,4 +1,4 @@
-// Comparisons as tables for papers and pull requests.
+// Formats comparisons as tables for papers and pull requests.
 #pragma once
 
 #include <string>

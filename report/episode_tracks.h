@@ -32,7 +32,7 @@ class Scenes {
     std::mutex mutex;
     std::unique_ptr<viz::SceneBlocks> scene;
   };
-  // Guards the maps.
+  // Protects the maps.
   mutable std::mutex mutex_;
   std::map<std::string, Entry> scenes_;
   std::map<std::string, Block> blocks_;

@@ -17,7 +17,7 @@ namespace evalbus::report {
 
 class RunFollower {
  public:
-  // The folder and its files need not exist yet.
+  // Follows the run in `folder`. The folder and its files need not exist yet.
   explicit RunFollower(std::filesystem::path folder);
 
   // The rows of the list of episodes from index `from` to its end, in the order of episodes.jsonl. is_changed

@@ -23,7 +23,7 @@ class ViewerPack {
   // Throws EnvironmentError if three.js is missing.
   explicit ViewerPack(const PageLinks& links);
 
-  // Returns the run's number on the page.
+  // Adds a run and returns its number on the page.
   int Add(const results::RecordedRun& run);
 
   // An episode of a run.

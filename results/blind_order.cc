@@ -10,7 +10,7 @@
 namespace evalbus::results {
 namespace {
 
-// Stream of Random for the order; differs from all streams in base/random.h.
+// Random stream of the order. Its number differs from all streams in base/random.h.
 constexpr uint32_t kOrderStream = 0x10003;
 
 // Fisher-Yates shuffle.
@@ -46,7 +46,7 @@ std::vector<JudgedEpisode> BlindOrder(const std::vector<std::pair<int, int>>& pa
   Random random(seed, kOrderStream);
   std::vector<std::pair<int, int>> shuffled = pairs;
   Shuffle(&random, &shuffled);
-  // char: elements of vector<bool> cannot be swapped by reference.
+  // The elements are char, because elements of vector<bool> cannot be swapped by reference.
   std::vector<char> is_swapped(pairs.size());
   for (size_t i = 0; i < is_swapped.size(); ++i) is_swapped[i] = i % 2 == 1;
   // If the number of pairs is odd, one run comes first in one more pair than the other. This draw decides

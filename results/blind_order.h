@@ -1,4 +1,5 @@
-// The order in which an operator judges the episodes of two runs without knowing which run is shown.
+// Determines the order in which an operator judges the episodes of two runs without knowing which run is
+// shown.
 #pragma once
 
 #include <cstdint>

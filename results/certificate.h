@@ -20,10 +20,10 @@ struct EngineResults {
   std::vector<RecordedRuns> policies;
 };
 
-// A stage at which pairs of episodes diverge: the first one in the task's order that was reached on only one
-// of the two engines.
+// A stage at which pairs of episodes diverge. This is the first stage in the task's order that was reached on
+// only one of the two engines.
 struct StageParting {
-  // TASK/VARIATION.
+  // Name of the task, TASK/VARIATION.
   std::string task;
   int stage = 0;
   // pairs: number of pairs that diverge at this stage. only_reference: number of these pairs that reached the
@@ -39,7 +39,7 @@ struct PolicyOnEngine {
   // `run` has the results on this engine, `baseline` the results on the reference. p of success is adjusted
   // by Holm for all policies and engines.
   Comparison comparison;
-  // Ordered by task and stage.
+  // Stages at which pairs diverge, ordered by task and stage.
   std::vector<StageParting> partings;
   // pairs: number of pairs of episodes. different: number of pairs whose results differ in any value.
   int pairs = 0, different = 0;

@@ -79,7 +79,7 @@ std::string Table(const Certificate& certificate) {
                     reference, Plural(static_cast<int64_t>(certificate.comparisons.size()), "comparison"));
 }
 
-// What differs besides the verdicts, and where episodes diverge.
+// Returns text on differences besides the verdicts, and on the stages at which episodes diverge.
 std::string Partings(const Certificate& certificate, const StageNames& stages) {
   std::string text;
   for (const PolicyOnEngine& one : certificate.comparisons) {

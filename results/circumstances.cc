@@ -42,7 +42,7 @@ std::string PartOf(const std::string& name) {
   return end == std::string::npos ? name : name.substr(0, end);
 }
 
-// The list from which a parameter is chosen, from run.json; empty if it is a number.
+// Returns the list from which a parameter is chosen, from run.json; empty if the parameter is not a choice.
 std::vector<std::string> ChoicesOf(const std::string& name, const RecordedRun& run) {
   const auto lists = run.info.find(kParameterChoices);
   if (lists == run.info.end()) return {};
@@ -97,7 +97,7 @@ std::vector<Values> ValuesOf(const RecordedRun& run) {
   return all;
 }
 
-// Bins of the values, ascending.
+// Divides the values into at most `most` bins, ascending.
 std::vector<CircumstanceBin> BinsOf(const Values& values, int most) {
   const std::vector<int> bin_of = metrics::RankBins(values.value, most);
   std::vector<CircumstanceBin> bins(static_cast<size_t>(std::ranges::max(bin_of)) + 1,

@@ -1,5 +1,6 @@
-// Which randomized start parameters influence success (docs/why.md). Each parameter of each run is tested by
-// permutations (metrics/statistics/range_scan.h); p-values are adjusted by Holm for all of them together.
+// Determines which randomized start parameters influence success (docs/why.md). Each parameter of each run is
+// tested by permutations (metrics/statistics/range_scan.h). p-values are adjusted by Holm for all parameters
+// of all runs.
 #pragma once
 
 #include <string>
@@ -16,9 +17,9 @@ inline constexpr char kParameterChoices[] = "parameter_choices";
 
 // Display name and unit of a parameter, derived from the end of its name.
 struct ParameterName {
-  // For example "pot y" of "pot_y_m", "table texture" of "table_texture_choice".
+  // Display name, for example "pot y" for "pot_y_m" or "table texture" for "table_texture_choice".
   std::string label;
-  // "m", "deg" or empty.
+  // Display unit: "m", "deg" or empty.
   std::string unit;
   // Factor that converts a value to `unit`.
   double scale = 1;

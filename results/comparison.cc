@@ -552,7 +552,7 @@ Judgment SuccessComparison::judgment() const {
 }
 
 bool MetricComparison::is_higher() const {
-  // Without an interval, all pairs differ by the same amount.
+  // If there is no interval, all pairs differ by the same amount.
   return std::isnan(difference_95.lower) ? difference > 0 : difference_95.lower > 0;
 }
 

@@ -19,13 +19,13 @@ namespace evalbus::results {
 // better.
 enum class Judgment { kNone, kBetter, kWorse, kDiffers };
 
-// Display text; empty for kNone.
+// Returns the display text; empty for kNone.
 const char* Word(Judgment judgment);
 
 struct SuccessCounts {
   int successes = 0, trials = 0;
   int baseline_successes = 0, baseline_trials = 0;
-  // a: the run, b: the baseline; set only if paired.
+  // Outcomes of the pairs. a: the run, b: the baseline. Set only if paired.
   metrics::PairCounts pairs;
   // Number of pairs in which each side is ahead. A side is ahead if only it succeeded. If success is equal,
   // the side with more stages is ahead; if the stages are equal, too, and both succeeded, the faster side.
@@ -56,7 +56,7 @@ struct SuccessComparison : SuccessCounts {
   double p_adjusted = 1;
   // True if p_adjusted is significant.
   bool is_shown = false;
-  // Number of comparisons that p is adjusted for.
+  // Number of comparisons for which p is adjusted.
   int family = 1;
 
   void Add(const SuccessComparison& other);  // adds another task; call Test() afterwards
@@ -141,7 +141,7 @@ struct ComparedPair {
   PairedEpisode run, baseline;
 
   bool is_flipped() const { return run.success != baseline.success; }
-  // The side that failed, if only one did.
+  // The side that failed. Must be called only if exactly one side failed.
   const PairedEpisode& failed() const { return run.success ? baseline : run; }
 };
 
@@ -158,7 +158,8 @@ struct TaskComparison {
 
   // The pairs in which exactly one side succeeded.
   std::vector<ComparedPair> flipped() const;
-  // For example "lift_pot/position", or "lift_pot/position against lift_pot/base" for two variations.
+  // Name of the task, for example "lift_pot/position", or "lift_pot/position against lift_pot/base" for two
+  // variations.
   std::string name() const;
 };
 
@@ -168,7 +169,7 @@ struct ComparedRuns {
 
 struct Comparison {
   ComparedRuns run, baseline;
-  // One entry for a comparison of single runs.
+  // Comparisons by task; a comparison of single runs has one entry.
   std::vector<TaskComparison> tasks;
   // Comparison over all tasks.
   SuccessComparison success;

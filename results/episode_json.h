@@ -1,4 +1,4 @@
-// The result of an episode as a line of episodes.jsonl.
+// Converts the result of an episode to a line of episodes.jsonl.
 #pragma once
 
 #include <nlohmann/json.hpp>

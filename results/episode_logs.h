@@ -16,7 +16,7 @@ namespace evalbus::results {
 std::vector<std::filesystem::path> EpisodeLogs(const std::filesystem::path& recording,
                                                const std::vector<int>& episodes = {});
 
-// Returns the run.json of the run that a log belongs to; nullopt for a log outside of a run folder.
+// Returns the run.json of the run to which a log belongs; nullopt for a log outside of a run folder.
 std::optional<RecordedRun> RunOf(const std::filesystem::path& log);
 
 }  // namespace evalbus::results

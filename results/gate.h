@@ -34,7 +34,7 @@ struct GateOptions {
 
 // The decision on one value. A loss is a change for the worse, in `unit`; a gain is a negative loss.
 struct GateCriterion {
-  // "success", or the metric's label.
+  // Name of the value: "success" or the metric's label.
   std::string what;
   GateVerdict verdict = GateVerdict::kCannotTell;
   int pairs = 0;
@@ -59,7 +59,7 @@ struct GateCriterion {
 };
 
 struct GateTask {
-  // TASK/VARIATION.
+  // Name of the task, TASK/VARIATION.
   std::string name;
   int pairs = 0, successes = 0, baseline_successes = 0;
   // gained: number of pairs in which only the run succeeded. lost: number of pairs in which only the baseline
@@ -72,10 +72,10 @@ struct Gate {
   GateVerdict verdict = GateVerdict::kCannotTell;
   // Reason for the verdict, in one line.
   std::string why;
-  // Success first.
+  // Decisions on each value; the first one is success.
   std::vector<GateCriterion> criteria;
   std::vector<GateTask> tasks;
-  // Notes on what was compared, one sentence each.
+  // Notes on the compared episodes, one sentence each.
   std::vector<std::string> remarks;
 };
 

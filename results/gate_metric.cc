@@ -45,7 +45,7 @@ std::vector<MetricNumber> Matching(const std::string& name, const std::vector<Me
 }
 
 MetricNumber FindNumber(const std::string& name, const std::set<std::string>& available) {
-  // Users may leave out the prefix.
+  // Users may omit the prefix.
   for (const std::string& exact : {name, std::string(kExtended) + name}) {
     if (available.contains(exact)) return FindMetric(exact);
   }
@@ -69,7 +69,7 @@ MetricNumber FindNumber(const std::string& name, const std::set<std::string>& av
           : "--on " + name + ": means several: " + ListOf(several));
 }
 
-// Parses "0.2" and "10%".
+// Parses a margin such as "0.2" or "10%".
 GateMargin ParseMargin(const std::string& text, const std::string& option) {
   GateMargin margin{.value = 0, .is_percent = text.ends_with('%')};
   const char* const end = text.data() + text.size() - (margin.is_percent ? 1 : 0);

@@ -7,7 +7,7 @@
 
 namespace evalbus::results {
 
-// GateCriterion::why, for example "success 90.0 -> 88.0 % in 200 pairs: a loss of at most 4.2 points
+// Returns GateCriterion::why, for example "success 90.0 -> 88.0 % in 200 pairs: a loss of at most 4.2 points
 // (one-sided 95 % bound), margin 5 points".
 std::string WhyText(const GateCriterion& criterion);
 

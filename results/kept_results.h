@@ -1,4 +1,4 @@
-// The results in episodes.jsonl, for comparison with the logs that they were computed from.
+// The results in episodes.jsonl, for comparison with the logs from which they were computed.
 #pragma once
 
 #include <filesystem>

@@ -10,7 +10,7 @@
 
 namespace evalbus::results {
 
-// A mean, or a rate, with its 95 % interval; NaN if there is no value, or no interval.
+// A mean or a rate with its 95 % interval. Members are NaN if there is no value or no interval.
 struct MeasuredMean {
   double mean;
   metrics::Interval interval;

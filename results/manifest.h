@@ -16,7 +16,7 @@ namespace evalbus::results {
 
 inline constexpr char kManifestJson[] = "manifest.json";
 
-// A folder of results: a run, a suite, a plan, or a certificate.
+// Returns whether the folder contains the results of a run, a suite, a plan or a certificate.
 bool IsResultsFolder(const std::filesystem::path& folder);
 
 // The files of a results folder, sorted and relative to it, and the results folders below it. manifest.json,

@@ -41,7 +41,7 @@ NoReturns ReadNoReturns(const std::filesystem::path& run);
 // Adds or replaces the points of these episodes and keeps all others. Several processes may call it at the
 // same time.
 void AddNoReturns(const std::filesystem::path& run, const NoReturns& points);
-// The content of the file.
+// Returns the contents of no_return.json.
 nlohmann::ordered_json NoReturnsJson(const NoReturns& points);
 
 }  // namespace evalbus::results

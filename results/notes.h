@@ -15,7 +15,7 @@ inline constexpr char kNotesJson[] = "notes.json";
 // Maximum length of a note in bytes, and maximum number of notes of a run.
 inline constexpr size_t kMaxNoteBytes = 2000, kMaxNotes = 10'000;
 
-// Text by episode.
+// Texts of the notes by episode.
 using Notes = std::map<int, std::string>;
 
 // Returns an empty map if the run has no notes. Throws InputError with the file and what was expected.

@@ -41,7 +41,7 @@ struct JudgedRun {
 // Throws InputError.
 JudgedRun ReadJudgedRun(const std::filesystem::path& folder);
 
-// One result for each operator, in alphabetical order.
+// Returns one result for each operator, in alphabetical order.
 std::vector<OperatorResult> OperatorResults(const RecordedRun& run, const std::vector<Verdict>& verdicts);
 
 // Compares run with baseline as `evalbus compare` does, by the verdicts of one operator instead of the

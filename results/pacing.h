@@ -18,11 +18,11 @@ inline constexpr PacingTimes kPacingTimes[] = {{"error", "STATE behind the clock
                                                {"action_latency", "STATE to ACTION"},
                                                {"partial_latency", "STATE to score"}};
 
-// Value of the key "pacing" in an episode's line (docs/run_folder.md).
+// Returns the value of the key "pacing" in an episode's line (docs/run_folder.md).
 nlohmann::ordered_json EpisodePacing(const episode_end_t& end, int64_t deadline_misses);
 
-// Value of the key "pacing" in summary.json: counts are sums, times are maxima over the episodes. Null if an
-// episode has no pacing.
+// Returns the value of the key "pacing" in summary.json. Counts are sums over the episodes, and times are
+// maxima. Null if an episode has no pacing.
 nlohmann::ordered_json RunPacing(const std::vector<nlohmann::ordered_json>& episodes);
 
 // PacingSentence() summarizes the ticks in a sentence. PacingText() adds the times, as several lines.

@@ -95,7 +95,7 @@ std::string CallsInWords(const std::vector<ordered_json>& episodes) {
   return words + ".";
 }
 
-// Simulated time of a control tick; 0 if the episode has none.
+// Returns the simulated duration of a control tick; 0 if the episode has no ticks.
 double TickSeconds(const episode_summary_t& summary) {
   const header_t& end = summary.header;
   return end.tick > 0 ? static_cast<double>(end.sim_time_us) / 1e6 / static_cast<double>(end.tick) : 0;

@@ -28,7 +28,7 @@ struct RescoredEpisode {
   std::shared_ptr<const model_info_t> model;
   // EPISODE_BEGIN; nullopt if evalbus did not simulate the episode.
   std::optional<episode_begin_t> begin;
-  // Score from the log's STATE and CONTACTS.
+  // Score computed from the log's STATE and CONTACTS.
   episode_summary_t summary{};
   // EPISODE_SUMMARY in the log; nullopt if there is none for this episode and attempt.
   std::optional<episode_summary_t> recorded;

@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 // The processes of a killed run hold its lock until the last of them has ended, shortly after the run.
 constexpr auto kLockWait = std::chrono::milliseconds(500);
 
-// A file opened for writing; failures throw.
+// A file that is opened for writing. Its functions throw if they fail.
 class File {
  public:
   File(fs::path file, int flags)
@@ -59,7 +59,7 @@ class File {
   }
   // The lock is held until this object is destroyed or the process ends.
   void Lock() { Check(flock(fd_, LOCK_EX) == 0); }
-  // Removes everything after the last end of a line.
+  // Removes an incomplete last line.
   void CutUnfinishedLine() {
     off_t end = lseek(fd_, 0, SEEK_END);
     const off_t size = end;

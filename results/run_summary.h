@@ -16,10 +16,10 @@ namespace evalbus::results {
 
 struct RunSummary {
   metrics::RunSummary statistics;
-  // Value for summary.json; null if no episode has pacing.
+  // Value of "pacing" in summary.json; null if the run is not a realtime run, or if an episode has no pacing.
   nlohmann::ordered_json pacing;
   std::vector<std::string> policy_notes;
-  // The complete episodes that failed, in order.
+  // The failed complete episodes, in order.
   std::vector<FailedEpisode> failed;
 };
 

@@ -20,7 +20,7 @@
 namespace evalbus::results {
 namespace {
 
-// Columns of the line for a finished episode; those that do not fit into the terminal are omitted.
+// A column of the line for a finished episode. Columns that do not fit into the terminal are omitted.
 struct Column {
   const char* title;
   // Width in characters; a negative width means left-aligned.

@@ -14,10 +14,10 @@ class Tally {
   // The sum is bit-identical for any order of the runs.
   void Add(const RecordedRun& run);
 
-  // JSON for a suite's summary.json (docs/run_folder.md).
+  // Returns JSON for a suite's summary.json (docs/run_folder.md).
   nlohmann::ordered_json Json() const;
   metrics::RunSummary Summary() const { return statistics_.Summary(false); }
-  // width: number of characters of the name column. `what`: its title.
+  // Returns the column titles. width: number of characters of the name column. what: title of this column.
   static std::string Title(const std::string& what, size_t width);
   std::string Line(const std::string& name, size_t width) const;
 

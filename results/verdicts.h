@@ -16,7 +16,7 @@ inline constexpr size_t kMaxOperatorBytes = 100;
 inline constexpr double kMaxRubric = 10;
 
 enum class Outcome { kFailure, kSuccess, kAbstain };
-// The outcome in files and messages: "success", "failure" or "abstain".
+// Returns the outcome as in files and messages: "success", "failure" or "abstain".
 const char* Word(Outcome outcome);
 std::optional<Outcome> ParseOutcome(const std::string& word);
 
@@ -28,7 +28,7 @@ struct Verdict {
   // nullopt if the operator did not give them.
   std::optional<int> stages{};
   std::optional<double> rubric{};
-  // UTC, "2026-11-26T23:15:07Z".
+  // Time of the verdict in UTC, such as "2026-11-26T23:15:07Z".
   std::string time{};
   // place: position of the episode, from 0, in the order in which the operator was shown the episodes.
   // order_seed: seed of that order; nullopt if the episodes of a single run were shown in their own order.

@@ -147,7 +147,7 @@ void CheckSuite(const fs::path& folder, Verification* result) {
   }
   Collect(result, [&] {
     const auto stored = ReadJsonFile<ordered_json>(file);
-    // The keys are the tasks as the user named them, in the order of the runs.
+    // The keys of "by_variation" are the tasks as the user named them, in the order of the runs.
     std::vector<std::string> names;
     const auto tasks = stored.value("by_variation", ordered_json::object());
     for (const auto& [name, value] : tasks.items()) names.push_back(name);

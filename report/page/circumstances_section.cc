@@ -74,7 +74,7 @@ void ParameterCard(const results::Circumstance& parameter, Markup* html) {
 
 void WriteCircumstances(const RunSection& section) {
   const results::RunCircumstances& found = section.run.circumstances;
-  // Without both successes and failures there is nothing to explain.
+  // The section is omitted unless there are both successes and failures.
   const bool has_both = found.episodes.successes > 0 && found.episodes.successes < found.episodes.trials;
   if (found.parameters.empty() || !has_both) return;
   std::vector<const results::Circumstance*> parameters;

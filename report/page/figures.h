@@ -1,6 +1,6 @@
-// The figures of a report as inline SVG. Colors, fonts and line widths are defined in report.css, so that one
-// figure works in light and dark mode, on screen and on paper. <title> elements describe each figure in
-// words.
+// Draws the figures of a report as inline SVG. Colors, fonts and line widths are defined in report.css, so
+// that one figure works in light and dark mode, on screen and on paper. <title> elements describe each figure
+// in words.
 #pragma once
 
 #include <span>
@@ -78,7 +78,7 @@ struct RateFigure {
     std::string title;  // tooltip of the bin
   };
   std::vector<Bin> bins;  // ascending; the first and the last differ
-  // Range that is shaded, clipped to the axis.
+  // Range of the parameter that is shaded, clipped to the axis.
   double from = 0, to = 0;
 };
 void DrawRates(const RateFigure& figure, Markup* html);

@@ -1,4 +1,5 @@
-// Relative changes of several quantities on one logarithmic axis: x0.5, 1, x2, x5, x10.
+// Draws relative changes of several quantities on one logarithmic axis with labels such as ×0.5, 1, ×2 and
+// ×5.
 #pragma once
 
 #include <string>

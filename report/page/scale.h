@@ -1,4 +1,4 @@
-// Ticks of axes, bins of histograms and number formats for figures.
+// Computes ticks of axes and bins of histograms, and formats numbers for figures.
 #pragma once
 
 #include <span>
@@ -12,9 +12,9 @@ namespace evalbus::report {
 bool IsRange(double low, double high);
 
 struct Ticks {
-  // Multiples of `step`, ascending.
+  // Positions of the ticks: multiples of `step`, ascending.
   std::vector<double> at;
-  // 1, 2 or 5 times a power of ten.
+  // Distance between ticks: 1, 2 or 5 times a power of ten.
   double step;
 };
 
@@ -29,7 +29,8 @@ Ticks TicksAround(double lower, double upper, int most);
 // small range, the bins are centered on integers (-0.5, 0.5, 1.5 ...). The values must be finite and
 // IsRange(minimum, maximum) must be true.
 std::vector<double> BinEdges(std::span<const double> values);
-// Bin k counts the values with edges[k] <= value < edges[k + 1]; the last bin includes its upper edge.
+// Returns the number of values in each bin. Bin k counts the values with edges[k] <= value < edges[k + 1];
+// the last bin includes its upper edge.
 std::vector<int> CountInBins(std::span<const double> values, std::span<const double> edges);
 
 // Formats with `digits` significant digits, without trailing zeros ("0.1418", "5.7"). Below 1e7, the integer

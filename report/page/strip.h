@@ -1,4 +1,4 @@
-// A row of squares, one per episode or per pair of episodes.
+// Draws a row of squares, one per episode or per pair of episodes.
 #pragma once
 
 #include <string>

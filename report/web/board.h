@@ -13,7 +13,7 @@ namespace evalbus::report {
 
 // A run on the page, with its finished episodes.
 struct BoardRun {
-  // Index among the page's runs.
+  // Index of the run among the page's runs.
   int number = 0;
   // Name of the policy; runs with equal names form one row of the board.
   std::string policy;

@@ -43,7 +43,7 @@ class ReaderThreads {
   // Sleeps in a job that waits for a file; returns false after Stop() was called.
   bool Pause(std::chrono::milliseconds duration);
   // Prevents further jobs from starting, and waits for running ones. Returns false if some are still running
-  // after `timeout`: objects that they refer to must then not be destroyed.
+  // after `timeout`. Objects that they use must then not be destroyed.
   bool Stop(std::chrono::milliseconds timeout);
 
  private:

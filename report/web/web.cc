@@ -46,7 +46,7 @@ constexpr int kInARow = 1000;
 // Maximum length of the queue of received messages; more than a receive buffer holds.
 constexpr int kMaxQueued = 100000;
 constexpr size_t kMaxRuns = 1000;
-// Short enough for Ctrl-C to end the server within two seconds.
+// Time to wait for running jobs at the end. Short enough for Ctrl-C to end the server within two seconds.
 constexpr std::chrono::seconds kStopping{1};
 
 std::string TimeOfDay() {

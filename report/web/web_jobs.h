@@ -57,7 +57,7 @@ class WebJobs {
   };
   struct Kept {
     Key key;
-    // Modification time of the log that the block was made from.
+    // Modification time of the log from which the block was made.
     std::filesystem::file_time_type time;
     viz::SharedBytes block;
   };
