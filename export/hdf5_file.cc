@@ -31,7 +31,7 @@ class Handle {
 
 std::vector<hsize_t> Extents(const std::vector<int64_t>& shape) { return {shape.begin(), shape.end()}; }
 
-// Creates the missing groups of a dataset's path.
+// Returns link properties that create the missing groups of a dataset's path.
 hid_t WithGroups() {
   const hid_t list = H5Pcreate(H5P_LINK_CREATE);
   H5Pset_create_intermediate_group(list, 1);

@@ -1,4 +1,4 @@
-// The table of all components of a run.
+// Lists the components of a run.
 #pragma once
 
 #include <memory>

@@ -38,7 +38,7 @@ class Environment {
     // Observation as described by the contract. If the physics ended the episode, the last step repeats the
     // previous observation.
     policy::Value observation;
-    // {"metrics": ..., "extended": ...} with the values of this tick, as in a line of episodes.jsonl.
+    // Values of this tick as {"metrics": ..., "extended": ...}, as in a line of episodes.jsonl.
     nlohmann::ordered_json scores;
     // The episode's line for episodes.jsonl if this step ended the episode; null otherwise.
     nlohmann::ordered_json episode;

@@ -94,7 +94,7 @@ Suite::Suite(RunOptions options, const std::vector<std::string>& tasks)
   for (const std::string& task : tasks) runs.push_back(FolderOfTask(task));
   nlohmann::ordered_json json = {{"runs", runs}};
   json.update(OptionsJson(options));
-  // The old summary is no longer valid.
+  // Removes the old summary, which is no longer valid.
   std::filesystem::remove(folder_.path() / kSummaryJson);
   folder_.WriteJson(kSuiteJson, json);
 }

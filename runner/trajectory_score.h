@@ -43,7 +43,7 @@ struct TrajectoryMap {
   std::map<std::string, Object> objects;
 };
 
-// Throws InputError with file, line and key.
+// Parses a map. Throws InputError with file, line and key.
 TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file);
 
 // Scores a file, or all files of a folder, sorted by name, as episodes 0, 1, ... Prints a table. Writes

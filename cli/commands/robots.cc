@@ -27,7 +27,7 @@ struct RobotsOptions {
   const CLI::App* list = nullptr;
   const CLI::App* show = nullptr;
   const CLI::App* check = nullptr;
-  // Argument for FindRobot().
+  // Robot to show or check; argument for FindRobot().
   std::string robot;
   ModelSources sources;
   ImageOptions image;

@@ -26,7 +26,7 @@ struct TasksOptions {
   const CLI::App* show = nullptr;
   const CLI::App* made = nullptr;
   const CLI::App* check = nullptr;
-  // Argument for FindTask().
+  // Task to show or copy; argument for FindTask().
   std::string task;
   // Value of --robot, as for 'evalbus run'; empty: the task's default robot.
   std::string robot;
@@ -34,7 +34,7 @@ struct TasksOptions {
   ImageOptions image;
   // Seed of the reset from which the image is rendered.
   int64_t seed = 0;
-  // File to check.
+  // Task file to check.
   std::filesystem::path file;
   std::string new_name;
 };

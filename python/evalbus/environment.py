@@ -84,7 +84,7 @@ class Environment:
             )
         self.task: str = f"{description['task']}/{description['variation']}"
         self.robot: str = description["robot"]
-        # Instruction for policies that read text.
+        # The task's instruction, for policies that read text.
         self.instruction: str = description["instruction"]
         self.control_hz: float = description["control_hz"]
         self.time_limit_s: float = description["time_limit_s"]

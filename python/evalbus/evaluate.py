@@ -151,7 +151,7 @@ class ActivePlan(_Active):
 
 
 def start_plan(plan: Union[str, os.PathLike], **options) -> ActivePlan:
-    """Starts a plan (docs/plans.md). options: those of `evalbus run PLAN`: workers=2, out="results", partial_hz=10."""
+    """Starts a plan (docs/plans.md). options: options of `evalbus run PLAN`, such as workers=2 and out="results"."""
     return ActivePlan(["run", os.fspath(plan), "--json", "--quiet", *words(options)])
 
 
@@ -165,7 +165,7 @@ def start(
     out: Union[str, os.PathLike, None] = None,
     **options,
 ) -> ActiveRun:
-    """Starts an evaluation; the arguments are those of run()."""
+    """Starts an evaluation. Takes the arguments of run()."""
     check_task(task)
     for name, number in (("episodes", episodes), ("seed", seed)):
         # words() would convert True to a flag, and omit False.
@@ -216,7 +216,7 @@ def run(
 
 @dataclasses.dataclass(frozen=True)
 class Comparison:
-    """Result of compare(): whether the run differs from the baseline."""
+    """Result of compare(), which states whether the run differs from the baseline."""
 
     # The result in one or two sentences.
     verdict: str
