@@ -1,4 +1,4 @@
-// The one timeout of everything that tests wait for.
+// The timeout of every wait in tests.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// A GR00T inference server of any dialect, with a policy of a few lines behind it.
+// A GR00T inference server of any dialect, with a trivial policy behind it.
 #pragma once
 
 #include <chrono>
@@ -17,9 +17,9 @@
 
 namespace evalbus::doubles {
 
-// Its robot has camera "front", states "arm" (any length) and "gripper" (1), and language key
-// "annotation.human.task_description". Its actions are "arm" (horizon, length), row i of which is the arm's
-// state + i * step, and "gripper" (horizon, 1), row i of which is i, for every observation of a batch.
+// The robot has camera "front", states "arm" (any length) and "gripper" (1), and language key
+// "annotation.human.task_description". For every observation of a batch, action "arm" (horizon, length) has
+// the arm's state + i * step in row i, and action "gripper" (horizon, 1) has i in row i.
 class GrootServer {
  public:
   struct Options {
@@ -32,8 +32,8 @@ class GrootServer {
     double step = 1;
     // Added to the arm's action for each level of each pixel.
     double per_level = 0;
-    // Least delay before actions are answered, if it is not zero. The delay is twice the time since the last
-    // answer, at most kLongestDelay, so that other clients can send meanwhile on a busy machine, too.
+    // If not zero, the least delay of an answer with actions. The actual delay is twice the time since the
+    // last answer, at most kLongestDelay, so that other clients can send meanwhile on a busy machine, too.
     std::chrono::milliseconds least_delay{0};
   };
   static constexpr std::chrono::seconds kLongestDelay{1};
@@ -48,8 +48,8 @@ class GrootServer {
   // Number of observations in each of the requests that asked for actions.
   std::vector<int> batches() const;
 
-  // Sends exactly these bytes in answer to the next request to this endpoint, or sends no answer, or closes
-  // the connection, after which the server no longer listens.
+  // AnswerNextWith() sends exactly these bytes in answer to the next request to this endpoint. BeSilentNext()
+  // sends no answer. BeGoneNext() closes the connection, after which the server no longer listens.
   void AnswerNextWith(const std::string& endpoint, const policy::Bytes& frame);
   void BeSilentNext(const std::string& endpoint);
   void BeGoneNext(const std::string& endpoint);

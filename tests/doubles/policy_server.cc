@@ -27,7 +27,7 @@ using boost::system::error_code;
 
 }  // namespace
 
-// Observations about the server that persist across restarts.
+// What the server has received; kept across restarts.
 struct PolicyServerDouble::Seen {
   std::mutex mutex;
   std::condition_variable changed;
@@ -135,7 +135,7 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
     Give(options.control(type), 0, type + (type == "reset" ? "_result" : "_ack"));
   }
 
-  // `type` is the message type in the envelope of vla-eval or XPolicyLab around a Value.
+  // `type` is the message type in the envelope that vla-eval and XPolicyLab put around a Value.
   void Give(const Answer& answer, int64_t seq, const std::string& type) {
     std::visit(Overloaded{
                    [&](const Value& value) { GiveValue(value, seq, type); },
@@ -234,7 +234,7 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
   http::request<http::string_body> request;
   http::response<http::string_body> refusal;
   std::string outgoing;
-  Value message_id;  // of XPolicyLab's last request
+  Value message_id;  // id of XPolicyLab's last request
   bool is_open = false, is_reading = false;
   std::deque<std::function<void()>> waiting;
 };

@@ -1,5 +1,5 @@
-// A policy server as in third-party code (openpi, RoboArena's dialect, vla-eval, XPolicyLab), on 127.0.0.1
-// and in a thread of its own. A test chooses its answers, including wrong ones.
+// A policy server that behaves like third-party servers (openpi, RoboArena's dialect, vla-eval, XPolicyLab).
+// It runs on 127.0.0.1 in a thread of its own. A test chooses its answers, including wrong ones.
 #pragma once
 
 #include <chrono>
@@ -17,8 +17,8 @@ namespace evalbus::policy {
 
 class PolicyServerDouble {
  public:
-  // What the server does when an answer is due. A Value is encoded as the wire protocol demands, in
-  // vla-eval's or XPolicyLab's envelope where that is used.
+  // What the server does when an answer is due. A Value is encoded as the wire protocol demands, in the
+  // envelope of vla-eval or XPolicyLab if the wire is one of these.
   struct Nothing {};
   struct Text {
     std::string text;
@@ -33,7 +33,7 @@ class PolicyServerDouble {
   struct Message {
     Bytes bytes;
   };
-  // Bytes on the connection outside any frame, optionally followed by the end of the connection.
+  // Bytes on the connection outside any frame; optionally, the connection is then closed.
   struct Raw {
     Bytes bytes;
     bool then_gone = false;
@@ -50,15 +50,15 @@ class PolicyServerDouble {
   static Raw Announced2GB() { return {{0x82, 127, 0, 0, 0, 0, 0x80, 0, 0, 0}, false}; }
 
   struct Options {
-    Wire wire = Wire::kOpenpi;  // kRoboArena, kVlaEval, kXPolicyLab
+    Wire wire = Wire::kOpenpi;  // or kRoboArena, kVlaEval, kXPolicyLab
     // First message of openpi and RoboArena, and the answer to a hello of vla-eval ("protocol_version" is
     // added) and XPolicyLab.
     Answer greeting = Value(Map{});
-    // Answer to an observation, without RoboArena's endpoint and the envelope of vla-eval and XPolicyLab.
-    // Runs on the server's thread and blocks it, as in openpi.
+    // Answer to an observation, without RoboArena's endpoint and without the envelope of vla-eval and
+    // XPolicyLab. The function runs on the server's thread and blocks it, as in openpi.
     std::function<Answer(const Value& observation)> answer;
     Answer reset = Text{"reset successful"};  // RoboArena only
-    Answer episode_start = Nothing{};         // vla-eval only; its servers answer only with errors
+    Answer episode_start = Nothing{};         // vla-eval only; its servers answer only on errors
     // XPolicyLab only: answer to prepare_case, reset and trial_end.
     std::function<Answer(const std::string& type)> control = [](const std::string&) {
       return Value(Map{{"ok", true}});
@@ -66,11 +66,11 @@ class PolicyServerDouble {
     // 101 accepts the WebSocket upgrade; any other status refuses it. 0 answers with bytes that are not HTTP;
     // -1 does not answer.
     int http_status = 101;
-    // Whether Requests() keeps the requests; a benchmark sends too many.
+    // Whether Requests() keeps the requests. A benchmark sets this to false, because it sends too many.
     bool keeps_requests = true;
   };
 
-  // Fields of the client's HTTP request; empty if it had none.
+  // Fields of the client's HTTP request; a field that was not sent is empty.
   struct Handshake {
     std::string host, target, authorization, extensions;
   };
@@ -78,7 +78,7 @@ class PolicyServerDouble {
   explicit PolicyServerDouble(Options options);
   ~PolicyServerDouble();
 
-  // Starts the server; after Stop(), at the same port.
+  // Starts the server. A restart after Stop() uses the same port.
   void Start();
   // Stops the server and closes all connections without a close frame.
   void Stop();
@@ -93,8 +93,8 @@ class PolicyServerDouble {
   // Number of connections that the client ended with a close frame.
   size_t Goodbyes() const;
 
-  // Pings all connections and waits for the answer of each. If one is not answered in time, drops all
-  // connections, as websockets' keep-alive does, and returns false.
+  // Pings all connections and waits for their answers. If one answer does not arrive in time, drops all
+  // connections, as the keep-alive of Python's websockets does, and returns false.
   bool Ping(std::chrono::seconds limit = kDeadline);
   // Sends a message to all connections that wait for a request.
   void SendUnrequested(const std::string& message, bool is_text);

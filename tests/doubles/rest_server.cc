@@ -34,7 +34,7 @@ RestServer::~RestServer() {
     stopping_ = true;
   }
   stop_.notify_all();
-  // Ends a pending accept.
+  // Connects to the server to end a pending accept.
   asio::io_context io;
   tcp::socket socket(io);
   error_code ignored;
@@ -71,7 +71,7 @@ void RestServer::Serve() {
     http::request_parser<http::string_body> parser;
     parser.body_limit(uint64_t{1} << 40);
     http::read(socket, buffer, parser, error);
-    if (error) continue;  // a client that only checks whether the port is open
+    if (error) continue;  // a client that only checked whether the port is open
     const http::request<http::string_body> request = parser.release();
     lock.lock();
     requests_.push_back(

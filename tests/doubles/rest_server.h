@@ -32,8 +32,8 @@ class RestServer {
   // All requests so far, oldest first, including unanswered ones.
   std::vector<Request> requests() const;
 
-  // Sends exactly these bytes, HTTP or not, in answer to the next request and closes the connection; or sends
-  // no answer.
+  // AnswerNextWith() sends exactly these bytes, HTTP or not, in answer to the next request and closes the
+  // connection. BeSilentNext() sends no answer to the next request.
   void AnswerNextWith(const std::string& bytes);
   void BeSilentNext();
 
