@@ -201,7 +201,7 @@ void ExpectLogged(const fs::path& run, const std::string& component, const std::
                 << log;
 }
 
-// Byte offsets of header_t.episode, which follow the fingerprint and the session, and of header_t.attempt.
+// Byte offsets of header_t.episode, which follows the fingerprint and the session, and of header_t.attempt.
 constexpr int kEpisode = 16, kAttempt = 20;
 
 void ExpectSameTicks(const RecordedLog& a, const RecordedLog& b) {
@@ -209,8 +209,8 @@ void ExpectSameTicks(const RecordedLog& a, const RecordedLog& b) {
        {channels::kState.name, channels::kContacts.name, channels::kAction.name, channels::kPartial.name}) {
     auto payloads_a = a.Payloads(channel), payloads_b = b.Payloads(channel);
     if (channels::kAction == channel) {
-      // The answer to the last state has no effect, and may arrive after the log was closed.
-      // Then it is in the log of the next episode.
+      // The answer to the last state has no effect and may arrive after the log was closed. In this case it
+      // is in the log of the next episode.
       const auto states = a.Payloads(channels::kState);
       const size_t num_states = states.size();
       const auto is_of_another_episode = [&](const std::vector<uint8_t>& payload) {
@@ -225,7 +225,7 @@ void ExpectSameTicks(const RecordedLog& a, const RecordedLog& b) {
     }
     ASSERT_EQ(payloads_a.size(), payloads_b.size()) << channel;
     EXPECT_GT(payloads_a.size(), 5u) << channel;
-    // A retried episode has the same ticks.
+    // Retried episodes differ in the number of the attempt only.
     for (auto* payloads : {&payloads_a, &payloads_b}) {
       for (std::vector<uint8_t>& payload : *payloads)
         std::fill_n(payload.begin() + kAttempt, sizeof(int32_t), 0);
@@ -250,7 +250,7 @@ std::vector<nlohmann::ordered_json> Episodes(const fs::path& run) {
   return episodes;
 }
 
-// Uses Debian's python3, which has the package.
+// Debian's python3 has the package jsonschema.
 std::string SchemaError(const std::string& schema, const fs::path& file) {
   const Result result = RunProgram({"/usr/bin/python3", "-c",
                                     "import json, jsonschema, pathlib, sys\n"
@@ -270,11 +270,11 @@ std::string SchemaError(const std::string& schema, const fs::path& file) {
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  // No message leaves this process and its children, and none from outside is received.
+  // This process and its children exchange no messages with other processes.
   try {
     evalbus::EnterPrivateNetwork();
   } catch (const evalbus::EnvironmentError&) {
-    // Namespaces are not permitted here. The machine's own multicast serves as well: with ttl=0 nothing
+    // This machine does not permit namespaces. Its own multicast also works, because with ttl=0 nothing
     // leaves the machine.
     evalbus::g_why_no_bus = evalbus::WhyNoMulticast(evalbus::UniqueUrl());
   }

@@ -1,4 +1,4 @@
-// Helpers of the pipeline's tests: programs as child processes, reading of run folders and logs, waiting for
+// Helpers of integration tests. They run programs as child processes, read run folders and logs, and wait for
 // conditions.
 #pragma once
 
@@ -31,7 +31,7 @@ void WriteText(const std::filesystem::path& file, const std::string& text);
 
 // Returns a bus URL that no other test and no other process of this machine uses.
 std::string UniqueUrl();
-// Skips the test if this machine has no bus to test on.
+// Skips the test if this machine has no bus for tests.
 #define EVALBUS_NEEDS_BUS() \
   if (!WhyNoBus().empty()) GTEST_SKIP() << WhyNoBus()
 const std::string& WhyNoBus();
@@ -82,8 +82,8 @@ std::string WithoutProgress(const std::string& err);
 std::string ShortTask(const std::filesystem::path& folder, double time_limit_s,
                       const std::string& task = "lift_pot");
 
-// Returns the run of the variation "position" in the folder of a plan's policy; its name contains the task's
-// path. Empty if there is none.
+// Returns the run of the variation "position" in the folder of a plan's policy, whose name contains the
+// task's path. Returns an empty path if there is none.
 std::filesystem::path OnlyRun(const std::filesystem::path& policy);
 
 // Stops processes during its lifetime.

@@ -32,13 +32,13 @@ struct Network {
   std::string kind;
   long every = 1;
   long received = 0;
-  // A datagram to be delivered again or later, on this socket.
+  // A datagram that this socket will receive again or late.
   int fd = -1;
   bool due = false;
   std::vector<char> held;
 };
 
-// One object is enough: a bus reads in one thread.
+// One object is enough, because a bus reads in one thread.
 Network& TheNetwork() {
   static Network network;
   return network;

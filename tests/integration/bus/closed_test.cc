@@ -1,5 +1,4 @@
-// Runs are closed by default: which sockets of a run's processes a network can reach, and where their
-// messages can arrive.
+// By default, other machines can neither reach the sockets of a run nor receive its messages.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sched.h>
@@ -40,7 +39,7 @@ struct Sockets {
 };
 
 // Fails the test for each socket of the process that is neither one end of a local pair, nor a socket of the
-// bus at this address, nor its reservation. Counts the others.
+// bus at this address, nor the reservation of its port. Counts senders and reservations.
 Sockets CheckSockets(pid_t pid, const sockaddr_in& bus) {
   SCOPED_TRACE(ReadText("/proc/" + std::to_string(pid) + "/cmdline").c_str());
   Sockets found;
@@ -71,7 +70,7 @@ Sockets CheckSockets(pid_t pid, const sockaddr_in& bus) {
     }
     close(socket);
   }
-  // No process reads what is sent to the port of a sender.
+  // A process has at most one socket that receives; data sent to the port of a sender is never read.
   EXPECT_LE(receivers, 1);
   return found;
 }
@@ -125,8 +124,9 @@ TEST_F(Closed, ARunHasItsBusOpenAndSendsWithinThisMachine) {
   EXPECT_EQ(senders, 8);
 }
 
-// Sends one message repeatedly from another machine: a network namespace with a virtual cable to this one.
-// Sends it to each of the buses, by this machine's address on the cable and by their groups.
+// Sends one message repeatedly from another machine, which is a network namespace with a virtual cable to
+// this one. Sends it to each of the buses, both to this machine's address on the cable and to the bus's
+// group.
 class Neighbor {
  public:
   explicit Neighbor(const std::vector<sockaddr_in>& buses) : pid_(fork()) {

@@ -1,5 +1,5 @@
-// Sim, collision, metrics and policy, each on a bus of its own, joined by a network that loses, repeats,
-// reorders and damages messages and injects foreign ones. An episode over it either has the undisturbed
+// Runs sim, collision, metrics and policy, each on its own bus. A simulated network between them loses,
+// repeats, reorders and damages messages and injects foreign ones. An episode either has the undisturbed
 // episode's result or is marked incomplete. All components run in one process, from a fixed seed.
 #include <algorithm>
 #include <array>
@@ -66,7 +66,7 @@ class Network {
         return std::nullopt;
       }
       if (summary_) return summary_;
-      // No message is in flight: advances time until a component resends what was lost.
+      // No message is in flight, so advances time until a component resends what was lost.
       if (std::exchange(tick, status(kSim).last_tick) != status(kSim).last_tick) silent = 0;
       const auto now = std::chrono::steady_clock::now() + silent * std::chrono::milliseconds(700);
       for (Node& node : nodes_) {
@@ -128,8 +128,8 @@ class Network {
     }
   }
 
-  // Returns the message truncated, too long, of another type, or with impossible counts. Damage to numbers
-  // alone is left out: only UDP's checksum detects it.
+  // Returns the message truncated, too long, of another type, or with impossible counts. Numbers are not
+  // damaged, because only UDP's checksum could detect that.
   Message Damaged(Message message) {
     switch (random_() % 4) {
       case 0:
@@ -196,8 +196,8 @@ class LossyBus : public testing::Test {
     ours_ = network.said();
   }
 
-  // Runs disturbed episodes. Returns how many have the reference's result; fails the test if a complete one
-  // has another.
+  // Runs disturbed episodes. Returns how many have the reference's result. Fails the test if a complete
+  // episode has another result.
   int Equal(const Faults& faults, int episodes) {
     int equal = 0;
     for (int i = 0; i < episodes; ++i) {
@@ -248,7 +248,7 @@ TEST_F(LossyBus, DamagedCopiesAreDropped) {
 
 TEST_F(LossyBus, OurOwnOldLogIsHarmless) {
   std::vector<Message> log = ours_;
-  // Only these channels are kept: the new run publishes the same messages on them, so the old ones are
+  // Only these channels are kept. The new run publishes the same messages on them, so the old ones are
   // harmless.
   std::erase_if(log, [](const Message& message) {
     return message.channel != channels::kContacts && message.channel != channels::kAction &&
@@ -262,7 +262,7 @@ TEST_F(LossyBus, OldLogsOfOtherEpisodesAreNeverTakenForOurs) {
   for (const auto& [seed, policy] : {std::pair(kSeed + 1, "expert"), std::pair(kSeed, "random")}) {
     const std::vector<Message> log = OldLog(seed, policy);
     for (const int pause : {1, 20}) Equal({.foreign = log, .pause = pause}, 1);
-    // Uses only one channel of the log.
+    // Each of these runs receives only one channel of the log.
     std::set<std::string> channels;
     for (const Message& message : log) channels.insert(message.channel);
     EXPECT_GE(channels.size(), 9u);

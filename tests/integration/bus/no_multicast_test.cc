@@ -1,5 +1,5 @@
-// On a machine without multicast, an explicitly requested bus fails with advice. The default falls back to a
-// private network namespace or else to one process, and reports it.
+// On a machine without multicast, a bus that the user requests fails with advice. By default, the run falls
+// back to a private network namespace or, if that is not permitted, to one process, and reports it.
 #include <linux/filter.h>
 #include <linux/seccomp.h>
 #include <sched.h>

@@ -67,7 +67,7 @@ class Receiver : public testing::Test {
   void ReceiveTheirs(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
     by_them_.push_back(Line(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size}));
   }
-  // Receives until both receivers have received this line, which is sent last.
+  // Receives until both receivers have received this text, which is sent last.
   void ReceiveUntil(const std::string& line) {
     const auto has = [&](const Received& received) { return !received.empty() && received.back() == line; };
     ASSERT_TRUE(WaitFor([&] {
@@ -87,7 +87,7 @@ class Receiver : public testing::Test {
   int64_t time_us_ = 0;
 };
 
-// Three senders whose datagrams interleave; some datagrams are lost.
+// Three senders interleave their datagrams, and some datagrams are lost.
 TEST_F(Receiver, MakesOfAnyTrafficWhatLiblcmMakes) {
   // liblcm reads in a thread of its own, which starts late on a loaded machine. Pending messages must fit
   // into the kernel's buffer, or liblcm loses them.
@@ -169,7 +169,7 @@ TEST_F(Receiver, StatesWhenAMessageArrived) {
   EXPECT_LE(time_us_, now_us());
 }
 
-// Two buses with different groups on one port, as of two programs that do not reserve it.
+// Two buses have different groups on one port, as happens to programs that do not reserve the port.
 TEST(Receivers, GroupsThatShareAPortReceiveOnlyTheirOwn) {
   EVALBUS_NEEDS_BUS();
   const std::string url = UniqueUrl(), port = url.substr(url.rfind(":"));

@@ -1,5 +1,5 @@
-// Other processes publish on the bus of a run. The run has the undisturbed run's scores or stops with the
-// reason.
+// Other processes publish on the bus of a run. The run either has the scores of an undisturbed run or stops
+// and states the reason.
 #include <sstream>
 
 #include "tests/integration/harness.h"
@@ -42,7 +42,7 @@ class SecondPublisher : public testing::Test {
   const std::string url_ = UniqueUrl();
 };
 
-// The second sim announces an episode of its own continuously.
+// The second sim announces its own episode continuously.
 TEST_F(SecondPublisher, ASecondSimIsIgnored) {
   Program second({"evalbus-sim", "lift_pot", "--out", (folder_.path() / "other").string(), "--url", url_,
                   "--episodes", "1000"});

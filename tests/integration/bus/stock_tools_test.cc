@@ -129,7 +129,7 @@ TEST(StockTools, GeneratedPythonDecodesTheLog) {
   for (int k = 0; k < 3; ++k) EXPECT_EQ(position[k], last.arm[1].wrist_position_m[k]) << k;
 }
 
-// The spy finds our types in the jar of scripts/spy, by the fingerprints that identify messages.
+// Checks that LCM's spy finds our types in the jar of scripts/spy by the fingerprints that identify messages.
 constexpr char kTypes[] = R"(public class Types {
   public static void main(String[] names) throws Exception {
     for (String name : names) {

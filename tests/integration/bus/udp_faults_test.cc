@@ -1,5 +1,5 @@
-// A real network that misbehaves below the real processes of a run. The run has the undisturbed run's
-// results, or ends with one line that states the reason.
+// A real network misbehaves under the real processes of a run. The run either has the results of an
+// undisturbed run or ends with one line that states the reason.
 #include <arpa/inet.h>
 #include <dlfcn.h>
 #include <netinet/in.h>
@@ -66,7 +66,7 @@ class UdpFaults : public testing::Test {
     return command;
   }
 
-  // Runs the program to its end on the test's bus, on such a network; receives every message.
+  // Runs the program to its end on the test's bus, on a network with this fault, and receives every message.
   Result Run(const std::string& network, const std::vector<std::string>& more = {},
              const std::string& url_options = "") {
     std::vector<std::string> arguments = {"--url", url_ + url_options};
@@ -82,7 +82,7 @@ class UdpFaults : public testing::Test {
     return {launcher.Wait(), launcher.out(), launcher.err()};
   }
 
-  // Expects either exit code 2 with one line and no other scores, or the reference's scores.
+  // Expects either the reference's scores, or exit code 2 with one line and no scores that differ.
   void ExpectTheSameOrAReason(const Result& result) {
     if (result.code == 0) {
       EXPECT_EQ(result.err, "");
@@ -99,9 +99,9 @@ class UdpFaults : public testing::Test {
   const fs::path reference_ = folder_.path() / "reference", run_ = folder_.path() / "run";
   const std::string url_ = UniqueUrl();
   std::optional<Bus> bus_;
-  // Is active while a run is.
+  // Called repeatedly while a run is active.
   std::function<void(pid_t launcher)> beside_;
-  // Highest counts received, by component.
+  // Highest counts that each component reported.
   std::map<std::string, int64_t> foreign_messages_, decode_errors_;
   std::vector<uint8_t> state_;
   int repeated_states_ = 0;
@@ -141,8 +141,8 @@ TEST_F(UdpFaults, LostMessagesAreRepeated) {
   if (fs::exists(run_)) ExpectLogged(run_, "sim", "", ": resending STATE");
 }
 
-// The run does not wait for the recorder at every tick: the episode is retried, and if no log is complete,
-// the run reports it.
+// The run does not wait for the recorder at every tick. An episode is retried if its log is incomplete. If
+// all attempts have incomplete logs, the run reports it.
 TEST_F(UdpFaults, TicksThatTheRecorderLosesAreReported) {
   const Result result = Run("lose 20 evalbus-recorder");
   EXPECT_EQ(result.code, 0) << result.err;
@@ -154,7 +154,8 @@ TEST_F(UdpFaults, TicksThatTheRecorderLosesAreReported) {
 
 TEST_F(UdpFaults, WhatIsLostInRealtimeIsCountedAndMakesAnEpisodeIncomplete) {
   const Result result = Run("lose 25", {"--realtime"});
-  // A required message is resent or the episode is retried, at most three times.
+  // Every lost message that the run needs is resent, or the episode is retried. After three attempts the run
+  // fails.
   if (result.code != 0) {
     EXPECT_EQ(result.code, 2);
     EXPECT_TRUE(result.err.starts_with("error: ")) << result.err;
@@ -189,7 +190,8 @@ class Garbage {
     for (char& byte : noise) byte = static_cast<char>(random_());
     Send(noise);
     Send(std::string("LC02\0\0\0\1", 8) + std::string(random_() % 300, 'x'));
-    // Lies beyond the end of its message by an amount that a 32-bit sum does not reveal.
+    // The second fragment lies beyond the end of its message, but the 32-bit sum of its offset and size
+    // overflows and is within the message.
     const auto last = static_cast<uint32_t>(said_);
     Fragment(last, 100'000, 0, 0, 3, std::string("EVALBUS_STATE\0", 14) + noise);
     Fragment(last, 100'000, 0xFFFFFFF0, 1, 3, std::string(200, 'x'));

@@ -1,5 +1,5 @@
-// Wrong input of every kind gives one line that names the culprit and the exit code, and leaves nothing
-// behind.
+// Any wrong input makes a command fail with one line that names the culprit, and with the right exit code.
+// The command leaves no files.
 #include <algorithm>
 
 #include "tests/integration/harness.h"
@@ -57,7 +57,7 @@ TEST_F(BadInput, UnknownNames) {
   ExpectRun(1, {"lift_pt"}, {"lift_pt", "lift_pot"});
   ExpectRun(1, {"lift_pot/postion"}, {"postion", "position"});
   ExpectRun(1, {"lift_pot", "--policy", "exprt"}, {"exprt", "did you mean 'expert'"});
-  // The error precedes the line that announces the run.
+  // The error is reported before the line that announces the run.
   EXPECT_EQ(RunProgram({"evalbus", "run", "lift_pot", "--policy", "exprt"}).out, "");
   ExpectRun(1, {"lift_pot", "--robot", "none.yaml"}, {"none.yaml"});
   ExpectRun(1, {"none.yaml"}, {"none.yaml"});
@@ -147,14 +147,14 @@ TEST_F(BadInput, TaskCheckTestsStartsAndLimits) {
     Expect(1, {"evalbus", "tasks", "check", file}, {file + ":" + std::to_string(line) + ": " + message});
   };
   const std::string base = "base: {position_m: [0.1, 0, 0]}", pot = "pose: {position_m: [0.7, 0, 0.996]}";
-  // The counter's top is at 0.859 m and the pot's bottom 0.137 m below its origin, so the pot is 9 mm too
-  // low.
+  // The counter's top is at 0.859 m. The pot's bottom is 0.137 m below its origin, so it is 9 mm too low
+  // here.
   expect(pot, "pose: {position_m: [0.7, 0, 0.987]}", "  base:\n    alias",
          "variation 'base': after a reset with seed 0, pot is ");
   expect("center_m: [0.735, 0], half_extents_m: [0.02, 0.15]",
          "center_m: [0.1, 0.3], half_extents_m: [0.01, 0.01]", "  position:\n",
          "variation 'position': no draw in 1000 keeps all parts apart; in the last one, pot is ");
-  // The robot stands inside the left cabinet.
+  // This position is inside the left cabinet.
   expect(base, "base: {position_m: [0.8, 0, 0]}", "  base:\n    alias",
          "variation 'base': after a reset with seed 0, ");
   expect("max_deg: 20", "max_deg: 120", "max_deg: 120",

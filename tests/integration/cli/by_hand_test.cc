@@ -34,7 +34,7 @@ TEST_P(ByHand, AnyOrderOfStartsGivesTheSameScores) {
     if (name == "policy") command.insert(command.end(), {"--policy", "random"});
     if (name == "recorder") command.insert(command.end(), {"--out", out});
     auto& program = programs[name] = std::make_unique<Program>(command);
-    // Starts the next program only once this one is ready.
+    // Starts each program only once the previous one is ready.
     ASSERT_TRUE(WaitFor([&] { return program->out() == name + " ready\n"; })) << name << program->err();
   }
   EXPECT_EQ(programs["sim"]->Wait(), 0) << programs["sim"]->err();
@@ -44,7 +44,7 @@ TEST_P(ByHand, AnyOrderOfStartsGivesTheSameScores) {
     EXPECT_TRUE(program->running()) << name;
     program->Signal(SIGTERM);
     EXPECT_EQ(program->Wait(), 0) << name;
-    // The only log lines are of level info.
+    // All log lines have the level info.
     std::istringstream lines(program->err());
     for (std::string line; std::getline(lines, line);) {
       EXPECT_NE(line.find(" [info] " + name), std::string::npos) << line;
@@ -67,7 +67,8 @@ INSTANTIATE_TEST_SUITE_P(Orders, ByHand,
                                          Order{"policy", "metrics", "sim", "recorder", "collision"}),
                          [](const auto& test) { return test.param.front() + "First"; });
 
-// With `evalbus run` as the launcher the scores are the same, and it prints them and leaves a run folder.
+// With `evalbus run` as the launcher, the scores are the same. The launcher also prints them and writes a run
+// folder.
 TEST(ByHandRun, LeavesAFolderLikeAnyOther) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
@@ -79,7 +80,7 @@ TEST(ByHandRun, LeavesAFolderLikeAnyOther) {
 
   const fs::path out = folder.path() / "run";
   const std::string url = UniqueUrl();
-  // The environment names the bus once for all programs.
+  // The environment variable names the bus for all programs.
   const Program::Setting environment{{}, [url] { setenv("EVALBUS_URL", url.c_str(), 1); }};
   std::vector<std::string> command = {"evalbus", "run", "--by-hand", "--out", out};
   command.insert(command.end(), what.begin(), what.end());
@@ -137,7 +138,8 @@ TEST(Environment, NamesTheBus) {
     return nlohmann::json::parse(ReadText(folder.path() / name / "run.json"));
   };
   EXPECT_EQ(run("named", {})["url"], url);
-  // These options take precedence: each worker has its own bus, or no bus is needed.
+  // --workers and --in-process take precedence over EVALBUS_URL: each worker has its own bus, and one process
+  // needs none.
   EXPECT_EQ(run("workers", {"--workers", "2"})["url"], "");
   EXPECT_EQ(run("in_process", {"--in-process"})["url"], "");
   for (const char* name : {"workers", "in_process"})
@@ -158,7 +160,7 @@ TEST(Environment, NamesTheBus) {
     return is_received;
   })) << replay.err();
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
-  // A named folder takes precedence, too: the output does not mention a --url that was not given.
+  // A run folder takes precedence, too. The error does not mention --url, because the user did not pass it.
   const Result over = RunProgram({"evalbus", "monitor", folder.path() / "named"}, environment);
   EXPECT_EQ(over.code, 1);
   EXPECT_NE(over.err.find("this run has finished"), std::string::npos) << over.err;
@@ -207,7 +209,7 @@ TEST(Programs, TheCommandAlonePrintsTheGroupedCommands) {
 }
 
 TEST(Programs, HelpOfEachCommandFitsTheTerminalAndHasThreeExamples) {
-  // One line for each command; those of a group are indented.
+  // Each command has one line; the commands of a group are indented.
   std::istringstream lines(RunProgram({"evalbus", "--help"}).out);
   std::vector<std::string> commands;
   for (std::string line; std::getline(lines, line);) {
@@ -224,10 +226,10 @@ TEST(Programs, HelpOfEachCommandFitsTheTerminalAndHasThreeExamples) {
     for (std::string line; std::getline(help, line);) {
       if (examples >= 0) {
         ++examples;
-        continue;  // a command that is copied is not wrapped
+        continue;  // example commands are not wrapped, because users copy them
       }
       if (line == "Examples:") examples = 0;
-      // A name or a default without blanks may be longer than the line.
+      // A name or a default value without blanks may exceed the line length.
       if (line.find(' ', 28) != std::string::npos) {
         EXPECT_LE(line.size(), 72u) << command << ": " << line;
       }
@@ -242,7 +244,7 @@ TEST(Programs, OptionsOfARunAreInGroups) {
        {"Policy", "Episodes", "Simulation", "Output", "Bus and processes", "Plans"}) {
     EXPECT_NE(help.find("\n" + group + ":\n  --"), std::string::npos) << group;
   }
-  // All but --help are in one.
+  // All options except --help are in a named group.
   EXPECT_NE(
       help.find("\nOther options:\n  -h,--help                 print this help and exit\n\nExamples:\n"),
       std::string::npos)

@@ -1,5 +1,5 @@
-// evalbus certify, and the refusal to compare runs of different versions of MuJoCo. This machine may have no
-// other version, so another name of our own sim stands in for it.
+// Tests evalbus certify, and that runs of different versions of MuJoCo are not compared. This machine may
+// have only one version, so our own sim under another name stands in for a second one.
 #include <gmock/gmock.h>
 #include <unistd.h>
 
@@ -29,7 +29,7 @@ class Certify : public testing::Test {
     EXPECT_THAT(result.err, HasSubstr(text));
   }
 
-  // Other tests may run at the same time.
+  // The process id makes the name unique, because other tests may run at the same time.
   const std::string stand_in_ = "8.8." + std::to_string(getpid());
   const fs::path program_ = runner::Processes::BinaryFolder() / runner::SimProgram(stand_in_);
   const std::string own_ = runner::EngineVersion("");
@@ -82,7 +82,7 @@ TEST_F(Certify, TheSameEngineUnderTwoNamesFlipsNothing) {
   const Result compared = RunProgram({"evalbus", "compare", own, other});
   ExpectError(compared, " was simulated by MuJoCo " + own_ + " and ");
   EXPECT_EQ(RunProgram({"evalbus", "compare", own, other, "--across-engines"}).code, 0);
-  // Episodes of two engines are never put into one run.
+  // Episodes of two engines never enter the same run.
   ExpectError(RunProgram({"evalbus", "merge", folder_.path() / "merged", own, other}), "mujoco_version");
   ExpectError(RunProgram({"evalbus", "run", "--like", other, "--engine", own_, "--out", other, "--resume"}),
               "mujoco_version");

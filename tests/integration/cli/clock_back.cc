@@ -1,5 +1,5 @@
-// For LD_PRELOAD: a wall clock that is set back by an hour five times a second. The steady clock is not
-// changed.
+// For LD_PRELOAD: a wall clock that is set back by an hour five times a second. The steady clock is
+// unaffected.
 #include <sys/syscall.h>
 #include <sys/time.h>
 #include <time.h>

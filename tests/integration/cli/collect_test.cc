@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 class Collect : public testing::Test {
  protected:
-  // The noise is so strong that some starts fail.
+  // The noise is so strong that some episodes fail.
   std::vector<std::string> Command(const fs::path& out, const std::vector<std::string>& options) const {
     std::vector<std::string> command = {"evalbus",  "collect", "lift_pot/position", "--episodes", "3",
                                         "--policy", "expert",  "--noise",           "0.17",       "--out",
@@ -49,7 +49,7 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   const Result reference = RunProgram(Command(reference_, {"--in-process"}));
   ASSERT_EQ(reference.code, 0) << reference.err;
   EXPECT_NE(reference.out.find(kYield), std::string::npos) << reference.out;
-  // Each episode is printed once. No success rate is printed, because the starts were selected.
+  // Each episode is printed once. No success rate is printed, because a collection contains only successes.
   EXPECT_EQ(CountOf("  success  ", reference.out), 3) << reference.out;
   EXPECT_EQ(CountOf("\nnot kept        ", reference.out), 1) << reference.out;
   EXPECT_EQ(CountOf("Success in ", reference.out), 0) << reference.out;
@@ -58,7 +58,7 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   const fs::directory_iterator kept(reference_ / "episodes");
   EXPECT_EQ(std::distance(begin(kept), end(kept)), 3);
 
-  // The seeds come from the collect stream, which no run uses.
+  // The seeds come from the seed stream of collections, which no run uses.
   EXPECT_EQ(SchemaError("collect", reference_ / "collect.json"), "");
   const auto summary = nlohmann::json::parse(ReadText(reference_ / "collect.json"));
   EXPECT_EQ(summary["seed"], 0);
@@ -97,7 +97,8 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   EXPECT_EQ(rest.code, 0) << rest.err;
   ExpectEqual(resumed);
 
-  // Resuming a complete collection succeeds, so that a loop until success ends.
+  // Resuming a complete collection succeeds, so that a shell loop that repeats the command until it succeeds
+  // ends.
   const Result again = RunProgram(Command(resumed, {"--in-process", "--resume"}));
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_NE(again.out.find(kYield), std::string::npos) << again.out;
@@ -129,7 +130,7 @@ TEST_F(Collect, KilledAtItsEndIsCompletedByResume) {
   ASSERT_EQ(collect(reference_, "rename:0:kill").code, 0);
   int renames = 0;
   ASSERT_EQ(std::sscanf(ReadText(folder_.path() / "calls").c_str(), "rename %d", &renames), 1);
-  // The last six renames belong to the end: episodes.jsonl and summary.json twice each, then collect.json.
+  // The last six renames happen at the end: episodes.jsonl and summary.json twice each, then collect.json.
   const fs::path at_the_end = folder_.path() / "at_the_end";
   ASSERT_EQ(collect(at_the_end, "rename:" + std::to_string(renames - 5) + ":kill").code, 128 + SIGKILL);
   EXPECT_EQ(Lines(at_the_end), kNumTried);

@@ -50,7 +50,7 @@ TEST_P(DeterminismAt, OneProcessAndSeveralGiveTheSameBytes) {
   ExpectSameScores(folder.path() / "a", folder.path() / "b");
   const RecordedLog log = ReadLog(LogFile(folder.path() / "a", 0));
   ExpectSameTicks(log, ReadLog(LogFile(folder.path() / "b", 0)));
-  // Half a second of ticks and the reset state.
+  // The log has the ticks of half a second and the reset state.
   EXPECT_EQ(log.Payloads(channels::kState).size(), static_cast<size_t>(std::stoi(GetParam())) / 2 + 1);
 }
 
@@ -83,7 +83,7 @@ TEST(Determinism, TheLastOfThreeEpisodesIsTheSameAlone) {
   Evaluate({task, "--policy", "random", "--in-process", "--episodes", "3", "--seed", "7"},
            folder.path() / "three");
   const auto begin = ReadLog(LogFile(folder.path() / "three", 2)).Messages(channels::kEpisodeBegin).at(0);
-  // The same seed and index, commanded to a pipeline that has not run any episode before.
+  // The episode with the same seed and index is commanded to a pipeline that has not run any episode before.
   const std::string url = UniqueUrl();
   const std::string out = folder.path() / "alone";
   Program sim({"evalbus-sim", task, "--out", out, "--url", url});

@@ -104,7 +104,7 @@ TEST(Faults, KilledLauncherLeavesNoProcessesAndWholeEpisodes) {
   EXPECT_EQ(launcher.Wait(), 128 + SIGKILL);
   for (const pid_t child : children) {
     EXPECT_TRUE(WaitFor([&] {
-      // An orphan that no process waits for remains as a zombie.
+      // A dead process without a parent that waits for it may remain as a zombie.
       const std::string stat = ReadText("/proc/" + std::to_string(child) + "/stat");
       return stat.empty() || stat.find(") Z ") != std::string::npos;
     })) << child;
@@ -173,7 +173,7 @@ class Heckler {
   void PublishMessage(const Channel<Message>& channel, const Message& message) {
     Publish(channel.name, Encode(message));
   }
-  // Publishes the message as one of another episode.
+  // Publishes the message as if it belonged to another episode.
   template <class Message>
   void PublishForeign(const std::string& channel, std::span<const uint8_t> data) {
     Message message{};
@@ -190,22 +190,22 @@ class Heckler {
     }
     const bool tick = channel == channels::kState || channel == channels::kContacts ||
                       channel == channels::kAction || channel == channels::kPartial;
-    // Attacks some of the ticks and every rare message.
+    // Attacks 4 of 16 tick messages and every message of another kind.
     if (tick && ++received_ % 16 >= 4) return;
-    // Noise of a random length.
+    // Publishes noise of a random length.
     std::vector<uint8_t> noise(random_() % 200);
     for (uint8_t& byte : noise) byte = static_cast<uint8_t>(random_());
     Publish(channel, noise);
-    // The right type, truncated and too long.
+    // Publishes the right type, truncated and too long.
     Publish(channel, std::span(bytes).first(bytes.size() - 1));
     std::vector<uint8_t> longer = bytes;
     longer.push_back(0);
     Publish(channel, longer);
-    // The right type with absurd counts: all bytes after the fingerprint and the header are 0xFF.
+    // Publishes the right type with absurd counts: all bytes after the fingerprint and the header are 0xFF.
     std::vector<uint8_t> absurd = bytes;
     for (size_t i = 32; i < absurd.size(); ++i) absurd[i] = 0xFF;
     Publish(channel, absurd);
-    // A wrong type with a header that would fit: of this episode, of a tick far ahead.
+    // Publishes a wrong type with a plausible header, which has this episode and a tick far ahead.
     header_t header{};
     if (tick && header._decodeNoHash(data.data(), 8, static_cast<int>(data.size()) - 8) > 0) {
       header.tick += 1000;
@@ -216,7 +216,7 @@ class Heckler {
         if constexpr (requires(Message message) { message.header; }) Publish(other.name, wrong);
       });
     }
-    // A message of another episode.
+    // Publishes the message as if it belonged to another episode.
     if (channel == channels::kState) PublishForeign<state_t>(channel, data);
     if (channel == channels::kContacts) PublishForeign<contacts_t>(channel, data);
     if (channel == channels::kAction) PublishForeign<action_t>(channel, data);
@@ -233,7 +233,7 @@ class Heckler {
       command.kind = 9;
       PublishMessage(channels::kCommand, command);
     }
-    // A repeated message.
+    // Repeats the message.
     if (tick || channel == channels::kCommand || channel == channels::kModel) Publish(channel, bytes);
   }
 
@@ -244,8 +244,8 @@ class Heckler {
   int said_ = 0;
 };
 
-// Number of messages that a component dropped for a reason, from its log. Its last STATUS cannot be used
-// instead: the flood of messages can displace it from the receive buffer.
+// Returns the number of messages that a component dropped for a reason, from its log. Its last STATUS cannot
+// be used instead, because the flood of messages can displace it from the receive buffer.
 int64_t Dropped(const fs::path& run, const std::string& component, const std::string& reason) {
   const std::string log = ReadText(run / "logs" / (component + ".log"));
   const std::regex line("dropped (\\d+) messages? " + reason);

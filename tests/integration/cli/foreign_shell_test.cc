@@ -1,5 +1,5 @@
-// A shell whose PATH and library paths begin with another compiler, tools and libraries, as conda, pyenv and
-// module systems make.
+// The shell's PATH and library paths begin with another compiler, tools and libraries, as conda, pyenv and
+// environment modules set them.
 #include <sys/stat.h>
 
 #include <cstdlib>

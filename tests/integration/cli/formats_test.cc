@@ -1,5 +1,5 @@
-// The files that a run writes are checked against the published schemas and with the commands and the snippet
-// of the documentation.
+// The files that a run writes are checked against the published schemas, and with the commands and the
+// snippet of the documentation.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -68,7 +68,7 @@ TEST_F(FormatsTest, SchemaOfViolationsOfForceLimitsHolds) {
   EXPECT_EQ(SchemaError("episode", out / "episodes.jsonl"), "");
 }
 
-// Each is checked by a test against what a command wrote.
+// Another test checks each schema against a file that a command wrote.
 TEST_F(FormatsTest, EverySchemaIsInTheDocumentation) {
   const std::string page = ReadText(kDocs / "versioning.md");
   for (const auto& schema : fs::directory_iterator(kDocs / "schema")) {

@@ -1,4 +1,5 @@
-// evalbus judge, and evalbus watch with an operator: real processes, and a page that gives verdicts.
+// Tests evalbus judge, and evalbus watch with an operator, with real processes and a page that gives
+// verdicts.
 #include <signal.h>
 
 #include <algorithm>
@@ -22,7 +23,7 @@ uint16_t PortOf(Program& program) {
   return static_cast<uint16_t>(std::stoi(program.out().substr(find() + kAddress.size())));
 }
 
-// The page of an operator.
+// An operator's browser page.
 class Page {
  public:
   explicit Page(uint16_t port) : client_(port, "http://localhost:" + std::to_string(port)) {}
@@ -93,7 +94,7 @@ TEST_F(Judge, AnInterruptedSessionContinuesAndRevealsAtTheEnd) {
     EXPECT_NE(program->out().find("2 of 6 episodes have a verdict"), std::string::npos) << program->out();
     EXPECT_EQ(program->out().find("hold"), std::string::npos) << program->out();
   }
-  // The first two episodes are a pair of equal seeds.
+  // The first two episodes have the same seed and form a pair.
   ASSERT_EQ(Verdicts(a_).size(), 1u);
   ASSERT_EQ(Verdicts(b_).size(), 1u);
   EXPECT_EQ(Verdicts(a_)[0]["episode"], Verdicts(b_)[0]["episode"]);
@@ -111,7 +112,7 @@ TEST_F(Judge, AnInterruptedSessionContinuesAndRevealsAtTheEnd) {
   for (int episode = 2; episode < 6; ++episode) page.Give(episode, "failure");
   const auto last = page.Until([](const auto& head) { return !head["results"].is_null(); });
   EXPECT_NE(last["results"].dump().find("policy hold"), std::string::npos) << last;
-  // The results are known now.
+  // Once the results are revealed, no verdict is accepted.
   page.Give(0, "failure");
   EXPECT_NE(page.Until([](const auto& head) { return head["error"] != ""; })["error"].dump().find("revealed"),
             std::string::npos);
@@ -125,13 +126,13 @@ TEST_F(Judge, AnInterruptedSessionContinuesAndRevealsAtTheEnd) {
   EXPECT_EQ(success["pairs"]["baseline_only"], a_was_first ? 1 : 0);
   EXPECT_EQ(success["pairs"]["run_only"], a_was_first ? 0 : 1);
   EXPECT_EQ(success["pairs"]["neither"], 2);
-  // Without an operator, the command prints the same results; a report has them as well.
+  // Without an operator, the command prints the same results. A report shows them, too.
   const Result printed = RunProgram({"evalbus", "judge", a_, b_});
   EXPECT_EQ(printed.code, 0) << printed.err;
   EXPECT_NE(program->out().find(printed.out), std::string::npos) << printed.out;
   ASSERT_EQ(RunProgram({"evalbus", "report", a_, "--out", folder_.path() / "a.html", "--mb", "0"}).code, 0);
   EXPECT_NE(ReadText(folder_.path() / "a.html").find("Operator ann: success in "), std::string::npos);
-  // Verdicts do not change what is verified.
+  // Verdicts are not among the files that `verify` checks.
   const Result verified = RunProgram({"evalbus", "verify", a_});
   EXPECT_EQ(verified.code, 0) << verified.out;
   EXPECT_EQ(verified.out.find("verdicts.jsonl"), std::string::npos) << verified.out;
@@ -194,7 +195,7 @@ TEST_F(Judge, NothingButAVerdictOnAnEpisodeIsAccepted) {
   EXPECT_FALSE(fs::exists(a_ / "verdicts.jsonl") || fs::exists(b_ / "verdicts.jsonl"));
 }
 
-// See check_judge.py for what is checked.
+// check_judge.py documents what is checked.
 TEST_F(Judge, BrowserGivesVerdictsBlind) {
   const Result result = RunProgram({"/usr/bin/python3", EVALBUS_SOURCE_DIR "/tests/browser/check_judge.py",
                                     EVALBUS_BINARY_DIR "/bin/evalbus", a_, b_});
@@ -218,13 +219,13 @@ TEST(JudgedEpisode, HasPosesAndNoResults) {
   for (const auto& stage : head["stages"]) EXPECT_EQ(stage["tick"], nullptr) << stage;
   ASSERT_EQ(head["events"].size(), 1u) << head["events"];
   EXPECT_EQ(head["events"][0]["text"], "");
-  // Poses of all ticks of the recorded episode, and values of no tick but the first.
+  // The block has the poses of all ticks of the recorded episode, but values of its first tick only.
   const size_t ticks = ReadLog(LogFile(run, 0)).Messages(channels::kState).size();
   EXPECT_EQ(block.Shape("position_m").back(), ticks);
   EXPECT_EQ(block.Shape("contact_depth_m").back(), 0u);
   const std::vector<double> curves = block.Values("curves");
   for (const auto& curve : head["curves"]) {
-    // Part of STATE.
+    // The gripper opening is part of STATE, which is published at every tick.
     if (curve["name"] == "gripper_opening") continue;
     for (size_t row = curve["first_row"]; row < curve["first_row"].get<size_t>() + curve["parts"].size();
          ++row) {

@@ -1,4 +1,4 @@
-// Logs are compared with the results beside them: rescoring reports modified results, and replaying reports
+// Logs are compared with the results next to them. Rescoring reports modified results, and replaying reports
 // what it cannot play.
 #include <signal.h>
 
@@ -74,7 +74,8 @@ TEST_F(Kept, ALogAloneIsComparedWithNothingElse) {
   EXPECT_EQ(Rescore(LogFile(run_, 0)).code, 0);
 }
 
-// Timestamps as of a realtime run on a machine that was suspended or whose clock was set.
+// In the middle of the log, the timestamps jump by an hour, as if a realtime machine had been suspended or
+// its clock set.
 TEST_F(Kept, AClockThatJumpedIsNotWaitedFor) {
   EVALBUS_NEEDS_BUS();
   const fs::path jumped = folder_.path() / "jumped.lcmlog";

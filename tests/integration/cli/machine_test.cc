@@ -31,7 +31,8 @@ uintmax_t BytesIn(const fs::path& folder) {
   return bytes;
 }
 
-// Runs in one process and in several, on a separate disk that only this test and its children can access.
+// Evaluates in one process and in several, on a separate disk that only this test and its children can
+// access.
 class Disk : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
@@ -104,7 +105,7 @@ TEST_P(Disk, ReadOnlyIsRefused) {
             "error: --out " + (disk_ / "new").string() + ": cannot create: Read-only file system\n");
 }
 
-// The last message of a worker is in its log, which is on that disk.
+// The error is the last message in the worker's log, which is on the full disk.
 TEST_P(Disk, FullWithWorkersIsNamed) {
   const uintmax_t whole = BytesIn(reference_), models = BytesIn(reference_ / "model");
   ASSERT_TRUE(Mount(MS_REMOUNT, models + (whole - models) / 2 + (64 << 10)));
@@ -126,7 +127,7 @@ TEST(Machine, AWallClockThatIsSetBackChangesNothing) {
   const fs::path reference = folder.path() / "reference", run = folder.path() / "run",
                  realtime = folder.path() / "realtime";
   const Program::Setting setting{{}, [] { setenv("LD_PRELOAD", CLOCK_BACK, 1); }};
-  // The run works in principle.
+  // The preloaded clock works: a program that waits for half a second sees the time go back.
   ASSERT_EQ(
       RunProgram({"perl", "-e",
                   "$a = time; select(undef, undef, undef, 0.5); print($a - time > 7000 ? 'back' : 'on')"},
@@ -146,7 +147,7 @@ TEST(Machine, AWallClockThatIsSetBackChangesNothing) {
   for (const auto& episode : Episodes(realtime)) EXPECT_EQ(episode["pacing"]["ticks"], 50);
 }
 
-// The component that lacks a resource reports it, before liblcm fails for lack of it.
+// The component that lacks a resource reports it before liblcm fails for the same reason.
 class Limit : public testing::Test {
  protected:
   Result Run(int resource, rlim_t limit, const std::vector<std::string>& more = {}) {

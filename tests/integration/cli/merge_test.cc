@@ -1,4 +1,4 @@
-// evalbus merge: the shards of a plan become the runs of the plan, or nothing is changed.
+// Tests evalbus merge: the shards of a plan become the runs of the plan, or nothing is changed.
 #include <csignal>
 #include <ctime>
 #include <regex>
@@ -28,7 +28,7 @@ void Replace(const fs::path& file, const std::string& what, const std::string& w
   WriteText(file, text.replace(at, what.size(), with));
 }
 
-// Names a process of this machine that has ended.
+// Returns the name of a process of this machine that has ended.
 std::string DeadProcess() {
   Program program({"/bin/true"});
   EXPECT_EQ(program.Wait(), 0);
@@ -71,7 +71,7 @@ class Merge : public testing::Test {
   size_t NumParts() const {
     return static_cast<size_t>(std::distance(fs::directory_iterator(results_ / "parts"), {}));
   }
-  // Expects a refusal in one line, with all files unchanged.
+  // Expects a refusal in one line and all files unchanged.
   void ExpectRefused(const std::string& reason) const {
     const auto before = Contents(results_);
     const Result result = MergePlan();
@@ -112,7 +112,7 @@ TEST_F(Merge, IsThePlanWithoutParts) {
   EXPECT_EQ(Contents(results_).size(), before.size());
 }
 
-// A merged part is removed, and with it everything that was not copied.
+// A merge removes the shards, so it must first copy notes, verdicts and points of no return.
 TEST_F(Merge, KeepsNotesVerdictsAndPointsOfNoReturn) {
   for (const int first : {0, 2}) {
     const fs::path part = Part("rnd", first == 0 ? "0000-0001" : "0002-0003");
@@ -175,7 +175,7 @@ TEST_F(Merge, RefusesAPartWhoseLogsAreNotWhole) {
     WriteText(log, text.substr(0, size));
     ExpectRefused(log.string() + ": ");
   }
-  // The log is cut between two events, at its end and in its middle, so that no byte is damaged.
+  // The log is cut between two events, at its end or in its middle, so no byte is damaged.
   std::vector<size_t> begins = {0};
   EventLogReader reader(made_->path() / "results" / fs::relative(log, results_));
   for (LogEvent event; reader.Next(&event);) {
@@ -228,7 +228,7 @@ TEST_F(Merge, RefusesPartsOfAnotherPlan) {
   ExpectRefused("/run.json: \"seed\" is 5, but 6 in plan.json");
 }
 
-// A shard is kept if its run was merged without it, or with another evaluation of its episodes.
+// If the merged run has another evaluation of a shard's episodes, the merge is refused and the shard is kept.
 TEST_F(Merge, RemovesOnlyWhatItCounted) {
   const fs::path part = Part("rnd", "0000-0001"), copy = folder_.path() / "copy";
   fs::copy(part, copy, fs::copy_options::recursive);
@@ -237,7 +237,7 @@ TEST_F(Merge, RemovesOnlyWhatItCounted) {
   Replace(part / "episodes.jsonl", "\"end_detail\":\"\"", "\"end_detail\":\"by another run\"");
   ExpectRefused("its episode 0 is another one there");
   fs::remove_all(part);
-  // A copy of a counted shard may be removed.
+  // A shard that equals the merged episodes may be removed.
   fs::copy(copy, part, fs::copy_options::recursive);
   ASSERT_EQ(MergePlan().code, 0);
   ExpectMerged();
@@ -272,14 +272,14 @@ TEST_F(Merge, WhatAKilledMergeLeftIsGoneAfterTheNext) {
   ExpectMerged();
 }
 
-// Machines share the folder: files that may be in use are kept.
+// Machines share the folder, so files that another machine may be using are kept.
 TEST_F(Merge, LeavesWhatALivingMergeMayNeed) {
   ASSERT_FALSE(Part("rnd", "0000-0001").empty());
   const std::string name = Part("rnd", "0000-0001").filename();
   const std::string of_run =
       "." + name.substr(name.find('+') + 1, name.rfind('+') - name.find('+') - 1) + ".";
-  // With this part missing, the merge fails, so the run that it would have made does not imply that another
-  // merge has ended.
+  // Without this shard the merge fails and creates no run. An existing run would show that other merges of it
+  // have ended.
   fs::remove_all(Part("rnd", "0002-0003"));
   const fs::path policy = results_ / "rnd";
   fs::create_directories(policy);

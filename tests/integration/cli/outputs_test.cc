@@ -24,7 +24,7 @@ class Outputs : public testing::Test {
     Evaluate({ShortTask(folder_.path(), 0.4), "--policy", "random", "--episodes", "2", "--in-process"}, run_);
     fs::create_directory(work_);
   }
-  // Each command that writes a file, with the output option last.
+  // Returns each command that writes a file, with the output option last.
   std::vector<std::vector<std::string>> Commands() const {
     return {{"evalbus", "export", run_, "--csv"},
             {"evalbus", "report", run_, "-o"},
@@ -59,7 +59,7 @@ TEST_F(Outputs, GoThroughWhatIsNoFile) {
       EXPECT_EQ(Write(command, device).code, 0);
       EXPECT_TRUE(fs::is_character_file(device));
     }
-    // The output is a regular file here, which rescore does not overwrite.
+    // Standard output is a regular file here, which rescore refuses to overwrite.
     if (command[1] == "rescore") continue;
     const Result out = Write(command, "/dev/stdout");
     EXPECT_EQ(out.code, 0) << out.err;
@@ -86,7 +86,7 @@ TEST_F(Outputs, AreRefusedInOneLineIfInvalid) {
                                     (work_ / std::string(300, 'x')).string(), (work_ / "loop").string()}) {
       const Result result = Write(command, file);
       SCOPED_TRACE(testing::PrintToString(command) + file);
-      // Without a name, export has no output and fails; the others write to their default output.
+      // With an empty name, export has no output and fails. The other commands use their default output.
       EXPECT_EQ(result.code, file.empty() && command[1] != "export" ? 0 : 1) << result.out;
       EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), result.code) << result.err;
       EXPECT_EQ(result.err.find("filesystem error"), std::string::npos) << result.err;
@@ -115,7 +115,7 @@ TEST_F(Outputs, OnAFullDiskLeaveWhatWasThere) {
   umount(work_.c_str());
 }
 
-// The disk is full once, or permanently, at any of the file's writes.
+// The disk is full at one of the file's writes, or from that write on.
 TEST_F(Outputs, AnHdf5FileIsRightOrNotThere) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
   const fs::path file = work_ / "set.hdf5", counted = folder_.path() / "calls";
@@ -167,7 +167,7 @@ TEST_F(Outputs, WhatCannotBePrintedIsNoSuccess) {
   }
 }
 
-// Folder names that are too long, and a link to itself.
+// The run folder's name is too long, or the folder is a link to itself.
 TEST_F(Outputs, InvalidRunFoldersAreRefusedInOneLine) {
   const std::vector<std::string> names = {std::string(5000, 'x'), (work_ / std::string(300, 'x')).string(),
                                           (work_ / "loop").string()};

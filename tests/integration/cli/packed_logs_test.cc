@@ -29,7 +29,7 @@ class PackedLogs : public testing::Test {
   }
 
   TemporaryFolder folder_;
-  // The folders have the same name because pages show it.
+  // The folders have the same name, because pages show it.
   const fs::path plain_ = folder_.path() / "plain/run", packed_ = folder_.path() / "packed/run";
 };
 
@@ -79,7 +79,8 @@ TEST_F(PackedLogs, AreUnpackedForLcm) {
   EXPECT_EQ(read_by_lcm.readNextEvent(), nullptr);
 }
 
-// The run is killed with an episode's log half-written and resumed; half of the episodes are plain logs.
+// The run is killed while it writes a compressed log, and resumed without --log zstd, so the remaining logs
+// are plain.
 TEST_F(PackedLogs, AKilledRunIsResumed) {
   Run(plain_);
   {

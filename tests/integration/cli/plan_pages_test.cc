@@ -34,8 +34,8 @@ TEST_F(PlanPages, OfOneThatStopsHaveThePOfAnyLook) {
   for (const auto& stop : stops) {
     const std::string policy = stop["policy"];
     SCOPED_TRACE(policy);
-    // Worked by hand for 10 pairs that only one policy won: evidence C(20, 10) / 2^10, 40 % of alpha for the
-    // looks, two policies.
+    // Computed by hand for 10 pairs that only one policy won: evidence C(20, 10) / 2^10, 40 % of alpha for
+    // the looks at interim results, two policies.
     if (policy == "flawed_expert-miss") {
       EXPECT_EQ(stop["only_baseline"], 10);
       EXPECT_EQ(stop["episodes"], 10);
@@ -61,7 +61,7 @@ TEST_F(PlanPages, OfOneThatStopsHaveThePOfAnyLook) {
   // Policies whose number of episodes depends on results are not ranked.
   EXPECT_THAT(Page("report.html"), Not(HasSubstr("Policies that share a letter")));
 
-  // A manual comparison notes that its p values are for another kind of plan.
+  // A manual comparison notes that its p values are not valid for a plan that stops depending on its results.
   const fs::path run_folder = OnlyRun(results_ / "expert");
   const Result compared =
       RunProgram({"evalbus", "compare", run_folder, OnlyRun(results_ / "flawed_expert-miss")});
@@ -71,12 +71,12 @@ TEST_F(PlanPages, OfOneThatStopsHaveThePOfAnyLook) {
   EXPECT_EQ(nlohmann::json::parse(ReadText(folder_.path() / "again/run.json"))["until"], "");
 }
 
-// Each look uses the episodes that there were at that time, although the folder has more of them now.
+// Each look uses the episodes that existed at that time, although the folder has more of them now.
 TEST_F(PlanPages, OneThatStopsIsResumedAndVerified) {
   ASSERT_EQ(Run("episodes: 5\nuntil: decided(alpha 0.05, max 15)\n").code, 0);
   const fs::path file = results_ / "stops.json";
   const std::string stops = ReadText(file), summary = ReadText(results_ / "expert/summary.json");
-  // As if the plan had been interrupted after its last episode.
+  // Simulates a plan that was interrupted after its last episode.
   fs::remove(file);
   const Result resumed =
       RunProgram({"evalbus", "run", folder_.path() / "plan.yaml", "--out", results_, "--resume"});
@@ -131,7 +131,7 @@ TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {
   EXPECT_THAT(Page("flawed_expert-miss/report.html"),
               HasSubstr("<h1>flawed_expert-miss succeeds in 0 of 8 episodes of lift_pot/position</h1>"));
 
-  // `verify` makes all pages again: the plan's, two comparisons, three reports of policies.
+  // `verify` makes all pages again: the plan's page, two comparisons and three reports of policies.
   const auto verify = [&] { return RunProgram({"evalbus", "verify", results_}); };
   EXPECT_THAT(verify().out, HasSubstr("; 6 pages made again"));
   for (const std::string name : {"report.html", "flawed_expert-miss/against_expert.html"}) {

@@ -1,5 +1,5 @@
-// The random values that a task draws for the model of each episode are the same however a run is divided,
-// are in the log, and have no effect on the physics if they are only visual.
+// The random values that a task draws for the model of each episode do not depend on how a run is divided.
+// They are in the log, and visual ones do not affect the physics.
 #include <algorithm>
 
 #include "bus/channels.h"
@@ -35,7 +35,7 @@ class RandomizedRun : public testing::Test {
     more.insert(more.begin(), {task_ + "/" + variation, "--episodes", "2", "--seed", "5"});
     Evaluate(more, folder_.path() / name);
   }
-  // Runs with the seeds of a run that is older than seed_stream: two variations then start equally.
+  // Runs with the seeds of a run older than seed_stream, with which two variations have equal episode seeds.
   void RunWithSharedSeeds(const std::string& variation) {
     Run(variation, variation + "-template", {"--in-process", "--policy", "hold"});
     auto info = nlohmann::ordered_json::parse(ReadText(folder_.path() / (variation + "-template/run.json")));

@@ -137,7 +137,7 @@ TEST_F(Recorded, SuitesAreReplayedRescoredAndRendered) {
   EXPECT_SAYS(replayed.out, "2 of 2 episodes have scores bit-identical to the recorded ones; 0 of ");
 }
 
-// The reason is that of the run's table, not the end reason of the sim.
+// The reason is the one in the run's table and not the end reason of the sim.
 TEST_F(Recorded, RescoreNamesTheReasonOfTheRunsTable) {
   Evaluate({ShortTask(folder_.path(), 0.2), "--policy", "hold", "--episodes", "1", "--in-process"}, run_);
   const auto episode = Episodes(run_).at(0);
@@ -156,7 +156,8 @@ TEST_F(Recorded, ReplayAtSpeedOneTakesAsLongAsTheRobotDid) {
   EXPECT_SAYS(result.out, "0 of 51 ticks lost");
 }
 
-// Metrics, viz and monitor receive the same in a replay as in the run, and no component is commanded.
+// Metrics, viz and monitor receive the same messages in a replay as in the run, and no component receives a
+// command.
 TEST_F(Recorded, ReplaySoundsLikeTheRun) {
   EVALBUS_NEEDS_BUS();
   Record(1);
@@ -213,7 +214,7 @@ TEST_F(Recorded, LowerThresholdEndsTheEpisodeAtTheTickThatReachesIt) {
       std::find(model.body_name.begin(), model.body_name.end(), "pot/pot") - model.body_name.begin();
   ASSERT_LT(pot, model.num_bodies);
   const auto states = log.Messages(channels::kState);
-  // At this tick the pot is well clear of the counter and level: success requires no more.
+  // At this tick the pot is level and far above the counter, so success requires no more.
   const auto first = std::find_if(states.begin(), states.end(), [pot](const state_t& state) {
     return state.body[pot].position_m[2] > 1.05;
   });
@@ -297,7 +298,7 @@ TEST_F(Recorded, MissingTicksAreCountedExactly) {
   EVALBUS_NEEDS_BUS();
   Record(1);
   const int64_t last = static_cast<int64_t>(NumStates(1)) - 1;
-  // One gap is early, and one cannot be compensated by the remaining ticks.
+  // One gap is early; the other is so late that the remaining ticks cannot compensate for it.
   const fs::path log = EditedLog([last](std::vector<RecordedLog::Event>* events) {
     std::erase_if(*events, [last](const RecordedLog::Event& event) {
       if (event.channel == channels::kState) {
@@ -347,7 +348,7 @@ TEST_F(Recorded, DamageCostsRescoringOneTickAndThePlayerTheRest) {
   Record(1);
   const fs::path log = folder_.path() / "damaged.lcmlog";
   std::string bytes = ReadText(log_);
-  // The STATE of tick 99: its event begins 28 bytes before the channel's name.
+  // Overwrites the STATE of tick 99, whose event begins 28 bytes before the channel's name.
   size_t at = 0;
   for (int i = 0; i < 100; ++i) at = bytes.find("EVALBUS_STATE", at + 1);
   ASSERT_NE(at, std::string::npos);

@@ -1,4 +1,4 @@
-// evalbus report and compare --report: pages of real runs show the values of the runs' own files.
+// Tests evalbus report and compare --report: pages of real runs show the values of the runs' own files.
 #include <tinyxml2.h>
 
 #include <filesystem>
@@ -22,7 +22,7 @@ void ForAll(const XMLElement* element, const std::function<void(const XMLElement
     ForAll(child, visit);
 }
 
-// Returns the values of the <data> elements below, with all their digits.
+// Returns the values of the <data> elements below `element`, with all their digits.
 std::vector<double> ValuesIn(const XMLElement& element) {
   std::vector<double> values;
   ForAll(&element, [&](const XMLElement& e) {
@@ -107,7 +107,7 @@ TEST_F(ReportRunTest, AsManyEpisodesArePackedAsTheSizeAllows) {
     for (const std::string& name : BlocksOf(page)) {
       if (name.starts_with("episode/")) episodes.insert(name);
     }
-    // The page states how many episodes it contains.
+    // The command prints how many episodes the page contains.
     if (!episodes.empty()) {
       EXPECT_NE(result.out.find(std::to_string(episodes.size())), std::string::npos) << result.out;
     }
@@ -124,13 +124,13 @@ TEST_F(ReportRunTest, AsManyEpisodesArePackedAsTheSizeAllows) {
   const size_t without = fs::file_size(file);
   EXPECT_EQ(report({"--episode", "2,5"}), (std::set<std::string>{"episode/0/2", "episode/0/5"}));
   const size_t with_two = fs::file_size(file);
-  // There is room for more than two episodes but not for all.
+  // The size limit allows more than two episodes but not all.
   const size_t most = (with_two + whole.size()) / 2;
   const std::set<std::string> some = report({"--mb", std::to_string(static_cast<double>(most) / 1e6)});
   EXPECT_LE(fs::file_size(file), most + 1);
   EXPECT_GT(some.size(), 1u);
   EXPECT_LT(some.size(), 8u);
-  // If no episode fits, the page has no viewer either.
+  // If no episode fits, the page has no viewer.
   EXPECT_EQ(report({"--mb", std::to_string(static_cast<double>(without) / 1e6 + 0.1)}).size(), 0u);
   EXPECT_EQ(ReadText(file).find("THREE"), std::string::npos);
 }
@@ -175,7 +175,7 @@ TEST_F(ReportRunTest, BrowserHasNothingToComplainAbout) {
   }
 }
 
-// Checks bodies, values, timeline, hostile names and sizes: see check_viewer.py.
+// check_viewer.py checks bodies, values, timeline, hostile names and sizes.
 TEST_F(ReportRunTest, ViewerShowsTheContentsOfLogsAndSummaries) {
   if (RunProgram({"/bin/sh", "-c", "command -v chromium && command -v python3"}).code != 0) {
     GTEST_SKIP() << "needs chromium and python3";

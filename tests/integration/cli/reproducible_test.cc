@@ -1,4 +1,4 @@
-// One result for a seed, whatever processes the run has and whatever load runs beside it.
+// A seed has one result, whatever processes the run has and whatever load is on the machine.
 #include <signal.h>
 #include <sys/prctl.h>
 #include <unistd.h>
@@ -68,7 +68,7 @@ TEST_P(Reproducible, OneProcessWithVideosOrWithWorkers) {
   ExpectAsReference("with_video");
   Run("workers", {"--in-process", "--workers", "2"});
   ExpectAsReference("workers");
-  // The RUN_SUMMARY of each worker covers its own episodes and states which.
+  // The RUN_SUMMARY of each worker covers the worker's own episodes and lists them.
   for (int i = 0; i < kEpisodes; ++i) {
     EXPECT_FALSE(RunSummaryOf("reference", i).is_part);
     EXPECT_EQ(RunSummaryOf("reference", i).num_episodes, i + 1);

@@ -27,7 +27,7 @@ std::vector<std::string> RunCommand(const fs::path& out, const std::vector<std::
   return command;
 }
 
-// The reference is one uninterrupted run in one process, which all others must equal.
+// The reference is one uninterrupted run in one process. All others must equal it.
 class Resume : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -71,7 +71,7 @@ TEST_F(Resume, AfterTheLauncherWasKilledTheRestIsDone) {
   }
   const size_t before = Episodes(run_).size();
   ASSERT_LT(before, 5u);
-  // As if the next line had been cut off and a file left half-written.
+  // Simulates a kill: the next line is cut off, and a file is half-written.
   std::ofstream(run_ / "episodes.jsonl", std::ios::app) << R"({"task":"lift_p)";
   WriteText(run_ / "model/physics.mjb.12.tmp", "half");
   const auto resumed = RunProgram(RunCommand(run_, {"--resume"}));
@@ -135,7 +135,7 @@ class ResumeRefuses : public testing::Test {
   void SetUp() override {
     fs::copy(fs::path(EVALBUS_SOURCE_DIR) / "models", models_, fs::copy_options::recursive);
     ASSERT_EQ(Run(kSeed, {"--episodes", "2"}).code, 0);
-    // The leftovers of a killed run, and a file of the user.
+    // These are the leftovers of a killed run and a file of the user.
     fs::create_directories(run_ / "episodes/0002.partial");
     WriteText(run_ / "episodes/0002.partial/events.lcmlog", "half");
     WriteText(run_ / "run.json.12.tmp", "half");
@@ -177,7 +177,7 @@ TEST_F(ResumeRefuses, OtherFiles) {
   expect(pot, "mass=\"3.363", "mass=\"9.363",
          "the run was made with another physics model (physics_sha256); restore the changed file");
   expect(pot, "handles.obj\"", "handles.obj\" scale=\"1.1 1.1 1.1\"",
-         "the run was made with another ");  // includes models that are only visual
+         "the run was made with another ");  // applies to visual models, too
   expect(robot, "home_rad: &home [0, ", "home_rad: &home [0.1, ",
          "the run was made with another robot description");
   expect(task, "time_limit_s: ", "time_limit_s: 1", "the run was made with another task description");
@@ -217,7 +217,7 @@ TEST_F(ResumeRefuses, LinesThatNoReaderTakes) {
   Expect("run.json: expected JSON nested 64 deep at most");
 }
 
-// A restarted sim reads its files again.
+// A restarted sim reads its files again, so a file that changed during the run is an error.
 TEST(Restart, WithOtherFilesIsRefusedAndTheRunContinuesWithItsOwn) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
@@ -286,7 +286,7 @@ TEST_F(Resume, NoOldSummaryExistsDuringARun) {
 TEST_F(Resume, RefusesAFolderInWhichARunIsAtWork) {
   Program launcher(RunCommand(run_, {"--in-process"}));
   ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
-  // While it is stopped, the launcher cannot finish before the other one starts.
+  // While the first launcher is stopped, it cannot finish before the second one starts.
   launcher.Signal(SIGSTOP);
   const auto second = RunProgram(RunCommand(run_, {"--in-process", "--resume"}));
   EXPECT_EQ(second.code, 1);
@@ -376,7 +376,7 @@ TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
   EXPECT_EQ(summary["by_variation"]["lift_pot/position"]["episodes"], 1);
   EXPECT_NE(run.out.find("4 of 4"), std::string::npos) << run.out;
 
-  // A missing run is made again; the others are kept.
+  // A missing run is evaluated again; the others are kept.
   fs::remove_all(suite / "lift_pot-position");
   const auto before = fs::last_write_time(suite / "lift_pot-base/episodes/0000/events.lcmlog");
   auto again = command;
@@ -436,7 +436,7 @@ TEST(Suite, EventsAreLinesOfJson) {
   EXPECT_EQ(SchemaError("suite_summary", suite / "summary.json"), "");
 }
 
-// A plan that adds episodes until its intervals are narrow continues its runs: each episode comes once.
+// A plan that adds episodes until its intervals are narrow resumes its runs; events report each episode once.
 TEST(Plan, EventsAreLinesOfJson) {
   TemporaryFolder folder;
   const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
@@ -474,12 +474,12 @@ TEST(Plan, EventsAreLinesOfJson) {
     ASSERT_EQ(episodes[policy].size(), 4u);
     for (size_t i = 0; i < 4; ++i) {
       EXPECT_EQ(episodes[policy][i], nlohmann::json(recorded[i])) << i;
-      // Ten per second of the 0.4 s, at 50 Hz: ticks 0, 5, 10, 15, 20.
+      // Partial metrics are reported ten times per second: at 50 Hz and 0.4 s, at ticks 0, 5, 10, 15 and 20.
       EXPECT_EQ(partial_times[std::pair(policy, static_cast<int>(i))],
                 (std::vector<double>{0, 0.1, 0.2, 0.3, 0.4}));
     }
   }
-  // `episodes` is only the number until the first look.
+  // `episodes` is only the number until the first look at the results.
   const Result status = RunProgram({"evalbus", "status", out});
   EXPECT_EQ(status.out,
             "8 of at most 8 episodes done; the plan has ended\n         4  random\n         4  still\n");
@@ -487,8 +487,8 @@ TEST(Plan, EventsAreLinesOfJson) {
   EXPECT_EQ(refused.code, 1);
 }
 
-// Nothing announces the runs of a plan without parts, so the status of one that was stopped two hours ago
-// must not claim that it will end soon.
+// A plan without parts does not announce its runs. The status of a plan that was stopped two hours ago must
+// not claim that it will end soon.
 TEST(Plan, StatusTellsTheAgeOfTheNewestResult) {
   TemporaryFolder folder;
   const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
@@ -513,7 +513,7 @@ TEST(Plan, StatusTellsTheAgeOfTheNewestResult) {
   EXPECT_THAT(status, Not(HasSubstr("left")));
 }
 
-// Options that would have no effect are refused: a user who passes them expects other results.
+// Options that would have no effect are refused, because a user who passes them expects other results.
 TEST(Plan, RefusesOptionsThatItSetsItself) {
   TemporaryFolder folder;
   const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
@@ -560,7 +560,7 @@ TEST(Suite, ResumeRefusesToForgetRuns) {
   EXPECT_EQ(seed.code, 1);
   EXPECT_NE(seed.err.find("the run was made with seed 0, not 4"), std::string::npos) << seed.err;
   EXPECT_EQ(Contents(suite), before);
-  // Further tasks are added.
+  // A resumed suite accepts further tasks.
   const Result more = run({"lift_pot/base", "lift_pot/position", "cube_handover/base"}, {"--resume"});
   EXPECT_EQ(more.code, 0) << more.err;
   EXPECT_EQ(nlohmann::json::parse(ReadText(suite / "summary.json"))["all"]["episodes"], 3);

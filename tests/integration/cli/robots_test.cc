@@ -1,4 +1,4 @@
-// Users' own robots and copies of tasks.
+// Tests users' own robots and copies of tasks.
 #include "tests/integration/harness.h"
 
 namespace evalbus::robots_test {
@@ -41,7 +41,7 @@ TEST(Robots, CheckHoldsThemAtHomeAndUsesTheirGrippers) {
     EXPECT_TRUE(wrong.err.starts_with("error: ")) << wrong.err;
     return wrong.err;
   };
-  // The fingers press with 0.25 N/m x 20^2 (the gear) x 0.02 m / 2; then the arms overlap.
+  // First, the fingers press with 0.25 N/m x 20^2 (the gear) x 0.02 m / 2. Then, the arms overlap.
   EXPECT_NE(error("command_closed: 0", "position_gain_N_per_m: 0.25\n      command_closed: 0")
                 .find("presses with 1 N per finger"),
             std::string::npos);
@@ -82,7 +82,7 @@ TEST(TasksNew, ACopyUnderANewNameRuns) {
   EXPECT_EQ(again.err, "error: my_pot.yaml already exists\n");
 }
 
-// An expert without a plan has an end reason of its own, with the obstacle in the detail.
+// If the expert finds no plan, the episode ends with policy_error, and its detail names the cause.
 TEST(Robots, AnExpertWithoutAPlanReportsTheReason) {
   TemporaryFolder folder;
   const fs::path run = folder.path() / "run";

@@ -1,4 +1,4 @@
-// A run's folder: its contents, and that its logs are complete and agree with its results.
+// The contents of a run folder: its logs are complete and agree with its results.
 #include <regex>
 #include <set>
 
@@ -85,11 +85,11 @@ TEST_P(RunFolderTest, ResultsHaveRoboEvalsKeys) {
               (std::vector<std::string>{"task", "variation", "episode", "seed", "parameters", "end_reason",
                                         "end_detail", "failure_reason", "complete", "stage_names", "metrics",
                                         "extended", "final_poses", "explanation", "cause"}));
-    // The final poses are those of the last STATE, which the task's success ended.
+    // The final poses are from the last STATE, at which the task succeeded.
     const state_t last = ReadLog(LogFile(run_, i)).Messages(channels::kState).back();
     EXPECT_EQ(Keys(episode["final_poses"]), (std::vector<std::string>{"left_wrist", "right_wrist", "pot"}));
     EXPECT_EQ(episode["final_poses"]["right_wrist"]["x_m"], last.arm[1].wrist_position_m[0]);
-    // The drawn values are those of EPISODE_BEGIN.
+    // The parameters equal the drawn values in EPISODE_BEGIN.
     const auto begin = ReadLog(LogFile(run_, i)).Messages(channels::kEpisodeBegin).at(0);
     EXPECT_EQ(Keys(episode["parameters"]), begin.parameter_name);
     for (size_t k = 0; k < begin.parameter_name.size(); ++k)
@@ -161,7 +161,7 @@ TEST_P(RunFolderTest, LogsAreWholeAndAgreeWithTheResults) {
     ASSERT_GT(states.size(), 100u);
     ASSERT_EQ(contacts.size(), states.size());
     ASSERT_EQ(partials.size(), states.size());
-    // The last state ends the episode; the answer to it may come too late for the log.
+    // The last state ends the episode, so the action that answers it may arrive too late for the log.
     ASSERT_GE(actions.size() + 1, states.size());
     ASSERT_LE(actions.size(), states.size());
     for (size_t tick = 0; tick < states.size(); ++tick) {
@@ -188,7 +188,7 @@ TEST_P(RunFolderTest, LogsAreWholeAndAgreeWithTheResults) {
     const ordered_json& episode = episodes[static_cast<size_t>(i)];
     EXPECT_EQ(metrics::ResultJson(summaries[0].metrics), episode["metrics"]);
     EXPECT_EQ(metrics::ResultJson(partials.back().metrics), episode["metrics"]);
-    // The metrics that need the whole episode are only in the summary.
+    // The metrics that need the whole episode are in the summary only.
     ordered_json live = metrics::ExtendedJson(partials.back().extended, partials.back().metrics);
     EXPECT_TRUE(live["spectral_arc_length"]["left"].is_null());
     for (const char* name :
@@ -205,8 +205,8 @@ INSTANTIATE_TEST_SUITE_P(Hosting, RunFolderTest, testing::Bool(), [](const auto&
   return std::string(test.param ? "InProcess" : "Processes");
 });
 
-// Returns columns, rows, units and outcomes without digits, which depend on the processor's floating-point
-// math.
+// Returns columns, rows, units and outcomes without digits. Digits depend on the processor's floating-point
+// arithmetic.
 std::string Layout(const std::string& text) {
   const size_t begin = text.find("lift_pot/position  policy expert  seed 7"),
                end = text.find(" episodes in ");
@@ -224,7 +224,7 @@ TEST(CommandsPage, ShowsTheTableThatItsCommandPrints) {
   EXPECT_EQ(Layout(ReadText(fs::path(EVALBUS_SOURCE_DIR) / "docs/commands.md")), Layout(run.out));
 }
 
-// Written as by a version that did not have these options yet.
+// The test makes run.json look like one of a version that did not have these options.
 TEST(Like, RunsAnOlderRunAgain) {
   const TemporaryFolder folder;
   const fs::path run = folder.path() / "run", again = folder.path() / "again";
@@ -245,7 +245,7 @@ TEST(Like, RunsAnOlderRunAgain) {
             std::string::npos)
       << older.out;
   EXPECT_EQ(ReadText(again / "episodes.jsonl"), ReadText(run / "episodes.jsonl"));
-  // These options have no default.
+  // These options have no default value.
   for (const char* key : {"task_path", "policy", "episodes", "seed", "control_hz"}) {
     const auto refused = like({key}, {"--out", folder.path() / "refused"});
     EXPECT_EQ(refused.code, 1);
@@ -358,10 +358,10 @@ TEST(PolicyName, IsWhatResultsCallThePolicy) {
   const Result compared = RunProgram({"evalbus", "compare", folder.path() / "a", folder.path() / "b"});
   EXPECT_NE(compared.out.find("b (hold) against a (ckpt-12000)"), std::string::npos)
       << compared.out << compared.err;
-  // A default folder is named after the policy, too.
+  // The default run folder is named after the policy, too.
   const Result unnamed = RunProgram(run, {folder.path(), nullptr});
   EXPECT_NE(unnamed.out.find("-ckpt-12000-20"), std::string::npos) << unnamed.out;
-  // A run has one policy.
+  // A run has only one policy.
   first.back() = folder.path() / "b";
   first.push_back("--resume");
   EXPECT_NE(RunProgram(first).err.find("the run was made with policy"), std::string::npos);

@@ -67,12 +67,12 @@ TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
   ASSERT_EQ(found.size(), expected.size());
   int with_clearance = 0;
   for (size_t i = 0; i < expected.size(); ++i) {
-    // Positions are recomputed from the joints: the last digits may differ, and so may the ticks that have
-    // the smallest clearance so far.
+    // Positions are recomputed from the joints, so their last digits may differ. Therefore, the ticks that
+    // have the smallest clearance so far may differ, too.
     if (!expected[i].has_clearance || !found[i].has_clearance) continue;
     constexpr double kTolerance = 1e-6;
     EXPECT_NEAR(found[i].clearance_m, expected[i].clearance_m, kTolerance) << i;
-    // The two arms can be equally close.
+    // The two arms may be equally close.
     if (found[i].clearance_robot_geom != expected[i].clearance_robot_geom) continue;
     ++with_clearance;
     EXPECT_EQ(found[i].clearance_scene_geom, expected[i].clearance_scene_geom) << i;
@@ -84,13 +84,13 @@ TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
           << i;
       distance += std::pow(found[i].clearance_robot_point_m[k] - found[i].clearance_scene_point_m[k], 2);
     }
-    // contacts_t.lcm guarantees this.
+    // contacts_t.lcm documents this property.
     EXPECT_NEAR(std::sqrt(distance), found[i].clearance_m, kTolerance) << i;
   }
   EXPECT_GE(with_clearance, 3);
 }
 
-// The same recording with another zero and direction of a joint, and another frame of the pot.
+// The recording has another zero and direction of a joint, and another frame of the pot.
 TEST_F(Score, ZerosAndFramesOfTheRecordingAreConverted) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored",
                  converted = folder_.path() / "converted";
@@ -116,7 +116,7 @@ TEST_F(Score, ZerosAndFramesOfTheRecordingAreConverted) {
   write(",x,y,z,w,i,j,k", ",0.7,0,1.1,1,0,0,0");
   WriteText(map_, map + pose + "}\n");
   ASSERT_EQ(RunProgram({"evalbus", "score", map_, table_, "--out", scored}).code, 0);
-  // Our joint is (0.5 - q), where the column is q: sign -1, zero 0.5.
+  // Our joint is (0.5 - q) if the column is q: sign -1, zero 0.5.
   std::string turned;
   for (size_t begin = 0, line = 0; begin < table.size(); ++line) {
     const size_t end = table.find('\n', begin), comma = table.find(',', begin);
@@ -151,7 +151,7 @@ TEST_F(Score, ZerosAndFramesOfTheRecordingAreConverted) {
                 ":1: key 'task': unknown task 'lift_pt/base'; did you mean 'lift_pot/base'?\n");
 }
 
-// Spreadsheet programs write files in this way.
+// Spreadsheet programs begin their files with such a mark.
 TEST_F(Score, AByteOrderMarkIsSkipped) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored",
                  marked = folder_.path() / "marked";
@@ -165,7 +165,7 @@ TEST_F(Score, AByteOrderMarkIsSkipped) {
   ExpectSameScores(scored, marked);
 }
 
-// run.json names the inputs of both.
+// A run and a score have the same entries for software and models in run.json.
 TEST_F(Score, ListsTheSoftwareItWasMadeWith) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored";
   Evaluate({"lift_pot/base", "--policy", "hold", "--episodes", "1", "--in-process", "--only", "0"}, run);

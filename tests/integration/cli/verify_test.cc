@@ -1,4 +1,4 @@
-// `evalbus verify` finds each changed byte of a folder, and names the file and, where there is one, the
+// `evalbus verify` finds each changed byte of a folder. It names the file and, if a number was changed, the
 // number.
 #include <random>
 
@@ -123,13 +123,13 @@ TEST_F(Verify, AnEditedOptionThatTheLogsContainIsNamed) {
   }
 }
 
-// The log alone does not have these metrics; policy_calls.json beside it does.
+// These metrics are not in the log alone but also need policy_calls.json next to it.
 TEST_F(Verify, AnEditedMetricOfADelayIsNamed) {
   const fs::path run = folder_.path() / "delayed";
   Evaluate({ShortTask(folder_.path(), 1), "--policy", "random", "--latency", "100", "--episodes", "1",
             "--in-process"},
            run);
-  // 5 of the 50 ticks pass during each of the first two inferences, which begin at ticks 0 and 30.
+  // Five of the 50 ticks pass during each of the first two inferences, which begin at ticks 0 and 30.
   const auto line = nlohmann::json::parse(ReadText(run / "episodes.jsonl"));
   EXPECT_EQ(line["extended"]["stale_action_ratio"], 0.2);
   EXPECT_EQ(line["extended"]["effective_hz"], 40);
@@ -159,7 +159,7 @@ TEST_F(Verify, AnEditedPageIsNamedAlthoughItsHashIsRight) {
   EXPECT_SAYS(result.out, (run_ / "report.html").string() + ": '1" + rate.substr(1) + "' under '");
   EXPECT_SAYS(result.out, ", recomputed '" + rate + "'\n1 finding: ");
   ReplaceAndSeal(run_, "report.html", "1" + rate.substr(1), rate);
-  // The value behind a rounded number.
+  // Changes the exact value behind a rounded number.
   ReplaceAndSeal(run_, "small.html", "<data value=\"0.4\">", "<data value=\"0.41\">");
   result = Of(run_);
   EXPECT_EQ(result.code, 1);
@@ -189,7 +189,7 @@ TEST_F(Verify, APageOfAnotherVersionIsNotCompared) {
 TEST_F(Verify, AnEditedComparisonIsNamedAlthoughItsHashIsRight) {
   const fs::path other = folder_.path() / "other";
   Evaluate({ShortTask(folder_.path(), 0.4), "--policy", "hold", "--episodes", "3", "--in-process"}, other);
-  // Named relative to the folder in which the command ran.
+  // The inputs are named relative to the folder in which the command ran.
   const Result compared = RunProgram({"evalbus", "compare", "run", "other", "--json", "run/against.json",
                                       "--report", "run/against.html", "--mb", "0"},
                                      {.working_folder = folder_.path(), .before = {}});
@@ -301,7 +301,7 @@ TEST(GateCommand, EndsWithTheVerdictsExitCode) {
     return RunProgram({"evalbus", "gate", baseline, other, "--margin", margin, "--junit",
                        folder.path() / "gate.xml", "--markdown", folder.path() / "gate.md"});
   };
-  // 0.7^12 < 0.05.
+  // With a margin of 30 %, 12 pairs without a loss are enough, because 0.7^12 < 0.05.
   const Result pass = gate(expert, expert, "30");
   EXPECT_EQ(pass.code, 0) << pass.out << pass.err;
   EXPECT_SAYS(ReadText(folder.path() / "gate.xml"), "failures=\"0\"");

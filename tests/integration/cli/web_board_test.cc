@@ -1,4 +1,4 @@
-// evalbus web: the overview of a plan, and lists of thousands of episodes, in a browser.
+// Tests evalbus web in a browser: the overview of a plan, and lists of thousands of episodes.
 #include "tests/integration/harness.h"
 #include "tests/unit/results/run_folders.h"
 
@@ -6,14 +6,14 @@ namespace evalbus::web_board_test {
 
 namespace fs = std::filesystem;
 
-// Expected values are in the script.
+// The script contains the expected values.
 TEST(WebBoard, FiltersAcceptWhatTheyDescribe) {
   const Result result = RunProgram({"/usr/bin/python3", EVALBUS_SOURCE_DIR "/tests/browser/check_filter.py"});
   if (result.code == 77) GTEST_SKIP() << result.out;
   EXPECT_EQ(result.code, 0) << result.out << result.err;
 }
 
-// A run of this many episodes whose files exist, but not their logs.
+// A run with this many episodes; its files exist, but its logs do not.
 void WriteLargeRun(const fs::path& folder, int episodes) {
   std::vector<nlohmann::ordered_json> lines;
   for (int i = 0; i < episodes; ++i)
@@ -22,7 +22,7 @@ void WriteLargeRun(const fs::path& folder, int episodes) {
   results::WriteFile(folder / "summary.json", "{}");
 }
 
-// See check_board.py for what is compared.
+// check_board.py documents what is compared.
 TEST(WebBoard, BrowserShowsAPlanAndManyEpisodes) {
   const TemporaryFolder folder;
   const fs::path plan = folder.path() / "plan", large = folder.path() / "large";

@@ -1,4 +1,5 @@
-// evalbus web over a run with one log that cannot be opened, as on a file system that does not respond.
+// Tests evalbus web with a run that has one log that cannot be opened, as on a file system that does not
+// respond.
 #include <signal.h>
 #include <sys/stat.h>
 
@@ -23,7 +24,7 @@ class WebLogs : public testing::Test {
     const std::string said = server_->out();
     port_ = static_cast<uint16_t>(std::stoi(said.substr(said.find("127.0.0.1:") + 10)));
   }
-  // Replaces this episode's log by a pipe that has no writer.
+  // Replaces this episode's log with a pipe that has no writer, so that opening it blocks.
   void MakeHang(int episode) {
     fs::remove(LogFile(run_, episode));
     ASSERT_EQ(mkfifo(LogFile(run_, episode).c_str(), 0600), 0);

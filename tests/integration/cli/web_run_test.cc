@@ -1,9 +1,9 @@
-// evalbus web: a browser follows a run while it is active, is killed and is resumed.
+// Tests evalbus web: a browser follows a run while it is active, is killed and is resumed.
 #include "tests/integration/harness.h"
 
 namespace evalbus::web_run_test {
 
-// See check_live.py for what is compared.
+// check_live.py documents what is compared.
 TEST(WebRun, BrowserFollowsARunThatIsKilledAndResumed) {
   EVALBUS_NEEDS_BUS();
   const TemporaryFolder folder;

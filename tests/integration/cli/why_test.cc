@@ -1,4 +1,4 @@
-// evalbus why: start parameters and points of no return of real runs.
+// Tests evalbus why with real runs: start parameters and points of no return.
 #include <nlohmann/json.hpp>
 
 #include "tests/integration/harness.h"
@@ -20,8 +20,8 @@ class Why : public testing::Test {
   const TemporaryFolder folder_;
 };
 
-// A policy that does nothing leaves the start as it was, so that the expert needs as long from every tick as
-// from the start.
+// A policy that does nothing leaves the initial state unchanged, so the expert needs the same time from every
+// tick as from the reset.
 TEST_F(Why, ThePointOfNoReturnLeavesTheExpertItsTime) {
   const fs::path expert = Run("expert"), still = Run("hold");
   const std::string lines = ReadText(expert / "episodes.jsonl");
@@ -33,8 +33,8 @@ TEST_F(Why, ThePointOfNoReturnLeavesTheExpertItsTime) {
   ASSERT_EQ(points.size(), 1);
   EXPECT_EQ(points["0"]["kind"], "out_of_time");
   EXPECT_TRUE(points["0"]["monotone"]);
-  // The limit is 20 s. The pot falls by 0.4 mm at the start and the hands open, for which the expert waits up
-  // to 0.2 s.
+  // The time limit is 20 s. After the reset the pot falls by 0.4 mm and the hands open; the expert waits up
+  // to 0.2 s for this.
   const double time_s = points["0"]["time_s"];
   EXPECT_NEAR(time_s, 20 - needed, 0.2);
   EXPECT_SAYS(result.out,
@@ -46,7 +46,7 @@ TEST_F(Why, ThePointOfNoReturnLeavesTheExpertItsTime) {
   const fs::path page = folder_.path() / "page.html";
   ASSERT_EQ(RunProgram({"evalbus", "report", still, "--mb", "0", "--out", page}).code, 0);
   EXPECT_SAYS(ReadText(page), points["0"]["text"].get<std::string>());
-  // Points are not part of the run's results: they change nothing that `verify` checks.
+  // Points of no return are not part of the run's results, so they change nothing that `verify` checks.
   EXPECT_EQ(RunProgram({"evalbus", "verify", still, "--write"}).code, 0);
   fs::remove(still / "no_return.json");
   EXPECT_EQ(RunProgram({"evalbus", "verify", still}).code, 0);

@@ -1,5 +1,5 @@
-// Every task is failed on purpose, and the scores must distinguish the failures. docs/failures.md describes
-// the flaws.
+// Every task is made to fail in known ways, and the scores must distinguish the failures. docs/failures.md
+// describes the flaws that cause them.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -14,9 +14,9 @@ namespace evalbus::failures_test {
 
 using Json = nlohmann::ordered_json;
 
-// One variation of each family, with a time limit (s) that leaves a faultless expert little idle time. For
-// LiftTray it is the variation in which the tray has to be moved: if the tray only has to leave the hob,
-// there is no partial progress.
+// One variation of each family and a time limit (s) that leaves a faultless expert little idle time. LiftTray
+// uses the variation in which the tray has to be moved; if the tray only has to leave the hob, there is no
+// partial progress.
 struct Task {
   const char *variation, *time_limit_s;
 };
@@ -42,13 +42,13 @@ std::string Shortened(const std::string& name, const std::filesystem::path& fold
   return folder / (name + ".yaml/") / kTasks.at(name).variation;
 }
 
-// Events that a score is expected to count: no slip and no collision unless stated.
+// Events that a score is expected to count. By default it counts no slip and no collision.
 enum Counted { kNothing = 0, kSlips = 1, kCollisions = 2 };
 
 struct Outcome {
   std::string task, failure_reason;
   std::set<int> stages_reached;
-  // Part of the explanation.
+  // Text that the explanation must contain.
   const char* text;
   int counted = kNothing;
 };
@@ -66,7 +66,7 @@ std::string EndReason(const std::string& failure_reason, const std::string& text
   return text.find("touches world") != std::string::npos ? "failure" : "time_limit";
 }
 
-// Checks what holds for every explanation.
+// Checks conditions that hold for every explanation.
 void ExpectConsistent(const Json& episode) {
   const Json& explanation = episode["explanation"];
   const Json& metrics = episode["metrics"];
@@ -86,7 +86,7 @@ void ExpectConsistent(const Json& episode) {
   }
 }
 
-// Conditions that decide several kinds of failures.
+// Conditions that are the cause of several kinds of failures.
 const char *const kOtherGripper = "the other gripper does not touch rod",
                   *const kCabinet = "pot touches left_cabinet", *const kBook = "height of book 0.7",
                   *const kWheel = "fraction of the range of first_valve/wheel 0",
@@ -95,7 +95,7 @@ const char *const kOtherGripper = "the other gripper does not touch rod",
                   *const kCubes = "red_cube does not touch blue_cube", *const kNoStage = "no stage reached",
                   *const kCollision = "first collision at";
 
-// An error of the policy ends the episode where it occurs, whatever the error is.
+// An error of the policy ends the episode at once, whatever the error is.
 const std::vector<Outcome> kAfterAnError = {
     {"cube_handover", "policy_error", {1}, kOtherGripper},
     {"lift_pot", "policy_error", {1, 2}, "height of pot 1.006 m < 1.096"},
@@ -123,7 +123,7 @@ const std::vector<Failures> kFailures = {
       {"stack_two_blocks", "grasp_slip", {1, 2}, kCubes}}},
     {"early",
      {{"cube_handover", "dropped", {1}, kOtherGripper},
-      // The opened hand still pushes the tray to its cabinet, so letting go of it had no consequence.
+      // The opened hand still pushes the tray to its cabinet, so releasing the tray had no consequence.
       {"lift_tray", "timeout", {1, 3}, "tray slipped from left", kSlips},
       {"pick_single_book_from_table", "dropped", {1, 2}, kBook},
       {"rotate_valve", "dropped", {1, 3}, kWheel},

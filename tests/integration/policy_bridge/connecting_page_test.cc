@@ -36,7 +36,7 @@ void Replace(const std::string& from, const std::string& to, std::string* text) 
 
 TEST(ConnectingPage, FirstTenMinutes) {
   EVALBUS_NEEDS_BUS();
-  // The source folder as a user has it, without the developer's runs/.
+  // The source folder as a user has it, without the developer's folder runs/.
   TemporaryFolder folder;
   for (const char* name : {"python", "models"}) {
     fs::create_directory_symlink(fs::path(EVALBUS_SOURCE_DIR) / name, folder.path() / name);
@@ -44,7 +44,7 @@ TEST(ConnectingPage, FirstTenMinutes) {
   fs::create_directory_symlink(EVALBUS_BINARY_DIR, folder.path() / "build");
   const Program::Setting here{.working_folder = folder.path(), .before = {}};
 
-  // The checkpoint: RoboEval's joint deltas, all zero.
+  // The checkpoint always returns zeros, which are RoboEval's joint deltas.
   PolicyServerDouble checkpoint({.answer = [](const Value&) -> Value {
     return Map{{"actions", FloatArray(std::vector<double>(160, 0), {10, 16})}};
   }});
@@ -60,7 +60,7 @@ TEST(ConnectingPage, FirstTenMinutes) {
       continue;
     }
     Replace("ws://127.0.0.1:8000", checkpoint.url(), &command);
-    // Takes the commands of the page but not its timeout.
+    // Uses the page's commands but not its timeout.
     Replace("--episodes 20", "--episodes 1", &command);
     const Result result = RunProgram({"/bin/sh", "-c", command}, here);
     EXPECT_EQ(result.code, 0) << command << "\n" << result.out << result.err;

@@ -19,7 +19,7 @@ namespace evalbus::misbehaving_policy_test {
 
 namespace fs = std::filesystem;
 
-// A policy that keeps the robot in place and misbehaves in a different way in each episode.
+// A policy that holds the robot still and misbehaves in a different way in each episode.
 class Guest {
  public:
   // The fault of each episode, in the order of episodes.
@@ -46,7 +46,7 @@ class Guest {
       : bus_(url), server_is_back_(server_is_back) {
     bus_.Subscribe(channels::kModel, [this](const model_info_t& m) { model_ = m; });
     bus_.Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
-      if (begin.header.attempt > 0) dead_ = false;  // another process has restarted it
+      if (begin.header.attempt > 0) dead_ = false;  // another process has restarted the policy
       if (late_) bus_.Publish(channels::kAction, *late_);
       late_.reset();
       status_.component = "policy";
@@ -89,7 +89,7 @@ class Guest {
                                        arm.joint_home_rad.end());
     }
     action.gripper_closing.assign(model_.gripper.size(), 0);
-    // Behaves correctly at first.
+    // The policy behaves correctly until tick 5.
     if (state.header.tick >= 5) {
       switch (state.header.episode) {
         case kNan:
@@ -230,7 +230,7 @@ TEST_F(MisbehavingPolicy, ThatDiedAndIsBackBeginsItsEpisodeAgain) {
   EVALBUS_NEEDS_BUS();
   const std::string out = Run(Guest::kDies, Guest::kHonestAgain, "40");
   EXPECT_NE(out.find("retrying: policy hangs"), std::string::npos) << out;
-  // Both results equal those of the built-in policy that holds still.
+  // The results of both episodes equal those of the built-in policy that holds still.
   const fs::path hold = folder_.path() / "hold";
   Evaluate({task_, "--policy", "hold", "--in-process", "--episodes", std::to_string(Guest::kNumEpisodes),
             "--only", std::to_string(Guest::kDies) + "," + std::to_string(Guest::kHonestAgain)},
@@ -280,7 +280,7 @@ TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
   EXPECT_EQ(resumed.find("invalid"), std::string::npos) << resumed;
   EXPECT_EQ(Episodes(run_)[0], episodes[0]);
   EXPECT_FALSE(ReadJsonFile(run_ / "summary.json").contains("invalid"));
-  // All results are as if no server had ever failed.
+  // All results are the same as if no server had failed.
   const fs::path hold = folder_.path() / "hold";
   Evaluate({task_, "--policy", "hold", "--in-process", "--episodes", std::to_string(Guest::kNumEpisodes),
             "--only", "12,13,14"},
@@ -310,7 +310,7 @@ TEST_F(MisbehavingPolicy, APauseOfAllIsNotItsTime) {
   all.push_back(launcher.pid());
   {
     const Stopped stopped(all);
-    // The pause itself is tested.
+    // The test has to wait, because the pause itself is tested.
     std::this_thread::sleep_for(std::chrono::seconds(11));
   }
   ASSERT_TRUE(WaitFor([&] {

@@ -19,7 +19,7 @@ class PluginPolicy : public testing::Test {
     return command;
   }
 
-  // Returns end reason and detail of episode 1; expects the other episodes to be unaffected.
+  // Returns the end reason and detail of episode 1. Expects the other episodes to be unaffected.
   std::string EndOfEpisode1(const std::string& policy, bool in_process) {
     const fs::path out = folder_.path() / (policy + (in_process ? "_in_process" : "_in_processes"));
     const Result result = RunProgram(Command(policy, out, in_process));

@@ -87,7 +87,7 @@ TEST_F(RemoteRun, IsTheSameInOneProcessInManyAndWithManyWorkers) {
   for (int episode = 0; episode < 3; ++episode) {
     const RecordedLog log = ReadLog(LogFile(apart, episode));
     ExpectSameTicks(ReadLog(LogFile(together, episode)), log);
-    // The policy was asked at ticks 0, 3, 6, ..., about exactly these ticks, once each.
+    // The policy was called once at each of the ticks 0, 3, 6, ..., and observed exactly these ticks.
     const auto saw = log.Messages(channels::kObservation);
     const auto said = log.Messages(channels::kPolicyAction);
     ASSERT_EQ(saw.size(), 7u);
@@ -116,15 +116,15 @@ TEST_F(RemoteRun, IsTheSameInOneProcessInManyAndWithManyWorkers) {
   Evaluate(With(Arguments("replay:" + apart.string(), 3), {"--control-hz", "20"}), replayed);
   auto scores = Episodes(apart);
   for (auto& line : scores) {
-    // Only a policy behind a server has these.
+    // Only a policy behind a server has these metrics.
     for (const char* name : {"stale_action_ratio", "effective_hz", "action_age_s"})
       EXPECT_EQ(line["extended"].erase(name), 1u) << name;
   }
   EXPECT_EQ(scores, Episodes(replayed));
 }
 
-// The policy is also asked about the last tick, which is being scored meanwhile: whether its answer arrives
-// in time is a race.
+// The policy is also called at the last tick. Meanwhile the tick is scored, so it is a race whether the
+// answer arrives in time.
 TEST_F(RemoteRun, CallsAreAsManyInOneProcessAsInMany) {
   EVALBUS_NEEDS_BUS();
   Serve(Forward);
@@ -137,13 +137,13 @@ TEST_F(RemoteRun, CallsAreAsManyInOneProcessAsInMany) {
   Evaluate(With(Arguments(contract, 1), {"--in-process"}), same);
   for (const fs::path& run : {apart, same}) {
     const auto calls = nlohmann::json::parse(ReadText(run / "episodes/0000/policy_calls.json"));
-    // The episode ends at tick 20, about which the policy is also asked.
+    // The episode ends at tick 20, at which the policy is also called.
     EXPECT_EQ(calls["tick"].dump(), "[0,2,4,6,8,10,12,14,16,18]") << run;
   }
 }
 
-// Each episode is one trial, which is ended, also after the last episode and although the policy is also
-// asked about the last tick.
+// Each episode is one trial. The trial is ended even after the last episode, and although the policy is also
+// called at the last tick.
 TEST_F(RemoteRun, EachEpisodeIsOneTrialOfXPolicyLab) {
   EVALBUS_NEEDS_BUS();
   server_.emplace(PolicyServerDouble::Options{
@@ -180,7 +180,7 @@ TEST_F(RemoteRun, EachEpisodeIsOneTrialOfXPolicyLab) {
   ExpectSameScores(apart, together);
 }
 
-// Requests that the workers make at the same time form one batch, and the results are those of one worker.
+// Requests that the workers send at the same time form one batch. The results equal those of a single worker.
 TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
   EVALBUS_NEEDS_BUS();
   doubles::GrootServer::Options options;
@@ -188,7 +188,7 @@ TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
   options.horizon = kSteps;
   options.step = 1e-3;
   options.per_level = 1e-8;
-  // Leaves time for requests of other workers.
+  // The delay leaves time for requests of other workers.
   options.least_delay = std::chrono::milliseconds(100);
   const doubles::GrootServer server(options);
   const fs::path contract = folder_.path() / "groot.yaml";
@@ -222,8 +222,8 @@ TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
   }
 }
 
-// The simulation continues while the policy receives images and computes; the images still belong to one
-// tick.
+// The simulation continues while the policy receives images and computes. All images of an observation still
+// belong to the same tick.
 TEST_F(RemoteRun, FollowsARealtimeClock) {
   EVALBUS_NEEDS_BUS();
   Serve(Forward);
@@ -283,7 +283,7 @@ TEST_F(RemoteRun, AFailingServerIsNoFailingPolicy) {
       Value(Map{{"nothing", 1}})};
   const std::vector<std::string> words = {"RuntimeError: out of GPU memory", "", "", "",
                                           "the answer has no 'actions'"};
-  // Each fault occurs at the third call of its episode, whose next attempt makes seven calls.
+  // Each fault occurs at the third call of its episode. The next attempt makes seven calls.
   std::atomic<int> calls = 0, failed = 0;
   Serve([&](const Value& observation) -> Answer {
     if (++calls == 3 + 10 * failed && failed < static_cast<int>(faults.size())) {
@@ -301,7 +301,7 @@ TEST_F(RemoteRun, AFailingServerIsNoFailingPolicy) {
     EXPECT_NE(result.out.find(said), std::string::npos) << said << result.out;
   Evaluate(Arguments(contract, episodes), well);
   ExpectSameScores(run, well);
-  // The server's thread uses variables of this test.
+  // The server must stop now, because its thread uses variables of this test.
   server_->Stop();
 }
 
@@ -330,7 +330,7 @@ TEST_F(RemoteRun, ReportsWhichStartsWereSeenInTraining) {
   const fs::path contract = Contract();
   const std::string text = ReadText(contract), other = folder_.path() / "other.yaml";
   WriteText(other, text);
-  // Two of the three starts are those of a run with the same seed.
+  // Two of the three initial states also occur in a run with the same seed.
   const fs::path demos = folder_.path() / "demos", moved = folder_.path() / "moved";
   Evaluate(
       {task_, "--policy", "hold", "--episodes", "2", "--seed", "5", "--control-hz", "20", "--in-process"},
@@ -381,7 +381,7 @@ TEST_F(RemoteRun, ReportsWhichStartsWereSeenInTraining) {
   EXPECT_EQ(result.err, "error: " + contract.string() + ":1: key 'trained_on': " + demos.string() +
                             ": no such run folder\n");
   EXPECT_FALSE(fs::exists(folder_.path() / "none"));
-  // The training set that was exported has the same starts.
+  // The exported training set has the same initial states.
   WriteText(contract, "trained_on: set.hdf5\n" + text);
   result = Run(contract, 3, folder_.path() / "of_set");
   ASSERT_EQ(result.code, 0) << result.err;
@@ -405,7 +405,7 @@ TEST_F(RemoteRun, WhatIsMisunderstoodStopsTheRunBeforeItsFirstEpisode) {
       std::string::npos)
       << result.err;
   EXPECT_FALSE(fs::exists(run));
-  // Degrees instead of radians.
+  // The policy returns degrees instead of radians.
   Serve([](const Value&) -> Value {
     return Map{{"actions", FloatArray(std::vector<double>(8 * kSteps, 30), {kSteps, 8})}};
   });
@@ -431,12 +431,12 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   EXPECT_TRUE(fs::exists(folder_.path() / "check/image.png"));
   EXPECT_EQ(SchemaError("check", folder_.path() / "check/check.json"), "");
   EXPECT_EQ(nlohmann::json::parse(ReadText(folder_.path() / "check/check.json"))["verdict"], "good");
-  // As deltas these values are half a turn.
+  // Interpreted as deltas, these values are half a turn.
   result = check(Contract("joint_delta"));
   EXPECT_EQ(result.code, 6) << result.out;
   EXPECT_NE(result.out.find("absolute taken for a delta"), std::string::npos) << result.out;
 
-  // Valid targets away from the robot's position: an early checkpoint, or another initial pose.
+  // Valid targets differ from the robot's position, as an early checkpoint or another initial pose may cause.
   Serve([](const Value& observation) -> Value {
     std::vector<double> row = Numbers(*observation.Find("state")->As<Array>());
     for (double& joint : row) joint += 0.65;

@@ -5,7 +5,7 @@ namespace evalbus::after_success_test {
 
 namespace fs = std::filesystem;
 
-// The tray is in its place, and then the hand releases it.
+// The tray reaches its place, which is a success, and then the hand releases it.
 TEST(AfterSuccess, ASuccessThatDoesNotHoldCountsAndIsMarked) {
   EVALBUS_NEEDS_BUS();
   const TemporaryFolder folder;

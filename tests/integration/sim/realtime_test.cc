@@ -24,7 +24,7 @@ TEST(Realtime, ReportsItsPacing) {
     const ordered_json& pacing = episodes[static_cast<size_t>(i)]["pacing"];
     EXPECT_EQ(pacing["ticks"], 25);
     EXPECT_EQ(pacing["deadline_misses"], episodes[static_cast<size_t>(i)]["extended"]["deadline_misses"]);
-    // STATE cannot be early.
+    // A STATE is never published early.
     EXPECT_GE(pacing["error"]["p50_s"], 0);
     for (const char* key : {"error", "action_latency", "partial_latency"}) {
       const ordered_json& times = pacing[key];
@@ -54,7 +54,7 @@ TEST(Realtime, LockstepRunsPrintNoPacing) {
   EXPECT_FALSE(ordered_json::parse(ReadText(folder.path() / "run/summary.json")).contains("pacing"));
 }
 
-// A stopped process reads nothing: its queue fills while the run continues.
+// A stopped process reads nothing, so its queue fills while the run continues.
 TEST(Realtime, StoppedListenersDoNotHoldItUp) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
@@ -78,7 +78,8 @@ TEST(Realtime, StoppedListenersDoNotHoldItUp) {
   ASSERT_EQ(recorder.size(), 1u);
   kill(recorder[0], SIGSTOP);
   viz.Signal(SIGSTOP);
-  // Waits for three of the four seconds of simulated time: a run that waited for the recorder would stall.
+  // Waits for three of the four seconds of simulated time. A run that waited for the recorder would not reach
+  // them.
   ASSERT_TRUE(reaches(175));
   kill(recorder[0], SIGCONT);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err() << launcher.out();

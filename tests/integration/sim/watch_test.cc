@@ -1,5 +1,5 @@
-// `evalbus watch` with a C++ source over a real bus: a run that is reduced to what a robot can measure keeps
-// its scores.
+// Tests `evalbus watch` with a C++ source over a real bus. A run that is reduced to what a robot can measure
+// keeps its scores.
 #include <cmath>
 #include <map>
 
@@ -11,8 +11,8 @@ namespace evalbus::watch_test {
 
 namespace fs = std::filesystem;
 
-// A source: publishes SOURCE_ANNOUNCEMENT until it receives MODEL, then its measurements. Unlike a robot, it
-// waits for each STATE.
+// A source that publishes SOURCE_ANNOUNCEMENT until it receives MODEL, and then its measurements. Unlike a
+// robot, it waits for each STATE.
 class Source {
  public:
   explicit Source(const std::string& url) : bus_(url) {
@@ -55,7 +55,7 @@ class Source {
       source_state_t sample{};
       sample.episode = episode;
       sample.sample = static_cast<int64_t>(k);
-      // The timestamps are of another machine's clock.
+      // The timestamps come from another machine's clock.
       sample.stamp_us = 1'700'000'000'000'000 + states[k].header.sim_time_us;
       for (const int index : qpos_)
         sample.joint_position_mixed.push_back(states[k].qpos_mixed[static_cast<size_t>(index)]);
@@ -120,7 +120,7 @@ class Watch : public testing::Test {
   std::vector<state_t> states_;
 };
 
-// Expects all numbers that both have to be equal within the tolerance.
+// Expects the numbers that occur in both documents to be equal within the tolerance.
 void ExpectAgree(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b, double tolerance,
                  const std::string& at) {
   if (a.is_object()) {
@@ -179,7 +179,7 @@ TEST_F(Watch, ARunStrippedToWhatATrackedRobotKnowsGetsItsScores) {
   }
 }
 
-// No physics step bounds the rate, because nothing is simulated.
+// Nothing is simulated, so the rate need not fit the physics step.
 TEST_F(Watch, AnyRateIsExactAndNoLockstep) {
   const std::string url = UniqueUrl();
   const auto watch = Begin(url, {"--hz", "30"});
@@ -196,7 +196,7 @@ TEST_F(Watch, AnyRateIsExactAndNoLockstep) {
   const auto states = log.Messages(channels::kState);
   ASSERT_GT(states.size(), 90u);
   EXPECT_EQ(states[90].header.sim_time_us, 3'000'000);
-  // Within the tick of the original's success.
+  // The times differ by at most one tick of each run.
   const double before = Episodes(original()).at(0)["metrics"]["completion_time"],
                after = Episodes(out()).at(0)["metrics"]["completion_time"];
   EXPECT_NEAR(before, after, 1.0 / 30 + 0.02);
@@ -235,14 +235,15 @@ TEST_F(Watch, ANaNAndAGapLeaveTheEpisodeIncomplete) {
   ASSERT_EQ(watch->Wait(), 0) << watch->err();
   const auto episode = Episodes(out()).at(0);
   EXPECT_EQ(episode["complete"], false);
-  // The tick of the NaN, and 51 periods without 50 ticks.
+  // The tick of the NaN is missing, and the gap of 51 periods lacks 50 ticks.
   EXPECT_EQ(episode["extended"]["missing_ticks"], 51);
   EXPECT_NE(watch->out().find("refused, the episode is incomplete: sample 30: left/joint3 is nan"),
             std::string::npos)
       << watch->out();
 }
 
-// The contacts of the recorded simulation, by names of geoms, give its scores; without them, nothing is held.
+// With the contacts of the recorded simulation, by names of geoms, the scores are the same. Without contacts,
+// nothing is held.
 TEST_F(Watch, ContactsOfTheSourceDecide) {
   const auto recorded = ReadLog(LogFile(original(), 0)).Messages(channels::kContacts);
   ASSERT_EQ(recorded.size(), states_.size());
@@ -333,7 +334,7 @@ TEST_F(Watch, AMapIsCheckedBeforeTheRunBegins) {
   EXPECT_EQ(contacts.err, "error: --contacts: expected shapes or source, got 'sauce'\n");
 }
 
-// The recorded joints, published by a source with other names, zeros and frames.
+// The source publishes the recorded joints with other names, zeros and frames.
 TEST_F(Watch, AMapConvertsNamesZerosAndFrames) {
   const fs::path map = folder_.path() / "map.yaml";
   WriteText(map, R"(joints:

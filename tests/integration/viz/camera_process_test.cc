@@ -1,5 +1,5 @@
-// The process that renders the images that a policy requests: complete images over a real bus, equal to those
-// of the same component in this process. The test plays the roles of sim and policy.
+// Tests the process that renders the images that a policy requests. Complete images arrive over a real bus
+// and equal those that the same component renders in this process. The test acts as sim and policy.
 #include <map>
 
 #include "bus/channels.h"
@@ -53,7 +53,8 @@ class CameraProcess : public testing::Test {
 
   TemporaryFolder folder_;
   const Scene scene_ = viz::LiftPotScene();
-  // Written once: a process may be reading the file when the model is announced again.
+  // The model is written only once, because a process may be reading the file when the model is announced
+  // again.
   const model_info_t model_ = viz::VisualInfo(folder_.path(), *scene_.visual);
   state_t state_{};
   image_request_t image_request_{};
@@ -90,7 +91,7 @@ TEST_F(CameraProcess, GivesTheBytesOfTheComponentInThisProcess) {
     EXPECT_EQ(far[view.camera].view.width_px, view.width_px);
     EXPECT_TRUE(far[view.camera].data == near[view.camera].data) << view.camera;
   }
-  // A depth image of 1 MB arrives complete, and processes that did not request it lost no message.
+  // A depth image of 1 MB arrives completely. Processes that did not request it lose no message.
   EXPECT_EQ(far["front"].data.size(), 512u * 512 * 4);
   while (bystander.Handle()) {
   }

@@ -1,5 +1,5 @@
-// For LD_AUDIT: the dynamic loader does not find OSMesa, nor EGL if HIDE_EGL is set, as on a machine without
-// them.
+// For LD_AUDIT: the dynamic loader does not find OSMesa and, if HIDE_EGL is set, not EGL either. This
+// simulates a machine without them.
 #include <link.h>
 
 #include <cstdlib>
@@ -8,8 +8,8 @@
 extern "C" unsigned la_version(unsigned) { return LAV_CURRENT; }
 
 extern "C" char* la_objsearch(const char* name, uintptr_t*, unsigned) {
-  // Paths that do not exist. If nullptr is returned, glibc 2.36 sometimes reports "wrong ELF class" without a
-  // file.
+  // These paths do not exist. A nullptr would sometimes make glibc 2.36 report "wrong ELF class" without a
+  // file name.
   static char no_osmesa[] = "/nowhere/libOSMesa.so.8", no_egl[] = "/nowhere/libEGL.so.1";
   if (std::strstr(name, "libOSMesa")) return no_osmesa;
   if (std::strstr(name, "libEGL") && std::getenv("HIDE_EGL")) return no_egl;

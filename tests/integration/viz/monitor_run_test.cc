@@ -1,4 +1,4 @@
-// Monitors beside a run may start late, hang or be many; the run is not affected.
+// Monitors may start late, hang or be many. The run is not affected.
 #include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
@@ -31,8 +31,8 @@ int Count(const std::string& text, const std::string& words) {
   return count;
 }
 
-// A monitor that listens until the end of the run reports no missing component: one that was delayed on a
-// loaded machine is back.
+// Every component that the monitor reported as silent publishes again. On a loaded machine a component may be
+// delayed.
 void ExpectNoComponentIsMissed(const std::string& out) {
   EXPECT_EQ(Count(out, "no message from "), Count(out, " publishes again\n")) << out;
 }
@@ -86,8 +86,8 @@ TEST(MonitorRun, OpenedInMidEpisodeShowsWhatCameBefore) {
   std::vector<pid_t> processes = ChildrenOf(run.pid());
   processes.push_back(run.pid());
   std::optional<Stopped> stopped(processes);
-  // The run is named by its folder. The number of planned episodes is in run.json; that of finished ones was
-  // published before.
+  // The monitor finds the run by its folder. The number of planned episodes is in run.json; the number of
+  // finished ones was published before.
   Program monitor({"evalbus", "monitor", folder.path() / "run"});
   ASSERT_TRUE(WaitFor([&] { return monitor.out().starts_with("listening to "); })) << monitor.err();
   stopped.reset();
@@ -108,7 +108,7 @@ TEST(MonitorRun, FindsARunInAPrivateNetwork) {
           .code != 0)
     GTEST_SKIP() << "no network namespaces here";
   TemporaryFolder folder;
-  // The episode is longer than the start of a monitor on a loaded machine; the run ends with this test.
+  // The episode takes longer than the start of a monitor on a loaded machine. The run ends with this test.
   Program run({"evalbus", "run", ShortTask(folder.path(), 3600), "--policy", "hold", "--realtime",
                "--episodes", "1", "--out", folder.path() / "run"},
               {"", [] {
@@ -219,7 +219,7 @@ class MonitorTerminal : public testing::Test {
   int master_ = -1, slave_ = -1;
   std::string name_, screen_;
   termios before_{};
-  // In a session of its own, the terminal's keys raise signals.
+  // Whether the monitor has a session of its own, in which the terminal's keys raise signals.
   bool own_session_ = true;
   std::optional<Program> monitor_;
 };

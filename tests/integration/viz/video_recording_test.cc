@@ -25,14 +25,14 @@ TEST(VideoRecording, RunEndsWithTheVideosOfItsEpisodes) {
   EXPECT_EQ(json["gl"], "osmesa");
   EXPECT_TRUE(json["renderer"].get<std::string>().starts_with("osmesa (llvmpipe")) << json["renderer"];
 
-  // The video made later from the log is the same.
+  // A video rendered later from the log is identical.
   const std::string video = ReadText(run / "episodes/0001/front.mp4");
   const Result again = RunProgram({"evalbus", "render", run, "--episode", "1", "--camera", "front"});
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(ReadText(run / "episodes/0001/front.mp4") == video);
   EXPECT_TRUE(again.out.ends_with("run/episodes/0001/front.mp4\n")) << again.out;
   EXPECT_EQ(WithoutProgress(again.err), "");
-  // The renderer is reported unless it is the default; a machine with a GPU renders with that.
+  // The renderer is reported unless it is the default. With auto, a machine with a GPU renders with EGL.
   for (const std::string gl : {"egl", "egl-software", "auto"}) {
     const Result other = RunProgram(
         {"evalbus", "render", run, "--episode", "1", "--camera", "front", "--size", "64x48", "--gl", gl});
@@ -133,7 +133,7 @@ TEST(VideoRecording, TwoOfOneEpisodeAtOnceLeaveAWholeVideo) {
   const std::string whole = ReadText(video);
   ASSERT_GT(whole.size(), 1'000u);
   fs::remove(video);
-  // On a loaded machine a program may have finished before the test sees it at work.
+  // On a loaded machine a program may finish before the test sees that it is active.
   const auto is_at_work = [](Program* program) {
     return [program] { return !ChildrenOf(program->pid(), "ffmpeg").empty() || !program->running(); };
   };

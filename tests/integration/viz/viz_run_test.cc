@@ -1,4 +1,4 @@
-// Live images over a real bus, of a run and of a replay, and machines without OSMesa.
+// Tests live images over a real bus, of a run and of a replay, and rendering on machines without OSMesa.
 #include <algorithm>
 #include <cstdlib>
 #include <map>
@@ -14,7 +14,7 @@ namespace evalbus::viz_run_test {
 
 namespace fs = std::filesystem;
 
-// What a subscriber receives on a bus until a program ends.
+// The messages that a subscriber receives on a bus until a program ends.
 struct Received {
   std::map<std::string, std::vector<image_t>> images;
   std::vector<int64_t> state_tick;
@@ -48,14 +48,15 @@ class VizRun : public testing::Test {
                                [&](const auto& camera) { return camera.second.back().header.tick == tick; });
   }
   using Images = std::vector<image_t>;
-  // Index at which the images of a run end and those of its replay, which go back in time, begin.
+  // Returns the index of the first image of the replay, whose ticks start at 0 again, or the number of images
+  // if there is none.
   static size_t BeginAgain(const Images& images) {
     const auto earlier = [](const image_t& a, const image_t& b) { return b.header.tick < a.header.tick; };
     const auto last = std::ranges::adjacent_find(images, earlier);
     return last == images.end() ? images.size() : static_cast<size_t>(last - images.begin()) + 1;
   }
-  // Expects decodable images from both cameras, in order, of ticks that were on the bus, with at most one
-  // replay.
+  // Expects that both cameras published decodable images in order, of ticks that were on the bus, and with at
+  // most one replay.
   void ExpectImages() {
     EXPECT_EQ(received_.images.size(), 2u);
     for (const auto& [channel, images] : received_.images) {
@@ -100,7 +101,7 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
   EXPECT_EQ(received_.viz.missing_ticks, 0);
   EXPECT_TRUE(ReadLog(LogFile(run, 0)).Payloads("EVALBUS_IMAGE_overview").empty());
 
-  // The same viz, still subscribed, renders the replay like the run: the last image is equal bit for bit.
+  // The same viz is still subscribed and renders the replay like the run. The last images are bit-identical.
   Program replay({"evalbus", "replay", run, "--url", url_});
   ASSERT_TRUE(ReceiveUntil([&] { return !replay.running(); }));
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
@@ -108,7 +109,7 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
   ASSERT_TRUE(ReceiveUntil([&] { return BeginAgain(images) < images.size() && AllShow(last); }));
   const image_t end_of_run = images[BeginAgain(images) - 1];
   EXPECT_EQ(end_of_run.header.tick, last);
-  // The result is drawn onto that tick's image once it is known.
+  // The result is drawn onto the image of that tick as soon as it is known.
   EXPECT_TRUE(ReceiveUntil([&] { return images.back().data == end_of_run.data; }));
   ExpectImages();
   viz.Signal(SIGTERM);
@@ -118,7 +119,7 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
 TEST_F(VizRun, MayComeInTheMiddleOfARunByItsFolder) {
   EVALBUS_NEEDS_BUS();
   const fs::path run = folder_.path() / "run";
-  // The episode is longer than the start of a renderer on a loaded machine; the run ends with this test.
+  // The episode takes longer than the start of a renderer on a loaded machine. The run ends with this test.
   Program evaluation({"evalbus", "run", ShortTask(folder_.path(), 3600), "--policy", "hold", "--episodes",
                       "1", "--realtime", "--url", url_, "--out", run});
   ASSERT_TRUE(ReceiveUntil([&] { return received_.state_tick.size() > 20; })) << evaluation.err();
@@ -175,13 +176,13 @@ class WithoutOsMesa : public testing::Test {
     return RunProgram(std::move(command), {{}, [=] {
                                              setenv("LD_AUDIT", HIDE_RENDERERS, 1);
                                              if (!with_egl) setenv("HIDE_EGL", "1", 1);
-                                             // Room for the thread-local variables of a thread sanitizer:
-                                             // with LD_AUDIT the loader reserves too little.
+                                             // Reserves room for the thread-local variables of a thread
+                                             // sanitizer. With LD_AUDIT the loader reserves too little.
                                              setenv("GLIBC_TUNABLES",
                                                     "glibc.rtld.optional_static_tls=1000000", 1);
                                            }});
   }
-  // The error line without EGL; the loader's message follows in brackets.
+  // The error line without EGL. The loader's message follows in parentheses.
   static std::string Line() {
     return "error: rendering needs OSMesa or EGL: 'apt-get install libosmesa6' or 'apt-get install libegl1' "
            "(";
