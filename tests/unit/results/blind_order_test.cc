@@ -13,7 +13,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Pair;
 
-// Episode k of run 0 belongs to episode 100 + k of run 1.
+// Pairs episode k of run 0 with episode 100 + k of run 1.
 std::vector<std::pair<int, int>> Pairs(int count) {
   std::vector<std::pair<int, int>> pairs;
   for (int i = 0; i < count; ++i) pairs.emplace_back(i, 100 + i);
@@ -42,15 +42,14 @@ TEST(BlindOrder, ShowsEachRunFirstInHalfOfThePairs) {
     EXPECT_EQ(firsts(20), 10) << seed;
     firsts_of_odd.insert(firsts(7));
   }
-  // Neither run always has the additional pair.
+  // With an odd number of pairs, neither run is always first in the additional pair.
   EXPECT_THAT(firsts_of_odd, ElementsAre(3, 4));
 }
 
 TEST(BlindOrder, IsThatOfItsSeed) {
   EXPECT_EQ(BlindOrder(Pairs(12), 5), BlindOrder(Pairs(12), 5));
   EXPECT_NE(BlindOrder(Pairs(12), 5), BlindOrder(Pairs(12), 6));
-  // The run that comes first cannot be predicted from the pair before: over many seeds, both orders follow
-  // either one.
+  // The previous pair does not predict which run comes first. Over many seeds, each order follows each order.
   std::set<std::pair<int, int>> successions;
   for (int64_t seed = 0; seed < 50; ++seed) {
     const auto order = BlindOrder(Pairs(4), seed);

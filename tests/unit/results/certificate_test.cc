@@ -25,7 +25,7 @@ class CertificateTest : public CompareTest {
     runs.name = policy;
     return runs;
   }
-  // The same with two stages, reached ('1') or not: "10" reached the first one only.
+  // Like Policy(), with two stages in each episode, reached ('1') or not: "10" reached the first stage only.
   RecordedRuns Stages(const std::string& engine, const std::vector<std::string>& stages) {
     ordered_json info = Info(static_cast<int>(stages.size()));
     info["mujoco_version"] = engine;
@@ -54,12 +54,12 @@ TEST_F(CertificateTest, NoFlipIsStatedFirst) {
   EXPECT_THAT(text, HasSubstr("0 of 100       0 to 4 %"));
   EXPECT_THAT(text, HasSubstr("0 of 100 episodes differ in some number; all reach the same stages"));
   EXPECT_THAT(text, Not(HasSubstr("ranking")));
-  // That the engines differ is the subject of the comparison, not a remark.
+  // The comparison is about different engines, so the difference is not also a remark.
   EXPECT_THAT(certificate.comparisons[0].comparison.remarks, testing::IsEmpty());
 }
 
 TEST_F(CertificateTest, FlipsAreCountedAndTested) {
-  // expert loses 6 seeds; noisy loses one and gains one.
+  // From one engine to the other, expert loses 6 seeds; noisy loses one and gains one.
   const Certificate certificate =
       Certify({{"2.2.2", {Policy("2.2.2", "expert", "1111111110"), Policy("2.2.2", "noisy", "1000000000")}},
                {"3.3.3", {Policy("3.3.3", "expert", "0000001110"), Policy("3.3.3", "noisy", "0100000000")}}});
@@ -103,8 +103,8 @@ TEST_F(CertificateTest, OnlyTheFirstFlipsAreListed) {
 }
 
 TEST_F(CertificateTest, NamesTheFirstStageThatDiffers) {
-  // Episodes 1 and 2 diverge at stage 2, in both directions; episode 3 diverges at stage 1, though stage 2
-  // differs, too.
+  // Episodes 1 and 2 diverge at stage 2, in opposite directions. Episode 3 diverges at stage 1, although
+  // stage 2 differs, too.
   const Certificate certificate = Certify({{"2.2.2", {Stages("2.2.2", {"11", "11", "10", "11"})}},
                                            {"3.3.3", {Stages("3.3.3", {"11", "10", "11", "00"})}}});
   const std::vector<StageParting>& partings = certificate.comparisons[0].partings;
@@ -139,12 +139,13 @@ TEST_F(CertificateTest, ARankingSurvivesOrNot) {
                                                          : "ranking of the policies changes."));
     return std::pair(one.order_reverses(), one.verdict_changes());
   };
-  // Ten pairs that only one policy wins have p = 2 / 1024; five have 2 / 32 = 0.0625, which shows nothing.
+  // Ten pairs that only one policy wins have p = 2 / 1024. Five such pairs have p = 2 / 32 = 0.0625, which is
+  // not significant.
   const std::string all(10, '1'), none(10, '0'), half = "1111100000", other = "0000011111",
                                                  few = "1110000000";
   EXPECT_EQ(pair(all, none, all, none), std::pair(false, false));
   EXPECT_EQ(pair(half, few, few, half), std::pair(true, false));
-  // Equal rates have no order, so none reverses.
+  // Equal rates have no order that could reverse.
   EXPECT_EQ(pair(half, few, half, other), std::pair(false, false));
   EXPECT_EQ(pair(all, none, all, half), std::pair(false, true));
   EXPECT_EQ(pair(all, none, none, all), std::pair(true, true));

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 
 class CircumstancesTest : public CompareTest {
  protected:
-  // Episode i of 40 has the value i at pot_y_m; episodes from 30 on fail.
+  // In episode i of 40, pot_y_m is i. Episodes from 30 on fail.
   RunCircumstances Of(const std::function<void(int, ordered_json*)>& change = {}) {
     std::vector<ordered_json> lines;
     for (int i = 0; i < 40; ++i) {
@@ -32,7 +32,7 @@ class CircumstancesTest : public CompareTest {
 
 TEST_F(CircumstancesTest, NamesTheRangeInWhichEpisodesFail) {
   const RunCircumstances found = Of();
-  // The constant x is not tested.
+  // x is constant, so it is not tested.
   ASSERT_EQ(found.parameters.size(), 1);
   const Circumstance& y = found.parameters[0];
   EXPECT_EQ(y.name, "pot_y_m");
@@ -71,7 +71,7 @@ TEST_F(CircumstancesTest, TestsThePresenceOfDistractorsOnce) {
 }
 
 TEST_F(CircumstancesTest, NamesTheChoicesWithWhichEpisodesFail) {
-  // Episodes from 30 on fail; these, and three others, have the texture "checker" or "dots".
+  // Episodes from 30 on fail. These and three others have the texture "checker" or "dots".
   const auto change = [](int i, ordered_json* line) {
     (*line)["parameters"] = {{"table_texture_choice", i >= 27 ? 1 + 2 * (i % 2) : 2 * (i % 2)}};
   };
@@ -94,7 +94,7 @@ TEST_F(CircumstancesTest, NamesTheChoicesWithWhichEpisodesFail) {
   ASSERT_EQ(found.parameters.size(), 1);
   const Circumstance& texture = found.parameters[0];
   EXPECT_TRUE(texture.is_choice);
-  // "stripes" did not occur.
+  // "stripes" did not occur, so it has no bin.
   ASSERT_EQ(texture.bins.size(), 4);
   EXPECT_THAT(
       CircumstanceSentences(found),

@@ -47,14 +47,14 @@ TEST_F(CompareTest, PairsBySeed) {
   ASSERT_EQ(result.tasks.size(), 1u);
   const std::vector<MetricComparison>& metrics = result.tasks[0].metrics;
   ASSERT_EQ(metrics.size(), 3u);
-  // Effort is compared where both succeeded; it takes one second more everywhere.
+  // Effort is compared where both succeeded. The run needs one second more in each of these pairs.
   EXPECT_EQ(metrics[0].number.name, "completion_time");
   EXPECT_EQ(metrics[0].count, 28);
   EXPECT_NEAR(metrics[0].difference, 1, 1e-12);
   EXPECT_LT(*metrics[0].p, 1e-7);
   EXPECT_EQ(metrics[0].p_holm, *metrics[0].p);  // the only metric with a p
   EXPECT_GT(*metrics[0].ratio, 1);
-  // Equal everywhere: there is nothing to test.
+  // The slip counts are equal everywhere, so there is nothing to test.
   EXPECT_EQ(metrics[2].number.name, "slip_count");
   EXPECT_EQ(metrics[2].count, 50);
   EXPECT_FALSE(metrics[2].p);
@@ -64,7 +64,7 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_NE(text.find("Effort relative to a"), std::string::npos) << text;
   const ordered_json json = ComparisonJson({result});
   EXPECT_EQ(json["comparisons"][0]["success"]["pairs"]["run_only"], 15);
-  // The flipped seeds: 15 on which only the run succeeds, and 3 on which only the baseline does.
+  // Flipped seeds: on 15 only the run succeeds, and on 3 only the baseline does.
   const ordered_json& flipped = json["comparisons"][0]["tasks"][0]["flipped"];
   ASSERT_EQ(flipped.size(), 18u);
   int of_run = 0;
@@ -81,7 +81,7 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_EQ(json["comparisons"][0]["tasks"][0]["metrics"]["slip_count"]["p"].dump(), "null");
 }
 
-// Half of, twice and three times the baseline's time, and a pair with one success, which does not count. The
+// The run needs half, twice and three times the baseline's time. A pair with one success does not count. The
 // logarithms of the ratios are -ln 2, ln 2 and ln 3; Student's t with 2 degrees of freedom is 4.302653.
 TEST_F(CompareTest, RatiosOfEffortAreThoseOfThePairs) {
   const auto runs = [this](const std::string& name, const std::vector<double>& times, bool last_succeeds) {
@@ -246,7 +246,7 @@ class EqualEpisodesTest : public CompareTest {
     bool success;
     double time, yaw_rad = 0;
   };
-  // with_starts: the randomized start is known.
+  // with_starts: whether the lines contain the randomized initial states.
   RecordedRuns Equal(const std::string& name, const std::vector<Each>& episodes, bool with_starts = false) {
     std::vector<ordered_json> lines;
     for (size_t i = 0; i < episodes.size(); ++i) {
@@ -259,8 +259,8 @@ class EqualEpisodesTest : public CompareTest {
   }
 };
 
-// Nothing was randomized, and both always do the same: twenty pairs count as one sample, but the rates are of
-// all twenty.
+// Nothing was randomized, and both policies always behave the same. Twenty pairs count as one sample in the
+// test, but the rates include all twenty.
 TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
   const RecordedRuns good = Equal("good", std::vector<Each>(20, {true, 5}));
   const RecordedRuns bad = Equal("bad", std::vector<Each>(20, {false, 20}));
@@ -276,11 +276,11 @@ TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
                                                 "numbers: interval and test count them as one"));
   EXPECT_TRUE(Conclusion(result).ends_with(" 1 pair is too few to detect any difference."))
       << Conclusion(result);
-  // If a single one differs, all count.
+  // If a single episode differs, all count.
   std::vector<Each> some(20, {false, 20});
   some[3] = {true, 4};
   EXPECT_EQ(CompareRuns(good, Equal("some", some)).success.samples.pairs.only_a, 19);
-  // For independent samples, each side by itself.
+  // In independent samples, this rule applies to each run separately.
   RecordedRuns other = bad;
   for (RecordedEpisode& episode : other.runs[0].episodes) episode.seed += 1;
   const Comparison independent = CompareRuns(good, other);
@@ -291,7 +291,7 @@ TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
   EXPECT_EQ(independent.success.difference_95.upper, metrics::NewcombeInterval(1, 1, 0, 1).upper);
 }
 
-// No number depends on the start, but each start differs: all count.
+// No number depends on the initial state, but each initial state differs, so all episodes count.
 TEST_F(EqualEpisodesTest, EqualNumbersFromDifferentStartsAreAllSamples) {
   std::vector<Each> half, none;
   for (int i = 0; i < 30; ++i) {
@@ -307,9 +307,9 @@ TEST_F(EqualEpisodesTest, EqualNumbersFromDifferentStartsAreAllSamples) {
   EXPECT_THAT(Conclusion(result),
               testing::MatchesRegex("half is 50 points better than none, 95 % CI .*\\. 15 of "
                                     "30 against 0 of 30 on the same seeds, .*"));
-  // Also if all episodes of both are equal except for the start.
+  // They all count, too, if the episodes of both runs are equal except for the initial state.
   EXPECT_EQ(CompareRuns(Equal("never", none, true), Equal("none", none, true)).success.samples.trials, 30);
-  // And if the starts are equal and the policy is not deterministic.
+  // They also count if the initial states are equal and the policy is not deterministic.
   for (Each& each : half) each.yaw_rad = 0;
   for (Each& each : none) each.yaw_rad = 0;
   EXPECT_EQ(CompareRuns(Equal("half", half, true), Equal("none", none, true)).success.samples.trials, 30);
@@ -333,7 +333,7 @@ TEST_F(EqualEpisodesTest, EqualRemarksOnSeveralTasksShareALine) {
                         "numbers: interval and test count them as one"));
 }
 
-// A suite: a task whose pairs are all equal counts as one in the test, and fully in the rates.
+// In a suite, a task whose pairs are all equal counts as one sample in the test, but fully in the rates.
 TEST_F(EqualEpisodesTest, InASuiteTheyCountOnceAndNeverTurnTheTestAround) {
   const auto suite = [&](const std::string& name, const RecordedRuns& base, const RecordedRuns& position) {
     RecordedRuns runs{.folder = name, .name = name, .is_suite = true, .runs = {}, .missing = {}};
@@ -349,7 +349,7 @@ TEST_F(EqualEpisodesTest, InASuiteTheyCountOnceAndNeverTurnTheTestAround) {
   EXPECT_EQ(result.success.samples.pairs.only_a, 1);
   EXPECT_EQ(result.success.samples.pairs.only_b, 9);
   EXPECT_GT(result.success.difference, 0);
-  // 1 to 9 would be p = 0.02, in favor of the other side.
+  // The samples alone, 1 to 9, would give p = 0.02 in favor of the other policy.
   EXPECT_EQ(result.success.p, 1);
   EXPECT_EQ(result.success.judgment(), Judgment::kNone);
 }
@@ -369,7 +369,7 @@ TEST_F(CompareTest, TwoVariationsAreNamedFirst) {
   EXPECT_THAT(text, testing::HasSubstr("          a          b  difference"));
 }
 
-// Up to 16 characters of names, and the policy only if it is not the name.
+// Columns show up to 16 characters of a name. The policy is added only if it differs from the name.
 TEST_F(CompareTest, TextHasTheNames) {
   const std::string text = ComparisonText(
       CompareRuns(Run("pi0-ckpt-12000", Info(6), First(6, 6), 5), Run("expert", Info(6), First(0, 6), 5)),
@@ -420,7 +420,7 @@ TEST_F(CompareTest, RemarksOnOtherDifferences) {
       testing::ElementsAre("b and a were made with realtime true against false, mujoco_version \"3.1.0\" "
                            "against \"2.2.2\", which alone may cause differences"));
   EXPECT_THAT(CompareRuns(Run("c", lockstep, First(5, 6), 5), a).remarks, testing::IsEmpty());
-  // Nor does the log's format, since the scores are the same.
+  // The log's format does not affect comparability either, because the scores are the same.
   ordered_json packed = lockstep;
   packed["log"] = "zstd";
   packed["video"] = {"front"};
@@ -450,12 +450,12 @@ TEST_F(CompareTest, RefusesToMixEngines) {
   }
 }
 
-// Which policy is called better, and why none is.
+// Tests which policy is called better, and when none is.
 class MeritTest : public CompareTest {
  protected:
   struct Each {
     bool success;
-    // Highest of two stages; 0: none.
+    // Highest stage reached, of two; 0 if none was reached.
     int stage;
     double slips, time = 20, jerk = 1;
   };
@@ -509,12 +509,12 @@ TEST_F(MeritTest, LessProgressIsNotBetterInWhatCanGoWrong) {
       result.remarks,
       testing::ElementsAre("lift_pot/position: stays succeeded in no episode and reached no stage: not "
                            "called better in slips"));
-  // Nor is the other policy worse.
+  // In the reverse comparison, the baseline is not called worse.
   const Comparison reversed = CompareRuns(baseline, With("stays", stays));
   EXPECT_EQ(Of(reversed, "slip_count"), Judgment::kDiffers);
   EXPECT_EQ(WordOf(reversed, "slip_count"), "higher (baseline reached no stage)");
   EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kBetter);
-  // Fewer successes.
+  // This policy has fewer successes.
   careful[0].success = false;
   const Comparison less = CompareRuns(With("careful", careful), baseline);
   EXPECT_EQ(Of(less, "slip_count"), Judgment::kDiffers);
@@ -523,7 +523,7 @@ TEST_F(MeritTest, LessProgressIsNotBetterInWhatCanGoWrong) {
               testing::ElementsAre(
                   "lift_pot/position: careful made less progress, so fewer errors were possible: not "
                   "called better in slips"));
-  // As many successes, and fewer stages.
+  // This policy has as many successes but reaches fewer stages.
   careful[0].success = true;
   careful[29].stage = 1;
   EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kDiffers);
@@ -531,7 +531,8 @@ TEST_F(MeritTest, LessProgressIsNotBetterInWhatCanGoWrong) {
   EXPECT_EQ(Of(CompareRuns(With("worse", worse), baseline), "slip_count"), Judgment::kWorse);
 }
 
-// Policy a fails on hard starts, b never; both take the same time on the same start.
+// Policy a fails from hard initial states, and b never fails. From the same initial state both take the same
+// time.
 TEST_F(MeritTest, OfIndependentSamplesEffortOfSurvivorsIsNoMerit) {
   std::vector<Each> fails, never, quick;
   for (int i = 0; i < 100; ++i) {
@@ -549,13 +550,13 @@ TEST_F(MeritTest, OfIndependentSamplesEffortOfSurvivorsIsNoMerit) {
       result.remarks,
       testing::Contains("lift_pot/position: a is compared over its own successes only, which may have been "
                         "the easier starts: not called better in completion time"));
-  // Without failures no start is excluded.
+  // Without failures, no initial state is excluded.
   EXPECT_EQ(Of(CompareRuns(With("quick", quick), b), "completion_time"), Judgment::kBetter);
-  // Pairs count if both succeeded.
+  // In paired runs, the pairs in which both succeeded count.
   EXPECT_EQ(Of(CompareRuns(With("quick", quick), With("a", fails)), "completion_time"), Judgment::kBetter);
 }
 
-// Time stamps and encoders of a recording increase jerk.
+// Time stamps and encoders of a recording increase the jerk.
 TEST_F(MeritTest, ARecordingIsNeitherBetterNorWorseThanASimulationInJerk) {
   std::vector<Each> smooth, rough;
   for (int i = 0; i < 20; ++i) {

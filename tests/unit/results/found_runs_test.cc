@@ -1,4 +1,4 @@
-// The runs in folders of runs, suites and plans.
+// Finds the runs in folders of runs, suites and plans.
 #include "results/found_runs.h"
 
 #include <gmock/gmock.h>
@@ -50,7 +50,7 @@ TEST_F(FoundRunsTest, OfARunAndASuite) {
   EXPECT_EQ(found.baseline, "");
 }
 
-// Until a run is merged, its finished shards take its place.
+// Until a run is merged, its finished shards are listed instead.
 TEST_F(FoundRunsTest, OfAPlanWhoseShardsArriveAndAreMerged) {
   WritePlan({"a", "b"});
   EXPECT_TRUE(IsEvaluation(plan_));
@@ -66,7 +66,7 @@ TEST_F(FoundRunsTest, OfAPlanWhoseShardsArriveAndAreMerged) {
               ElementsAre("a/lift_pot-position", "a/lift_tray-base", "b+lift_pot-position+0000-0019",
                           "b+lift_pot-position+0020-0039", "b/lift_tray-base"));
   EXPECT_EQ(found.runs[2].policy, "b");
-  EXPECT_EQ(found.runs[2].planned, 40);  // of the run, not of its shard
+  EXPECT_EQ(found.runs[2].planned, 40);  // of the whole run, not only of the shard
   EXPECT_EQ(found.runs[2].folder, plan_ / "parts" / "b+lift_pot-position+0000-0019");
   EXPECT_EQ(found.baseline, "a");
   EXPECT_FALSE(found.is_sequential);

@@ -16,7 +16,8 @@ using testing::HasSubstr;
 
 class GateTest : public CompareTest {
  protected:
-  // A run in which the first episodes succeed; lines can be changed before they are written.
+  // Returns a run in which the first episodes succeed. `change` and `change_info` may edit lines and
+  // run.json.
   RecordedRuns Of(const std::string& name, int successes, int episodes,
                   const std::function<void(int, ordered_json*)>& change = {},
                   const std::function<void(ordered_json*)>& change_info = {}) {
@@ -25,7 +26,7 @@ class GateTest : public CompareTest {
     std::vector<ordered_json> lines;
     for (int i = 0; i < episodes; ++i) {
       lines.push_back(EpisodeLine(i, i < successes, {{"completion_time", 4 + 0.01 * i}, {"slip_count", 0}}));
-      // Starts differ, so each episode is a sample.
+      // The initial states differ, so each episode is a sample.
       lines.back()["parameters"] = {{"pot_x_m", 0.001 * i}};
       if (change) change(i, &lines.back());
     }
@@ -44,7 +45,7 @@ class GateTest : public CompareTest {
   }
 };
 
-// 0.95^58 > 0.05 > 0.95^59.
+// 59 pairs without a loss are needed, because 0.95^58 > 0.05 > 0.95^59.
 TEST_F(GateTest, EqualRunsPassFromFiftyNinePairsOn) {
   const Gate few = Decide(Of("a58", 50, 58), Of("b58", 50, 58), {});
   EXPECT_EQ(few.verdict, GateVerdict::kCannotTell);
@@ -97,7 +98,7 @@ TEST_F(GateTest, APolicyThatNeverSucceedsCannotPass) {
   EXPECT_EQ(gate.why, "a succeeded in none of 200 episodes; such a run cannot pass");
 }
 
-// 100 pairs pass without a loss, but not if 4 of them may be lost.
+// 100 pairs without a loss pass. If 4 of them are incomplete and may be losses, they do not.
 TEST_F(GateTest, IncompleteEpisodesCountAgainstThePass) {
   const auto incomplete = [](int i, ordered_json* line) {
     if (i < 4) (*line)["complete"] = false;
@@ -109,7 +110,7 @@ TEST_F(GateTest, IncompleteEpisodesCountAgainstThePass) {
   EXPECT_EQ(Decide(Of("c", 100, 100), Of("d", 100, 100), {}).verdict, GateVerdict::kPass);
 }
 
-// The run crashed where it would have failed.
+// The missing episodes may be exactly those that would have failed, for example because the run crashed.
 TEST_F(GateTest, EpisodesThatNeverRanCountAgainstThePass) {
   const auto missing = [](int i, ordered_json* line) {
     if (i >= 80) *line = nullptr;
@@ -126,7 +127,7 @@ TEST_F(GateTest, EpisodesThatWereNotPlannedAreExcluded) {
   EXPECT_THAT(GateText(gate), HasSubstr("excluded because the other run lacks them"));
 }
 
-// Equal starts and equal numbers are one sample.
+// Episodes with equal initial states and equal numbers are one sample.
 TEST_F(GateTest, RepetitionsAreOneSample) {
   const auto same = [](int, ordered_json* line) {
     (*line)["parameters"] = ordered_json::object();
@@ -135,7 +136,8 @@ TEST_F(GateTest, RepetitionsAreOneSample) {
   EXPECT_EQ(Decide(Of("a", 100, 100, same), Of("b", 100, 100, same), {}).verdict, GateVerdict::kCannotTell);
 }
 
-// Slips: 100 pairs with 1 more in every second pair; a loss of 0.5 slips, standard error 0.05.
+// The run has one slip more in every second of 100 pairs: a mean loss of 0.5 slips with a standard error of
+// 0.05.
 TEST_F(GateTest, MetricsHaveMarginsOfTheirOwn) {
   const auto slipping = [](int i, ordered_json* line) { (*line)["metrics"]["slip_count"] = i % 2; };
   const RecordedRuns run = Of("a", 100, 100, slipping), baseline = Of("b", 100, 100);
@@ -155,7 +157,7 @@ TEST_F(GateTest, MetricsHaveMarginsOfTheirOwn) {
   EXPECT_THAT(decide("slips").why, HasSubstr("the baseline's mean is 0"));
 }
 
-// 20 % longer in every pair.
+// The run takes 20 % longer in every pair.
 TEST_F(GateTest, MarginsInPercentAreOfTheBaseline) {
   const auto slower = [](int, ordered_json* line) {
     ordered_json& time = (*line)["metrics"]["completion_time"];
@@ -175,7 +177,7 @@ TEST_F(GateTest, MarginsInPercentAreOfTheBaseline) {
   EXPECT_EQ(decide("completion_time:30%").verdict, GateVerdict::kPass);
 }
 
-// The bound is far below the margin.
+// The bound of the loss is far below the margin.
 TEST_F(GateTest, ASmallLossIsNotShownAsNone) {
   const auto late = [](int i, ordered_json* line) {
     (*line)["extended"]["tracking_error_rad"] = {{"left", 0.001 * (i % 2)}};

@@ -1,4 +1,4 @@
-// Three episodes in one log, truncated and damaged anywhere: undamaged episodes keep their scores.
+// A log of three episodes is truncated or damaged at any position. Undamaged episodes keep their scores.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -39,7 +39,7 @@ class LogDamage : public testing::Test {
     std::ofstream(file_, std::ios::binary) << bytes;
     return Rescorer().Rescore(file_);
   }
-  // The named episodes are present and complete, with their scores.
+  // Expects these episodes to be present and complete, with their scores.
   void ExpectEpisodes(const std::vector<int>& episodes, const RescoredLog& log, const std::string& what) {
     for (const int episode : episodes) {
       int found = 0;
@@ -51,7 +51,7 @@ class LogDamage : public testing::Test {
   }
 
   std::string log_;
-  // The end of each episode.
+  // Byte offset of the end of each episode.
   std::vector<size_t> end_;
   std::vector<episode_summary_t> expected_;
 
@@ -116,7 +116,7 @@ TEST_F(LogDamage, FlippedBytesCostOnlyTheEpisodesHit) {
     try {
       ExpectEpisodes(others, Rescore(bytes), "trial " + std::to_string(trial));
     } catch (const InputError&) {
-      // A damaged MODEL: a task that has become invalid is refused by name.
+      // If MODEL is damaged, its task may be invalid, and the log is refused.
     }
   }
 }
@@ -136,7 +136,7 @@ TEST_F(LogDamage, AnotherMessageVersionIsRefusedByName) {
               std::string::npos)
         << error.what();
   }
-  // Types of another version: no message can be decoded.
+  // MODEL has the fingerprint of another version, so it cannot be decoded.
   bytes = log_.substr(0, end_[0]);
   bytes[version - 9] ^= 1;
   EXPECT_THROW(Rescore(bytes), InputError);

@@ -1,4 +1,4 @@
-// Notes of users in notes.json of a run's folder.
+// Tests users' notes in notes.json of a run folder.
 #include "results/notes.h"
 
 #include <gmock/gmock.h>

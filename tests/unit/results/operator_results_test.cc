@@ -15,7 +15,7 @@ using testing::StartsWith;
 
 class OperatorResultsTest : public CompareTest {
  protected:
-  // outcomes: of episodes 0, 1, ...: s, f, a, or - for none.
+  // outcomes: one letter for each episode: s (success), f (failure), a (abstain), or - for no verdict.
   JudgedRun Judged(const std::string& name, const std::vector<bool>& automatic, const std::string& outcomes) {
     JudgedRun judged{Run(name, Info(static_cast<int>(automatic.size())), automatic, 4).runs[0], {}};
     for (size_t i = 0; i < outcomes.size(); ++i) {
@@ -67,7 +67,7 @@ TEST_F(OperatorResultsTest, SayWhenKappaIsUndefined) {
                           "No episode has both this operator's and an automatic verdict."));
 }
 
-// Episodes without an automatic verdict count in the operator's rate, and not in the agreement.
+// Episodes without an automatic verdict count in the operator's rate but not in the agreement.
 TEST_F(OperatorResultsTest, IncompleteEpisodesHaveNoAutomaticVerdict) {
   JudgedRun judged = Judged("a", First(2, 4), "sfsf");
   judged.run.episodes[0].complete = judged.run.episodes[0].result.complete = false;
@@ -89,10 +89,11 @@ TEST_F(OperatorResultsTest, EachOperatorCountsAlone) {
   EXPECT_EQ(results[1].rates.judged, 3);
 }
 
-// The automatic verdicts of both runs are equal; the operator's differ in four pairs: p = 2 / 2^4.
+// The automatic verdicts of both runs are equal. The operator's verdicts differ in four pairs, so p = 2 /
+// 2^4.
 TEST_F(OperatorResultsTest, TwoRunsAreComparedByTheOperatorsVerdicts) {
   JudgedRun a = Judged("a", First(5, 10), "sssssfsffa"), b = Judged("b", First(5, 10), "ssffffffff");
-  // Not in the comparison by Ann's verdicts.
+  // Bob's verdicts do not count in a comparison by Ann's verdicts.
   for (JudgedRun* judged : {&a, &b})
     judged->verdicts.push_back({.episode = 9, .operator_name = "bob", .outcome = Outcome::kSuccess});
   const auto comparison = CompareByOperator(b, a, "ann");

@@ -35,8 +35,8 @@ TEST(PolicyCalls, TheCallAboutTheLastTickIsNotCounted) {
   const CallSchedule schedule{.execute_steps = 10, .settle_steps = 0};
   EXPECT_EQ(calls.Json(schedule, 20)["tick"].dump(), "[0,10,20]");
   calls.RemoveUndecided(20);
-  // Held at ticks 10 and 11, before the second answer. The actions of ticks 0 to 9 are 0 to 9 ticks old,
-  // those of ticks 12 to 19 are 2 to 9 ticks old: 45 + 44.
+  // The command is held at ticks 10 and 11, before the second answer. The actions of ticks 0 to 9 are 0 to 9
+  // ticks old, and those of ticks 12 to 19 are 2 to 9 ticks old: 45 + 44.
   EXPECT_EQ(calls.Json(schedule, 20).dump(),
             R"({"tick":[0,10],"answered_s":[0.5,0.25],"server_s":[-1.0,0.125],"held_ticks":2,)"
             R"("ticks":20,"age_ticks":89,"due_calls":2})");
@@ -47,12 +47,12 @@ TEST(PolicyCalls, AsynchronousActionsAreOlderAndFewTicksAreHeld) {
   calls.Add(Call(0, 0, -1, 2));
   calls.Add(Call(5, 0, -1, 2));
   CallSchedule schedule{.execute_steps = 3, .execution = policy::Execution::kAsynchronous, .chunk_steps = 6};
-  // Held at ticks 0 and 1. Ticks 2 to 6 execute the first chunk, of tick 0; ticks 7 and 8 the second, of tick
-  // 5: 2 + 3 + 4 + 5 + 6 + 2 + 3.
+  // The command is held at ticks 0 and 1. Ticks 2 to 6 execute the first chunk, from tick 0. Ticks 7 and 8
+  // execute the second, from tick 5. Ages: 2 + 3 + 4 + 5 + 6 + 2 + 3.
   const ordered_json json = calls.Json(schedule, 9);
   EXPECT_EQ(json["held_ticks"], 2);
   EXPECT_EQ(json["age_ticks"], 25);
-  // Without chunk_steps the 10 rows of each answer count, and ticks 9 and 10 are commanded, too.
+  // Without chunk_steps, all 10 rows of each answer are used, so ticks 9 and 10 have commands, too.
   schedule.chunk_steps = 0;
   EXPECT_EQ(calls.Json(schedule, 11)["held_ticks"], 2);
 }
@@ -64,7 +64,7 @@ TEST(PolicyCalls, ALostCallIsNoticedAndARepeatedOneIgnored) {
   EXPECT_TRUE(calls.IsWhole(schedule, 5));
   calls.Add(Call(5, 0.5, -1, 2));
   calls.Add(Call(5, 0.5, -1, 2));
-  // The actions of ticks 7 to 16 are the first ones; the next call is due at tick 17.
+  // Ticks 7 to 16 execute the first answer, so the next call is due at tick 17.
   EXPECT_TRUE(calls.IsWhole(schedule, 17));
   EXPECT_FALSE(calls.IsWhole(schedule, 18));
   calls.Add(Call(17, 0.25, -1));
@@ -73,7 +73,8 @@ TEST(PolicyCalls, ALostCallIsNoticedAndARepeatedOneIgnored) {
   PolicyCalls late;
   late.Add(Call(17, 0.25, -1));
   EXPECT_FALSE(late.IsWhole(schedule, 27));
-  // Asynchronous: the first chunk begins at tick 2; the next call is due after three of its rows, at tick 5.
+  // In asynchronous execution, the first chunk begins at tick 2. The next call is due after three of its
+  // rows, at tick 5.
   const CallSchedule asynchronous{
       .execute_steps = 3, .execution = policy::Execution::kAsynchronous, .chunk_steps = 6};
   PolicyCalls chunks;
@@ -84,7 +85,7 @@ TEST(PolicyCalls, ALostCallIsNoticedAndARepeatedOneIgnored) {
   EXPECT_TRUE(chunks.IsWhole(asynchronous, 8));
 }
 
-// An episode with ticks of 20 ms that ended at last_tick; its values cover the ticks until completion_time_s.
+// An episode with ticks of 20 ms that ended at last_tick. Its values cover the ticks until completion_time_s.
 episode_summary_t Summary(int64_t last_tick, double completion_time_s) {
   episode_summary_t summary{};
   summary.header.tick = last_tick;
@@ -97,14 +98,15 @@ TEST(DelayMetrics, AreThoseOfTheTicksThatTheValuesCover) {
   PolicyCalls calls;
   calls.Add(Call(0, 0.5, -1));
   calls.Add(Call(10, 0.25, 0.125, 2));
-  // The success was at tick 20, the episode continued for 10 ticks.
+  // The success was at tick 20, and the episode continued for 10 ticks.
   const episode_summary_t summary = Summary(30, 0.4);
   EXPECT_EQ(ScoredTicks(summary), 20);
   ordered_json line = EpisodeLine(0, true);
   EXPECT_FALSE(HasDelayMetrics(line));
   AddDelayMetrics(calls.Json({.execute_steps = 10}, ScoredTicks(summary)), summary, &line);
   EXPECT_TRUE(HasDelayMetrics(line));
-  // 2 of 20 ticks held; 18 actions in 0.4 s; they are 89 ticks old together, as above.
+  // The command was held at 2 of 20 ticks. 18 actions were executed in 0.4 s; their ages sum to 89 ticks, as
+  // above.
   EXPECT_DOUBLE_EQ(line["extended"]["stale_action_ratio"], 0.1);
   EXPECT_DOUBLE_EQ(line["extended"]["effective_hz"], 45);
   EXPECT_DOUBLE_EQ(line["extended"]["action_age_s"], 89 * 0.02 / 18);
@@ -188,13 +190,13 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
   EXPECT_EQ(notes[2],
             "Its server was called 3 times: 20 ms median, 1.5 s 99th percentile, 1.5 s longest; 2 ms median "
             "as reported by the server; the robot held its last command for 3 ticks.");
-  // The means of the episodes' metrics.
+  // These numbers are means of the episodes' metrics.
   EXPECT_EQ(
       notes[3],
       "45.0 new actions per second; 10.0 % of the ticks had none; an action was 100 ms old on average.");
 }
 
-// Called at most once a second on a realtime clock: the answer for tick 0 is executed at tick 8.
+// On a realtime clock the policy was called only twice; the answer for tick 0 was executed at tick 8.
 TEST_F(PolicyNotesTest, WarnsOfAPolicyThatWasHardlyCalled) {
   const RecordedRun run = Run({{"policy_contract", Contract()}, {"realtime", true}});
   PolicyCalls calls;
@@ -211,19 +213,19 @@ TEST_F(PolicyNotesTest, WarnsOfAPolicyThatWasHardlyCalled) {
       PolicyNotes(run).at(0),
       "warning: the policy was called 2 times in 400 ticks instead of 400 calls: the robot held its last "
       "command for 398 of them, so the scores hardly depend on the policy.");
-  // No call at all.
+  // The policy was never called.
   EXPECT_NE(RareCallsWarning({PolicyCalls().Json({.execute_steps = 3}, 5)}), "");
 }
 
 TEST(PolicyCalls, HalfOfTheDueCallsAreEnough) {
   PolicyCalls calls;
   for (const int64_t tick : {0, 6, 12}) calls.Add(Call(tick, 0.1, -1, 3));
-  // 3 of 6 calls; 3 steps held after each.
+  // 3 of 6 due calls were made, and the command was held for 3 ticks after each.
   const ordered_json episode = calls.Json({.execute_steps = 3}, 18);
   EXPECT_EQ(episode["due_calls"], 6);
   EXPECT_EQ(episode["held_ticks"], 9);
   EXPECT_EQ(RareCallsWarning({episode}), "");
-  // An answer for the last tick is never executed; an episode without ticks has no calls due.
+  // An answer for the last tick is never executed. In an episode without ticks no call is due.
   PolicyCalls last;
   last.Add(Call(0, 0.1, -1));
   EXPECT_EQ(last.Json({.execute_steps = 3}, 0)["held_ticks"], 0);

@@ -7,7 +7,7 @@
 
 namespace evalbus::results::ranking_test {
 
-// As many episodes as there are outcomes, each from its own start.
+// Returns a run with one episode for each outcome, each from its own initial state.
 RecordedRuns Policy(const std::string& name, const std::vector<bool>& outcomes) {
   RecordedRun run;
   run.name = name;
@@ -76,7 +76,7 @@ TEST(Ranking, ErrsInFivePercentAtMost) {
     const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
     int errors = 0;
     for (int i = 0; i < simulations; ++i) {
-      // On a share of the starts, all policies have the same outcome.
+      // From a share of the initial states, all policies have the same outcome.
       std::vector<double> luck;
       for (int start = 0; start < 40; ++start) luck.push_back(uniform() < in_common ? uniform() : -1);
       std::vector<RecordedRuns> policies;

@@ -1,4 +1,4 @@
-// Logs of episodes that continued after their success, evaluated again with their own and with another task
+// Logs of episodes that continued after their success are rescored with the original and with another task
 // description.
 #include "results/rescorer.h"
 
@@ -16,7 +16,8 @@ namespace evalbus::results::rescorer_test {
 
 class RescoreAfterSuccess : public testing::Test {
  protected:
-  // At tick k the pot is lifted by k * 0.05 m; 0.1 m is a success, reached at tick 2. Ticks last 0.02 s.
+  // At tick k the pot is lifted by k * 0.05 m. Success requires 0.1 m, which is reached at tick 2. Ticks last
+  // 0.02 s.
   void WriteLog(int64_t last_tick, const std::string& end_reason, const std::string& detail = "",
                 const char* clock = clock_name::kLockstep) {
     std::filesystem::remove(file_);
@@ -42,7 +43,7 @@ class RescoreAfterSuccess : public testing::Test {
     write(channels::kEpisodeEnd.name, end);
     writer.Close();
   }
-  // Evaluated with a description in which success is another height.
+  // Rescores the log with a description in which success requires this height.
   episode_summary_t Rescore(const std::string& height) {
     std::string text = small_world::kTask;
     const size_t success = text.find("success:"), at = text.find("min_m: 1.1", success);
@@ -66,9 +67,9 @@ TEST_F(RescoreAfterSuccess, EndsWhereTheSimWouldHaveEndedIt) {
   EXPECT_EQ(Text(Rescorer().Rescore(file_).episodes.at(0).summary),
             "success at tick 5, complete, 0.04 s, held 0.06 s");
   EXPECT_EQ(Text(Rescore("1.1")), "success at tick 5, complete, 0.04 s, held 0.06 s");
-  // Easier: one tick earlier.
+  // With a lower height, success is one tick earlier.
   EXPECT_EQ(Text(Rescore("1.05")), "success at tick 4, complete, 0.02 s, held 0.06 s");
-  // Harder: a tick of the time after success is missing in the log, or there is no success.
+  // With a greater height, the log lacks a tick of the time after success, or there is no success.
   const episode_summary_t later = Rescore("1.15");
   EXPECT_EQ(Text(later), "aborted at tick 5, not complete, 0.06 s, held 0.04 s");
   EXPECT_EQ(later.end_detail, "the log ends before the time after this description's success");
@@ -80,7 +81,7 @@ TEST_F(RescoreAfterSuccess, WhatElseEndedItEndsItHereToo) {
   EXPECT_EQ(Text(Rescore("1.1")), "success at tick 3, complete, 0.04 s, held 0.02 s");
   WriteLog(3, "server_error", "connection closed");
   EXPECT_EQ(Text(Rescore("1.1")), "server_error at tick 3, not complete, 0.04 s, held 0.02 s");
-  // The episode ended before that.
+  // In this log, the time after success had passed before the server failed.
   WriteLog(6, "server_error", "connection closed");
   EXPECT_EQ(Text(Rescore("1.1")), "success at tick 5, complete, 0.04 s, held 0.06 s");
   WriteLog(3, "time_limit");

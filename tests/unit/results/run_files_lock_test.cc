@@ -1,4 +1,4 @@
-// Files of a run that several programs change at the same time: no change is lost.
+// Several programs change files of a run at the same time. No change is lost.
 #include "results/run_files_lock.h"
 
 #include <gmock/gmock.h>
@@ -20,8 +20,8 @@ constexpr int kWriters = 4, kEach = 10;
 class RunFilesLockTest : public testing::Test {
  protected:
   void SetUp() override { std::filesystem::create_directory(run_ / kEpisodesFolder); }
-  // Calls `write` for kWriters * kEach episodes, in kWriters threads. The lock does not distinguish threads
-  // from processes.
+  // Calls `write` for kWriters * kEach episodes, in kWriters threads. Threads suffice, because the lock
+  // treats them like processes.
   static void WriteAtTheSameTime(const std::function<void(int writer, int episode)>& write) {
     std::vector<std::jthread> writers;
     for (int writer = 0; writer < kWriters; ++writer) {

@@ -1,4 +1,4 @@
-// Texts of other processes are stored in results unchanged, whatever their bytes are.
+// Files of a run folder are valid and complete, even if texts are not UTF-8 or the run is killed.
 #include "results/run_folder.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ TEST(RunFolder, EpisodesAreNumberedByIntegers) {
   EXPECT_THROW(EpisodeLines(folder.path() / kEpisodesJsonl).Next(), InputError);
 }
 
-// Names of everything in a folder, including its subfolders.
+// Returns the names of everything in a folder and its subfolders.
 std::set<std::string> Entries(const fs::path& folder) {
   std::set<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -157,7 +157,6 @@ TEST(RunFolder, IsCalledByItsFolderHoweverThatIsWritten) {
   EXPECT_EQ(NameOfRun("."), fs::current_path().filename());
 }
 
-// RLIMIT_FSIZE acts like a full disk: a part of the data is written.
 TEST(RunFolder, IsInUseWhileAProcessEvaluatesIntoItOrItsSuite) {
   const TemporaryFolder folder;
   const fs::path suite = folder.path() / "suite", run = suite / "lift_pot-base";
@@ -181,7 +180,8 @@ TEST(RunFolder, ALineThatDoesNotFitLeavesNothing) {
   const auto no_signal = signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
-  // The episode's own summary has almost no indentation: it fits within the limit, a further line does not.
+  // RLIMIT_FSIZE acts like a full disk: only a part of the data is written. The episode's own summary, which
+  // has almost no indentation, fits within the limit, but a further line does not.
   const nlohmann::ordered_json line = {{"episode", 1}, {"text", std::string(200, 'x')}};
   const rlimit small{ToText(line, 2).size() + 1, before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);

@@ -1,4 +1,4 @@
-// Run folders written by hand, for the tests of the code that reads them.
+// Writes run folders for the tests of code that reads them.
 #pragma once
 
 #include <filesystem>
@@ -10,18 +10,18 @@
 
 namespace evalbus::results {
 
-// Seed of an episode of a run whose run.json names no seed_stream.
+// Returns the seed of an episode of a run whose run.json has no seed_stream.
 inline int64_t EpisodeSeed(int64_t run_seed, int episode) {
   return SeedSource{run_seed, kSharedSeeds, {}, {}}.OfEpisode(episode);
 }
 
-// run.json of a run of lift_pot/position.
+// Returns run.json of a run of lift_pot/position.
 inline nlohmann::ordered_json RunInfo(int episodes, const std::string& policy = "expert") {
   return {{"run_id", "run"},      {"task", "lift_pot"}, {"variation", "position"}, {"policy", policy},
           {"episodes", episodes}, {"seed", 7},          {"control_hz", 50.0}};
 }
 
-// A line of its episodes.jsonl.
+// Returns a line of the run's episodes.jsonl.
 inline nlohmann::ordered_json EpisodeLine(int episode, bool success = true,
                                           nlohmann::ordered_json metrics = nlohmann::ordered_json::object()) {
   metrics["success"] = success ? 1.0 : 0.0;

@@ -15,7 +15,7 @@ using nlohmann::ordered_json;
 
 class RunReaderTest : public testing::Test {
  protected:
-  // The error of reading, without the name of the test's folder.
+  // Returns the error of reading, without the path of the test's folder.
   std::string Error(const fs::path& folder) {
     try {
       ReadRuns(folder);
@@ -33,7 +33,7 @@ class RunReaderTest : public testing::Test {
     WriteFile(run_ / "episodes.jsonl", text);
     return Error(run_);
   }
-  // A line in which one member is replaced.
+  // Returns a line in which one member is replaced.
   static std::string Line(int episode, const std::string& key = "", const ordered_json& value = {}) {
     ordered_json line = EpisodeLine(episode);
     if (!key.empty()) line[key] = value;
@@ -108,7 +108,7 @@ TEST_F(RunReaderTest, InterruptedRunReportsIt) {
                 "excluded from all rates because ticks are missing or samples were refused: episode 1"}));
 }
 
-// The run.json of a collection has the numbers of the kept episodes as --only.
+// run.json of a collection lists the kept episodes under "only", as --only does.
 TEST_F(RunReaderTest, ChosenEpisodesAreAllOfARun) {
   ordered_json info = RunInfo(20);
   info["only"] = {1, 7};
@@ -195,7 +195,7 @@ TEST_F(RunReaderTest, RefusesLinesThatDoNotBelong) {
             "run/episodes.jsonl:1: \"metrics\" without a \"success\" of 0 or 1");
 }
 
-// Every value that consumers of a line read.
+// A line must have every value that other code reads.
 TEST_F(RunReaderTest, RefusesLinesThatLackSomething) {
   const auto without = [this](const std::string& pointer) {
     ordered_json line = EpisodeLine(0);
@@ -223,7 +223,7 @@ TEST_F(RunReaderTest, RefusesLinesThatLackSomething) {
             "run/episodes.jsonl:1: stages, slips, collisions or final poses are not numbers");
 }
 
-// A run that was killed, or whose disk was full, while the line was written.
+// The run was killed, or its disk was full, while it wrote the line.
 TEST_F(RunReaderTest, ExcludesATruncatedLastLineWithARemark) {
   WriteRun(run_, RunInfo(3), {EpisodeLine(0)});
   const std::string whole = Line(0) + Line(1);
@@ -234,12 +234,12 @@ TEST_F(RunReaderTest, ExcludesATruncatedLastLineWithARemark) {
     EXPECT_EQ(run.Remarks().at(1),
               "line 2 of episodes.jsonl is truncated and ignored: the run was stopped while it was written");
   }
-  // The whole line except its newline.
+  // The line is complete except for its newline.
   WriteFile(run_ / "episodes.jsonl", whole.substr(0, whole.size() - 1));
   EXPECT_EQ(ReadRun(run_).episodes.size(), 2u);
 }
 
-// An I/O error is not the end of the file: episodes would be missing silently.
+// An I/O error must not be taken for the end of the file, because episodes would be missing unnoticed.
 TEST_F(RunReaderTest, AFailedReadIsNotTheEndOfTheRun) {
   WriteRun(run_, RunInfo(3), {});
   fs::remove(run_ / "episodes.jsonl");

@@ -40,7 +40,7 @@ metrics::RunSummary Summary(int complete, int success) {
 
 TEST(PercentText, HasADecimalWhereItIsNarrow) {
   EXPECT_EQ(PercentText({0.7225, 1}), "72 to 100 %");
-  // 3297 of 3300.
+  // The interval of 3,297 successes in 3,300 episodes.
   EXPECT_EQ(PercentText({0.99733, 0.99969}), "99.7 to 100.0 %");
 }
 
@@ -66,8 +66,8 @@ TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
             "gripper height difference        0        0 to      12    12346    1235k  mm\n");
 }
 
-// No digits beyond the precision: a standard deviation of half a second over 16 episodes is 0.12 s for the
-// mean.
+// Digits beyond the precision are not shown. With a standard deviation of 0.5 s, the mean of 16 episodes has
+// a standard error of 0.12 s.
 TEST(SummaryTable, ShowsTwoDigitsOfTheErrorAtMost) {
   metrics::RunSummary summary = Summary(16, 16);
   summary.failure_reasons.clear();
@@ -102,7 +102,7 @@ TEST(SummaryTable, StatesThatCompletionTimeIsOfSuccesses) {
   EXPECT_TRUE(Has(table, "\n* over the 2 episodes that succeeded; everything else over all 5\n")) << table;
 }
 
-// A metric of a plugin is listed, too.
+// The table also lists a plugin's metric.
 TEST(SummaryTable, ShowsTargetDistances) {
   metrics::RunSummary summary = Summary(2, 1);
   summary.metrics.push_back(
@@ -111,7 +111,7 @@ TEST(SummaryTable, ShowsTargetDistances) {
   EXPECT_TRUE(Has(table, "\npeg depth  ")) << table;
 }
 
-// The metric of a single episode, or of episodes that differ, stays in the table.
+// A metric that only one episode has, or that differs between episodes, stays in the table.
 TEST(SummaryTable, FoldsMetricsThatAreEqualInEveryEpisode) {
   metrics::RunSummary summary = Summary(2, 1);
   const double nan = std::nan("");

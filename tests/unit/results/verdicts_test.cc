@@ -1,4 +1,4 @@
-// Verdicts of operators in verdicts.jsonl of a run's folder.
+// Tests operators' verdicts in verdicts.jsonl of a run folder.
 #include "results/verdicts.h"
 
 #include <gmock/gmock.h>
@@ -26,7 +26,7 @@ class VerdictsTest : public testing::Test {
     std::ifstream file(run_ / kVerdictsJsonl);
     return {std::istreambuf_iterator<char>(file), {}};
   }
-  // The error of adding a verdict to a file with this content, which must not change.
+  // Returns the error of adding a verdict to a file with this content. The file must not change.
   std::string Refusal(const std::string& text) {
     WriteFile(run_ / kVerdictsJsonl, text);
     try {
