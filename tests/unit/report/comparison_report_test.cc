@@ -24,7 +24,7 @@ TEST_F(ComparisonReportTest, LinksTheVideosOfSeedsThatFlipped) {
   EXPECT_THAT(html, HasSubstr("2 seeds where only one policy succeeds"));
   EXPECT_THAT(html, HasSubstr(std::to_string(EpisodeSeed(7, 1))));
   EXPECT_THAT(html, HasSubstr(std::to_string(EpisodeSeed(7, 3))));
-  // Seeds without a flip are only in the strip.
+  // Seeds with equal outcomes appear only in the strip.
   EXPECT_THAT(html, Not(HasSubstr("number seed\">" + std::to_string(EpisodeSeed(7, 2)))));
   EXPECT_THAT(html, HasSubstr("<h1>No difference shown between b and a: 0 points, 95 % CI "));
   EXPECT_THAT(html, HasSubstr("evalbus render"));
@@ -54,7 +54,7 @@ TEST_F(ComparisonReportTest, NumbersHaveAsManyDecimalsAsTheirDifferenceBears) {
       testing::AllOf(HasSubstr("<data value=\"-1\">−1.00</data> (−1.23 to −0.50)"), HasSubstr(">6.13<")));
 }
 
-// These runs have no logs.
+// These runs have no logs, so their episodes cannot be shown.
 TEST_F(ComparisonReportTest, NamesOnlyAFewEpisodesThatCannotBeShown) {
   const Comparison comparison =
       CompareRuns(Run("b", Info(8), First(8, 8), 5), Run("a", Info(8), First(7, 8), 6));

@@ -1,4 +1,4 @@
-// A run on disk while it grows, is rewritten, and is resumed.
+// A run on disk is followed while it grows, is rewritten, and is resumed.
 #include "report/run_follower.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ class Followed : public testing::Test {
     return results::EpisodeLine(episode, success).dump() + "\n";
   }
   void Append(const std::string& text) { std::ofstream(run_ / kEpisodesJsonl, std::ios::app) << text; }
-  // As a run does at its end.
+  // Replaces the file, as a run does at its end.
   void WriteAnew(const std::string& text) {
     std::ofstream(run_ / "new") << text;
     std::filesystem::rename(run_ / "new", run_ / kEpisodesJsonl);
@@ -103,7 +103,7 @@ TEST_F(Followed, TheSameLinesWrittenAnewAreNoNews) {
 }
 
 TEST_F(Followed, OtherLinesAreReadFromTheBegin) {
-  // Two workers; at the end the lines are sorted.
+  // Two workers write lines in the order of completion; at the end of the run they are sorted.
   Append(Line(1, false) + Line(0, true));
   follower_.Update();
   WriteAnew(Line(0, true) + Line(1, false));
@@ -111,7 +111,7 @@ TEST_F(Followed, OtherLinesAreReadFromTheBegin) {
   EXPECT_EQ(news.from, 0u);
   EXPECT_THAT(Numbers(news), ElementsAre(0, 1));
   EXPECT_EQ(follower_.numbers().done, 2);
-  // The run is resumed; the line of the episode that is run again is gone.
+  // The run is resumed, and the line of the episode that it repeats is gone.
   WriteAnew(Line(0, true));
   news = follower_.Update();
   EXPECT_EQ(news.from, 0u);

@@ -14,7 +14,7 @@ TEST(PlayerUrl, LeadsToTheMomentAndTheOtherEpisode) {
   const results::Cause cause{"lost_object", 3.62, "Right gripper lost the pot."};
   EXPECT_EQ(PlayerUrl({1, 3}, cause, PlayerPlace{0, 4}), "#view:run=1,episode=3,t=2.620,other=0/4");
   EXPECT_EQ(PlayerUrl({1, 3}, {"lost_object", 0.5, "x"}), "#view:run=1,episode=3,t=0.000");
-  // In runs of older versions the moment is not known.
+  // Runs of older versions have no cause, so the moment is unknown.
   EXPECT_EQ(PlayerUrl({0, 3}, {}), "#view:run=0,episode=3");
 }
 

@@ -41,7 +41,7 @@ TEST(PlanPage, LeadsToEpisodesIn3D) {
   EXPECT_THAT(page, HasSubstr("0 of 4<"));
 }
 
-// The worst policy is listed first in the plan.
+// The plan lists the worst policy first.
 TEST(PlanPage, RanksPoliciesBySuccess) {
   PlanReport report = Report();
   std::swap(report.policies[0], report.policies[1]);

@@ -33,7 +33,7 @@ TEST(RatioAxis, EndsOnLabelsAroundItsRatios) {
   EXPECT_THAT(axis.ticks(), ElementsAre(0.1, 0.2, 0.5, 1, 2, 5, 10));
 }
 
-// From 0.5 to 2, 1 is in the middle; 4 % of the width are free on each side.
+// On an axis from 0.5 to 2, the ratio 1 is in the middle. 4 % of the width are free on each side.
 TEST(RatioAxis, IsLogarithmic) {
   const RatioAxis axis;
   EXPECT_THAT(Drawn(axis, 1, {0.5, 2}), HasSubstr("x1=\"4.00%\" x2=\"96.00%\" y1=\"9\""));

@@ -1,4 +1,4 @@
-// The report's page: well-formed, escaped, and with the numbers that it was given.
+// The report page is well-formed and escaped, and it shows the numbers that it was given.
 #include "report/page/report_page.h"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ class Page {
   explicit Page(const std::string& html) {
     EXPECT_EQ(document_.Parse(html.c_str()), tinyxml2::XML_SUCCESS) << document_.ErrorStr();
   }
-  // All elements with this name for which `wanted` is true, in order.
+  // Returns all elements with this name for which `wanted` is true, in document order.
   std::vector<const XMLElement*> All(
       const std::string& name,
       const std::function<bool(const XMLElement&)>& wanted = [](const XMLElement&) { return true; }) const {
@@ -64,7 +64,7 @@ metrics::MetricSummary Metric(const std::string& name, double mean) {
   return metric;
 }
 
-// Four episodes: two successes, a failure, one that is not complete.
+// A run of four episodes: two successes, a failure, and an incomplete episode.
 ReportRun SomeRun() {
   ReportRun report;
   results::RecordedRun& run = report.run;
@@ -138,7 +138,7 @@ TEST(ReportPage, NamesTheEngineThatSimulated) {
         page.All("p", [](const XMLElement& p) { return p.Attribute("class", "subtitle") != nullptr; }).at(0));
   };
   EXPECT_THAT(subtitle({{"mujoco_version", "3.3.3"}}), testing::EndsWith(", MuJoCo 3.3.3"));
-  // Nothing was simulated.
+  // Data from a file was not simulated, so no MuJoCo version is shown.
   EXPECT_THAT(subtitle({{"mujoco_version", "3.3.3"}, {"source", "file"}}), Not(HasSubstr("MuJoCo")));
 }
 
@@ -164,7 +164,7 @@ TEST(ReportPage, NumbersHaveAllTheirDigits) {
   EXPECT_THAT(TextOf(row[0]), HasSubstr("0.11 to 0.14"));
 }
 
-// The page shows millimeters, with the digits that the standard error (50 mm / sqrt(3)) leaves; the
+// The page shows millimeters, with the digits that the standard error (50 mm / sqrt(3)) permits. The
 // machine-readable value is in meters and has all digits.
 TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
   ReportRun run = SomeRun();
@@ -214,7 +214,7 @@ TEST(ReportPage, ARealtimeRunListsItsTimes) {
   EXPECT_THAT(TextOf(table), HasSubstr("STATE to ACTION0.310.952.1012.30"));
 }
 
-// Runs of older versions have an explanation only.
+// Runs of older versions have an explanation but no cause.
 TEST(ReportPage, StatesTheCauseOfAFailure) {
   ReportRun run = SomeRun();
   run.run.episodes[2].cause = {"lost_object", 1.5, "Left gripper lost the pot at 1.50 s."};
@@ -236,7 +236,7 @@ TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
   EXPECT_TRUE(links.contains("#curves-2"));
 }
 
-// Bars of the histogram: 4.25, 5.25 and 6.25 in bins of 0.2 from 4.2 on; the last one is not a success.
+// The histogram has bars for 4.25, 5.25 and 6.25, in bins of 0.2 from 4.2 on. The last one is not a success.
 TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
   const Page page(PageOf({SomeRun()}));
   const auto bars_of = [&](const std::string& metric) {
@@ -352,7 +352,7 @@ TEST(ReportPage, FailuresCanBeShownAlone) {
   };
   const Page page(PageOf({SomeRun()}));
   ASSERT_EQ(boxes(page).size(), 1u);
-  // The style hides rows of the class good that follow it.
+  // The style sheet hides the rows of class good that follow the checkbox.
   EXPECT_STREQ(page.ById("episode-0")->Attribute("class"), "good");
   EXPECT_STREQ(page.ById("episode-2")->Attribute("class"), "bad");
   const auto labels = page.All("label");
@@ -372,7 +372,7 @@ TEST(ReportPage, FailuresHaveImageAndCause) {
   const auto cards = page.All("figure", [](const XMLElement& figure) {
     return figure.Attribute("class", "card failure") != nullptr;
   });
-  // Episode 3 is incomplete.
+  // Episode 3 is incomplete, so it has no card.
   ASSERT_EQ(cards.size(), 1u);
   EXPECT_THAT(TextOf(cards[0]), HasSubstr("✗ time limitRight gripper lost the pot."));
   EXPECT_STREQ(cards[0]->FirstChildElement("img")->Attribute("alt"), "episode 2 at 3.62 s");
@@ -395,7 +395,7 @@ TEST(ReportPage, ShowsTheCommandAndFoldsEmptySettings) {
 }
 
 TEST(ReportPage, HtmlElementsWithoutContentAreClosed) {
-  // A browser takes <td/> for an open element.
+  // A browser parses <td/> as an open element.
   const std::string html = PageOf({SomeRun()});
   for (const char* name : {"td", "th", "div", "i", "span", "script", "video", "data", "a", "text", "p"})
     EXPECT_THAT(html, Not(testing::ContainsRegex("<" + std::string(name) + "( [^>]*)?/>"))) << name;

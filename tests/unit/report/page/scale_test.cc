@@ -64,7 +64,7 @@ TEST(Bins, OfSmallIntegersStandAroundThem) {
 }
 
 TEST(Bins, HaveRoundEdgesThatEncloseTheValues) {
-  // 0.2 is too fine: 3.6 to 20 would be 83 bins; 2 gives 3.6 -> 2 and 20, nine of them.
+  // Bins of 0.2 would be too many: 83 from 3.6 to 20. Bins of 2, from 2 to 20, are nine.
   EXPECT_THAT(BinEdges(std::vector<double>{3.7, 20, 5.5}), ElementsAre(2, 4, 6, 8, 10, 12, 14, 16, 18, 20));
 }
 
@@ -84,7 +84,8 @@ TEST(Number, HasFourSignificantDigits) {
 
 TEST(Path, GoesThroughThePointsThatMatter) {
   const Axis x{0, 10, 100, 200}, y{0, 1, 50, 0};
-  // A straight line, a corner, another line; the second and fourth point are on the lines.
+  // The points form a line, a corner and another line. The second and fourth points lie on the lines and are
+  // left out.
   EXPECT_EQ(PathOf(std::vector<double>{0, 1, 5, 7, 10}, std::vector<double>{0, 0.2, 1, 0.6, 0}, x, y),
             "M100 50L150 0L200 50");
 }

@@ -7,7 +7,7 @@ namespace evalbus::report::strip_test {
 using testing::HasSubstr;
 using testing::Not;
 
-// Every tenth one has failed, the first one, too.
+// Every tenth episode failed, beginning with the first one.
 std::vector<std::vector<StripCell>> Columns(int count) {
   std::vector<std::vector<StripCell>> columns;
   for (int i = 0; i < count; ++i) {
@@ -36,8 +36,8 @@ TEST(Strip, HasASquareForEachEpisode) {
   EXPECT_THAT(html, Not(HasSubstr("combined")));
 }
 
-// 5,000 episodes are 100 squares of 50 episodes. In each square, 45 episodes succeeded, and the first one
-// failed.
+// 5,000 episodes are combined into 100 squares of 50 episodes. In each square, 45 episodes succeeded and the
+// first one failed.
 TEST(Strip, CombinesManyEpisodes) {
   EXPECT_EQ(ColumnsPerSquare(200), 1u);
   EXPECT_EQ(ColumnsPerSquare(201), 10u);
@@ -48,7 +48,6 @@ TEST(Strip, CombinesManyEpisodes) {
   EXPECT_THAT(html, HasSubstr("title=\"50 to 99: 45 of 50 succeeded\" style=\"--share:90.0%\" href=\"#50\""));
 }
 
-// The last square may have fewer.
 TEST(Strip, TheLastSquareMayHaveFewer) {
   EXPECT_THAT(Written(205), HasSubstr("title=\"200 to 204: 4 of 5 succeeded\""));
 }

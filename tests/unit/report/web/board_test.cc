@@ -1,4 +1,4 @@
-// The scoreboard of `evalbus web`. Its statistics are those of `results`, so that counts are checked by hand
+// The scoreboard of `evalbus web`. Its statistics are computed by `results`, so counts are checked by hand
 // and differences against CompareVerdicts().
 #include "report/web/board.h"
 
@@ -17,7 +17,7 @@ using results::RecordedRun;
 
 class BoardTest : public results::CompareTest {
  protected:
-  // An episode's line has three stages, of which a failure reaches the first; grasps and slips as given.
+  // Returns a run in which each success reaches two stages and each failure one. Each episode has `slips` slips.
   RecordedRun Make(const std::string& name, const std::vector<bool>& success, int slips = 0,
                    const ordered_json& info = results::Info(10)) {
     std::vector<ordered_json> lines;
@@ -73,7 +73,7 @@ TEST_F(BoardTest, CountsAndDifferences) {
   EXPECT_EQ(noisy["against"]["judgment"], results::Word(expected.judgment()));
 }
 
-// The headline is that of a comparison, or the order of three policies.
+// For two policies the verdict is the headline of their comparison, and for three it is their order.
 TEST_F(BoardTest, TheVerdictIsASentence) {
   const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10)), c = Make("c", First(1, 10));
   std::vector<BoardRun> runs = {{.number = 0, .policy = "a", .source = "x", .is_over = true, .run = &a}};
@@ -90,7 +90,7 @@ TEST_F(BoardTest, TheVerdictIsASentence) {
   EXPECT_EQ(Board(runs)["verdict"], "");
 }
 
-// While episodes are missing, intervals are valid at any time, and nothing is called better or worse.
+// While episodes are missing, intervals are valid at any time, and no policy is called better or worse.
 TEST_F(BoardTest, ActiveRunsAreNotJudged) {
   const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10));
   const std::vector<BoardRun> runs = {
@@ -123,7 +123,7 @@ TEST_F(BoardTest, TheBaselineIsTheOneOfThePlan) {
   EXPECT_EQ(board["policies"][0]["against"]["difference"], 1.0);
 }
 
-// Runs that have not begun, and shards that have not arrived, belong to the result.
+// A plan has not finished while a run has not begun or a shard has not arrived.
 TEST_F(BoardTest, APlanIsOverWhenAllOfItsRunsAre) {
   const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10));
   const std::vector<BoardRun> runs = {
@@ -155,7 +155,7 @@ TEST_F(BoardTest, APlanIsOverWhenAllOfItsRunsAre) {
   EXPECT_EQ(board["planned"], 4);
 }
 
-// Shards of one run are one cell; runs of one policy in two folders are two rows.
+// Shards of one run form one cell. Runs of one policy in two folders form two rows.
 TEST_F(BoardTest, ShardsAreOneRunAndFoldersAreApart) {
   ordered_json first_info = results::Info(10), second_info = first_info;
   first_info["only"] = {0, 1};

@@ -12,7 +12,7 @@ namespace evalbus::report::reader_threads_test {
 
 using namespace std::chrono_literals;
 
-// Work that ends when it is released, and the results that were reported.
+// Work that lasts until it is released, and the result that it reports.
 class Work {
  public:
   bool AddTo(ReaderThreads* threads) {
