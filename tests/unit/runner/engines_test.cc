@@ -12,7 +12,7 @@
 
 namespace evalbus::runner::engines_test {
 
-// Empty programs beside this test.
+// Creates empty programs next to this test program.
 class EnginesTest : public testing::Test {
  protected:
   EnginesTest() {
@@ -41,7 +41,7 @@ TEST_F(EnginesTest, TheNewestThatBeginsWithTheVersion) {
   }
 }
 
-// If a sim was built for exactly evalbus' own version, it is preferred.
+// A sim that was built for exactly evalbus' own version would be preferred.
 TEST_F(EnginesTest, OurOwnMuJoCoHasNoSim) {
   const std::string own = mj_versionString();
   EXPECT_EQ(FindEngine(own.substr(0, own.rfind('.'))), "");

@@ -26,7 +26,7 @@ arm_info_t Arm(const std::string& name) {
   return arm;
 }
 
-// Two arms with two joints each, of which the second has a gripper; 20 Hz.
+// Returns a model of two arms with two joints each, at 20 Hz. Only the second arm has a gripper.
 model_info_t TwoArms() {
   model_info_t model{};
   model.arm = {Arm("a"), Arm("b")};
@@ -64,7 +64,7 @@ TEST(EnvironmentContract, BoundsAreLimitsOrStepsOfATick) {
   };
   EXPECT_EQ(bounds("joint").lower, (std::vector<double>{-1, -2, -1, -2, 0}));
   EXPECT_EQ(bounds("joint").upper, (std::vector<double>{3, 4, 3, 4, 1}));
-  // 2 rad/s and 0.5 m/s for 50 ms.
+  // The bounds allow 2 rad/s and 0.5 m/s for 50 ms.
   EXPECT_EQ(bounds("joint_delta").upper, (std::vector<double>{0.1, 0.1, 0.1, 0.1, 1}));
   EXPECT_EQ(bounds("eef_delta").lower[0], -0.025);
   EXPECT_EQ(bounds("eef_delta").lower[3], -0.1);
@@ -107,14 +107,14 @@ TEST(Environment, EpisodesStartAsThoseOfARun) {
   EXPECT_TRUE(first.episode.is_null());
   EXPECT_THROW(environment.Act(Row({1, 2, 3})), InputError);
   environment.Act(Row(home));
-  // The abandoned episode leaves nothing behind.
+  // The abandoned episode does not affect the next one.
   const Environment::Step again = environment.Reset(7, 3);
   EXPECT_EQ(again.observation, first.observation);
   EXPECT_EQ(again.scores, first.scores);
 
   const policy::Array state = *again.observation.Find("state")->As<policy::Array>();
   std::vector<double> hold = policy::Numbers(state);
-  hold[14] = hold[15] = 0;  // open
+  hold[14] = hold[15] = 0;  // open grippers
   Environment::Step step;
   int steps = 0;
   for (; step.episode.is_null(); ++steps) step = environment.Act(Row(hold));

@@ -1,4 +1,4 @@
-// A run whose components work on an in-process bus of the test.
+// A run whose components use an in-process bus of the test.
 #pragma once
 
 #include <filesystem>

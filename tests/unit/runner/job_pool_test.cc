@@ -21,7 +21,7 @@ using testing::IsEmpty;
 
 class JobPoolTest : public testing::Test {
  protected:
-  // A job that executes these shell commands in the test's folder.
+  // Returns a job that executes these shell commands in the test's folder.
   Job Shell(const std::string& name, const std::string& words) {
     return {name,
             {"/bin/sh", "-c", "cd " + folder_.path().string() + "; " + words},
@@ -51,21 +51,21 @@ class JobPoolTest : public testing::Test {
 };
 
 TEST_F(JobPoolTest, OneAtATimeRunsInOrder) {
-  // Each waits for a file that the previous one wrote.
+  // Each job tests for a file that the previous one wrote.
   EXPECT_THAT(Run({Shell("a", "touch a"), Shell("b", "test -e a && touch b"), Shell("c", "test -e b")}, 1),
               ElementsAre("a", "b", "c"));
 }
 
 TEST_F(JobPoolTest, AsManyAsWantedRunAtTheSameTime) {
-  // Each ends only when the other has started.
+  // Each job ends only after the other has started.
   const auto wait_for = [](const std::string& name) { return "until test -e " + name + "; do :; done"; };
   EXPECT_EQ(Run({Shell("a", "touch a; " + wait_for("b")), Shell("b", "touch b; " + wait_for("a"))}, 2).size(),
             2u);
 }
 
 TEST_F(JobPoolTest, LinesThatAJobPrintsAreReadBeforeItsEnd) {
-  // The first line is printed in two parts. The rest is more than a pipe holds; a line without an end is left
-  // out.
+  // The first line is printed in two parts. The rest exceeds a pipe's capacity. An unterminated last line is
+  // ignored.
   JobPool pool({Shell("a",
                       "printf be; touch half; until test -e go; do :; done; echo gin; seq 20000; "
                       "printf end; echo log >&2"),
@@ -95,7 +95,7 @@ TEST_F(JobPoolTest, OneThatIsKilledIsStartedAgain) {
   EXPECT_THAT(restarts_, ElementsAre("a was ended by signal Killed"));
 }
 
-// b polls for a file that a creates when it is retried; a polling job is not considered hung.
+// Job b polls for a file that job a creates when it is retried. A job that polls is not considered hung.
 TEST_F(JobPoolTest, OneThatHangsIsNamedAndStartedAgain) {
   EXPECT_THAT(Run({Shell("a", "test -e a && touch b && exit 0; touch a; kill -STOP $$"),
                    Shell("b", "until test -e b; do sleep 0.1; done")},
@@ -153,7 +153,7 @@ TEST(Workers, ShareTheEpisodes) {
   std::vector<int> all;
   for (int worker = 0; worker < 3; ++worker) {
     for (const int episode : EpisodesOfWorker(episodes, worker, 3)) {
-      EXPECT_EQ(episode % 3, worker);  // whatever else is missing, an episode stays with its worker
+      EXPECT_EQ(episode % 3, worker);  // an episode stays with its worker, whichever episodes are missing
       all.push_back(episode);
     }
   }

@@ -1,4 +1,4 @@
-// The data that a page receives during an episode, and afterwards from its log.
+// Compares the data that a page receives during an episode with the data from the episode's log.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -70,7 +70,7 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsTheStates) {
   ASSERT_TRUE(track && track->summary());
   ASSERT_TRUE(std::filesystem::exists(log));
   ASSERT_GT(states.size(), 100u);
-  // 50 ticks a second, at most 20 conditions.
+  // There are 50 ticks per second, but the conditions are published at most 20 times per second.
   EXPECT_GT(of_criteria, said / 4);
   EXPECT_LT(of_criteria, said / 2);
 
@@ -99,7 +99,7 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsTheStates) {
   EXPECT_LT(worst, 2e-5);
   EXPECT_LT(worst_angle, 1e-4);
   EXPECT_GT(worst, 1e-6) << "as if nothing were rounded";
-  // The two points of a clearance; its curve is in mm.
+  // Compares the distance between a clearance's two points with its curve, which is in mm.
   size_t clearance_row = 0;
   for (const auto& curve : block.head()["curves"]) {
     if (curve["name"] == "clearance_m") clearance_row = curve["first_row"];
@@ -117,7 +117,7 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsTheStates) {
     ++measured;
   }
   EXPECT_GT(measured, 20);
-  // Bodies that do not move also have the pose in STATE.
+  // Bodies that do not move must also have their pose from STATE.
   const viz::BlockReader scene(*scenes.FindBlock(block.head()["scene"].get<std::string>()));
   for (size_t i = 0; i < states[0].body.size(); ++i) {
     const auto& body = scene.head()["bodies"][i];

@@ -70,7 +70,7 @@ class LiveViewTest : public testing::Test {
     begin.header.episode = episode;
     dut_.OnEpisodeBegin(begin);
   }
-  // A run after two seconds.
+  // Publishes the partial metrics of tick 0 and of two seconds later.
   void Partial(int episode = 0) {
     partial_metrics_t partial{};
     partial.header.episode = episode;
@@ -119,7 +119,8 @@ TEST_F(LiveViewTest, ShowsScoresAsTheyCome) {
         "  wrist path                    0.750 m\n", "  wrist jerk, rms               4.512 m/s³\n"}) {
     EXPECT_TRUE(Has(text, line)) << line << text;
   }
-  // Two episodes of unknown length, assumed to be ten seconds, and one of four.
+  // An episode of unknown length is assumed to take ten seconds. Two seconds of the first of four are done: 5
+  // %.
   EXPECT_TRUE(Has(text, " 5 %  3:10 min left\n")) << text;
 }
 
@@ -131,14 +132,14 @@ TEST_F(LiveViewTest, KnowsWhatIsDone) {
   const std::string text = Joined(Lines(80));
   EXPECT_TRUE(Has(text, "episode 2 of 4  ━━━━━─────────────── 25 %")) << text;
   EXPECT_TRUE(Has(text, "  success  1 of 1, 100 % (anytime CI 2 to 100)  █\n")) << text;
-  // The finished episode's scores are not the new episode's.
+  // The scores of the finished episode are not shown for the new one.
   EXPECT_FALSE(Has(text, "pot_held")) << text;
   for (int episode = 1; episode < 4; ++episode) Done(episode);
   EXPECT_TRUE(Has(Joined(Lines(80)), "episode 4 of 4  ━━━━━━━━━━━━━━━━━━━━ 100 %  0 s left"))
       << Joined(Lines(80));
 }
 
-// Finished episodes of a resumed run count in the rate and the progress, and are not printed again.
+// Finished episodes of a resumed run count in the rate and in the progress, but are not printed again.
 TEST_F(LiveViewTest, KnowsWhatWasThereBefore) {
   std::vector<nlohmann::ordered_json> before;
   for (int episode = 0; episode < 2; ++episode) {
@@ -153,12 +154,12 @@ TEST_F(LiveViewTest, KnowsWhatWasThereBefore) {
   FILE* file = std::tmpfile();
   LiveView view(file, {"lift_pot", "base", "expert", "lockstep", 50, 7, 4, 2}, [this] { return now_; });
   for (const auto& episode : before) view.OnEpisodeDone(episode);
-  // After ten seconds nothing has been done in this session, so the remaining time is unknown.
+  // After ten seconds this session has finished no episode, so the remaining time is unknown.
   const auto at = now_ + seconds(10);
   EXPECT_EQ(view.Lines(80, at)[1], "episode 3 of 4  ━━━━━━━━━━────────── 50 %");
   view.OnEpisodeDone(before[0]);
   const std::string text = Joined(view.Lines(80, at));
-  // Three of four are done after ten seconds for one: ten more for the last.
+  // This session finished one episode in ten seconds, so the last of four episodes needs ten more.
   EXPECT_TRUE(Has(text, "75 %  10 s left")) << text;
   EXPECT_TRUE(Has(text, "success  3 of 3")) << text;
   std::fclose(file);
@@ -171,7 +172,7 @@ TEST_F(LiveViewTest, FitsEveryWidth) {
   Begin(1);
   Partial(1);
   for (int width = 1; width < 100; ++width) EXPECT_LE(LongestLine(Joined(Lines(width))), width);
-  // At half the width of a screen nothing is truncated yet.
+  // At half the width of a screen nothing is truncated.
   EXPECT_TRUE(Has(Joined(Lines(50)), "left\n")) << Joined(Lines(50));
   EXPECT_TRUE(Has(Joined(Lines(50)), "m/s³\n"));
 }

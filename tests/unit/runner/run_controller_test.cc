@@ -1,4 +1,5 @@
-// The launcher's view of a run, with orders of messages that real processes produce once in a thousand runs.
+// Tests the launcher's view of a run with orders of messages that real processes produce once in a thousand
+// runs.
 #include "runner/run_controller.h"
 
 #include <gmock/gmock.h>
@@ -115,7 +116,7 @@ class RunControllerTest : public testing::Test {
   int episode_ = 0;
 };
 
-// Not half a second later, when the command would be repeated.
+// The new sim receives the command at once, and not half a second later, when it would be repeated.
 TEST_F(RunControllerTest, ANewSimReceivesTheCommand) {
   component_status_t status{};
   status.component = "sim";
@@ -140,7 +141,7 @@ TEST_F(RunControllerTest, AnEpisodeIsDoneInWhateverOrderItsEndIsReceived) {
   const std::function<void()> parts[] = {[this] { PublishEnd(); }, [this] { PublishSummary(); },
                                          [this] { PublishFinished("sim"); },
                                          [this] { PublishFinished("recorder"); }};
-  // The recorder closes its log after it has received the end, so the end is sent first.
+  // The recorder closes its log after it has received EPISODE_END, so EPISODE_END is always sent earlier.
   for (std::vector<int> order : {std::vector{0, 1, 2, 3},
                                  {0, 1, 3, 2},
                                  {0, 3, 1, 2},
@@ -169,7 +170,7 @@ TEST_F(RunControllerTest, GoesThroughItsPlan) {
     PublishFinished("recorder");
   }
   EXPECT_TRUE(Dut().done());
-  ASSERT_EQ(commands_.size(), 1u);  // the first one is sent when the launcher polls
+  ASSERT_EQ(commands_.size(), 1u);  // the command of episode 0 is sent only when the launcher polls
   EXPECT_EQ(commands_[0].episode, 1);
   EXPECT_EQ(results::EpisodeLines(run_.path() / kEpisodesJsonl).Next().size(), 2u);
 }
@@ -217,7 +218,7 @@ TEST_F(RunControllerTest, LateMessagesOfAnEarlierAttemptAreIgnored) {
 }
 
 TEST_F(RunControllerTest, NothingOfAnAttemptIsLeftInTheNext) {
-  // All of a summary, an end and a log, except the abort, which comes last.
+  // Attempt 0 has a summary and then aborts. Its summary must not count for attempt 1.
   Begin();
   PublishSummary();
   PublishEnd(0, "aborted", "lost");
@@ -255,7 +256,7 @@ TEST_F(RunControllerTest, AServersFaultBeginsTheEpisodeAgainFromItsSeed) {
   EXPECT_EQ(commands_.back().attempt, 1);
   EXPECT_EQ(commands_.back().episode, 0);
   EXPECT_EQ(commands_.back().seed, Seed());
-  // Its EPISODE_END may be lost.
+  // The EPISODE_END of this attempt may be lost.
   Begin(1);
   PublishSummary(1, 0, "server_error", "HTTP 503");
   EXPECT_EQ(listener_.remarks.back(), "      0  retrying: the policy's server failed: HTTP 503");
@@ -304,7 +305,7 @@ TEST_F(RunControllerTest, TwoDifferentScoresAreNotChosenFrom) {
   EXPECT_THAT(listener_.remarks[0], HasSubstr("two different messages on EVALBUS_EPISODE_SUMMARY"));
 }
 
-// Before the run's own has arrived, while everything else is present.
+// An old log's summary arrives before the run's own one, which is the only message that is missing.
 TEST_F(RunControllerTest, AnOldLogsScoreIsNotTakenForThatOfOurEpisode) {
   Begin();
   PublishSummary(0, 0, "failure");
@@ -471,8 +472,8 @@ TEST_F(RunControllerTest, AnEpisodeWhoseLogLacksTicksIsRetried) {
   EXPECT_THAT(listener_.done, IsEmpty());
   finish(1, 0);
   EXPECT_EQ(listener_.done.size(), 1u);
-  // The scores are correct: if no log is complete, the last one is used, and the recorder's warning reports
-  // it.
+  // The scores are correct without a complete log. If no attempt has one, the last log is used, and the
+  // recorder's warning reports it.
   episode_ = 1;
   for (int attempt = 0; attempt < 3; ++attempt) finish(attempt, 1);
   EXPECT_EQ(listener_.remarks.size(), 3u);
@@ -502,7 +503,7 @@ TEST_F(RunControllerTest, AnEpisodeThatLacksACallOfThePolicyIsRetried) {
   finish(1, {0, 3});
   ASSERT_EQ(listener_.done.size(), 1u);
   EXPECT_EQ(listener_.done[0]["extended"]["stale_action_ratio"], 0);
-  // The scores are correct. Only the metrics that follow from the calls are not known.
+  // The scores are correct. Only the metrics that are computed from the calls are unknown.
   episode_ = 1;
   for (int attempt = 0; attempt < 3; ++attempt) finish(attempt, {0});
   ASSERT_EQ(listener_.done.size(), 2u);
@@ -563,7 +564,7 @@ TEST_F(RunControllerTest, WarningsOfOthersAreRemarksWithTheirPlace) {
   EXPECT_THAT(listener_.remarks, ElementsAre("      sim  e4 t12: no ?[2J CONTACTS"));
 }
 
-// The episode was started again, and its files have changed.
+// The sim was restarted, and it has read changed files.
 TEST_F(RunControllerTest, ASimThatReadOtherFilesEndsTheRun) {
   Begin();
   PublishModel();  // repeated
@@ -588,7 +589,7 @@ TEST_F(RunControllerTest, ASimThatReadOtherFilesEndsTheRun) {
       EXPECT_EQ(error.what(),
                 std::string(words) + " during the run; restore it and use --resume, or start a new run");
     }
-    // A sim of another run is not this run's, whatever it has read.
+    // MODEL of another run's sim is ignored, whatever files that sim has read.
     model.physics_file = "/elsewhere.mjb";
     Publish(channels::kModel, model);
   }
@@ -616,7 +617,7 @@ TEST_F(RunControllerTest, MissedDeadlinesAreInTheEpisodesLine) {
   EXPECT_EQ(listener_.done.at(0)["pacing"]["deadline_misses"], 3);
 }
 
-// There is no time limit for users who start the missing component, or use a debugger.
+// Users may start the missing component late or use a debugger, so there is no time limit.
 TEST_F(RunControllerTest, ByHandThereAreNoTimeouts) {
   plan_.is_by_hand = true;
   for (const seconds after : {seconds(0), seconds(3600), seconds(7200), seconds(10800)})

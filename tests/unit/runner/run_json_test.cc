@@ -23,7 +23,7 @@ TEST(CommandOf, HasTheOptionsThatDiffer) {
   options.sim.control_hz = 20;
   options.sim.realtime = true;
   options.sim.assets = {"a=x", "b=y"};
-  // Neither changes the results.
+  // Neither option changes the results, so the command omits both.
   options.workers = 4;
   options.in_process = true;
   EXPECT_EQ(

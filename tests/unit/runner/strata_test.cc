@@ -15,7 +15,7 @@ TEST(Strata, AreNeighborsOnALine) {
 }
 
 TEST(Strata, UnitsDoNotMatter) {
-  // Four corners: x in millimeters, y in kilometers. Two cuts, one along each axis.
+  // The points are four corners, with x in millimeters and y in kilometers. Each axis is cut once.
   EXPECT_THAT(Strata({{0, 0}, {0, 1e6}, {1e-3, 0}, {1e-3, 1e6}}, 4),
               ElementsAre(ElementsAre(0), ElementsAre(1), ElementsAre(2), ElementsAre(3)));
 }
@@ -32,7 +32,8 @@ TEST(Strata, CoverASquareMoreEvenlyThanDrawing) {
   for (int k = 0; k < 64 * 8; ++k) points.push_back({uniform(random), uniform(random)});
   const auto strata = Strata(points, 64);
   ASSERT_EQ(strata.size(), 64u);
-  // Number of the 64 squares without a start: one start of each stratum, compared with the first 64.
+  // Returns how many of the 64 squares contain no chosen point. One point of each stratum is compared with
+  // the first 64.
   const auto empty = [&](const std::vector<int>& chosen) {
     std::set<std::pair<int, int>> hit;
     for (const int k : chosen) {

@@ -24,7 +24,7 @@ TEST(ExpandTasks, NamesStandForVariationsInTheirOrder) {
   for (const std::string& task : family) EXPECT_TRUE(task.starts_with("lift_pot/")) << task;
 }
 
-// A changed copy of a shipped task has the same name.
+// A changed copy has the same name as the shipped task, but the named file must be used.
 TEST(ExpandTasks, TheFileThatWasNamedIsWhatRuns) {
   TemporaryFolder folder;
   for (const TaskDescription& task : AllTasks()) {
@@ -67,7 +67,7 @@ TEST(ExpandTasks, WhatIsThereTwiceOrUnknownIsRefused) {
   EXPECT_THAT(error_of({"lift_pan/all"}), HasSubstr("lift_pan"));
 }
 
-// They would be one run that is counted twice.
+// Both files would have the same run folder, so one run would be counted twice.
 TEST(ExpandTasks, TwoFilesOfOneFolderNameAreRefused) {
   TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "x");

@@ -1,4 +1,4 @@
-// Memory allocations per tick, of all components of a run together.
+// Counts the memory allocations per tick of all components of a run.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -16,7 +16,7 @@ namespace evalbus::runner::tick_path_test {
 
 constexpr int64_t kFirst = 60, kLast = 160;
 
-// Allocations of the checker alone, including FCL, for the STATEs of these ticks.
+// Returns the allocations of the checker alone, including FCL, for the STATEs of these ticks.
 int64_t AllocationsOfChecking(const model_info_t& info, const std::vector<state_t>& states) {
   const auto checker = collision::LoadChecker(info);
   collision::ClearanceWatch watch(checker.get(), ControlPeriodUs(info));
@@ -40,11 +40,11 @@ TEST(TickPath, OnlyFclAllocates) {
   std::vector<state_t> states(kLast + 1);
   int64_t tick = -1, before = 0, after = 0;
   bus.Subscribe(channels::kModel, [&](const model_info_t& m) { model = m; });
-  // Their storage is allocated before counting starts.
+  // The storage of `states` is allocated before counting starts.
   const auto keep = [&](const state_t& state) { states[static_cast<size_t>(state.header.tick)] = state; };
   bus.Subscribe(channels::kState, [&](const state_t& state) {
     tick = state.header.tick;
-    // Tick 0 has no contact forces.
+    // Tick 0 has no contact forces, so tick 1 is used as well.
     if (tick <= 1) states.assign(states.size(), state);
     if (tick == kFirst) before = AllocationCount();
     if (tick <= kLast) keep(state);
@@ -56,7 +56,7 @@ TEST(TickPath, OnlyFclAllocates) {
   ASSERT_EQ(tick, kLast);
   const int64_t of_checking = AllocationsOfChecking(model, states);
   EXPECT_GT(of_checking, 0);
-  // Storage that grows with the episode is enlarged now and then.
+  // Storage that grows with the episode is enlarged occasionally.
   EXPECT_LE(after - before - of_checking, (kLast - kFirst) / 10);
 }
 

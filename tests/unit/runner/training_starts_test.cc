@@ -17,7 +17,8 @@ using results::WriteRun;
 
 class TrainingStartsTest : public testing::Test {
  protected:
-  // A contract in the folder that was trained on these runs, whose names are relative to it.
+  // Returns a contract in the test's folder that was trained on these runs, whose names are relative to the
+  // folder.
   policy::Contract Contract(const std::vector<std::string>& runs) const {
     policy::Contract contract;
     contract.file = folder_.path() / "mine.yaml";
@@ -53,14 +54,14 @@ TEST_F(TrainingStartsTest, AreThoseOfCompleteEpisodesOfTheSameVariation) {
            {Line(0, {{"pot_x_m", 0.1}, {"pot_y_m", 0.2}}), Line(1, {{"pot_x_m", 0.1 + 0.2}}), incomplete});
   WriteRun(folder_.path() / "b", RunInfo(1), {Line(0, ordered_json::object())});
   const TrainingStarts training = TrainingStarts::Of(Contract({"a", "b"}));
-  // The order of the parameters does not matter; their values are equal to the last bit.
+  // The order of the parameters does not matter, but their values must be bit-identical.
   EXPECT_TRUE(training.Contain("lift_pot/position", {{"pot_y_m", 0.2}, {"pot_x_m", 0.1}}));
   EXPECT_TRUE(training.Contain("lift_pot/position", {{"pot_x_m", 0.1 + 0.2}}));
   EXPECT_FALSE(training.Contain("lift_pot/position", {{"pot_x_m", 0.3}}));
   EXPECT_FALSE(training.Contain("lift_pot/position", {{"pot_x_m", 0.1}}));
   EXPECT_FALSE(training.Contain("lift_pot/position", {{"pot_x_m", 0.5}}));
   EXPECT_FALSE(training.Contain("lift_pot/orientation", {{"pot_x_m", 0.1 + 0.2}}));
-  // Nothing was drawn: all starts of the variation are equal.
+  // Nothing was drawn, so all initial states of the variation are equal.
   EXPECT_TRUE(training.Contain("lift_pot/position", ordered_json::object()));
   EXPECT_FALSE(training.Contain("lift_pot/base", ordered_json::object()));
   EXPECT_EQ(training.Json()["sets"], (std::vector<std::string>{"a", "b"}));

@@ -12,14 +12,15 @@ TEST(VideoProgress, PrintsShareAndRemainingTime) {
   EXPECT_EQ(progress.Text(0, began), "recording video of 4 episodes: 0 %");
   EXPECT_EQ(progress.Text(0.05, began + seconds(2)), "recording video of 4 episodes: 1 %")
       << "no estimate of the remaining time yet";
-  // A quarter in 20 s.
+  // A quarter is done after 20 s.
   EXPECT_EQ(progress.Text(1, began + seconds(20)), "recording video of 4 episodes: 25 %, 1:00 min left");
   EXPECT_EQ(progress.Text(4, began + seconds(80)), "recording video of 4 episodes: 100 %, 0 s left");
   EXPECT_EQ(VideoProgress(1, 0, began).Text(0.5, began + seconds(7)),
             "recording video of 1 episode: 50 %, 7 s left");
 }
 
-// The time for videos that were recorded before the first measurement is unknown.
+// The remaining time follows from the work since the first measurement, because the time of earlier work is
+// unknown.
 TEST(VideoProgress, CountsFromWhereItBegan) {
   const VideoProgress::Time began{seconds(1000)};
   EXPECT_EQ(VideoProgress(2, 0.5, began).Text(1, began + seconds(10)),

@@ -64,8 +64,8 @@ TEST_F(VideoRecordingTest, ReportsProgress) {
           "recording video of 2 episodes: (0|25) %\nrecording video of 2 episodes: 50 %, [0-9]+ s left\n"));
 }
 
-// During a run, rendering yields to the evaluation; after it there is nothing to yield to, and other work of
-// the machine could delay it for hours.
+// During a run, rendering yields to the evaluation. After the run its priority is normal, because other
+// programs could delay it for hours.
 TEST_F(VideoRecordingTest, IsAtTheLowestPriorityWhileTheRunEvaluates) {
   const auto video_recording = Make("nice > nice$1; until test -e go; do sleep 0.01; done; echo $1 >> made");
   for (const int episode : {0, 1}) video_recording->OnEpisodeDone(Episode(episode));
@@ -128,7 +128,8 @@ TEST_F(VideoRecordingTest, AnEpisodeWithABadLogDoesNotAffectOtherVideos) {
   EXPECT_EQ(Made(), "0\n1\n2\n");
 }
 
-// Named as WriteWhole names them. A file that another process is writing there stays.
+// The temporary files have the names that WriteWhole() gives them. A file that another process is writing is
+// kept.
 TEST_F(VideoRecordingTest, AnUnfinishedVideoLeavesNoFile) {
   const auto episode = EpisodeFolder(folder_.path(), 0);
   const std::string write =
