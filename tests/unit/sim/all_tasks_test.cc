@@ -1,4 +1,5 @@
-// Each shipped task, in all its variations: the scene composes, resets to valid starts and remains at rest.
+// For each shipped task and variation, the scene composes, resets to valid initial states and remains at
+// rest.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,16 +16,16 @@ namespace evalbus::sim::all_tasks_test {
 
 constexpr int kSubsteps = 10;
 constexpr int kSeeds = 10;
-// Allowed penetration at the start, m.
+// Allowed penetration after a reset, m.
 constexpr double kMaxPenetration = 1e-3;
-// Time to settle, and then time at rest, s.
+// Times to settle and to remain at rest afterwards, s.
 constexpr double kSettle = 3, kRest = 10;
 // Allowed motion while settling: some tasks drop objects from about 10 cm above their support.
 constexpr double kMaxSlide = 0.02, kMaxDrop = 0.15;  // m
 constexpr double kMaxCreep = 1e-3;                   // m
 constexpr double kMaxJointCreep = 0.01;              // rad or m
 
-// Files are listed here and read in the tests: a broken one must fail its own test, not all.
+// Files are listed here but read in the tests, so that a broken file fails its own test and not all of them.
 std::vector<std::filesystem::path> TaskFiles() {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(ModelsFolder() / "tasks")) {
@@ -35,7 +36,7 @@ std::vector<std::filesystem::path> TaskFiles() {
   return files;
 }
 
-// Position and quaternion of every body, and every joint coordinate.
+// Returns position and quaternion of every body, and every joint coordinate.
 std::vector<double> Everything(const World& world) {
   const mjModel& m = world.model();
   const mjData& d = world.data();
@@ -69,7 +70,7 @@ TEST_P(AllTasksTest, ComposesWithoutWarningAndCanBeJudged) {
     EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
     const ModelNames names(scene.info);
     EXPECT_NO_THROW(metrics::TaskEvaluator(task, names));
-    // Scenes with many colliding geoms are slow.
+    // The number is limited, because scenes with many colliding geoms are slow.
     EXPECT_LT(scene.physics->ngeom, 100);
   });
 }
@@ -117,7 +118,7 @@ TEST_P(AllTasksTest, StartsAreInTheirRegionsAndMatchTheParameters) {
           expect_near(yaw->object + "_yaw_rad", 0, yaw->bound);
         }
       }
-      // The world has the drawn values, and nominal values where nothing is randomized.
+      // Drawn values are applied to the world; values that are not randomized are nominal.
       for (const ScenePart& part : task.parts) {
         const int body = mj_name2id(&world->model(), mjOBJ_BODY, part.name.c_str());
         ASSERT_GT(body, 0);
@@ -138,7 +139,8 @@ TEST_P(AllTasksTest, StartsAreInTheirRegionsAndMatchTheParameters) {
   });
 }
 
-// tests/data/roboeval_starts.json: poses of objects after env.reset(seed=...) of RoboEval's own environment.
+// tests/data/roboeval_starts.json has the poses of objects after env.reset(seed=...) in RoboEval's
+// environment.
 TEST_P(AllTasksTest, SeedsOfRoboEvalPlaceObjectsAsItDoes) {
   const auto starts = ReadJsonFile<nlohmann::json>(EVALBUS_SOURCE_DIR "/tests/data/roboeval_starts.json");
   ForEachVariation([&](const TaskDescription& task, const Variation& variation, const Scene&, World* world) {
@@ -151,20 +153,20 @@ TEST_P(AllTasksTest, SeedsOfRoboEvalPlaceObjectsAsItDoes) {
       const auto part = start["part"].get<std::string>();
       const int body = mj_name2id(&world->model(), mjOBJ_BODY, part.c_str());
       for (const int axis : {0, 1, 2}) {
-        // LiftTray's height is that after a step of falling if its position is not randomized.
+        // If the position is not randomized, the tray of RoboEval's LiftTray has already fallen for one step.
         const double tolerance = axis == 2 && part == "tray" ? 1e-4 : 1e-11;
         EXPECT_NEAR(world->data().xpos[3 * body + axis], start["position_m"][static_cast<size_t>(axis)],
                     tolerance);
       }
       mjtNum quaternion[4];
       mju_copy4(quaternion, &world->data().xquat[4 * body]);
-      // The frame of RoboEval's tray differs.
+      // RoboEval's tray has another frame.
       const mjtNum turn[4] = {0.5, 0.5, 0.5, 0.5};
       if (part == "tray") mju_mulQuat(quaternion, quaternion, turn);
       double dot = 0;
       for (const size_t i : {0, 1, 2, 3}) dot += quaternion[i] * start["quaternion_wxyz"][i].get<double>();
-      // Where RoboEval randomizes only the cubes' positions, they start tilted by 8 degrees: at its reset
-      // they were pushed apart.
+      // If RoboEval randomizes only the cubes' positions, the cubes are tilted by 8 degrees, because its
+      // reset pushes them apart.
       const bool is_tilted = variation.alias == "StackTwoBlocksPosition";
       EXPECT_NEAR(std::abs(dot), 1, is_tilted ? 0.01 : 1e-9);
     }
@@ -244,7 +246,7 @@ TEST(AllTasks, ANinthTaskIsJudgedWithoutCode) {
     return -1;
   };
   World world(scene.physics.get(), scene.info, robot, task, kSubsteps);
-  // The object is in the zone, on the table.
+  // In this world, the object is in the zone, on the table.
   task.parts[1].pose.position[1] = -0.25;
   World swept(scene.physics.get(), scene.info, robot, task, kSubsteps);
   contact_t contact{};

@@ -1,4 +1,4 @@
-// Contact forces of small scenes, compared with closed forms: weight at rest, sliding friction, a drop, and a
+// Compares contact forces of small scenes with closed forms: weight at rest, sliding friction, a drop, and a
 // press between two fingers and between two arms.
 #include <gtest/gtest.h>
 
@@ -18,11 +18,11 @@ constexpr double kGravity = 9.81;  // m/s^2
 constexpr double kStep = 0.001;    // s
 enum Body { kWorld, kBox, kLeftFinger, kRightFinger };
 
-// What slides along x on both sides of the box.
+// Kind of the bodies that slide along x on both sides of the box.
 enum class Sides { kFingersOfAGripper, kArms };
 
-// A box of 2 kg with edges of 0.1 m (or a sphere of that diameter), and two fingers or arms of 1 kg that
-// slide along x on both sides of it, 0.01 m away.
+// A box of 2 kg with edges of 0.1 m (or a sphere of that diameter). On both sides of it, 0.01 m away, two
+// fingers or arms of 1 kg slide along x.
 struct Scene {
   explicit Scene(double box_z, double finger_z, Sides sides = Sides::kFingersOfAGripper,
                  const std::string& shape = "box") {
@@ -100,7 +100,7 @@ TEST(ContactForces, ABoxAtRestPressesWithItsWeight) {
   EXPECT_EQ(force.touch_energy_J, 0);
 }
 
-// While the box slides, it rises a little in MuJoCo's soft contact, so that the normal force is not exactly
+// While the box slides, it rises a little in MuJoCo's soft contact, so the normal force differs slightly from
 // its weight. Friction is compared with the measured normal force and with the momentum that the box lost.
 TEST(ContactForces, ASlidingBoxIsBrakedByFrictionTimesTheNormalForce) {
   Scene scene(0.05, 1);
@@ -126,14 +126,14 @@ TEST(ContactForces, ADroppedBoxGivesItsMomentumToTheFloor) {
     impulse += force.impulse_Ns[2];
     energy = std::max(energy, force.touch_energy_J);
   }
-  // The floor takes the momentum of the fall, and the weight from then on: m g t in total.
+  // The floor takes the momentum of the fall and, afterwards, the weight: m g t in total.
   EXPECT_NEAR(impulse, 2 * kGravity * 1.0, 0.02 * 2 * speed);
   EXPECT_GT(energy, 0);
-  // One corner hits first, so that less than the whole mass resists; never more than m v^2 / 2.
+  // One corner hits first, so less than the whole mass resists. The energy never exceeds m v^2 / 2.
   EXPECT_LE(energy, 1.02 * 2 * speed * speed / 2);
 }
 
-// A sphere touches with its whole mass: the energy is that of its fall.
+// A sphere hits the floor with its whole mass, so the energy equals the energy of the fall.
 TEST(ContactForces, ADroppedSphereTouchesWithTheEnergyOfItsFall) {
   for (const int steps : {2, 10, 50}) {
     SCOPED_TRACE(steps);
@@ -146,7 +146,7 @@ TEST(ContactForces, ADroppedSphereTouchesWithTheEnergyOfItsFall) {
   }
 }
 
-// Two arms squeeze the box without any gripper: each presses with the force of its motor.
+// Two arms squeeze the box without any gripper. Each presses with the force of its motor.
 TEST(ContactForces, ArmsPressTheBoxBetweenThemAtAnyControlRate) {
   for (const int steps : {2, 10, 50}) {
     SCOPED_TRACE(steps);
@@ -161,7 +161,7 @@ TEST(ContactForces, ArmsPressTheBoxBetweenThemAtAnyControlRate) {
       EXPECT_EQ(force.kind, contact_force_t::OBJECT);
       EXPECT_NEAR(force.peak_force_N, 30, 0.6);
       EXPECT_NEAR(force.mean_force_N, 30, 0.6);
-      // Impulses are those on the arm, which is pushed outward.
+      // The impulse acts on the arm, which is pushed outward.
       EXPECT_NEAR(force.impulse_Ns[0], (arm == kLeftFinger ? -30 : 30) * steps * kStep, 0.6 * steps * kStep);
     }
     ASSERT_EQ(state.object_force_N.size(), static_cast<size_t>(steps));

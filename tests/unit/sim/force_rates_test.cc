@@ -1,4 +1,4 @@
-// Force metrics of the same motion at several control rates: an arm presses its hand on the counter.
+// Compares force metrics of the same motion at several control rates. An arm presses its hand on the counter.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,8 +27,7 @@ class ForceRates : public testing::Test {
     delete task_;
   }
 
-  // Plays three seconds; shoulder(t) is what the second joint of the left arm is commanded to add to its
-  // home.
+  // Plays three seconds. shoulder(t) is added to the home position of the second joint of the left arm.
   static extended_metrics_t Play(int substeps, const std::function<double(double)>& shoulder) {
     model_info_t info = scene_->info;
     info.substeps = substeps;
@@ -70,7 +69,7 @@ TaskDescription* ForceRates::task_ = nullptr;
 RobotDescription* ForceRates::robot_ = nullptr;
 Scene* ForceRates::scene_ = nullptr;
 
-// Commands that change every 50 ms only: the physics is the same, and so is every sum over physics steps.
+// The commands change only every 50 ms, so the physics is the same, and so is every sum over physics steps.
 TEST_F(ForceRates, EqualCommandsGiveEqualForces) {
   const auto stairs = [](double t) { return std::floor(t / 0.05 + 1e-9) * 0.05 * 0.4; };
   const extended_metrics_t at_20 = Play(25, stairs), at_500 = Play(1, stairs);
@@ -82,7 +81,7 @@ TEST_F(ForceRates, EqualCommandsGiveEqualForces) {
   EXPECT_NEAR(ExtendedValue(at_500, "unwanted_impulse_Ns"), impulse, 1e-9 * impulse);
 }
 
-// A smooth motion, which is commanded in coarser steps at lower rates.
+// At lower rates, the same smooth motion is commanded in coarser steps.
 TEST_F(ForceRates, TheSameMotionGivesTheSameForcesWithinFivePercent) {
   const auto press = [](double t) { return 0.9 * std::min(1.0, t / 2); };
   const extended_metrics_t at_500 = Play(1, press);

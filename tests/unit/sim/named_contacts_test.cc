@@ -34,7 +34,7 @@ class NamedContactsTest : public testing::Test {
   const NamedContacts names_{info_};
 };
 
-// Pads decide what a gripper holds, so a finger is represented by one of its pads.
+// Pads decide what a gripper holds, so one of the pads represents a finger.
 TEST_F(NamedContactsTest, ABodyOrPartIsOneOfItsGeomsAFingerItsPad) {
   const std::vector<contact_t> contacts = names_.Convert({
       Contact("left/hand/left_finger", "first_valve/wheel"),
@@ -47,7 +47,7 @@ TEST_F(NamedContactsTest, ABodyOrPartIsOneOfItsGeomsAFingerItsPad) {
   const auto [pad, wheel] = Geoms(contacts[2]);
   EXPECT_EQ(wheel, "first_valve/rim");
   EXPECT_EQ(std::ranges::count(info_.gripper[0].pad_geom, contacts[2].geom_a), 1) << pad;
-  // If a finger also has other geoms, its pad is used.
+  // If a finger also has geoms that are not pads, its pad is used.
   model_info_t info = info_;
   std::erase(info.gripper[0].pad_geom, contacts[2].geom_a);
   const std::vector<contact_t> other =

@@ -1,4 +1,4 @@
-// A scene is composed once: later processes load the compiled models.
+// A scene is composed once. Processes that start later load the compiled models.
 #include "sim/prepared_scene.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ TEST(PreparedScene, IsLoadedAsItWasComposed) {
   const PreparedScene composed = PrepareScene(options);
   EXPECT_FALSE(composed.scene.xml.empty());
 
-  // No file is left from which a scene could be composed.
+  // No file remains from which a scene could be composed.
   for (const auto& entry : fs::recursive_directory_iterator(models)) {
     if (entry.path().extension() == ".obj") fs::remove(entry.path());
   }
@@ -40,7 +40,7 @@ TEST(PreparedScene, IsLoadedAsItWasComposed) {
   ASSERT_EQ(a.nbuffer, b.nbuffer);
   EXPECT_EQ(std::memcmp(a.buffer, b.buffer, static_cast<size_t>(a.nbuffer)), 0);
 
-  // Models of another run.
+  // The models belong to another run.
   options.visual_sha256 = std::string(64, '0');
   EXPECT_THROW(PrepareScene(options), InputError);
   fs::remove(options.out / kModelFolder / kPhysicsModel);

@@ -1,4 +1,4 @@
-// Keys of a robot that say how its controller works and how it starts.
+// Keys of a robot description that define how its controller works and how it starts.
 #include <cmath>
 
 #include "models/scene.h"
@@ -7,7 +7,7 @@
 
 namespace evalbus::sim::robot_start_test {
 
-// The world of StackTwoBlocks with a robot that differs from the shipped one in some values.
+// The world of StackTwoBlocks. Its robot differs from the shipped robot in some values.
 class Started {
  public:
   explicit Started(const std::function<void(RobotDescription*)>& change)
@@ -40,7 +40,7 @@ class Started {
   std::unique_ptr<World> world_;
 };
 
-// Height of the left wrist below its height at the start after a second of holding the home.
+// Returns by how much the left wrist sinks while the arms hold the home position for a second.
 double Sag(bool compensation) {
   Started started([&](RobotDescription* robot) { robot->gravity_compensation = compensation; });
   const double start = started.State().arm[0].wrist_position_m[2];
@@ -51,7 +51,8 @@ double Sag(bool compensation) {
   return start - started.State().arm[0].wrist_position_m[2];
 }
 
-// RoboEval's arms have the same stiffness and masses: 6.7 mm.
+// Without compensation, the wrist sinks by 6.7 mm, as with RoboEval's arms, which have the same stiffness and
+// masses.
 TEST(GravityCompensation, KeepsTheArmsFromSagging) {
   EXPECT_LT(std::abs(Sag(true)), 1e-4);
   EXPECT_NEAR(Sag(false), 0.0067, 0.0005);
@@ -83,7 +84,7 @@ TEST(Gripper, BinaryCommandsAreFullyOpenOrClosed) {
   EXPECT_EQ(command(true, 0.49), 0.04);
 }
 
-// In a step of 2 ms from rest, gravity changes the speeds of the arms' joints, but nothing else moves.
+// In a step of 2 ms from rest, gravity changes only the speeds of the arms' joints.
 TEST(StartSteps, MoveTheRobotOnly) {
   Started rest([](RobotDescription* robot) { robot->gravity_compensation = false; });
   Started moved([](RobotDescription* robot) {

@@ -8,8 +8,8 @@ namespace evalbus::sim::sample_ticks_test {
 
 using testing::ElementsAre;
 
-// Number and time, in ms, of each tick that these samples (ms) give, at a control period of 20 ms; -1: the
-// sample was rejected.
+// Returns number and time, in ms, of each tick that results from these samples (ms) at a control period of 20
+// ms. -1 stands for a rejected sample.
 std::vector<std::pair<int64_t, double>> TicksOf(const std::vector<double>& samples_ms, int* gaps = nullptr,
                                                 bool* is_broken = nullptr) {
   SampleTicks ticks(0.02, 0.02);
@@ -53,7 +53,7 @@ TEST(SampleTicks, OnASampleAreThatSample) {
   EXPECT_FALSE(ticks.Next());
 }
 
-// A source at 30 Hz whose clock has whole microseconds: 0, 33333, 66667, 100000, ...
+// The clock of a source at 30 Hz has whole microseconds: 0, 33333, 66667, 100000, ...
 TEST(SampleTicks, OfThirtyHzAreTheSamplesThemselvesForAnHour) {
   SampleTicks ticks(1.0 / 30, 1.0 / 30);
   for (int64_t i = 0; i < 30 * 3600; ++i) {
@@ -94,17 +94,17 @@ TEST(SourceRate, TicksDoNotDrift) {
 }
 
 TEST(SampleTicks, ComeOfRareSamplesAsOftenAsTheRuleAllows) {
-  // 60 ms is three ticks, and no gap.
+  // 60 ms are three ticks, which is not a gap.
   EXPECT_EQ(TicksOf({0, 60}).size(), 4u);
 }
 
 TEST(SampleTicks, AreMissingInAGap) {
   int gaps = 0;
-  // 20 to 81 ms is more than three ticks: 40, 60 and 80 are missing.
+  // From 20 to 81 ms are more than three ticks, so the ticks at 40, 60 and 80 ms are missing.
   EXPECT_THAT(TicksOf({0, 20, 81, 101}, &gaps),
               ElementsAre(std::pair(0, 0), std::pair(1, 20), std::pair(5, 100)));
   EXPECT_EQ(gaps, 1);
-  // A final sample exactly on a tick gives that tick.
+  // If the last sample is exactly on a tick, this tick exists.
   EXPECT_THAT(TicksOf({0, 20, 100}, &gaps),
               ElementsAre(std::pair(0, 0), std::pair(1, 20), std::pair(5, 100)));
 }
@@ -116,7 +116,7 @@ TEST(SampleTicks, TheOneBehindARefusedSampleIsMissing) {
   EXPECT_FALSE(is_broken);
   // If the first sample was rejected, ticks start at the second one.
   EXPECT_THAT(TicksOf({-1, 0, 20, 40}), ElementsAre(std::pair(0, 0), std::pair(2, 40)));
-  // No tick has been lost yet.
+  // No tick has been dropped for the rejected sample yet.
   TicksOf({0, 5, -1, 15}, nullptr, &is_broken);
   EXPECT_TRUE(is_broken);
 }

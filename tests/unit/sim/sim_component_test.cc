@@ -16,7 +16,7 @@
 
 namespace evalbus::sim::sim_component_test {
 
-// Acts as policy and metrics for a sim on an in-process bus, one message at a time.
+// Acts as policy and metrics for a sim on an in-process bus and handles one message at a time.
 class SimComponentTest : public testing::Test {
  protected:
   SimComponentTest() {
@@ -95,7 +95,7 @@ class SimComponentTest : public testing::Test {
     bus_->Publish(channels::kPartial, partial);
     HandleAll();
   }
-  // The contents of the sim's log so far.
+  // Returns the contents of the sim's log so far.
   std::string Logged() const {
     std::ostringstream text;
     text << std::ifstream(folder_.path() / "sim.log").rdbuf();
@@ -159,13 +159,13 @@ TEST_F(SimComponentTest, CommandsOfAnOldLogDoNotKeepItFromTheLaunchers) {
   ASSERT_EQ(begins_.size(), 1u);
   EXPECT_EQ(begins_[0].header.attempt, 1);
   EXPECT_EQ(sim_->status().foreign_messages, 1);
-  // No component becomes ready for that episode.
+  // No component becomes ready for episode 5.
   Command(5);
   EXPECT_EQ(begins_.back().header.episode, 5);
   Command(0, 1);
   EXPECT_EQ(begins_.back().header.episode, 0);
   EXPECT_EQ(begins_.back().header.attempt, 1);
-  // During an episode the last message counts, however many arrive.
+  // If several commands arrive during an episode, the last one counts.
   Command(1);
   Start(2);
   const size_t begun = begins_.size();
@@ -270,7 +270,7 @@ TEST_F(SimComponentTest, AConsumerWithAWindowHoldsTheSimBack) {
     Act(Action(k));
     Score(k);
   }
-  // The limit is 4 ticks ahead of the tick that the recorder has reported, -1.
+  // The sim is at most 4 ticks ahead of the last tick that the recorder has reported, which is -1 here.
   EXPECT_EQ(tick(), 3);
   Act(Action(3));
   Score(3);
@@ -303,21 +303,21 @@ TEST_F(SimComponentTest, SilentPolicyAndSilentMetricsEndTheEpisode) {
   Start(1);
   PollFor(sim_.get(), std::chrono::steady_clock::now(), std::chrono::seconds(6));
   HandleAll();
-  // Each message is repeated until the next episode begins.
+  // Each EPISODE_END is repeated until the next episode begins.
   ASSERT_FALSE(ends_.empty());
   EXPECT_EQ(ends_.front().end_reason, "policy_timeout");
   EXPECT_EQ(ends_.back().end_reason, "aborted");
   EXPECT_EQ(ends_.back().header.episode, 1);
 }
 
-// As in a frozen container: the policy did not run, either.
+// The sim does not run for an hour, as in a frozen container, in which the policy did not run either.
 TEST_F(SimComponentTest, TimeInWhichTheSimDidNotRunIsNotThePolicys) {
   SimOptions options;
   options.policy_timeout_s = options.metrics_timeout_s = 5;
   MakeSim(options);
   Start();
   const auto now = std::chrono::steady_clock::now();
-  sim_->Poll(now + std::chrono::hours(1));  // of metrics
+  sim_->Poll(now + std::chrono::hours(1));  // exceeds the timeout of metrics
   HandleAll();
   Score(0);
   sim_->Poll(now + std::chrono::hours(2));
@@ -335,7 +335,7 @@ TEST_F(SimComponentTest, MessagesOfAnotherRunsSimAreCountedAndIgnored) {
   EXPECT_EQ(model_.session, 7);
   EXPECT_EQ(begins_[0].header.session, 7);
   EXPECT_EQ(states_[0].header.session, 7);
-  // An ACTION that would end the episode, and a verdict.
+  // Publishes an ACTION that would end the episode, and a verdict.
   action_t action = Action(0);
   action.header.session = 8;
   action.error = "another run's policy failed";
@@ -358,14 +358,14 @@ TEST_F(SimComponentTest, MessagesOfAnotherRunsSimAreCountedAndIgnored) {
   EXPECT_EQ(sim_->status().foreign_messages, 4);
   sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(2));
   EXPECT_THAT(Logged(), testing::HasSubstr("4 of them belong to another run, or to a log being played"));
-  // A message of this run's session is treated differently.
+  // The same message with this run's session ends the episode.
   bus_->Publish(channels::kEpisodeBegin, begin);
   HandleAll();
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, "aborted");
 }
 
-// A policy that answered tick 5 of an old log has not answered tick 5 of this run.
+// A replayed policy that answered tick 5 of an old log has not answered tick 5 of this run.
 TEST_F(SimComponentTest, AStateOfATickToComeEndsTheEpisode) {
   MakeSim();
   Start();
@@ -496,7 +496,7 @@ TEST_F(SimComponentTest, RealtimeReportsHowLateTicksWere) {
   EXPECT_GT(error.p50_s, 20e-9);
   EXPECT_LE(error.p50_s, error.p99_s);
   EXPECT_EQ(error.p99_s, error.max_s);  // the largest of 20 values
-  // One score, no action.
+  // The episode has one score and no action.
   EXPECT_EQ(ends_[0].partial_latency.count, 1);
   EXPECT_GT(ends_[0].partial_latency.max_s, 0);
   EXPECT_EQ(ends_[0].action_latency.count, 0);
@@ -572,7 +572,7 @@ TEST_F(SimComponentTest, ContinuesForAGivenTimeAfterASuccess) {
     for (int64_t k = 0; k <= 7; ++k) {
       action_t action = Action(k);
       action.joint_position_rad[0] = 0.02 * static_cast<double>(k);
-      // Also if physics of the next tick is computed before the verdict arrives.
+      // This also holds if the physics of the next tick is computed before the verdict arrives.
       Act(action);
       Score(k, k >= 2 ? verdict : int8_t{partial_metrics_t::UNDECIDED});
       ASSERT_EQ(ends_.size(), verdict == partial_metrics_t::SUCCESS && k == 7 ? 1u : 0u) << k;
@@ -599,7 +599,7 @@ TEST_F(SimComponentTest, TheTimeLimitDoesNotCutWhatComesAfterASuccess) {
     for (int64_t k = 0; ends_.empty() && k < 2 * last; ++k) {
       action_t action = Action(k);
       action.joint_position_rad[0] = 0.001 * static_cast<double>(k);
-      // The first success is in the very last tick.
+      // The first success is at the very last tick.
       const int8_t verdict = k >= last ? partial_metrics_t::SUCCESS : partial_metrics_t::UNDECIDED;
       if (order == 0) Act(action);
       Score(k, verdict);
@@ -685,7 +685,7 @@ TEST_F(SimComponentTest, RealtimeContinuesFromTheTickOfTheSuccess) {
   EXPECT_EQ(ends_[0].end_reason, "success");
   EXPECT_EQ(ends_[0].header.tick, 7);
 
-  // A success that is reported when the time after it has passed.
+  // The success is reported only when the time after it has passed.
   ends_.clear();
   Start(1);
   play_to(9);
@@ -705,7 +705,7 @@ TEST_F(SimComponentTest, TheTimeAfterASuccessIsWholeTicks) {
 }
 
 TEST_F(SimComponentTest, ControlRatesAreWholePhysicsSteps) {
-  // 2.5 and 12.5 steps are rounded to the even number, like Python's round() and therefore RoboEval.
+  // 2.5 and 12.5 steps are rounded to the even number, as in Python's round() and therefore in RoboEval.
   for (const auto& [hz, substeps] :
        {std::pair{20.0, 25}, {40.0, 12}, {50.0, 10}, {200.0, 2}, {334.0, 1}, {500.0, 1}}) {
     SimOptions options;
@@ -746,7 +746,7 @@ TEST_F(SimComponentTest, TwoActionsForATickEndTheEpisode) {
   Score(0);
   Act(Action(1));
   Score(1);
-  action_t other = Action(0);  // in the past
+  action_t other = Action(0);  // a tick in the past
   other.gripper_closing = {1, 1};
   Act(other);
   ASSERT_EQ(ends_.size(), 1u);
@@ -797,7 +797,7 @@ TEST_F(SimComponentTest, AForeignEndBeforeTickZeroAbortsTheEpisode) {
   HandleAll();
   ASSERT_EQ(ends_.size(), 2u);
   EXPECT_EQ(ends_[1].end_reason, "aborted");
-  // Its own message, received late by the next attempt.
+  // The next attempt receives the sim's own EPISODE_END late.
   Command(0, 1);
   bus_->Publish(channels::kEpisodeEnd, ends_[1]);
   HandleAll();

@@ -111,7 +111,7 @@ class SourceComponentTest : public testing::Test {
     bus_->Publish(channels::kPartial, partial);
     HandleAll();
   }
-  // Scores all messages that arrive, until none arrives.
+  // Publishes the scores of all STATEs until no more arrive.
   void ScoreAll() {
     for (size_t k = scored_; k < states_.size(); k = ++scored_) Score(states_[k].header.tick);
   }
@@ -179,7 +179,7 @@ TEST_F(SourceComponentTest, TicksAreExactAtAnyRate) {
     if (k > 0) {
       EXPECT_NEAR(state.qvel_mixed[0], 0.3, 1e-12) << "0.01 rad in 1/30 s";
     }
-    // The success of tick 2, at 66667 us, is held for three ticks.
+    // The success at tick 2, at 66667 us, lasts for three ticks.
     partial_metrics_t partial{};
     partial.header = state.header;
     partial.verdict = k < 2 ? partial_metrics_t::UNDECIDED : partial_metrics_t::SUCCESS;
@@ -192,7 +192,7 @@ TEST_F(SourceComponentTest, TicksAreExactAtAnyRate) {
   EXPECT_EQ(ends_[0].header.tick, 5);
 }
 
-// A gray image, encoded by libjpeg-turbo.
+// Returns a gray image, encoded by libjpeg-turbo.
 std::vector<uint8_t> Jpeg(int width, int height) {
   const std::unique_ptr<void, int (*)(void*)> encoder(tjInitCompress(), tjDestroy);
   const std::vector<uint8_t> gray(static_cast<size_t>(width * height), 128);
@@ -215,7 +215,8 @@ class CameraImages : public SourceComponentTest {
     Send(Sample(0));
     ScoreAll();
   }
-  // Messages of the second episode on the source's clock, in ms after its first sample.
+  // Returns an image of the second episode. Times are on the source's clock, in ms after the episode's first
+  // sample.
   image_t Image(int64_t time_ms, const std::string& camera = "front") const {
     image_t image{};
     image.header.sim_time_us = 1'000'000'000 + time_ms * 1000;
@@ -233,7 +234,7 @@ class CameraImages : public SourceComponentTest {
     bus_->PublishRaw(channel.c_str(), Encode(image));
     HandleAll();
   }
-  // What EPISODE_END reports about the images.
+  // Returns what EPISODE_END reports about the images.
   std::string EndDetail() {
     source_state_t last = Sample(100);
     last.sample = 1;
@@ -263,7 +264,7 @@ TEST_F(CameraImages, ArePassedOnWithTheEpisodesHeader) {
 
 TEST_F(CameraImages, AreAtMostTenASecondOfEachCamera) {
   Begin();
-  // Every third image is published: those of 0, 99, ..., 990 ms.
+  // Every third image is published, at 0, 99, ..., 990 ms.
   for (int64_t ms = 0; ms < 1000; ms += 33) Publish(Image(ms));
   EXPECT_EQ(passed_on_.size(), 11u);
   EXPECT_EQ(EndDetail(), "") << "the others are left out, which is not a fault";
@@ -397,7 +398,7 @@ TEST_F(SourceComponentTest, AnEpisodeEndsAtTheSourcesLastSampleOrWhenTheNextBegi
   EXPECT_EQ(ends_[0].end_reason, end_reason::kEndOfData);
   EXPECT_EQ(ends_[0].header.tick, 1);
   EXPECT_EQ(ends_[0].detail, "");
-  // Before a component waits for the command: the episode is scored when it is commanded.
+  // The samples arrive before any component waits for the episode. It is scored when it is commanded.
   Send(Sample(0, 1));
   Send(Sample(1, 1));
   EXPECT_EQ(states_.size(), 2u);
@@ -452,7 +453,7 @@ TEST_F(SourceComponentTest, ARefusedSampleMakesTheEpisodeIncomplete) {
       Send(sample);
       ScoreAll();
     }
-    // Tick 2 is missing: no tick is made up.
+    // Tick 2 is missing and is not interpolated.
     EXPECT_EQ(Ticks(), (std::vector<int64_t>{0, 1, 3, 4})) << said;
     ASSERT_EQ(ends_.size(), 1u);
     EXPECT_THAT(ends_[0].detail, HasSubstr("1 sample refused, the first: sample "));
@@ -491,7 +492,7 @@ TEST_F(SourceComponentTest, MetricsMayWaitForAGapWhileLaterTicksCome) {
   Send(Sample(0));
   Score(0);
   for (int64_t k = 10; k < 400; ++k) Send(Sample(k));
-  // After a hundred complete ticks without the missing one, metrics stops waiting for it.
+  // After a hundred complete ticks, metrics stops waiting for the missing one.
   EXPECT_GT(states_.size(), 101u);
   EXPECT_LT(states_.size(), 130u);
 }
@@ -503,12 +504,12 @@ TEST_F(SourceComponentTest, ASilentSourceHasBrokenItsEpisodeOff) {
   auto now = std::chrono::steady_clock::now();
   for (int k = 0; k < 10; ++k) component_->Poll(now += std::chrono::milliseconds(200));
   HandleAll();
-  EXPECT_TRUE(ends_.empty());  // two seconds of five
+  EXPECT_TRUE(ends_.empty());  // two of the five seconds have passed
   for (int k = 0; k < 20; ++k) component_->Poll(now += std::chrono::milliseconds(200));
   HandleAll();
   ASSERT_GE(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, end_reason::kEndOfData);
-  EXPECT_EQ(ends_[0].header.tick, 1);  // the end was never announced: the episode is incomplete
+  EXPECT_EQ(ends_[0].header.tick, 1);  // the source never announced the end, so the episode is incomplete
   EXPECT_EQ(ends_[0].detail, "no message from the source for 5 s");
 }
 
@@ -524,7 +525,7 @@ TEST_F(SourceComponentTest, AClockThatLeapsBreaksTheEpisodeOff) {
   EXPECT_THAT(ends_[0].detail, HasSubstr("its clock jumps by 3.6e+03 s"));
 }
 
-// Differences of these timestamps do not fit into 64 bits.
+// Differences between these timestamps exceed 64 bits.
 TEST_F(SourceComponentTest, AClockThatLeapsThroughAllItsRangeIsNoExceptionToThat) {
   Start();
   source_state_t sample = Sample(0);
@@ -632,7 +633,7 @@ TEST_F(SourceComponentTest, AGripperHasOneState) {
   EXPECT_EQ(Error([&] { MakeSource(); }), "--gripper left=closed: 'left' is given twice");
 }
 
-// The range of the wheels is 0 to 4.71 rad, of which 5 % are 0.2355 rad.
+// The wheels have a range of 0 to 4.71 rad, of which 5 % are 0.2355 rad.
 class JointsOfObjects : public SourceComponentTest {
  protected:
   void SetUp() override {
@@ -657,7 +658,7 @@ class JointsOfObjects : public SourceComponentTest {
 
 TEST_F(JointsOfObjects, AreAcceptedJustBeyondTheirSoftLimitsAndCounted) {
   Start();
-  Send(WithWheel(0, -0.001));  // not counted
+  Send(WithWheel(0, -0.001));  // too little to be counted
   ScoreAll();
   Send(WithWheel(1, -0.0511));
   ScoreAll();
@@ -699,7 +700,7 @@ TEST_F(JointsOfObjects, AreRefusedFurtherBeyond) {
   }
 }
 
-// The limits of an arm's joints are those of its controller.
+// The limits of an arm's joints are the limits of its controller.
 TEST_F(JointsOfObjects, JointsOfArmsKeepTheirTolerance) {
   Start();
   Send(Sample(0));
@@ -746,7 +747,7 @@ class ContactsOfTheSource : public SourceComponentTest {
   std::string Name(int geom) const { return model_.geom_name[static_cast<size_t>(geom)]; }
 
   std::vector<contacts_t> contacts_;
-  // Number of STATEs received before each of them.
+  // Number of STATEs received before each message in contacts_.
   std::vector<size_t> states_before_;
 };
 
@@ -773,7 +774,7 @@ TEST_F(ContactsOfTheSource, ArePublishedBeforeTheStateOfTheirTick) {
   EXPECT_EQ(ends_.at(0).detail, "");
 }
 
-// Ticks are 20 ms apart, samples 25 ms: tick 1 is between the samples at 0 and 25 ms.
+// Ticks are 20 ms apart and samples 25 ms, so tick 1 is between the samples at 0 and 25 ms.
 TEST_F(ContactsOfTheSource, BetweenTwoSamplesAreThoseOfTheSampleBefore) {
   Begin();
   SendContacts(0, {Contact("floor", "pot")});

@@ -47,7 +47,8 @@ contacts:
   EXPECT_EQ(map.contacts.at("wood_tray").name, "tray");
 }
 
-// The source's frame is turned by 90 degrees around z, and ours by another 90 degrees around its x.
+// The source's frame is rotated by 90 degrees around z. Our frame is rotated by another 90 degrees around the
+// source's x axis.
 TEST(SourceMap, OurFrameIsGivenInTheFrameOfTheSource) {
   const double half = std::sqrt(0.5);
   const body_pose_t pose = PoseInFrame({{1, 2, 3}, {half, 0, 0, half}}, {{0.1, 0, 0}, {half, half, 0, 0}});

@@ -1,4 +1,4 @@
-// Variations that change the scene and the success condition, and parts that are placed at each reset.
+// Tests variations that change the scene and the success condition, and parts that are placed at each reset.
 #include <array>
 #include <cmath>
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace evalbus::sim::variation_test {
 
-// A box with a hinged lid, fixed to a table; one variation places it anew.
+// A box with a hinged lid is fixed to a table. One variation places it elsewhere.
 constexpr const char* kBox = R"(<mujoco><compiler angle="radian"/><worldbody>
   <geom name="wall" type="box" size="0.1 0.1 0.1" pos="0 0 0.1"/>
   <body name="lid" pos="0 0 0.25">
@@ -122,12 +122,12 @@ TEST_F(VariationTest, PlacedPartsAreMovedAtResetAndTheirJointsWork) {
   EXPECT_EQ(state.body[static_cast<size_t>(box)].position_m[0], parameters[0].value);
   EXPECT_EQ(state.body[static_cast<size_t>(box)].position_m[2], 0.1);
   const auto& q = state.body[static_cast<size_t>(box)].quat_wxyz;
-  // Added to the 90 degrees of its own pose.
+  // The drawn angle is added to the 90 degrees of the box's own pose.
   EXPECT_NEAR(2 * std::atan2(q[3], q[0]), std::acos(0.0) + yaw, 1e-9);
-  // The parts hinged to it have moved with it.
+  // The hinged lid has moved with the box.
   EXPECT_NEAR(state.body[static_cast<size_t>(lid)].position_m[0], parameters[0].value, 1e-9);
   EXPECT_NEAR(state.body[static_cast<size_t>(lid)].position_m[2], 0.35, 1e-9);
-  // It stays while the simulation runs, and returns at the next reset.
+  // The box stays while the simulation runs and returns at the next reset.
   for (int i = 0; i < 50; ++i) ASSERT_TRUE(world.Step());
   EXPECT_EQ(world.data().xpos[3 * box], parameters[0].value);
   world.Reset(3, task.variation("base"));
@@ -222,7 +222,7 @@ TEST_F(VariationTest, OnlyPartsOfAnObjectMayBeTouched) {
 
 class RandomizedTest : public VariationTest {
  protected:
-  // The box's task with two free balls; its only variation has this list.
+  // Returns the box's task with two free balls. Its only variation has this list of randomizations.
   TaskDescription TaskWith(const std::string& randomize) {
     const std::string ball = folder_
                                  .Write("ball.xml", R"(<mujoco><worldbody>
@@ -243,7 +243,7 @@ class RandomizedTest : public VariationTest {
   }
 };
 
-// Raw bytes of 100 ticks.
+// Returns positions and velocities of 100 ticks.
 std::vector<double> Played(World* world, int seed, const Variation& variation) {
   world->Reset(seed, variation);
   std::vector<double> values;
@@ -294,7 +294,7 @@ TEST_F(RandomizedTest, WhatIsSeenChangesNothingOfWhatHappens) {
   EXPECT_NE(appearance(1), appearance(2));
 }
 
-// Textures and poses of lights have random streams of their own.
+// Textures and poses of lights have their own streams of random numbers.
 TEST_F(RandomizedTest, TexturesAndPosesOfLightsChangeNoOtherDraw) {
   const std::string color = "      - color: {of: [red], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n";
   const std::string camera = "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n";
@@ -316,7 +316,7 @@ TEST_F(RandomizedTest, TexturesAndPosesOfLightsChangeNoOtherDraw) {
   EXPECT_EQ(after.size(), before.size() + 3 + 1);
   for (const auto& [name, value] : before) EXPECT_EQ(after.at(name), value) << name;
   EXPECT_LE(std::abs(after.at("light_key_turn_y_rad")), 20 * std::numbers::pi / 180);
-  // The texture does not depend on whether a light is turned, either.
+  // The texture does not depend on whether a light is rotated, either.
   const std::map<std::string, double> texture =
       parameters("      - texture: {of: [world], choices: [plain, checker, stripes]}\n");
   EXPECT_EQ(texture.at("world_texture_choice"), after.at("world_texture_choice"));
@@ -330,7 +330,7 @@ TEST_F(RandomizedTest, ATurnedLightTurnsAboutTheScenesCenter) {
   const ModelPtr after(mj_copyModel(nullptr, &before));
   const std::vector<Parameter> turn = RandomizeAppearance(task.variation("drawn"), 1, after.get());
   ASSERT_EQ(turn.size(), 3U);
-  // Rodrigues' formula, independently of MuJoCo's quaternions.
+  // Computes the rotation with Rodrigues' formula, independently of MuJoCo's quaternions.
   const double axis[3] = {turn[0].value, turn[1].value, turn[2].value};
   const double angle = mju_norm3(axis);
   const auto rotated = [&](const double* v) {
@@ -387,15 +387,15 @@ TEST_F(RandomizedTest, ATextureIsThatOfTheSeed) {
     EXPECT_EQ(drawn[0].name, "table_texture_choice");
     const std::string texture = texture_of(*model, "table/oak");
     EXPECT_EQ(texture, choices.at(static_cast<size_t>(drawn[0].value)));
-    // The table's other materials have no texture, and keep none.
+    // The table's other materials have no texture before and after.
     EXPECT_EQ(texture_of(*model, "table/frame"), "plain");
     ++counts[texture];
   }
-  // Standard deviation of each count: sqrt(400 / 4 * 3 / 4) = 8.7.
+  // Each count has a standard deviation of sqrt(400 / 4 * 3 / 4) = 8.7.
   for (const std::string& choice : choices) EXPECT_NEAR(counts[choice], 100, 35) << choice;
   EXPECT_EQ(ParameterChoices(task.variation("drawn")).at("table_texture_choice"), choices);
 
-  // A part without a texture gets one on all of its materials.
+  // If a part has no texture, all of its materials get one.
   const TaskDescription pot = task_with("[stripes, dots]", "pot");
   const Scene pot_scene = build(pot);
   RandomizeAppearance(pot.variation("drawn"), 1, pot_scene.visual.get());
@@ -438,9 +438,9 @@ TEST_F(RandomizedTest, MassAndFrictionAreThoseOfTheSeed) {
     const double mass = parameters[0].value, friction = parameters[1].value;
     for (const int body : {red, blue}) {
       EXPECT_DOUBLE_EQ(model.body_mass[body], mass);
-      // A ball of 1 kg and 5 cm: 2/5 m r^2.
+      // The inertia of a ball of this mass and 5 cm radius is 2/5 m r^2.
       EXPECT_NEAR(model.body_inertia[3 * body], 0.4 * mass * 0.05 * 0.05, 1e-12);
-      // 1/m along each axis.
+      // The inverse weight along each axis is 1/m.
       EXPECT_NEAR(model.dof_invweight0[model.body_dofadr[body]], 1 / mass, 1e-9);
     }
     EXPECT_EQ(model.body_mass[box], compiled.body_mass[box]);
@@ -485,7 +485,7 @@ TEST_F(RandomizedTest, DistractorsAreThereOrFarAway) {
       }
     }
   }
-  // Each about a third of the time or more: none, one or two of them.
+  // An episode has none or one of the balls. No ball, red and blue all occur.
   EXPECT_GT(seen["none"], 7);
   EXPECT_GT(seen["red"], 2);
   EXPECT_GT(seen["blue"], 2);
@@ -585,7 +585,7 @@ TEST_F(VariationTest, FindsWhatStartsSunkIntoSomething) {
     return found;
   };
   EXPECT_EQ(overlap("", "", "base"), "");
-  // Both are fixed: MuJoCo itself checks no such pair.
+  // MuJoCo itself does not check this pair, because both parts are fixed.
   const std::string found =
       overlap("position_m: [0.8, 0, 0], yaw_deg: 90", "position_m: [0, 0.3, 0.5], yaw_deg: 90", "base");
   EXPECT_TRUE(found.starts_with("box is ") && found.ends_with(" mm deep in left")) << found;
@@ -605,7 +605,7 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   const Scene scene = BuildScene(task, robot);
   World world(scene.physics.get(), scene.info, robot, task, 10);
   Variation variation;
-  // Half of the grid's eight points are less than a block's width from the box.
+  // Half of the grid's eight points are closer to the box than a block's width.
   variation.randomizations = {SpawnPlane{{"block"}, {0.8, 0, 0.1}, {0.1, 0.4}, 0.1, {0, 0, 0}}};
   int beyond = 0;
   for (int seed = 0; seed < 30; ++seed) {
@@ -625,7 +625,7 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
       << message;
   EXPECT_TRUE(message.ends_with(" mm deep in box")) << message;
 
-  // The block's center is 2 m above the box's: 2.5 m apart is 1.5 m aside.
+  // The block's center is 2 m above the box's center, so a distance of 2.5 m is 1.5 m sideways.
   variation.randomizations = {SpawnBox{"block", {0.8, 0}, {0, 2}, 2.5}};
   beyond = 0;
   for (int seed = 0; seed < 30; ++seed) {

@@ -18,7 +18,7 @@ class WorldTest : public testing::Test {
  protected:
   static constexpr int kSubsteps = 10;
 
-  // Composed once: worlds do not change the scene.
+  // The scene is composed once, because worlds do not change it.
   static void SetUpTestSuite() {
     task_ = new TaskDescription(FindTask("lift_pot").task);
     robot_ = new RobotDescription(LoadRobot(task_->robot_file));
@@ -86,8 +86,8 @@ TEST_F(WorldTest, BaseVariationStartsAtTheNominalPoseForEverySeed) {
   }
 }
 
-// The same motion, commanded at four rates. The expected work is that of MuJoCo's actuator forces along the
-// joints' motion, summed step by step in a separate simulation.
+// The same motion is commanded at four rates. The expected work is the work of MuJoCo's actuator forces along
+// the joints' motion, summed at each step of a separate simulation.
 TEST_F(WorldTest, WorkIsThatOfEveryPhysicsStepAtAnyControlRate) {
   const mjModel* model = scene_->physics.get();
   for (const int substeps : {25, 10, 5, 1}) {
@@ -136,8 +136,9 @@ TEST_F(WorldTest, HomeIsTheDescribedOne) {
   for (size_t arm = 0; arm < 2; ++arm) {
     EXPECT_EQ(state.arm[arm].joint_position_rad, robot_->arms[arm].home);
     EXPECT_EQ(state.gripper[arm].opening, 0);
-    // Forward kinematics by hand: from the base at (0.1, +-0.3, 0.6) up 0.333 + 0.316, elbow offsets cancel,
-    // forearm 0.384 forward and 0.0825 up, wrist 0.088 forward and flange 0.107 down.
+    // Forward kinematics by hand: the base is at (0.1, +-0.3, 0.6); up 0.333 + 0.316; the elbow offsets
+    // cancel; the forearm adds 0.384 forward and 0.0825 up, the wrist 0.088 forward and the flange 0.107
+    // down.
     EXPECT_NEAR(state.arm[arm].wrist_position_m[0], 0.1 + 0.0825 + 0.384 + 0.088, 1e-9);
     EXPECT_NEAR(state.arm[arm].wrist_position_m[1], arm == 0 ? 0.3 : -0.3, 1e-9);
     EXPECT_NEAR(state.arm[arm].wrist_position_m[2], 0.6 + 0.333 + 0.316 + 0.0825 - 0.107, 1e-9);
@@ -171,7 +172,7 @@ TEST_F(WorldTest, ARestoredStateContinuesWithEqualBits) {
   const auto play = [&](int from, int to) {
     for (int i = from; i < to; ++i) {
       action_t action = Home();
-      // Moves the arms into the pot and closes the hands.
+      // The action moves the arms into the pot and closes the hands.
       action.joint_position_rad[1] += 0.02 * i;
       action.joint_position_rad[8] += 0.02 * i;
       action.gripper_closing[0] = i / 60.0;
@@ -211,13 +212,13 @@ TEST_F(WorldTest, RandomizedPosesStayInTheirRegionAndDiffer) {
     largest_x = std::max(largest_x, std::abs(x - 0.735));
     largest_y = std::max(largest_y, std::abs(y));
     largest_yaw = std::max(largest_yaw, std::abs(yaw));
-    // The start is valid: no penetration exceeds that of a resting contact.
+    // The initial state is valid, because no penetration exceeds the depth of a resting contact.
     for (int i = 0; i < world.data().ncon; ++i) EXPECT_GT(world.data().contact[i].dist, -1e-3);
   }
   EXPECT_LE(largest_x, 0.02);
   EXPECT_LE(largest_y, 0.15);
   EXPECT_LE(largest_yaw, M_PI / 6);
-  // The starts cover the whole region.
+  // The initial poses cover the whole region.
   EXPECT_GT(largest_x, 0.018);
   EXPECT_GT(largest_y, 0.14);
   EXPECT_GT(largest_yaw, 0.5);
@@ -303,7 +304,8 @@ TEST_F(WorldTest, UnstablePhysicsIsReportedAndEndsWithReset) {
 
 TEST_F(WorldTest, GridPlacesObjectsOnDistinctPoints) {
   World world = MakeWorld();
-  // 0.2 // 0.05 = 4 by 0.5 // 0.05 = 9 points: the double 0.05 is a little larger than a tenth of 0.5.
+  // The grid has 0.2 // 0.05 = 4 by 0.5 // 0.05 = 9 points, because the double 0.05 slightly exceeds a tenth
+  // of 0.5.
   Variation variation;
   variation.randomizations = {SpawnPlane{{"pot"}, {0.7, 0, 0.996}, {0.1, 0.25}, 0.05, {0, 0, 0}}};
   for (int64_t seed = 0; seed < 50; ++seed) {
@@ -357,7 +359,7 @@ TEST(EpisodeSeed, IsAnotherInEachTaskVariationAndStream) {
   for (const char* stream : {kRunSeeds, kCollectSeeds, kSharedSeeds}) {
     for (const char* task : {"lift_pot", "rotate_valve"}) {
       for (const char* variation : {"position", "orientation"}) {
-        // This stream had the same seeds in all tasks.
+        // The shared stream gives all tasks the same seeds, so it is checked only once.
         if (stream == kSharedSeeds &&
             (task != std::string("lift_pot") || variation != std::string("position")))
           continue;

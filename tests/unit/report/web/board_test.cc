@@ -17,7 +17,7 @@ using results::RecordedRun;
 
 class BoardTest : public results::CompareTest {
  protected:
-  // Returns a run in which each success reaches two stages and each failure one. Each episode has `slips` slips.
+  // Returns a run in which a success reaches two stages and a failure one. Each episode has `slips` slips.
   RecordedRun Make(const std::string& name, const std::vector<bool>& success, int slips = 0,
                    const ordered_json& info = results::Info(10)) {
     std::vector<ordered_json> lines;
