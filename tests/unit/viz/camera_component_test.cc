@@ -1,4 +1,4 @@
-// A policy's images, from scripted messages.
+// Tests a policy's images with scripted messages.
 #include "viz/camera_component.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ class CameraComponentTest : public testing::Test {
   static void SetUpTestSuite() { scene_ = new Scene(LiftPotScene()); }
   static void TearDownTestSuite() { delete scene_; }
 
-  // A component on its own bus, and the messages that it publishes.
+  // A component on its own bus and the messages that it publishes.
   struct Process {
     explicit Process(const std::vector<std::string>& cameras = {"front", "left/hand/wrist", "roboeval/head"})
         : component(&bus) {
@@ -65,7 +65,7 @@ class CameraComponentTest : public testing::Test {
     void PublishState(int64_t tick, int episode = 0, int attempt = 0) {
       Publish(channels::kState, StateAt(tick, episode, attempt));
     }
-    // The images that were published.
+    // Publishes a request and returns the images that are published in response.
     std::vector<image_t> RequestImages(int64_t tick, const std::vector<view_t>& views, int episode = 0,
                                        int attempt = 0) {
       image_request_t request{};
@@ -91,7 +91,7 @@ class CameraComponentTest : public testing::Test {
     header.sim_time_us = tick * 20000;
     return header;
   }
-  // The left arm rotates with time.
+  // Returns a STATE in which the left arm has rotated in proportion to the tick.
   static state_t StateAt(int64_t tick, int episode = 0, int attempt = 0) {
     std::vector<double> qpos = HomeQpos(*scene_->visual);
     qpos[static_cast<size_t>(QposIndex(*scene_->visual, "left/joint1"))] = 0.05 * static_cast<double>(tick);
@@ -99,7 +99,7 @@ class CameraComponentTest : public testing::Test {
     state.header = Header(tick, episode, attempt);
     return state;
   }
-  // The same image, rendered without the component.
+  // Returns the same image, rendered without the component.
   std::vector<uint8_t> Drawn(int64_t tick, const view_t& view) {
     Renderer renderer(Copy(*scene_->visual), {64, 64});
     renderer.SetState(StateAt(tick));
@@ -158,7 +158,7 @@ TEST_F(CameraComponentTest, ShowsExactlyTheRequestedTick) {
   EXPECT_EQ(process.component.status().missing_ticks, 0);
 }
 
-// A policy sees the texture and the light with which the log of the episode is rendered later.
+// The log of the episode is later rendered with the texture and the light that the policy saw.
 TEST_F(CameraComponentTest, ShowsTheTextureAndTheLightOfTheSeed) {
   const Scene dressed = BuildDressed("lift_pot",
                                      "      - texture: {of: [left_cabinet, right_cabinet], choices: "
@@ -199,7 +199,7 @@ TEST_F(CameraComponentTest, WaitsForTheState) {
   ASSERT_EQ(process.images.size(), 1u);
   EXPECT_EQ(process.images[0].header.tick, 2);
   EXPECT_TRUE(process.images[0].data == Drawn(2, views_[0]));
-  // Published once.
+  // The images are published only once.
   process.PublishState(3);
   EXPECT_EQ(process.images.size(), 1u);
 }
@@ -249,7 +249,7 @@ TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
   EXPECT_EQ(process.component.num_drawn(), 0);
   EXPECT_EQ(process.log, "a REQUEST_IMAGE for tick 0 arrived at tick 64, too late for its images\n");
   EXPECT_FALSE(process.RequestImages(1, {views_[0]}).at(0).data.empty());
-  // A header with the time of another tick identifies no STATE.
+  // A header whose time belongs to another tick matches no STATE.
   image_request_t request{};
   request.header = Header(2);
   request.header.sim_time_us += 1;
@@ -259,7 +259,7 @@ TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
   process.Publish(channels::kRequestImage, request);
   EXPECT_TRUE(process.images.at(0).data.empty());
   EXPECT_EQ(process.component.status().skipped_ticks, 2);
-  // A request held for a STATE that was lost.
+  // This request is held for a STATE that is lost.
   EXPECT_TRUE(process.RequestImages(num_states + 1, views_).empty());
   process.PublishState(num_states + 2);
   EXPECT_TRUE(process.images.at(0).data.empty());
@@ -269,14 +269,14 @@ TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
 
 TEST_F(CameraComponentTest, ReceivesOnlyItsOwnEpisode) {
   Process process;
-  // Before an episode.
+  // This request arrives before an episode begins.
   EXPECT_TRUE(process.RequestImages(0, views_).empty());
   Begin(&process);
   process.PublishState(0);
   EXPECT_TRUE(process.RequestImages(0, views_, 1).empty());
   EXPECT_TRUE(process.RequestImages(0, views_, 0, 1).empty());
   EXPECT_EQ(process.component.status().foreign_messages, 3);
-  // A new attempt begins without a STATE, and requests held in the old one are discarded.
+  // A new attempt begins without a STATE and discards requests that the old one held.
   EXPECT_TRUE(process.RequestImages(1, views_).empty());
   process.PublishBegin(0, 1);
   EXPECT_TRUE(process.RequestImages(0, views_, 0, 1).empty());
@@ -298,7 +298,7 @@ TEST_F(CameraComponentTest, BeginsOnceItsModelIsThere) {
   EXPECT_EQ(process.component.status().component, "cameras");
 }
 
-// Another process that rendered other images before, in another order.
+// The second process has rendered other images before, in another order.
 TEST_F(CameraComponentTest, EqualStatesGiveEqualBytes) {
   std::vector<view_t> views = {View("front", 64, 48), View("roboeval/head", 224, 224),
                                View("roboeval/head", 40, 40, "depth32"), View("left/hand/wrist", 51, 37)};
@@ -334,7 +334,7 @@ TEST_F(CameraComponentTest, DepthIsFloatsInMeters) {
   std::vector<float> depth;
   renderer.RenderDepth({FindCamera(renderer.model(), "front"), {32, 24}}, &depth);
   EXPECT_EQ(std::memcmp(images[0].data.data(), depth.data(), images[0].data.size()), 0);
-  // Camera "front" is 1.4 m in front of the robot: the distances in its image are between the nearest
+  // Camera "front" is 1.4 m in front of the robot, so the distances in its image are between the nearest
   // object and the end of the room.
   for (const float distance : depth) {
     EXPECT_GT(distance, 0.2);

@@ -1,4 +1,4 @@
-// A JPEG image decoded to pixels by libjpeg-turbo.
+// Decodes a JPEG image to pixels with libjpeg-turbo.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 namespace evalbus::viz {
 
-// If it cannot be decoded, fails the test and returns a frame of 0 x 0.
+// If the image cannot be decoded, fails the test and returns a frame of 0 x 0.
 inline Frame DecodedJpeg(const std::vector<uint8_t>& jpeg) {
   const std::unique_ptr<void, int (*)(void*)> decoder(tjInitDecompress(), tjDestroy);
   FrameSize size;

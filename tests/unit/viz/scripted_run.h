@@ -1,5 +1,4 @@
-// A run as its subscribers receive it: scripted messages of the small world, and a RunWatch that receives
-// them.
+// A run as its subscribers receive it. Scripted messages of the small world go to a RunWatch.
 #pragma once
 
 #include <algorithm>
@@ -117,7 +116,7 @@ class ScriptedRun {
     e.deadline_misses = 4;
     return e;
   }
-  // All messages of one tick.
+  // Publishes all messages of one tick.
   void PublishTick(int episode, int64_t tick, bool with_clearance = false) {
     Publish(channels::kState, State(tick, episode));
     contacts_t contacts = Contacts(tick, {{kLeftPad, kLidGeom}, {kTop, kWall}}, episode);
@@ -155,7 +154,7 @@ class ScriptedRun {
     run.success_rate_anytime_upper = 0.9055;
     Publish(channels::kRunSummary, run);
   }
-  // 2.5 simulated seconds of episode 2 at 50 Hz and real time, after two others.
+  // Publishes 2.5 simulated seconds of episode 2 at 50 Hz in real time, after two other episodes.
   void Play() {
     PublishModel();
     for (const int episode : {0, 1}) {

@@ -1,4 +1,4 @@
-// Live images, from scripted messages.
+// Tests live images with scripted messages.
 #include "viz/viz_component.h"
 
 #include <gtest/gtest.h>
@@ -78,7 +78,7 @@ class VizComponentTest : public testing::Test {
     state.header = Header(episode, tick);
     bus_.Publish(channels::kState, state);
   }
-  // A time at which the next frame is due; returns its images.
+  // Polls when the next frame is due, and returns its images.
   std::vector<image_t> Poll(milliseconds later = milliseconds(100)) {
     images_.clear();
     viz_.Poll(now_ += later);
@@ -100,7 +100,7 @@ TEST_F(VizComponentTest, ShowsTheNewestStateAndCountsWhatItPassesOver) {
   EXPECT_EQ(viz_.status().state, component_status_t::READY);
   EXPECT_TRUE(Poll().empty());
   for (int64_t tick = 0; tick < 10; ++tick) PublishState(3, tick);
-  // It handles the first message and then, before it renders, all others.
+  // viz receives the first message and, before it renders, all others.
   bus_.Handle();
   const std::vector<image_t> first = Poll();
   ASSERT_EQ(first.size(), 2u);
@@ -121,7 +121,7 @@ TEST_F(VizComponentTest, ShowsTheNewestStateAndCountsWhatItPassesOver) {
   EXPECT_EQ(viz_.status().skipped_ticks, 9);
   EXPECT_EQ(viz_.status().missing_ticks, 0);
   EXPECT_TRUE(Poll().empty());
-  // A tick that is rendered is not skipped; a tick that never arrived is not counted as skipped either.
+  // Neither a rendered tick nor a tick that never arrived counts as skipped.
   PublishState(3, 12);
   Handle();
   EXPECT_EQ(Poll().size(), 2u);
@@ -138,9 +138,9 @@ TEST_F(VizComponentTest, RendersNoMoreFramesThanRequested) {
     Handle();
     frames += static_cast<int>(Poll(milliseconds(20)).size());
   }
-  // 2 s at 10 frames per second from 2 cameras.
+  // 2 s at 10 frames per second from 2 cameras are 40 images.
   EXPECT_EQ(frames, 40);
-  // 20 of 100 ticks are in a frame; the last one may still be rendered.
+  // 20 of 100 ticks are in a frame, and the last tick may still be rendered.
   EXPECT_EQ(viz_.status().skipped_ticks, 79);
 }
 
@@ -183,7 +183,7 @@ TEST_F(VizComponentTest, ShowsTheSameAsAVideo) {
   EXPECT_EQ(last[0].header.tick, 5);
   EXPECT_FALSE(last[0].data == images[0].data);
 
-  // The outcome from the score remains once it has arrived.
+  // The outcome from the score is shown once it has arrived.
   episode_summary_t summary{};
   summary.header = Header(0, 5);
   summary.failure_reason = "grasp_slip";

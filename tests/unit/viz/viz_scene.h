@@ -1,4 +1,4 @@
-// The LiftPot scene and a log of it, for the tests of viz/.
+// The LiftPot scene and a log of it, for tests of viz/.
 #pragma once
 
 #include <filesystem>
@@ -28,7 +28,7 @@ inline int QposIndex(const mjModel& model, const std::string& joint) {
   return model.jnt_qposadr[mj_name2id(&model, mjOBJ_JOINT, joint.c_str())];
 }
 
-// Arms in front of their bases, hands above the counter.
+// Returns positions with the arms in front of their bases and the hands above the counter.
 inline std::vector<double> HomeQpos(const mjModel& model) {
   std::vector<double> qpos(model.qpos0, model.qpos0 + model.nq);
   const double home[7] = {0, 0, 0, -1.57, 0, 1.57, -0.785};
@@ -40,7 +40,7 @@ inline std::vector<double> HomeQpos(const mjModel& model) {
   return qpos;
 }
 
-// Everything that a renderer needs for a scene without mocap bodies.
+// Returns everything that a renderer needs for a scene without mocap bodies.
 inline state_t StateOf(const std::vector<double>& qpos) {
   state_t state{};
   state.num_qpos = static_cast<int32_t>(qpos.size());
@@ -48,7 +48,7 @@ inline state_t StateOf(const std::vector<double>& qpos) {
   return state;
 }
 
-// MODEL of a scene whose visual model is written to RUN/model/visual.mjb.
+// Returns MODEL of a scene and writes its visual model to RUN/model/visual.mjb.
 inline model_info_t VisualInfo(const std::filesystem::path& run, const mjModel& visual) {
   std::filesystem::create_directories(run / "model");
   model_info_t info{};
@@ -65,8 +65,8 @@ inline model_info_t VisualInfo(const std::filesystem::path& run, const mjModel& 
   return info;
 }
 
-// Writes RUN/model/visual.mjb and RUN/episodes/0000/events.lcmlog: an episode whose state of each tick is
-// given, with two stages, one reached from the first tick on. Returns the log.
+// Writes RUN/model/visual.mjb and RUN/episodes/0000/events.lcmlog with an episode that has these states and
+// two stages, one of which is reached from the first tick on. Returns the log.
 inline std::filesystem::path WriteRun(const std::filesystem::path& run, const mjModel& visual,
                                       int64_t tick_us, const std::vector<std::vector<double>>& qpos,
                                       const std::string& end_reason = "success") {

@@ -1,4 +1,4 @@
-// Images of an episode's textures and lights, by both painters (EVALBUS_PAINTER).
+// Images of an episode's textures and lights, rendered by both painters (EVALBUS_PAINTER).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -46,7 +46,7 @@ class Dressed {
   DressedScene dressed_;
 };
 
-// Share of pixels of which a channel differs by more than `levels`.
+// Returns the share of pixels in which a channel differs by more than `levels`.
 double ShareThatDiffers(const Pixels& a, const Pixels& b, int levels) {
   EXPECT_EQ(a.size(), b.size());
   int count = 0;
@@ -78,7 +78,7 @@ TEST(Appearance, EachTextureHasItsImage) {
   }
   ASSERT_EQ(images.size(), 4U);
   EXPECT_EQ(images.at(0), without) << "the table's own texture";
-  // The table top is a ninth of the image.
+  // The table top covers a ninth of the image.
   for (const auto& [a, image] : images) {
     for (const auto& [b, other] : images) {
       if (a == b) continue;
@@ -96,7 +96,7 @@ TEST(Appearance, ATurnedLightShadesAnew) {
     const Pixels image = dressed.Image(ours.get(), seed);
     EXPECT_GT(ShareThatDiffers(image, without, 10), 0.05) << seed;
     EXPECT_EQ(dressed.Image(ours.get(), seed), image);
-    // The edges of shadows differ in few pixels.
+    // The painters differ in few pixels, at the edges of shadows.
     EXPECT_LE(Mean(image, dressed.Image(mujocos.get(), seed)), 1) << seed;
   }
   EXPECT_EQ(dressed.Image(ours.get(), std::nullopt), without);

@@ -1,4 +1,4 @@
-// Every camera of every task shows its subject: objects and hands, not the back of a shelf.
+// Every camera of every task shows its subject, which is objects and hands and not the back of a shelf.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -14,7 +14,8 @@ namespace evalbus::viz::cameras_test {
 
 constexpr FrameSize kSize{160, 120};
 
-// Share of the 19,200 pixels of a frame. The cubes of 4 cm are the smallest objects.
+// Least number of the 19,200 pixels of a frame that show an object or a hand. The cubes of 4 cm are the
+// smallest objects.
 constexpr int kObjectPixels = 8;
 constexpr int kHandPixels = 12;
 
@@ -40,10 +41,10 @@ Shown Show(const std::string& name) {
 using Color = std::array<float, 3>;
 constexpr Color kColors[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 0}, {0, 1, 1}};
 
-// A model in which each of these bodies and everything attached to it has the color at its index.
+// Returns a model in which each of these bodies, with everything attached to it, has the color at its index.
 ModelPtr Painted(const mjModel& visual, const std::vector<std::string>& names) {
   ModelPtr model(mj_copyModel(nullptr, &visual));
-  // Without emission, and with white lights.
+  // The model has no emission and white lights.
   std::fill_n(model->light_specular, 3 * model->nlight, 0.0f);
   std::fill_n(model->light_diffuse, 3 * model->nlight, 0.0f);
   std::fill_n(model->vis.headlight.ambient, 3, 1.0f);
@@ -67,7 +68,7 @@ ModelPtr Painted(const mjModel& visual, const std::vector<std::string>& names) {
   return model;
 }
 
-// Number of pixels of this color, at any brightness.
+// Returns the number of pixels of this color, at any brightness.
 int PixelsOf(const Frame& frame, const Color& color) {
   int count = 0;
   for (size_t i = 0; i < frame.bgrx.size(); i += 4) {
@@ -81,7 +82,7 @@ int PixelsOf(const Frame& frame, const Color& color) {
   return count;
 }
 
-// Position of a body's origin in the image: from -1 to 1 horizontally and vertically.
+// Returns the position of a body's origin in the image, from -1 to 1 horizontally and vertically.
 std::array<double, 2> InFrame(const mjModel& model, const state_t& state, int camera, int body) {
   EXPECT_EQ(model.cam_bodyid[camera], 0) << "stands in the world";
   const double* p = state.body[static_cast<size_t>(body)].position_m;
@@ -97,7 +98,7 @@ std::array<double, 2> InFrame(const mjModel& model, const state_t& state, int ca
 TEST(Cameras, EveryOneOfEveryTaskShowsTheAction) {
   for (const TaskDescription& family : AllTasks()) {
     for (const Variation& variation : family.variations) {
-      // Other cameras differ only by small shifts and rotations.
+      // The cameras of other variations differ only by small shifts and rotations.
       if (&variation != &family.variations[0] && !variation.robot_base && variation.poses.empty() &&
           variation.cameras.empty() && variation.parts.empty()) {
         continue;
@@ -140,7 +141,7 @@ void ExpectNear(const Vector& a, const Vector& b, double tolerance = 1e-6) {
   for (size_t i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], tolerance) << i;
 }
 
-// Numbers from RoboEval's own configuration, as listed in docs/adding_a_task.md.
+// The numbers are from RoboEval's own configuration, as listed in docs/adding_a_task.md.
 TEST(RoboEvalCameras, AreInEveryTaskWhereRoboEvalHasThem) {
   for (const TaskDescription& family : AllTasks()) {
     for (const Variation& variation : family.variations) {
@@ -165,18 +166,19 @@ TEST(RoboEvalCameras, AreInEveryTaskWhereRoboEvalHasThem) {
       const auto right = [&](int camera) { return Column(data->cam_xmat + 9 * camera, 0); };
       const auto up = [&](int camera) { return Column(data->cam_xmat + 9 * camera, 1); };
 
-      // The robots of all tasks face along x.
+      // The robots of all tasks face in the direction of x.
       const Pose& base = shown.task.robot_base;
       EXPECT_EQ(base.quaternion[0], 1);
       const int head = camera_of("head"), front = camera_of("front"), external = camera_of("external");
       ExpectNear(place(head), {base.position[0] - 0.4, base.position[1], base.position[2] + 1.35});
-      // The robot's right is on the right side; the camera points 30 degrees down.
+      // The image shows the robot's right on the right side. The camera points 30 degrees down.
       ExpectNear(right(head), {0, -1, 0}, 1e-3);
       ExpectNear(up(head), {0.5, 0, std::sqrt(0.75)}, 1e-3);
       ExpectNear(place(front), {base.position[0] + 1.4, base.position[1], base.position[2] + 1.6});
       ExpectNear(right(front), {0, 1, 0}, 1e-3);
       ExpectNear(up(front), {-0.5, 0, std::sqrt(0.75)}, 1e-3);
-      // Seen from the robot's right, wherever the robot is; 45 degrees down.
+      // This camera views the scene from the robot's right, wherever the robot is, and points 45 degrees
+      // down.
       ExpectNear(place(external), {0, -2, 3});
       ExpectNear(right(external), {1, 0, 0}, 1e-3);
       ExpectNear(up(external), {0, std::sqrt(0.5), std::sqrt(0.5)}, 1e-3);
@@ -192,16 +194,16 @@ TEST(RoboEvalCameras, AreInEveryTaskWhereRoboEvalHasThem) {
         const Vector finger{data->xaxis[3 * joint], data->xaxis[3 * joint + 1], data->xaxis[3 * joint + 2]};
         Vector offset = place(wrist);
         for (size_t i = 0; i < 3; ++i) offset[i] -= data->site_xpos[3 * static_cast<size_t>(site) + i];
-        // 7 cm beyond the flange and 5 cm beside it, along the hand's narrow side, which is the
-        // image's x axis.
+        // The camera is 7 cm beyond the flange and 5 cm to the side, along the hand's narrow side, which is
+        // the image's x axis.
         EXPECT_NEAR(Dot(offset, approach), 0.07, 1e-6);
         EXPECT_NEAR(Dot(offset, right(wrist)), 0.05, 1e-6);
         EXPECT_NEAR(Dot(offset, finger), 0, 1e-6);
-        // It points along the hand, with the direction in which the fingers move upright.
+        // The camera points along the hand. The direction in which the fingers move is vertical in the image.
         const Vector back = Column(data->cam_xmat + 9 * wrist, 2);
         EXPECT_NEAR(Dot(back, approach), -1, 1e-6);
         EXPECT_NEAR(std::abs(Dot(up(wrist), finger)), 1, 1e-6);
-        // Menagerie's frame "attachment" is our frame of joint 7, rotated by 135 degrees.
+        // Menagerie's frame "attachment" is our frame of joint 7 after a rotation of 135 degrees.
         const Vector x7 = Column(data->site_xmat + 9 * site, 0);
         EXPECT_NEAR(Dot(right(wrist), x7), -std::sqrt(0.5), 1e-6);
       }
@@ -218,7 +220,7 @@ TEST(RoboEvalCameras, AreOnTheSingleArm) {
 }
 
 TEST(Cameras, TheDefaultIsTheSameEverywhere) {
-  // The script cannot include a C++ header, so its copy of the constants is compared here.
+  // The script cannot include a C++ header, so this test compares its copy of the constants.
   std::ifstream file(EVALBUS_SOURCE_DIR "/run");
   std::stringstream script;
   script << file.rdbuf();

@@ -1,4 +1,4 @@
-// White outlines around the task's objects in videos.
+// Tests the white outlines around the task's objects in videos.
 #include "viz/images/painter/outlines.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +17,7 @@ constexpr FrameSize kOutlinedSize{160, 120};
 
 using Pixels = std::set<std::pair<int, int>>;
 
-// Draws the outlines of a part of a gray image in which only the pixel (4, 5) is outlined; returns the white
-// ones.
+// Draws the outlines in a part of a gray image whose only outlined pixel is (4, 5). Returns the white pixels.
 Pixels WhitePixels(const Part& part) {
   PaintedImage image(9, 10);
   std::fill(image.rgba.begin(), image.rgba.end(), uint8_t{100});
@@ -50,7 +49,7 @@ TEST(Outlines, WidenAChangedPartWithinTheImage) {
   EXPECT_TRUE(WithOutlines({}, image).is_empty());
 }
 
-// By body id: those of the pot.
+// Returns, by body id, whether the body belongs to the pot.
 std::vector<bool> Pot(const mjModel& model) {
   const int pot = mj_name2id(&model, mjOBJ_BODY, "pot");
   std::vector<bool> is_pot;

@@ -1,4 +1,5 @@
-// How far images of the two painters (EVALBUS_PAINTER) differ: frames of videos and observations of policies.
+// Measures how far images of the two painters (EVALBUS_PAINTER) differ, in videos and in observations of
+// policies.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +28,7 @@ struct Difference {
   int p99 = 0;
 };
 
-// Absolute differences of all channels, in levels of 256.
+// Returns absolute differences of all channels, in levels of 256.
 Difference Compare(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
   EXPECT_EQ(a.size(), b.size());
   std::vector<int> differences(a.size());
@@ -69,7 +70,7 @@ TEST(Painters, ImagesDifferByLessThanOneLevelOnAverage) {
   }
   fmt::print("largest mean difference {:.3f}, largest 99th percentile {} of 256 levels\n", largest.mean,
              largest.p99);
-  // The painters are different programs: equal images would mean that only one of them was used.
+  // The painters are different programs. If the images were equal, only one of them would have been used.
   EXPECT_GT(largest.mean, 0);
 }
 

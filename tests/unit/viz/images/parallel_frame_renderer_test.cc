@@ -1,5 +1,5 @@
-// Video frames rendered by several processes: identical for any number of processes, in order, and all
-// processes end when one of them fails.
+// Several processes render the frames of a video. The frames are in order and identical for any number of
+// processes. All processes end when one of them fails.
 #include "viz/images/parallel_frame_renderer.h"
 
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ TEST(ParallelFrameRendererTest, AnyNumberOfProcessesDrawsEqualFrames) {
   EXPECT_NE(alone[0].bgrx, alone[6].bgrx);
 }
 
-// Rendering that only counts its frames.
+// A rendering that only counts its frames.
 struct Count {
   pid_t process;
   size_t n;
@@ -96,12 +96,12 @@ TEST(ParallelFrameRendererTest, FirstFrameIsDrawnHereAndTheOthersInTurns) {
     EXPECT_EQ(processes[0], getpid());
     EXPECT_EQ(std::set(processes.begin(), processes.end()).size(), 4u);
     for (size_t n = 1; n + 3 < 40; ++n) EXPECT_EQ(processes[n], processes[n + 3]) << n;
-    // The processes have ended and been reaped.
+    // The processes have ended, and the parent has waited for them.
     for (size_t n = 1; n < 4; ++n) EXPECT_EQ(kill(processes[n], 0), -1);
   }
 }
 
-// The error of a video of 9 frames that is rendered like this.
+// Returns the error of a video of 9 frames that is rendered in this way.
 template <class Error>
 std::string EndOf(ParallelFrameRenderer* frame_renderer, const std::function<void(size_t n)>& draw,
                   size_t* taken) {
@@ -205,7 +205,7 @@ TEST(ParallelFrameRendererTest, ScenesStayWhileTheyAreUsed) {
   EXPECT_EQ(scenes.Of(info, log, std::nullopt), first);
   scenes.FreeUnused();
   scenes.FreeUnused();
-  // Reads the log once more, from a file that no longer exists.
+  // The log is read again and names a model file that no longer exists.
   std::filesystem::remove_all(folder.path() / "model");
   EXPECT_THROW(scenes.Of(info, log, std::nullopt), InputError);
 }

@@ -1,4 +1,4 @@
-// Images compared with golden ones, and with their expected contents.
+// Compares images with golden ones and with their expected contents.
 #include "viz/images/renderer.h"
 
 #include <cairo.h>
@@ -21,7 +21,7 @@ namespace evalbus::viz::renderer_test {
 constexpr FrameSize kGoldenSize{320, 240};
 
 // Another Mesa version, or a processor with other vector instructions, may round differently and draw an edge
-// one sample further: most channels may differ by this much, and few pixels by more.
+// one sample further. Most pixels differ by at most this much, and only few by more.
 constexpr int kGoldenTolerance = 6;
 constexpr double kConforming = 0.995;
 
@@ -47,7 +47,7 @@ Frame ReadPng(const std::filesystem::path& file) {
   return frame;
 }
 
-// Share of pixels in which no channel differs by more than the tolerance.
+// Returns the share of pixels in which no channel differs by more than the tolerance.
 double Conforming(const Frame& a, const Frame& b) {
   if (a.bgrx.size() != b.bgrx.size() || a.bgrx.empty()) return 0;
   size_t good = 0;
@@ -89,7 +89,7 @@ class RendererTest : public testing::Test {
     renderer_->Render(FindCamera(model(), camera), &frame);
     return frame;
   }
-  // Number of pixels that are clearly more red than anything else: only the pot is red.
+  // Returns the number of pixels that are clearly more red than anything else. Only the pot is red.
   static int RedPixels(const Frame& frame, double* mean_column = nullptr) {
     int count = 0;
     double sum = 0;
@@ -160,7 +160,7 @@ TEST_F(RendererTest, EqualStatesGiveEqualImages) {
   EXPECT_EQ(frame.bgrx, first.bgrx);
 }
 
-// Mesa's threads can crash each other, and are lost when a process forks.
+// Mesa's threads can crash each other and do not exist in a forked process.
 TEST_F(RendererTest, MesaHasNoThreads) {
   Image("front", HomeQpos(model()));
   for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
@@ -202,13 +202,13 @@ TEST_F(RendererTest, WristCameraSeesItsOwnFingersOnly) {
 }
 
 TEST_F(RendererTest, ShadowsAreDrawn) {
-  // The counter beside the pot is darker where the pot blocks the key light; without the pot it is not.
+  // The counter next to the pot is darker where the pot blocks the key light. Without the pot it is not.
   std::vector<double> qpos = HomeQpos(model());
   const auto brightness = [&] {
     const Frame frame = Image("front", qpos);
     int dark = 0;
     for (size_t i = 0; i < frame.bgrx.size(); i += 4) {
-      // Oak in the shade: brownish, below 150.
+      // Oak in the shade is brownish and below 150.
       const int r = frame.bgrx[i + 2], g = frame.bgrx[i + 1], b = frame.bgrx[i];
       dark += r > 70 && r < 150 && r > b + 25 && g > b && r < g + 45;
     }
@@ -260,8 +260,8 @@ TEST_F(RendererTest, RefusesWhatItCannotDraw) {
   EXPECT_THROW(renderer_->SetState(StateOf(std::vector<double>(3))), InputError);
 }
 
-// A bar along x under a camera 3 m above it: an image 240 pixels high shows 90 / tan(45 / 2) = 289.7 pixels
-// per meter at that distance.
+// A bar along x is 3 m below a camera. At this distance, an image that is 240 pixels high shows 120 / tan(45
+// degrees / 2) / 3 = 96.6 pixels per meter.
 TEST(MocapBody, IsRenderedAtThePoseOfTheState) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "bar.xml";
@@ -275,7 +275,7 @@ TEST(MocapBody, IsRenderedAtThePoseOfTheState) {
   Renderer renderer(Copy(*model), kGoldenSize);
   state_t state{};
   EXPECT_THROW(renderer.SetState(state), InputError);
-  // Position, rotation about z in half turns, and the expected red columns and rows.
+  // Each case has a position, a rotation about z in half turns, and the expected red columns and rows.
   struct Case {
     double x, y, turn;
     int left, right, top, bottom;

@@ -1,4 +1,4 @@
-// Images as policies request them: color and depth, compared with geometry worked out by hand.
+// Compares images as policies request them, color and depth, with geometry worked out by hand.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -27,9 +27,9 @@ Rgb PixelAt(const std::vector<uint8_t>& rgb, FrameSize size, int column, int row
   return {rgb[i], rgb[i + 1], rgb[i + 2]};
 }
 
-// Seen from a camera 1 m above: x to the right, y up. At a distance of 1 m, the image is 2 m high (fovy 90).
-// Squares of half a meter, colored so that mirroring, flipping and rotating are all detected:    y  0.5   red
-// .    green       0      .   white    .      -0.5   blue   .      .
+// The camera is 1 m above; x points to the right and y up. At a distance of 1 m, the image is 2 m high (fovy
+// 90). The colors of the squares of half a meter reveal mirroring, flipping and rotation: red at (-0.5, 0.5),
+// green at (0.5, 0.5), white at (0, 0) and blue at (-0.5, -0.5).
 constexpr char kMarker[] = R"(<mujoco>
   <visual>
     <headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/>
@@ -46,7 +46,8 @@ constexpr char kMarker[] = R"(<mujoco>
 TEST(Marker, IsUprightUnmirroredAndRedIsFirst) {
   Renderer renderer(ModelOf(kMarker), {64, 64});
   renderer.SetState(state_t{});
-  // Even, odd, and wider than high: 1 m to the right is then a quarter of the width.
+  // Sizes are even, odd, and twice as wide as high. In a wide image, 1 m to the right is a quarter of the
+  // width.
   for (const FrameSize size : {FrameSize{64, 64}, {65, 65}, {128, 64}, {129, 65}, {224, 224}}) {
     SCOPED_TRACE(std::to_string(size.width) + "x" + std::to_string(size.height));
     std::vector<uint8_t> rgb;
@@ -58,7 +59,7 @@ TEST(Marker, IsUprightUnmirroredAndRedIsFirst) {
                      static_cast<int>(size.height / 2.0 - y * meters_to_pixels));
     };
     const Rgb nothing{0, 0, 0};
-    // The squares, also close to their edges, and the space between them.
+    // Checks the squares, also close to their edges, and the space between them.
     for (const double d : {-0.2, 0.0, 0.2}) {
       EXPECT_EQ(at(-0.5 + d, 0.5 + d), (Rgb{255, 0, 0}));
       EXPECT_EQ(at(0.5 + d, 0.5 - d), (Rgb{0, 255, 0}));
@@ -79,8 +80,7 @@ TEST(Marker, FieldOfViewIsTheVerticalOne) {
   renderer.SetState(state_t{});
   std::vector<uint8_t> own, asked, narrow;
   renderer.RenderRgb({0, {64, 64}}, &own);
-  // tan(26.565 degrees) = 0.5: half as much is visible, so the white square fills the middle half, 16 to
-  // 48.
+  // tan(26.565 degrees) = 0.5, so half as much is visible. The white square fills the middle half, 16 to 48.
   renderer.RenderRgb({0, {64, 64}, 2 * 26.565}, &narrow);
   for (const auto& [pixel, is_white] :
        std::initializer_list<std::pair<int, bool>>{{14, false}, {17, true}, {46, true}, {49, false}}) {
@@ -95,10 +95,10 @@ TEST(Marker, FieldOfViewIsTheVerticalOne) {
 }
 
 TEST(Depth, IsTheDistanceFromTheCamerasPlane) {
-  // 3 m above a square of 4 m x 4 m; a box whose top, 0.5 m high, is 2.5 m below the camera and 1 m x 0.5 m
-  // large. At 90 degrees, 80 pixels show 6 m on the ground and 5 m at the box's top, which therefore has 16
-  // x 8 pixels. A second box is near the upper right corner: depth is measured to the plane, not along the
-  // ray.
+  // The camera is 3 m above a square of 4 m x 4 m. The top of a box is 0.5 m high, 2.5 m below the camera,
+  // and 1 m x 0.5 m large. At 90 degrees, 80 pixels show 6 m on the ground and 5 m at the box's top, which
+  // therefore has 16 x 8 pixels. A second box is near the upper right corner, because depth is measured to
+  // the plane and not along the ray.
   Renderer renderer(ModelOf(R"(<mujoco>
     <statistic extent="2"/>
     <visual><map znear="0.01" zfar="20"/></visual>
@@ -116,7 +116,7 @@ TEST(Depth, IsTheDistanceFromTheCamerasPlane) {
     renderer.RenderDepth({0, {80, 80}, 0, shadows}, &depth);
     ASSERT_EQ(depth.size(), 6400u);
     const auto at = [&](int column, int row) { return depth[static_cast<size_t>(row * 80 + column)]; };
-    // With 24 bits, a step at 3 m is 3^2 / 0.02 / 2^24 = 27 um.
+    // With a depth buffer of 24 bits, a step at 3 m is 3^2 / 0.02 / 2^24 = 27 um.
     constexpr double kTolerance = 6e-5;
     for (const auto& [column, row] : {std::pair{40, 40}, {32, 36}, {47, 43}}) {
       EXPECT_NEAR(at(column, row), 2.5, kTolerance) << column << " " << row;
@@ -125,12 +125,12 @@ TEST(Depth, IsTheDistanceFromTheCamerasPlane) {
          {std::pair{30, 40}, {49, 40}, {40, 34}, {40, 45}, {15, 15}, {64, 64}, {15, 64}}) {
       EXPECT_NEAR(at(column, row), 3, kTolerance) << column << " " << row;
     }
-    // Its top is 2 m below the camera: 1.25 to 1.75 m to the right are 40 + 25 to 40 + 35, and likewise
-    // upward.
+    // The second box's top is 2 m below the camera. It is at 1.25 to 1.75 m in both directions, at pixels 25
+    // to 35 from the center.
     for (const auto& [column, row] : {std::pair{66, 6}, {73, 13}}) {
       EXPECT_NEAR(at(column, row), 2, kTolerance) << column << " " << row;
     }
-    // Where there is no surface: zfar * extent.
+    // Pixels without a surface have the depth zfar * extent.
     for (const auto& [column, row] : {std::pair{0, 0}, {79, 79}, {40, 78}}) {
       EXPECT_NEAR(at(column, row), 40, 1e-3) << column << " " << row;
     }
@@ -196,7 +196,7 @@ TEST_F(ShotTest, ShadowsAreRenderedIfRequested) {
   renderer.SetState(home_);
   const auto lit = Rgb8(&renderer, "front", {128, 128}, 0, false),
              shaded = Rgb8(&renderer, "front", {128, 128});
-  // A shadow only reduces the light; a few pixels are rounded differently.
+  // A shadow only reduces the light, but a few pixels are rounded differently.
   int darker = 0, brighter = 0;
   for (size_t i = 0; i < lit.size(); ++i) {
     darker += shaded[i] + 8 < lit[i];

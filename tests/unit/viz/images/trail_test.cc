@@ -1,4 +1,4 @@
-// The trail of a wrist that moves along a known line, pixel by pixel.
+// Tests, pixel by pixel, the trail of a wrist that moves along a known line.
 #include "viz/images/trail.h"
 
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 
 namespace evalbus::viz::trail_test {
 
-// One arm moves by 0.1 m along x in each tick of 0.1 s, 1 m in front of a camera that looks along -z from the
-// origin. Half of the image's 480 pixels is 1 m there.
+// One arm moves by 0.1 m along x in each tick of 0.1 s. It is 1 m in front of a camera that looks along -z
+// from the origin. Half of the image's 480 pixels is 1 m there.
 constexpr CameraPose kCamera{{0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, 90};
 constexpr FrameSize kSize{640, 480};
 
@@ -23,7 +23,8 @@ std::vector<state_t> States(int count) {
   return states;
 }
 
-// The blue of the pixels on the path, by tick: 240 + 24 k pixels from the middle of the image.
+// Returns the blue of the pixel on the path at this tick: 24 pixels per tick to the right of the image's
+// center.
 int Blue(const Frame& frame, double ticks) {
   const auto x = static_cast<size_t>(320 + 24 * ticks);
   return frame.bgrx[(240 * 640 + x) * 4];

@@ -1,4 +1,4 @@
-// Positions of the parts of a video, and of a point in a camera's image.
+// Positions of the parts of a video and of a point in a camera's image.
 #include "viz/images/video_layout.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ void ExpectBox(const Box& box, double x, double y, double width, double height) 
   EXPECT_DOUBLE_EQ(box.height, height);
 }
 
-// No part is empty, extends beyond the image or overlaps another.
+// Expects that no part is empty, extends beyond the image or overlaps another.
 void ExpectApart(const std::vector<Box>& boxes, FrameSize size) {
   for (size_t i = 0; i < boxes.size(); ++i) {
     const Box& a = boxes[i];
@@ -54,8 +54,8 @@ TEST(VideoScale, IsOneAt720AndNeverTooSmallToRead) {
   EXPECT_EQ(VideoScale({2560, 720}), 1);
 }
 
-// Worked out by hand for 1280x720, where a unit is a pixel: 40 for the header, 46 for the timeline, 140 for
-// the panels; three insets have 24 % of the width, from 1280 * 0.76 = 972.8 on, 2 pixels apart.
+// Computed by hand for 1280x720, where a unit is a pixel. The header has 40 pixels, the timeline 46 and the
+// panels 140. Three insets have 24 % of the width, from 1280 * 0.76 = 972.8 on, 2 pixels apart.
 TEST(FullLayout, HasItsPartsWhereTheyBelong) {
   const FullLayout layout = LayOutFull({1280, 720}, 3, 3);
   ExpectBox(layout.header, 0, 0, 1280, 40);
@@ -110,7 +110,7 @@ TEST(GridLayout, CellsAreInRowsAndApart) {
     }
   }
   const GridLayout layout = LayOutGrid({1280, 720}, 4, 3);
-  // 1276 / 4 = 319 and 676 / 3 = 225.3 from cell to cell, 4 apart.
+  // The cells repeat every 1276 / 4 = 319 and 676 / 3 = 225.3 pixels, with gaps of 4.
   ExpectBox(layout.cells[0], 4, 40, 314, 220);
   ExpectBox(layout.cells[5], 322, 264, 316, 222);
 }
@@ -137,8 +137,8 @@ TEST(PanelSize, TooSmallForTextIsRefused) {
   EXPECT_THROW(CheckPanelSize({1281, 720}), InputError);
 }
 
-// A camera at the origin without rotation points along -z with y upward; with 90 degrees, the upper edge is
-// at 45.
+// A camera at the origin without rotation points along -z with y upward. With 90 degrees, the upper edge is
+// at 45 degrees.
 TEST(Project, PinholeByHand) {
   const CameraPose camera{{0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, 90};
   const auto at = [&](double x, double y, double z) {
@@ -153,7 +153,7 @@ TEST(Project, PinholeByHand) {
   EXPECT_FALSE(at(1, 1, 0));
 }
 
-// Compared with MuJoCo's own image of a red ball at that position.
+// The position is compared with MuJoCo's own image of a red ball there.
 TEST(Project, IsWhereTheRendererDrawsIt) {
   constexpr char kXml[] =
       R"(<mujoco><visual><headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/></visual>

@@ -1,4 +1,4 @@
-// Videos: number, size and time of their frames, and errors.
+// Tests number, size and time of a video's frames, and errors.
 #include "viz/images/video.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 constexpr FrameSize kVideoSize{160, 120};
 constexpr size_t kPixels = 160 * 120;
 
-// The video as gray images, decoded by ffmpeg.
+// Returns the video as gray images, decoded by ffmpeg.
 std::vector<std::vector<uint8_t>> Decode(const fs::path& video) {
   const std::string command =
       "ffmpeg -v quiet -i '" + video.string() + "' -fps_mode passthrough -f rawvideo -pix_fmt gray -";
@@ -60,7 +60,7 @@ std::string Bytes(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// Mean difference of two images.
+// Returns the mean difference of two images.
 double Difference(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
   double sum = 0;
   for (size_t i = 0; i < a.size(); ++i) sum += std::abs(a[i] - b[i]);
@@ -91,7 +91,7 @@ class VideoTest : public testing::Test {
   static void TearDownTestSuite() { delete scene_; }
 
   const mjModel& visual() { return *scene_->visual; }
-  // The pot disappears at this tick.
+  // Returns states in which the pot disappears at tick `gone_at`.
   std::vector<std::vector<double>> States(size_t num, size_t gone_at) {
     std::vector<std::vector<double>> states(num, HomeQpos(visual()));
     for (size_t i = gone_at; i < num; ++i) {
@@ -104,7 +104,7 @@ class VideoTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
-// Frames of a video of a whole episode at normal speed.
+// Returns the frames of a video of a whole episode at normal speed.
 std::vector<size_t> Schedule(const std::vector<int64_t>& times_us) {
   return VideoSchedule(times_us, FrameTimes({}, times_us.back()));
 }
@@ -116,7 +116,7 @@ TEST(VideoSchedule, FrameShowsTheLastStateAtOrBeforeItsTime) {
     const std::vector<size_t> shown = Schedule(times);
     ASSERT_EQ(shown.size(), static_cast<size_t>(times.back() * 30 / 1000000 + 1)) << tick_us;
     for (size_t n = 0; n < shown.size(); ++n) {
-      // floor(n / 30 s / tick) in integers.
+      // This is floor(n / 30 s / tick), in integers.
       ASSERT_EQ(shown[n], n * 1000000 / (30 * static_cast<size_t>(tick_us))) << tick_us << " frame " << n;
     }
   }
@@ -128,7 +128,8 @@ TEST(VideoSchedule, TicksMayBeMissing) {
 }
 
 TEST_F(VideoTest, FramesHaveTheirTimeSizeAndNumber) {
-  // 2.02 s; the pot disappears at 0.62 s: frame 18 (0.600 s) shows it, frame 19 (0.633 s) does not.
+  // The video lasts 2.02 s. The pot disappears at 0.62 s, so frame 18 (0.600 s) shows it and frame 19 (0.633
+  // s) does not.
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(102, 31));
   const auto videos = MakeVideo(log, {"front", "left/hand/wrist"}, kVideoSize, log.parent_path());
   EXPECT_EQ(videos, (std::vector<fs::path>{log.parent_path() / "front.mp4",
@@ -158,7 +159,7 @@ TEST_F(VideoTest, EqualLogsGiveEqualBytes) {
   EXPECT_TRUE(Bytes(a) == Bytes(b));
 }
 
-// The word at the end of a video is the same as in tables: the reason of the failure, not the event that
+// A video ends with the word that tables show, which is the reason of the failure and not the event that
 // ended the episode.
 TEST_F(VideoTest, EndsWithTheOutcomeOfTheScore) {
   const auto video = [this](const std::string& name, const std::string& end_reason,
@@ -226,7 +227,7 @@ TEST_F(VideoTest, GridAndPairLastAsLongAsTheLongest) {
   EXPECT_FALSE(fs::exists(folder_.path() / "none.mp4"));
 }
 
-// 31 frames of 1 s and 30 held ones: 2 s, at 10 frames per second.
+// There are 31 frames of 1 s and 30 held ones: 2 s at 10 frames per second.
 TEST_F(VideoTest, GifAndWebpAreOfTheSameLength) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
   VideoOptions options;
@@ -274,7 +275,7 @@ TEST_F(VideoTest, LogWithoutEndIsRecordedAsFarAsItGoes) {
   EXPECT_EQ(Decode(MakeVideo(log, {"front"}, kVideoSize, log.parent_path())[0]).size(), 31u);
 }
 
-// As lcm-logger writes it beside a run.
+// The log is like one that lcm-logger writes during a run.
 TEST_F(VideoTest, EveryEpisodeOfALogHasAVideo) {
   const fs::path one = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
   fs::create_directory(folder_.path() / "all");
@@ -289,7 +290,7 @@ TEST_F(VideoTest, EveryEpisodeOfALogHasAVideo) {
       // The episode follows the fingerprint and the session.
       if (event.channel != channels::kModel) data[19] = static_cast<uint8_t>(episode);
       writer.Write(event.channel, data, event.time_us);
-      // Repeated until all components are ready.
+      // EPISODE_BEGIN is repeated until all components are ready.
       if (event.channel == channels::kEpisodeBegin) writer.Write(event.channel, data, event.time_us);
     }
   }
@@ -308,7 +309,7 @@ TEST_F(VideoTest, EveryEpisodeOfALogHasAVideo) {
   EXPECT_EQ(Decode(videos[2]).size(), 7u + kVideoHold);
   EXPECT_TRUE(std::ranges::is_sorted(progress));
   EXPECT_EQ(progress.back(), 1);
-  // 31 frames and the held one.
+  // Counts 31 frames and the held one.
   EXPECT_NEAR(progress[31], 1. / 3, 1e-9) << "the end of the first";
 
   for (const fs::path& video : videos) fs::remove(video);
@@ -378,7 +379,7 @@ TEST_F(VideoTest, ACameraIsRecordedOnce) {
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);
 }
 
-// A program named ffmpeg that executes these shell commands.
+// Replaces ffmpeg by a program that executes these shell commands.
 class FakeFfmpeg : public testing::Test {
  protected:
   void Publish(const std::string& words) {
@@ -389,7 +390,7 @@ class FakeFfmpeg : public testing::Test {
     setenv("EVALBUS_PATH", program.parent_path().c_str(), 1);
   }
   ~FakeFfmpeg() override { unsetenv("EVALBUS_PATH"); }
-  // The result of a video of 1000 frames.
+  // Returns the error of making a video of 1000 frames.
   template <class Error>
   std::string MakeVideo(std::chrono::milliseconds timeout = std::chrono::seconds(60)) {
     return MessageOf<Error>([&] {
@@ -412,13 +413,13 @@ TEST_F(FakeFfmpeg, ThatHangsIsEnded) {
   const std::string hangs = "ffmpeg could not make " + video_.string() + ": it hung: no progress for 0.5 s";
   Publish("kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
-  // It is ended even if it has accepted all frames.
+  // ffmpeg is killed even if it has accepted all frames.
   Publish("cat >/dev/null; kill -STOP $$");
   EXPECT_EQ(MakeVideo<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
   EXPECT_FALSE(fs::exists(video_));
 }
 
-// Each process writes its own file until that is complete.
+// Each process writes its own temporary file until the video is complete.
 TEST(VideoWriter, TwoOfOneNameDoNotMix) {
   TemporaryFolder folder;
   const fs::path file = folder.path() / "video.mp4";

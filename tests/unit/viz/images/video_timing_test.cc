@@ -1,4 +1,4 @@
-// Times of a video's frames, worked out by hand at 30 frames per second.
+// Tests the times of a video's frames, computed by hand at 30 frames per second.
 #include "viz/images/video_timing.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ std::string ErrorText(const std::function<void()>& call) {
 TEST(VideoTiming, SpeedScalesTheTimeBetweenFrames) {
   VideoTiming timing;
   timing.speed = 2;
-  // 2 s at twice the speed: frames at 0, 2/30, ... 2 s.
+  // 2 s at twice the speed have frames at 0, 2/30, ... 2 s.
   const auto frames = FrameTimes(timing, 2000000);
   ASSERT_EQ(frames.size(), 31u);
   EXPECT_DOUBLE_EQ(frames[1].time_s, 2 / 30.);
@@ -46,7 +46,7 @@ TEST(VideoTiming, TrimLimitsTheFrames) {
   EXPECT_DOUBLE_EQ(frames.back().time_s, 1.5);
   EXPECT_EQ(FrameTimes(Trimmed("..0.5"), 2000000).size(), 16u);
   EXPECT_EQ(FrameTimes(Trimmed("1.5.."), 2000000).size(), 16u);
-  // An end after the episode's end is the episode's end.
+  // An end that is later than the episode's end is replaced by it.
   EXPECT_EQ(FrameTimes(Trimmed("1.5..9"), 2000000).size(), 16u);
 }
 
@@ -54,7 +54,8 @@ TEST(VideoTiming, HighlightIsSlowAndTheRestFast) {
   VideoTiming timing;
   timing.highlight_s = 2;
   timing.moments_s = {10};
-  // 20 s: 9 s at 8x are 33.75 frames: 34 of them begin before 9 s. 2 s at 1x are 60, 9 s at 8x to the end 34.
+  // The episode lasts 20 s. 9 s at 8x are 33.75 frames, so 34 begin before 9 s. 2 s at 1x are 60 frames, and
+  // the last 9 s at 8x are 34.
   const auto frames = FrameTimes(timing, 20000000);
   ASSERT_EQ(frames.size(), 34u + 60 + 34);
   EXPECT_DOUBLE_EQ(frames[1].time_s, 8 / 30.);

@@ -1,4 +1,4 @@
-// The monitor's screen, from scripted messages.
+// Tests the monitor's screen with scripted messages.
 #include "viz/terminal/monitor_screen.h"
 
 #include <gtest/gtest.h>
@@ -92,7 +92,7 @@ TEST_F(MonitorScreenTest, NeverExceedsTheTerminal) {
   check();
   Play();
   check();
-  now_ += milliseconds(3000);  // if everything is silent, there is more to display
+  now_ += milliseconds(3000);  // if all components are silent, there is more to display
   check();
 }
 
@@ -228,7 +228,7 @@ TEST_F(MonitorScreenTest, AnotherMessageVersionIsNamedAndNothingOfItsModelShown)
 }
 
 TEST_F(MonitorScreenTest, OpenedInMidEpisodeShowsWhatCameBefore) {
-  // The messages of a tick come first; names arrive with the next MODEL.
+  // The messages of a tick arrive first, and the names only with the next MODEL.
   PublishTick(4, 75, true);
   std::string screen = All(80, 24);
   EXPECT_NE(screen.find("episode 4   running       1.50 s"), std::string::npos) << screen;
@@ -248,7 +248,7 @@ TEST_F(MonitorScreenTest, OpenedInMidEpisodeShowsWhatCameBefore) {
   EXPECT_NE(screen.find("small/position"), std::string::npos);
 }
 
-// The player of the log reports this; of the run's components, only those that receive the replay are shown.
+// The log player reports a replay. Only components that receive it are shown.
 TEST_F(MonitorScreenTest, AReplayIsCalledOne) {
   PublishModel();
   EXPECT_NE(All(80, 24).find("two_arms   realtime"), std::string::npos) << All(80, 24);
@@ -387,7 +387,7 @@ TEST_F(MonitorScreenTest, ARepeatedScoreIsShownOnce) {
   EXPECT_EQ(scores(), 1);
   PublishSummary(0, "success");
   EXPECT_EQ(scores(), 0);
-  // The same episode, played a second time, is displayed again.
+  // If the same episode is played a second time, it is displayed again.
   PublishBegin(0);
   PublishSummary(0, "success");
   EXPECT_EQ(scores(), 1);

@@ -20,7 +20,8 @@ TEST(Block, TheBytesByHand) {
   const std::string head = R"({"block":"log","arrays":{"a":{"type":"u16","shape":[3],"offset":0},)"
                            R"("b":{"type":"u8","shape":[1],"offset":8}}})";
   ASSERT_EQ(head.size(), 109u);
-  // 109 and the 4 bytes of the length are 113: seven zeros up to 120, which is 15 times 8.
+  // The head of 109 bytes and its length of 4 bytes are 113 bytes. Seven zeros pad them to 120, a multiple of
+  // 8.
   EXPECT_EQ(bytes, std::string("\x6d\0\0\0", 4) + head + std::string(7, '\0') +
                        std::string("\1\0\2\0\4\3\0\0\7", 9));
 }
@@ -28,7 +29,7 @@ TEST(Block, TheBytesByHand) {
 TEST(Block, ReadsWhatItWrites) {
   BlockWriter block("episode");
   const int32_t least = std::numeric_limits<int32_t>::min(), most = std::numeric_limits<int32_t>::max();
-  // Each row begins anew, and differences wrap around.
+  // The differences start again in each row, and they wrap around.
   block.AddDeltas<int32_t>("deltas", {2, 3}, {5, 7, 4, least, most, 0})["scale"] = 0.5;
   nlohmann::ordered_json& points = block.Add<uint16_t>("points", {2, 3}, {0, 1, 2, 3, 4, 65535});
   points["scale"] = {1, 10, 100};
@@ -62,7 +63,7 @@ TEST(Pack, IsBase64OfWhatZlibInflates) {
   EXPECT_EQ(Base64("f"), "Zg==");
   EXPECT_EQ(Base64("fo"), "Zm8=");
   EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");  // RFC 4648, section 10
-  // Longer than the buffer of the encoder.
+  // This text is longer than the encoder's buffer.
   const std::string long_text(size_t{7} << 20, 'a');
   EXPECT_EQ(Base64(long_text).size(), (long_text.size() + 2) / 3 * 4);
   EXPECT_EQ(Base64(long_text).substr(0, 8), "YWFhYWFh");
@@ -77,7 +78,7 @@ TEST(Pack, IsBase64OfWhatZlibInflates) {
   EXPECT_EQ(inflated, long_text);
 }
 
-// They are used in pages that are both HTML and XML.
+// The files are used in pages that are both HTML and XML.
 TEST(PageFiles, HaveNothingThatEndsAScript) {
   for (const PageFile& file : PageFiles()) {
     const std::string text = file.text;

@@ -1,4 +1,4 @@
-// The tree of conditions, compared with trees written by hand.
+// Compares the tree of conditions with trees written by hand.
 #include "viz/viewer/condition_tree.h"
 
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@ namespace evalbus::viz::condition_tree_test {
 
 using Json = nlohmann::ordered_json;
 
-// A predicate whose name does not matter.
+// Returns a predicate whose name does not matter.
 Expression Leaf() {
   Expression leaf;
   leaf.name = "touching";
@@ -33,7 +33,7 @@ TEST(ConditionTreeTest, BelowNotAllBecomesAnyAndBack) {
             Json::parse(R"({"any": [0, 1]})"));
 }
 
-// EVALBUS_CRITERIA lists their operands in order, then the conditions themselves.
+// EVALBUS_CRITERIA lists the operands of these conditions in order, followed by the conditions themselves.
 TEST(ConditionTreeTest, LatchedAndLastsStandBehindTheirOperands) {
   EXPECT_EQ(ConditionTree(Joined("not", {Joined("lasts", {Joined("all", {Leaf(), Leaf()})})}), 0, 3),
             Json::parse(R"({"lasts": [{"all": [0, 1]}, 2]})"));

@@ -64,7 +64,7 @@ criteria_t Criteria(int64_t tick, double height) {
   return criteria;
 }
 
-// All messages of a tick, in the order of their arrival. toucher: the geom that touches the pot.
+// Receives all messages of a tick in the usual order. toucher: the geom that touches the pot.
 void Receive(int64_t tick, EpisodeTrack* track, int toucher = kTop) {
   state_t state = State(tick);
   state.body[kPot].position_m[2] = 1 + 0.01 * static_cast<double>(tick);
@@ -86,7 +86,7 @@ const nlohmann::ordered_json& CurveOf(const BlockReader& block, const std::strin
   throw std::runtime_error("no curve " + name);
 }
 
-// Values of all ticks in a block.
+// Returns the values of all ticks in a block.
 std::vector<double> RowOf(const BlockReader& block, const std::string& name, size_t part = 0) {
   const std::vector<size_t> shape = block.Shape("curves");
   const std::vector<double> values = block.Values("curves");
@@ -105,7 +105,8 @@ TEST(EpisodeTrack, ABlockHasTheContentsOfTheMessages) {
   begin.num_parameters = 1;
   track.Receive(begin);
   for (int64_t tick = 0; tick < 6; ++tick) Receive(tick, &track);
-  // Messages that arrive before the next PARTIAL may still belong to the last tick.
+  // The last tick is not complete, because messages that arrive before the next PARTIAL may still belong to
+  // it.
   EXPECT_EQ(track.ticks(), 5);
 
   const BlockReader block(track.EpisodeBlock());
@@ -121,14 +122,14 @@ TEST(EpisodeTrack, ABlockHasTheContentsOfTheMessages) {
   EXPECT_EQ(block.head()["stages"][0]["tick"], 2);
   EXPECT_TRUE(block.head()["stages"][1]["tick"].is_null());
 
-  // The pot is the second of the two bodies; z is its third row.
+  // The pot is the second of the two bodies, and z is its third row.
   const std::vector<double> position = block.Values("position_m");
   ASSERT_EQ(block.Shape("position_m"), (std::vector<size_t>{2, 3, 5}));
   for (size_t tick = 0; tick < 5; ++tick) {
     EXPECT_NEAR(position[(1 * 3 + 2) * 5 + tick], 1 + 0.01 * static_cast<double>(tick), 1e-5);
     EXPECT_EQ(block.Values("quat")[(1 * 4 + 0) * 5 + tick], 1);
   }
-  // Displayed units: the clearance is in mm, and missing at odd ticks.
+  // Values have displayed units. The clearance is in mm and is missing at odd ticks.
   const std::vector<double> clearance = RowOf(block, "clearance_m");
   EXPECT_EQ(clearance[0], 500);
   EXPECT_TRUE(std::isnan(clearance[1]));
@@ -141,7 +142,7 @@ TEST(EpisodeTrack, ABlockHasTheContentsOfTheMessages) {
   EXPECT_TRUE(std::isnan(block.Values("clearance_points_m")[2 * 5 + 1]));
   EXPECT_EQ(block.Values("clearance_geoms")[0], kLeftPad);
   EXPECT_EQ(block.Values("clearance_geoms")[1], -1);
-  // One contact at each tick, 1 mm deep.
+  // Each tick has one contact, 1 mm deep.
   EXPECT_EQ(block.Values("contact_from"), (std::vector<double>{0, 1, 2, 3, 4, 5}));
   EXPECT_EQ(block.Values("contact_geoms")[0], kTop);
   EXPECT_EQ(block.Values("contact_geoms")[5], kWall);
@@ -255,7 +256,7 @@ TEST(EpisodeTrack, HasTheImagesOfASourcesCameras) {
   EXPECT_EQ(all.Values("image_tick"), (std::vector<double>{0, 0, 3}));
   EXPECT_EQ(all.Values("image_from"), (std::vector<double>{0, 5, 6, 11}));
   EXPECT_EQ(all.Raw("image_jpeg"), "JPEG0wJPEG3");
-  // Data that arrived after the ticks that were sent.
+  // The data arrived after its ticks were sent, and is sent with the next ticks.
   const BlockReader ticks(track.TicksBlock(sent));
   EXPECT_EQ(ticks.Raw("image_jpeg"), "JPEG3");
 }
@@ -271,7 +272,7 @@ TEST(EpisodeTrack, LeavesOutEverySecondImageOfTooManyBytes) {
 
 TEST(EpisodeTrack, TicksThatNeverCame) {
   EpisodeTrack track = MakeTrack();
-  // Like a receiver that starts in the middle, and misses a tick.
+  // The receiver starts in the middle of the episode and misses a tick.
   for (const int64_t tick : {3, 4, 6, 7, 8}) Receive(tick, &track);
   const BlockReader block(track.EpisodeBlock());
   EXPECT_EQ(block.head()["ticks"], 8);
@@ -283,7 +284,7 @@ TEST(EpisodeTrack, TicksThatNeverCame) {
   EXPECT_NEAR(z(6), 1.06, 1e-5);
   EXPECT_TRUE(std::isnan(RowOf(block, "target_distance")[5]));
   EXPECT_EQ(block.Values("contact_from")[5], block.Values("contact_from")[6]);
-  // A block that contains only new ticks includes the state before them.
+  // A block that contains only new ticks begins with the state before them.
   const BlockReader ticks(track.TicksBlock(5));
   EXPECT_NEAR(ticks.Values("position_m")[(1 * 3 + 2) * 3], 1.04, 1e-5);
   EXPECT_EQ(ticks.Values("missing"), (std::vector<double>{5}));
@@ -331,7 +332,7 @@ TEST(EpisodeTrack, NothingOfOthersAndNothingThatIsNone) {
 TEST(EpisodeTrack, WhatHappened) {
   EpisodeTrack track = MakeTrack();
   for (int64_t tick = 0; tick < 6; ++tick) Receive(tick, &track, tick >= 4 ? kLeftPad : kTop);
-  // A contact that returns at once is the same one; 0.1 s later it is another one.
+  // If the contact returns at once, it is the same contact. 0.1 s later it is a new one.
   for (const int64_t tick : {6, 7, 9, 14}) {
     track.Receive(State(tick));
     track.Receive(Contacts(tick, {{kLeftLink, kTop}}));

@@ -15,7 +15,7 @@ namespace evalbus::viz::grasp_watch_test {
 using namespace small_world;
 using metrics::EpisodeScorer;
 
-// The left gripper has two fingers, the right one has one.
+// The left gripper has two fingers and the right one has one.
 model_info_t ModelWithFingers() {
   model_info_t model = Model();
   model.gripper[0].pad_geom = {kLeftPad, kLeftLink};
@@ -29,8 +29,8 @@ struct Messages {
   partial_metrics_t partial;
 };
 
-// Fingers touch and leave the pot at random for 1 to 12 ticks, so that interruptions are shorter and longer
-// than those that separate two grasps (5 ticks). At tick `success` the pot is lifted.
+// Fingers touch and leave the pot at random for 1 to 12 ticks. Interruptions are therefore both shorter and
+// longer than the 5 ticks that separate two grasps. At tick `success` the pot is lifted.
 std::vector<Messages> Episode(unsigned seed, int64_t ticks, int64_t success, EpisodeScorer* scorer) {
   std::mt19937 random(seed);
   constexpr int kPads[] = {kLeftPad, kLeftLink, kRightPad};
@@ -63,7 +63,7 @@ void Receive(const Messages& messages, EpisodeTrack* track) {
 
 using Event = std::tuple<int64_t, TrackEvent::Kind, std::string, double>;
 
-// Grasps and releases, and slips without the gripper, which is not known while an episode runs.
+// Returns grasps, releases and slips. Slips lack the gripper, which is unknown while an episode runs.
 std::vector<Event> EventsOf(const EpisodeTrack& track) {
   std::vector<Event> events;
   for (const TrackEvent& event : track.Events()) {
@@ -75,7 +75,8 @@ std::vector<Event> EventsOf(const EpisodeTrack& track) {
   return events;
 }
 
-// The grasps of a running episode are those of a summary that ended it at this tick, at every tick.
+// At every tick, the grasps of a running episode equal the grasps in a summary that would end it at this
+// tick.
 TEST(GraspWatch, EqualsTheSummaryAtEveryTick) {
   constexpr int64_t kTicks = 90, kSuccess = 70;
   const auto model = std::make_shared<model_info_t>(ModelWithFingers());

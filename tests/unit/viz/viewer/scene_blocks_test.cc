@@ -30,14 +30,14 @@ TEST(SceneBlocks, DrawWhatTheModelHas) {
   const auto& head = block.head();
   ASSERT_EQ(head["bodies"].size(), static_cast<size_t>(m.nbody));
 
-  // Bodies below a joint move.
+  // A body moves if it or one of its ancestors has a joint.
   for (int body = 0; body < m.nbody; ++body) {
     bool moves = false;
     for (int b = body; b != 0; b = m.body_parentid[b]) moves = moves || m.body_jntnum[b] > 0;
     EXPECT_EQ(head["bodies"][static_cast<size_t>(body)]["moves"], moves) << body;
     EXPECT_EQ(std::ranges::count(blocks.moving_bodies(), body), moves);
   }
-  // Each geom of MODEL once, at MuJoCo's position.
+  // The block has each geom of MODEL once, at MuJoCo's position.
   std::vector<int> collision;
   size_t meshes = 0;
   std::set<std::string> mesh_blocks;
@@ -62,7 +62,7 @@ TEST(SceneBlocks, DrawWhatTheModelHas) {
   EXPECT_EQ(head["cameras"].size(), static_cast<size_t>(m.ncam));
   EXPECT_EQ(head["wrists"].size(), 2u);
   EXPECT_EQ(head["entities"][0]["kind"], "world");
-  // The two arms have the same meshes: each mesh is stored once.
+  // The two arms have the same meshes, and each mesh is stored only once.
   EXPECT_LT(mesh_blocks.size(), meshes);
   EXPECT_LE(mesh_blocks.size(), static_cast<size_t>(m.nmesh));
 }
@@ -89,7 +89,7 @@ TEST(SceneBlocks, AMeshIsTheModelsToTheSixteenthBit) {
         const int from = m.mesh_face[3 * m.mesh_faceadr[data] + static_cast<int>(corner)];
         for (size_t k = 0; k < 3; ++k) {
           const size_t to = 3 * static_cast<size_t>(faces[corner]) + k;
-          // Half a quantization step of the largest mesh, 0.5 m.
+          // The tolerance is half a quantization step of the largest mesh, which is 0.5 m.
           ASSERT_NEAR(vertices[to], vertex[3 * from + static_cast<int>(k)], 0.5 / 65535);
           ASSERT_NEAR(normals[to], normal[3 * from + static_cast<int>(k)], 2e-5);
         }
@@ -114,7 +114,7 @@ TEST(SceneBlocks, AppearanceIsWhatTheSeedChanges) {
   const nlohmann::ordered_json appearance = blocks.Appearance(5);
   EXPECT_EQ(blocks.Appearance(5), appearance);
   EXPECT_NE(blocks.Appearance(6), appearance);
-  // The pot's two materials, one light, one camera, and nothing else.
+  // The appearance consists of the pot's two materials, one light and one camera.
   ASSERT_EQ(appearance["materials"].size(), 2u);
   for (const auto& change : appearance["materials"]) {
     const int id = change[0];
@@ -155,7 +155,7 @@ TEST(SceneBlocks, AnEpisodesTextureIsOneOfTheScenesBlocks) {
     ASSERT_EQ(appearance["lights"].size(), 1U);
     EXPECT_TRUE(appearance["lights"][0][1].contains("direction"));
   }
-  // No texture, or one of the two.
+  // The pot has no texture or one of two.
   EXPECT_EQ(seen.size(), 3U);
   for (const nlohmann::ordered_json& texture : seen)
     EXPECT_TRUE(texture.is_null() || blocks.blocks().contains(texture.get<std::string>()));

@@ -1,4 +1,4 @@
-// State that an observer derives from scripted messages, without a screen.
+// Tests the state that an observer derives from scripted messages, without a screen.
 #include "viz/watch/run_watch.h"
 
 #include <gtest/gtest.h>
@@ -129,7 +129,7 @@ TEST_F(RunWatchTest, NoComponentIsMissedAfterTheEndOfTheRun) {
   watch_.Update(now_);
   EXPECT_FALSE(watch_.health().at("policy").silent) << "a guest that stays";
   EXPECT_TRUE(watch_.TakeEvents().empty());
-  // The next run on this bus.
+  // The next run begins on this bus.
   PublishStatus("run", 0, -1);
   EXPECT_FALSE(watch_.is_over());
 }
@@ -161,7 +161,7 @@ TEST_F(RunWatchTest, LagIsInTicksBehindTheSim) {
   EXPECT_EQ(watch_.health().at("recorder").lag, -1) << "of another episode";
 }
 
-// Its indices are beyond the ends of its lists.
+// The model's indices exceed the ends of its lists.
 TEST_F(RunWatchTest, AModelThatContradictsItselfIsNone) {
   model_info_t model = small_world::Model();
   model.geom_body[3] = 1000;

@@ -1,4 +1,4 @@
-// Messages that viewers receive for a run that is faster than they read.
+// Tests which messages viewers receive of a run that is faster than they read.
 #include "viz/web/live_feed.h"
 
 #include <gmock/gmock.h>
@@ -56,12 +56,12 @@ class LiveFeedTest : public testing::Test {
     Publish();
     EXPECT_THAT(Given(viewer), ElementsAre(std::pair(0, false)));
   }
-  // A second later.
+  // Publishes one second after the previous call.
   void Publish() {
     now_ += 1s;
     feed_.Publish(&broadcaster_, {}, nullptr, now_);
   }
-  // Episodes that this viewer receives, and whether they have ended.
+  // Returns the episodes that this viewer receives, and whether they have ended.
   std::vector<std::pair<int, bool>> Given(UpdateBroadcaster::Viewer* viewer) {
     std::vector<std::pair<int, bool>> given;
     while (const SharedBytes bytes = broadcaster_.Next(viewer)) {
@@ -124,7 +124,7 @@ TEST_F(LiveFeedTest, ALateViewerDoesNotReceiveAnOldEpisode) {
   Publish();
   EXPECT_EQ(Given(&first).size(), 1u);
   broadcaster_.Leave(&first);
-  // No viewer is connected; the next one connects between two calls.
+  // No viewer is connected now. The next one connects between two calls.
   End(0, 4);
   Begin(1);
   Tick(1, 0);

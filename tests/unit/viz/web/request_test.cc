@@ -1,4 +1,4 @@
-// The requests that are allowed, and from which origins.
+// Tests which requests are allowed, and from which origins.
 #include "viz/web/request.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The web server over loopback: which clients have access, what it answers, and how it handles clients that
-// misbehave.
+// Tests the web server over loopback: which clients have access, what it answers, and how it handles
+// misbehaving clients.
 #include "viz/web/server.h"
 
 #include <gmock/gmock.h>
@@ -123,7 +123,7 @@ TEST_F(Server, ElsewhereATokenIsNeeded) {
   WebClient with(port_, Origin(), "/" + token + "/live");
   EXPECT_EQ(with.Read(), "the run");
   EXPECT_EQ(WebClient(port_, "http://evil.example", "/" + token + "/live").status(), 403);
-  // Another token each time.
+  // Each server has another token.
   EXPECT_NE(WebServer({"0.0.0.0", 0}, broadcaster_).token(), token);
 }
 
@@ -134,10 +134,11 @@ TEST_F(Server, BadRequestsAreRefusedInWords) {
   EXPECT_EQ(StatusOf(AnswerTo(port_, std::string("GET /\0 HTTP/1.1\r\n\r\n", 18))), 400);
   EXPECT_EQ(StatusOf(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\n12345")),
             413);
-  // Too long; a client that continues to send is disconnected, perhaps before the answer has arrived.
+  // The header is too long. A client that continues to send is disconnected, perhaps before the answer
+  // arrives.
   const int status = StatusOf(Get(port_, "/", "localhost", "X: " + std::string(20'000, 'x') + "\r\n"));
   EXPECT_TRUE(status == 431 || status == 0) << status;
-  // The server still works.
+  // The server still answers.
   EXPECT_EQ(StatusOf(Get(port_, "/")), 200);
 }
 
@@ -163,7 +164,7 @@ TEST_F(Server, APageThatSendsAnythingElseIsDisconnected) {
     client.Read();
     EXPECT_TRUE(client.error()) << text.substr(0, 20);
   }
-  // So is a client that repeats it.
+  // A client that repeats a message is also disconnected.
   WebClient chatty(port_, Origin());
   for (int i = 0; i < 1000 && !chatty.error(); ++i) chatty.Publish("{\"watch\": 0}");
   while (!chatty.error()) chatty.Read();
@@ -209,14 +210,14 @@ TEST_F(Server, TheRunThatIsWatchedIsTheOneThatComes) {
   EXPECT_EQ(client.Read(), "episode of 0");
   client.Publish("{\"watch\": 1}");
   EXPECT_EQ(client.Read(), "episode of 1");
-  // For an unknown run nothing is sent, and the earlier one continues.
+  // For an unknown run nothing is sent, and the viewer continues to receive the previous one.
   client.Publish("{\"watch\": 7}");
   broadcaster_->AddTicks(1, "ticks of 1");
   server_->Wake();
   EXPECT_EQ(client.Read(), "ticks of 1");
 }
 
-// Fifty viewers, one of which never reads: the others receive every block, and the memory does not grow.
+// One of fifty viewers never reads. The others receive every block, and the memory does not grow.
 TEST_F(Server, AClientThatNeverReadsDelaysNoOther) {
   Begin();
   broadcaster_->SetEpisode(0, "episode", true);
@@ -227,7 +228,7 @@ TEST_F(Server, AClientThatNeverReadsDelaysNoOther) {
   }
   WebClient silent(port_, Origin(), "/live", true);
   ASSERT_FALSE(silent.error());
-  // More than all buffers between the two processes.
+  // The blocks exceed all buffers between the two processes.
   constexpr int kBlocks = 200;
   const std::string large(100'000, 'x');
   for (int i = 0; i < kBlocks; ++i) {
@@ -239,7 +240,8 @@ TEST_F(Server, AClientThatNeverReadsDelaysNoOther) {
     }
   }
   EXPECT_EQ(broadcaster_->num_viewers(), 50);
-  // When it reads at last, it receives the data on the way, and then the current state of the episode.
+  // When the silent client finally reads, it receives the data in transit and then the current state of the
+  // episode.
   broadcaster_->SetEpisode(0, "episode now", false);
   broadcaster_->AddTicks(0, "ticks now");
   server_->Wake();
@@ -268,8 +270,8 @@ TEST_F(Server, AFirstRequestHasLessTimeThanLaterOnes) {
   limits.first_request = std::chrono::seconds(1);
   limits.timeout = std::chrono::hours(1);
   Begin(limits);
-  // Half a request: the server closes the connection; otherwise this would end at kDeadline, without an
-  // answer.
+  // The server closes the connection after half a request. Otherwise the call would end at kDeadline without
+  // an answer.
   EXPECT_EQ(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: loc"), "");
   limits.first_request = std::chrono::hours(1);
   limits.timeout = std::chrono::seconds(1);
@@ -278,7 +280,7 @@ TEST_F(Server, AFirstRequestHasLessTimeThanLaterOnes) {
             200);
 }
 
-// Many connections on which no request is ever sent.
+// No request is ever completed on many connections.
 TEST_F(Server, ManyHalfRequestsLockNoClientOut) {
   WebServer::Limits limits;
   limits.connections = 4;
@@ -288,7 +290,7 @@ TEST_F(Server, ManyHalfRequestsLockNoClientOut) {
     half.Add();
     EXPECT_EQ(StatusOf(Get(port_, "/")), 200) << i;
   }
-  // A viewer need not send anything.
+  // A viewer may send nothing.
   broadcaster_->SetRun(0, "the run");
   WebClient viewer(port_, Origin());
   EXPECT_EQ(viewer.Read(), "the run");
@@ -298,7 +300,7 @@ TEST_F(Server, ManyHalfRequestsLockNoClientOut) {
   EXPECT_EQ(viewer.Read(), "the run later");
 }
 
-// The whole transfer takes several times as long as a client may accept no data.
+// The whole transfer takes several times as long as a client may read nothing.
 TEST_F(Server, AnAnswerMayTakeLongWhileItIsBeingTaken) {
   WebServer::Limits limits;
   limits.timeout = std::chrono::seconds(2);
@@ -315,7 +317,7 @@ TEST_F(Server, AViewerThatLeavesIsForgotten) {
     EXPECT_EQ(client.Read(), "run");
     EXPECT_EQ(broadcaster_->num_viewers(), 1);
   }
-  // Its last message may still be on its way.
+  // The client's last message may still be in transit.
   const auto give_up = std::chrono::steady_clock::now() + kDeadline;
   while (broadcaster_->num_viewers() > 0 && std::chrono::steady_clock::now() < give_up) Get(port_, "/");
   EXPECT_EQ(broadcaster_->num_viewers(), 0);

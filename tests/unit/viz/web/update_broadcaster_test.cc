@@ -1,5 +1,5 @@
-// Which viewer receives which blocks. Blocks are plain text here, except those that the broadcaster makes
-// itself.
+// Tests which viewer receives which blocks. Blocks are plain text here, except for blocks that the
+// broadcaster creates.
 #include "viz/web/update_broadcaster.h"
 
 #include <gmock/gmock.h>
@@ -160,7 +160,7 @@ TEST(UpdateBroadcaster, AListComesInPiecesAndThenWhatIsAdded) {
   ASSERT_EQ(added.size(), 1u);
   EXPECT_EQ(Head(added[0])["from"], 33'000);
   EXPECT_EQ(Head(added[0])["episodes"].size(), 1u);
-  // A list that was replaced (a resumed run) is sent from its beginning.
+  // If a list was replaced (a resumed run), it is sent from its beginning.
   broadcaster.SetEpisodes(0, 2, Rows({7}));
   const auto anew = TakeAll(&broadcaster, &viewer);
   ASSERT_EQ(anew.size(), 1u);

@@ -1,5 +1,5 @@
-// The browser's side of the web server: plain sockets for requests that no browser sends, and Beast for
-// normal ones.
+// The client side of web server tests. Plain sockets send requests that no browser sends; Beast sends normal
+// ones.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@
 
 namespace evalbus::viz {
 
-// Sends these bytes and returns the answer of the server at this address until it closes the connection; at
+// Sends these bytes and returns what the server at this address answers until it closes the connection, at
 // most `most` bytes.
 inline std::string AnswerTo(uint16_t port, const std::string& bytes, size_t most = 1 << 20,
                             const std::string& address = "127.0.0.1") {
@@ -49,7 +49,7 @@ inline std::string Get(uint16_t port, const std::string& target, const std::stri
       method + " " + target + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + more + "\r\n",
       1 << 20, address);
 }
-// The same for a client that reads `part` bytes, then nothing for a while.
+// Like Get(), for a client that repeatedly reads `part` bytes and then pauses.
 inline std::string GetSlowly(uint16_t port, const std::string& target, std::chrono::milliseconds pause,
                              size_t part) {
   namespace asio = boost::asio;
@@ -68,7 +68,7 @@ inline std::string GetSlowly(uint16_t port, const std::string& target, std::chro
   return answer;
 }
 
-// Connections on which half a request was sent; they remain open.
+// Connections on which half a request was sent. They remain open.
 class HalfRequests {
  public:
   explicit HalfRequests(uint16_t port) : port_(port) {}
@@ -88,10 +88,10 @@ inline int StatusOf(const std::string& answer) {
 }
 inline std::string BodyOf(const std::string& answer) { return answer.substr(answer.find("\r\n\r\n") + 4); }
 
-// A page's WebSocket. Each call ends after kDeadline at the latest.
+// A page's WebSocket. Each call takes at most kDeadline.
 class WebClient {
  public:
-  // small_window: the kernel buffers little, like for a client that does not read.
+  // small_window: the kernel buffers little, as for a client that does not read.
   explicit WebClient(uint16_t port, const std::string& origin = "", const std::string& target = "/live",
                      bool small_window = false) {
     namespace beast = boost::beast;
@@ -109,7 +109,7 @@ class WebClient {
     });
   }
 
-  // Error of the last call.
+  // Error of the last call; no error if it succeeded.
   const boost::system::error_code& error() const { return error_; }
   int status() const { return static_cast<int>(response_.result_int()); }
   uint16_t close_code() const { return stream_.reason().code; }

@@ -1,6 +1,6 @@
-// The part of an image that can have changed, compared with positions worked out by hand: a camera 2 m above
-// a floor with a field of view of 90 degrees, in 400 x 400 pixels, so a point at height z is at 200 + 200 x /
-// (2 - z).
+// The part of an image that can have changed is compared with positions worked out by hand. The camera is 2 m
+// above a floor, with a field of view of 90 degrees and 400 x 400 pixels, so a point at height z is at 200 +
+// 200 x / (2 - z).
 #include "viz/images/painter/scene_changes.h"
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ EyeView Eye() {
   return {place, projection * LookAlong(place, {0, 0, -1}, {0, 1, 0}), kSize, kSize};
 }
 
-// Along x and down, at 45 degrees.
+// The light shines along x and down, at 45 degrees.
 LightView SlantingLight() { return {LookAlong({-3, 0, 3}, {1, 0, -1}, {0, 1, 0}), kClip, kPlaces}; }
 
 class SceneChanges : public testing::Test {
@@ -64,7 +64,7 @@ class SceneChanges : public testing::Test {
     return ChangedPart(drawn, is.scene, GeomBoxes(model_), Eye(), light);
   }
 
-  // Without meshes.
+  // Has no meshes.
   mjModel model_;
 };
 
@@ -72,8 +72,8 @@ TEST_F(SceneChanges, NothingMovedNothingChanged) {
   EXPECT_TRUE(Changed({Floor(), Box(0)}, {Floor(), Box(0)}, SlantingLight()).is_empty());
 }
 
-// The box's top, at 1.1 m: -0.1 to 0.3 m are at pixels 177.8 to 266.7, +-0.1 m at 177.8 to 222.2; two pixels
-// more on each side.
+// The box's top is at 1.1 m. -0.1 to 0.3 m are at pixels 177.8 to 266.7, and +-0.1 m at 177.8 to 222.2. Two
+// pixels are added on each side.
 TEST_F(SceneChanges, WithoutShadowsItIsWhereItWasAndWhereItIs) {
   EXPECT_EQ(Changed({Floor(), Box(0)}, {Floor(), Box(0.2f)}, {}), (Part{175, 175, 269, 225}));
   mjvGeom red = Box(0);
@@ -81,9 +81,9 @@ TEST_F(SceneChanges, WithoutShadowsItIsWhereItWasAndWhereItIs) {
   EXPECT_EQ(Changed({Floor(), Box(0)}, {Floor(), red}, {}), (Part{175, 175, 225, 225}));
 }
 
-// A shadow is shifted along x by the height of the object: from 0.9 to 1.1 m, the shadow is at 0.8 to 1.4 m,
-// at pixels 280 to 340. Columns of light are 0.125 m wide, 0.18 m on the floor: 18 pixels, and 5 for the
-// margins.
+// A shadow is shifted along x by the height of the object. For 0.9 to 1.1 m, the shadow is at 0.8 to 1.4 m,
+// at pixels 280 to 340. Columns of light are 0.125 m wide, which is 0.18 m or 18 pixels on the floor; 5
+// pixels are for the margins.
 TEST_F(SceneChanges, ShadowsChangeToo) {
   const Part part = Changed({Floor(), Box(0)}, {Floor(), Box(0.2f)}, SlantingLight());
   EXPECT_EQ(part.left, 175);
@@ -94,18 +94,18 @@ TEST_F(SceneChanges, ShadowsChangeToo) {
   EXPECT_LE(part.top - part.bottom, 2 * 25 + 2 * 18);
 }
 
-// A table 0.8 m high from -0.3 to 0.9 m receives the shadow, at 0 to 0.6 m, at pixels 200 to 300; the floor
-// below is in the table's own shadow.
+// A table that is 0.8 m high, from -0.3 to 0.9 m, receives the shadow at 0 to 0.6 m, at pixels 200 to 300.
+// The floor below is in the table's own shadow.
 TEST_F(SceneChanges, WhatLiesInTheShadowOfSomethingElseStays) {
   const mjvGeom table = GeomOf(mjGEOM_BOX, {0.6f, 0.6f, 0.02f}, {0.3f, 0, 0.78f});
   const Part part = Changed({Floor(), table, Box(0)}, {Floor(), table, Box(0.2f)}, SlantingLight());
   EXPECT_GE(part.right, 300);
   EXPECT_LT(part.right, 340);
-  // A table that ends at 0.53 m leaves the last 2 cm of a shadow that ends at 1.35 m to the floor, up to
-  // pixel 335, in one column.
+  // A shorter table ends at 0.53 m, and the shadow ends at 1.35 m. The last 2 cm of the shadow fall on the
+  // floor, up to pixel 335, in one column.
   const mjvGeom shorter = GeomOf(mjGEOM_BOX, {0.415f, 0.6f, 0.02f}, {0.115f, 0, 0.78f});
   EXPECT_GE(Changed({Floor(), shorter, Box(0)}, {Floor(), shorter, Box(0.15f)}, SlantingLight()).right, 335);
-  // A table that has moved itself hides nothing.
+  // A table that has moved hides nothing.
   mjvGeom moved = table;
   moved.pos[1] = 0.01f;
   EXPECT_GE(Changed({Floor(), table, Box(0)}, {Floor(), moved, Box(0.2f)}, SlantingLight()).right, 340);
@@ -116,7 +116,7 @@ TEST_F(SceneChanges, WhatIsUnknownIsEverywhere) {
   const auto with = [](const mjvGeom& geom) { return std::vector<mjvGeom>{Floor(), geom}; };
   const mjvGeom hills = GeomOf(mjGEOM_HFIELD, {1, 1, 1}, {0, 0, 0});
   EXPECT_EQ(Changed(with(hills), with(hills), {}), whole);
-  // Beside the eye, and extending behind it.
+  // The box is to the side of the eye and extends behind it.
   mjvGeom high = GeomOf(mjGEOM_BOX, {0.1f, 0.1f, 1.5f}, {0.5f, 0, 1});
   mjvGeom turned = high;
   turned.rgba[1] = 1;
@@ -142,8 +142,8 @@ TEST_F(SceneChanges, OtherCamerasLightsAndCountsAreNotComparable) {
   EXPECT_FALSE(lit.IsComparable(other));
 }
 
-// A light from above with a map of 4 m: the texel is 1 + 1022 (x + 2) / 4; -0.1 to 0.3 m are 486.4 to 588.7,
-// +-0.1 m 486.4 to 537.6; three texels more on each side.
+// A light shines from above with a map of 4 m, so the texel is 1 + 1022 (x + 2) / 4. -0.1 to 0.3 m are 486.4
+// to 588.7, and +-0.1 m are 486.4 to 537.6. Three texels are added on each side.
 TEST_F(SceneChanges, MapChangesWhereSomethingMoved) {
   const LightView light = {LookAlong({0, 0, 3}, {0, 0, -1}, {0, 1, 0}), kClip, kPlaces};
   const SceneOf was({Floor(), Box(0)}), is({Floor(), Box(0.2f)});

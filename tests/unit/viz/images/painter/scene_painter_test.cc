@@ -1,4 +1,4 @@
-// Compares our own painter with MuJoCo's renderer: the same scene in the same buffer, pixel by pixel.
+// Compares our own painter with MuJoCo's renderer pixel by pixel, for the same scene in the same buffer.
 #include "viz/images/painter/scene_painter.h"
 
 #include <fmt/format.h>
@@ -22,8 +22,8 @@ namespace evalbus::viz::scene_painter_test {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-// Both compute the light at the vertices, in different shaders that may round differently: colors differ by
-// at most this much, except at the edges of shadows, where a few pixels may be on the other side.
+// Both compute the light at the vertices, but their shaders may round differently. Colors differ by at most
+// this much, except at the edges of shadows, where a few pixels may be on the other side.
 constexpr int kTolerance = 4;
 constexpr double kDiffering = 0.002;
 
@@ -41,7 +41,7 @@ double Differing(const Image& a, const Image& b) {
 
 void ExpectSame(const Image& ours, const Image& mujocos) { EXPECT_LE(Differing(ours, mujocos), kDiffering); }
 
-// Returns whether the image shows anything: it is not one color everywhere.
+// Returns whether the image shows anything, that is, has more than one color.
 bool ShowsSomething(const Image& image) { return Differing(image, Image(image.size(), image[0])) > 0.02; }
 
 // A model with its own OpenGL context.
@@ -73,7 +73,7 @@ class Stage {
 
   mjModel& model() { return *model_; }
   mjData& data() { return *data_; }
-  // Must be called after data's coordinates have changed.
+  // Must be called after the coordinates in `data` have changed.
   void Move() {
     mj_kinematics(model_.get(), data_.get());
     mj_comPos(model_.get(), data_.get());
@@ -93,7 +93,7 @@ class Stage {
     mjr_readPixels(image.data(), nullptr, kView, &context_);
     return image;
   }
-  // Drawn from scratch, including the shadow map.
+  // Returns an image drawn from scratch, including the shadow map.
   Image Ours(int camera) {
     Update(camera);
     painter_->ForgetShadows();
@@ -101,7 +101,7 @@ class Stage {
     EXPECT_EQ(painter_->Paint(scene_, image.get()), (Part{0, 0, kWidth, kHeight}));
     return RgbOf(*image);
   }
-  // Drawn from this camera's last image and the existing shadow map.
+  // Returns an image drawn from this camera's last image and the existing shadow map.
   Image UpToDate(int camera) {
     Update(camera);
     auto& kept = kept_[camera];
@@ -109,7 +109,7 @@ class Stage {
     last_part_ = painter_->Paint(scene_, kept.get());
     return RgbOf(*kept);
   }
-  // The part that UpToDate drew, as a share of the image.
+  // Returns the part that UpToDate() drew, as a share of the image.
   double last_share() const {
     return last_part_.is_empty() ? 0 : last_part_.width() * last_part_.height() / double{kWidth * kHeight};
   }
@@ -142,7 +142,7 @@ class Stage {
   Part last_part_;
 };
 
-// Adds `geoms` (MJCF) to a scene with a floor, two lights, one of them with shadows, and a sky.
+// Returns a scene with these `geoms` (MJCF), a floor, a sky and two lights, one of which casts shadows.
 ModelPtr ModelWith(const std::string& geoms) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "scene.xml";
@@ -243,7 +243,7 @@ INSTANTIATE_TEST_SUITE_P(
                                  <geom type="box" size=".2 .2 .2" pos="0 0 .4"/>)"}),
     [](const auto& shape) { return shape.param.name; });
 
-// A flying ball, and a camera beside it that moves along.
+// A ball flies, and a camera next to it moves along.
 constexpr char kFlyingBall[] = R"(<body name="ball" pos="0 0 .5"><freejoint/>
     <camera name="rider" pos="0 -.8 .3" xyaxes="1 0 0 0 .3 1" fovy="60"/>
     <geom type="sphere" size=".15" rgba=".9 .2 .1 1"/></body>)";
@@ -257,8 +257,8 @@ TEST(ScenePainter, WhatMovesTakesItsShadowAlong) {
     stage.Move();
     for (int camera = 0; camera < 3; ++camera) {
       SCOPED_TRACE(fmt::format("ball at {}, camera {}", x, camera));
-      // Ours is drawn first: MuJoCo's shadow map of this state would hide that ours is of the previous
-      // one.
+      // Our image is drawn first. MuJoCo's shadow map of this state would hide the fault that ours belongs to
+      // the previous state.
       const Image ours = stage.Ours(camera);
       ExpectSame(ours, stage.Mujocos(camera));
     }
@@ -276,8 +276,7 @@ TEST(ScenePainter, WhatHasChangedIsDrawnAgain) {
   for (int camera = 0; camera < 3; ++camera) expect_right(camera);
   stage.UpToDate(1);
   EXPECT_EQ(stage.last_share(), 0) << "nothing has changed";
-  // Cameras alternate, so that each has missed changes that others have drawn, and some changes are
-  // reversed.
+  // Cameras alternate, so each camera has missed changes that others have drawn. Some changes are reversed.
   double largest = 0;
   for (const auto& [x, camera] : std::initializer_list<std::pair<double, int>>{
            {0.1, 0}, {0.2, 1}, {0.2, 2}, {0, 0}, {-0.4, 1}, {0.2, 1}, {0.2, 0}, {0.3, 2}, {0.3, 1}}) {
@@ -289,7 +288,7 @@ TEST(ScenePainter, WhatHasChangedIsDrawnAgain) {
   }
   EXPECT_GT(largest, 0);
   EXPECT_LT(largest, 0.5);
-  // Colors, a light that is switched off, and one that rotates.
+  // Changes colors, switches a light off, and rotates another.
   stage.model().geom_rgba[4 * 1] = 0.1f;
   expect_right(1);
   EXPECT_GT(stage.last_share(), 0);
@@ -303,8 +302,8 @@ TEST(ScenePainter, WhatHasChangedIsDrawnAgain) {
   EXPECT_EQ(stage.last_share(), 1);
 }
 
-// A ball flies over a table, under it and behind it: only the parts that boxes hide from the light or the
-// camera remain unchanged.
+// A ball flies over a table, under it and behind it. Only the parts that boxes hide from the light or from
+// the camera remain unchanged.
 TEST(ScenePainter, WhatBoxesHideNeedsNoDrawing) {
   Stage stage(ModelWith(std::string(kFlyingBall) + R"(
     <geom type="box" size=".5 .4 .02" pos="0 0 .4" rgba=".7 .6 .4 1"/>
@@ -343,7 +342,8 @@ TEST(ScenePainter, LeavesToMujocoWhatItDoesNotKnow) {
   EXPECT_TRUE(Stage(ModelWith("")).IsKnown(0));
 }
 
-// Every camera of every task, at the beginning of an episode, and after arms and objects have moved.
+// Every camera of every task is compared, at the beginning of an episode and after arms and objects have
+// moved.
 TEST(ScenePainter, DrawsEveryTaskAsMujocoDoes) {
   for (const TaskDescription& family : AllTasks()) {
     SCOPED_TRACE(family.name);
@@ -374,7 +374,7 @@ TEST(ScenePainter, DrawsEveryTaskAsMujocoDoes) {
         }
       }
       stage.Move();
-      // First all of evalbus' images with one shadow map, then MuJoCo's, which draws a map for each image.
+      // Draws all of evalbus' images with one shadow map first. MuJoCo then draws a map for each image.
       std::vector<Image> ours;
       for (int camera = 0; camera < model.ncam; ++camera) {
         ASSERT_TRUE(stage.IsKnown(camera));
