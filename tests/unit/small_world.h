@@ -1,5 +1,5 @@
-// A synthetic model of two one-joint arms, a counter and a pot, with its messages, for task evaluation and
-// scoring without MuJoCo.
+// A synthetic model with its messages, for task evaluation and scoring without MuJoCo. It has two one-joint
+// arms, a counter and a pot.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace evalbus::small_world {
 
-// Ids in the model.
+// Ids of bodies and geoms in the model.
 enum Body { kWorld, kLeftBase, kLeftHand, kRightBase, kRightHand, kCounter, kPot, kLid, kNumBodies };
 enum Geom { kFloor, kLeftLink, kLeftPad, kRightLink, kRightPad, kTop, kWall, kLidGeom, kNumGeoms };
 
@@ -100,7 +100,7 @@ inline model_info_t Model() {
   return model;
 }
 
-// Some tests have ticks whose time does not fit into a message; it is then set to that of a long episode.
+// Some tests use ticks whose time does not fit into a message. Their time is limited to 20,000,000 s.
 inline header_t Header(int64_t tick, int32_t episode = 0) {
   header_t header{};
   header.episode = episode;
@@ -109,7 +109,7 @@ inline header_t Header(int64_t tick, int32_t episode = 0) {
   return header;
 }
 
-// Everything is upright and at rest, the pot on the counter.
+// Everything is upright and at rest, and the pot is on the counter.
 inline state_t State(int64_t tick, int32_t episode = 0) {
   state_t state{};
   state.header = Header(tick, episode);
