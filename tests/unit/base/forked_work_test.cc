@@ -1,4 +1,4 @@
-// Work in forked processes: the data that they see, what remains of them, and how they end.
+// Tests work in forked processes: the data that they see, what remains of them, and how they end.
 #include "base/forked_work.h"
 
 #include <gtest/gtest.h>

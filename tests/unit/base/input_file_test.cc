@@ -32,7 +32,7 @@ std::string ErrorOf(const Read& read) {
 
 class InputFileTest : public testing::Test {
  protected:
-  // Each way to open a file reports the same.
+  // Expects each way to open a file to report the same reason.
   void ExpectRefused(const fs::path& file, const std::string& reason) const {
     EXPECT_EQ(ErrorOf([&] { InputFile{file}; }), file.string() + ": cannot be read: " + reason);
     EXPECT_EQ(ErrorOf([&] { ReadInput(file); }), file.string() + ": cannot be read: " + reason);
@@ -57,14 +57,14 @@ TEST_F(InputFileTest, ReadsFilesOfAnyLength) {
   }
   fs::create_symlink("a", folder_.path() / "link");
   EXPECT_EQ(ReadInput(folder_.path() / "link").size(), 200001u);
-  // A file that does not report its size.
+  // This file does not report its size.
   EXPECT_EQ(InputFile("/proc/self/cmdline").size(), 0u);
   EXPECT_GT(ReadInput("/proc/self/cmdline").size(), 3u);
 }
 
-// The machine has failed, not the user: exit code 2.
+// The machine has failed and not the user, so the error is not an InputError.
 TEST_F(InputFileTest, AFailedReadIsNotTheEndOfTheFile) {
-  // Regular according to stat(), but its first byte cannot be read.
+  // stat() reports a regular file, but its first byte cannot be read.
   const fs::path unreadable = "/proc/self/mem";
   for (const auto& read :
        std::vector<std::function<void()>>{[&] { ReadInput(unreadable); }, [&] { Sha256File(unreadable); }}) {

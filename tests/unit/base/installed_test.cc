@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 TEST(Installed, DataBesideTheProgramComesFirst) {
   const std::string name = "of_installed_test";
   EXPECT_EQ(SharedData(name, "/otherwise"), "/otherwise");
-  // The test programs are in build/bin.
+  // The test programs are in build/bin, so the shared folder is next to it, in build/share.
   const fs::path shared = fs::path(EVALBUS_BINARY_DIR) / "share/evalbus" / name;
   fs::create_directories(shared);
   EXPECT_EQ(SharedData(name, "/otherwise"), shared);

@@ -43,7 +43,7 @@ TEST(ParseJson, KeepsTheOrderOfKeysIfRequested) {
 
 class ReadJsonFileTest : public testing::Test {
  protected:
-  // Takes the elements whose "a" is below 100.
+  // Reads a list and accepts the elements whose "a" is below 100.
   std::string Read(const std::string& elements) {
     const auto file = folder_.path() / "file.json";
     std::ofstream(file) << "{\"list\": [" << elements << "\n],\n\"rest\": 1}";

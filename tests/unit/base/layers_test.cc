@@ -1,4 +1,4 @@
-// Checks which folder includes which; docs/contributing.md has the order.
+// Checks which folder includes which. docs/contributing.md documents the order.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace evalbus::layers_test {
 
 namespace fs = std::filesystem;
 
-// Each folder includes only those before it.
+// Each folder may include only headers of the folders before it.
 constexpr std::array<std::string_view, 43> kOrder = {"base",
                                                      "lcmtypes",
                                                      "bus/udpm",
@@ -57,7 +57,7 @@ constexpr std::array<std::string_view, 43> kOrder = {"base",
                                                      "cli/commands",
                                                      "cli",
                                                      "tests"};
-// Processes exchange messages only; none includes another's headers.
+// Processes only exchange messages, so none may include another's headers.
 constexpr std::array<std::string_view, 5> kProcesses = {"sim", "collision", "metrics", "policy_bridge",
                                                         "viz"};
 

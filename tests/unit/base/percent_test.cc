@@ -7,14 +7,14 @@
 namespace evalbus::percent_test {
 
 TEST(Percent, RoundsHalvesUp) {
-  EXPECT_EQ(Percent(33.0 / 40), "83 %");  // 82.5
-  EXPECT_EQ(Percent(1.0 / 8), "13 %");    // 12.5
+  EXPECT_EQ(Percent(33.0 / 40), "83 %");  // rounds 82.5
+  EXPECT_EQ(Percent(1.0 / 8), "13 %");    // rounds 12.5
   EXPECT_EQ(Percent(0), "0 %");
   EXPECT_EQ(Percent(1), "100 %");
   EXPECT_EQ(Percent(std::numeric_limits<double>::quiet_NaN()), "-");
 }
 
-// tests/browser/check_viewer.py compares the page's function with the same integers.
+// tests/browser/check_viewer.py compares the page's function for the same integers.
 TEST(Percent, IsExactForAllRates) {
   for (int n = 1; n <= 200; ++n) {
     for (int k = 0; k <= n; ++k) {
@@ -24,7 +24,7 @@ TEST(Percent, IsExactForAllRates) {
   }
 }
 
-// As Evalbus.points in the browser, which has the same test.
+// Evalbus.points in the browser behaves in the same way and has the same test.
 TEST(PercentagePoints, RoundHalvesAwayFromZero) {
   EXPECT_EQ(PercentagePoints(-0.125), "-13");
   EXPECT_EQ(PercentagePoints(0.125), "13");

@@ -1,4 +1,4 @@
-// Locations of episodes in a run's folder.
+// Tests the locations of episodes in a run folder.
 #include "base/run_layout.h"
 
 #include <gtest/gtest.h>

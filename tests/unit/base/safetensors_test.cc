@@ -68,7 +68,7 @@ TEST(Safetensors, WhatIsWrongIsOneLine) {
   }
 }
 
-// Values computed by NumPy; tests/python/legacy_random_test.py has the full comparison.
+// NumPy computed these values. tests/python/legacy_random_test.py has the full comparison.
 TEST(LegacyRandom, IsNumPys) {
   EXPECT_EQ(LegacyRandom(0).Double(), 0.5488135039273248);
   EXPECT_EQ(LegacyRandom(42).Double(), 0.3745401188473625);

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A process that holds a temporary folder in TMPDIR.
+// Starts a process that holds a temporary folder in TMPDIR.
 pid_t Holder() {
   int ready[2];
   if (pipe(ready) != 0) return -1;
@@ -52,7 +52,7 @@ TEST(ScratchTest, OfKilledProcessesAreRemovedAndNoOthers) {
   const pid_t killed = Holder(), alive = Holder();
   auto own = std::make_unique<Scratch>();
   before ? setenv("TMPDIR", old.c_str(), 1) : unsetenv("TMPDIR");
-  // Users' folders, and one of a version that did not lock its folder.
+  // These are two folders of users and a folder of a version that did not lock its folder.
   for (const char* const name : {"evalbus-x", "evalbus-results-2026", "evalbus-Ab3dEf"}) {
     fs::create_directory(folder.path() / name);
   }

@@ -23,7 +23,7 @@ TEST(Sparkline, HasOneBarPerValueUpToTheWidth) {
   EXPECT_EQ(Sparkline({}, 5), "");
   const std::vector<double> some = {0, 0.5, 1};
   EXPECT_EQ(Sparkline(some, 5), "▁▅█");
-  // Two values share a bar, which shows the second one.
+  // Each bar stands for two values and shows the second one.
   const std::vector<double> more = {0, 1, 1, 0, 0, 1};
   EXPECT_EQ(Sparkline(more, 3), "█▁█");
   EXPECT_EQ(Sparkline(some, 0), "");

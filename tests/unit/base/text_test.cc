@@ -10,17 +10,18 @@ namespace evalbus::text_test {
 TEST(Text, ControlCharactersBecomeQuestionMarks) {
   EXPECT_EQ(Printable("a\x1b[31mb\nc\td\x7f"), "a?[31mb?c?d?");
   EXPECT_EQ(Printable(std::string("a\0b", 3)), "a?b");
-  // U+009B also starts an escape sequence of terminals; U+00E9 is é.
+  // U+009B is a C1 control character that starts an escape sequence in terminals. U+00E9 is é.
   EXPECT_EQ(Printable("a\xC2\x9B"
                       "31m\xC3\xA9"),
             "a?31m\xC3\xA9");
-  // 0x9B is a control character as a single byte (Latin-1), but part of a character inside UTF-8: U+5B9B.
+  // The single byte 0x9B is a control character in Latin-1. In UTF-8 it can be part of another character,
+  // here U+5B9B.
   EXPECT_EQ(Printable("a\x9B"
                       "31m"),
             "a?31m");
   EXPECT_EQ(Printable("\xE5\xAE\x9B\x9B"), "\xE5\xAE\x9B?");
-  // Invalid UTF-8: truncated, a lone continuation byte, an overlong encoding, a surrogate, a value above
-  // U+10FFFF. A raw 0x9B starts an escape sequence in a terminal that reads Latin-1.
+  // These texts are invalid UTF-8: truncated, a lone continuation byte, an overlong encoding, a surrogate,
+  // and a value above U+10FFFF. A raw 0x9B starts an escape sequence in a terminal that reads Latin-1.
   EXPECT_EQ(Printable("\xC2"), "?");
   EXPECT_EQ(Printable("a\x9Bz"), "a?z");
   EXPECT_EQ(Printable("\xC0\xAF"), "??");

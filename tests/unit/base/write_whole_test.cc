@@ -94,7 +94,7 @@ TEST(WriteWhole, WritesThroughADeviceAndANamedPipe) {
   }
 }
 
-// Opened like a shell's `>> file`.
+// The file is opened like with a shell's `>> file`.
 TEST(WriteWhole, WritesBehindWhatAnOpenFileHas) {
   TemporaryFolder folder;
   const fs::path file = folder.path() / "a";
@@ -142,7 +142,7 @@ TEST(WriteWhole, ATemporaryNameContainsMachineAndProcess) {
   TemporaryFolder folder;
   const fs::path file = folder.path() / "a.json";
   WriteWhole(file, "before");
-  // A child process that the file size limit kills leaves its temporary file behind.
+  // A child process that exceeds the file size limit is killed and leaves its temporary file.
   const pid_t child = fork();
   if (child == 0) {
     const struct rlimit limit = {10, 10};
