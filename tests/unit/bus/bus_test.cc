@@ -38,7 +38,7 @@ TEST(Bus, DeliversEveryMessageInOrderToASlowSubscriber) {
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(ticks[static_cast<size_t>(i)], i);
 }
 
-// If nothing ended the wait, it would last until the test's time limit.
+// Without the event, the wait would last until the test's time limit.
 TEST(Bus, AWakeEventEndsTheWaitForAMessage) {
   const auto far = std::chrono::steady_clock::now() + std::chrono::hours(1);
   Bus bus("memq://");
@@ -76,7 +76,7 @@ TEST(Bus, OfASessionReceivesOnlyItsSession) {
   EXPECT_EQ(received[0].header.tick, 7);
   EXPECT_EQ(raw, 1);
   EXPECT_EQ(bus.foreign_messages(), 4);
-  // Messages that this bus publishes get its session, whatever session they had.
+  // A bus sets its own session in all messages that it publishes.
   action.header.session = 8;
   bus.Publish(kAction, action);
   HandleAll(&bus);

@@ -1,4 +1,4 @@
-// The table of channels in docs/messages.md must equal that of bus/channels.h.
+// The table of channels in docs/messages.md must equal the table in bus/channels.h.
 #include "bus/channels.h"
 
 #include <gtest/gtest.h>

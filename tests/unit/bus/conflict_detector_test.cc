@@ -29,7 +29,7 @@ TEST(ConflictDetector, KeepsTicksAndChannelsApartInAnyOrder) {
   EXPECT_EQ(detector.Check("A", 4999, kOurs), Answer::kNew);
   EXPECT_EQ(detector.Check("A", 5000, kTheirs), Answer::kConflicting);
   EXPECT_EQ(detector.Check("A", 0, kOurs), Answer::kConflicting);
-  // The first conflict is reported.
+  // Later conflicts do not replace the first one in the report.
   EXPECT_NE(detector.conflict().find("for tick 5000"), std::string::npos);
 }
 

@@ -108,7 +108,7 @@ TEST_F(EpisodeReaderTest, SortsMessagesThatWereRecordedOutOfOrder) {
   EXPECT_THAT(Ticks(episodes[0].actions), ElementsAre(0, 1));
 }
 
-// A message of the first attempt that arrives after the second has begun is not part of it.
+// If a message of the first attempt arrives after the second has begun, it does not belong to the second.
 TEST_F(EpisodeReaderTest, AttemptsAreSeparate) {
   Begin(0, 0);
   State(0, 0, 0);
@@ -128,7 +128,7 @@ TEST_F(EpisodeReaderTest, AttemptsAreSeparate) {
   EXPECT_EQ(episodes[1].outcome(), "");
 }
 
-// Two replays of one run, recorded by lcm-logger.
+// The log contains two replays of one run, recorded by lcm-logger.
 TEST_F(EpisodeReaderTest, AnEpisodeAfterItsEndIsAnotherOne) {
   Model("first");
   Begin(0);
@@ -159,8 +159,8 @@ TEST_F(EpisodeReaderTest, DamagedTimesAreIgnored) {
   EXPECT_THAT(Ticks(episodes[0].states), ElementsAre(0, 2, 5));
 }
 
-// The beginning of the log is lost: the first message of a tick then determines the episode, even if this
-// episode is not wanted.
+// The beginning of the log is lost. The first message of a tick determines the episode, even if this episode
+// was not requested.
 TEST_F(EpisodeReaderTest, BeginningMayBeMissing) {
   End(6, 0, "end of an episode that is not in the log");
   State(7, 2, 5);

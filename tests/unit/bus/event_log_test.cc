@@ -34,7 +34,7 @@ class EventLog : public testing::Test {
     std::vector<int64_t> numbers;
     int64_t damaged_bytes = 0, damaged_places = 0;
   };
-  // Every event that is read must equal one that was written.
+  // Reads the file and expects every event to equal one that was written.
   Contents Read() {
     Contents contents;
     EventLogReader reader(file_);
@@ -125,7 +125,7 @@ TEST_F(EventLog, AbsurdLengthsAreDamage) {
   EXPECT_EQ(contents.numbers, (std::vector<int64_t>{1, 2}));
 }
 
-// Whatever the flipped bit makes of a length, the events before and after it are read.
+// The events before and after the damaged one are read, whatever length results from the flipped bit.
 TEST_F(EventLog, DamagedLengthsCostOneEvent) {
   WriteLog(8);
   const std::string whole = Bytes();
@@ -147,7 +147,7 @@ TEST_F(EventLog, DamagedLengthsCostOneEvent) {
 }
 
 TEST_F(EventLog, ManyFalseStartsAreReadInLinearTime) {
-  // Half a million headers whose lengths exceed the rest of the file.
+  // The file has half a million headers whose lengths exceed the rest of the file.
   std::string header("\xED\xA1\xDA\x01", 4);
   header += std::string(18, '\0') + std::string("\0\x01\0\x10\0\0", 6);
   std::string bytes;
@@ -160,8 +160,8 @@ TEST_F(EventLog, ManyFalseStartsAreReadInLinearTime) {
   EXPECT_GT(reader.damaged_bytes(), 0);
 }
 
-// The log shrinks while it is read, as 'rsync --inplace' or a file server causes; a memory-mapped file would
-// end this process.
+// The log shrinks while it is read, as with 'rsync --inplace' or on a file server. If it were mapped into
+// memory, this would kill the process.
 TEST_F(EventLog, OneThatBecomesShorterIsAnError) {
   {
     EventLogWriter writer(file_);
@@ -198,7 +198,7 @@ TEST_F(EventLog, OneThatGrowsEndsWhereItWas) {
   EXPECT_EQ(Read().numbers.size(), 5u);
 }
 
-// Events that are longer than the read buffer, between shorter ones; one of them is damaged.
+// Some events are longer than the read buffer, with shorter ones between them. One long event is damaged.
 TEST_F(EventLog, ReadsEventsOfAnyLength) {
   constexpr int kDamaged = 7;
   std::vector<size_t> begins = {0};

@@ -1,5 +1,5 @@
-// A changed message type would decode old logs wrongly or not at all, so a fingerprint must only change on
-// purpose. To accept a change, replace the line in tests/data/fingerprints.txt by the one that this test
+// A changed message type would decode old logs wrongly or not at all, so a fingerprint must change only on
+// purpose. To accept a change, replace the line in tests/data/fingerprints.txt with the line that this test
 // prints.
 #include <gtest/gtest.h>
 

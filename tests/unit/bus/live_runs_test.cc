@@ -47,7 +47,8 @@ TEST_F(LiveRunsTest, FindsRunsByTheirProcesses) {
   EXPECT_EQ(b.pid, 999993);
 }
 
-// A process started by hand: its bus is in the environment, and its folder is relative to its working folder.
+// A process that is started by hand may have its bus in the environment and a folder relative to its working
+// folder.
 TEST_F(LiveRunsTest, FindsRunsStartedByHand) {
   Process("999991", {"evalbus-recorder", "--out", "runs/a"}, "net:[1]");
   std::ofstream(proc_.path() / "999991/environ", std::ios::binary)

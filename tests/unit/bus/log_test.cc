@@ -43,7 +43,7 @@ class LogTest : public testing::Test {
     for (const log_t& line : received_) texts.push_back(line.text);
     return texts;
   }
-  // Repeats the case if it took longer than the second for which at most ten lines are published.
+  // Repeats the case if it took longer than a second, because at most ten lines are published per second.
   template <class Write>
   void WithinASecond(const Write& write) {
     while (true) {
@@ -125,7 +125,7 @@ TEST_F(LogTest, ControlCharactersAreMadeHarmless) {
   EXPECT_EQ(Lines("sim").size(), 1u);
 }
 
-// A subscriber that logs a line for each received line can loop only as fast as the rate limit allows.
+// A subscriber that logs a line for each received line loops, but only as fast as the rate limit allows.
 TEST_F(LogTest, LinesAboutLinesAreBounded) {
   std::optional<Log> log;
   bus_.Subscribe(channels::kLog, [&](const log_t& line) {

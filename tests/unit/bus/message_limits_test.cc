@@ -23,8 +23,8 @@ int64_t BytesToDecode(const std::vector<uint8_t>& bytes, bool* decoded = nullptr
   return allocated;
 }
 
-// In memory, an element of a vector of strings or of rows takes 32 or 24 bytes; on the wire, five bytes or
-// one. Each of a message's many arrays may be as long as the remaining bytes allow.
+// An element of a vector of strings or of rows takes 32 or 24 bytes in memory, but only five bytes or one on
+// the wire. Each of a message's many arrays may be as long as the remaining bytes allow.
 constexpr int64_t kBytesPerByte = 300;
 
 TEST(MessageLimits, AbsurdCountsAreDecodeErrors) {
@@ -35,7 +35,8 @@ TEST(MessageLimits, AbsurdCountsAreDecodeErrors) {
     EXPECT_TRUE(decoded) << Message::getTypeName();
     // In an empty message, every count and length is one of these groups of four bytes.
     for (size_t offset = 8; offset + 4 <= bytes.size(); ++offset) {
-      // -1, the smallest and the largest number, one whose doubles fill 2^32 bytes, and one million.
+      // The counts are -1, the smallest and the largest number, a number of doubles that fill 2^32 bytes, and
+      // one million.
       for (const uint32_t count : {0xFFFFFFFFu, 0x80000000u, 0x7FFFFFFFu, 0x20000000u, 0x00100000u}) {
         std::vector<uint8_t> absurd = bytes;
         for (size_t i = 0; i < 4; ++i) absurd[offset + i] = static_cast<uint8_t>(count >> (24 - 8 * i));
@@ -52,7 +53,7 @@ TEST(MessageLimits, NoiseBehindTheFingerprintIsHarmless) {
     for (int trial = 0; trial < 1000; ++trial) {
       std::vector<uint8_t> bytes = Encode(empty);
       bytes.resize(8 + random() % 4000);
-      // Small counts, so that decoding continues to later fields.
+      // Most counts are small, so that decoding continues to later fields.
       for (size_t i = 8; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(random() % 8 ? 0 : random());
       ASSERT_LE(BytesToDecode<Message>(bytes), kBytesPerByte * static_cast<int64_t>(bytes.size()))
           << Message::getTypeName() << ", trial " << trial;
@@ -92,8 +93,8 @@ TEST(MessageLimits, NestedCountsAreLimitedByTheWholeMessage) {
 }
 
 TEST(MessageLimits, ATextWithANulInsideIsADecodeError) {
-  // Encoding would stop at the NUL, so a process that republishes the message would send one that cannot be
-  // decoded.
+  // Encoding would stop at the NUL. A process that republishes the message would therefore send a message
+  // that cannot be decoded.
   episode_end_t end{};
   end.end_reason = "aborted";
   model_info_t model{};

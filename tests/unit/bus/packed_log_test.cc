@@ -1,4 +1,4 @@
-// Logs compressed with zstd: decompressing restores them, and incomplete files are reported.
+// Tests logs compressed with zstd. Decompressing restores them, and incomplete files are reported.
 #include "bus/packed_log.h"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ Bytes ReadBytes(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// Test data that compresses about as well as a log.
+// Returns test data that compresses about as well as a log.
 Bytes SomeLog(size_t size) {
   Bytes log(size);
   uint32_t x = 1;
@@ -84,8 +84,8 @@ TEST_F(PackedLog, CutOffOrDamagedIsOneClearLine) {
   EXPECT_THAT(WhyNot(more), testing::HasSubstr("damaged"));
 }
 
-// Written by hand from RFC 8878: a frame that states its size in eight bytes, and blocks that repeat one
-// byte, four bytes for 128 kB.
+// The file is written by hand according to RFC 8878. It has a frame that states its size in eight bytes, and
+// blocks that repeat one byte and need four bytes for 128 kB.
 TEST_F(PackedLog, OversizedLogsAreNotUnpacked) {
   const std::string too_much =
       "cannot read log a.zst: it unpacks to more than 1 MB; unpack it with 'zstd -d' and use that file";
@@ -99,7 +99,7 @@ TEST_F(PackedLog, OversizedLogsAreNotUnpacked) {
   EXPECT_EQ(WhyNot(is, 1'000'000), too_much);
   is[is.size() - 4] |= 1;  // the last block
   EXPECT_EQ(UnpackLog(is, "a.zst").size(), 100u << 17);
-  // Exactly the allowed size.
+  // The log has exactly the allowed size.
   EXPECT_EQ(UnpackLog(is, "a.zst", 100u << 17).size(), 100u << 17);
   EXPECT_NE(WhyNot(is, (100u << 17) - 1), "");
 }

@@ -56,7 +56,7 @@ class RecorderTest : public testing::Test {
     return events;
   }
 
-  // Attempt of the episode that began last.
+  // Attempt of the most recent episode.
   int attempt_ = 0;
   TemporaryFolder folder_;
   Bus bus_{"memq://"};
@@ -65,7 +65,7 @@ class RecorderTest : public testing::Test {
 
 TEST_F(RecorderTest, WritesModelFirstAndStampsSimulatedTime) {
   Begin(0);
-  bus_.Publish(channels::kRunSummary, run_summary_t{});  // repeated; not of this episode
+  bus_.Publish(channels::kRunSummary, run_summary_t{});  // repeated; belongs to no episode
   for (int tick = 0; tick < 3; ++tick) Tick(0, tick);
   bus_.PublishRaw("OTHER", Encode(header_t{}));
   End(0);
@@ -162,8 +162,8 @@ TEST_F(RecorderTest, CountsTicksThatNeverArrived) {
   EXPECT_EQ(dut_.status().missing_ticks, 2);
 }
 
-// The STATE messages alone show the gap, because EPISODE_END contains their number; in lockstep, every tick
-// was also answered.
+// Only the STATE messages reveal the gap at first, because EPISODE_END contains their number. In lockstep,
+// every STATE must also have an answer.
 TEST_F(RecorderTest, ReportsWhatAClosedLogLacks) {
   const auto say = [this]<class Message>(const Channel<Message>& channel, int64_t tick) {
     Message message{};
@@ -254,7 +254,7 @@ TEST_F(RecorderTest, RealtimeRunsAreStampedWithTheTimeOfArrival) {
   Tick(0, 0);
   End(0);
   HandleAll();
-  // Microseconds since 1970: a time after the year 2001.
+  // Times are in microseconds since 1970, and this number is a time after the year 2001.
   for (const auto& [channel, time_us] : Log(0)) EXPECT_GT(time_us, 1'000'000'000'000'000) << channel;
 }
 
@@ -274,11 +274,11 @@ TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
   HandleAll();
   EXPECT_EQ(Log(0), before);
   EXPECT_EQ(dut_.status().foreign_messages, 2);
-  attempt_ = 0;  // of episode 1, which continues
+  attempt_ = 0;  // the attempt of episode 1, which continues
   End(1);
   HandleAll();
   EXPECT_EQ(dut_.status().last_finished_episode, 1);
-  // The message that has just been counted does not change it either.
+  // The message that has just been counted does not change this log either.
   count(1);
   const auto last = Log(1);
   Begin(1, 1);
@@ -365,8 +365,8 @@ TEST(RecorderOfASession, ReceivesOnlyItsRun) {
   say(8, 0);
   EXPECT_EQ(dut.status().episode, -1);
   EXPECT_EQ(bus.foreign_messages(), 2);
-  // This run's launcher never leaves an episode for another attempt, so this message belongs to another
-  // run, too.
+  // This run's launcher does not begin an episode that is recorded already, so this message also belongs to
+  // another run.
   say(7, 0);
   EXPECT_EQ(dut.status().episode, -1);
   say(7, 1);
@@ -408,7 +408,7 @@ TEST_F(RecorderTest, WhateverBeginsWritesIntoTheRunFolderAndLeavesNothingHalfDon
     entries.push_back(entry.path().lexically_relative(folder_.path()));
   }
   std::sort(entries.begin(), entries.end());
-  // For several episodes, the folder must be empty.
+  // episodes/1xxxx, a folder for many episodes, must be empty.
   const std::vector<std::filesystem::path> expected = {"episodes", "episodes/0000",
                                                        "episodes/0000/events.lcmlog", "episodes/1xxxx"};
   EXPECT_EQ(entries, expected);

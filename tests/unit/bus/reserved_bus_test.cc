@@ -1,5 +1,5 @@
-// Reserved buses: no two runs share one. The ports belong to this network namespace, and other processes may
-// use any of them, so the tests use ports that they were assigned.
+// No two runs reserve the same bus. The ports belong to this network namespace, and other processes may use
+// any of them, so the tests use ports that they were assigned.
 #include "bus/reserved_bus.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace evalbus::reserved_bus_test {
 
 uint16_t PortOf(const std::string& url) { return ParseMulticastUrl(url, 0).port; }
 
-// A port on which a program receives and allows others to receive, as LCM programs do.
+// A program that receives on a port and allows others to receive there, as LCM programs do.
 class OtherProgram {
  public:
   OtherProgram() {
@@ -40,7 +40,7 @@ class OtherProgram {
   uint16_t port_ = 0;
 };
 
-// Returns these addresses one after the other.
+// Returns a function that returns these addresses one after the other.
 std::function<ReservedBus::Place()> Draws(std::vector<uint16_t> ports) {
   return [ports = std::move(ports), next = size_t{0}]() mutable {
     const uint16_t port = ports[next % ports.size()];

@@ -13,7 +13,7 @@ TEST(Wait, LastsAsLongAsItIsLookedAt) {
   Wait wait(kStart);
   for (int look = 1; look <= 50; ++look)
     EXPECT_EQ(wait.Elapsed(kStart + look * milliseconds(100)), look * milliseconds(100));
-  // A second check does not wait again.
+  // A second call with the same time does not extend the wait.
   EXPECT_EQ(wait.Elapsed(kStart + milliseconds(5000)), milliseconds(5000));
 }
 

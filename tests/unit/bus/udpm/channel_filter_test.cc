@@ -11,7 +11,7 @@
 
 namespace evalbus::channel_filter_test {
 
-// Two sockets on this machine; the filter is attached to the receiving one.
+// Two sockets on this machine. The filter is attached to the receiving one.
 class ChannelFilterTest : public testing::Test {
  protected:
   ChannelFilterTest() {
@@ -27,8 +27,8 @@ class ChannelFilterTest : public testing::Test {
     close(sender_);
   }
 
-  // Returns whether a datagram passes the filter. On this machine, one that passes can be read as soon as
-  // it has been sent.
+  // Returns whether a datagram passes the filter. On this machine, a datagram that passes can be read as soon
+  // as it has been sent.
   bool Passes(const std::string& datagram) {
     EXPECT_EQ(
         sendto(sender_, datagram.data(), datagram.size(), 0, reinterpret_cast<sockaddr*>(&to_), sizeof to_),
@@ -36,7 +36,7 @@ class ChannelFilterTest : public testing::Test {
     char buffer[65536];
     return recv(receiver_, buffer, sizeof buffer, MSG_DONTWAIT) >= 0;
   }
-  // Fragment `number` of `count` of a message of `size` bytes: the header and `data` more bytes.
+  // Fragment `number` of `count` of a message of `size` bytes has a header and `data` more bytes.
   bool FragmentPasses(uint32_t size, uint32_t offset, uint16_t number, uint16_t count, size_t data,
                       const std::string& beginning = "") {
     const uint32_t words[] = {htonl(0x4c433033), 0, htonl(size), htonl(offset),
@@ -44,7 +44,7 @@ class ChannelFilterTest : public testing::Test {
     return Passes(std::string(reinterpret_cast<const char*>(words), sizeof words) + beginning +
                   std::string(data - beginning.size(), 'x'));
   }
-  // A message in one datagram, and the first of three fragments of one.
+  // MessagePasses() sends a message in one datagram; the other function sends the first of three fragments.
   bool MessagePasses(const std::string& channel) {
     return Passes(std::string("LC02\0\0\0\1", 8) + channel + '\0');
   }
@@ -62,14 +62,14 @@ TEST_F(ChannelFilterTest, WhatIsNoMessageIsDropped) {
   EXPECT_FALSE(Passes("LC03 and no more"));
 }
 
-// The fragments that liblcm makes of 200,000 bytes on a channel whose name has 9 letters: 65487 bytes of name
-// and data each.
+// liblcm makes these fragments of 200,000 bytes on a channel whose name has 9 letters. Each has 65487 bytes,
+// including the name.
 TEST_F(ChannelFilterTest, FragmentsOfARealMessagePass) {
   EXPECT_TRUE(FragmentPasses(200'000, 0, 0, 4, 65487));
   EXPECT_TRUE(FragmentPasses(200'000, 65477, 1, 4, 65487));
   EXPECT_TRUE(FragmentPasses(200'000, 130964, 2, 4, 65487));
   EXPECT_TRUE(FragmentPasses(200'000, 196451, 3, 4, 3549));
-  // Fragments of other senders: a single fragment with the channel's name; smaller fragments.
+  // Other senders may send a single fragment with the channel's name, or smaller fragments.
   EXPECT_TRUE(FragmentPasses(1'000, 0, 0, 1, 1'010));
   EXPECT_TRUE(FragmentPasses(2'500, 0, 0, 3, 1'000));
   EXPECT_TRUE(FragmentPasses(2'500, 1'990, 2, 3, 510));
@@ -104,7 +104,7 @@ TEST_F(ChannelFilterTest, AFragmentOfMoreThanAllOfThemHoldIsDropped) {
   EXPECT_FALSE(FragmentPasses(1'001, 0, 0, 1, 1'000));
   EXPECT_FALSE(FragmentPasses(60'000'000, 0, 0, 1'000, 20));
   EXPECT_FALSE(FragmentPasses(60'000'000, 1'000, 1, 1'000, 20));
-  // For the last fragment, only the number of fragments reveals the error.
+  // The last fragment can be checked only against the number of fragments.
   EXPECT_TRUE(FragmentPasses(65'487 * 3, 100, 2, 3, 20));
   EXPECT_FALSE(FragmentPasses(65'487 * 3 + 1, 100, 2, 3, 20));
   EXPECT_FALSE(FragmentPasses(20, 0, 0, 0, 20));

@@ -65,12 +65,12 @@ TEST(LcmWire, AChannelHasAtMost63Letters) {
 }
 
 TEST(LcmWire, FragmentsThatCannotBeAreNothing) {
-  EXPECT_TRUE(IsNothing(FragmentDatagram(1, 4, 2, 1, 2, "xyz")));  // beyond the end
+  EXPECT_TRUE(IsNothing(FragmentDatagram(1, 4, 2, 1, 2, "xyz")));  // beyond the end of the message
   EXPECT_TRUE(
-      IsNothing(FragmentDatagram(1, 4, 0xFFFFFFFF, 1, 2, "xyz")));  // the same with an overflowing sum
-  EXPECT_TRUE(IsNothing(FragmentDatagram(1, 5, 2, 2, 2, "xyz")));   // number 2, but there are only 0 and 1
+      IsNothing(FragmentDatagram(1, 4, 0xFFFFFFFF, 1, 2, "xyz")));  // beyond the end, with an overflowing sum
+  EXPECT_TRUE(IsNothing(FragmentDatagram(1, 5, 2, 2, 2, "xyz")));   // number 2 of the numbers 0 and 1
   EXPECT_TRUE(
-      IsNothing(FragmentDatagram(1, (64 << 20) + 1, 2, 1, 2, "x")));  // of a message above the size limit
+      IsNothing(FragmentDatagram(1, (64 << 20) + 1, 2, 1, 2, "x")));  // message above the size limit
 }
 
 }  // namespace evalbus::lcm_wire_test

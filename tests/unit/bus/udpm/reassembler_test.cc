@@ -13,7 +13,7 @@ namespace evalbus::reassembler_test {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// "CHANNEL:data" of each message that these datagrams form.
+// Collects "CHANNEL:data" of each message that is reassembled from datagrams.
 class ReassemblerTest : public testing::Test {
  protected:
   void Receive(const std::string& datagram, uint64_t sender = 1) {
@@ -66,7 +66,7 @@ TEST_F(ReassemblerTest, AMessageThatLacksAPartIsLostAndTheNextIsNot) {
     ReceiveAll(Fragments(2, "A", "next", 4));
   }
   EXPECT_THAT(received_, ElementsAre("A:next", "A:next", "A:next"));
-  // A message whose first fragment was lost is lost.
+  // If the first fragment is lost, the message is lost.
   EXPECT_EQ(reassembler_.lost(), 2);
 }
 
@@ -76,7 +76,7 @@ TEST_F(ReassemblerTest, APartThatComesAgainCountsOnce) {
   EXPECT_THAT(received_, IsEmpty());
   Receive(parts[2]);
   EXPECT_THAT(received_, ElementsAre("A:0123456789"));
-  // Duplicates of complete messages.
+  // These fragments are duplicates of a complete message.
   Receive(parts[2]);
   Receive(parts[1]);
   EXPECT_EQ(received_.size(), 1u);
@@ -89,7 +89,7 @@ TEST_F(ReassemblerTest, PartsThatOverlapOrLeaveAGapMakeNoMessage) {
   Receive(FragmentDatagram(2, 6, 3, 1, 2, "def"));
   Receive(FragmentDatagram(3, 6, 0, 0, 2, std::string("A\0ab", 4)));
   Receive(FragmentDatagram(3, 6, 2, 1, 2, "cde"));
-  // Two different fragments with the same number.
+  // These two fragments differ but have the same number.
   Receive(FragmentDatagram(4, 6, 0, 0, 3, std::string("A\0ab", 4)));
   Receive(FragmentDatagram(4, 6, 2, 1, 3, "cd"));
   Receive(FragmentDatagram(4, 6, 4, 1, 3, "ef"));
@@ -109,7 +109,7 @@ TEST_F(ReassemblerTest, ALargerMessageOfTheSameSender) {
 
 TEST_F(ReassemblerTest, MemoryIsBoundedWhateverIsSent) {
   const int64_t before = AllocatedBytes();
-  // Each fragment claims a message of 64 MB; the sender that was silent longest must be dropped.
+  // Each fragment claims a message of 64 MB. The sender that was silent longest must be dropped.
   for (uint64_t sender = 0; sender < 10; ++sender) {
     Receive(FragmentDatagram(1, 64 << 20, 0, 0, 1100, std::string("A\0x", 3)), sender);
   }
