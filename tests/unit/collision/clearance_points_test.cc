@@ -1,5 +1,5 @@
-// The two points of a clearance: each lies on the surface of its shape, and their distance is the clearance,
-// for every pair of shapes; some cases are worked out by hand.
+// For every pair of shapes, each of the two points of a clearance lies on the surface of its shape, and their
+// distance is the clearance. Some cases are worked out by hand.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -17,15 +17,15 @@ using Eigen::Vector3d;
 
 Vector3d Point(const std::array<double, 3>& point) { return {point[0], point[1], point[2]}; }
 
-// Distance of a point from the surface of a box with these half sizes around the origin.
+// Returns the distance of a point from the surface of a box with these half sizes around the origin.
 double ToBox(const Vector3d& p, const Vector3d& half) {
   const Vector3d out = p.cwiseAbs() - half;
   const double outside = out.cwiseMax(0).norm();
   return outside > 0 ? outside : -out.maxCoeff();
 }
 
-// A shape in MJCF, and the distance of a point in its frame from its surface, m (first order for an
-// ellipsoid).
+// A shape in MJCF, and a function for the distance (m) of a point in the shape's frame from its surface. For
+// an ellipsoid the distance is a first-order approximation.
 struct Kind {
   std::string mjcf;
   double (*to_surface)(const Vector3d& p);
@@ -51,7 +51,7 @@ const std::vector<Kind> kKinds = {
        const Vector3d slope(p.x() / (.05 * .05), p.y() / (.08 * .08), p.z() / (.1 * .1));
        return std::abs(scaled.squaredNorm() - 1) / (2 * slope.norm());
      }},
-    // Its principal axes in the order of decreasing inertia, as MuJoCo sorts them, equal its own axes.
+    // Its principal axes in the order of decreasing inertia, as MuJoCo sorts them, are its own axes.
     {R"(type="mesh" mesh="block")",
      [](const Vector3d& p) {
        return ToBox(p, {.05, .08, .1});
@@ -116,7 +116,8 @@ TEST(ClearancePoints, LieOnBothSurfacesAtTheReportedDistance) {
 }
 
 TEST(ClearancePoints, ByHand) {
-  // A ball of radius 5 cm, 30 cm above and 4 cm beside the center of a box whose upper face is at 3 cm.
+  // A ball of 5 cm radius is 30 cm above and 4 cm to the side of the center of a box whose upper face is at 3
+  // cm.
   CollisionScene scene = MakeScene(R"(type="sphere" size=".05")", R"(type="box" size=".05 .08 .03")");
   CollisionChecker checker(scene.model.get(), scene.info);
   scene.data->qpos[0] = .04;

@@ -1,4 +1,4 @@
-// Compares the smallest clearance of whole episodes with measuring it at every tick.
+// The smallest clearance of whole episodes equals the result of measuring every tick.
 #include "collision/clearance_watch.h"
 
 #include <gtest/gtest.h>
@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-// Every shape against every shape, moving fixtures, and a floor.
+// The scene has every shape against every shape, moving fixtures, and a floor.
 TEST(ClearanceWatch, OfAllShapesIsThatOfMeasuringEveryTick) {
   const auto shapes = [](const std::string& robot) {
     std::string xml;

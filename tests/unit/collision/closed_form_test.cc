@@ -47,7 +47,7 @@ class TwoGeoms {
     return contacts[0];
   }
 
-  // Places b and expects this contact.
+  // Places b and expects this contact with a.
   void Expect(const Vector3d& p_b, const Quaterniond& q_b, double distance, const Vector3d& point,
               const Vector3d& normal, double tolerance = 1e-12) {
     Place(2, p_b, q_b);
@@ -67,7 +67,8 @@ class TwoGeoms {
     EXPECT_FALSE(Check());
   }
 
-  // World coordinates of the convex hull's corners of a box or mesh geom, for the given body poses.
+  // Returns the world coordinates of the corners of a box's or mesh geom's convex hull, for the given body
+  // poses.
   std::vector<Vector3d> Corners(int geom, const Vector3d& p, const Quaterniond& q) const {
     const mjModel& m = *scene_.model;
     std::vector<Vector3d> corners;
@@ -125,11 +126,11 @@ TEST(CollisionClosedForm, CrossedAndParallelCapsules) {
   TwoGeoms dut("type='capsule' size='.05 .3'", "type='capsule' size='.04 .2'");
   // b lies along x, 0.08 above a's axis in y.
   dut.Expect({0, 0.08, 0.1}, Turn(90, Vector3d::UnitY()), -0.01, {0, 0.045, 0.1}, {0, 1, 0});
-  // Parallel, shifted: the axes overlap in z from 0.2 to 0.3.
+  // The capsules are parallel and shifted. Their axes overlap in z from 0.2 to 0.3.
   dut.Expect({0.08, 0, 0.4}, kUnit, -0.01, {0.045, 0, 0.25}, {1, 0, 0});
-  // End to end.
+  // The capsules are end to end.
   dut.Expect({0, 0, 0.58}, kUnit, -0.01, {0, 0, 0.345}, {0, 0, 1});
-  // The axes intersect: the exit direction is perpendicular to both, z and (cos 37, sin 37, 0).
+  // The axes intersect. The exit direction is perpendicular to both, which are z and (cos 37, sin 37, 0).
   const double turn = 37 * mjPI / 180;
   dut.Place(2, {0, 0, 0}, Turn(37, Vector3d::UnitZ()) * Turn(90, Vector3d::UnitY()));
   const std::optional<contact_t> contact = dut.Check();
@@ -147,7 +148,8 @@ TEST(CollisionClosedForm, SphereAgainstCapsule) {
 
 TEST(CollisionClosedForm, SphereAgainstBox) {
   TwoGeoms dut("type='sphere' size='.1'", "type='box' size='.1 .2 .3'");
-  // Face, edge and corner; then the center is inside the box, nearest to its -x face.
+  // The sphere touches a face, an edge and a corner. In the last case its center is inside the box, nearest
+  // to the -x face.
   dut.Expect({0.19, 0.05, 0}, kUnit, -0.01, {0.095, 0, 0}, {1, 0, 0});
   const double diagonal = std::sqrt(0.5);
   dut.Expect({0.1 + 0.09 * diagonal, 0.2 + 0.09 * diagonal, 0}, kUnit, -0.01,
@@ -159,23 +161,24 @@ TEST(CollisionClosedForm, SphereAgainstBox) {
 
 TEST(CollisionClosedForm, CapsuleAgainstBox) {
   TwoGeoms dut("type='box' size='.1 .1 .1'", "type='capsule' size='.05 .2'");
-  // Lying on the top face, half of it over the side: the point is at the middle of the part above the box,
-  // x from 0 to 0.1.
+  // The capsule lies on the top face, with half of it beyond the side. The point is at the middle of the part
+  // above the box, x from 0 to 0.1.
   dut.Expect({0.2, 0, 0.14}, Turn(90, Vector3d::UnitY()), -0.01, {0.05, 0, 0.095}, {0, 0, 1}, 1e-9);
-  // Standing on the top face.
+  // The capsule stands on the top face.
   dut.Expect({0.03, 0.02, 0.34}, kUnit, -0.01, {0.03, 0.02, 0.095}, {0, 0, 1});
-  // Across an edge, in the plane at 45 degrees to both faces: the edge (x = z = 0.1) is 0.03 from the axis.
+  // The capsule lies across an edge, in the plane at 45 degrees to both faces. The edge (x = z = 0.1) is 0.03
+  // from the axis.
   const double diagonal = std::sqrt(0.5);
   dut.Expect({0.1 + 0.03 * diagonal, 0, 0.1 + 0.03 * diagonal}, Turn(135, Vector3d::UnitY()), -0.02,
              {0.1 - 0.01 * diagonal, 0, 0.1 - 0.01 * diagonal}, {diagonal, 0, diagonal});
-  // One end 0.02 deep inside the box, coming from above.
+  // The capsule comes from above, with one end 0.02 deep inside the box.
   dut.Expect({0, 0, 0.28}, kUnit, -0.07, {0, 0, 0.065}, {0, 0, 1});
   dut.ExpectApart({0.1501, 0, 0});
 }
 
 TEST(CollisionClosedForm, CapsuleThroughBoxLeavesByTheShortestWay) {
   TwoGeoms dut("type='box' size='.1 .2 .3'", "type='capsule' size='.05 .5'");
-  // Axis along y through the box at x = 0.06: the exit is through +x after 0.04 + 0.05.
+  // The axis passes through the box along y at x = 0.06, so the exit is through +x after 0.04 + 0.05.
   dut.Expect({0.06, 0, 0}, Turn(90, Vector3d::UnitX()), -0.09, {0.055, 0, 0}, {1, 0, 0});
 }
 
@@ -200,18 +203,18 @@ TEST(CollisionClosedForm, BoxContainedInBox) {
   dut.Place(2, {0.3, 0.1, -0.1}, kUnit);
   const std::optional<contact_t> contact = dut.Check();
   ASSERT_TRUE(contact);
-  EXPECT_NEAR(contact->distance_m, -0.25, 1e-12);  // 0.2 to the +x face, and 0.05 in addition
+  EXPECT_NEAR(contact->distance_m, -0.25, 1e-12);  // 0.2 to the +x face plus 0.05
   EXPECT_NEAR(contact->normal[0], 1, 1e-12);
 }
 
 TEST(CollisionClosedForm, PlaneUnderEveryShape) {
-  // The plane is tilted 30 degrees about y, and passes through (0, 0, 1).
+  // The plane is tilted by 30 degrees about y and passes through (0, 0, 1).
   const Quaterniond q = Turn(30, Vector3d::UnitY());
   const Vector3d n = q * Vector3d::UnitZ();
   const std::string floor = "<geom type='plane' size='1 1 1' pos='0 0 1' euler='0 30 0'/>";
   const auto check = [&](const std::string& geom, const Quaterniond& q_local, double reach,
                          const Vector3d& lowest) {
-    // `lowest`: the lowest point relative to the body's origin, in the frame of the plane; `reach`: its
+    // `lowest` is the lowest point relative to the body's origin, in the frame of the plane. `reach` is its
     // depth below the origin.
     CollisionScene scene(std::string("<mujoco>") + kMeshes + "<worldbody>" + floor +
                          "<body name='b'><freejoint/><geom " + geom +
@@ -236,13 +239,13 @@ TEST(CollisionClosedForm, PlaneUnderEveryShape) {
   check("type='capsule' size='.05 .2'", Turn(90, Vector3d::UnitX()), 0.05, {0, 0, -0.05});
   check("type='cylinder' size='.05 .2'", kUnit, 0.2, {0, 0, -0.2});
   check("type='cylinder' size='.05 .2'", Turn(90, Vector3d::UnitX()), 0.05, {0, 0, -0.05});
-  // Tilted 45 degrees about x: the lowest rim point.
+  // The cylinder is tilted by 45 degrees about x, so a point on the rim is the lowest.
   const double diagonal = std::sqrt(0.5);
   check("type='cylinder' size='.05 .2'", Turn(45, Vector3d::UnitX()), 0.25 * diagonal,
         {0, 0.15 * diagonal, -0.25 * diagonal});
   check("type='ellipsoid' size='.1 .2 .3'", kUnit, 0.3, {0, 0, -0.3});
   check("type='box' size='.1 .2 .3'", kUnit, 0.3, {0, 0, -0.3});
-  // On an edge, and on a corner: all three half extents project onto the normal.
+  // The box stands on an edge, and then on a corner, where all three half extents project onto the normal.
   check("type='box' size='.1 .1 .1'", Turn(45, Vector3d::UnitX()), 0.2 * diagonal, {0, 0, -0.2 * diagonal});
   const Quaterniond corner_down = Quaterniond::FromTwoVectors(Vector3d::Ones(), -Vector3d::UnitZ());
   check("type='box' size='.1 .1 .1'", corner_down, 0.1 * std::sqrt(3.0), {0, 0, -0.1 * std::sqrt(3.0)});
@@ -264,7 +267,7 @@ TEST(CollisionClosedForm, PlaneGivenSecondTurnsTheNormal) {
 TEST(CollisionClosedForm, CylinderAgainstSphereAndBox) {
   {
     TwoGeoms dut("type='cylinder' size='.1 .2'", "type='sphere' size='.05'");
-    // EPA's tolerance of 1e-6 on curved shapes; its point and normal are less exact.
+    // On curved shapes, EPA's tolerance is 1e-6 for the depth. Its point and normal are less exact.
     dut.Expect({0, 0.14, 0.05}, kUnit, -0.01, {0, 0.095, 0.05}, {0, 1, 0}, 5e-3);
     EXPECT_NEAR(dut.Check()->distance_m, -0.01, 1e-6);
     dut.Expect({0.03, 0, 0.24}, kUnit, -0.01, {0.03, 0, 0.195}, {0, 0, 1}, 5e-3);
@@ -288,9 +291,9 @@ TEST(CollisionClosedForm, EllipsoidsAlongTheirAxes) {
   dut.ExpectApart({0, 0, 0.5001});
 }
 
-// Exact penetration depth of two convex polytopes: the smallest overlap over all directions that can be a
-// facet normal of their Minkowski difference (normals of corner triples, products of corner differences;
-// superfluous directions do no harm).
+// Returns the exact penetration depth of two convex polytopes. It is the smallest overlap over all directions
+// that can be a facet normal of their Minkowski difference: normals of corner triples and products of corner
+// differences. Superfluous directions do no harm.
 double PolytopeDepth(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) {
   double best = std::numeric_limits<double>::infinity();
   const auto consider = [&](const Vector3d& direction) {
@@ -338,24 +341,24 @@ TEST(CollisionClosedForm, DepthOfPolytopesIsTheSmallestOverAllSeparatingAxes) {
     int touching = 0;
     for (int i = 0; i < 1500; ++i) {
       const Vector3d p(0.15 * uniform(), 0.15 * uniform(), 0.15 * uniform());
-      // Every tenth pose is aligned with the world axes: faces and edges are parallel.
+      // Every tenth pose is aligned with the world axes, so faces and edges are parallel.
       const Quaterniond q =
           i % 10 == 0 ? kUnit : Quaterniond(uniform(), uniform(), uniform(), uniform()).normalized();
       dut.Place(2, p, q);
       const double depth = PolytopeDepth(dut.Corners(0, Vector3d::Zero(), kUnit), dut.Corners(1, p, q));
       const std::optional<contact_t> contact = dut.Check();
-      if (std::abs(depth) < 1e-7) continue;  // mesh corners are single precision
+      if (std::abs(depth) < 1e-7) continue;  // mesh corners have single precision
       ASSERT_EQ(contact.has_value(), depth > 0) << a << " and " << b << ", pose " << i << ", depth " << depth;
       if (!contact) continue;
       ++touching;
       ASSERT_NEAR(contact->distance_m, -depth, 1e-6) << a << " and " << b << ", pose " << i;
-      // The normal points outward: moved by the depth, the pair is separated, and it touches before.
+      // The normal points outward. Moving b by the depth separates the pair, and a shorter move does not.
       const Vector3d n(contact->normal[0], contact->normal[1], contact->normal[2]);
       dut.Place(2, p + (depth + 2e-6) * n, q);
       EXPECT_FALSE(dut.Check()) << a << " and " << b << ", pose " << i;
       dut.Place(2, p + 0.99 * depth * n, q);
       EXPECT_TRUE(dut.Check());
-      // The point lies midway between the surfaces.
+      // The point is in the middle between the surfaces.
       const Vector3d point(contact->position_m[0], contact->position_m[1], contact->position_m[2]);
       EXPECT_GT(PolytopeDepth(dut.Corners(0, Vector3d::Zero(), kUnit), {point}), -0.5 * depth - 1e-6);
       EXPECT_GT(PolytopeDepth(dut.Corners(1, p, q), {point}), -0.5 * depth - 1e-6);

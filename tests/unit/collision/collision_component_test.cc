@@ -1,4 +1,4 @@
-// The component on an in-process bus, fed with messages by hand.
+// Tests the component on an in-process bus with messages made by hand.
 #include "collision/collision_component.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ class CollisionComponentTest : public testing::Test {
     std::filesystem::create_directory(file_.parent_path());
     mj_saveModel(scene_.model.get(), file_.c_str(), nullptr, 0);
     model_ = scene_.info;
-    // Every list of a message is as long as its count states.
+    // Every list of a message must have the length that its count states.
     model_.num_entities = static_cast<int32_t>(model_.entity_name.size());
     model_.body_name.assign(model_.num_bodies, "");
     model_.geom_name.assign(model_.num_geoms, "");
@@ -66,7 +66,7 @@ class CollisionComponentTest : public testing::Test {
     Run();
   }
 
-  // The episode that began last; messages are sent for it.
+  // Attempt of the most recent episode. Messages are sent for it.
   int attempt_ = 0;
   CollisionScene scene_;
   Bus bus_;
@@ -78,15 +78,15 @@ class CollisionComponentTest : public testing::Test {
 };
 
 TEST_F(CollisionComponentTest, AnswersEveryStateAndPublishesEverySmallerClearance) {
-  Begin(4);  // MODEL was not received: not ready yet
+  Begin(4);  // not ready, because MODEL was not received
   EXPECT_EQ(dut_.status().state, component_status_t::IDLE);
   Model();
   Begin(4);
   EXPECT_EQ(dut_.status().state, component_status_t::READY);
   EXPECT_EQ(dut_.status().episode, 4);
-  // A ball of radius 0.1. For tick 0, which is not a sample, the clearance is the smallest; ticks 1, 2 and 4
-  // have smaller ones than all ticks before them from 1 on; 6 and 7 touch; 5 and 10 are a tenth of a second
-  // apart.
+  // A ball has a radius of 0.1. The clearance is smallest at tick 0, which is not a sample. Ticks 1, 2 and 4
+  // have smaller clearances than all samples before them. The ball touches at ticks 6 and 7. Ticks 5 and 10
+  // are a tenth of a second apart.
   const double height[] = {0.15, 0.3, 0.25, 0.26, 0.2, 0.22, 0.08, 0.09, 0.2, 0.2, 0.2};
   const bool is_there[] = {true, true, true, false, true, true, true, true, false, false, true};
   for (int tick = 0; tick < 11; ++tick) State(4, tick, height[tick]);
@@ -115,8 +115,8 @@ TEST_F(CollisionComponentTest, CountsGapsAndForeignMessages) {
   Model();
   Begin(0);
   State(0, 0, 1);
-  State(0, 3, 1);     // 1 and 2 are lost
-  State(0, 3, 1);     // a repetition: the answer is repeated, too
+  State(0, 3, 1);     // ticks 1 and 2 are lost
+  State(0, 3, 1);     // a repeated STATE, whose answer is repeated, too
   State(1, 4, 1);     // another episode
   State(0, 4, 1, 2);  // another model
   State(0, 4, std::numeric_limits<double>::quiet_NaN());

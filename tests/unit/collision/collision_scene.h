@@ -25,8 +25,8 @@ struct CollisionScene {
     return id;
   }
 
-  // Every body below the world is an entity: "robot..." a robot, "fixture..." a fixture, otherwise an
-  // object. Geoms named "pad<i>..." are pads of gripper i.
+  // Every body below the world is an entity: a robot if its name begins with "robot", a fixture if it begins
+  // with "fixture", and otherwise an object. Geoms named "pad<i>..." are pads of gripper i.
   explicit CollisionScene(const std::string& xml) {
     info.message_version = model_info_t::VERSION;
     mjVFS vfs;
@@ -74,7 +74,8 @@ struct CollisionScene {
     }
   }
 
-  // Random places within +-reach for free bodies, uniform rotations; hinges within their limits or +-pi.
+  // Places free bodies at random within +-reach with uniform rotations. Sets hinges within their limits or
+  // +-pi.
   void Randomize(std::mt19937_64* random, double reach) {
     const auto uniform = [&](double low, double high) {
       return low + (high - low) * static_cast<double>((*random)() >> 11) * 0x1p-53;

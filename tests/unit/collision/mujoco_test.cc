@@ -1,5 +1,5 @@
 // Compares the checker with MuJoCo's own collision detection on random poses. Both use libccd for general
-// convex shapes, so this does not verify depths independently; closed_form_test.cc does.
+// convex shapes, so this test does not verify depths independently. closed_form_test.cc does.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace evalbus::collision::mujoco_test {
 
-// Two of every shape, free, over a floor; the hull is not a box.
+// The scene has two free bodies of every shape over a floor. The hull is not a box.
 const char kEveryShape[] = R"(<mujoco>
   <size njmax="5000" nconmax="1000"/>
   <asset><mesh name="wedge" vertex="0 0 0  .2 0 0  0 .15 0  0 0 .1  .2 .15 .05  .1 .05 .12"/>
@@ -36,8 +36,8 @@ const char kEveryShape[] = R"(<mujoco>
     <body name="m3"><freejoint/><geom type="mesh" mesh="pebble"/></body>
   </worldbody></mujoco>)";
 
-// A scene with every shape, one of them a hull of 80 corners: above 32 corners, FCL finds the farthest one by
-// walking along edges.
+// Returns a scene with every shape. One is a hull of 80 corners, because above 32 corners FCL finds the
+// farthest corner by walking along edges.
 std::string EveryShape() {
   std::string vertices;
   for (int i = 0; i < 80; ++i) {
@@ -52,7 +52,7 @@ std::string EveryShape() {
 
 using PairKey = std::pair<int, int>;
 
-// MuJoCo's contacts: the deepest distance of each pair.
+// Returns MuJoCo's contacts, with the deepest distance of each pair.
 std::map<PairKey, double> MujocoContacts(const CollisionScene& scene) {
   mj_collision(scene.model.get(), scene.data.get());
   std::map<PairKey, double> result;
@@ -65,25 +65,25 @@ std::map<PairKey, double> MujocoContacts(const CollisionScene& scene) {
   return result;
 }
 
-// The findings of one pass over random poses.
+// The results of one pass over random poses.
 struct Tally {
   int both = 0;
   std::map<std::pair<int, int>, int> both_of_types;
 };
 
-// Compares touching pairs of one pose, and depth and normal where they have to agree.
+// Compares the touching pairs of one pose, and their depth and normal where these have to agree.
 //
-// Pairs must agree but for a band: a pair that only one side reports may be at most kBand deep. It absorbs
-// what is within rounding of touching; libccd's detection stops at 1e-6. Depths agree to 1e-12 where both
-// have a closed form. Elsewhere MuJoCo 2.2 takes libccd's MPR, which looks along one direction and can only
-// overestimate, so ours (the smallest over all directions, to 1e-6) must not be larger.
+// If only one side reports a pair, the pair may be at most kBand deep. The band absorbs rounding near
+// touching, because libccd's detection stops at 1e-6. Depths agree to 1e-12 where both sides have a closed
+// form. Elsewhere MuJoCo 2.2 uses libccd's MPR, which searches along one direction and can only overestimate.
+// Therefore our depth (the smallest over all directions, to 1e-6) must not be larger.
 constexpr double kBand = 1e-6;
 
 void Compare(CollisionScene* scene, CollisionChecker* checker, Tally* tally) {
   const mjModel& m = *scene->model;
   scene->SetPoses(checker);
   std::map<PairKey, double> expected = MujocoContacts(*scene);
-  // Pairs that MuJoCo lets collide and the checker does not: neighbors fixed to the world, and fingers of
+  // MuJoCo lets these pairs collide, but the checker does not: neighbors fixed to the world, and fingers of
   // one hand.
   std::erase_if(expected, [&](const auto& entry) {
     return !checker->IsChecked(entry.first.first, entry.first.second);
@@ -130,7 +130,7 @@ TEST(CollisionAgainstMujoco, TouchingPairsOfEveryShapeAgreeOnRandomPoses) {
     Compare(&scene, &checker, &tally);
     if (HasFailure()) FAIL() << "pose " << i;
   }
-  // 7 shapes: 28 kinds of pairs without plane on plane, each found hundreds of times.
+  // 7 shapes form 28 kinds of pairs. All but plane on plane occur, each hundreds of times.
   EXPECT_EQ(tally.both_of_types.size(), 27u);
   for (const auto& [types, count] : tally.both_of_types) {
     EXPECT_GT(count, 300) << types.first << " and " << types.second;
@@ -172,7 +172,7 @@ TEST(CollisionChecker, ResultsAreSortedAndDependOnPosesOnly) {
     std::mt19937_64 random(3);
     for (int i = 0; i < 300; ++i) {
       scene.Randomize(&random, 0.3);
-      // `used` has checked other poses before; `fresh` has not.
+      // `used` has checked other poses before, and `fresh` has not.
       CollisionChecker fresh(scene.model.get(), scene.info);
       scene.SetPoses(&fresh);
       scene.SetPoses(&used);

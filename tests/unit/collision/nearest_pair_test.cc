@@ -1,4 +1,4 @@
-// Compares with measuring every pair: intervals that move randomly on a line.
+// Compares the result with measuring every pair, for intervals that move randomly on a line.
 #include "collision/nearest_pair.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ struct Line {
     const auto [a, b] = pairs[pair];
     return std::abs(middle[a] - middle[b]) - half[a] - half[b];
   }
-  // Bounding boxes are larger than their contents, here by a half.
+  // Bounding boxes are larger than their contents, here by half of their size.
   double Gap(int pair) const {
     const auto [a, b] = pairs[pair];
     return std::max(0.0, Distance(pair) - 0.5 * (half[a] + half[b]));

@@ -1,4 +1,4 @@
-// Pairs that are checked at all, rejected input, and the clearance.
+// Tests which pairs are checked, which input is rejected, and the clearance.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace evalbus::collision::pair_filter_test {
 
-// A robot fixed to the world with three links in a row and a hand with two fingers; two fixtures; two
-// objects.
+// The robot is fixed to the world and has three links in a row and a hand with two fingers. There are two
+// fixtures and two objects.
 const char kFilteredScene[] = R"(<mujoco><worldbody>
   <geom name="floor" type="plane" size="1 1 1"/>
   <body name="robot">
@@ -43,16 +43,17 @@ TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighborsAndFingers) {
     EXPECT_EQ(result, checker.IsChecked(scene.Geom(b), scene.Geom(a)));
     return result;
   };
-  // Same body, or welded together.
+  // These geoms belong to one body or to bodies that are welded together.
   EXPECT_FALSE(checked("base", "base2"));
   EXPECT_FALSE(checked("l2", "hand"));
   EXPECT_FALSE(checked("pad0a", "tip"));
-  // Both fixed to the world.
+  // Both bodies are fixed to the world.
   EXPECT_FALSE(checked("floor", "table"));
   EXPECT_FALSE(checked("table", "wall"));
   EXPECT_FALSE(checked("base", "table"));
   EXPECT_FALSE(checked("base", "floor"));
-  // Neighboring links: MuJoCo's rule, evalbus' rule at the fixed base, and the fingers on the hand.
+  // Neighboring links are excluded by MuJoCo's rule, evalbus' rule at the fixed base, and the rule for
+  // fingers on the hand.
   EXPECT_FALSE(checked("base", "l1"));
   EXPECT_FALSE(checked("l1", "l2"));
   EXPECT_FALSE(checked("l1", "hand"));
@@ -60,16 +61,17 @@ TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighborsAndFingers) {
   EXPECT_TRUE(checked("base", "l2"));
   EXPECT_TRUE(checked("base", "hand"));
   EXPECT_TRUE(checked("l1", "pad0a"));
-  // Fingers of one hand.
+  // The fingers belong to one hand.
   EXPECT_FALSE(checked("pad0a", "pad0b"));
   EXPECT_FALSE(checked("tip", "pad0b"));
-  // Excluded bodies.
+  // The file excludes these bodies.
   EXPECT_FALSE(checked("o1", "l1"));
   EXPECT_FALSE(checked("base", "o1"));
   EXPECT_TRUE(checked("o1", "l2"));
   EXPECT_TRUE(checked("o1", "table"));
   EXPECT_TRUE(checked("o1", "floor"));
-  // Contact types: no common bit, a common bit in one direction, and an explicit pair despite the bits.
+  // The contact types have no common bit, a common bit in one direction, or an explicit pair despite the
+  // bits.
   EXPECT_FALSE(checked("ghost", "table"));
   EXPECT_FALSE(checked("o2", "table"));
   EXPECT_TRUE(checked("o3", "table"));
@@ -77,7 +79,7 @@ TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighborsAndFingers) {
   EXPECT_TRUE(checked("o1", "o2"));
 }
 
-// Everything in the scene overlaps, so MuJoCo reports all pairs that it lets collide.
+// Everything in the scene overlaps, so MuJoCo reports all pairs that it allows to collide.
 TEST(CollisionFilter, ReportsNothingThatMujocoExcludes) {
   for (const char* option : {"", "<option collision='predefined'/>", "<option collision='dynamic'/>",
                              "<option><flag filterparent='disable'/></option>"}) {
@@ -97,7 +99,7 @@ TEST(CollisionFilter, ReportsNothingThatMujocoExcludes) {
       EXPECT_NE(std::find(mujoco.begin(), mujoco.end(), pair), mujoco.end())
           << option << ": " << pair.first << " and " << pair.second;
     }
-    // The reverse, except for evalbus' own exclusions.
+    // Every pair of MuJoCo is checked, too, except for evalbus' own exclusions.
     for (const auto& pair : mujoco) {
       EXPECT_EQ(std::find(ours.begin(), ours.end(), pair) != ours.end(),
                 checker.IsChecked(pair.first, pair.second))
@@ -157,8 +159,8 @@ TEST(CollisionChecker, RefusesAMeshWithoutItsHullByName) {
 }
 
 TEST(Clearance, ByHand) {
-  // The robot's tip is 0.3 - 0.1 from the table's side and 0.25 - 0.1 above the floor. Two things are
-  // nearer but do not count: the object, and the moving fixture (drawer) 0.05 below the base, which is
+  // The robot's tip is 0.3 - 0.1 from the table's side and 0.25 - 0.1 above the floor. The object is nearer
+  // but does not count. Neither does the moving fixture (drawer), 0.05 below the base, because the base is
   // fixed to the world.
   CollisionScene scene(R"(<mujoco><worldbody>
     <geom name="floor" type="plane" size="1 1 1"/>
@@ -177,7 +179,7 @@ TEST(Clearance, ByHand) {
   EXPECT_NEAR(clearance->distance, 0.15, 1e-12);
   EXPECT_EQ(clearance->robot_geom, scene.Geom("tip"));
   EXPECT_EQ(clearance->scene_geom, scene.Geom("floor"));
-  // The table approaches, then penetrates the tip.
+  // The table approaches the tip and then penetrates it.
   const double q[4] = {1, 0, 0, 0};
   const double near[3] = {0, 0.31, 0.25};
   const int table = scene.model->geom_bodyid[scene.Geom("table")];
@@ -217,14 +219,15 @@ TEST(Clearance, AbsentWithoutRobotOrScene) {
   EXPECT_FALSE(checker.FindClearance());
 }
 
-// Compares with finely sampled distances of capsules and boxes: an upper bound that is nearly tight.
+// Compares the clearance with finely sampled distances of capsules and boxes, which are a nearly tight upper
+// bound.
 TEST(Clearance, OfTwoArmsIsTheLeastOverSampledPoints) {
   CollisionScene scene(TwoArmsXml());
   const mjModel& m = *scene.model;
   const mjData& d = *scene.data;
   CollisionChecker checker(&m, scene.info);
   std::mt19937_64 random(5);
-  // Distance of a point from a scene geom (box or plane); negative inside.
+  // Returns the distance of a point from a scene geom (box or plane), which is negative inside.
   const auto to_scene = [&](int geom, const double point[3]) {
     double offset[3];
     double local[3];

@@ -1,4 +1,4 @@
-// Inputs for which rounding leaves the expanding polytope without faces, or with ever more of them.
+// For these inputs, rounding leaves the expanding polytope without faces or with ever more of them.
 #include "collision/penetration.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ Shape Cylinder(double radius, double half_length, const Matrix3d& rotation) {
           .rotation = rotation};
 }
 
-// Depth of a box in a cylinder at the origin whose axis is one of the box's axes.
+// Returns the depth of a box in a cylinder at the origin whose axis is one of the box's axes.
 double ParallelDepth(const Shape& cylinder, const Shape& box) {
   const Vector3d offset = cylinder.rotation.transpose() * box.position;
   double depth = cylinder.size[1] + box.size[2] - std::abs(offset.z());
@@ -48,7 +48,8 @@ double ParallelDepth(const Shape& cylinder, const Shape& box) {
   return depth;
 }
 
-// Without the check these never end: the number of faces grows with each step.
+// Without the check that the surface is closed, these cases never end, because the number of faces grows with
+// each step.
 TEST(Penetration, ABoxInACylinderWithParallelAxes) {
   const auto expect = [](double radius, double half_length, const Matrix3d& rotation,
                          const Vector3d& half_extents, const Vector3d& position) {
@@ -66,9 +67,9 @@ TEST(Penetration, ABoxInACylinderWithParallelAxes) {
   expect(0.44, 0.12, Turned(6, 8, 4, 5), {0.074, 0.016, 0.32}, {-0.15, -0.24, 0.057});
 }
 
-// The new vertex sees every face: rounding decides the orientation of a sliver that is 50 m long and a few nm
-// wide. Without the check, a build with _GLIBCXX_ASSERTIONS (the sanitizer presets) aborts here; others read
-// a deleted face.
+// The new vertex sees every face, because rounding decides the orientation of a sliver that is 50 m long and
+// a few nm wide. Without the check, a build with _GLIBCXX_ASSERTIONS (the sanitizer presets) aborts here, and
+// other builds read a deleted face.
 TEST(Penetration, Needles) {
   const auto expect = [](const Matrix3d& rotation, const Vector3d& a, const Vector3d& b,
                          const Vector3d& position) {
