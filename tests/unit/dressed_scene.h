@@ -10,7 +10,7 @@
 
 namespace evalbus {
 
-// Adds a variation to a task's text.
+// Adds a variation to a task description.
 inline std::string WithVariation(std::string task, const std::string& variation) {
   const std::string title = "\nvariations:\n";
   return task.insert(task.find(title) + title.size(), variation);

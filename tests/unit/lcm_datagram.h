@@ -1,4 +1,4 @@
-// Datagrams as LCM senders make them, and invalid ones.
+// Creates valid datagrams of LCM senders, and invalid ones.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ inline std::string FragmentDatagram(uint32_t sequence, uint32_t message_bytes, u
          BigEndian(offset, 4) + BigEndian(number, 2) + BigEndian(count, 2) + std::string(payload);
 }
 
-// A message in fragments of this many bytes; the first fragment includes the channel's name.
+// Returns a message in fragments of this many bytes. The first fragment also has the channel's name.
 inline std::vector<std::string> Fragments(uint32_t sequence, std::string_view channel, std::string_view data,
                                           size_t part_bytes) {
   const std::string all = std::string(channel) + '\0' + std::string(data);

@@ -7,7 +7,7 @@
 
 namespace evalbus {
 
-// Characters of the longest line; UTF-8 continuation bytes do not count.
+// Returns the number of characters of the longest line. UTF-8 continuation bytes do not count.
 inline int LongestLine(const std::string& text) {
   std::istringstream lines(text);
   int longest = 0;

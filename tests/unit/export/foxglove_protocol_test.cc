@@ -1,4 +1,4 @@
-// Messages from and to a Foxglove viewer: bytes worked out by hand.
+// Compares messages from and to a Foxglove viewer with bytes written out by hand.
 #include "export/foxglove_protocol.h"
 
 #include <gmock/gmock.h>
@@ -51,13 +51,13 @@ TEST(Foxglove, ReadsPlaybackControl) {
   EXPECT_EQ(control->speed, 0.5F);
   EXPECT_EQ(control->seek_ns, 0x0102U);
   EXPECT_EQ(control->request_id, "ab");
-  // Truncated anywhere, or longer than the stated length.
+  // The message is truncated at any position, or it is longer than it states.
   for (size_t size = 0; size < kControl.size(); ++size) {
     EXPECT_FALSE(ParsePlaybackControl(kControl.substr(0, size))) << size;
   }
   EXPECT_FALSE(ParsePlaybackControl(kControl + "c"));
   for (const auto& [at, byte] : {std::pair(0, '\x02'), std::pair(1, '\x02'), std::pair(6, '\x02'),
-                                 std::pair(5, '\xbf')}) {  // unknown type, command, flag; speed -0.5
+                                 std::pair(5, '\xbf')}) {  // unknown type, command and flag; speed -0.5
     std::string wrong = kControl;
     wrong[static_cast<size_t>(at)] = byte;
     EXPECT_FALSE(ParsePlaybackControl(wrong)) << at;
@@ -111,7 +111,7 @@ TEST(Foxglove, PlaysPausesSeeksAndEnds) {
   EXPECT_EQ(playback.State(start + milliseconds(999)).status, PlaybackStatus::kPlaying);
   EXPECT_EQ(playback.State(start + milliseconds(1000)).status, PlaybackStatus::kEnded);
   EXPECT_EQ(playback.State(start + milliseconds(60000)).time_ns, 10'000'000'000);
-  // Starts again from the beginning after the end.
+  // After the end, playing starts again at the beginning.
   state = playback.Control({.play = true, .speed = 1, .seek_ns = {}, .request_id = ""},
                            start + milliseconds(2000));
   EXPECT_EQ(state.time_ns, 0);

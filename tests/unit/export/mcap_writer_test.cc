@@ -1,4 +1,5 @@
-// MCAP files compared with the specification: bytes worked out by hand, and a reader that checks everything.
+// Compares MCAP files with the specification, using bytes written out by hand and a reader that checks
+// everything.
 #include "export/mcap_writer.h"
 
 #include <gmock/gmock.h>
@@ -16,7 +17,7 @@ using testing::ElementsAre;
 using testing::StartsWith;
 using namespace std::string_literals;
 
-// CRC-32 of IEEE 802.3, bit by bit, independent of zlib.
+// CRC-32 of IEEE 802.3, computed bit by bit and independently of zlib.
 uint32_t Crc(std::string_view bytes) {
   uint32_t crc = 0xFFFFFFFF;
   for (const char byte : bytes) {
@@ -80,11 +81,11 @@ std::vector<Record> Records(std::string_view bytes, size_t from = 0) {
 TEST(Mcap, AnEmptyFileIsTheseBytes) {
   const std::string bytes = McapWriter("me").Finish();
   const std::string magic = "\x89MCAP0\r\n"s;
-  // Header: profile "", library "me". DataEnd without a CRC.
+  // The header has profile "" and library "me". DataEnd has no CRC.
   const std::string head = magic + "\x01\x0a\0\0\0\0\0\0\0"s + "\0\0\0\0\x02\0\0\0me"s;
   const std::string data_end = "\x0f\x04\0\0\0\0\0\0\0\0\0\0\0"s;
-  // 8 + 19 + 13 = 40: the summary. Statistics of 46 bytes; its offset record contains: op 0x0b, at 40,
-  // length 55.
+  // The summary is at 8 + 19 + 13 = 40. It has statistics of 46 bytes, whose offset record is: op 0x0b, at
+  // 40, length 55.
   const std::string statistics = "\x0b\x2e\0\0\0\0\0\0\0"s + std::string(46, '\0');
   const std::string offset = "\x0e\x11\0\0\0\0\0\0\0\x0b\x28\0\0\0\0\0\0\0\x37\0\0\0\0\0\0\0"s;
   const std::string footer = "\x02\x14\0\0\0\0\0\0\0\x28\0\0\0\0\0\0\0\x5f\0\0\0\0\0\0\0"s;
@@ -94,7 +95,7 @@ TEST(Mcap, AnEmptyFileIsTheseBytes) {
   EXPECT_EQ(bytes, head + data_end + statistics + offset + footer + crc_bytes + magic);
 }
 
-// Many chunks, two channels, times out of order.
+// The file has many chunks and two channels, and its times are out of order.
 std::string File() {
   McapWriter writer("test");
   EXPECT_EQ(writer.AddChannel("/a", "A", R"({"type":"object"})"), 0);
@@ -193,7 +194,7 @@ TEST(Mcap, EveryMessageIsFoundByTheIndex) {
   EXPECT_THAT(messages,
               ElementsAre(std::tuple(0, 2'000'000'000, "\"xx"), std::tuple(0, 3'000'000'000, "{}"),
                           std::tuple(1, 1'000'000'000, "\"xx"), std::tuple(2, 5'000'000'000, "[1]")));
-  // The summary stores a schema that two channels share once.
+  // The summary stores a schema only once if two channels share it.
   EXPECT_EQ(count[0x03], 2);
   EXPECT_EQ(count[0x04], 3);
   EXPECT_EQ(count[0x06], 2);

@@ -1,4 +1,4 @@
-// Numbers for PlotJuggler.
+// Tests numbers for PlotJuggler.
 #include "export/plotjuggler.h"
 
 #include <gmock/gmock.h>

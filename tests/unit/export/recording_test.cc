@@ -10,8 +10,8 @@
 
 namespace evalbus::exports::recording_test {
 
-// The beginning of the log is lost. An MCAP file without the requested images would look like one whose
-// cameras had none.
+// The beginning of the log is lost. Without an error, an MCAP file without the requested images would look as
+// if the cameras had recorded none.
 TEST(AddImages, RefusesALogWithoutItsBeginning) {
   const TemporaryFolder folder;
   const std::filesystem::path log = folder.path() / "events.lcmlog";

@@ -28,7 +28,7 @@ class PlanTest : public testing::Test {
     std::ofstream(file_) << text;
     return ReadPlan(file_);
   }
-  // The part of the error after the file's name.
+  // Returns the part of the error after the file's name.
   std::string ErrorOf(const std::string& text) {
     try {
       Read(text);
@@ -85,7 +85,7 @@ until: decided(alpha 0.01, max 200)
   ASSERT_TRUE(plan.until);
   EXPECT_EQ(plan.until->alpha, 0.01);
   EXPECT_EQ(plan.until->max_episodes, 200);
-  // A contract's rate is the policy's own, unless the plan specifies another.
+  // The rate comes from the policy's contract, unless the plan specifies another.
   EXPECT_EQ(plan.OptionsOf(plan.policies[0]).sim.control_hz, 50);
   EXPECT_EQ(plan.OptionsOf(plan.policies[2]).sim.control_hz, 20);
   EXPECT_EQ(plan.OptionsOf(plan.policies[2]).policy_name, "pi0");
@@ -98,7 +98,8 @@ TEST_F(PlanTest, ARateThatThePlanNamesGoesBeforeTheContracts) {
   EXPECT_EQ(plan.OptionsOf(plan.policies[0]).sim.control_hz, 50);
 }
 
-// Another MuJoCo needs its own process, and a version that is not built is reported before anything is run.
+// Another version of MuJoCo needs its own process. A version that is not built is reported before anything
+// runs.
 TEST_F(PlanTest, RunsOfAnotherEngineAreProcesses) {
   EXPECT_TRUE(Read(kSmall).options.in_process);
   const Plan plan = OnEngine(Read(kSmall), "9.3.9");
@@ -118,7 +119,7 @@ TEST_F(PlanTest, MadeFromOptionsHasTheirPolicies) {
   EXPECT_EQ(plan.policies[1].name, "noisy_expert-0.1");
   EXPECT_EQ(plan.policies[1].policy, "noisy_expert:0.1");
   EXPECT_EQ(plan.options.episodes, 3);
-  // The number of workers may differ when it is resumed.
+  // The number of workers may differ when the plan is resumed.
   EXPECT_EQ(plan.options.workers, 1);
   const auto make = [&](const std::vector<std::string>& policies) {
     return MakePlan("certify", policies, options, false);
@@ -136,7 +137,7 @@ TEST_F(PlanTest, StopsAtAWidthOrByProgress) {
   EXPECT_EQ(narrow.until->width, 0.1);
   EXPECT_EQ(narrow.until->max_episodes, 2000);
   EXPECT_EQ(narrow.until->Text(), "width(0.1, max 2000)");
-  // Without a maximum, as many episodes as the width takes at a rate of one half.
+  // Without a maximum, the number is what the width requires at a success rate of one half.
   const Plan sure = Read(std::string(kSmall) + "until: width(0.1)\n");
   EXPECT_EQ(sure.until->width, 0.1);
   EXPECT_EQ(sure.until->max_episodes, metrics::TrialsForWidth(0.1, 10'000));
@@ -210,7 +211,7 @@ TEST_F(PlanTest, PlanJsonThatCannotBeOfAPlanIsRefused) {
     }
     return "(no error)";
   };
-  // A shard of no episode would never fill the plan.
+  // A shard without episodes would never complete the plan.
   for (const int size : {0, -1}) {
     EXPECT_EQ(error_of("/shard_episodes", size),
               fmt::format("plan.json: \"shard_episodes\" is {}, expected 1 to 10000000", size));
@@ -352,7 +353,7 @@ TEST_F(PlanTest, AShardThatIsPutTwiceIsThereOnce) {
   std::string text;
   stream >> text;
   EXPECT_EQ(text, "first");
-  // No half-written file remains beside it.
+  // No half-written file remains next to it.
   int entries = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path() / kPartsFolder))
     ++entries;
