@@ -13,8 +13,8 @@ namespace evalbus::metric_catalog_test {
 
 using Units = std::map<std::string, std::string>;
 
-// Names and units in the tables of a section of docs/metrics.md: | `a`, `b` | meaning | unit of both, or of
-// each |
+// Returns names and units in the tables of a section of docs/metrics.md. A row is | `a`, `b` | meaning | unit
+// of both, or of each |
 Units UnitsOfSection(const std::string& heading, const std::string& prefix) {
   std::ifstream page(EVALBUS_SOURCE_DIR "/docs/metrics.md");
   Units units;
@@ -111,7 +111,7 @@ TEST(FindMetric, KnowsEachNumberByItsName) {
   expect("extended.min_clearance_m", "smallest clearance", "mm");
   expect("extended.mechanical_work_J.right", "servo work, right", "J");
   expect("extended.peak_wrist_acceleration_mps2", "peak wrist acceleration", "m/s²");
-  // A metric of another evalbus version.
+  // The metric belongs to another evalbus version.
   expect("extended.wrist_angle_rad", "wrist angle rad", "");
   for (const char* name :
        {"", "min_clearance_m", "total_slip_count", "total_extended.mechanical_work_J", "cartesian_jerk",

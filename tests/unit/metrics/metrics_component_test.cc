@@ -1,4 +1,4 @@
-// The metrics process on an in-process bus.
+// Tests the metrics component on an in-process bus.
 #include "metrics/metrics_component.h"
 
 #include <gtest/gtest.h>
@@ -75,7 +75,7 @@ class MetricsComponentTest : public testing::Test {
   std::vector<episode_summary_t> summaries_;
   std::vector<run_summary_t> runs_;
   component_status_t said_{};
-  // The attempt that began last; sent messages belong to it.
+  // Attempt of the most recent episode, to which sent messages belong.
   int32_t attempt_ = 0;
 };
 
@@ -123,7 +123,8 @@ TEST_F(MetricsComponentTest, CriteriaArePublishedPeriodicallyAndAtTheLastTick) {
   for (int32_t episode = 0; episode < 2; ++episode) {
     said.clear();
     Begin(episode);
-    // Ticks of 20 ms: every third one, and the verdict's, at which the pot is lifted.
+    // Criteria are published at every third tick of 20 ms and from the verdict on, at which the pot is
+    // lifted.
     for (int64_t tick = 0; tick <= 8; ++tick) {
       SendState(tick, episode, tick >= 7 ? 1.2 : 1);
       SendContacts(tick, episode, {});
@@ -143,8 +144,8 @@ TEST_F(MetricsComponentTest, CriteriaArePublishedPeriodicallyAndAtTheLastTick) {
 
 TEST_F(MetricsComponentTest, TheOrderOfArrivalChangesNoBit) {
   constexpr int kTicks = 40;
-  // An episode with every kind of event, in every order: chronological, contacts first, reversed, shuffled;
-  // the end early or last.
+  // The messages of an episode with every kind of event arrive in several orders: chronological, contacts
+  // first, reversed and shuffled. The end arrives early or last.
   const auto send = [&](int message) {
     const int tick = message / 2;
     if (message % 2 == 0) {
@@ -255,7 +256,7 @@ TEST_F(MetricsComponentTest, TheRunSummaryIsMarkedAsPartial) {
   finish(0);
   ASSERT_EQ(runs_.size(), 1);
   EXPECT_FALSE(runs_.back().is_part);
-  // Episode 1 was finished before, or by another process.
+  // An earlier process or another one has finished episode 1.
   finish(2);
   EXPECT_TRUE(runs_.back().is_part);
   finish(1);
@@ -263,7 +264,7 @@ TEST_F(MetricsComponentTest, TheRunSummaryIsMarkedAsPartial) {
   EXPECT_EQ(runs_.back().num_episodes, 3);
 }
 
-// The run's folder provides it before any message has arrived.
+// The run folder shows it before any message has arrived.
 TEST(PartOfRun, IsWhereOthersHaveFinishedOrWork) {
   const TemporaryFolder folder;
   EXPECT_FALSE(IsPartOfRun(folder.path()));
@@ -314,7 +315,7 @@ TEST_F(MetricsComponentTest, CountsForeignMessagesAndDuplicates) {
   SendState(0, 0);
   SendState(0, 0);   // duplicate
   SendState(0, 1);   // another episode
-  SendState(-5, 0);  // no tick with this number
+  SendState(-5, 0);  // there is no tick with this number
   EXPECT_EQ(dut_.status().foreign_messages, 6);
   SendContacts(0, 0);
   End(0, 0);
@@ -347,7 +348,7 @@ TEST_F(MetricsComponentTest, WaitsABoundedTimeForTheLastTicks) {
   EXPECT_EQ(runs_[0].num_complete, 0);
   EXPECT_EQ(dut_.status().missing_ticks, 1);
 
-  // The count of the process continues; that of the episode restarts.
+  // The count of the process continues, and the count of the episode restarts.
   Begin(1);
   End(0, 1);
   PollFor(&dut_, now, 2 * MetricsComponent::kMaxWait);
@@ -456,7 +457,7 @@ TEST_F(MetricsComponentTest, AnEndThatIsNotTheVerdictsIsAborted) {
   EXPECT_TRUE(play(true, "success").complete);
   EXPECT_TRUE(play(false, "time_limit").complete);
   EXPECT_TRUE(play(false, "policy_error").complete);
-  // A server that failed while an episode continued after its success.
+  // The server failed while the episode continued after its success.
   for (const bool succeeds : {false, true})
     EXPECT_EQ(play(succeeds, "server_error").end_reason, "server_error");
   for (const auto& [lifted, end_reason] : {std::pair(false, "success"), std::pair(false, "failure"),
@@ -475,7 +476,7 @@ TEST_F(MetricsComponentTest, AnEndThatIsNotTheVerdictsIsAborted) {
 
 TEST_F(MetricsComponentTest, NamesOfFilesInModelAreTextOnly) {
   const TemporaryFolder folder;
-  // Opening it would wait for a writer.
+  // Opening the pipe would wait for a writer.
   const std::string pipe = folder.path() / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const std::string robot = "robot.yaml";

@@ -1,4 +1,4 @@
-// The decisive moment: the smallest episode for each rule, worked out by hand. Ticks last 0.02 s.
+// Tests the decisive moment with the smallest episode for each rule, worked out by hand. Ticks last 0.02 s.
 #include "metrics/cause/cause_finder.h"
 
 #include <gtest/gtest.h>
@@ -33,8 +33,8 @@ condition_t Height() {
   return condition;
 }
 
-// Two arms stand 0.5 m from a pot at a height of 1 m, with open grippers. Stages: each gripper holds the pot,
-// and it is lifted by 0.1 m, which is a success.
+// Two arms are 0.5 m from a pot at a height of 1 m, with open grippers. Each gripper that holds the pot
+// reaches a stage. Lifting the pot by 0.1 m is the last stage and a success.
 class CauseFinderTest : public testing::Test {
  protected:
   CauseFinderTest() {
@@ -70,7 +70,7 @@ class CauseFinderTest : public testing::Test {
                reached_, conditions_);
     }
   }
-  // The robot moves, in its joints only.
+  // The robot moves only its joints.
   void Move(int ticks) {
     for (int k = 0; k < ticks; ++k) {
       joints_[0] += 0.03;
@@ -82,7 +82,7 @@ class CauseFinderTest : public testing::Test {
     touching_[gripper] = touches;
     Tick();
   }
-  // Both grippers hold the pot, from tick 11 on, at 0.22 s, and have held it for 0.2 s at tick 20.
+  // Both grippers hold the pot from tick 11 on, at 0.22 s. At tick 20 they have held it for 0.2 s.
   void HoldWithBoth() {
     Move(10);
     opening_ = {0.4, 0.4};
@@ -235,7 +235,7 @@ TEST_F(CauseFinderTest, AClosedHandThatBrushesTheObjectDidNotHoldIt) {
   EXPECT_EQ(Reason(), "grasp_miss");
 }
 
-// One finger touches the pot from outside while the gripper closes, which reaches the stage.
+// One finger touches the pot from outside while the gripper closes, and this reaches the stage.
 TEST_F(CauseFinderTest, AHandThatClosesBesideTheObjectMissesIt) {
   with_both_fingers_ = false;
   Move(10);
@@ -260,7 +260,7 @@ TEST_F(CauseFinderTest, StagesCountUntilTheMoment) {
   EXPECT_NE(Find().text.find("(1 of 3 stages)"), std::string::npos) << Find().text;
 }
 
-// The blue cube is put where it should be; the red one is not brought to it.
+// The blue cube is put where it should be, but the red cube is not brought to it.
 TEST(ReleaseAsRequired, IsNoLoss) {
   condition_t on{}, released{}, near{}, lifted{}, held{};
   on.kind = condition_t::CONTACT;
@@ -359,7 +359,7 @@ TEST_F(CauseFinderTest, AnObjectThatSlidesOutOfAHandAtRestIsLostByTheStop) {
 }
 
 TEST_F(CauseFinderTest, AGripperThatClosesWhereAnObjectSlippedOutDidNotCloseOnNothing) {
-  touching_[kRight] = 1;  // the open hand touches the pot, whose handle is as wide as half of its travel
+  touching_[kRight] = 1;  // the open hand touches the pot, whose handle takes up half of the hand's travel
   opening_[kRight] = 0.5;
   Move(3);
   Close(kRight, 0.5, false);
@@ -454,7 +454,7 @@ TEST_F(CauseFinderTest, AnObjectThatPushesTheFingersApartIsNotLetGo) {
          "reached 1.000 m, at least 1.1 m is needed.");
 }
 
-// The fingers touch the object again while they close, so that a short hold begins.
+// The fingers touch the object again while they close, which begins a short hold.
 TEST_F(CauseFinderTest, AnObjectThatIsTouchedAgainWhileItSlipsOutIsNotLetGo) {
   HoldWithBoth();
   Move(5);
@@ -472,7 +472,7 @@ TEST_F(CauseFinderTest, AnObjectThatIsTouchedAgainWhileItSlipsOutIsNotLetGo) {
 TEST_F(CauseFinderTest, AClosingFarFromTheObjectIsNoAttempt) {
   Close(kRight, 0, false);
   Move(10);
-  wrist_[kRight][0] = 0.6;  // 0.4 m nearer than where the gripper closed
+  wrist_[kRight][0] = 0.6;  // 0.4 m closer than where the gripper closed
   Move(300);
   EXPECT_EQ(Find().kind, "missed_condition");
 }
@@ -496,8 +496,8 @@ TEST_F(CauseFinderTest, AnArmPressesOnTheScene) {
          "least 1.1 m is needed.");
 }
 
-// Torques of -40 to 0 N m support the arm; a torque counts as pressing if it is outside this range by at
-// least its width.
+// Torques of -40 to 0 N m support the arm. A torque outside this range counts as pressing if its distance
+// from the range is at least the range's width.
 TEST_F(CauseFinderTest, AHeavyArmPressesOnTheScene) {
   torque_[kLeft] = -40;
   Move(10);
@@ -540,7 +540,7 @@ TEST_F(CauseFinderTest, WithoutTorquesALongTouchIsACollision) {
   Move(50);
   contacts_ = {};
   Move(250);
-  EXPECT_EQ(Find().kind, "missed_condition");  // 0.98 s
+  EXPECT_EQ(Find().kind, "missed_condition");  // the contact lasts for only 0.98 s
   contacts_ = {{kRight, kCounter}};
   Move(51);
   contacts_ = {};

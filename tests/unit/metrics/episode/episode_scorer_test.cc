@@ -67,7 +67,7 @@ TEST_F(EpisodeScorerTest, ScoresAnEpisodeByHand) {
   EXPECT_EQ(summary.end_detail, "detail");
   EXPECT_EQ(summary.failure_reason, "");
   EXPECT_TRUE(summary.complete);
-  // Each wrist, and the pot, at the tick of the success.
+  // The poses are those at the tick of the success.
   EXPECT_EQ(PosesOf(summary), (NamedPoses{{"left_wrist", {{0.7, 0, 1.5}, {1, 0, 0, 0}}},
                                           {"right_wrist", {{0.7, 0, 2}, {1, 0, 0, 0}}},
                                           {"pot", {{0.7, 0, 1.25}, {1, 0, 0, 0}}}}));
@@ -87,7 +87,7 @@ TEST_F(EpisodeScorerTest, ScoresAnEpisodeByHand) {
   EXPECT_EQ(ExtendedValue(summary.extended, "mechanical_work_J.right"), 2.5);
 }
 
-// 0.02 * 230 is 4.6000000000000005.
+// Times are multiples computed at once: 0.02 * 230 is 4.6000000000000005.
 TEST_F(EpisodeScorerTest, ATickHasOneTimeEverywhere) {
   dut_.Start();
   for (int64_t tick = 0; tick <= 230; ++tick) {
@@ -164,7 +164,7 @@ TEST_F(EpisodeScorerTest, RefusesWhatIsNotFiniteOrDoesNotFit) {
   }
 }
 
-// NaN is in no range, so "not" of any range would be true for it.
+// NaN is in no range, so "not" of a range would be true for it.
 TEST(EpisodeScorer, ACoordinateThatIsNoNumberDecidesNothing) {
   model_info_t model = Model();
   model.joint_name = {"pot/lid_hinge"};
@@ -191,7 +191,7 @@ TEST(EpisodeScorer, ACoordinateThatIsNoNumberDecidesNothing) {
   EXPECT_EQ(dut.verdict(), partial_metrics_t::SUCCESS);
 }
 
-// The summary message and its line of episodes.jsonl give the statistics the same input.
+// Statistics must be the same from the summary message and from its line of episodes.jsonl.
 TEST_F(EpisodeScorerTest, MessageAndJsonGiveOneResult) {
   dut_.Start();
   dut_.Tick(State(0), Contacts(0, {{kLeftPad, kWall}}));
@@ -269,7 +269,7 @@ TEST_F(EpisodeScorerTest, AServersFaultIsNoFailureOfThePolicy) {
   }
 }
 
-// Ticks of an episode that continues for 0.1 s, five ticks, after its first success.
+// The episode continues for 0.1 s, which are five ticks, after its first success.
 class AfterSuccess : public testing::Test {
  protected:
   static model_info_t ModelOf(int64_t after_success_us) {
@@ -277,7 +277,8 @@ class AfterSuccess : public testing::Test {
     model.after_success_us = after_success_us;
     return model;
   }
-  // Ticks from 0 on; the flags state whether the pot is lifted. It moves and is touched at each tick.
+  // Plays ticks from 0 on. The flags state whether the pot is lifted. The pot moves and is touched at each
+  // tick.
   static episode_summary_t Play(EpisodeScorer* dut, const std::vector<bool>& up,
                                 const std::string& end = "success") {
     dut->Start();
@@ -319,10 +320,9 @@ TEST_F(AfterSuccess, ReportsHowLongSuccessHeldAndWhetherItDoesAtTheEnd) {
                         Case{{false, false, true, false, true, true, false, false}, 1, 0, 0.04},
                         Case{{false, false, true, false, false, false, false, true}, 1, 1, 0.02},
                         Case{{false, false, true, false, false, false, false, false}, 1, 0, 0},
-                        // No tick followed: the policy gave up.
+                        // The policy failed, so no tick followed the success.
                         Case{{false, false, true}, 1, 1, 0},
-                        // More ticks than requested, as can occur in a realtime
-                        // episode.
+                        // A realtime episode may have more ticks than requested.
                         Case{{false, false, true, true, true, true, true, true, false, false}, 1, 1, 0.1},
                         Case{{false, false, false}, 0, 0, kNaN}}) {
     const episode_summary_t summary = Play(&dut_, c.up, c.once == 1 ? "success" : "time_limit");
@@ -347,7 +347,7 @@ TEST_F(AfterSuccess, AFailureThatComesLaterIsNoVerdictAndNoSuccessAtTheEnd) {
   for (int64_t tick = 0; tick <= 3; ++tick) {
     state_t state = State(tick);
     state.body[kPot].position_m[2] = tick > 0 ? 1.25 : 1;
-    // Lifted all the time, and touching the floor at tick 2; at tick 3 a hand is far away.
+    // The pot is lifted all the time and touches the floor at tick 2. At tick 3 a hand is far away.
     if (tick == 3) state.body[kLeftHand].position_m[0] = 11;
     dut_.Tick(state, tick == 2 ? Contacts(tick, {{kFloor, kWall}}) : Contacts(tick, {}));
     partial_metrics_t partial{};
@@ -393,7 +393,7 @@ TEST_F(AfterSuccess, TicksThatAreMissingMakeItIncomplete) {
   end.header = Header(3);
   end.end_reason = "success";
   EXPECT_FALSE(dut_.Summary({}, end).complete);
-  // Success cannot be determined from rejected samples either.
+  // Rejected samples cannot prove a success either.
   dut_.Start();
   for (const int64_t tick : {0, 1, 2}) {
     state_t state = State(tick);
@@ -417,7 +417,7 @@ TEST_F(AfterSuccess, AllocatesNothingAfterTheFirstEpisode) {
   for (int episode = 0; episode < 2; ++episode) {
     dut_.Start();
     for (const state_t& state : states) {
-      // The explanation belongs to the tick of the verdict.
+      // The explanation is computed at the tick of the verdict, so allocations are counted only after it.
       if (state.header.tick == 4) before = AllocationCount();
       dut_.Tick(state, contacts);
       dut_.Partial(&partial);

@@ -1,5 +1,5 @@
-// How and why an episode ended: each failure reason with the smallest episode that has it, and the wording
-// and numbers of the explanation.
+// Tests how and why an episode ended. Each failure reason has a smallest episode. The wording and the numbers
+// of the explanation are checked, too.
 #include "metrics/episode/explanation.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ class ExplanationTest : public testing::Test {
   void Hold(int ticks = 1) {
     for (int k = 0; k < ticks; ++k) Tick({{kLeftPad, kWall}, {kTop, kWall}});
   }
-  // The left gripper holds the pot for six ticks, and loses it while it remains closed.
+  // The left gripper holds the pot for six ticks and loses it while it remains closed.
   void GraspAndLose() {
     Opening(0) = 0.4;
     Hold(6);
@@ -89,7 +89,7 @@ TEST_F(ExplanationTest, TheReasonIsTheCategoryOfTheCause) {
   EXPECT_EQ(summary.cause.kind, "lost_object");
   EXPECT_EQ(summary.cause.tick, 6);
   EXPECT_EQ(summary.failure_reason, "grasp_slip");
-  // The explanation begins with how the episode ended.
+  // The explanation first states how the episode ended.
   EXPECT_TRUE(summary.explanation.text.starts_with("time limit at 0.44 s: pot touches counter;"))
       << summary.explanation.text;
 }
@@ -160,7 +160,7 @@ TEST_F(ExplanationTest, WrongPoseIsATiltOfAHeldObject) {
   EXPECT_FALSE(condition.holds);
 }
 
-// A threshold must not be shown rounded to a different value.
+// A threshold must not be rounded to another value when it is shown.
 TEST_F(ExplanationTest, ANumberNearItsLimitHasEnoughDigitsToDiffer) {
   for (const auto& [limit, height, text] : {std::tuple("1.096", 1.0961, "1.0961 m >= 1.096"),
                                             {"1.096", 1.1034, "1.103 m >= 1.096"},
@@ -233,7 +233,7 @@ TEST_F(ExplanationTest, SuccessExplainsWhatHeld) {
 }
 
 TEST_F(ExplanationTest, NestedPredicatesNameWhatDecides) {
-  // For a false `any`, all operands; for `not`, its operand; for a false `all`, the first false one.
+  // A false `any` names all operands, `not` its operand, and a false `all` its first false operand.
   UseSuccess(
       "{all: [{any: [{touching: {a: pot, b: world}}, {height_above: {object: pot, min_m: 1.1}}]}, {not: "
       "{touching: {a: "

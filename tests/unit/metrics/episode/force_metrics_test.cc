@@ -1,4 +1,4 @@
-// Force metrics and force limits of hand-made STATEs, worked out by hand. A tick lasts 0.02 s.
+// Tests force metrics and force limits with STATEs worked out by hand. A tick lasts 0.02 s.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -50,7 +50,7 @@ class ForceMetrics : public testing::Test {
   std::unique_ptr<EpisodeScorer> dut_;
 };
 
-// The forces that the sim adds up in a tick, read back as metrics.
+// The forces that the sim sums up in a tick are read as metrics.
 TEST_F(ForceMetrics, AreThoseOfTheTicks) {
   state_t first = State(1);
   first.scene_force_N = {10, 30};
@@ -95,7 +95,7 @@ TEST_F(ForceMetrics, AreThoseOfTheTicks) {
   EXPECT_EQ(ExtendedValue(e, "grip_force_peak_N.left"), 20);
   EXPECT_TRUE(std::isnan(ExtendedValue(e, "grip_force_mean_N.right")));
   EXPECT_TRUE(std::isnan(ExtendedValue(e, "grip_force_peak_N.right")));
-  EXPECT_EQ(ExtendedValue(e, "min_joint_torque_margin"), 0.5);  // 43.5 of 87 N m
+  EXPECT_EQ(ExtendedValue(e, "min_joint_torque_margin"), 0.5);  // 43.5 N m remain of 87 N m
   EXPECT_NEAR(ExtendedValue(e, "tracking_error_rad.left"), std::sqrt((0.09 + 0.16) / 2), 1e-12);
   EXPECT_EQ(ExtendedValue(e, "tracking_error_rad.right"), 0);
   EXPECT_EQ(ExtendedValue(e, "idle_time_s.left"), 0.02);
@@ -140,7 +140,7 @@ class ForceLimits : public ForceMetrics {
             "transient_s: 0.04}\n"
             "  hands: {bodies: [left/hand, right/hand], quasi_static_force_N: 9, transient_force_N: 9}\n") {}
 
-  // Ticks in which the left base presses on the counter with these forces, N; 0: no contact.
+  // Plays ticks in which the left base presses on the counter with these forces, N. 0 means no contact.
   void PressOnCounter(const std::vector<double>& forces) {
     for (const double force : forces) {
       state_t state = State(++tick_);
@@ -178,11 +178,11 @@ TEST_F(ForceLimits, AContactIsTransientAtFirstAndQuasiStaticLater) {
 }
 
 TEST_F(ForceLimits, AnInterruptionOfATenthOfASecondBeginsANewContact) {
-  PressOnCounter({120, 120, 0, 0, 0, 0, 60});  // 0.08 s apart: the contact continues, now quasi-static
+  PressOnCounter({120, 120, 0, 0, 0, 0, 60});  // after 0.08 s it continues and is quasi-static
   ASSERT_EQ(Violations().size(), 2u);
   EXPECT_EQ(Violations()[0].limit, "transient");
   EXPECT_EQ(Violations()[1].limit, "quasi_static");
-  PressOnCounter({0, 0, 0, 0, 0, 60});  // 0.1 s apart: transient again
+  PressOnCounter({0, 0, 0, 0, 0, 60});  // after 0.1 s a new, transient contact begins
   EXPECT_EQ(Violations().size(), 2u);
   PressOnCounter({101});
   ASSERT_EQ(Violations().size(), 3u);
@@ -194,7 +194,7 @@ TEST_F(ForceLimits, ConcernTheRobotOnly) {
   Press(&state, {Force(contact_force_t::OTHER, kCounter, kPot, 1000),
                  Force(contact_force_t::SELF, kLeftHand, kRightHand, 10)});
   Tick(state);
-  // Each hand is a body of the region, and pressed by the other.
+  // Each hand is a body of the region and is pressed by the other one.
   ASSERT_EQ(Violations().size(), 2u);
   EXPECT_EQ(Violations()[0].body, "left/hand");
   EXPECT_EQ(Violations()[1].body, "right/hand");
@@ -204,7 +204,7 @@ class SqueezeLimits : public ForceMetrics {
  protected:
   SqueezeLimits() : ForceMetrics("limits:\n  egg: {bodies: [pot], grip_force_N: 10}\n") {}
 
-  // Ticks in which the left gripper grips the pot with these peak forces, N; 0: no grip.
+  // Plays ticks in which the left gripper grips the pot with these peak forces, N. 0 means no grip.
   void Grip(const std::vector<double>& forces) {
     for (const double force : forces) {
       state_t state = State(++tick_);
@@ -220,7 +220,7 @@ TEST_F(SqueezeLimits, MeasureTheExcessAndItsTime) {
   Grip({8, 10});
   EXPECT_EQ(ExtendedValue(Summary(tick_).extended, "squeeze_excess_N"), 0) << "a force at its limit";
   EXPECT_EQ(ExtendedValue(Summary(tick_).extended, "squeeze_time_s"), 0);
-  // 0.08 s apart: the violation continues; then 0.1 s apart: another one.
+  // After 0.08 s the violation continues. After 0.1 s another one begins.
   Grip({12, 17.5, 9, 0, 9, 14, 0, 0, 0, 0, 0, 11});
   const episode_summary_t summary = Summary(tick_);
   EXPECT_EQ(ExtendedValue(summary.extended, "squeeze_excess_N"), 7.5);
@@ -235,7 +235,7 @@ TEST_F(SqueezeLimits, MeasureTheExcessAndItsTime) {
 
 TEST_F(SqueezeLimits, ConcernTheGrippedObject) {
   state_t state = State(1);
-  // A grip of something else: no finger presses on the pot.
+  // The gripper grips something else, because no finger presses on the pot.
   state.gripper[0].grip_force_peak_N = 100;
   Tick(state);
   EXPECT_EQ(ExtendedValue(Summary(1).extended, "squeeze_excess_N"), 0);

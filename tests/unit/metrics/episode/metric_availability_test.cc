@@ -1,4 +1,4 @@
-// Metrics whose inputs the source does not provide are omitted from a score: they are neither zero nor a
+// If the source does not provide the inputs of a metric, the score omits it. It is neither zero nor a
 // failure.
 #include "metrics/episode/metric_availability.h"
 
@@ -16,7 +16,8 @@ namespace evalbus::metrics::metric_availability_test {
 
 using namespace small_world;
 
-// Held at tick 1, released at tick 2, lifted (success) at tick 3, when a link touches the counter.
+// The pot is held at tick 1, released at tick 2 and lifted (success) at tick 3, when a link touches the
+// counter.
 episode_summary_t ScoreOf(const model_info_t& model, const std::string& yaml = kTask) {
   EpisodeScorer scorer(model, ParseTask(yaml, "small.yaml", false));
   scorer.Start();
@@ -42,7 +43,7 @@ std::set<std::string> Keys(const nlohmann::ordered_json& json) {
   return keys;
 }
 
-// Keys that are missing in `less`.
+// Returns the keys of `more` that are missing in `less`.
 std::set<std::string> Lacks(const nlohmann::ordered_json& less, const nlohmann::ordered_json& more) {
   std::set<std::string> lacking;
   const std::set<std::string> has = Keys(less), had = Keys(more);
@@ -82,7 +83,7 @@ TEST(MetricAvailability, WithoutTheObjectNothingIsJudged) {
   EXPECT_EQ(Lacks(metrics, ResultJson(all.metrics)),
             (std::set<std::string>{"task_stage_reached", "subtask_progress", "target_distance",
                                    "object_pose_error", "slip_count", "slip_count_per_object"}));
-  // Contacts of the pads with the pot are missing; the link's contact with the counter is present.
+  // The contacts of the pads with the pot are missing, but the link's contact with the counter is present.
   EXPECT_EQ(metrics["env_collision_count"], 1);
   EXPECT_EQ(Lacks(ExtendedJson(blind.extended, blind.metrics), ExtendedJson(all.extended, all.metrics)),
             (std::set<std::string>{"first_touch_s", "grasp_count", "grasp_time_s", "longest_grasp_s",
@@ -97,7 +98,8 @@ TEST(MetricAvailability, AFailureThatCanBeJudgedIsOneAndSuccessThenNeedsBoth) {
   model.task_yaml = yaml;
   model.object_is_tracked = {0};
   EXPECT_EQ(ScoreOf(model, yaml).verdict, partial_metrics_t::FAILURE);
-  // Success without the pot, failure with it: no success, since failure takes precedence.
+  // Success does not depend on the pot, but failure does. Failure takes precedence, so no success can be
+  // determined.
   yaml = kTask;
   const size_t success = yaml.find("success:"), failure = yaml.find("failure:");
   yaml.replace(success, failure - success, "success: {touching: {a: left, b: counter}}\n");

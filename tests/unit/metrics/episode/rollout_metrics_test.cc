@@ -1,4 +1,4 @@
-// The accumulators, with cases worked out by hand.
+// Tests the accumulators with cases worked out by hand.
 #include "metrics/episode/rollout_metrics.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace evalbus::metrics::rollout_metrics_test {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPi = std::numbers::pi;
 
-// Geoms: 0 floor, 1 table, 2 and 3 robot, 4 robot, 5 pot.
+// Owners of geoms: 0 floor, 1 table, 2 to 4 robot, 5 pot.
 const std::vector<GeomOwner> kOwners = {GeomOwner::kScene, GeomOwner::kScene, GeomOwner::kRobot,
                                         GeomOwner::kRobot, GeomOwner::kRobot, GeomOwner::kObject};
 
@@ -39,7 +39,7 @@ MetricsConfig TwoArms() {
   return config;
 }
 
-// A sample with its own storage. Everything is at rest at zero, with half-open grippers.
+// A sample with its own storage. Everything is at rest at zero, and the grippers are half open.
 struct TestSample {
   std::vector<std::vector<double>> q{2, {0, 0}}, w{2, {0, 0}};
   std::vector<std::optional<double>> work{0, 0};
@@ -96,7 +96,7 @@ TEST_F(RolloutMetricsTest, AddsUpPathsPerArmFromTheSecondSampleOn) {
   Step();
   sample_.p[0] = {10, 3, 4};
   sample_.q[0] = {0.3, 0.4};
-  sample_.q[1] = {kPi, 0};  // not unwrapped
+  sample_.q[1] = {kPi, 0};  // the angle is not unwrapped
   sample_.quat[0] = {0, 0, 0, 1};
   Step();
   sample_.p[0] = {10, 3, 3};
@@ -132,11 +132,11 @@ TEST_F(RolloutMetricsTest, JerkIsTheThirdDifferenceFromTheFourthSampleOn) {
   }
   EXPECT_EQ(Values().num_jerk_samples, 0);
   EXPECT_EQ(Values().avg_cartesian_jerk_mps3[0], 0);
-  // Third difference of k^3 is 6, divided by 0.5^3.
+  // The third difference of k^3 is 6, which is divided by 0.5^3.
   sample_.p[0][0] = 27;
   Step();
   EXPECT_DOUBLE_EQ(Values().avg_cartesian_jerk_mps3[0], 48);
-  // 64 would give 48 again, 65 gives 7 / 0.125 = 56.
+  // A position of 64 would give 48 again; 65 gives 7 / 0.125 = 56.
   sample_.p[0][0] = 65;
   Step();
   EXPECT_EQ(Values().num_jerk_samples, 2);
@@ -194,8 +194,8 @@ TEST_F(RolloutMetricsTest, CountsASlipOnlyWithoutOpening) {
   SetHolding(0, 1, true);
   SetHolding(1, 1, true);
   Start();
-  SetHolding(0, 0, false);  // same opening: a slip
-  SetHolding(0, 1, false);  // opened: a release, of both objects
+  SetHolding(0, 0, false);  // the opening is unchanged, so this is a slip
+  SetHolding(0, 1, false);  // the gripper has opened, so it releases both objects
   SetHolding(1, 1, false);
   sample_.opening[1] = 0.51;
   Step();
@@ -217,12 +217,12 @@ TEST_F(RolloutMetricsTest, SlipWindowUsesEveryThirdSample) {
   dut_ = RolloutMetrics(config);
   Start();
   SetHolding(0, 0, true);
-  Step();  // sample 0: held
+  Step();  // held in sample 0
   SetHolding(0, 0, false);
   Step();
   SetHolding(0, 0, true);
   Step();
-  Step();  // sample 3: held
+  Step();  // held in sample 3
   SetHolding(0, 0, false);
   Step();
   EXPECT_EQ(Values().slip_count, 0);
@@ -236,12 +236,12 @@ TEST_F(RolloutMetricsTest, CountsNewContactsOnly) {
   sample_.contacts = {{2, 1, -0.001}, {3, 1, 0},  {1, 4, 2e-8}, {2, 5, -0.001},
                       {4, 3, -1},     {3, 4, -1}, {-1, 2, -1},  {2, 6, -1}};
   Step();
-  EXPECT_EQ(Values().env_collision_count, 1);   // the table, once
-  EXPECT_EQ(Values().self_collision_count, 1);  // 3 and 4, once
+  EXPECT_EQ(Values().env_collision_count, 1);   // the table counts once
+  EXPECT_EQ(Values().self_collision_count, 1);  // the pair of 3 and 4 counts once
   sample_.contacts = {{4, 1, 1e-8}, {0, 2, 0}, {2, 3, 0}, {4, 3, 0}};
   Step();
-  EXPECT_EQ(Values().env_collision_count, 2);   // the floor; the table was there
-  EXPECT_EQ(Values().self_collision_count, 2);  // 2 and 3
+  EXPECT_EQ(Values().env_collision_count, 2);   // the floor; the table was already touched
+  EXPECT_EQ(Values().self_collision_count, 2);  // the pair of 2 and 3
   sample_.contacts = {};
   Step();
   sample_.contacts = {{1, 2, 0}};
@@ -356,7 +356,7 @@ TEST_F(RolloutMetricsTest, RefusesWhatIsNotFinite) {
   EXPECT_TRUE(dut_.Step(sample_.At(2)));
 }
 
-// An episode with every kind of event.
+// Plays an episode with every kind of event.
 void Stir(RolloutMetrics* metrics) {
   TestSample sample;
   sample.holding = {1, 0, 0, 1};
@@ -394,7 +394,7 @@ TEST_F(RolloutMetricsTest, NothingSurvivesStart) {
   Step();
   sample_ = {};
 
-  // An episode without events after it gives the same values as with a new object.
+  // After it, an episode without events gives the same values as with a new object.
   RolloutMetrics fresh(TwoArms());
   dut_.Start(sample_.opening, sample_.holding);
   fresh.Start(sample_.opening, sample_.holding);
@@ -436,7 +436,7 @@ TEST_F(RolloutMetricsTest, DoesNotAllocateAfterTheFirstEpisode) {
   EXPECT_GT(values.slip_count, 0);
 }
 
-// Each option disables the metrics that it names, and nothing else.
+// Each option disables only the metrics that it names.
 TEST_F(RolloutMetricsTest, WhatIsNotTrackedStaysZero) {
   Stir(&dut_);
   const auto all = FlattenedValues(ResultJson(Values()));

@@ -1,4 +1,4 @@
-// Errors of `evalbus score` for invalid files.
+// Tests errors of `evalbus score` for invalid files.
 #include "metrics/episode/score_file.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ TEST(ScoreFile, ScoresASmallEpisodeByHand) {
       R"("avg_cartesian_jerk":0.0,"rms_cartesian_jerk":0.0,"avg_joint_jerk":0.0,"rms_joint_jerk":0.0})");
 }
 
-// RoboEval's result contains the value that was given, also an empty dictionary.
+// RoboEval's result contains the value that was passed, even if it is an empty dictionary.
 TEST(ScoreFile, AnEmptySetOfFinalValuesIsOne) {
   json episode = SmallEpisode();
   episode["finalize"]["target_distance"] = json::object();
@@ -61,7 +61,7 @@ TEST(ScoreFile, AnEmptySetOfFinalValuesIsOne) {
 
 class LongFile : public testing::Test {
  protected:
-  // The small episode with this many steps, and the keys in this order.
+  // Writes the small episode with this many steps and the keys in this order.
   std::filesystem::path Write(int steps, const std::vector<std::string>& keys) {
     const json small = SmallEpisode();
     const auto file = folder_.path() / "long.json";
@@ -99,7 +99,7 @@ class LongFile : public testing::Test {
 };
 
 TEST_F(LongFile, IsScoredStepByStepAsItIsRead) {
-  // At most one step is stored, so memory and the work per step do not grow with their number.
+  // At most one step is stored. Memory and the work per step therefore do not grow with the number of steps.
   const auto elements_at_once = [](const std::filesystem::path& file) {
     size_t most = 0;
     ReadJsonFile(file, "steps", [&](const json& so_far, const json&) {
@@ -114,7 +114,7 @@ TEST_F(LongFile, IsScoredStepByStepAsItIsRead) {
   EXPECT_EQ(streamed, ScoreEpisode(ReadJsonFile(file), "long.json"));
   EXPECT_EQ(streamed["completion_time"], 20.0);
 
-  // In another order, the steps must wait for the keys that they need; only the first step is offered.
+  // If the keys that the steps need come later, only the first step is offered while the file is read.
   std::vector<std::string> other = keys_;
   std::swap(other.front(), other[6]);
   EXPECT_EQ(ScoreFile(Write(1000, other)), streamed);
@@ -129,15 +129,15 @@ TEST_F(LongFile, MemoryDoesNotGrowWithTheNumberOfSteps) {
     getrusage(RUSAGE_SELF, &usage);
     return usage.ru_maxrss;
   };
-  ScoreFile(Write(2000, keys_));  // memory that a library allocates at its first use
+  ScoreFile(Write(2000, keys_));  // lets libraries allocate memory that they need only once
   const auto file = Write(20'000, keys_);
   const auto before_kb = peak_kb();
   ScoreFile(file);
   EXPECT_LT(peak_kb() - before_kb, 1000);
-  EXPECT_GT(std::filesystem::file_size(file), 3'000'000u);  // several times as much as JSON values
+  EXPECT_GT(std::filesystem::file_size(file), 3'000'000u);  // as JSON values, several times as much
 }
 
-// Reading from a file gives the same result as from a parsed document.
+// A file gives the same result as a parsed document.
 TEST_F(LongFile, MayBeWrittenInAnyWay) {
   const auto file = Write(4, keys_);
   const auto expected = ScoreFile(file);
@@ -150,7 +150,7 @@ TEST_F(LongFile, MayBeWrittenInAnyWay) {
   }
 }
 
-// Bit-identical; some numbers have more digits than an integer can hold.
+// The numbers are bit-identical. Some have more digits than an integer can hold.
 TEST_F(LongFile, HasEachNumberAsParsingTheWholeHasIt) {
   for (const char* number :
        {"-0", "-0.0", "1E-7", "2.5e+3", "1e23", "9007199254740993", "4.9e-324", "2.2250738585072011e-308",

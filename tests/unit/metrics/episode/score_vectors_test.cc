@@ -1,4 +1,4 @@
-// Every public vector, compared with its expected values within its own tolerances, and with its closed
+// Compares every public vector with its expected values, within its own tolerances, and with its closed
 // forms.
 #include <gtest/gtest.h>
 
@@ -17,8 +17,7 @@ namespace evalbus::metrics::score_vectors_test {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// The full set is stored beside the repository on the developers' machines; the repository contains a part of
-// it.
+// The full set is next to the repository on the developers' machines. The repository contains a part of it.
 fs::path VectorFolder() {
   const fs::path all = fs::path(EVALBUS_SOURCE_DIR) / "../shared/vectors";
   return fs::exists(all / "FORMAT.md") ? all : fs::path(EVALBUS_SOURCE_DIR) / "tests/data/vectors";
@@ -33,15 +32,15 @@ std::vector<fs::path> VectorFiles() {
   return files;
 }
 
-// Values where evalbus follows the definition and the reference does not: the reference does not normalize
-// quaternions. They come from an independent evaluation (NumPy, normalized, arc cosine).
+// Values that differ because the reference does not normalize quaternions, as the definition requires. They
+// come from an independent evaluation (NumPy, normalized, arc cosine).
 const std::map<std::string, json> kDepartures = {
     {"single_precision_log",
      {{"orientation_path_length", {{"left", 1.6554233540664873}, {"right", 2.1844835275417247}}},
       {"total_orientation_path_length", 3.839906881608212},
       {"avg_orientation_path_length", 1.919953440804106}}}};
 
-// Compares numbers within the tolerance of the top-level key, and counts and everything else exactly.
+// Compares numbers within the tolerance of the top-level key. Compares counts and everything else exactly.
 void ExpectAgrees(const json& got, const json& want, const std::string& key, double rel, double abs) {
   if (want.is_object()) {
     ASSERT_TRUE(got.is_object()) << key << ": " << got;

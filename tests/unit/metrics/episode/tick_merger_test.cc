@@ -14,7 +14,7 @@ namespace evalbus::metrics::tick_merger_test {
 using small_world::Contacts;
 using small_world::State;
 
-// All complete pairs; both messages of each must belong to one tick.
+// Returns the ticks of all complete pairs. Both messages of a pair must belong to the same tick.
 std::vector<int64_t> Drain(TickMerger* dut) {
   std::vector<int64_t> ticks;
   TickMerger::Pair pair;
@@ -117,7 +117,7 @@ TEST(TickMerger, WaitsForTheLastTicksUntilItGivesUp) {
   dut.GiveUp();
   EXPECT_EQ(Drain(&dut), Ticks{4});
   EXPECT_TRUE(dut.finished());
-  EXPECT_EQ(dut.missing(), 3);  // 3, 5, 6
+  EXPECT_EQ(dut.missing(), 3);  // ticks 3, 5 and 6
 }
 
 TEST(TickMerger, IsFinishedWhenTheEndComesLast) {

@@ -1,5 +1,5 @@
-// The extended metrics, through the list that contains them all: worked out by hand, in closed form, and by
-// properties that the papers state.
+// Tests the extended metrics through the list that contains them all. Expected values are worked out by hand,
+// closed forms, and properties that the papers state.
 #include "metrics/extended/extended_metrics.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace evalbus::metrics::extended_metrics_test {
 
 constexpr double kPi = std::numbers::pi;
 
-// Geoms: 0 and 1 scene, 2 to 4 robot, 5 pot.
+// Geoms 0 and 1 are the scene, 2 to 4 the robot, and 5 the pot.
 MetricsConfig Config(double dt) {
   MetricsConfig config;
   config.arms = {{.name = "left", .num_joints = 1, .joint_lower = {-1}, .joint_upper = {2}}};
@@ -27,7 +27,7 @@ MetricsConfig Config(double dt) {
   return config;
 }
 
-// One arm; everything that a test does not set is at rest.
+// An episode of one arm. Everything that a test does not set is at rest.
 class Episode {
  public:
   explicit Episode(double dt) : dt_(dt), deriver_(Config(dt)), dut_(Config(dt)) { dut_.Start(); }
@@ -57,7 +57,7 @@ class Episode {
   void Steps(int count) {
     for (int k = 0; k < count; ++k) Step();
   }
-  // An episode that ends this many ticks after its last sample.
+  // Returns the value of an episode that ends this many ticks after its last sample.
   double Final(const std::string& name, int64_t missing = 0) const {
     std::vector<double> values;
     dut_.FinalValues(tick_ + missing, &values);
@@ -131,15 +131,15 @@ TEST(CollisionEvents, APairCountsAgainAfterATenthOfASecondApart) {
   const std::vector<GeomContact> touching = {{2, 0, -0.001}, {0, 2, 0}, {3, 4, 0}, {2, 5, 0}, {1, 5, 0}};
   episode.contacts = touching;
   episode.Step();
-  EXPECT_EQ(episode.Live("env_collision_events"), 1);  // the pair once; the pot is not part of the scene
+  EXPECT_EQ(episode.Live("env_collision_events"), 1);  // the pair counts once; the pot is no scene part
   EXPECT_EQ(episode.Live("self_collision_events"), 1);
   episode.contacts = {};
-  episode.Steps(4);  // 0.08 s apart
+  episode.Steps(4);  // separated by 0.08 s
   episode.contacts = touching;
   episode.Step();
   EXPECT_EQ(episode.Live("env_collision_events"), 1);
   episode.contacts = {};
-  episode.Steps(5);  // 0.1 s apart
+  episode.Steps(5);  // separated by 0.1 s
   episode.contacts = touching;
   episode.Step();
   EXPECT_EQ(episode.Live("env_collision_events"), 2);
@@ -152,17 +152,17 @@ TEST(CollisionEvents, APairCountsAgainAfterATenthOfASecondApart) {
 
 TEST(Grasps, EndAfterATenthOfASecondWithoutBothPads) {
   Episode episode(0.05);
-  episode.pinched = {0, 1, 0, 0};  // pot by right
+  episode.pinched = {0, 1, 0, 0};  // the right gripper holds the pot
   episode.Steps(2);
   episode.pinched = {};
   episode.pinched.resize(4);
-  episode.Step();                  // 0.05 s: too short to count
-  episode.pinched = {0, 1, 1, 0};  // and lid by left
+  episode.Step();                  // an interruption of 0.05 s is too short to count
+  episode.pinched = {0, 1, 1, 0};  // in addition, the left gripper holds the lid
   episode.Steps(3);
   EXPECT_EQ(episode.Live("grasp_count.right"), 1);
   EXPECT_NEAR(episode.Live("longest_grasp_s.right"), 6 * 0.05, 1e-12);
   episode.pinched = {0, 0, 1, 0};
-  episode.Steps(2);  // 0.1 s: it has ended
+  episode.Steps(2);  // after 0.1 s the grasp has ended
   episode.pinched = {0, 1, 0, 0};
   episode.Step();
   EXPECT_EQ(episode.Live("grasp_count.right"), 2);
@@ -176,9 +176,9 @@ TEST(Grasps, EndAfterATenthOfASecondWithoutBothPads) {
 
 TEST(Grasps, OfAnotherObjectIsNoRegrasp) {
   Episode episode(0.05);
-  episode.pinched = {1, 0, 0, 0};  // pot by left
+  episode.pinched = {1, 0, 0, 0};  // the left gripper holds the pot
   episode.Step();
-  episode.pinched = {0, 0, 1, 0};  // lid by left
+  episode.pinched = {0, 0, 1, 0};  // the left gripper holds the lid
   episode.Steps(2);
   EXPECT_EQ(episode.Live("grasp_count.left"), 2);
   EXPECT_EQ(episode.Live("regrasp_count.left"), 0);
@@ -214,7 +214,7 @@ TEST(PeakWristAcceleration, IsTheSecondDifferenceOfThreeInARow) {
   EXPECT_NEAR(episode.Live("peak_wrist_acceleration_mps2"), 5, 1e-9);
 }
 
-// The wrist moves along a line with a speed of `velocity` (m/s) at s = t / T from 0 to 1.
+// Moves the wrist along a line with a speed of `velocity` (m/s) at s = t / T from 0 to 1.
 Episode Along(const std::function<double(double)>& velocity, double duration, double dt) {
   Episode episode(dt);
   episode.Step();
@@ -226,7 +226,7 @@ Episode Along(const std::function<double(double)>& velocity, double duration, do
   return episode;
 }
 
-// A reach of 1 m in 1 s.
+// Speed of a reach of 1 m in 1 s.
 double MinimumJerk(double s) { return 30 * s * s * (1 - s) * (1 - s); }
 
 TEST(MechanicalWork, IsTheLastThatIsKnown) {
@@ -237,11 +237,12 @@ TEST(MechanicalWork, IsTheLastThatIsKnown) {
   episode.work = 1.5;
   episode.Step();
   episode.work = 2.25;
-  episode.Step(7);  // includes the motion during the missing ticks
+  episode.Step(7);  // includes the work during the missing ticks
   EXPECT_EQ(episode.Final("mechanical_work_J"), 2.25);
 }
 
-// 0.02 * 230 is 4.6000000000000005, and repeated addition of 0.02 gives neither.
+// A multiplication gives 0.02 * 230 = 4.6000000000000005, and repeated addition of 0.02 gives neither this
+// nor 4.6.
 TEST(Times, AreTheNumbersOfTheirTicks) {
   Episode episode(0.02);
   episode.contacts = {{2, 0, -0.001}};
@@ -259,13 +260,13 @@ TEST(Times, AreTheNumbersOfTheirTicks) {
 }
 
 TEST(LogDimensionlessJerk, OfAMinimumJerkReach) {
-  // v = 30 (s^2 - 2 s^3 + s^4) has v'' = 60 (1 - 6 s + 6 s^2); the integral of its square over 0 to 1 is 720,
-  // the peak 15/8: -ln(720 / (15/8)^2).
+  // v = 30 (s^2 - 2 s^3 + s^4) has v'' = 60 (1 - 6 s + 6 s^2). The integral of its square over 0 to 1 is 720,
+  // and the peak of v is 15/8, so the result is -ln(720 / (15/8)^2).
   EXPECT_NEAR(Along(MinimumJerk, 1, 0.0005).Live("log_dimensionless_jerk"), -std::log(204.8), 0.01);
 }
 
 TEST(LogDimensionlessJerk, OfAHalfSine) {
-  // v = sin(pi s): the integral of (pi^2 sin)^2 is pi^4 / 2.
+  // For v = sin(pi s), the integral of (pi^2 sin)^2 is pi^4 / 2.
   const auto sine = [](double s) { return std::sin(kPi * s); };
   EXPECT_NEAR(Along(sine, 2, 0.001).Live("log_dimensionless_jerk"), -std::log(std::pow(kPi, 4) / 2), 0.01);
 }
@@ -311,7 +312,7 @@ TEST(Smoothness, FallsWithTheNumberOfSubmovements) {
   }
 }
 
-// The paper's procedure with a plain discrete Fourier transform.
+// Follows the paper's procedure with a plain discrete Fourier transform.
 double SlowSpectralArcLength(const std::vector<double>& v, double dt) {
   const size_t size = size_t{1} << static_cast<int>(std::ceil(std::log2(v.size())) + 4);
   std::vector<double> f, magnitude;
@@ -322,7 +323,7 @@ double SlowSpectralArcLength(const std::vector<double>& v, double dt) {
     f.push_back(k / (size * dt));
     magnitude.push_back(std::abs(sum));
   }
-  // The spectrum of a speed, which is never negative, is largest at 0.
+  // A speed is never negative, so its spectrum is largest at 0.
   const double largest = magnitude[0];
   size_t last = 0;
   for (size_t k = 0; k < f.size(); ++k) {
@@ -347,7 +348,8 @@ TEST(SpectralArcLength, EqualsTheProcedureStepByStep) {
 }
 
 TEST(SpectralArcLength, OfAMinimumJerkReachIsKnown) {
-  // Computed by another program that follows the paper's procedure with a plain discrete Fourier transform.
+  // Another program, which follows the paper's procedure with a plain discrete Fourier transform, computed
+  // these values.
   EXPECT_NEAR(Along(MinimumJerk, 1, 0.01).Final("spectral_arc_length"), -1.4058, 1e-4);
 }
 

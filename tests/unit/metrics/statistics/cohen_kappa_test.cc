@@ -7,7 +7,7 @@ namespace evalbus::metrics::cohen_kappa_test {
 using testing::DoubleEq;
 using testing::Optional;
 
-// By hand: p_o = 35 / 50; p_e = (25 * 30 + 25 * 20) / 50^2 = 0.5; kappa = 0.2 / 0.5.
+// By hand, p_o = 35 / 50, p_e = (25 * 30 + 25 * 20) / 50^2 = 0.5, and kappa = 0.2 / 0.5.
 TEST(CohenKappa, AgreesWithAWorkedTable) {
   EXPECT_THAT(CohenKappa({.both = 20, .only_a = 5, .only_b = 10, .neither = 15}), Optional(DoubleEq(0.4)));
 }
@@ -15,9 +15,9 @@ TEST(CohenKappa, AgreesWithAWorkedTable) {
 TEST(CohenKappa, HasItsExtremesAndItsZero) {
   EXPECT_THAT(CohenKappa({.both = 7, .neither = 3}), Optional(DoubleEq(1)));
   EXPECT_THAT(CohenKappa({.only_a = 5, .only_b = 5}), Optional(DoubleEq(-1)));
-  // Independent raters: 1/2 and 1/4 of successes.
+  // Independent raters rate 1/2 and 1/4 of the episodes as successes.
   EXPECT_THAT(CohenKappa({.both = 1, .only_a = 3, .only_b = 1, .neither = 3}), Optional(DoubleEq(0)));
-  // One rater always rates success: agreement is at chance level.
+  // One rater always rates success, so agreement is at chance level.
   EXPECT_THAT(CohenKappa({.both = 9, .only_a = 1}), Optional(DoubleEq(0)));
 }
 

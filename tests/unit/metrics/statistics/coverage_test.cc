@@ -1,6 +1,6 @@
-// Coverage of the intervals and error rates of the tests, by simulation with fixed random numbers. A few
-// hundred samples each take seconds; EVALBUS_SIMULATIONS=4000 gives the figures of docs/metrics.md. The tests
-// print them.
+// Simulates the coverage of the intervals and the error rates of the tests, with fixed random numbers. A few
+// hundred samples each take seconds. EVALBUS_SIMULATIONS=4000 gives the figures of docs/metrics.md, which the
+// tests print.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,13 +20,13 @@ namespace evalbus::metrics::coverage_test {
 using Values = std::vector<double>;
 using Engine = std::mt19937_64;
 
-// Fewer simulations where each sample is resampled.
+// There are fewer simulations if each sample is resampled.
 int Simulations(int n = 0) {
   const char* const asked = std::getenv("EVALBUS_SIMULATIONS");
   if (asked) return std::max(1, std::atoi(asked));
   return n < static_cast<int>(kFewestToResample) ? 400 : 50;
 }
-// Four standard errors of a share estimated from this many simulations.
+// Returns four standard errors of a share that is estimated from this many simulations.
 double Slack(double share, int samples) { return 4 * std::sqrt(share * (1 - share) / std::max(1, samples)); }
 
 double Uniform(Engine& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
@@ -45,7 +45,7 @@ const Kind kKinds[] = {
     {"80 % zeros", 0.4, [](Engine& r) { return Uniform(r) < 0.8 ? 0.0 : 1 + Poisson(r, 1); }},
 };
 
-// Share of the intervals that contain the true value, and share of samples without an interval.
+// Counts how many intervals contain the true value, and how many samples have an interval.
 struct Covered {
   int held = 0, stated = 0, all = 0;
   void Add(const Interval& interval, double truth) {
@@ -59,7 +59,7 @@ struct Covered {
     std::printf("%-22s n %3d  %-22s holds the truth in %5.1f %%, none in %5.1f %%\n", what, n, kind,
                 100 * share(), 100.0 * (all - stated) / all);
   }
-  // Expects at least this share; it may be lower by chance only.
+  // Expects at least this share, except for deviations by chance.
   void ExpectAtLeast(double least, const char* kind, int n) const {
     EXPECT_GE(share(), least - Slack(least, stated)) << kind << ", n " << n;
   }
@@ -87,7 +87,7 @@ TEST(Coverage, DifferencesOfIndependentMeans) {
       Engine random(6);
       Covered covered;
       for (int i = 0; i < Simulations(n); ++i) {
-        // The second sample has twice the spread and half as many values again.
+        // The second sample has twice the spread and one and a half times as many values.
         Values a(static_cast<size_t>(n)), b(static_cast<size_t>(n + n / 2));
         for (double& value : a) value = kind.draw(random);
         for (double& value : b) value = 2 * kind.draw(random);
@@ -126,8 +126,8 @@ EpisodeResult Episode(int start, int starts, bool success) {
   return result;
 }
 
-// A variation with few starts, and a policy that behaves the same on each: repeated starts are drawn anew, so
-// they count; but a single start that is always the same provides no further information.
+// A variation has few initial states, and the policy behaves the same in each. Repeated initial states are
+// drawn independently, so they count. A single initial state that is always the same adds no information.
 TEST(Coverage, RatesWhereStartsComeAgain) {
   for (const int starts : {1, 2, 4, 20, 1000}) {
     Engine random(8);
@@ -157,13 +157,13 @@ TEST(Coverage, RatesWhereStartsComeAgain) {
   }
 }
 
-// The same for the test of two such policies with equal success rates.
+// Two such policies with equal success rates are compared.
 TEST(ErrorRate, OfPairsWhereStartsComeAgain) {
   for (const int starts : {2, 4, 20}) {
     Engine random(9);
     int errors = 0;
     for (int i = 0; i < Simulations(); ++i) {
-      // b succeeds on the same starts as a, shifted by one.
+      // b succeeds from the same initial states as a, shifted by one.
       std::vector<bool> a, b;
       for (int start = 0; start < starts; ++start) a.push_back(start < starts / 2);
       for (int start = 0; start < starts; ++start) b.push_back(a[static_cast<size_t>((start + 1) % starts)]);
@@ -181,7 +181,7 @@ TEST(ErrorRate, OfPairsWhereStartsComeAgain) {
   }
 }
 
-// The difference of rates that a plan shows when it stops early is too large on average; an interval of the
+// If a plan stops early, the difference of rates that it shows is too large on average. An interval of the
 // rates still covers the true value.
 TEST(Coverage, DifferencesShownByAPlanThatStopsWhenDecided) {
   for (const double difference : {0.1, 0.2, 0.4}) {
@@ -213,8 +213,8 @@ TEST(Coverage, DifferencesShownByAPlanThatStopsWhenDecided) {
   }
 }
 
-// The effect of stopping by success on the test of a metric that is equal in both policies and correlated
-// with success: its error rate is slightly above 5 %.
+// Stopping by success affects the test of a metric that is equal in both policies and correlated with
+// success. Its error rate is slightly above 5 %.
 TEST(ErrorRate, OfMetricsOfAPlanThatStopsWhenDecided) {
   for (const double better : {0.5, 0.7}) {
     Engine random(10);

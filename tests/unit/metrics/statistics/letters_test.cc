@@ -20,7 +20,7 @@ TEST(Letters, ByHand) {
   EXPECT_EQ(CompactLetters(Differ(3, {{0, 2}})), (Letters{"a", "ab", "b"}));
   EXPECT_EQ(CompactLetters(Differ(3, {{0, 1}, {0, 2}, {1, 2}})), (Letters{"a", "b", "c"}));
   EXPECT_EQ(CompactLetters(Differ(4, {{0, 2}, {0, 3}, {1, 3}})), (Letters{"a", "ab", "bc", "c"}));
-  // Not in the order of the rates: only the middle one differs from the last.
+  // The order is not the order of the rates: only the middle policy differs from the last.
   EXPECT_EQ(CompactLetters(Differ(3, {{1, 2}})), (Letters{"ab", "a", "b"}));
   EXPECT_EQ(CompactLetters({}), Letters{});
 }

@@ -1,6 +1,6 @@
-// Gates' tests of success rates and means: hand-computed values, sums over all outcomes by an independent
-// method, and error rates by simulation with fixed random numbers. EVALBUS_SIMULATIONS=10000 gives the
-// figures of docs/gate.md, which the tests print.
+// Compares the tests that `evalbus gate` uses for success rates and means with hand-computed values, sums
+// over all outcomes by an independent method, and simulated error rates with fixed random numbers.
+// EVALBUS_SIMULATIONS=10000 gives the figures of docs/gate.md, which the tests print.
 #include "metrics/statistics/noninferiority.h"
 
 #include <gtest/gtest.h>
@@ -28,24 +28,26 @@ int Simulations() {
 double Uniform(Engine& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 double Normal(Engine& random) { return std::normal_distribution<>()(random); }
 
-// The most errors that a true error rate of 5 % gives in this many simulations but for a chance of 3e-5.
+// Returns the most errors that a true error rate of 5 % gives in this many simulations, except with a chance
+// of 3e-5.
 double MostErrors(int simulations, double rate = 0.05) {
   return rate * simulations + 4 * std::sqrt(rate * (1 - rate) * simulations);
 }
 
-// Published example (Tango 1998, section 6): soft contact lenses, 44 pairs, of which one was won by the
-// standard; difference -0.1: z = 1.709.
+// In the published example (Tango 1998, section 6), soft contact lenses were compared in 44 pairs, of which
+// the standard won one. For a difference of -0.1, z = 1.709.
 TEST(PairedScore, IsTangosExample) { EXPECT_NEAR(PairedScore({44, 0, 1}, -0.1), 1.709, 5e-4); }
 
-// Without discordant pairs the variance is n d (1 - d), so that the score is sqrt(n d / (1 - d)).
+// Without discordant pairs the variance is n d (1 - d), so the score is sqrt(n d / (1 - d)).
 TEST(PairedScore, OfEqualPairs) {
   EXPECT_NEAR(PairedScore({100, 0, 0}, -0.05), std::sqrt(100 * 0.05 / 0.95), 1e-12);
   EXPECT_EQ(PairedScore({100, 0, 0}, 0), 0);
   EXPECT_EQ(PairedScore({100, 7, 7}, 0), 0);
-  EXPECT_NEAR(PairedScore({100, 9, 4}, 0), 5 / std::sqrt(13.0), 1e-12);  // McNemar's
+  EXPECT_NEAR(PairedScore({100, 9, 4}, 0), 5 / std::sqrt(13.0), 1e-12);  // McNemar's statistic
 }
 
-// Without discordant pairs only this outcome has so high a score: (1 - d)^n, at the share d of b.
+// Without discordant pairs, only this outcome has such a high score. At the share d of b, its probability is
+// (1 - d)^n.
 TEST(PairedAbove, EqualPairsPassFromFiftyNineOn) {
   EXPECT_NEAR(PairedAboveTest({58, 0, 0}, -0.05), std::pow(0.95, 58), 1e-9);
   EXPECT_FALSE(TestPairedAbove({58, 0, 0}, -0.05, 0.05).is_above);
@@ -58,7 +60,7 @@ TEST(PairedAbove, WithoutPairsNothingIsShown) {
   EXPECT_FALSE(TestPairedAbove({0, 0, 0}, -0.05, 0.05).is_above);
 }
 
-// Probability of the outcomes whose score is at least as high, as a sum over all outcomes.
+// Returns the probability of all outcomes whose score is at least as high, summed over all outcomes.
 double Probability(int n, double score, double d, double share_b) {
   const double share_a = share_b + d, share_none = 1 - share_a - share_b;
   double sum = 0;
@@ -97,7 +99,7 @@ TEST(PairedAbove, TheBoundAgreesWithTheTest) {
   }
 }
 
-// Above kMaxPairsForExact, the normal approximation continues the exact p.
+// Above kMaxPairsForExact, the normal approximation nearly continues the exact p.
 TEST(PairedAbove, ManyPairsAreApproximated) {
   EXPECT_NEAR(PairedAboveTest({kMaxPairsForExact, 200, 260}, -0.05),
               PairedAboveTest({kMaxPairsForExact + 1, 200, 260}, -0.05), 0.003);
@@ -105,11 +107,11 @@ TEST(PairedAbove, ManyPairsAreApproximated) {
 
 TEST(PairsNeeded, AreThoseOfEqualPairsAtLeast) {
   EXPECT_EQ(PairsNeeded({0, 0}, -0.05, 0.05), 59);
-  EXPECT_EQ(PairsNeeded({0.05, 0.1}, -0.05, 0.05), std::nullopt);  // the difference is the margin
+  EXPECT_EQ(PairsNeeded({0.05, 0.1}, -0.05, 0.05), std::nullopt);  // the difference equals the margin
   EXPECT_EQ(PairsNeeded({0.05, 0.11}, -0.05, 0.05), std::nullopt);
 }
 
-// The decision for each outcome. p falls with the score, so that few p decide all outcomes.
+// Caches the decision for each outcome. p decreases with the score, so few values of p decide all outcomes.
 class Decisions {
  public:
   Decisions(int pairs, double margin) : pairs_(pairs), margin_(margin) {}
@@ -133,7 +135,7 @@ class Decisions {
   Known passes_, fails_;
 };
 
-// Probabilities of PASS and FAIL, summed over all outcomes.
+// Returns the probabilities of PASS and FAIL, summed over all outcomes.
 std::pair<double, double> ExactRates(int n, const DiscordantShares& shares, Decisions* decisions) {
   const double none = 1 - shares.only_a - shares.only_b;
   double passes = 0, fails = 0;
@@ -151,8 +153,8 @@ std::pair<double, double> ExactRates(int n, const DiscordantShares& shares, Deci
   return {passes, fails};
 }
 
-// Shares of pairs for a baseline's rate b, a rate a = b + difference, and a correlation of the outcomes; the
-// shares are kept in their range.
+// Returns the shares of pairs for a baseline's rate b, a rate a = b + difference, and a correlation of the
+// outcomes. The shares are limited to their range.
 DiscordantShares SharesOf(double base, double difference, double correlation) {
   const double rate = base + difference;
   const double both = std::clamp(rate * base + correlation * std::sqrt(rate * (1 - rate) * base * (1 - base)),
@@ -201,7 +203,7 @@ TEST(GateErrorRate, OfSuccess) {
 
 struct Kind {
   const char* name;
-  // Both values of a pair, whose means are equal.
+  // Draws both values of a pair, whose means are equal.
   std::function<std::pair<double, double>(Engine&)> draw;
   // Error rate that docs/gate.md states.
   double most = 0.05;
@@ -222,7 +224,7 @@ const Kind kKinds[] = {
        const double a = count(r), b = count(r);
        return std::pair(a, b);
      }},
-    // One policy has many small values, the other few large ones of the same mean.
+    // One policy has many small values, and the other has few large ones of the same mean.
     {"few large against many small",
      [](Engine& r) { return std::pair(Uniform(r) < 0.2 ? 3.0 : 0.0, Uniform(r) < 0.6 ? 1.0 : 0.0); }},
     {"progress in quarters",
@@ -279,7 +281,7 @@ TEST(GatePower, OfSuccess) {
 }
 
 TEST(BoundsOfMean, OfSymmetricValuesAreStudents) {
-  // Mean 0, standard deviation sqrt(2.5), 5 values; t(4 degrees, 97.5 %) = 2.776.
+  // The 5 values have mean 0 and standard deviation sqrt(2.5). t(4 degrees, 97.5 %) = 2.776.
   const std::vector<double> x = {-2, -1, 0, 1, 2};
   const Interval bounds = BoundsOfMean(x, 0.05);
   EXPECT_NEAR(bounds.upper, 2.7764 * std::sqrt(2.5 / 5), 1e-4);

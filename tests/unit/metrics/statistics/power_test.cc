@@ -48,11 +48,11 @@ TEST(Power, OfFisherIsThatOfAllTables) {
       EXPECT_NEAR(FisherPower(m, n, p, q), expected, 1e-9) << m << " " << n << " " << p << " " << q;
     }
   }
-  // The values are continuous where the normal approximation takes over.
+  // The values are nearly continuous where the normal approximation begins.
   EXPECT_NEAR(FisherPower(500, 500, 0.55, 0.45), FisherPower(501, 501, 0.55, 0.45), 0.02);
 }
 
-// Exact for few pairs: the shares of all (only_a, only_b) that are not decided yet.
+// Few pairs are computed exactly from the shares of all (only_a, only_b) that are not decided yet.
 TEST(Power, OfTheSequentialTestIsThatOfAllWays) {
   const DiscordantShares shares{0.5, 0.1};
   constexpr int kMax = 40, kStep = 5;
@@ -79,14 +79,14 @@ TEST(Power, OfTheSequentialTestIsThatOfAllWays) {
       }
     }
   }
-  // Four standard errors of 4,000 simulations.
+  // The tolerance is four standard errors of 4,000 simulations.
   EXPECT_NEAR(SequentialPower(kStep, kMax, shares), found, 4 * std::sqrt(found * (1 - found) / 4000));
   EXPECT_GT(found, 0.5);
   EXPECT_LT(found, 0.95);
 }
 
-// By the normal approximation, 10 pairs detect 62.6 points with 80 % power. The exact test detects them with
-// 62 %.
+// By the normal approximation, 10 pairs detect a difference of 62.6 points with 80 % power. The exact test
+// detects it with only 62 %.
 TEST(Power, FindableDifferenceIsFoundFourTimesInFive) {
   const auto power = [](int pairs) {
     return [pairs](double difference) {

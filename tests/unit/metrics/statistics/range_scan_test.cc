@@ -15,7 +15,7 @@ using testing::ElementsAre;
 
 TEST(RangeScan, BinsHaveAboutEqualCountsAndShareEqualValues) {
   EXPECT_THAT(RankBins(std::vector<double>{6, 5, 4, 3, 2, 1}, 3), ElementsAre(2, 2, 1, 1, 0, 0));
-  // As many values as bins: each has its own, however rare.
+  // If there are as many values as bins, each value has its own bin, however rare it is.
   EXPECT_THAT(RankBins(std::vector<double>{0, 1, 1, 1, 1}, 2), ElementsAre(0, 1, 1, 1, 1));
   EXPECT_THAT(RankBins(std::vector<double>{0, 1, 2, 2, 2, 2, 2, 2}, 2), ElementsAre(0, 0, 1, 1, 1, 1, 1, 1));
   EXPECT_THAT(RankBins(std::vector<double>{7, 7}, 5), ElementsAre(0, 0));
@@ -28,7 +28,7 @@ TEST(RangeScan, FindsTheRangeThatDiffersMost) {
   EXPECT_EQ(range.last, 3);
 }
 
-// Log likelihood of a bin's outcomes at its own rate.
+// Returns the log likelihood of a bin's outcomes at the bin's own rate.
 double LogLikelihood(int trials, int successes) {
   double sum = 0;
   for (const int k : {successes, trials - successes})
@@ -36,7 +36,7 @@ double LogLikelihood(int trials, int successes) {
   return sum;
 }
 
-// The p-value over all placements of the successes on nine trials in three bins, computed from the
+// Returns the p-value over all placements of the successes on nine trials in three bins, computed from the
 // definition.
 double Enumerated(const std::vector<RateBin>& observed) {
   constexpr int kTrials = 9;
@@ -88,12 +88,12 @@ TEST(RangeScan, PIsThatOfAllPermutations) {
   for (const std::vector<RateBin>& bins :
        {std::vector<RateBin>{{3, 3}, {3, 1}, {3, 0}}, {{3, 0}, {3, 3}, {3, 1}}, {{3, 2}, {3, 1}, {3, 1}}}) {
     const double exact = Enumerated(bins);
-    // Four standard errors of 20,000 permutations.
+    // The tolerance is four standard errors of 20,000 permutations.
     EXPECT_NEAR(scan.P(bins), exact, 4 * std::sqrt(exact * (1 - exact) / RangeScan::kPermutations));
   }
 }
 
-// The p-value of the likelihood ratio over all tables with the margins of `observed`, each with its
+// Returns the p-value of the likelihood ratio over all tables with the margins of `observed`, each with its
 // hypergeometric probability (Freeman and Halton 1951).
 double EnumeratedUnordered(const std::vector<RateBin>& observed) {
   int successes = 0;
@@ -133,10 +133,10 @@ TEST(RangeScan, UnorderedPIsThatOfAllTables) {
                                            {{5, 1}, {12, 11}, {3, 3}, {6, 4}},
                                            {{6, 3}, {6, 3}, {6, 4}}}) {
     const double exact = EnumeratedUnordered(bins);
-    // Four standard errors of 20,000 permutations.
+    // The tolerance is four standard errors of 20,000 permutations.
     EXPECT_NEAR(RangeScan::UnorderedP(bins), exact,
                 4 * std::sqrt(exact * (1 - exact) / RangeScan::kPermutations) + 1e-4);
-    // The order does not matter, up to the random numbers.
+    // The order does not matter, except for the random numbers.
     const std::vector<RateBin> reversed(bins.rbegin(), bins.rend());
     EXPECT_NEAR(RangeScan::UnorderedP(reversed), exact,
                 4 * std::sqrt(exact * (1 - exact) / RangeScan::kPermutations) + 1e-4);

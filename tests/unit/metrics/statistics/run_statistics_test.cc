@@ -85,17 +85,18 @@ TEST(RunStatistics, EqualEpisodesAreOneSample) {
   EXPECT_EQ(SummaryJson("a", "b", summary)["samples"], 1);
 }
 
-// Equal numbers from different starts are separate samples: no number may depend on the start.
+// Equal numbers from different initial states are separate samples, because the numbers may not depend on the
+// initial state.
 TEST(RunStatistics, EqualEpisodesFromDifferentStartsAreAsManySamples) {
   auto first = Episode(true, false, {{"path", 1.5}}), second = first;
   first.parameters = {{"cube_yaw_rad", 0.1}};
   second.parameters = {{"cube_yaw_rad", 0.2}};
   EXPECT_EQ(StatisticsOf({first, second, second}).Summary(false).samples, 3);
-  // The same start was drawn each time.
+  // The same initial state was drawn each time.
   EXPECT_EQ(StatisticsOf({first, first, first}).Summary(false).samples, 1);
 }
 
-// A policy that is not deterministic: 15 equal successes and 15 equal failures are 30 samples.
+// The policy is not deterministic, so 15 equal successes and 15 equal failures are 30 samples.
 TEST(RunStatistics, EqualStartsThatEndDifferentlyAreAsManySamples) {
   RunStatistics statistics;
   for (int i = 0; i < 30; ++i) statistics.Add(i, Episode(true, i % 2 == 0, {{"path", 1.5}}));
@@ -272,13 +273,15 @@ TEST(RunStatistics, CountStartsSeenInTraining) {
   EXPECT_EQ(SummaryJson("lift_pot", "base", summary_of())["seen_in_training"], 0);
 }
 
-// Six poses 1 mm and 0.01 rad from the middle, and six 3 mm and 0.03 rad, half of them to each side. Hence
-// the barycenter is the middle, the mean deviation 2, its standard deviation sqrt(12 / 11).
+// Six poses are 1 mm and 0.01 rad from the middle, and six are 3 mm and 0.03 rad from it, half of them on
+// each side. The barycenter is therefore the middle, the mean deviation is 2, and its standard deviation is
+// sqrt(12 / 11).
 std::vector<EpisodeResult> Scattered() {
   std::vector<EpisodeResult> episodes;
   for (int i = 0; i < 12; ++i) {
     const double deviation = (i < 6 ? 1 : 3) * (i % 2 == 0 ? 1 : -1);
-    // Turned about x from a quarter turn about x; half of the quaternions have the opposite sign.
+    // The poses are rotated about x by a quarter turn plus the deviation. Half of the quaternions have the
+    // opposite sign.
     const double half = M_PI / 4 + deviation * 0.01 / 2, sign = i % 4 < 2 ? 1 : -1;
     episodes.push_back(Episode(true, true, {{"x", i}}));
     episodes.back().is_start_known = true;
@@ -323,10 +326,10 @@ TEST(Repeatability, RequiresTenSuccessesThatBeganAlike) {
   episodes[9].is_start_known = true;
   episodes[9].parameters = {{"pot_x_m", 0.1}};
   EXPECT_EQ(starts(episodes), 0u) << "nine equal starts";
-  // Equal in every number: one sample, which does not scatter.
+  // The episodes are equal in every number. They are one sample without scatter.
   EXPECT_EQ(starts(std::vector(10, Scattered()[0])), 0u);
 
-  // Two starts of twelve episodes each.
+  // There are two initial states with twelve episodes each.
   std::vector<EpisodeResult> two = Scattered();
   for (EpisodeResult episode : Scattered()) {
     episode.parameters = {{"pot_x_m", 0.1}};

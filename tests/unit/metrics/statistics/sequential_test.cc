@@ -17,10 +17,11 @@ namespace evalbus::metrics::sequential_test {
 TEST(SequentialMcNemar, EvidenceIsTheMixtureOverOneHalf) {
   EXPECT_NEAR(EvidenceOf({0, 0}), 1, 1e-12);
   EXPECT_NEAR(EvidenceOf({1, 0}), 1, 1e-12);
-  // C(2n, n) / 2^n for n pairs won by the same policy.
+  // The evidence of n pairs that the same policy wins is C(2n, n) / 2^n.
   EXPECT_NEAR(EvidenceOf({8, 0}), 12870.0 / 256, 1e-10);
   EXPECT_NEAR(EvidenceOf({0, 8}), 12870.0 / 256, 1e-10);
-  // The average by numerical integration over share = sin^2(angle), whose angle is uniform.
+  // The evidence is an average over share = sin^2(angle), whose angle is uniform. Here it is integrated
+  // numerically.
   constexpr int kSteps = 1000;
   double sum = 0;
   for (int i = 0; i < kSteps; ++i) {
@@ -39,29 +40,29 @@ TEST(SequentialMcNemar, EvidenceIsAMartingaleOfEqualPolicies) {
 }
 
 TEST(SequentialMcNemar, LooksAndTheLastTestShareAlpha) {
-  // Looks have 40 % of alpha: 8 pairs, with evidence 50.3, are the fewest that decide at 0.05.
+  // Looks have 40 % of alpha. At 0.05, 8 pairs are the fewest that decide; their evidence is 50.3.
   EXPECT_NEAR(SequentialP({8, 0}, std::nullopt, false), 256.0 / 12870 / 0.4, 1e-12);
   EXPECT_LT(SequentialP({8, 0}, std::nullopt, false), 0.05);
   EXPECT_GT(SequentialP({7, 0}, std::nullopt, false), 0.05);
-  // The last test has 60 %: 2 / 2^7 / 0.6.
+  // The last test has 60 % of alpha, so p is 2 / 2^7 / 0.6.
   EXPECT_NEAR(SequentialP({7, 0}, std::nullopt, true), 2.0 / 128 / 0.6, 1e-12);
   EXPECT_EQ(SequentialP({3, 3}, std::nullopt, true), 1);
 }
 
 TEST(SequentialMcNemar, ProgressIsAveragedWithSuccess) {
   EXPECT_NEAR(SequentialP({0, 0}, Wins{8, 0}, false), 1 / (0.4 * (1 + 12870.0 / 256) / 2), 1e-12);
-  // Pairs that differ in progress only need one or two more than pairs that differ in success.
+  // If pairs differ in progress only, one or two more are needed than if they differ in success.
   EXPECT_GT(SequentialP({0, 0}, Wins{8, 0}, false), 0.05);
   EXPECT_LE(SequentialP({0, 0}, Wins{10, 0}, false), 0.05);
 }
 
-// How often a comparison is decided, and after how many pairs.
+// The share of comparisons that are decided, and their mean number of pairs.
 struct Simulated {
   double decided = 0, mean_pairs = 0;
 };
 struct Rates {
   double a, b;
-  // Chance that a is ahead of b in a pair with equal success.
+  // Probability that a is ahead of b in a pair with equal success.
   double ahead = 0.5;
 };
 Simulated Simulate(const Rates& rates, int step, int most, double alpha, bool on_progress) {
@@ -94,16 +95,16 @@ Simulated Simulate(const Rates& rates, int step, int most, double alpha, bool on
 TEST(SequentialMcNemar, TestingAfterEveryPairKeepsTheErrorRate) {
   for (const double rate : {0.1, 0.5, 0.9}) {
     for (const bool on_progress : {false, true}) {
-      // Progress is a fair coin at every rate.
+      // Progress is a fair coin at every rate, so one rate is enough.
       if (on_progress && rate != 0.5) continue;
       const Simulated equal = Simulate({rate, rate}, 1, 200, 0.05, on_progress);
       std::printf("equal policies, rate %.1f, %s: %.2f %% decided\n", rate,
                   on_progress ? "success and progress" : "success", 100 * equal.decided);
-      // Standard error of 10,000 repetitions: 0.2 points.
+      // 10,000 repetitions have a standard error of 0.2 points.
       EXPECT_LT(equal.decided, 0.05) << rate;
     }
   }
-  // Without correction, tests after every pair err far more often: the simulation detects it.
+  // The simulation detects tests without correction, which err far more often after every pair.
   EXPECT_GT(Simulate({0.5, 0.5}, 1, 200, 0.5, false).decided, 0.1);
 }
 
@@ -113,7 +114,7 @@ TEST(SequentialMcNemar, StopsEarlyWhereItIsClear) {
   EXPECT_LT(looks.mean_pairs, 50);
 }
 
-// Policies of equal success, of which one gets further or is faster in 80 % of the pairs.
+// The policies have equal success, but one gets further or is faster in 80 % of the pairs.
 TEST(SequentialMcNemar, ProgressDecidesWhereSuccessCannot) {
   const Rates rates{0.7, 0.7, 0.8};
   EXPECT_LT(Simulate(rates, 1, 200, 0.05, false).decided, 0.05);
@@ -124,8 +125,8 @@ TEST(SequentialMcNemar, ProgressDecidesWhereSuccessCannot) {
   EXPECT_LT(with.mean_pairs, 110);
 }
 
-// With the exact test at the last look, little power is lost against a test of a fixed number of pairs: only
-// one policy succeeds in 15 % of 200 pairs, only the other one in 5 %.
+// Only one policy succeeds in 15 % of 200 pairs, and only the other one in 5 %. With the exact test at the
+// last look, little power is lost compared with a test of a fixed number of pairs.
 TEST(SequentialMcNemar, FindsMostOfWhatAFixedTestFinds) {
   const DiscordantShares shares{0.15, 0.05};
   const double fixed = McNemarPower(200, shares), sequential = SequentialPower(10, 200, shares);
@@ -135,12 +136,13 @@ TEST(SequentialMcNemar, FindsMostOfWhatAFixedTestFinds) {
   EXPECT_GT(sequential, 0.8);
 }
 
-// By hand, with one pair to come: the predictive probability that a wins it is (wins + 1/2) / (pairs + 3/2).
+// By hand, if one pair is still to come, the predictive probability that a wins it is (wins + 1/2) / (pairs +
+// 3/2).
 TEST(ChanceToDecide, IsThePredictiveProbability) {
   const auto of_three = [](const Wins& wins) { return std::max(wins.a, wins.b) >= 3; };
   EXPECT_NEAR(ChanceToDecide({2, 0}, 4, 5, of_three), 2.5 / 5.5, 1e-12);
   EXPECT_NEAR(ChanceToDecide({2, 2}, 4, 5, of_three), 5 / 5.5, 1e-12);
-  // Two pairs remain, and three wins decide: a wins at least one of them, or b wins both.
+  // Two pairs remain, and three wins decide. Either a wins at least one of the pairs, or b wins both.
   EXPECT_NEAR(ChanceToDecide({2, 1}, 4, 6, of_three), 1 - (1.5 * 2.5 + 2 * 1.5 * 1.5) / (5.5 * 6.5), 1e-12);
   EXPECT_EQ(ChanceToDecide({1, 0}, 4, 5, of_three), 0);
   EXPECT_EQ(ChanceToDecide({3, 0}, 4, 4, of_three), 1);
@@ -148,17 +150,17 @@ TEST(ChanceToDecide, IsThePredictiveProbability) {
 }
 
 TEST(ChanceToDecide, EndsComparisonsOfPoliciesThatAreAlike) {
-  // Neither was ever ahead.
+  // Neither policy was ever ahead.
   EXPECT_GT(ChanceOfSequentialTest({}, Wins{}, 80, 200, 0.05), kLeastChance);
   EXPECT_LT(ChanceOfSequentialTest({}, Wins{}, 90, 200, 0.05), kLeastChance);
   // With 6 pairs at most, nothing is ever decided.
   EXPECT_EQ(ChanceOfSequentialTest({2, 0}, std::nullopt, 2, 6, 0.05), 0);
-  // What is decided already, and what still may be.
+  // The first comparison is decided already, and the second one still may be.
   EXPECT_GT(ChanceOfSequentialTest({20, 0}, std::nullopt, 30, 200, 0.05), 0.99);
   EXPECT_GT(ChanceOfSequentialTest({12, 4}, std::nullopt, 80, 200, 0.05), 0.5);
 }
 
-// The price: comparisons that end early would have been decided in fewer than kLeastChance of the cases.
+// The cost of ending comparisons early is that fewer than kLeastChance of them would still have been decided.
 TEST(ChanceToDecide, CostsFewDecisions) {
   constexpr int kStep = 10, kMost = 200, kRepetitions = 4000;
   std::map<std::array<int, 3>, bool> known;
@@ -171,7 +173,7 @@ TEST(ChanceToDecide, CostsFewDecisions) {
   };
   std::mt19937 random(11);
   std::uniform_real_distribution<> uniform;
-  // Shares of the pairs in which only a succeeds, and only b.
+  // Shares of the pairs in which only a succeeds and in which only b succeeds.
   for (const auto& [only_a, only_b] : {std::pair(0.15, 0.05), {0.1, 0.1}, {0.01, 0.01}}) {
     int decided = 0, decided_too_late = 0;
     double pairs_used = 0, pairs_before = 0;
@@ -204,9 +206,9 @@ TEST(ChanceToDecide, CostsFewDecisions) {
   }
 }
 
-// The expert against each of nine flaws on each of eight task families, 72 comparisons of at most 200 pairs
-// with a look at every tenth: as measured by scripts/cause_trials with ten episodes each, against the expert
-// on equal seeds.
+// The expert is compared with each of nine flaws on each of eight task families: 72 comparisons of at most
+// 200 pairs with a look after every ten. The shares were measured by scripts/cause_trials with ten episodes
+// each, on equal seeds.
 TEST(ChanceToDecide, FlawsNeedFewerEpisodes) {
   struct Kind {
     int comparisons;
@@ -215,13 +217,13 @@ TEST(ChanceToDecide, FlawsNeedFewerEpisodes) {
     double only_expert, expert_ahead, flawed_ahead;
   };
   constexpr Kind kKinds[] = {
-      {57, 1, 1, 0},  {9, 0, 0, 0},  // the flaw has no effect, as `drop` where nothing is lifted
+      {57, 1, 1, 0},  {9, 0, 0, 0},  // the flaw has no effect, such as `drop` if nothing is lifted
       {1, 0.4, 1, 0}, {1, 0.5, 1, 0}, {1, 0.1, 1, 0}, {1, 0.3, 0.6, 0}, {1, 0, 1, 0}, {1, 0, 0, 1}};
   constexpr int kStep = 10, kMost = 200, kRepetitions = 50;
   constexpr double kError = 0.05;
   std::mt19937 random(13);
   std::uniform_real_distribution<> uniform;
-  // Before: the looks had all of alpha, tested success alone, and ended at a decision only.
+  // In the previous procedure, the looks had all of alpha, tested only success, and ended only at a decision.
   const auto decides_before = [](const Wins& success) { return EvidenceOf(success) >= 1 / kError; };
   double before = 0, with_success = 0, with_progress = 0;
   for (const Kind& kind : kKinds) {

@@ -1,4 +1,4 @@
-// The statistical procedures compared with published values, and with enumerations that share no formula with
+// Compares the statistical procedures with published values, and with enumerations that share no formula with
 // them.
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ double BinomialCoefficient(int n, int k) {
   return result;
 }
 
-// P(at least k of n succeed), computed as the sum of its definition.
+// Returns P(at least k of n succeed), computed as the sum of its definition.
 double BinomialTail(int k, int n, double p) {
   double sum = 0;
   for (int i = k; i <= n; ++i) sum += BinomialCoefficient(n, i) * std::pow(p, i) * std::pow(1 - p, n - i);
@@ -93,19 +93,20 @@ TEST(ClopperPearsonInterval, BoundsLeaveTailsOfOneFortieth) {
 }
 
 TEST(ConfidenceSequence, IsWhereTheMixtureOfLikelihoodsDecides) {
-  // By bisection in Python or, where a bound has a closed form, (n + 1) p^n = alpha.
+  // Expected values are computed by bisection in Python or, if a bound has a closed form, from (n + 1) p^n =
+  // alpha.
   ExpectInterval(ConfidenceSequence(9, 10), 0.4548817472868107, 0.9995435831173225, 1e-12);
   ExpectInterval(ConfidenceSequence(43, 50), 0.661614724331578, 0.9671510979350244, 1e-12);
   ExpectInterval(ConfidenceSequence(500, 1000), 0.4443853297425172, 0.5556146702574827, 1e-12);
   ExpectInterval(ConfidenceSequence(10, 10), std::pow(0.05 / 11, 0.1), 1, 1e-12);
   ExpectInterval(ConfidenceSequence(0, 10), 0, 1 - std::pow(0.05 / 11, 0.1), 1e-12);
   ExpectInterval(ConfidenceSequence(0, 0), 0, 1, 0);
-  // Numbers of successes in samples, which need not be integers, give values in between.
+  // The number of successes need not be an integer. In this case the bounds are between those of integers.
   EXPECT_GT(ConfidenceSequence(2.25, 3).lower, ConfidenceSequence(2, 3).lower);
   EXPECT_LT(ConfidenceSequence(2.25, 3).upper, ConfidenceSequence(3, 3).upper + 1e-12);
 }
 
-// Share of 10,000 runs in which the interval misses the rate at any of the first 200 trials.
+// Returns the share of 10,000 runs in which the interval misses the rate after any of the first 200 trials.
 double EverMissed(const std::function<Interval(int, int)>& interval, double rate) {
   constexpr int kTrials = 200, kRuns = 10000;
   std::vector<std::vector<bool>> misses(kTrials + 1);
@@ -146,7 +147,7 @@ TEST(ConfidenceSequence, IsNarrowForAnyRateAfterEnoughTrials) {
 
 TEST(ConfidenceSequence, CoversAtAllTimesAtOnce) {
   for (const double rate : {0.5, 0.8, 0.97}) {
-    // At most 5 %; with 10,000 runs, an estimate of 5 % is off by less than one point.
+    // The share is at most 5 %. With 10,000 runs, an estimate of 5 % is off by less than one point.
     EXPECT_LT(EverMissed([](int k, int n) { return ConfidenceSequence(k, n); }, rate), 0.05) << rate;
     // An interval for a single look at the end does not have this property.
     EXPECT_GT(EverMissed(WilsonInterval, rate), 0.3) << rate;
@@ -178,9 +179,9 @@ TEST(NewcombePairedInterval, PublishedValues) {
   ExpectInterval(interval(54, 0, 0, 0), -0.0664, 0.0664, 5e-5);
   ExpectInterval(interval(30, 0, 0, 24), -0.0358, 0.0358, 5e-5);
   ExpectInterval(interval(0, 0, 0, 0), -1, 1, 0);
-  // Mirrored: a and b exchanged.
+  // In this mirrored case, a and b are exchanged.
   ExpectInterval(interval(20, 2, 12, 16), -0.3292, -0.0562, 5e-5);
-  // Uncorrelated pairs have the interval of independent samples.
+  // For uncorrelated pairs, the interval equals the interval of independent samples.
   const Interval independent = NewcombeInterval(10, 20, 10, 20);
   ExpectInterval(interval(5, 5, 5, 5), independent.lower, independent.upper, 1e-12);
 }
@@ -218,7 +219,8 @@ TEST(FisherTest, AgreesWithCountingTables) {
   }
 }
 
-// Two-sided p over all 2^n signs, straight from the definition, with doubled ranks computed by comparison.
+// Returns the two-sided p over all 2^n signs, computed from the definition, with doubled ranks found by
+// comparison.
 double SignedRankByEnumeration(const Values& differences) {
   Values sizes;
   for (const double d : differences) {
@@ -256,8 +258,8 @@ TEST(WilcoxonSignedRankTest, DepressionScalesOfHollanderAndWolfe) {
 }
 
 TEST(WilcoxonSignedRankTest, EqualDifferencesOfTimesAreEqual) {
-  // Differences 0.06, -0.14, -0.26, 0.14, 0.14: ranks 1, 3, 5, 3, 3, so 7 of 15; half of all sign patterns
-  // give no more.
+  // The differences 0.06, -0.14, -0.26, 0.14, 0.14 have ranks 1, 3, 5, 3, 3, so the statistic is 7 of 15.
+  // Half of all sign patterns give no more.
   const Values a = {4.66, 5.06, 5.20, 5.80, 5.88}, b = {4.60, 5.20, 5.46, 5.66, 5.74};
   Values differences;
   for (size_t i = 0; i < a.size(); ++i) differences.push_back(a[i] - b[i]);
@@ -288,8 +290,8 @@ TEST(WilcoxonSignedRankTest, AgreesWithEnumeration) {
 }
 
 TEST(WilcoxonSignedRankTest, NormalBeyondFifty) {
-  // 1, -2, 3, -4, ..., 51: positive ranks 1 + 3 + ... + 51 = 676, mean 663, variance 51 52 103 / 24 =
-  // 11381.5.
+  // The values are 1, -2, 3, -4, ..., 51. The positive ranks 1 + 3 + ... + 51 sum to 676; the mean is 663 and
+  // the variance 51 52 103 / 24 = 11381.5.
   Values x;
   for (int i = 1; i <= 51; ++i) x.push_back(i % 2 ? i : -i);
   const RankTest test = WilcoxonSignedRankTest(x);
@@ -302,7 +304,7 @@ TEST(WilcoxonSignedRankTest, NormalBeyondFifty) {
   EXPECT_NEAR(NormalTwoSided(625, 637.5, 50 * 51 * 101 / 24.0), exact, 2e-3);
 }
 
-// Over all ways to choose sample a from the values.
+// Computes p over all ways to choose sample a from the values.
 double RankSumByEnumeration(const Values& a, const Values& b) {
   Values all = a;
   all.insert(all.end(), b.begin(), b.end());
@@ -338,7 +340,8 @@ TEST(MannWhitneyTest, PermeabilityOfHollanderAndWolfe) {
 }
 
 TEST(MannWhitneyTest, EqualNumbersInSpiteOfRounding) {
-  // 0.3 in both: U = 1/2 + 1 of 2, so every choice of the three has a U at least as far from 1.
+  // Both samples contain 0.3, so U = 1/2 + 1 of 2, and every choice of the three values has a U at least as
+  // far from 1.
   const RankTest test = MannWhitneyTest(Values{0.1 + 0.2}, Values{0.3, 0.2});
   EXPECT_EQ(test.statistic, 1.5);
   EXPECT_EQ(MannWhitneyTest(Values{0.3}, Values{0.1 + 0.2, 0.2}).statistic, 1.5);
@@ -359,7 +362,8 @@ TEST(MannWhitneyTest, AgreesWithEnumeration) {
 }
 
 TEST(MannWhitneyTest, NormalBeyondFifty) {
-  // 0, 2, 4, ... against 1, 3, 5, ...: U = 0 + 1 + ... + 25 = 325 of a mean of 338; variance 26 26 53 / 12.
+  // For 0, 2, 4, ... against 1, 3, 5, ..., U = 0 + 1 + ... + 25 = 325. Its mean is 338 and its variance 26 26
+  // 53 / 12.
   Values a, b;
   for (int i = 0; i < 26; ++i) {
     a.push_back(2 * i);
@@ -380,10 +384,10 @@ TEST(HolmAdjusted, PublishedValues) {
   EXPECT_TRUE(HolmAdjusted({}).empty());
 }
 
-// Efron and Tibshirani 1993, table 2.1: survival times of the treated mice.
+// Survival times of the treated mice in Efron and Tibshirani 1993, table 2.1.
 const Values kMice = {94, 197, 16, 38, 99, 141, 23};
 
-// The means of all 7^7 resamples: the exact bootstrap distribution.
+// Returns the means of all 7^7 resamples, which are the exact bootstrap distribution.
 Values AllResampledMeans() {
   Values means;
   for (int code = 0; code < 823543; ++code) {
@@ -404,15 +408,16 @@ TEST(Bootstrap, MiceByAllResamples) {
   ExpectInterval(BcaInterval(all, Mean(kMice), moments.acceleration(), 0), 46.3, 138.3, 0.6);
 }
 
-// Seven values: mean 608 / 7, variance 4457.810, quantile of t with 6 degrees of freedom 2.446912.
+// The seven values have mean 608 / 7 and variance 4457.810. The quantile of t with 6 degrees of freedom is
+// 2.446912.
 TEST(IntervalOfMean, OfFewIsStudents) {
   const double error = std::sqrt(4457.8095238 / 7), mean = 608.0 / 7;
   ExpectInterval(IntervalOfMean(kMice), mean - 2.446911851 * error, mean + 2.446911851 * error, 1e-5);
 }
 
-// Welch: variances 1 and 16, n = 3 and 5; s = sqrt(1/3 + 16/5), degrees of freedom (1/3 + 16/5)^2 / ((1/3)^2
-// / 2
-// + (16/5)^2 / 4) = 4.773; quantile of t 2.607766 (by integration of its density).
+// Welch's test has variances 1 and 16, n = 3 and 5, and s = sqrt(1/3 + 16/5). The degrees of freedom are (1/3
+// + 16/5)^2 / ((1/3)^2 / 2 + (16/5)^2 / 4) = 4.773. The quantile of t is 2.607766 (by integration of its
+// density).
 TEST(IntervalOfMean, OfTwoSmallSamplesIsWelchs) {
   const Values a = {1, 2, 3}, b = {6, 10, 10, 10, 14};
   EXPECT_DOUBLE_EQ(std::pow(StandardDeviation(b), 2), 8);
@@ -432,12 +437,12 @@ TEST(Bootstrap, FollowsShiftScaleAndMirror) {
   const Interval interval = IntervalOfMean(x);
   ExpectInterval(IntervalOfMean(moved), 3 * interval.lower + 2, 3 * interval.upper + 2, 1e-9);
   ExpectInterval(IntervalOfMean(mirrored), -interval.upper, -interval.lower, 1e-9);
-  // Right-skewed: BCa extends further up than down.
+  // The values are right-skewed, so BCa extends further up than down.
   EXPECT_GT(interval.upper - Mean(x), 1.15 * (Mean(x) - interval.lower));
 }
 
-// Just above kMaxToResample, compared with resampling in the test: equal to a fiftieth of the width, also for
-// skewed values.
+// Slightly above kMaxToResample, the result equals resampling (done in this test) up to a fiftieth of the
+// interval's width, even for skewed values.
 TEST(Bootstrap, ManyValuesAreNotResampled) {
   std::mt19937_64 engine(7);
   std::vector<double> x(kMaxToResample + 1), y(x.size());
@@ -484,7 +489,7 @@ TEST(Bootstrap, NothingHangsOnTheLastBitsOfASum) {
   for (const double value : other) other_whole.push_back(3 * value);
   const Interval difference = IntervalOfDifference(x, other);
   ExpectInterval(IntervalOfDifference(whole, other_whole), 3 * difference.lower, 3 * difference.upper, 1e-9);
-  // Values that differ only by rounding are one value.
+  // Values that differ only by rounding count as one value.
   Values same(12, 0.3);
   same[5] = 0.1 + 0.2;
   EXPECT_TRUE(std::isnan(IntervalOfMean(same).lower));
@@ -500,7 +505,7 @@ TEST(Bootstrap, CoversTheMean) {
     const Interval interval = IntervalOfMean(x);
     covered += interval.lower <= 1 && 1 <= interval.upper;
   }
-  // BCa covers 92 to 93 % with 30 values of this distribution; 200 trials are off by at most 4 points.
+  // With 30 values of this distribution, BCa covers 92 to 93 %. 200 trials are off by at most 4 points.
   EXPECT_GE(covered, 176);
   EXPECT_LE(covered, 196);
 }
@@ -531,7 +536,8 @@ TEST(Bootstrap, DifferencesOfLargeSamplesAreNormal) {
 }
 
 TEST(Bootstrap, RatioOfPairs) {
-  // Twice the baseline except for a small disturbance; the delta method gives the interval.
+  // The values are twice the baseline except for a small disturbance. The delta method gives the expected
+  // interval.
   Values a, b;
   for (int i = 0; i < 200; ++i) {
     b.push_back(5 + std::sin(i));

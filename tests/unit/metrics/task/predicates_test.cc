@@ -1,4 +1,4 @@
-// Predicates about joints, places and handovers, in worlds made by hand.
+// Tests predicates about joints, places and handovers in worlds made by hand.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,8 @@ namespace evalbus::metrics::predicates_test {
 
 using namespace small_world;
 
-// The small world with a hinge from -2 to 3 rad, which has the second coordinate, and a wheel without limits.
+// Returns the small world with a wheel without limits and a hinge from -2 to 3 rad, which has the second
+// coordinate.
 model_info_t ModelWithJoints() {
   model_info_t model = Model();
   model.joint_name = {"pot/lid_hinge", "pot/wheel"};
@@ -35,7 +36,7 @@ class PredicatesTest : public testing::Test {
     state_.qpos_mixed = {0, 0};
     state_.num_qpos = 2;
   }
-  // The success condition of a task that differs in nothing else.
+  // Compiles this success condition in a task that is otherwise unchanged.
   std::unique_ptr<Predicate> Compile(const std::string& condition) {
     std::string text = kTask;
     const size_t begin = text.find("success:"), end = text.find("failure:");
@@ -78,7 +79,7 @@ class PredicatesTest : public testing::Test {
 };
 
 TEST_F(PredicatesTest, JointFractionIsOfTheRangeFromItsLowerEnd) {
-  // 0.1 of the range is at -2 + 0.5.
+  // A fraction of 0.1 of the range is at -2 + 0.5.
   const std::string turned = "{joint_fraction: {joint: pot/lid_hinge, min: 0.1}}";
   EXPECT_FALSE(At(turned, -1.51));
   EXPECT_TRUE(At(turned, -1.49));
@@ -137,7 +138,7 @@ TEST_F(PredicatesTest, InsideIsABoxOfTheWorld) {
 }
 
 TEST_F(PredicatesTest, AFrameMovesWithItsPart) {
-  // The lid's frame: at (1, 2, 3), rotated by a quarter turn to the left and then by 30 degrees about its
+  // The lid's frame is at (1, 2, 3), rotated by a quarter turn to the left and then by 30 degrees about its
   // own x axis. A point that is a to its left and b above it is at (1, 2, 3) + R (0, a, b).
   const double turn = std::numbers::pi / 6, c = std::cos(turn), s = std::sin(turn);
   const double h = std::sqrt(0.5), ch = std::cos(turn / 2), sh = std::sin(turn / 2);
@@ -180,8 +181,8 @@ TEST_F(PredicatesTest, AQuantityWithLimitsIsAPredicate) {
   EXPECT_TRUE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, max_m: 0.501}}").get()));
   EXPECT_FALSE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, max_m: 0.499}}").get()));
   EXPECT_TRUE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, min_m: 0.4, max_m: 0.6}}").get()));
-  // A point of the lid's frame, whose x axis points along y: 0.4 m before the origin, (0.3, 0, 1) in the
-  // world.
+  // The lid's x axis points along y. The point is 0.4 m before the origin of the lid's frame, which is (0.3,
+  // 0, 1) in the world.
   Set(&state_.body[kLid].quat_wxyz, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)});
   EXPECT_TRUE(
       Evaluate(Compile("{distance: {a: pot, b: pot/lid, b_point_m: [-0.4, 0, 0], max_m: 0.301}}").get()));
@@ -213,10 +214,10 @@ TEST_F(PredicatesTest, SpeedIsFromTickToTick) {
     return slow->Evaluate({state_, {}});
   };
   EXPECT_TRUE(at(1, 0.7)) << "nothing moves at the first tick";
-  // Ticks are 20 ms apart: 1.9 and 2.1 mm.
+  // Ticks are 20 ms apart, and the pot moves by 1.9 and 2.1 mm.
   EXPECT_TRUE(at(2, 0.7019));
   EXPECT_FALSE(at(3, 0.6998));
-  // After one missing tick.
+  // One tick is missing.
   EXPECT_TRUE(at(5, 0.7037));
   slow->Start();
   EXPECT_TRUE(at(1, 9)) << "the episode before is forgotten";
@@ -240,7 +241,7 @@ TEST_F(PredicatesTest, OnIsCarriedFromBelow) {
     std::copy(normal.begin(), normal.end(), contacts_.contact[0].normal);
     return on->Evaluate({state_, contacts_.contact});
   };
-  // The normal points from the first to the second.
+  // The normal points from the first geom to the second.
   EXPECT_TRUE(with_normal(kTop, kWall, {0, 0, 1}));
   EXPECT_TRUE(with_normal(kTop, kLidGeom, {0, 0, 1}));
   EXPECT_FALSE(with_normal(kTop, kWall, {0, 0, -1})) << "hangs below";
@@ -262,7 +263,7 @@ TEST_F(PredicatesTest, LastsCountsTimeWithoutABreak) {
     if (touches) return dut->Evaluate({state_, Contacts(tick).contact});
     return dut->Evaluate({state_, {}});
   };
-  // Five ticks of 20 ms after the first.
+  // The condition must hold for five ticks of 20 ms after the first.
   for (int64_t tick = 1; tick <= 5; ++tick) EXPECT_FALSE(at(tick, true)) << tick;
   std::vector<condition_t> why;
   dut->Explain(&why);
@@ -309,7 +310,7 @@ TEST_F(PredicatesTest, TheDocumentationListsAll) {
 }
 
 TEST_F(PredicatesTest, NumbersAreReadAsEverywhereInTheFile) {
-  // Each in a line of its own, as the key of a block.
+  // Each number is in a line of its own, as the key of a block.
   const auto read = [&](const std::string& number) {
     const std::string message = ErrorWithLine("\n  height_above:\n    object: pot\n    min_m: " + number);
     return message;
@@ -336,7 +337,7 @@ TEST_F(PredicatesTest, NumbersAreReadAsEverywhereInTheFile) {
 }
 
 TEST_F(PredicatesTest, ALimitInDegreesIsTheNumberThatIsWritten) {
-  // 60 degrees in radians and back are 59.99999999999999.
+  // 60 degrees converted to radians and back are 59.99999999999999.
   const auto dut = Compile("{tilt_below: {object: pot, max_deg: 60}}");
   Evaluate(dut.get());
   std::vector<condition_t> why;
@@ -358,11 +359,11 @@ TEST_F(PredicatesTest, FirstAndOtherGripperKeepTheirRolesForAnEpisode) {
   EXPECT_EQ(evaluate({{kLeftPad, kWall}}), Pair(false, true));
   EXPECT_EQ(evaluate({}), Pair(false, false));
   EXPECT_EQ(evaluate({{kLeftPad, kWall}}), Pair(false, true));
-  // The next episode begins with the other hand.
+  // The next episode begins with the other gripper.
   first->Start();
   other->Start();
   EXPECT_EQ(evaluate({{kLeftPad, kWall}}), Pair(true, false));
-  // Both at the same tick: the model's first gripper counts as the first.
+  // If both touch at the same tick, the model's first gripper counts as the first.
   first->Start();
   other->Start();
   EXPECT_EQ(evaluate({{kRightPad, kWall}, {kLeftPad, kWall}}), Pair(true, true));

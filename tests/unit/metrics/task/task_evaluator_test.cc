@@ -1,4 +1,4 @@
-// Predicates, quantities and verdicts in worlds made by hand.
+// Tests predicates, quantities and verdicts in worlds made by hand.
 #include "metrics/task/task_evaluator.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ using namespace small_world;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// An expression as the YAML reader provides it: the name is in line 3, the arguments in line 4.
+// Returns an expression as the YAML reader provides it, with the name in line 3 and the arguments in line 4.
 Expression Call(const std::string& name, const std::vector<std::pair<std::string, std::string>>& arguments) {
   std::string text = "\n\n" + name + ":\n  {";
   for (const auto& [key, value] : arguments) text += key + ": " + value + ", ";
@@ -118,23 +118,23 @@ TEST_F(ExpressionTest, TiltIsMeasuredAgainstTheVerticalOrPerpendicularToAnAxis) 
   const Expression forward = Call("tilt", {{"object", "pot"}, {"axis", "x"}});
   EXPECT_NEAR(Measure(free), 0, 1e-12);
   EXPECT_NEAR(Measure(lateral), 0, 1e-12);
-  // About x the up axis moves toward -y: phi, its angle to -y, is 90 - 30 degrees.
+  // A rotation about x moves the up axis toward -y. Its angle to -y, phi, is 90 - 30 degrees.
   for (double angle : {30., -30.}) {
     Set(&state_.body[kPot].quat_wxyz, Rotation(angle * kDegree, 1, 0, 0));
     EXPECT_NEAR(Measure(free), 30 * kDegree, 1e-12);
     EXPECT_NEAR(Measure(lateral), 30 * kDegree, 1e-12);
     EXPECT_NEAR(Measure(forward), 0, 1e-12);
   }
-  // About y it moves in the x-z plane and stays perpendicular to y.
+  // A rotation about y moves the up axis in the x-z plane, where it stays perpendicular to y.
   Set(&state_.body[kPot].quat_wxyz, Rotation(40 * kDegree, 0, 1, 0));
   EXPECT_NEAR(Measure(free), 40 * kDegree, 1e-12);
   EXPECT_NEAR(Measure(lateral), 0, 1e-12);
   EXPECT_NEAR(Measure(forward), 40 * kDegree, 1e-12);
-  // Yaw does not matter, nor does the quaternion's norm.
+  // Neither yaw nor the quaternion's norm matters.
   Set(&state_.body[kPot].quat_wxyz, Rotation(1, 0, 0, 1));
   for (double& x : state_.body[kPot].quat_wxyz) x *= -3;
   EXPECT_NEAR(Measure(free), 0, 1e-12);
-  // Upside down.
+  // The pot is upside down.
   Set(&state_.body[kPot].quat_wxyz, {0, 1, 0, 0});
   EXPECT_NEAR(Measure(free), std::numbers::pi, 1e-12);
   EXPECT_NEAR(Measure(lateral), 0, 1e-12);
@@ -170,7 +170,8 @@ TEST_F(ExpressionTest, CombinesPredicates) {
 TEST_F(ExpressionTest, LatchedUsesEveryTickAndResetsAtStart) {
   const Expression no = Call("height_above", {{"object", "pot"}, {"min_m", "9"}});
   const Expression held = Call("holding", {{"gripper", "left"}, {"object", "pot"}});
-  // `no` and `yes` before it must not prevent it from processing the tick.
+  // An earlier operand that already decides `all` or `any` must not prevent `latched` from processing the
+  // tick.
   const auto dut = Compile(Of("any", {Of("all", {no, Of("latched", {held})}), Of("latched", {held})}));
   const auto evaluate = [&](const std::vector<std::pair<int, int>>& pairs) {
     contacts_ = Contacts(1, pairs);
@@ -314,8 +315,8 @@ TEST_F(TaskEvaluatorTest, KeepsStagesAndTheFirstVerdict) {
   EXPECT_EQ(dut_.stage_reached(), (std::vector<uint8_t>{0, 0}));
 }
 
-// Success of small.yaml: not touching(pot, counter), height of the pot at least 1.1 m; failure: it touches
-// the world.
+// small.yaml has two conditions for success: not touching(pot, counter), and a height of the pot of at least
+// 1.1 m. It fails if the pot touches the world.
 TEST_F(TaskEvaluatorTest, CriteriaAreAllConditionsMetOrNot) {
   dut_.Start();
   Evaluate(0, {{kTop, kWall}});
@@ -384,7 +385,7 @@ TEST_F(TaskEvaluatorTest, CriteriaOfWhatLastsIsLatchedOrNotWithin) {
   EXPECT_EQ(c[4].text, "for 0.04 s or longer");
   EXPECT_FALSE(c[4].holds);
   EXPECT_EQ(c[4].value_mixed, 0);
-  // Off the counter and on the floor, for 0, 20 and 40 ms.
+  // The pot is off the counter and on the floor for 0, 20 and 40 ms.
   evaluate(2, {{kFloor, kWall}});
   EXPECT_FALSE(c[1].holds);
   EXPECT_TRUE(c[2].holds);
@@ -440,7 +441,7 @@ TEST_F(TaskEvaluatorTest, StagesCanAskForAnOrder) {
   dut.Start();
   EXPECT_EQ(evaluate(1, 2, {}), (std::vector<uint8_t>{0, 0})) << "the episode before is forgotten";
 
-  // A stage can only depend on one that is evaluated before it.
+  // A stage can only depend on a stage that is evaluated earlier.
   task.stages[0].when = Call("reached", {{"stage", "high"}});
   try {
     TaskEvaluator refused(task, names_);
