@@ -8,7 +8,7 @@
 
 namespace evalbus::descriptions_test {
 
-// Line number of `part` in `text`.
+// Returns the line number of `part` in `text`.
 int LineOf(const std::string& text, const std::string& part) {
   const size_t at = text.find(part);
   EXPECT_NE(at, std::string::npos) << part;
@@ -35,7 +35,7 @@ arms:
       pad_bodies: [left_finger, right_finger]
 )";
 
-// The error of kRobot with one change, as "LINE: message".
+// Returns the error of kRobot with one change, as "LINE: message".
 std::string RobotError(const std::string& from, const std::string& to) {
   TempFolder folder;
   const auto file = folder.Write("r.yaml", ReplaceFirst(kRobot, from, to));
@@ -115,7 +115,7 @@ TEST(RobotDescription, Shipped) {
   EXPECT_EQ(two.arms[1].joints.size(), 7u);
   EXPECT_EQ(two.grippers[1].arm, "right");
   EXPECT_EQ(LoadRobot(ModelsFolder() / "robots/single_panda.yaml").arms.size(), 1u);
-  // Menagerie is not part of the repository.
+  // Menagerie's models are not part of the repository, so their files are missing.
   EXPECT_NE(ErrorOf([] {
               LoadRobot(ModelsFolder() / "robots/bimanual_panda_menagerie.yaml");
             }).find("file 'franka_emika_panda/panda_nohand.xml' not found in "),
@@ -375,7 +375,7 @@ TEST(TaskDescription, OtherRobotsHaveTheirOwnDistances) {
   TaskDescription task = FindTask("stack_two_blocks").task;
   task.ApplyRobot("bimanual_panda", {"left", "right"});
   EXPECT_EQ(task.target_distance.size(), 6u);
-  // A robot is recognized by its name, or by the name of its arm.
+  // A robot is recognized by its name or by the name of its arm.
   TaskDescription mine = task;
   mine.ApplyRobot("mine", {"arm"});
   EXPECT_EQ(mine.target_distance.size(), 4u);

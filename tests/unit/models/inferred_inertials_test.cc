@@ -50,7 +50,7 @@ TEST(InferredInertials, AreAddedMarkedAndRemoved) {
   ASSERT_TRUE(inferred);
   EXPECT_STREQ(inferred->Attribute("mass"), "12");
 
-  // A massless geom shows that the added values are used: m / 12 * (sums of squared edges).
+  // With a massless geom, the result shows that the added values are used: m / 12 * (sums of squared edges).
   given->FirstChildElement("body")->FirstChildElement("geom")->SetAttribute("mass", "0");
   const ModelPtr model = Compile(Text(document));
   EXPECT_NEAR(model->body_mass[2], 12, 1e-12);

@@ -9,7 +9,7 @@ namespace evalbus::mesh_faces_test {
 
 using mjcf::SeparateFaces;
 
-// A box of 1 x 2 x 3 m around the origin. The last face is oriented the other way in kInconsistent.
+// A box of 1 x 2 x 3 m around the origin. In kInconsistent, the last face has the opposite orientation.
 constexpr const char* kVertices = R"(v -0.5 -1 -1.5
 v 0.5 -1 -1.5
 v 0.5 1 -1.5
@@ -48,7 +48,8 @@ TEST(SeparateFaces, HaveVerticesOfTheirOwn) {
   ASSERT_TRUE(mesh);
   EXPECT_EQ(mesh->face.size(), 36u);
   EXPECT_EQ(mesh->vertex.size(), 108u);
-  // The last face: vertices 4, 8, 5; the middle one has the texture coordinate (1, 0.25) from below.
+  // The last face has vertices 4, 8 and 5. The second of them has the texture coordinate (1, 0.25), counted
+  // from below.
   EXPECT_EQ(std::vector<double>(mesh->vertex.end() - 9, mesh->vertex.end()),
             (std::vector<double>{-0.5, 1, -1.5, -0.5, 1, 1.5, -0.5, -1, 1.5}));
   EXPECT_EQ(std::vector<double>(mesh->texcoord.end() - 4, mesh->texcoord.end()),
@@ -66,7 +67,7 @@ TEST(SeparateFaces, CompileToTheSameInertia) {
   std::vector<std::string> warnings;
   const ModelPtr compiled = CompileModel(composer, false, &warnings);
   const int body = mj_name2id(compiled.get(), mjOBJ_BODY, "box/box");
-  // 10 kg/m^3 times 6 m^3; m (b^2 + c^2) / 12, sorted as MuJoCo does.
+  // The mass is 10 kg/m^3 times 6 m^3. The inertias are m (b^2 + c^2) / 12, sorted as MuJoCo does.
   EXPECT_NEAR(compiled->body_mass[body], 60, 1e-6);
   EXPECT_NEAR(compiled->body_inertia[3 * body], 60 * (4 + 9) / 12.0, 1e-5);
   EXPECT_NEAR(compiled->body_inertia[3 * body + 1], 60 * (1 + 9) / 12.0, 1e-5);

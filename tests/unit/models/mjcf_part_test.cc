@@ -9,10 +9,10 @@ namespace evalbus::mjcf::mjcf_part_test {
 
 using tinyxml2::XMLElement;
 
-// A file as a part.
+// A part that is read from a file with this text.
 struct PartOf {
   explicit PartOf(const std::string& text) : part(folder.Write("part.xml", text), &warnings) {}
-  // The only element with this name; all tests have one.
+  // Returns the only element with this name. All tests have exactly one.
   XMLElement* Only(const char* name) {
     XMLElement* found = nullptr;
     ForEach(part.root(), [&](XMLElement* element) {

@@ -14,7 +14,7 @@ TEST(MjcfSchema, HasTheSectionsAndAttributesOfMjcf) {
   EXPECT_FALSE(Section("extension"));
   EXPECT_TRUE(Section("option")->attributes.contains("timestep"));
   EXPECT_FALSE(Section("option")->attributes.contains("timestepp"));
-  // An element that takes several lines of MuJoCo's table.
+  // This element takes several lines of MuJoCo's table.
   const SchemaNode* geom = ChildSchema(*Section("worldbody"), "worldbody", "geom");
   ASSERT_TRUE(geom);
   for (const char* name : {"name", "class", "type", "friction", "solref", "euler", "mesh"}) {

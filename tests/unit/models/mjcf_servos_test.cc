@@ -1,5 +1,5 @@
-// Position servos as newer MuJoCo versions define them. MuJoCo 3's documentation of <position> gives the
-// meaning: gainprm is kp, biasprm is 0 -kp -kv; inheritrange is a multiple of the joint's range.
+// Tests position servos as newer MuJoCo versions define them. According to MuJoCo 3's documentation of
+// <position>, gainprm is kp, biasprm is 0 -kp -kv, and inheritrange is a multiple of the joint's range.
 #include <mujoco/mujoco.h>
 
 #include "models/compile_model.h"
@@ -65,7 +65,7 @@ TEST(MjcfServos, VelocityGainsAreThoseOfMuJoCo3) {
   EXPECT_EQ(ServoIn(*model, "plain"), (Servo{7, 7, 0}));
   // An element that is replaced may contain anything.
   EXPECT_EQ(ServoIn(*model, "critical"), (Servo{40, 40, 0}));
-  // All other attributes of the classes and the element stay.
+  // All other attributes of the classes and of the element remain.
   EXPECT_EQ(model->actuator_forcerange[1], 105);
   EXPECT_EQ(model->actuator_ctrlrange[1], 2);
   EXPECT_EQ(model->actuator_forcerange[3], 105);
@@ -84,7 +84,7 @@ TEST(MjcfServos, RangesAreInheritedInRadians) {
 TEST(MjcfServos, AStiffnessLeavesTheCommandItsUnit) {
   TempFolder folder;
   SceneComposer composer(folder.Write("base.xml", "<mujoco/>"));
-  // Its command of 0 to 255 is a tendon length of 0 to 0.04 m; its stiffness is 100 N/m.
+  // The hand's command of 0 to 255 is a tendon length of 0 to 0.04 m. Its stiffness is 100 N/m.
   composer.Attach(kModelsData / "newer_hand.xml", "p/", Pose{}, {.stiffness = {{"grip", 2000}}});
   std::vector<std::string> warnings;
   const Servo servo = ServoIn(*CompileModel(composer, false, &warnings), "grip");
@@ -93,7 +93,7 @@ TEST(MjcfServos, AStiffnessLeavesTheCommandItsUnit) {
   EXPECT_EQ(servo.velocity_gain, 0);
 }
 
-// robosuite's arms are torque-controlled.
+// robosuite's arms are torque-controlled, so their motors become servos.
 TEST(MjcfServos, AMotorWithAStiffnessIsAServoOfItsTorque) {
   const ModelPtr model = Compose(Servos("radian", "-1", "3"), {{"critical", 40}, {"motor", 700}});
   EXPECT_EQ(ServoIn(*model, "motor"), (Servo{700, 700, 0}));

@@ -1,4 +1,4 @@
-// Files of assets, and the tasks whose scenes need them.
+// Tests files of assets and the tasks whose scenes need them.
 #include "models/model_sources.h"
 
 #include <gmock/gmock.h>
@@ -60,7 +60,7 @@ TEST(AssetTasks, NeedTheirAssets) {
                          "not part of evalbus; give --assets roboeval=FOLDER"));
 }
 
-// A task of one family is the same task in both scenes: starts, stages, distances.
+// A task of one family has the same initial states, stages and distances in both scenes.
 TEST(AssetTasks, DifferInTheirScenesOnly) {
   const std::vector<TaskDescription> ours = AllTasks(), theirs = TasksOfAssets("roboeval");
   ASSERT_EQ(ours.size(), theirs.size());

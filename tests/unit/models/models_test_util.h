@@ -1,4 +1,4 @@
-// Files and messages for the tests of models/.
+// Helpers for files and messages in the tests of models/.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace evalbus {
 inline const std::filesystem::path kModelsData =
     std::filesystem::path(EVALBUS_SOURCE_DIR) / "tests/data/models";
 
-// A folder that is removed with the test.
+// A folder that is removed at the end of the test.
 class TempFolder {
  public:
   TempFolder() {
@@ -37,7 +37,7 @@ class TempFolder {
   std::filesystem::path path_;
 };
 
-// The message of the InputError that call() throws.
+// Returns the message of the InputError that call() throws.
 template <typename Call>
 std::string ErrorOf(const Call& call) {
   try {

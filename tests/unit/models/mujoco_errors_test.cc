@@ -23,7 +23,7 @@ std::string Thrown(const char* message) {
   return "nothing";
 }
 
-// Warnings as the log sink receives them.
+// Collects warnings as the log sink receives them.
 class MujocoErrors : public testing::Test {
  protected:
   MujocoErrors() {
@@ -49,7 +49,7 @@ TEST_F(MujocoErrors, WithoutASinkWarningsAreLinesOnStderr) {
   EXPECT_TRUE(received_.empty());
 }
 
-// MuJoCo itself writes MUJOCO_LOG.TXT into the user's current folder.
+// Without evalbus' handlers, MuJoCo writes MUJOCO_LOG.TXT into the user's current folder.
 TEST_F(MujocoErrors, NoFileIsLeft) {
   TemporaryFolder folder;
   const std::filesystem::path back = std::filesystem::current_path();

@@ -16,7 +16,7 @@
 
 namespace evalbus::polyhedron_contacts_test {
 
-// A cube of 0.2 m, a bar with eight sides along x, and an octahedron, each in its own free body above a box.
+// A cube of 0.2 m, a bar with eight sides along x, and an octahedron are free bodies above a box.
 constexpr const char* kScene = R"(<mujoco>
   <compiler angle="radian"/>
   <custom><numeric name="polyhedron_contacts" data="1"/></custom>
@@ -65,7 +65,7 @@ struct World {
   DataPtr data;
 };
 
-// The box is the first geom, so the normal points up to the mesh.
+// The box is the first geom, so the normal points from the box up to the mesh.
 void ExpectContact(const mjContact& contact, double depth) {
   EXPECT_NEAR(contact.dist, -depth, 1e-7);
   EXPECT_NEAR(contact.frame[0], 0, 1e-6);
@@ -76,7 +76,7 @@ void ExpectContact(const mjContact& contact, double depth) {
 
 TEST(PolyhedronContacts, FaceOnFaceTouchesAtTheCornersOfTheOverlap) {
   World world;
-  // The cube protrudes over the edges of the box at x = 0.3 and y = 0.2.
+  // The cube protrudes beyond the edges of the box at x = 0.3 and y = 0.2.
   world.Place("cube", {0.25, 0.17, 0.199});
   const std::vector<mjContact> contacts = world.Contacts();
   ASSERT_EQ(contacts.size(), 4u);
@@ -93,7 +93,7 @@ TEST(PolyhedronContacts, FaceOnFaceTouchesAtTheCornersOfTheOverlap) {
 TEST(PolyhedronContacts, EdgeOnFaceTouchesAtItsEnds) {
   World world;
   const double half = std::sqrt(0.5);
-  // Turned by 45 degrees about y: the lower edge is along y, from -0.1 to 0.1.
+  // The cube is rotated by 45 degrees about y, so its lower edge is along y, from -0.1 to 0.1.
   world.Place("cube", {0, 0, 0.1 + 0.1 * std::sqrt(2) - 0.002},
               {std::cos(M_PI / 8), 0, std::sin(M_PI / 8), 0});
   std::vector<mjContact> contacts = world.Contacts();
@@ -102,7 +102,7 @@ TEST(PolyhedronContacts, EdgeOnFaceTouchesAtItsEnds) {
   for (const mjContact& contact : contacts) ExpectContact(contact, 0.002);
   EXPECT_NEAR(contacts[0].pos[1], -0.1, 1e-6);
   EXPECT_NEAR(contacts[1].pos[1], 0.1, 1e-6);
-  // Beside the edge of the box: separated.
+  // The cube is next to the edge of the box and separated from it.
   world.Place("cube", {0.3 + 0.2 * half + 1e-4, 0, 0.1}, {std::cos(M_PI / 8), 0, std::sin(M_PI / 8), 0});
   EXPECT_EQ(world.Contacts().size(), 0u);
 }
@@ -117,8 +117,9 @@ TEST(PolyhedronContacts, CornerOnFaceTouchesOnce) {
   EXPECT_NEAR(contacts[0].pos[1], -0.03, 1e-6);
 }
 
-// Largest distance between the solids' extents along any direction in which two polyhedra can be separated:
-// their depth, if it is negative. An independent rule: normals of all faces, and cross products of all edges.
+// Returns the largest distance between the extents of two polyhedra along any direction that can separate
+// them. If it is negative, it is their depth. The rule is independent of the tested code: it uses the normals
+// of all faces and the cross products of all edges.
 double Separation(const World& world, const char* a, const char* b) {
   const auto corners = [&](const char* name) {
     const int geom = world.Geom(name), mesh = world.model->geom_dataid[geom];
@@ -153,7 +154,8 @@ double Separation(const World& world, const char* a, const char* b) {
     const auto p = extent(first), q = extent(second);
     most = std::max({most, q[0] - p[1], p[0] - q[1]});
   };
-  // Differences of corners contain all edges; those that are none cannot separate more than the true depth.
+  // The differences of corners include all edges. Directions from other differences cannot exceed the true
+  // separation.
   const auto differences = [](const auto& points) {
     std::vector<std::array<double, 3>> result;
     for (size_t i = 0; i < points.size(); ++i) {
@@ -197,7 +199,7 @@ TEST(PolyhedronContacts, NormalIsTheShortestWayOut) {
     if (contacts.empty()) continue;
     ++touching;
     EXPECT_NEAR(contacts[0].dist, separation, 1e-7);
-    // Moving the second solid along the normal by the depth just separates both.
+    // Moving the second solid along the normal by the depth barely separates both.
     mjtNum* moved = world.data->qpos + 7 * (world.model->geom_bodyid[contacts[0].geom2] - 1);
     mju_addToScl3(moved, contacts[0].frame, 1e-6 - contacts[0].dist);
     EXPECT_EQ(world.Contacts().size(), 0u);
@@ -206,7 +208,7 @@ TEST(PolyhedronContacts, NormalIsTheShortestWayOut) {
 }
 
 TEST(PolyhedronContacts, BoxesDoNotTouchOutsideOneOfThem) {
-  // A pose of a finger's pad on a rod for which 2.2.2 has four contacts and 3.3.3 has three.
+  // In this pose of a finger's pad on a rod, MuJoCo 2.2.2 finds four contacts and 3.3.3 finds three.
   const std::string scene = R"(<mujoco>
   <custom><numeric name="polyhedron_contacts" data="1"/></custom>
   <worldbody><geom name="rod" type="box" size="0.02 0.1 0.02"/>
@@ -218,7 +220,7 @@ TEST(PolyhedronContacts, BoxesDoNotTouchOutsideOneOfThem) {
   ASSERT_EQ(contacts.size(), 3u);
   const double expected[] = {-0.00112, -0.00115, -0.00094};
   for (size_t i = 0; i < 3; ++i) EXPECT_NEAR(contacts[i].dist, expected[i], 1e-5);
-  // Flat on it: all four corners of the pad.
+  // The pad lies flat on the rod, so all four corners of the pad touch.
   world.Place("pad", {0, 0, 0.028});
   EXPECT_EQ(world.Contacts().size(), 4u);
 }

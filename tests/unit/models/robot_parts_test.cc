@@ -1,4 +1,4 @@
-// What a robot's description adds to its models, and the warnings about it.
+// Tests what a robot description adds to its models, and the warnings about it.
 #include <cmath>
 
 #include "models/compile_model.h"
@@ -8,7 +8,7 @@
 
 namespace evalbus::robot_parts_test {
 
-// One hinge with inertia 0.1 kg m^2, a servo with a velocity gain, and a massless finger.
+// The robot has one hinge with inertia 0.1 kg m^2, a servo with a velocity gain, and a massless finger.
 constexpr const char* kArm = R"(<mujoco>
   <compiler angle="radian" autolimits="true"/>
   <worldbody>
@@ -79,7 +79,7 @@ TEST(RobotParts, StandCameraExcludeAndGripperGain) {
   ASSERT_GE(stand, 0);
   EXPECT_EQ(model->body_parentid[stand], id(mjOBJ_BODY, "left"));
   EXPECT_EQ(model->body_pos[3 * stand + 2], -0.5);
-  // The stand has the arm's name.
+  // The stand belongs to the arm's entity.
   EXPECT_EQ(scene.info.body_entity[stand], scene.info.arm[0].entity);
   const int camera = id(mjOBJ_CAMERA, "left/eye");
   ASSERT_GE(camera, 0);
@@ -107,7 +107,7 @@ TEST(RobotParts, CamerasOfTheRobotHaveTheirOwnNames) {
   const int wrist = mj_name2id(&model, mjOBJ_CAMERA, "maker/wrist");
   ASSERT_GE(head, 0);
   ASSERT_GE(wrist, 0);
-  // At the robot's position and orientation, and on one of its bodies.
+  // One camera is at the robot's position and orientation, and another is on one of its bodies.
   EXPECT_EQ(model.cam_bodyid[head], 0);
   EXPECT_EQ(model.cam_pos[3 * head], 5);
   EXPECT_EQ(model.cam_pos[3 * head + 2], 3);
@@ -146,7 +146,7 @@ TEST(RobotParts, MistakesNameTheLine) {
             "17: key 'position_gain_Nm_per_rad': give either this or 'position_gain_N_per_m'");
 }
 
-// The arm's velocity after one step from 1 rad/s without a command.
+// Returns the arm's velocity after one step without a command, which begins at 1 rad/s.
 double AfterOneStep(const mjModel& model) {
   const DataPtr data(mj_makeData(&model));
   data->qvel[0] = 1;
@@ -155,7 +155,7 @@ double AfterOneStep(const mjModel& model) {
 }
 
 // With an inertia of 0.1 kg m^2 and steps of 2 ms, a velocity gain of 50 N m s/rad stops the joint in one
-// step, and a higher one reverses it, whatever the joint's own damping.
+// step, whatever the joint's own damping. A higher gain reverses the joint.
 TEST(Vibration, IsWarnedOfWhereAStepTurnsTheVelocityRound) {
   for (const char* damping : {"0", "5"}) {
     for (const int kv : {0, 49, 51, 500}) {
@@ -193,7 +193,7 @@ TEST(ReadPose, PublishesTheUnitQuaternion) {
             "expected a unit quaternion, got norm 1.41421; of norm 1 it is [-0.707107, 0.707107, 0, 0]");
 }
 
-// The parts of a shipped task's file are found from another folder.
+// A copy of a shipped task in another folder still finds the parts.
 TEST(TaskFile, ACopyFindsItsPartsInTheInstalledModels) {
   TempFolder folder;
   const std::filesystem::path copy = folder.path() / "my_task.yaml";
@@ -201,7 +201,7 @@ TEST(TaskFile, ACopyFindsItsPartsInTheInstalledModels) {
   const TaskDescription task = LoadTask(copy);
   EXPECT_EQ(task.file, copy);
   EXPECT_TRUE(std::filesystem::equivalent(task.robot_file, ModelsFolder() / "robots/bimanual_panda.yaml"));
-  // Files beside it take precedence.
+  // Files next to the copy take precedence.
   const auto own = folder.Write("tasks/my_task.yaml", task.text);
   folder.Write("props/pot/pot.xml", "<mujoco/>");
   EXPECT_EQ(LoadTask(own).parts[2].model_file, folder.path() / "props/pot/pot.xml");

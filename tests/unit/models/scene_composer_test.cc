@@ -38,7 +38,7 @@ struct OnePart {
   std::filesystem::path file;
 };
 
-// The error of composing one part, without the folder's name.
+// Returns the error of composing one part, without the folder's name.
 std::string ErrorOfPart(const std::string& part, const std::string& base = kEmptyBase, bool free = false) {
   TempFolder folder;
   const std::string message = ErrorOf([&] {
@@ -89,7 +89,7 @@ TEST(SceneComposer, PartsWithEqualNamesAndConflictingDefaults) {
   EXPECT_EQ(damping("one/j"), 2);
   EXPECT_EQ(damping("two/j"), 3);
   EXPECT_EQ(model->actuator_trnid[2 * Id(model, mjOBJ_ACTUATOR, "two/a")], Id(model, mjOBJ_JOINT, "two/j"));
-  // The file's world became a body.
+  // The file's world has become a body.
   EXPECT_EQ(model->geom_bodyid[Id(model, mjOBJ_GEOM, "one/g")], Id(model, mjOBJ_BODY, "one"));
 }
 
@@ -111,8 +111,8 @@ TEST(SceneComposer, DefaultsOfAnArmDoNotReachItsHand) {
 }
 
 TEST(SceneComposer, PosesMultiply) {
-  // Part at (1, 2, 3), rotated by 90 degrees about z; its body is at (1, 0, 0), the site in it at (0, 0.5,
-  // 0).
+  // The part is at (1, 2, 3) and rotated by 90 degrees about z. Its body is at (1, 0, 0), and the site in it
+  // at (0, 0.5, 0).
   TempFolder folder;
   SceneComposer composer(folder.Write("base.xml", kEmptyBase));
   const auto file = folder.Write("part.xml",
@@ -120,7 +120,7 @@ TEST(SceneComposer, PosesMultiply) {
                                  "<site name='s' pos='0 0.5 0'/></body></worldbody></mujoco>");
   const Pose pose{{1, 2, 3}, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)}};
   composer.Attach(file, "p/", pose);
-  // The same rotation again on the body: after two, it faces backward.
+  // The body has the same rotation again, so it faces backward after both.
   composer.Attach(file, "q/", pose, {.parent_body = "p/b"});
   const ModelPtr model = Compile(composer);
   const DataPtr data(mj_makeData(model.get()));
@@ -131,9 +131,10 @@ TEST(SceneComposer, PosesMultiply) {
     EXPECT_NEAR(p[1], y, 1e-12) << site;
     EXPECT_NEAR(p[2], z, 1e-12) << site;
   };
-  // b: (1, 2, 3) + turn (1, 0, 0) = (1, 3, 3); s: b + turn (0, 0.5, 0) = (0.5, 3, 3).
+  // Body b: (1, 2, 3) + turn (1, 0, 0) = (1, 3, 3). Site s: b + turn (0, 0.5, 0) = (0.5, 3, 3).
   expect_at("p/s", 0.5, 3, 3);
-  // q: b + turn (1, 2, 3) = (1 - 2, 3 + 1, 6) = (-1, 4, 6); its b: q - (1, 0, 0); its s: b - (0, 0.5, 0).
+  // Part q: b + turn (1, 2, 3) = (1 - 2, 3 + 1, 6) = (-1, 4, 6). Its body is at q - (1, 0, 0), and its site
+  // 0.5 lower in y.
   expect_at("q/s", -2, 3.5, 6);
 }
 
@@ -145,7 +146,7 @@ TEST(SceneComposer, FreePart) {
   EXPECT_EQ(model->jnt_bodyid[Id(model, mjOBJ_JOINT, "p")], Id(model, mjOBJ_BODY, "p"));
   EXPECT_EQ(Compile(OnePart(part).composer)->nq, 0);
 
-  // A file made for use on its own includes the joint.
+  // A file that was made to be used alone includes the joint.
   const char* own =
       "<mujoco><worldbody><body name='b'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>";
   EXPECT_EQ(Compile(OnePart(own, kEmptyBase, true).composer)->nq, 7);
@@ -153,8 +154,8 @@ TEST(SceneComposer, FreePart) {
             "part.xml:1: a free joint in an attached file needs 'free: true' where it is attached");
 }
 
-// A file that MuJoCo compiles on its own, and the same file attached at the origin, must have the same
-// physics.
+// If MuJoCo compiles a file alone, the physics must equal the physics of the same file attached at the
+// origin.
 TEST(SceneComposer, AttachedFileIsWhatMuJoCoMakesOfIt) {
   const std::filesystem::path file = kModelsData / "everything.xml";
   char message[1000] = "";
@@ -191,7 +192,8 @@ TEST(SceneComposer, AttachedFileIsWhatMuJoCoMakesOfIt) {
   expect_equal(composed->actuator_gainprm, direct->actuator_gainprm, mjNGAIN * direct->nu, "gain");
   expect_equal(composed->actuator_ctrlrange, direct->actuator_ctrlrange, 2 * direct->nu, "ctrlrange");
 
-  // The composed model also moves identically: limits, springs, tendons, equalities, contacts, sensors.
+  // The composed model also moves identically. This covers limits, springs, tendons, equalities, contacts and
+  // sensors.
   const DataPtr a(mj_makeData(composed.get()));
   const DataPtr b(mj_makeData(direct.get()));
   for (mjData* data : {a.get(), b.get()}) {
@@ -247,12 +249,13 @@ TEST(SceneComposer, NewerModelsLoadWithWarnings) {
   EXPECT_EQ(model->actuator_biasprm[mjNBIAS * other + 2], -30);
   EXPECT_EQ(model->dof_damping[0], 6);
   EXPECT_EQ(model->dof_damping[1], 1);
-  // Meshes without a name are named after their file.
+  // A mesh without a name is named after its file.
   EXPECT_EQ(model->geom_dataid[1], Id(model, mjOBJ_MESH, "arm/cube"));
   EXPECT_EQ(model->mat_rgba[4 * Id(model, mjOBJ_MATERIAL, "arm/hand/white")], 0.5f);
 }
 
-// Meshes and textures are merged if their files and all attributes, also those of default classes, are equal.
+// Meshes and textures are merged if their files and all attributes, including those of default classes, are
+// equal.
 TEST(SceneComposer, EqualAssetsAreMerged) {
   TempFolder folder;
   const auto part = [&](const std::string& file, const std::string& scale) {
@@ -371,7 +374,7 @@ TEST(SceneComposer, BrokenFiles) {
   EXPECT_EQ(ErrorOfPart("\n<robot/>"), "part.xml:2: expected an MJCF model (<mujoco>), got <robot>");
   EXPECT_EQ(ErrorOfPart("<mujoco><worldbody>\n<geom euler='1 2'/></worldbody></mujoco>"),
             "part.xml:2: <geom>: attribute 'euler': expected 3 numbers, got '1 2'");
-  // The error is one line, whatever the file contains.
+  // The error has one line, whatever the file contains.
   EXPECT_EQ(ErrorOfPart("<mujoco><worldbody><geom euler='1\n2'/></worldbody></mujoco>"),
             "part.xml:1: <geom>: attribute 'euler': expected 3 numbers, got '1 2'");
   EXPECT_EQ(ErrorOfPart("<mujoco><default class='other'/></mujoco>"),
@@ -411,7 +414,7 @@ TEST(SceneComposer, AttachingWhereItCannotBe) {
 }
 
 TEST(SceneComposer, MassOfAMeshThatIsNotConvex) {
-  // Two cubes of 1 m in one mesh, at x = -1 and 1.
+  // The mesh consists of two cubes of 1 m, at x = -1 and 1.
   std::string vertices, faces;
   for (const int cube : {0, 1}) {
     for (int i = 0; i < 8; ++i) {
@@ -432,7 +435,7 @@ TEST(SceneComposer, MassOfAMeshThatIsNotConvex) {
   const int body = Id(inferred, mjOBJ_BODY, "p/b");
   ASSERT_TRUE(one.composer.SetMeshMasses(*inferred));
   const ModelPtr corrected = Compile(one.composer);
-  // Between the center of mass and the faces of one cube are 1/6, 1/2 and four times 1/6 m^3.
+  // The volumes between the center of mass and the faces of one cube are 1/6, 1/2 and four times 1/6 m^3.
   EXPECT_NEAR(corrected->body_mass[body], 10 * 2 * (1 + 1 / 3.0) + 2, 1e-6);
   one.composer.RemoveMeshMasses();
   EXPECT_EQ(Compile(one.composer)->body_mass[body], inferred->body_mass[body]);

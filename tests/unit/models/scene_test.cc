@@ -20,8 +20,8 @@ int IndexOf(const std::vector<std::string>& names, const std::string& name) {
   return static_cast<int>(found - names.begin());
 }
 
-// The robot at its home position with open hands and weight compensation, held there for a while. Returns the
-// largest distance of an arm joint from home at the end, rad. It starts slightly away from home.
+// Holds the robot at its home position with open hands and weight compensation for a while. It begins
+// slightly away from home. Returns the largest distance of an arm joint from home at the end, rad.
 double HoldHome(const Scene& scene, const RobotDescription& robot, double seconds) {
   const mjModel* model = scene.physics.get();
   const DataPtr data(mj_makeData(model));
@@ -123,7 +123,7 @@ TEST(Scene, LiftPotMatchesRoboEvalsFacts) {
   expect_at(body("right"), 0.1, -0.3, 0.6);
   expect_at(body("pot"), 0.7, 0, 0.996);
   expect_at(body("pot/pot"), 0.7, 0, 0.996);
-  // The counter spans x 0.5 to 1.1, y -0.6 to 0.6, top at 0.859.
+  // The counter spans x from 0.5 to 1.1 and y from -0.6 to 0.6. Its top is at 0.859.
   const int counter = mj_name2id(model, mjOBJ_GEOM, "left_cabinet/counter");
   const double* p = data->geom_xpos + 3 * counter;
   const double* size = model->geom_size + 3 * counter;
@@ -131,7 +131,7 @@ TEST(Scene, LiftPotMatchesRoboEvalsFacts) {
   EXPECT_NEAR(p[0] + size[1], 1.1, 1e-9);
   EXPECT_NEAR(p[1] + size[0], 0.6, 1e-9);
   EXPECT_NEAR(p[2] + size[2], 0.859, 1e-9);
-  // With all joints at 0, the arm is stretched out: the flange is 0.333 + 0.316 + 0.384 - 0.107 above and
+  // With all joints at 0, the arm is stretched out. The flange is 0.333 + 0.316 + 0.384 - 0.107 above and
   // 0.088 in front of the base.
   expect_at(data->site_xpos + 3 * mj_name2id(model, mjOBJ_SITE, "left/flange"), 0.1 + 0.088, 0.3,
             0.6 + 0.926);
@@ -162,7 +162,7 @@ TEST(Scene, ArmsHoldHome) {
   }
 }
 
-// A scene of test files, with models in the format of newer MuJoCo versions.
+// A scene of test files whose models have the format of newer MuJoCo versions.
 
 constexpr const char* kTask = R"(name: hold
 title: Hold still
@@ -176,7 +176,7 @@ success: {never: {}}
 )";
 constexpr const char* kThing = "<mujoco><worldbody><geom size='0.1'/></worldbody></mujoco>";
 
-// The folder of test files, with some of them replaced.
+// Returns the folder of test files after replacing some of them.
 struct SceneFiles {
   SceneFiles() {
     std::filesystem::copy(kModelsData, folder.path(), std::filesystem::copy_options::recursive);
@@ -215,7 +215,7 @@ TEST(Scene, ModelsForNewerVersions) {
   EXPECT_EQ(model->actuator_biasprm[mjNBIAS * actuator + 2], 0);
   const int finger = mj_name2id(model, mjOBJ_JOINT, "left/hand/slide1");
   EXPECT_EQ(model->dof_damping[model->jnt_dofadr[finger]], 20);
-  // Geoms without a name; two pads per finger in the hand's file.
+  // The geoms of the hand's file have no name, and each finger has two pads.
   const model_info_t& info = scene.info;
   EXPECT_EQ(info.gripper[0].num_pad_geoms, 4);
   EXPECT_EQ(info.geom_name[info.gripper[0].pad_geom[1]], "left/hand/left_finger/geom1");
@@ -332,7 +332,7 @@ TEST(Scene, AllTheMassMayBeInVisualGeoms) {
   EXPECT_EQ(model->body_mass[door], 2);
   EXPECT_EQ(model->body_mass[door - 1], 3);
   EXPECT_NEAR(model->body_ipos[3 * (door - 1)], 0.2, 1e-15);
-  // A body without mass is still refused, with its line.
+  // A body without mass is still refused, and the error names its line.
   SceneFiles none;
   none.folder.Write("thing.xml", "<mujoco><worldbody>\n<geom size='0.1' mass='0'/></worldbody></mujoco>");
   EXPECT_EQ(none.Error().substr(0, 10), "thing.xml:");
@@ -346,7 +346,7 @@ TEST(Scene, InertiasComeFromVisualGeomsToo) {
                      "</body></worldbody></mujoco>");
   const Scene scene = files.Build();
   const mjModel* model = scene.physics.get();
-  // Two boxes of 8 kg, one of which is visual only.
+  // There are two boxes of 8 kg, one of which is only visual.
   const int body = mj_name2id(model, mjOBJ_BODY, "thing") + 1;
   EXPECT_NEAR(model->body_mass[body], 16, 1e-9);
   EXPECT_NEAR(model->body_ipos[3 * body], 0.1, 1e-9);
@@ -363,13 +363,13 @@ TEST(Scene, MassOfAMeshIsDensityTimesVolume) {
   const Scene scene = files.Build();
   const int body = mj_name2id(scene.physics.get(), mjOBJ_BODY, "thing/b");
   ASSERT_GE(body, 0);
-  // An octahedron. MuJoCo 2.2 takes the volume of a box with its inertia, 1.31 m^3, instead of 4/3 m^3.
+  // MuJoCo 2.2 computes an octahedron's volume from a box with the same inertia: 1.31 m^3 instead of 4/3 m^3.
   EXPECT_NEAR(scene.physics->body_mass[body], 4, 1e-6);
   EXPECT_NEAR(scene.physics->body_inertia[3 * body], 4 / 5.0, 1e-6);
 }
 
 TEST(Scene, ErrorsInsideMuJoCoAreCaught) {
-  // Input at which MuJoCo would wait for a key.
+  // With this input, MuJoCo itself would wait for a key.
   SceneFiles files;
   files.Change("world.xml", "<option", "<size nstack='1'/><option");
   EXPECT_EQ(files.Error(), "scene: MuJoCo: engine error: Stack overflow");
@@ -404,7 +404,8 @@ TEST(Scene, ATasksCameraHasItsDescribedView) {
   const int front = mj_name2id(&visual, mjOBJ_CAMERA, "front");
   EXPECT_EQ(visual.cam_fovy[front], 40);
   const mjtNum* axes = data->cam_xmat + 9 * front;
-  // The camera looks along -z: (0.5, 0, 1) - (2, 1, 3), of length sqrt(1.5^2 + 1 + 4).
+  // The camera looks along -z, so the expected vector is (0.5, 0, 1) - (2, 1, 3), of length sqrt(1.5^2 + 1 +
+  // 4).
   const double length = std::sqrt(7.25);
   EXPECT_NEAR(-axes[2], -1.5 / length, 1e-9);
   EXPECT_NEAR(-axes[5], -1 / length, 1e-9);

@@ -9,7 +9,7 @@ namespace evalbus::yaml_reader_test {
 
 YamlValue Parse(const std::string& text) { return ParseYaml(text, "f.yaml"); }
 
-// The value under key x of a map.
+// Returns the value under key x of a map.
 YamlValue Under(const std::string& text) { return YamlMap(Parse(text), {"x"})["x"]; }
 
 TEST(YamlReader, TypedValues) {
@@ -128,11 +128,11 @@ TEST(YamlReader, BrokenYaml) {
   EXPECT_EQ(ErrorOf([] { Parse("a: [1, 2\nb: 3\n"); }).substr(0, 9), "f.yaml:2:");
   EXPECT_EQ(ErrorOf([] { Parse(""); }), "f.yaml:1: expected one YAML document, got 0");
   EXPECT_EQ(ErrorOf([] { Parse("a: 1\n---\nb: 2\n"); }), "f.yaml:1: expected one YAML document, got 2");
-  // yaml-cpp makes an endless number of documents of these.
+  // yaml-cpp makes an endless number of documents from these texts.
   EXPECT_EQ(ErrorOf([] { Parse(", 1]}\n"); }), "f.yaml:1: expected one YAML document, got 2");
 }
 
-// LCM's strings end at the first NUL: the text after it would be lost.
+// LCM's strings end at the first NUL, so the text after it would be lost.
 TEST(YamlReader, TextThatNoMessageCanCarryIsRefusedWithItsLine) {
   using namespace std::string_literals;
   EXPECT_EQ(ErrorOf([] {
