@@ -1,5 +1,5 @@
-// Runs a scripted expert in the simulated world and evaluates it by the task's own verdict, with MuJoCo's
-// contacts.
+// Runs a scripted expert in the simulated world, with MuJoCo's contacts, and evaluates the episode with the
+// task's own conditions.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,21 +23,21 @@ struct PlayedEpisode {
   metrics::Verdict verdict = metrics::Verdict::kUndecided;
   std::vector<uint8_t> stage_reached;
   double time = 0;  // s, simulated
-  // Fastest joint as a fraction of its limit.
+  // Highest joint speed as a fraction of the joint's limit.
   double speed = 0;
   int64_t clips = 0;
-  // Ticks at which the robot touched anything other than an object with its pads or a pad with another pad,
-  // and the first such pair.
+  // Number of ticks at which the robot had stray contacts, and the first such pair. Contacts of pads with
+  // objects or with other pads are not stray.
   int stray_contacts = 0;
   std::string stray;
   std::vector<std::vector<double>> actions;
 };
 
-// A task in one of its variations and the expert for it, created once for many episodes.
+// A task in one of its variations, and its expert. Both are created once for many episodes.
 class ExpertStage {
  public:
-  // task: as FindTask expects it. robot: a robot as FindRobot expects it, instead of the task's own; its
-  // models are in sources.
+  // task: as FindTask() expects it. robot: a robot as FindRobot() expects it, which replaces the task's own;
+  // its models are in `sources`.
   explicit ExpertStage(const std::string& task, const std::string& robot = "",
                        const ModelSources& sources = {})
       : selection_(FindTask(task)),
@@ -91,8 +91,8 @@ class ExpertStage {
     }
   }
 
-  // Success with every stage reached but the optional one (counted from 1), within the speed limits and
-  // without needless contact.
+  // Expects success with every stage reached except the optional one (counted from 1), within the speed
+  // limits and without stray contacts.
   void ExpectSuccess(int64_t seed, int hz = 50, size_t optional_stage = 0) {
     SCOPED_TRACE(selection_.task.name + "/" + selection_.variation + ", seed " + std::to_string(seed));
     const PlayedEpisode played = Play(seed, hz);

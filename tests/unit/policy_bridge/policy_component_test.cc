@@ -87,7 +87,7 @@ TEST_F(PolicyComponentTest, WhatAPolicyThrowsTravelsInTheAction) {
   PolicyComponent component(&bus_, {"expert"});
   Send(channels::kModel, model_);
   Begin(0);
-  // A state without bodies.
+  // The state has no bodies.
   Send(channels::kState, State(0, 0));
   ASSERT_EQ(actions_.size(), 1u);
   EXPECT_FALSE(actions_[0].error.empty());
@@ -161,13 +161,13 @@ TEST_F(PolicyComponentTest, ActsOncePerStateAndRepeatsTheAction) {
   Send(channels::kState, State(0, 0));
   Send(channels::kState, State(0, 1));
   Send(channels::kState, State(0, 1));
-  Send(channels::kState, State(0, 0));  // answered long ago
+  Send(channels::kState, State(0, 0));  // was answered before
   ASSERT_EQ(actions_.size(), 3u);
   EXPECT_EQ(actions_[2].header.tick, 1);
   EXPECT_EQ(actions_[2].joint_position_rad, actions_[1].joint_position_rad);
 }
 
-// Needs one image of each tick.
+// A policy that needs one image of each tick.
 class ImagePolicy : public Policy {
  public:
   void Begin(const episode_begin_t&) override {}
@@ -198,7 +198,7 @@ TEST_F(PolicyComponentTest, RequestsImagesOfANewTickAtOnce) {
   Begin(0);
   for (int64_t tick = 0; tick < 20; ++tick) {
     Send(channels::kState, State(0, tick));
-    // The period of repeats has not passed since the last request.
+    // Each tick has its own request and no repeat, because the period of repeats has not passed.
     ASSERT_EQ(observed.size(), static_cast<size_t>(tick) + 1);
     EXPECT_EQ(observed.back(), tick);
     image_t image{};
@@ -209,7 +209,7 @@ TEST_F(PolicyComponentTest, RequestsImagesOfANewTickAtOnce) {
 }
 
 TEST_F(PolicyComponentTest, ModelsThatAreNoneAreRefused) {
-  // The model path must exist in the run, and must not be one that never ends.
+  // The model file must be in the run folder and must not be a file that never ends.
   fs::create_directories(folder_ / "pipe/model");
   ASSERT_EQ(mkfifo((folder_ / "pipe/model/physics.mjb").c_str(), 0600), 0);
   fs::copy_file(model_.physics_file, folder_ / "other.mjb");

@@ -1,4 +1,4 @@
-// The LiftPot scene, composed once for all policy tests.
+// The LiftPot scene, which is composed once for all policy tests.
 #pragma once
 
 #include "models/scene.h"

@@ -131,7 +131,7 @@ TEST(CollisionEvents, APairCountsAgainAfterATenthOfASecondApart) {
   const std::vector<GeomContact> touching = {{2, 0, -0.001}, {0, 2, 0}, {3, 4, 0}, {2, 5, 0}, {1, 5, 0}};
   episode.contacts = touching;
   episode.Step();
-  EXPECT_EQ(episode.Live("env_collision_events"), 1);  // the pair counts once; the pot is no scene part
+  EXPECT_EQ(episode.Live("env_collision_events"), 1);  // counted once; the pot is not in the scene
   EXPECT_EQ(episode.Live("self_collision_events"), 1);
   episode.contacts = {};
   episode.Steps(4);  // separated by 0.08 s

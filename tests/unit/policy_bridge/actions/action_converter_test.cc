@@ -28,7 +28,7 @@ constexpr double kPi = std::numbers::pi;
 const double kHalf = std::sqrt(0.5);
 constexpr int kJoints = 7;
 constexpr double kStep = 0.05;  // s
-// From the flange to the point between the pads.
+// distance from the flange to the point between the pads
 constexpr double kGripOffset = 0.1029;  // m
 
 const mjModel& Model() { return GetPolicyScene().model(); }
@@ -40,7 +40,7 @@ std::vector<int> Counting(int first, int count) {
   return numbers;
 }
 
-// RoboEval's action: 7 and 7 joints, two grippers.
+// RoboEval's action has 7 and 7 joints, followed by two grippers.
 ActionSpace JointSpace(ActionKind kind) {
   ActionSpace space;
   space.kind = kind;
@@ -52,7 +52,7 @@ ActionSpace JointSpace(ActionKind kind) {
   return space;
 }
 
-// One arm, no gripper: position, then rotation.
+// The action has one arm and no gripper, and consists of a position and a rotation.
 ActionSpace EefSpace(ActionKind kind, ActionFrame frame = ActionFrame::kWorld,
                      EefPoint point = EefPoint::kFlange,
                      RotationForm rotation = RotationForm::kQuaternionWxyz) {
@@ -82,7 +82,7 @@ state_t StateAt(const std::vector<JointVector>& joints) {
 
 state_t HomeState() { return StateAt({Home(0), Home(1)}); }
 
-// A converter during its episode.
+// A converter during its episode, with the latest action.
 struct Play {
   explicit Play(const ActionSpace& space, const mjModel& model = Model())
       : converter(space, model, Info()), chain(model, Info().arm[0]) {
@@ -112,12 +112,12 @@ Matrix3d Turn(double angle, const Vector3d& axis) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 
-// The flange at home, from the Panda's Denavit-Hartenberg table: 0.0825 + 0.384 + 0.088 m in front of and
-// 0.333 + 0.316 + 0.0825 - 0.107 m above the base, which is at (0.1, 0.3, 0.6); its z axis points down, and
-// its x axis is rotated by 45 degrees about it (joint 7).
+// The pose of the flange at home, from the Panda's Denavit-Hartenberg table. The flange is 0.0825 + 0.384 +
+// 0.088 m in front of the base and 0.333 + 0.316 + 0.0825 - 0.107 m above it; the base is at (0.1, 0.3, 0.6).
+// The flange's z axis points down, and its x axis is rotated by 45 degrees about it (joint 7).
 const Vector3d kBase(0.1, 0.3, 0.6);
 const Vector3d kFlangeInBase(0.5545, 0, 0.6245);
-// The lengths of all links in sequence: d1, d3, a4, a5 and d5, a7, the flange.
+// The lengths of all links in sequence are d1, d3, a4, a5 and d5, a7, and the flange.
 const double kArmLength = 0.333 + 0.316 + 0.0825 + std::hypot(0.0825, 0.384) + 0.088 + 0.107;
 Matrix3d FlangeRotation() {
   Matrix3d rotation;
@@ -141,7 +141,8 @@ TEST(JointPosition, GoesToItsArmAsItIs) {
   EXPECT_EQ(play.action.singular_poses, 0);
 }
 
-// The right arm alone, with its values reversed and after another value; the left arm is held at home.
+// The action has only the right arm, with its values reversed and after another value. The left arm is held
+// at home.
 TEST(JointPosition, IndicesPickAndTheOtherArmStaysAtHome) {
   ActionSpace space;
   space.num_values = 9;
@@ -177,7 +178,7 @@ TEST(JointPosition, ScaleThenOffsetThenClip) {
   EXPECT_EQ(play.action.gripper_closing, (std::vector<double>{1, 0}));
 }
 
-// The arm lags behind: the control target counts.
+// The arm lags behind, so the delta is added to the control target.
 TEST(JointDelta, OnTheTarget) {
   Play play(JointSpace(ActionKind::kJointDelta));
   state_t state = HomeState();
@@ -210,8 +211,8 @@ TEST(JointDelta, OnTheMeasurement) {
   EXPECT_NEAR(play.Joints()[0], 0.14, 1e-12);
 }
 
-// The limit of joint 1 is 2.8973 rad: a target beyond it is passed on for the sim to clip and count, and is
-// not accumulated.
+// The limit of joint 1 is 2.8973 rad. A target beyond it is passed on, so that the sim clips and counts it,
+// but it is not accumulated.
 TEST(JointDelta, DoesNotWindUpAtALimit) {
   Play play(JointSpace(ActionKind::kJointDelta));
   std::vector<double> row(16, 0.0);
@@ -226,7 +227,7 @@ TEST(JointDelta, DoesNotWindUpAtALimit) {
   EXPECT_NEAR(play.Joints()[0], 2.3973, 1e-9);
 }
 
-// 1 rad/s for 50 ms.
+// The velocity is 1 rad/s for 50 ms.
 TEST(JointVelocity, IsHeldForTheStep) {
   Play play(JointSpace(ActionKind::kJointVelocity));
   std::vector<double> row(16, 0.0);
@@ -237,7 +238,7 @@ TEST(JointVelocity, IsHeldForTheStep) {
   EXPECT_NEAR(play.Joints()[6], Home()[6] + 0.1, 1e-12);
 }
 
-// DROID's normalized velocities: 1 is 0.2 rad in a step of 15 Hz, on the measured position.
+// In DROID's normalized velocities, 1 is 0.2 rad in a step of 15 Hz, added to the measured position.
 TEST(JointVelocity, OfDroid) {
   ActionSpace space = JointSpace(ActionKind::kJointVelocity);
   space.delta_on = DeltaOn::kMeasured;
@@ -255,7 +256,7 @@ TEST(JointVelocity, OfDroid) {
   EXPECT_NEAR(action.joint_position_rad[1], 0.2, 1e-12);
 }
 
-// Home, 5 cm further forward and 10 cm lower, rotated so that the flange's x axis points forward.
+// The pose is 5 cm in front of home and 10 cm lower, rotated so that the flange's x axis points forward.
 TEST(EefPose, FlangeInTheWorld) {
   Play play(EefSpace(ActionKind::kEefPose));
   play.Step({0.7045, 0.3, 1.1245, 0, 1, 0, 0});
@@ -273,7 +274,7 @@ TEST(EefPose, WhatTheFlangeIsAtHomeKeepsTheArmThere) {
   EXPECT_LT((play.Joints() - Home()).norm(), 1e-5);
 }
 
-// RoboEval's convention: in the base frame, with extrinsic Euler angles. Pointing down is half a turn about
+// RoboEval's convention uses the base frame with extrinsic Euler angles. Pointing down is half a turn about
 // x.
 TEST(EefPose, FlangeInTheBaseWithEulerAngles) {
   Play play(EefSpace(ActionKind::kEefPose, ActionFrame::kBase, EefPoint::kFlange,
@@ -283,11 +284,11 @@ TEST(EefPose, FlangeInTheBaseWithEulerAngles) {
              Turn(kPi / 2, Vector3d::UnitZ()) * Turn(kPi, Vector3d::UnitX()));
 }
 
-// With z pointing down, the point between the pads is as far below the flange, and the closing direction at
-// home is forward: the grip's own x axis then points to the left.
+// z points down, so the point between the pads is below the flange. At home the closing direction is forward,
+// so the grip's own x axis points to the left.
 TEST(EefPose, GripInTheWorld) {
   Play play(EefSpace(ActionKind::kEefPose, ActionFrame::kWorld, EefPoint::kGrip));
-  // x to the left (y), y forward (x), z down: half a turn about (1, 1, 0).
+  // x points to the left (y), y forward (x) and z down, which is half a turn about (1, 1, 0).
   play.Step({0.6, 0.25, 1, 0, kHalf, kHalf, 0});
   EXPECT_LT((play.Flange().translation() - Vector3d(0.6, 0.25, 1 + kGripOffset)).norm(), 2e-4);
   EXPECT_LT((play.Flange().linear() - FlangeRotation()).norm(), 4e-6);
@@ -297,7 +298,7 @@ TEST(EefPose, GripInTheWorld) {
 
 TEST(EefPose, WithoutARotationKeepsTheFirstOrientation) {
   Play play(EefSpace(ActionKind::kEefPose, ActionFrame::kWorld, EefPoint::kFlange, RotationForm::kNone));
-  // Out of reach, where the orientation suffers; afterwards it is the first one again.
+  // The pose is out of reach, which changes the orientation. Afterwards, the first orientation returns.
   play.Step({3, 0.3, 1});
   EXPECT_EQ(play.action.unreachable_poses, 1);
   play.Step({0.6, 0.2, 1.1});
@@ -323,7 +324,7 @@ TEST(EefDelta, FlangeInEachFrame) {
        {0, 0, 0.1},
        {0.02 * kHalf, 0.02 * kHalf, -0.01},
        Turn(-0.1, z) * FlangeRotation()},
-      // About the flange's own x.
+      // The rotation is about the flange's own x axis.
       {ActionFrame::kWrist,
        {0, 0, 0},
        {0.2, 0, 0},
@@ -340,7 +341,7 @@ TEST(EefDelta, FlangeInEachFrame) {
   }
 }
 
-// The left arm's mount is rotated by 90 degrees: its x axis is the world's y axis.
+// The left arm's mount is rotated by 90 degrees, so its x axis is the world's y axis.
 TEST(EefFrames, BaseThatIsTurned) {
   const ModelPtr model(mj_copyModel(nullptr, &Model()));
   const int link0 = BodyId(*model, "left/link0");
@@ -377,14 +378,14 @@ TEST(EefDelta, TurnsAboutTheGrip) {
   const Vector3d swing(0, -kGripOffset * std::sin(angle), kGripOffset * (std::cos(angle) - 1));
   EXPECT_LT((play.Flange().translation() - kBase - kFlangeInBase - swing).norm(), 1e-4);
   EXPECT_LT((play.Flange().linear() - Turn(angle, Vector3d::UnitX()) * FlangeRotation()).norm(), 4e-6);
-  // In the grip's own frame, whose x axis points to the left at home, the same axis is y.
+  // In the grip's own frame, whose x axis points to the left at home, this axis is y.
   Play own(EefSpace(ActionKind::kEefDelta, ActionFrame::kWrist, EefPoint::kGrip, RotationForm::kAxisAngle));
   own.Step({0, 0, 0, 0, angle, 0});
   EXPECT_LT((own.Flange().matrix() - play.Flange().matrix()).norm(), 1e-4);
 }
 
-// RoboEval's convention: relative to the forward kinematics of the control target, however far the arm lags
-// behind.
+// In RoboEval's convention, deltas are relative to the forward kinematics of the control target, however far
+// the arm lags behind.
 TEST(EefDelta, OnTheTargetAndOnTheMeasurement) {
   state_t lagging = HomeState();
   lagging.arm[0].joint_position_rad[0] = 0.3;
@@ -416,7 +417,8 @@ double Cost(const ArmChain& chain, const JointVector& q, const Isometry3d& targe
   return PoseDifference(chain.Forward(q), target).squaredNorm();
 }
 
-// The sum of squares of meters and radians, compared with that of many random configurations, near and far.
+// The cost is the sum of squares of meters and radians. It is compared with the cost of many random
+// configurations, near and far.
 TEST(Unreachable, GoesToTheNearestPoseAndStaysThere) {
   Random random(4, 0);
   const Vector3d positions[] = {{2.5, 0.3, 1.2}, {0.6, 0.3, 3}, {0.95, 0.3, 1.5}, {0.1, 3, 1}, {30, 5, 1}};
@@ -435,7 +437,7 @@ TEST(Unreachable, GoesToTheNearestPoseAndStaysThere) {
     EXPECT_LT((play.Joints() - q).norm(), 0.01);
 
     Isometry3d wanted = Isometry3d::Identity();
-    // Moved into the reach of the arm.
+    // The position is moved into the reach of the arm.
     const Vector3d away = position - kBase;
     wanted.translation() = kBase + away * std::min(1.0, kArmLength / away.norm());
     wanted.linear() = FlangeRotation();
@@ -445,7 +447,7 @@ TEST(Unreachable, GoesToTheNearestPoseAndStaysThere) {
       JointVector other = q;
       for (double& joint : other) joint += random.Uniform(-size, size);
       other = other.cwiseMax(play.chain.lower()).cwiseMin(play.chain.upper());
-      // No sample is nearer by more than a hundredth of the distance.
+      // No sample is closer by more than a hundredth of the distance.
       ASSERT_GT(Cost(play.chain, other, wanted), cost * 0.98) << "at " << size << " rad";
     }
   }
@@ -466,8 +468,8 @@ TEST(Unreachable, NumbersWithoutBoundsKeepTheArmDefined) {
   }
 }
 
-// The middle pose stretches the arm so far that the search for the first pose, started from there, ends with
-// the elbow at its limit, 0.2 m away.
+// The middle pose stretches the arm very far. A search for the first pose that begins there ends with the
+// elbow at its limit, 0.2 m away.
 TEST(Unreachable, APoseWithinReachIsReachedAgainAfterwards) {
   Play play(EefSpace(ActionKind::kEefPose, ActionFrame::kBase, EefPoint::kFlange, RotationForm::kNone));
   play.Step({0.5, 0, 0.5});
@@ -490,8 +492,8 @@ TEST(Unreachable, EachArmIsCounted) {
   EXPECT_EQ(play.Step({0.5, 0, 0.5, 0.5, 0, 0.5}).unreachable_poses, 0);
 }
 
-// For a diagonal Jacobian, it is the quotient of its largest and smallest entry; with fewer than six joints,
-// that of the directions in which they can move.
+// For a diagonal Jacobian, the condition number is the quotient of the largest and the smallest entry. With
+// fewer than six joints, only directions count in which they can move.
 TEST(Singular, ConditionNumber) {
   Jacobian jacobian = Jacobian::Zero(6, 7);
   const double diagonal[] = {1, 2, 0.5, 4, 1, 1};
@@ -505,7 +507,7 @@ TEST(Singular, ConditionNumber) {
   EXPECT_NEAR(ConditionNumber(two), 3, 1e-9);
 }
 
-// A nearly straight arm is singular, at home it is not. Its previous motion does not matter.
+// A nearly straight arm is singular, but an arm at home is not. Its previous motion does not matter.
 TEST(Singular, AStraightArmIsCounted) {
   ActionSpace space = EefSpace(ActionKind::kEefPose);
   Play play(space);
@@ -611,7 +613,7 @@ TEST(ActionRowErrors, AreNamed) {
   row[9] = 0;
   row[14] = -inf;
   EXPECT_EQ(RowError(joints, row), "value 14 of the policy's action, for the gripper of arm 'left', is -inf");
-  // Not even if it would be clipped; but it is refused if the value is not used.
+  // The value is refused even if it would be clipped. It is accepted if it is not used.
   joints.lower.assign(16, -1);
   EXPECT_EQ(RowError(joints, row), "value 14 of the policy's action, for the gripper of arm 'left', is -inf");
   joints.arms[0].gripper.index.reset();
@@ -678,7 +680,7 @@ TEST(ActionConverter, AllocatesNothingOnceItRuns) {
   EXPECT_EQ(AllocationCount() - before, 0);
 }
 
-// For the joint kinds with scales and linear grippers; round_trip_test.cc covers the rest.
+// Covers the joint kinds with scales and linear grippers. round_trip_test.cc covers the rest.
 TEST(ActionConverter, RowOfIsTheOtherDirection) {
   Random random(5, 0);
   const auto near_home = [&](int arm) {

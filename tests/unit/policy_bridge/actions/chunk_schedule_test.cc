@@ -9,9 +9,9 @@
 
 namespace evalbus::policy::chunk_schedule_test {
 
-// Plays ticks from 0 with inferences that take `delay` ticks and return `rows` rows. The text has for each
-// tick the chunk as a letter and its row ("a0"), or "--" where the robot holds; a tick at which an inference
-// begins is marked by '*'.
+// Plays ticks from 0 with inferences that take `delay` ticks and return `rows` rows. For each tick, the text
+// has the chunk's letter and the row ("a0"), or "--" where the robot holds. '*' marks a tick at which an
+// inference begins.
 std::string Play(Execution rule, int execute_steps, int rows, int delay, int ticks) {
   ChunkSchedule schedule(rule, execute_steps);
   std::string text;
@@ -41,19 +41,19 @@ TEST(ChunkSchedule, SynchronousHoldsDuringEachInference) {
 }
 
 TEST(ChunkSchedule, AsynchronousGoesOnAndSkipsTheRowsThatPassed) {
-  // Row 0 of chunk a belongs to tick 2, when it arrives. Chunk b observes tick 5, after 3 rows, and arrives
-  // at tick 7, to which its row 2 belongs.
+  // Row 0 of chunk a belongs to tick 2, at which it arrives. Chunk b observes tick 5, after 3 rows. It
+  // arrives at tick 7, to which its row 2 belongs.
   EXPECT_EQ(Play(Execution::kAsynchronous, 3, 6, 2, 13), "*-- -- a0 a1 a2 *a3 a4 b2 *b3 b4 c2 *c3 c4");
 }
 
 TEST(ChunkSchedule, AsynchronousAsksEarlyEnough) {
-  // All 4 rows are to be executed; the inference begins 2 ticks before they are used up.
+  // All 4 rows are executed, so the inference begins 2 ticks before they are used up.
   EXPECT_EQ(Play(Execution::kAsynchronous, 4, 4, 2, 9), "*-- -- a0 a1 *a2 a3 *b2 b3 *c2");
 }
 
 TEST(ChunkSchedule, AsynchronousHoldsWhereAnInferenceTakesLongerThanAChunk) {
   EXPECT_EQ(Play(Execution::kAsynchronous, 2, 2, 4, 11), "*-- -- -- -- a0 *a1 -- -- -- *b1 --");
-  // Single actions are executed as they arrive, however old they are.
+  // A chunk of one action is executed when it arrives, however old it is.
   EXPECT_EQ(Play(Execution::kAsynchronous, 1, 1, 2, 9), "*-- -- a0 *-- -- *b0 -- *c0 --");
 }
 
@@ -71,7 +71,7 @@ TEST(ChunkSchedule, KnowsWhatIsCommittedAndHowOldAnActionIs) {
   schedule.Ask(0);
   schedule.Arrive(1, 8);
   EXPECT_EQ(schedule.overlap().rows, 0) << "there is no chunk before the first";
-  // Rows 0, 1, 2 were executed at ticks 1, 2, 3.
+  // Rows 0, 1 and 2 were executed at ticks 1, 2 and 3.
   EXPECT_TRUE(schedule.IsDue(4));
   EXPECT_EQ(schedule.RestAt(4).first, 3);
   EXPECT_EQ(schedule.RestAt(4).count, 5);
@@ -87,7 +87,7 @@ TEST(ChunkSchedule, KnowsWhatIsCommittedAndHowOldAnActionIs) {
   EXPECT_EQ(schedule.observed_tick(), 4);
 }
 
-// The numbers follow from equation 5 of arXiv 2506.07339 with d = 1 and H - s = 3: c = 2/3 and 1/3.
+// The numbers follow from equation 5 of arXiv 2506.07339 with d = 1 and H - s = 3, so c = 2/3 and 1/3.
 TEST(OlderWeight, DecreasesFromCommittedToFree) {
   EXPECT_EQ(OlderWeight(0, 1, 3), 1);
   EXPECT_NEAR(OlderWeight(1, 1, 3), 2.0 / 3 * (std::exp(2.0 / 3) - 1) / (std::exp(1) - 1), 1e-15);

@@ -21,7 +21,7 @@ struct Convention {
   std::vector<Said> said;
 };
 
-// Each row of the table of conventions: the value of a policy of that kind, and its meaning.
+// Checks each row of the table of conventions: the value of a policy of that kind and its meaning.
 TEST(Gripper, CommandsOfEachConvention) {
   const Convention conventions[] = {
       {"evalbus opening", 1, 0, false, {{1, 0}, {0.25, 0.75}, {0, 1}}},
@@ -56,8 +56,8 @@ std::vector<double> Steps(const GripperForm& form, const std::vector<double>& va
 
 TEST(Gripper, StickyWaitsForStepsInARow) {
   GripperForm form{.index = 0, .open = 0, .closed = 1, .threshold = 0.5, .sticky_steps = 3};
-  // The second consecutive step is interrupted; the gripper closes at the third of the next three; opening
-  // takes three as well.
+  // The first two closing steps are interrupted, so the gripper closes at the third of the next three.
+  // Opening takes three steps, too.
   EXPECT_EQ(Steps(form, {1, 1, 0, 1, 1, 1, 0, 1, 0, 0, 0, 0}),
             (std::vector<double>{0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 0, 0}));
   form.sticky_steps = 1;

@@ -56,7 +56,7 @@ struct Row {
   std::vector<double> values;
 };
 
-// After a rotation by 90 degrees about z, the x axis points along y, and the y axis along -x.
+// A rotation by 90 degrees about z turns the x axis to y and the y axis to -x.
 TEST(Rotation, QuarterTurnAboutZInEachForm) {
   Matrix3d turned;
   turned << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -76,8 +76,9 @@ TEST(Rotation, QuarterTurnAboutZInEachForm) {
   }
 }
 
-// Roll and yaw of 90 degrees: about fixed axes x goes to y (unchanged by the roll), y to z to z, z to -y to
-// x. About its own axes the yaw comes first: x to y to z, y to -x to -x, z to z to -y.
+// Roll and yaw are 90 degrees. About fixed axes the roll is first: x remains x and then goes to y; y goes to
+// z and remains; z goes to -y and then to x. About its own axes the yaw is first: x goes to y and z; y goes
+// to -x and remains; z remains and goes to -y.
 TEST(Rotation, EulerAnglesAboutFixedAndOwnAxes) {
   Matrix3d fixed, own;
   fixed << 0, 0, 1, 1, 0, 0, 0, 1, 0;
@@ -90,7 +91,7 @@ TEST(Rotation, EulerAnglesAboutFixedAndOwnAxes) {
       1e-12);
 }
 
-// Compared with products of the three elementary matrices.
+// The expected matrices are products of the three elementary matrices.
 TEST(Rotation, EulerAnglesEqualProductsOfMatrices) {
   Random random(1, 0);
   for (int i = 0; i < 1000; ++i) {
@@ -102,7 +103,7 @@ TEST(Rotation, EulerAnglesEqualProductsOfMatrices) {
   }
 }
 
-// Here the first and the third angle rotate about the same axis; the third is 0, like in scipy.
+// Here the first and the third angle rotate about the same axis. The third is 0, as in scipy.
 TEST(Rotation, GimbalLock) {
   for (double end : {std::numbers::pi / 2, -std::numbers::pi / 2}) {
     for (double x : {-3.0, -0.5, 0.0, 1.0, 2.5}) {
@@ -114,7 +115,7 @@ TEST(Rotation, GimbalLock) {
       }
     }
   }
-  // Exactly at the gimbal lock: the y axis stays, x goes to -z and z to x.
+  // Exactly at the gimbal lock, the y axis remains, x goes to -z and z goes to x.
   const std::vector<double> angles =
       Written(RotationForm::kEulerXyzExtrinsic, Quaterniond(kRootHalf, 0, kRootHalf, 0));
   EXPECT_NEAR(angles[0], 0, 1e-12);
@@ -122,7 +123,7 @@ TEST(Rotation, GimbalLock) {
   EXPECT_EQ(angles[2], 0);
 }
 
-// robosuite reads 90 degrees about z, given as the opposite quaternion, as 270 degrees about -z.
+// robosuite reads the opposite quaternion of 90 degrees about z as 270 degrees about -z.
 TEST(Rotation, RobosuitesAxisAngleKeepsTheSideOfItsQuaternion) {
   const auto written = [](double w, double x, double y, double z) {
     return Written(RotationForm::kAxisAngleRobosuite, Quaterniond(w, x, y, z));
@@ -136,8 +137,8 @@ TEST(Rotation, RobosuitesAxisAngleKeepsTheSideOfItsQuaternion) {
   // A w beyond 1, caused by rounding, is clipped.
   ExpectNear(written(1 + 1e-12, 0, 0, 1e-9), {0, 0, 0});
   ExpectNear(written(-1 - 1e-12, 0, 0, 1e-9), {0, 0, 0});
-  // 120 degrees about (1, 1, 1) is (0.5, 0.5, 0.5, 0.5); the opposite quaternion is 240 degrees about -(1,
-  // 1, 1).
+  // 120 degrees about (1, 1, 1) is (0.5, 0.5, 0.5, 0.5). The opposite quaternion is 240 degrees about -(1, 1,
+  // 1).
   const double third = 2 * std::numbers::pi / 3 / std::sqrt(3.0);
   ExpectNear(written(0.5, 0.5, 0.5, 0.5), {third, third, third});
   ExpectNear(written(-0.5, -0.5, -0.5, -0.5), {-2 * third, -2 * third, -2 * third});
@@ -156,7 +157,7 @@ TEST(Rotation, WhatIsNotUnitOrOrthogonalIsMadeSo) {
   EXPECT_LT(
       (Read(RotationForm::kQuaternionXyzw, {0, 0, 2e200, 2e200}) - About(2, std::numbers::pi / 2)).norm(),
       1e-12);
-  // The first column keeps its direction, y; the component of the second one along it is removed: -x
+  // The first column keeps its direction, y. The component of the second column along it is removed, so -x
   // remains.
   const Matrix3d turned = About(2, std::numbers::pi / 2);
   EXPECT_LT((Read(RotationForm::kRotation6d, {0, 2, 0, -3, 5, 0}) - turned).norm(), 1e-12);
@@ -164,7 +165,7 @@ TEST(Rotation, WhatIsNotUnitOrOrthogonalIsMadeSo) {
   EXPECT_LT((Read(RotationForm::kRotation6dRows, {0, -2, 0, 3, 5, 0}) - turned).norm(), 1e-12);
 }
 
-// Rotations by angles at which the formulas change, about many axes, as both quaternions.
+// Tests rotations about many axes by angles at which the formulas change, as both quaternions.
 TEST(Rotation, RoundTripsInEachForm) {
   Random random(2, 0);
   const double angles[] = {0,
@@ -192,8 +193,7 @@ TEST(Rotation, RoundTripsInEachForm) {
         for (const auto& [name, form] : kRotationForms) {
           if (form == RotationForm::kNone) continue;
           const std::vector<double> values = Written(form, q);
-          // Near 0 and pi, the sine of robosuite's half angle is the square root of a rounding
-          // error.
+          // Near 0 and pi, the sine of robosuite's half angle is the square root of a rounding error.
           const double tolerance = form == RotationForm::kAxisAngleRobosuite ? 1e-7 : 1e-12;
           EXPECT_LT((Read(form, values) - q.toRotationMatrix()).norm(), tolerance)
               << name << ", " << angle << " rad about " << axis.transpose();
@@ -210,7 +210,7 @@ TEST(Rotation, RoundTripsInEachForm) {
   }
 }
 
-// Euler angles near the gimbal lock, at any distance from it.
+// Tests Euler angles at all distances from the gimbal lock, down to 1e-16.
 TEST(Rotation, RoundTripsNearGimbalLock) {
   Random random(3, 0);
   for (double distance = 1e-16; distance < 0.1; distance *= 3) {
@@ -226,7 +226,7 @@ TEST(Rotation, RoundTripsNearGimbalLock) {
   }
 }
 
-// Rotations of any size are angles, not lengths; so is the largest double.
+// A rotation vector of any length is an angle, even the largest double.
 TEST(Rotation, AnyRotationVectorIsOne) {
   EXPECT_LT((Read(RotationForm::kAxisAngle, {0, 0, 2.5 * std::numbers::pi}) - About(2, std::numbers::pi / 2))
                 .norm(),

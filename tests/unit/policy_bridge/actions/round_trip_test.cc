@@ -1,4 +1,4 @@
-// Experts' episodes converted to every action space and back.
+// Converts experts' episodes to every action space and back.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ Configuration Measured(const state_t& state) {
   return configuration;
 }
 
-// All arms one after the other, then their grippers.
+// Returns a space with all arms, one after the other, followed by their grippers.
 ActionSpace MakeSpace(const model_info_t& info, ActionKind kind, ActionFrame frame = ActionFrame::kWorld,
                       EefPoint point = EefPoint::kFlange,
                       RotationForm rotation = RotationForm::kQuaternionWxyz) {
@@ -63,7 +63,7 @@ ActionSpace MakeSpace(const model_info_t& info, ActionKind kind, ActionFrame fra
   return space;
 }
 
-// The deviation after converting a recording to an action space and back.
+// Deviation after converting a recording to an action space and back.
 struct Deviation {
   double position = 0, rotation = 0;  // of a wrist, m and rad
   double joint = 0;                   // rad
@@ -131,14 +131,14 @@ Recorded Record(ExpertStage* stage) {
   return recorded;
 }
 
-// Allowed deviations: of each absolute pose, and for deltas of the sum over a run. robosuite's form of deltas
-// loses the last half of its digits near the identity.
+// Allowed deviations of each absolute pose and, for deltas, of the sum over a run. Near the identity,
+// robosuite's form of deltas loses the last half of its digits.
 constexpr double kPoseTolerance = 1e-8;                                 // m, and rad
 constexpr double kPositionTolerance = 2e-7, kRotationTolerance = 1e-6;  // of deltas, m and rad
 
 class ExpertRuns : public testing::TestWithParam<const char*> {};
 
-// Joints are not compared for eef kinds: an arm with a redundant joint has more than one solution.
+// Joints are not compared for eef kinds, because an arm with a redundant joint has several solutions.
 TEST_P(ExpertRuns, ComeBackFromEverySpace) {
   ExpertStage stage(GetParam());
   const Scene& scene = stage.scene();
@@ -183,7 +183,7 @@ TEST_P(ExpertRuns, ComeBackFromEverySpace) {
 INSTANTIATE_TEST_SUITE_P(Tasks, ExpertRuns, testing::Values("lift_pot", "cube_handover", "rotate_valve"),
                          [](const auto& task) { return std::string(task.param); });
 
-// The physics receives the converted actions, and the task's own verdict evaluates them.
+// The physics receives the converted actions, and the task's own conditions give the verdict.
 TEST(ExpertThrough, SucceedsOnLiftPot) {
   ExpertStage stage("lift_pot");
   const model_info_t& info = stage.scene().info;

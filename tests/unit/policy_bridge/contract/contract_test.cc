@@ -31,7 +31,7 @@ action:
     - {arm: left, indices: 0-6, gripper: {index: 7, open: -1, closed: 1, threshold: 0}}
 )";
 
-// The error of the contract after replacing `from` by `to`.
+// Returns the error of the contract after replacing `from` with `to`.
 std::string ErrorWith(const std::string& from, const std::string& to) {
   std::string text = kGood;
   const size_t at = text.find(from);
@@ -68,7 +68,7 @@ TEST(Contract, MatchesItsFile) {
   EXPECT_EQ(contract.actions.scale, std::vector<double>(8, 0.1));
   ASSERT_EQ(contract.actions.arms.size(), 1u);
   EXPECT_EQ(contract.actions.arms[0].indices, (std::vector<int>{0, 1, 2, 3, 4, 5, 6}));
-  // In the middle of -1 to 1, for a value computed from 0 to 1.
+  // The threshold is in the middle of -1 to 1, expressed for the value computed from 0 to 1.
   EXPECT_EQ(contract.actions.arms[0].gripper.threshold, 0.5);
   EXPECT_EQ(contract.chunk_steps, 10);
   EXPECT_EQ(contract.execute_steps, 5);
@@ -161,7 +161,7 @@ TEST(Contract, AConstantIsATextOrNumbersOrAnInteger) {
             "mine.yaml:8: key 'number': unknown key here; expected one of integer");
 }
 
-// DROID's velocities: docs/connecting_a_policy.md, Actions.
+// docs/connecting_a_policy.md, Actions, describes DROID's velocities.
 TEST(Contract, AVelocityIsOnTheTargetOrOnTheMeasurement) {
   std::string text = kGood;
   const std::string kind = "kind: joint_delta";
@@ -202,7 +202,7 @@ TEST(Contract, AllPresetsAreReadableAndDistinguishable) {
   }
 }
 
-// Contracts for a Panda fit ours; ALOHA's arms have six joints, which is reported.
+// Contracts for a Panda fit our robot. ALOHA's arms have six joints, and this is reported.
 TEST(Contract, PresetsFitTheRobotsTheyAreFor) {
   const PolicyScene& scene = GetPolicyScene();
   for (const Contract& contract : AllContracts()) {

@@ -7,8 +7,8 @@
 
 namespace evalbus::policy::image_form_test {
 
-// 3 x 2 pixels that reveal every rotation, mirroring and transposition:   a b c   d e f, with red the
-// letter's number, green 10 and blue 20 more.
+// The 3 x 2 pixels are the letters a b c in the first row and d e f in the second. Red is the letter's
+// number, green 10 more and blue 20 more, so every rotation, mirroring and transposition is visible.
 image_t Marker() {
   image_t image{};
   image.view.camera = "head";
@@ -28,7 +28,7 @@ ImageForm Form() {
   return form;
 }
 
-// Letters of the red values, row by row.
+// Returns the letters of the red values, row by row.
 std::string Letters(const Array& array) {
   std::string letters;
   const auto width = static_cast<size_t>(array.shape.at(1));
@@ -84,7 +84,7 @@ TEST(FormImage, PadKeepsTheShapeAndStretchDoesNot) {
   form.pad = true;
   Array array = FormImage(form, Marker());
   EXPECT_EQ(array.shape, (std::vector<int64_t>{6, 6, 3}));
-  // 3 x 2 becomes 6 x 4, with a black row above and below.
+  // An image of 3 x 2 becomes 6 x 4, with a black row above and below.
   for (size_t i = 0; i < 6 * 3; ++i) EXPECT_EQ(array.data[i], 0);
   for (size_t i = 5 * 6 * 3; i < 6 * 6 * 3; ++i) EXPECT_EQ(array.data[i], 0);
   EXPECT_EQ(array.data[6 * 3], 1);
@@ -121,15 +121,15 @@ TEST(FormImage, AnotherImageIsRefused) {
   EXPECT_THROW(FormImage(Form(), image), std::runtime_error);
 }
 
-// Worked out by hand from the triangle filter: halving weights pixels at distances 0.25 and 0.75 of the
-// filter's half width by 0.75 and 0.25; pixels beyond the edge are left out.
+// Worked out by hand from the triangle filter. Halving weights pixels at distances of 0.25 and 0.75 of the
+// filter's half width by 0.75 and 0.25. Pixels beyond the edge are left out.
 TEST(Resize, HalvesByTheTriangleFilter) {
   const std::vector<uint8_t> row = {0, 80, 160, 240};
-  // Left: 0.75 x 0 + 0.75 x 80 + 0.25 x 160, over 1.75; right: 0.25 x 80 + 0.75 x 160 + 0.75 x 240,
-  // over 1.75.
+  // The left pixel is (0.75 x 0 + 0.75 x 80 + 0.25 x 160) / 1.75, and the right one is (0.25 x 80 + 0.75 x
+  // 160 + 0.75 x 240) / 1.75.
   EXPECT_EQ(Resize(row, 4, 1, 1, 2, 1), (std::vector<uint8_t>{57, 183}));
   EXPECT_EQ(Resize(row, 1, 4, 1, 1, 2), (std::vector<uint8_t>{57, 183}));
-  // Enlarging: interpolation between pixels, and the edge's value at the edges.
+  // Enlarging interpolates between pixels and repeats the edge's value at the edges.
   EXPECT_EQ(Resize(std::vector<uint8_t>{0, 100}, 2, 1, 1, 4, 1), (std::vector<uint8_t>{0, 25, 75, 100}));
   EXPECT_EQ(Resize(std::vector<uint8_t>(64, 200), 8, 8, 1, 3, 5), std::vector<uint8_t>(15, 200));
 }

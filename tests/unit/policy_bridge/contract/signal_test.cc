@@ -28,7 +28,7 @@ class SignalTest : public testing::Test {
       arm.wrist_position_m[0] = 0.5;
       arm.wrist_position_m[1] = side == 0 ? 0.3 : -0.3;
       arm.wrist_position_m[2] = 1;
-      // A quarter turn about z.
+      // The orientation is a quarter turn about z.
       arm.wrist_quat_wxyz[0] = arm.wrist_quat_wxyz[3] = std::numbers::sqrt2 / 2;
       state_.arm.push_back(arm);
       state_.gripper.emplace_back().opening = 0.25 + 0.5 * side;
@@ -60,11 +60,11 @@ TEST_F(SignalTest, JointsOfEachArm) {
 TEST_F(SignalTest, ChosenScaledAndRounded) {
   ExpectNear(Read(Signal{.name = "left.joint_position_rad", .indices = {6, 0}}), {0.6, 0});
   ExpectNear(Read(Signal{.name = "left.gripper_opening", .indices = {}, .scale = -1, .offset = 1}), {0.75});
-  // RoboEval rounds to one decimal, half to even: 0.25 is exact in binary.
+  // RoboEval rounds to one decimal, and halves to even. 0.25 is exact in binary.
   ExpectNear(Read(Signal{.name = "left.gripper_opening", .indices = {}, .decimals = 1}), {0.2});
 }
 
-// What each convention shows for an opening.
+// Lists what each convention shows for an opening.
 TEST_F(SignalTest, GrippersOfEachConvention) {
   struct Shown {
     const char* convention;
@@ -77,7 +77,7 @@ TEST_F(SignalTest, GrippersOfEachConvention) {
       {"RoboEval", 1, 0, 1, 0.96, 1},
       {"RoboEval", 1, 0, 1, 0.94, 0.9},
       {"RoboEval", 1, 0, 1, 0.04, 0},
-      // Exactly in the middle: NumPy rounds to even.
+      // The value is exactly in the middle, which NumPy rounds to even.
       {"RoboEval", 1, 0, 1, 0.75, 0.8},
       {"DROID", -1, 1, -1, 1, 0},
       {"DROID", -1, 1, -1, 0.25, 0.75},
@@ -121,15 +121,15 @@ TEST_F(SignalTest, PosesInEachForm) {
   ExpectNear(Read("left.rotation_6d"), {0, 1, 0, -1, 0, 0});
 }
 
-// The quaternion that MuJoCo composes along the arm, in any pose: it has no jumps, while a quaternion
-// computed from a matrix has one. robosuite's and LIBERO's are of this kind.
+// Over the whole range of the joints, the quaternion is continuous, like the one that MuJoCo composes along
+// the arm. robosuite and LIBERO have such quaternions. One computed from a matrix jumps to the opposite sign.
 TEST_F(SignalTest, QuaternionsKeepTheSignOfTheBodysAllOverTheRange) {
   const PolicyScene& scene = GetPolicyScene();
   const mjModel& model = scene.model();
   const arm_info_t& arm = scene.info().arm[0];
   const int site = mj_name2id(&model, mjOBJ_SITE, arm.wrist_site.c_str());
   const DataPtr data(mj_makeData(&model));
-  // The orientation of the site: its body's, times the site's own.
+  // Returns the orientation of the site, which is the product of its body's and its own.
   const auto composed = [&](const std::vector<double>& joints) {
     for (size_t j = 0; j < joints.size(); ++j) data->qpos[arm.joint_qpos_index[j]] = joints[j];
     mj_kinematics(&model, data.get());
@@ -158,11 +158,11 @@ TEST_F(SignalTest, QuaternionsKeepTheSignOfTheBodysAllOverTheRange) {
     const double* made = state_.arm[0].wrist_quat_wxyz;
     flipped += std::inner_product(made, made + 4, expected.begin(), 0.0) < 0;
   }
-  // The number of times that the value in STATE would have had the other sign.
+  // In these cases the quaternion in STATE had the other sign.
   EXPECT_GT(flipped, 20);
 }
 
-// The arms are mounted at y = +-0.3, 0.6 m above the robot's origin, which the task places.
+// The task places the robot's origin. The arms are mounted at y = +-0.3, 0.6 m above it.
 TEST_F(SignalTest, PosesInTheArmsBase) {
   const auto left = Read(Signal{.name = "left.position_m", .indices = {}, .frame = ActionFrame::kBase});
   const auto right = Read(Signal{.name = "right.position_m", .indices = {}, .frame = ActionFrame::kBase});

@@ -1,10 +1,10 @@
-// The experts for StackTwoBlocks and CubeHandover in the simulated world.
+// Tests the experts for StackTwoBlocks and CubeHandover in the simulated world.
 #include "base/errors.h"
 #include "tests/unit/policy_bridge/expert_play.h"
 
 namespace evalbus::policy::block_experts_test {
 
-// The stage "other_cube_held" needs both cubes in hands at once.
+// The stage "other_cube_held" requires that hands hold both cubes at the same time.
 constexpr size_t kBothHeld = 2;
 
 TEST(StackTwoBlocksExpert, SucceedsOnEachVariation) {
@@ -68,7 +68,7 @@ TEST(CubeHandoverExpert, NamesWhatItMissesInAnotherScene) {
   }
 }
 
-// Props at rest: dropped as the task specifies, they neither creep nor vibrate.
+// Props that were dropped as the task specifies lie still and neither creep nor vibrate.
 TEST(BlockProps, LieStill) {
   for (const std::string name : {"stack_two_blocks/base", "cube_handover/base", "cube_handover/vertical"}) {
     SCOPED_TRACE(name);
@@ -92,7 +92,7 @@ TEST(BlockProps, LieStill) {
         for (int axis = 0; axis < 3; ++axis) {
           EXPECT_NEAR(state.body[body].position_m[axis], settled.body[body].position_m[axis], 1e-3) << object;
         }
-        // At the place where it was dropped, on its lower face.
+        // The object lies on its lower face at the place where it was dropped.
         for (int axis = 0; axis < 2; ++axis) {
           EXPECT_NEAR(state.body[body].position_m[axis], dropped.body[body].position_m[axis], 1e-3) << object;
         }

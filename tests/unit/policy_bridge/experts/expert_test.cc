@@ -1,4 +1,4 @@
-// The LiftPot expert in the simulated world.
+// Tests the LiftPot expert in the simulated world.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,15 +19,15 @@ struct Outcome {
   bool success = false;
   bool stages[4] = {};
   double time = 0;
-  // Fastest joint as a fraction of its limit, and contacts of the robot other than those of pads with the
-  // pot.
+  // Highest joint speed as a fraction of the joint's limit, and number of the robot's contacts other than
+  // those of pads with the pot.
   double speed = 0;
   int stray_contacts = 0;
   int64_t clips = 0;
   std::vector<std::vector<double>> actions;
 };
 
-// Runs until success or the time limit; evaluates with MuJoCo's own contacts.
+// Runs until success or the time limit, and evaluates the episode with MuJoCo's own contacts.
 Outcome Play(Policy* policy, const Variation& variation, int64_t seed, int hz = 50) {
   const PolicyScene& scene = GetPolicyScene();
   const model_info_t& info = scene.info();
@@ -58,7 +58,7 @@ Outcome Play(Policy* policy, const Variation& variation, int64_t seed, int hz = 
       if (kind(b) == model_info_t::ROBOT) std::swap(a, b);
       const bool is_pad = pads[0].contains(a) || pads[1].contains(a);
       const bool pads_meet = is_pad && (pads[0].contains(b) || pads[1].contains(b));
-      // The palm of a hand that has grasped may touch the handle between its fingers.
+      // The palm of a hand that has grasped may touch the handle between the hand's fingers.
       const std::string geom = mj_id2name(&scene.model(), mjOBJ_GEOM, a);
       const bool is_grasping_palm =
           (geom == "left/hand/hand" && outcome.stages[0]) || (geom == "right/hand/hand" && outcome.stages[1]);
@@ -126,7 +126,7 @@ TEST(LiftPotExpert, SucceedsOnEachVariation) {
   }
 }
 
-// Its first plan sees the state at the beginning of a chunk: at tick 0, with closed hands.
+// The first plan is made from the state at the beginning of a chunk, at tick 0, with closed hands.
 TEST(LiftPotExpert, SucceedsWithAnInferenceDelay) {
   model_info_t info = GetPolicyScene().info();
   info.substeps = 10;  // 50 Hz
@@ -139,7 +139,7 @@ TEST(LiftPotExpert, SucceedsWithAnInferenceDelay) {
 
 TEST(LiftPotExpert, DragsWhatIsOutOfReach) {
   const auto expert = Make("expert");
-  // The whole counter, of which the task's own variations use a part within reach.
+  // The pot may be anywhere on the counter. The task's own variations use a part of it within reach.
   Variation variation = GetPolicyScene().task.variation("position_and_orientation");
   std::get<SpawnBox>(variation.randomizations[0]).half_extents = {0.21, 0.4};
   for (const int64_t seed : {32, 49}) {
@@ -167,13 +167,13 @@ TEST(LiftPotExpert, EqualSeedsGiveEqualActionsWhateverCameBefore) {
 }
 
 TEST(LiftPotExpert, TargetsAreAFunctionOfTime) {
-  // The same state, received 20 and 500 times a second.
+  // The same state is received 20 and 500 times per second.
   const PolicyScene& scene = GetPolicyScene();
   sim::World world(&scene.model(), scene.info(), scene.robot, scene.task, 1);
   world.Reset(1, scene.task.variation("base"));
   state_t state{};
   world.Fill(&state);
-  // The hands start closed, which blocks every plan.
+  // The hands are closed initially, and this blocks every plan.
   for (const std::string hand : {"left/hand/", "right/hand/"}) {
     for (const std::string finger : {"finger_joint1", "finger_joint2"}) {
       const int joint = mj_name2id(&scene.model(), mjOBJ_JOINT, (hand + finger).c_str());

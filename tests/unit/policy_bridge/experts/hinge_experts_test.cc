@@ -1,4 +1,4 @@
-// RotateValve and PackBox in the simulated world: their experts and their hinged parts.
+// Tests RotateValve and PackBox in the simulated world, with their experts and their hinged parts.
 #include <fstream>
 #include <sstream>
 
@@ -52,7 +52,7 @@ TEST(HingeExperts, OneArmIsTooFew) {
   }
 }
 
-// Angle of a body's hinge after 10 s with the robot at home, from `start`.
+// Returns the angle of a body's hinge 10 s after it was at `start`, with the robot at home.
 double AngleAtRest(const Scene& scene, const std::string& joint, double start) {
   const mjModel& model = *scene.physics;
   const DataPtr data(mj_makeData(&model));
@@ -81,8 +81,8 @@ TEST(CardboardBox, FlapsStayOpenAndClosed) {
   EXPECT_NEAR(AngleAtRest(scene, "box/right_flap", 0.5236), 0.5236, 1e-3);
   EXPECT_NEAR(AngleAtRest(scene, "box/left_flap", -2.0944), -2.0944, 1e-3);
   EXPECT_NEAR(AngleAtRest(scene, "box/right_flap", -2.2689), -2.2689, 1e-3);
-  // A flap that is released 0.1 rad before its end sinks to it: 1.13 kg at 0.12 m against 10 N m s/rad are
-  // 0.13 rad/s.
+  // A flap that is released 0.1 rad before its end sinks to the end. 1.13 kg at 0.12 m against 10 N m s/rad
+  // give 0.13 rad/s.
   EXPECT_NEAR(AngleAtRest(scene, "box/left_flap", -1.994), -2.0944, 1e-3);
 }
 
@@ -93,13 +93,13 @@ TEST(Valve, WheelStaysWhereItIsLeft) {
   EXPECT_NEAR(AngleAtRest(scene, "second_valve/wheel", 2), 2, 1e-3);
 }
 
-// Corners of a rectangle on the table, seen from above.
+// A rectangle on the table, seen from above.
 struct Footprint {
   Eigen::Isometry3d pose;
   double half_x, half_y;
 };
 
-// True if a point of a is well inside b.
+// Returns whether a point of a is well inside b.
 bool Reaches(const Footprint& a, const Footprint& b) {
   constexpr double kMargin = 0.002;
   for (double u = -1; u <= 1; u += 0.05) {

@@ -1,4 +1,4 @@
-// The expert for LiftTray in the simulated world.
+// Tests the expert for LiftTray in the simulated world.
 #include "tests/unit/policy_bridge/expert_play.h"
 
 namespace evalbus::policy::lift_tray_test {

@@ -1,5 +1,5 @@
-// External robots, if the environment names folders with their models (scripts/interop does): those of MuJoCo
-// Menagerie, robosuite and gym-aloha.
+// Tests external robots from MuJoCo Menagerie, robosuite and gym-aloha, if environment variables name the
+// folders with their models (scripts/interop sets them).
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -12,7 +12,7 @@ namespace evalbus::policy::menagerie_test {
 
 namespace fs = std::filesystem;
 
-// Sets `folder` to the folder that the environment variable names; skips the test if it lacks a file.
+// Sets `folder` to the folder that the environment variable names. Skips the test if a file is missing there.
 #define MODELS_WITH(variable, folder, ...)                                                       \
   const char* const named = std::getenv(variable);                                               \
   if (!named) GTEST_SKIP() << variable " names no folder with models";                           \
@@ -32,10 +32,10 @@ TEST(Menagerie, TwoPandasLiftThePot) {
   EXPECT_GE(successes, 19);
 }
 
-// An arm of Menagerie that has no hand of its own, with the Panda's hand.
+// An arm of Menagerie without a hand of its own, which gets the Panda's hand.
 struct Bare {
   std::string file;
-  // Joints and, if they have different names, actuators.
+  // Names of the joints and, if they have other names, of the actuators.
   std::string joints, actuators;
   std::string home, site, body;
 };
@@ -109,7 +109,7 @@ TEST(Menagerie, Ur5e) {
   MENAGERIE_WITH(folder, "universal_robots_ur5e/ur5e.xml");
   std::ifstream stream(folder / "universal_robots_ur5e/ur5e.xml");
   const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  // Menagerie's original has other names than the copy on PyPI.
+  // Menagerie's original and the copy on PyPI have different names.
   const bool is_menagerie = text.find("shoulder_pan_joint") != std::string::npos;
   const std::string joints = is_menagerie
                                  ? "shoulder_pan_joint, shoulder_lift_joint, elbow_joint, wrist_1_joint, "
@@ -123,7 +123,7 @@ TEST(Menagerie, Ur5e) {
                     "    joint_damping_Nms_per_rad: [60, 60, 45, 10, 10, 10]\n");
 }
 
-// With its own hand.
+// This arm has a hand of its own.
 TEST(Menagerie, XArm7) {
   MENAGERIE_WITH(folder, "ufactory_xarm7/xarm7.xml");
   TemporaryFolder here;
@@ -151,7 +151,7 @@ arms:
   EXPECT_LT(HoldHome(LoadRobot(file, {.model_path = {folder}})), 0.02);
 }
 
-// One of the two arms of its file; the other hangs down.
+// The robot is one of the two arms in its file. The other arm hangs down.
 TEST(Menagerie, Aloha) {
   MENAGERIE_WITH(folder, "aloha/aloha.xml");
   TemporaryFolder here;
@@ -176,8 +176,8 @@ arms:
   EXPECT_LT(HoldHome(LoadRobot(file, {.model_path = {folder}})), 0.1);
 }
 
-// A copy of an external folder, in which the elements that evalbus refuses are changed; a line states each
-// change.
+// A copy of an external folder in which the elements that evalbus refuses are changed. Each change is listed
+// in a line.
 class Copy {
  public:
   Copy(const fs::path& from, const std::string& name) {
@@ -196,7 +196,7 @@ class Copy {
   TemporaryFolder folder_;
 };
 
-// robosuite's arms are driven by motors: the gains turn them into servos.
+// Motors drive robosuite's arms, and the gains turn them into servos.
 TEST(Robosuite, XArm7) {
   MODELS_WITH("EVALBUS_ROBOSUITE", folder, "robots/xarm7/robot.xml");
   ExpectItHoldsHome(folder,
@@ -207,7 +207,7 @@ TEST(Robosuite, XArm7) {
                         std::string(kSevenDampings));
 }
 
-// Its wrist has no site.
+// The wrist of this arm has no site.
 TEST(Robosuite, Gen3) {
   MODELS_WITH("EVALBUS_ROBOSUITE", folder, "robots/kinova3/robot.xml");
   const Copy copy(folder / "robots/kinova3", "kinova3");
@@ -222,8 +222,8 @@ TEST(Robosuite, Gen3) {
       "    joint_damping_Nms_per_rad: [50, 50, 40, 40, 10, 10, 10]\n");
 }
 
-// Its files contain both arms, and an actuator for each finger: here one arm, with fingers coupled like
-// Menagerie's. All moving bodies have explicit inertias.
+// The files contain both arms and one actuator per finger. This test uses one arm, with fingers coupled as in
+// Menagerie. All moving bodies have explicit inertias.
 TEST(GymAloha, ViperX) {
   MODELS_WITH("EVALBUS_GYM_ALOHA", folder, "vx300s_dependencies.xml", "vx300s_left.xml");
   const Copy here(folder, "aloha");

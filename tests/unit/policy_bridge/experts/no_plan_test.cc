@@ -1,4 +1,4 @@
-// Obstacles that prevent a plan, and things that do not.
+// Tests obstacles that prevent a plan, and things that do not.
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -22,7 +22,7 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-// A copy of lift_pot with one change, in a folder of its own.
+// A copy of lift_pot with one change, in its own folder.
 struct ChangedTask {
   ChangedTask(const std::string& from, const std::string& to) {
     std::ofstream(file) << Replaced(ReadText(TasksFolder() / "lift_pot.yaml"), from, to);
@@ -31,7 +31,7 @@ struct ChangedTask {
   fs::path file = folder.path() / "changed.yaml";
 };
 
-// Plays an episode with the expert and returns its planning error, or "played N s" if there was none.
+// Plays an episode with the expert. Returns its planning error, or "played N s" if there was none.
 std::string ErrorOfExpert(const std::string& task) {
   ExpertStage stage(task);
   try {
@@ -44,27 +44,27 @@ std::string ErrorOfExpert(const std::string& task) {
 
 TEST(NoPlan, ReportsUnreachablePoses) {
   const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [-1.9, 0, 0]}");
-  // The hand moves to 9 cm above the left handle's bar: at (0, 0.225, 0.035) m in the pot's frame, and the
-  // pot is at (0.7, 0, 0.996).
+  // The hand moves to 9 cm above the left handle's bar, which is at (0, 0.225, 0.035) m in the pot's frame.
+  // The pot is at (0.7, 0, 0.996).
   EXPECT_EQ(ErrorOfExpert(task.file),
             "no plan: arm 'left' does not reach (0.700, 0.234, 1.127) m, on the path that got farthest");
 }
 
 TEST(NoPlan, ReportsWhatTouchesTheRobotAtHome) {
-  // The counter begins at x = 0.5 m, and the first links, of radius 63 mm, end 1 mm before it.
+  // The counter begins at x = 0.5 m. The first links, of radius 63 mm, end 1 mm before it.
   const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [0.436, 0, 0]}");
   const std::string error = ErrorOfExpert(task.file);
   EXPECT_EQ(error,
             "no plan: left/link1 is 1 mm from left_cabinet/counter, expected 3 mm, where the robot is");
 }
 
-// Menagerie's Panda has its base 1 mm from its first link, and no exclude for the two.
+// In Menagerie's Panda, the base is 1 mm from the first link, and no <exclude> lists this pair.
 TEST(NoPlan, NeighborsThatNearlyTouchAtHomeAreNoObstacles) {
   TemporaryFolder folder;
   fs::copy(ModelsFolder() / "robots", folder.path(), fs::copy_options::recursive);
   std::string arm = ReadText(folder.path() / "panda/panda.xml");
   arm = Replaced(arm, "<exclude body1=\"link0\" body2=\"link1\"/>", "");
-  // The capsule therefore ends 1 mm above the base's box.
+  // With this change, the capsule ends 1 mm above the base's box.
   arm = Replaced(arm, "fromto=\"0 0 -0.19 0 -0.018 -0.06\"", "fromto=\"0 0 -0.189 0 -0.018 -0.06\"");
   std::ofstream(folder.path() / "panda/panda.xml") << arm;
   ExpertStage stage("lift_pot", folder.path() / "bimanual_panda.yaml");

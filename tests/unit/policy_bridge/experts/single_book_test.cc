@@ -1,4 +1,4 @@
-// The expert for the tasks with one book in the simulated world.
+// Tests the expert for the tasks with one book in the simulated world.
 #include "tests/unit/policy_bridge/expert_play.h"
 
 namespace evalbus::policy::single_book_test {

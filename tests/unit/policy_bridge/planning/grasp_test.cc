@@ -11,7 +11,7 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// A hand that points straight down and closes along y.
+// This hand points straight down and closes along y.
 const Isometry3d kHand = GripFrame({0, 0, 1}, -Vector3d::UnitZ(), Vector3d::UnitY());
 
 TEST(GripFrame, IsRightHanded) {
@@ -22,7 +22,7 @@ TEST(GripFrame, IsRightHanded) {
 
 TEST(BoxGrasps, CubeIsTakenFromEverySideButBelow) {
   const auto grasps = BoxGrasps({Vector3d::Constant(0.02)}, Isometry3d::Identity(), kHand);
-  // Five faces, two closing axes, either finger in front.
+  // The grasps are from five faces, along two closing axes, with either finger in front.
   EXPECT_EQ(grasps.size(), 20u);
   EXPECT_LT((grasps[0].at.linear() - kHand.linear()).norm(), 1e-12);
   for (const Grasp& grasp : grasps) {
@@ -36,13 +36,13 @@ TEST(BoxGrasps, CubeIsTakenFromEverySideButBelow) {
 TEST(BoxGrasps, NearestTurnOfTheHandComesFirst) {
   const Isometry3d turned(AngleAxisd(std::numbers::pi / 3, Vector3d::UnitZ()));
   const auto grasps = BoxGrasps({Vector3d::Constant(0.02)}, turned, kHand);
-  // The cube's sides repeat every quarter turn: 60 degrees are equivalent to -30 degrees.
+  // The cube's sides repeat every quarter turn, so 60 degrees are equivalent to -30 degrees.
   const AngleAxisd way(Eigen::Matrix3d(kHand.linear().transpose() * turned.linear() * grasps[0].at.linear()));
   EXPECT_NEAR(way.angle(), std::numbers::pi / 6, 1e-9);
 }
 
 TEST(BoxGrasps, TooWideIsNotTakenAndTooDeepOnlyAtTheRim) {
-  // A book that lies flat: only its thickness fits between the fingers, so it is grasped at its four edges.
+  // The book lies flat. Only its thickness fits between the fingers, so it is grasped at its four edges.
   const Vector3d half(0.047, 0.082, 0.0135);
   const auto grasps = BoxGrasps({half}, Isometry3d::Identity(), kHand);
   EXPECT_EQ(grasps.size(), 8u);
@@ -56,10 +56,10 @@ TEST(BoxGrasps, TooWideIsNotTakenAndTooDeepOnlyAtTheRim) {
 
 TEST(BoxGrasps, LeanTurnsAboutTheClosingAxis) {
   const auto grasps = BoxGrasps({Vector3d::Constant(0.02)}, Isometry3d::Identity(), kHand, {0, 0.5});
-  // Twice as many, except those that tilt up from two of the four sides.
+  // There are twice as many grasps, except for those that would tilt up from two of the four sides.
   EXPECT_EQ(grasps.size(), 36u);
   for (const Grasp& grasp : grasps) {
-    // It still closes on two opposite faces.
+    // The grasp still closes on two opposite faces.
     EXPECT_NEAR(grasp.at.linear().col(1).cwiseAbs().maxCoeff(), 1, 1e-12);
   }
 }

@@ -91,7 +91,7 @@ TEST(InverseKinematics, ConvergesNearAndStaysWithinLimits) {
     ++converged;
     EXPECT_LT(PoseDifference(chain.Forward(result.joints), target).norm(), 2e-6);
   }
-  // The remaining samples are at joint limits and singularities.
+  // The samples that do not converge are at joint limits and singularities.
   EXPECT_GT(converged, kCount * 95 / 100);
 }
 

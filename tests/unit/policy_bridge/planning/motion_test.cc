@@ -27,7 +27,7 @@ TEST(MinJerk, BoundaryConditions) {
   EXPECT_EQ(MinJerkRate(1), 0);
   EXPECT_DOUBLE_EQ(MinJerkRate(0.5), kMinJerkPeakRate);
   constexpr double kStep = 1e-5;
-  // Acceleration, too, is zero at both ends.
+  // The acceleration is also zero at both ends.
   EXPECT_NEAR(MinJerkRate(kStep) / kStep, 0, 1e-3);
   EXPECT_NEAR(MinJerkRate(1 - kStep) / kStep, 0, 1e-3);
   for (double t = 0.01; t < 1; t += 0.01) {
@@ -113,7 +113,7 @@ TEST_F(PlanTest, OutOfReachIsInfeasibleAndEndsThePlan) {
 }
 
 TEST_F(PlanTest, ContactsAreSeen) {
-  // Down into the counter.
+  // This motion goes down into the counter.
   Eigen::Isometry3d goal = Grip(0, context_.home);
   goal.translation().z() = 0.85;
   Plan plan(&context_, context_.home, state_);

@@ -14,7 +14,8 @@ namespace evalbus::policy::servo_lead_test {
 
 constexpr double kStiffness = 400, kDamping = 30, kMass = 2, kLength = 0.5, kGravity = 9.81;
 
-// A horizontal arm at angle 0: a point of kMass at kLength from a hinge about y. custom: content of <custom>.
+// Returns a model of an arm that is horizontal at angle 0: a point mass kMass at kLength from a hinge about
+// y. custom: content of <custom>.
 ModelPtr MakeModel(const std::string& custom, double damping = kDamping) {
   TempFolder folder;
   const auto file = folder.Write(
@@ -61,7 +62,7 @@ TEST(ServoLead, CarriesTheWeightOfAnUncompensatedArm) {
   }
 }
 
-// An independent check: the target holds the arm at the wanted angle.
+// As an independent check, the simulated arm must stay at the desired angle with this target.
 TEST(ServoLead, HoldsTheArmWhereItIsWanted) {
   const ModelPtr model = MakeModel("<numeric name='gravity_compensation' data='0'/>");
   const DataPtr data(mj_makeData(model.get()));

@@ -8,7 +8,7 @@
 
 namespace evalbus::policy::delayed_policy_test {
 
-// Commands 100 times the joint position that it observes, plus the tick that it is called with.
+// Commands 100 times the observed joint position plus the tick at which it is called.
 class Tracer : public Policy {
  public:
   void Begin(const episode_begin_t&) override {}
@@ -21,7 +21,7 @@ class Tracer : public Policy {
   }
 };
 
-// Commands at ticks 0, 1, ... of 100 ms, at which the joint position is the tick.
+// Returns the commands at ticks 0, 1, ... of 100 ms. The joint position equals the tick.
 std::vector<double> Play(const Latency& latency, int ticks, std::vector<policy_action_t>* answers) {
   model_info_t info{};
   info.timestep_us = 2000;
@@ -45,7 +45,7 @@ std::vector<double> Play(const Latency& latency, int ticks, std::vector<policy_a
   return commands;
 }
 
-// At 10 Hz, 5 actions of a chunk are executed; 150 ms are 2 ticks.
+// At 10 Hz, 5 actions of a chunk are executed, and 150 ms are 2 ticks.
 TEST(DelayedPolicy, SynchronousPausesThePolicysClock) {
   std::vector<policy_action_t> answers;
   EXPECT_EQ(Play({Latency::Kind::kFixed, 0.15}, 11, &answers),

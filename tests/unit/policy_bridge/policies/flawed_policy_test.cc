@@ -1,4 +1,4 @@
-// The effect of each flaw on the targets of a policy that closes its grippers and rests.
+// Tests the effect of each flaw on the targets of a policy that closes its grippers and rests.
 #include "policy_bridge/policies/flawed_policy.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace evalbus::policy::flawed_policy_test {
 
-// Outputs the number of elapsed seconds as the first joint of the left arm.
+// Commands the number of elapsed seconds as the first joint of the left arm.
 class RestingPolicy : public Policy {
  public:
   void Begin(const episode_begin_t&) override {}
@@ -49,7 +49,7 @@ class FlawedPolicyTest : public testing::Test {
     dut_->Act(state_, &action);
     return action;
   }
-  // After this many seconds.
+  // Returns the action after this many seconds.
   action_t ActFor(double seconds) {
     action_t action{};
     while (static_cast<double>(time_us_) * 1e-6 <= seconds) action = Act();
@@ -107,7 +107,7 @@ TEST_F(FlawedPolicyTest, ASlipOpensTheGrippersForATenthOfEveryHalfSecond) {
 TEST_F(FlawedPolicyTest, ADropIsTwoCentimetersUp) {
   Use("drop");
   const std::vector<double> closed{1, 1}, open{0, 0};
-  MovePot(0, 0.1);  // it may move down before a gripper closes
+  MovePot(0, 0.1);  // the pot may sink before a gripper closes
   EXPECT_EQ(Act().gripper_closing, closed);
   MovePot(0.5, 0.119);
   EXPECT_EQ(Act().gripper_closing, closed);

@@ -13,7 +13,7 @@ Contract ContractOf(int num_values) {
   return contract;
 }
 
-// An array of zeros of one byte each.
+// Returns an array of zeros of one byte each.
 Value Zeros(std::vector<int64_t> shape) {
   Array array{"|u1", std::move(shape), {}};
   array.data.resize(*ItemCount(array.shape));
@@ -27,7 +27,7 @@ TEST(ReadChunk, TakesRowsOfTheContractsWidth) {
   EXPECT_EQ(ReadChunk(ContractOf(8), Zeros({125'000, 8})).rows.size(), 125'000u);
 }
 
-// Otherwise one byte of an answer could take up to forty bytes in memory, several times over.
+// Without this limit, one byte of an answer could need up to forty bytes of memory, several times over.
 TEST(ReadChunk, RefusesMoreThanAMillionValuesBeforeItConvertsThem) {
   for (const auto& shape : std::vector<std::vector<int64_t>>{
            {125'001, 8}, {1'000'001}, {1'000'001, 1}, {1, 1'000'001}, {2'000'000, 0}}) {

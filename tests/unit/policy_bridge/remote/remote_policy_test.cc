@@ -33,7 +33,7 @@ action:
     - {arm: left, indices: 0-6, gripper: {index: 7, open: 0, closed: 1}}
 )";
 
-// A chunk whose k-th row contains `base + k / 10` everywhere.
+// Returns a chunk whose k-th row contains `base + k / 10` everywhere.
 Value ChunkOf(int steps, double base) {
   std::vector<double> numbers;
   for (int k = 0; k < steps; ++k) numbers.insert(numbers.end(), 8, base + 0.1 * k);
@@ -47,7 +47,7 @@ class RemotePolicyTest : public testing::Test {
     contract_ = ParseContract(kContract, "mine.yaml");
     contract_.url = server_->url();
   }
-  // Serves chunks of six steps, all of whose numbers are the number of the call.
+  // Serves chunks of six steps. All numbers of a chunk are the number of the call.
   void ServeConstantChunks() {
     Serve([calls = 0](const Value&) mutable {
       const double value = ++calls;
@@ -55,7 +55,7 @@ class RemotePolicyTest : public testing::Test {
       return Value(Map{{"actions", FloatArray(numbers, {6, 8})}});
     });
   }
-  // Makes a policy that executes three steps of a chunk and computes for this time (ms).
+  // Creates a policy that executes three steps of a chunk and computes for this time (ms).
   void MakeDelayed(const std::string& latency_ms, Execution rule) {
     contract_.first_step_rad.reset();
     contract_.execute_steps = 3;
@@ -106,7 +106,7 @@ class RemotePolicyTest : public testing::Test {
     }
     return state;
   }
-  // Its command at a tick: the target of the left arm's first joint.
+  // Returns the policy's command at a tick: the target of the left arm's first joint.
   double Act(int64_t tick) {
     const state_t state = State(tick);
     EXPECT_TRUE(Until([&] { return policy_->Compute(state); }));
@@ -146,7 +146,7 @@ TEST_F(RemotePolicyTest, CallsWhenItsStepsAreUsedUp) {
   EXPECT_FLOAT_EQ(said_[1].value_mixed[4][7], 0.8);
   EXPECT_GT(said_[1].answered_s, 0);
   EXPECT_EQ(said_[1].server_s, -1);
-  // The arm that is not in the contract stays at home.
+  // The arm that the contract does not mention stays at home.
   const arm_info_t& right = GetPolicyScene().info().arm[1];
   EXPECT_EQ(action_.joint_position_rad.at(7), right.joint_home_rad[0]);
 }
@@ -159,7 +159,7 @@ TEST_F(RemotePolicyTest, ShowsItsHistory) {
   const auto state_of = [&](size_t request) {
     return Numbers(*server_->Requests().at(request).Find("state")->As<Array>());
   };
-  // At tick 0 there is no earlier state; at tick 2 there is that of tick 1.
+  // At tick 0 there is no earlier state. At tick 2 the earlier state is the state of tick 1.
   EXPECT_EQ(server_->Requests().at(0).Find("state")->As<Array>()->shape, (std::vector<int64_t>{2, 7}));
   EXPECT_FLOAT_EQ(state_of(0)[0], 0);
   EXPECT_FLOAT_EQ(state_of(0)[7], 0);
@@ -212,7 +212,7 @@ TEST_F(RemotePolicyTest, AsynchronousGoesOnDuringAnInference) {
   EXPECT_EQ(Act(0), 0);
   EXPECT_EQ(Act(1), 0);
   for (int k = 0; k < 5; ++k) EXPECT_FLOAT_EQ(Act(2 + k), 1 + 0.1f * static_cast<float>(k));
-  // The second answer was asked at tick 5, so that its third row belongs to tick 7.
+  // The second answer was requested at tick 5, so its third row belongs to tick 7.
   EXPECT_FLOAT_EQ(Act(7), 2.2);
   EXPECT_FLOAT_EQ(Act(8), 2.3);
   EXPECT_EQ(said_.at(1).header.tick, 5);
@@ -225,8 +225,8 @@ TEST_F(RemotePolicyTest, RtcJoinsTheChunkToWhatIsCommitted) {
   Begin();
   EXPECT_EQ(Act(0), 0);
   for (int tick = 1; tick < 5; ++tick) EXPECT_FLOAT_EQ(Act(tick), 1);
-  // The second chunk observed tick 4. The first one still has rows for ticks 4, 5 and 6, of which that of
-  // tick 4 was executed. The weights of its other rows are those of chunk_schedule_test.cc.
+  // The second chunk observed tick 4. The first chunk still had rows for ticks 4, 5 and 6, and its row for
+  // tick 4 was executed. The weights of its other rows are tested in chunk_schedule_test.cc.
   EXPECT_NEAR(Act(5), 2 - 0.367706, 1e-6);
   EXPECT_NEAR(Act(6), 2 - 0.076746, 1e-6);
   EXPECT_EQ(saw_.at(1).header.tick, 4);
@@ -268,7 +268,8 @@ TEST_F(RemotePolicyTest, OnARealtimeClockItHoldsUntilTheAnswerIsThere) {
     go.wait();
     return ChunkOf(2, 0.7);
   });
-  // How far the robot of State() has moved by then depends on the server's thread.
+  // The server's thread determines how far the robot of State() has moved when the answer arrives, so
+  // first_step_rad is not checked.
   contract_.first_step_rad.reset();
   Make({}, "realtime");
   Begin();
@@ -281,7 +282,7 @@ TEST_F(RemotePolicyTest, OnARealtimeClockItHoldsUntilTheAnswerIsThere) {
   EXPECT_GE(said_.at(0).held_ticks, 2);
 }
 
-// The world is simulated so slowly here that the answer arrives within the first half of its tick, 25 s.
+// The simulation is so slow here that the answer arrives within the first half of its tick, which lasts 25 s.
 TEST_F(RemotePolicyTest, OnARealtimeClockAnAnswerWithinTheWindowCountsForItsTick) {
   Serve([calls = 0](const Value&) mutable { return ChunkOf(2, 0.2 * ++calls); });
   Make({}, "realtime", 1e-3);
@@ -313,7 +314,7 @@ TEST_F(RemotePolicyTest, CountsEpisodesTicksAndObservations) {
   Make();
   for (const int episode : {0, 4}) {
     Begin(episode);
-    // The header of State() is of episode 0.
+    // The header of State() belongs to episode 0.
     for (int64_t tick = 0; tick < 4; ++tick) Act(tick);
   }
   const auto requests = server_->Requests();
@@ -333,7 +334,8 @@ TEST_F(RemotePolicyTest, WakesItsOwnerWhenAnAnswerIsThere) {
   for (const int64_t tick : {0, 2}) {
     wake_event_->Clear();
     const state_t state = State(tick);
-    // One call starts the request; the next one is made when the event is set, and returns the answer.
+    // The first call starts the request. The next call is made when the event is set, and it returns the
+    // answer.
     if (policy_->Compute(state)) continue;
     pollfd readable{wake_event_->fd(), POLLIN, 0};
     ASSERT_EQ(poll(&readable, 1, 60'000), 1);

@@ -1,4 +1,4 @@
-// A server double and the client of one wire, as the tests of websocket wires need them.
+// A server double and the client of one wire, for the tests of WebSocket wires.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace evalbus::policy {
 
-// A server that gives the same answer to every request.
+// Returns options of a server that gives the same answer to every request.
 inline PolicyServerDouble::Options AlwaysAnswering(Wire wire, PolicyServerDouble::Answer answer) {
   PolicyServerDouble::Options options;
   options.wire = wire;

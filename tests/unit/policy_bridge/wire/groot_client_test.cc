@@ -33,7 +33,7 @@ ClientOptions To(const GrootServer& server) {
   return options;
 }
 
-// Endpoints of the requests so far, in order.
+// Returns the endpoints of the requests so far, in order.
 std::vector<std::string> Endpoints(const GrootServer& server) {
   std::vector<std::string> endpoints;
   for (const Value& request : server.requests())
@@ -41,7 +41,7 @@ std::vector<std::string> Endpoints(const GrootServer& server) {
   return endpoints;
 }
 
-// Actions of the test server for Observation(): rows of the arm's state + i, and i.
+// Returns the test server's actions for Observation(): rows of the arm's state + i, and rows of i.
 void ExpectActions(const Value& actions, int horizon = 3) {
   std::vector<double> arm, gripper;
   for (int i = 0; i < horizon; ++i) {
@@ -78,7 +78,7 @@ TEST_P(GrootDialects, AreFoundAndSpoken) {
                                      {"language", modality({kTask}, {0})}}));
   ExpectActions(client->Infer(Observation()).value);
   EXPECT_EQ(client->Name(), GetParam().name);
-  // The discovered properties are cached: one request each.
+  // The discovered properties are cached, so each needs only one request.
   const size_t asked = server.requests().size();
   ExpectActions(client->Infer(Observation()).value);
   EXPECT_EQ(server.requests().size(), asked + 1);
@@ -110,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(All, GrootDialects,
                                          Spoken{Dialect::kN16, Form::kDict, "GR00T N1.6"},
                                          Spoken{Dialect::kN16Flat, Form::kMap, "GR00T N1.6 (flat)"}));
 
-// The batch and the checks as the server receives them.
+// Checks the batch and the requests as the server receives them.
 TEST(GrootClient, SendsEachDialectItsForm) {
   const Array front = {"|u1", {1, 1, 2, 3}, {1, 2, 3, 4, 5, 6}}, arm = FloatArray({0.5, -1.0}, {1, 2}),
               gripper = FloatArray({0.25}, {1, 1});
@@ -231,7 +231,7 @@ TEST(GrootClient, RefusesOtherUrls) {
   EXPECT_NO_THROW(MakeGrootClient(options));
 }
 
-// Faults.
+// The following tests concern faults.
 
 class GrootFaults : public testing::Test {
  protected:
@@ -303,7 +303,7 @@ TEST_F(GrootFaults, AnAnswerThatIsTooLongIsNotRead) {
   EXPECT_FALSE(client_->connected());
 }
 
-// Sends the request as often as it is called: no socket remains stuck in the middle of a request.
+// Sends the request as often as it is called. No socket remains blocked in the middle of a request.
 TEST_F(GrootFaults, ASilentServerEndsInTime) {
   Connect(0.3);
   server_->BeSilentNext("get_action");
@@ -317,7 +317,7 @@ TEST_F(GrootFaults, ASilentServerEndsInTime) {
   ExpectActions(CallUntilInTime(client_.get(), Observation()));
 }
 
-// Fails at once, although the deadline is far; when the server is back, requests succeed again.
+// The request fails at once, although the deadline is far. When the server is back, requests succeed again.
 TEST_F(GrootFaults, AServerThatIsGoneIsSeenAndFoundAgain) {
   ClientOptions options = To(*server_);
   options.connect_s = options.reply_s = options.first_reply_s = 1e6;
@@ -333,7 +333,7 @@ TEST_F(GrootFaults, AServerThatIsGoneIsSeenAndFoundAgain) {
   client_->Connect();
   ExpectActions(client_->Infer(Observation()).value);
   EXPECT_EQ(client_->Name(), "GR00T N1.6 (flat)");
-  // Between two requests.
+  // The server ends between two requests.
   server_.reset();
   EXPECT_THAT(Failure(), FailsAs(Kind::kUnreachable, "the connection ended"));
 }
@@ -348,7 +348,7 @@ TEST_F(GrootFaults, ConnectingEndsInOneLineWhateverAnswers) {
   server_->AnswerNextWith("get_modality_config", EncodeGroot(Map{{"video", "front"}}));
   EXPECT_THAT(FailureOf([&] { client_->Connect(); }), FailsAs(Kind::kReply, "video is text \"front\""));
 
-  // A web server that answers the handshake with a page, and a host that does not exist.
+  // One address is a web server that answers the handshake with a page, and the other host does not exist.
   const doubles::RestServer web([](const std::string&) { return "{}"; });
   ClientOptions options;
   options.connect_s = 0.3;

@@ -1,4 +1,4 @@
-// Bytes in the notation of the specification's vectors.
+// Converts bytes from and to the notation of the specification's vectors.
 #pragma once
 
 #include <string>

@@ -66,7 +66,7 @@ TEST(JsonNumpy, RefusesWhatIsNoJson) {
                            "[1e999]", "[99999999999999999999]"}) {
     const ServerError error = FailureOf([&] {
       const Value value = DecodeJsonNumpy(text);
-      if (std::string(text) == "[99999999999999999999]") {  // a float to JSON
+      if (std::string(text) == "[99999999999999999999]") {  // JSON reads this number as a float
         throw ServerError(Kind::kProtocol, "JSON: " + Describe(value));
       }
     });

@@ -13,7 +13,7 @@ namespace evalbus::policy::msgpack_codec_test {
 
 using testing::HasSubstr;
 
-// The specification's vectors, made by an independent encoder.
+// The vectors of the specification come from an independent encoder.
 struct MsgpackVector {
   const char* hex;
   ArrayKeys array_keys;
@@ -62,7 +62,7 @@ const std::vector<MsgpackVector> kVectors = {
          {"payload", Map{{"actions", kHalfAndMinusOne}}},
          {"seq", 2},
          {"timestamp", 0.0}}},
-    // Written by Python's msgpack with msgpack-numpy.
+    // Python's msgpack with msgpack-numpy wrote this message.
     {"81a16185c4026e64c3c40474797065a37c7531c4046b696e64c400c40573686170659103c40464617461c403000102",
      ArrayKeys::kMsgpackNumpy, Map{{"a", kBytes012}}},
     {"85c4026e64c3c40474797065a33c6634c4046b696e64c400c4057368617065920102c40464617461c4080000003f000080bf",
@@ -94,7 +94,7 @@ TEST(MsgpackCodec, KeepsEveryValue) {
   }
 }
 
-// The library alone would write an integer.
+// The library would write an integer by default.
 TEST(MsgpackCodec, WritesADoubleAsADouble) {
   EXPECT_EQ(ToHex(EncodeMsgpack(1.0, ArrayKeys::kBytes)), "cb3ff0000000000000");
 }
@@ -102,7 +102,7 @@ TEST(MsgpackCodec, WritesADoubleAsADouble) {
 TEST(MsgpackCodec, ReadsWhatOtherEncodersWrite) {
   EXPECT_EQ(DecodeMsgpack(FromHex("ca3fc00000")), Value(1.5));                            // float32
   EXPECT_EQ(DecodeMsgpack(FromHex("cf8000000000000000")), Value(9223372036854775808.0));  // 2^63, unsigned
-  EXPECT_EQ(DecodeMsgpack(FromHex("d30000000000000001")), Value(1));       // longer than necessary
+  EXPECT_EQ(DecodeMsgpack(FromHex("d30000000000000001")), Value(1));       // longer encoding than necessary
   EXPECT_EQ(DecodeMsgpack(FromHex("81c401780a")), Value(Map{{"x", 10}}));  // a key of bytes
 }
 
@@ -113,7 +113,7 @@ Map ArrayMap(Value data, Value dtype, Value shape) {
           {"__ndarray__", true}};
 }
 
-// Keys as text, and in another order than in the vectors.
+// The keys are text, and their order differs from the order in the vectors.
 TEST(MsgpackCodec, ReadsArraysByTheNamesOfTheirKeys) {
   EXPECT_EQ(RoundTrip(ArrayMap(Bytes{0, 1, 2}, "|u1", List{3})), Value(kBytes012));
 }
@@ -143,8 +143,8 @@ TEST(MsgpackCodec, ReadsNumPyScalarsAndBigEndianNumbersOfMsgpackNumpy) {
       Value(kHalfAndMinusOne));
 }
 
-// np.zeros(1, dtype=[("a", "<f4")]) is not read as an array; neither are arrays of objects, which are
-// pickles.
+// np.zeros(1, dtype=[("a", "<f4")]) is not read as an array. Arrays of objects, which are pickles, are not
+// read as arrays either.
 TEST(MsgpackCodec, LeavesStructuredArraysOfMsgpackNumpyAsMaps) {
   const Value value = DecodeMsgpack(FromHex(
       "85c4026e64c3c404747970659192a161a33c6634c4046b696e64c40156c40573686170659101c40464617461c4040000"
@@ -174,7 +174,7 @@ TEST(MsgpackCodec, RefusesArraysThatDoNotFit) {
   EXPECT_EQ(Refusal(ArrayMap(Bytes(7), "<f4", List{2})), "array <f4 [2] of 7 bytes");
   EXPECT_EQ(Refusal(ArrayMap(Bytes(12), "<f4", List{2})), "array <f4 [2] of 12 bytes");
   EXPECT_EQ(Refusal(ArrayMap(Bytes(4), "<f4", List{-1})), "array <f4 [-1] of 4 bytes");
-  // The product of the extents is 1, modulo 2^64.
+  // The product of the extents is 1 modulo 2^64.
   EXPECT_THAT(Refusal(ArrayMap(Bytes(4), "<f4", List{4294967296 + 1, int64_t{4294967296} - 1})),
               HasSubstr("4 bytes"));
   EXPECT_THAT(Refusal(ArrayMap(Bytes(), "<f4", List{(int64_t{1} << 31) + 1, 0})), HasSubstr("0 bytes"));
@@ -215,7 +215,7 @@ TEST(MsgpackCodec, EndsEveryPrefixOfAMessage) {
 }
 
 TEST(MsgpackCodec, BoundsLevels) {
-  Bytes nested(32, 0x91);  // 32 lists of one element, and the contents of the innermost
+  Bytes nested(32, 0x91);  // 32 lists of one element and the contents of the innermost one
   nested.push_back(0xc0);
   EXPECT_EQ(Refusal(nested), "read: list of 1");
   nested.insert(nested.begin(), 0x91);
@@ -224,7 +224,7 @@ TEST(MsgpackCodec, BoundsLevels) {
 }
 
 TEST(MsgpackCodec, BoundsTheNumberOfValues) {
-  Bytes many = FromHex("dd00100000");  // 2^20 elements, and one more for their list
+  Bytes many = FromHex("dd00100000");  // 2^20 elements plus their list
   many.resize(many.size() + (1 << 20), 0xc0);
   EXPECT_EQ(Refusal(many), "MessagePack: more than a million values");
   many[2] = 0x0f, many[3] = 0xff, many[4] = 0xff;
@@ -232,7 +232,7 @@ TEST(MsgpackCodec, BoundsTheNumberOfValues) {
   EXPECT_EQ(Refusal(many), "read: list of 1048575");
 }
 
-// Ten bytes cannot hold the announced contents: 2^32 - 1 elements, pairs, bytes.
+// The ten bytes cannot hold the announced 2^32 - 1 elements, pairs or bytes.
 TEST(MsgpackCodec, AllocatesNothingForWhatIsOnlyAnnounced) {
   std::vector<Bytes> messages;
   for (const char* head :
@@ -253,7 +253,7 @@ TEST(MsgpackCodec, AllocatesNothingForWhatIsOnlyAnnounced) {
   }
 }
 
-// Python's decoder takes the last one, others the first: the intended value is unknown.
+// Python's decoder uses the last value and others use the first, so the intended value is unknown.
 TEST(Msgpack, RefusesAKeyTwice) {
   EXPECT_THAT(FailureOf([] { DecodeMsgpack(FromHex("82a16101a16102")); }),
               FailsAs(ServerError::Kind::kProtocol, "key \"a\" twice in a map"));

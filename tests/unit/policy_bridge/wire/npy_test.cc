@@ -8,7 +8,7 @@ namespace evalbus::policy::npy_test {
 
 using Kind = ServerError::Kind;
 
-// A file of this version with this header and data.
+// Returns a file of this version with this header and data.
 Bytes File(int version, const std::string& header, const Bytes& data) {
   Bytes bytes = FromHex("934e554d5059");
   bytes.insert(bytes.end(), {static_cast<uint8_t>(version), 0});
@@ -26,7 +26,7 @@ struct NpyVector {
   size_t data_begin;
 };
 
-// The output of NumPy 1.24's save().
+// This is the output of NumPy 1.24's save().
 TEST(Npy, WritesAndReadsWhatNumPyDoes) {
   const std::vector<NpyVector> vectors = {
       {{"<f4", {1, 1, 2}, FromHex("0000003f000080bf")},
@@ -78,7 +78,7 @@ TEST(Npy, RefusesWhatItCannotRead) {
               FailsAs(Kind::kProtocol, "record types"));
   EXPECT_THAT(failure(3, "{'descr': '<f4', 'fortran_order': False, 'shape': (1,), }", 4),
               FailsAs(Kind::kProtocol, "version 3"));
-  // Data and shape.
+  // The data does not fit the shape.
   const auto of_shape = [&](const std::string& shape, size_t num_bytes) {
     return failure(1, "{'descr': '<f4', 'fortran_order': False, 'shape': " + shape + ", }", num_bytes);
   };
@@ -86,9 +86,9 @@ TEST(Npy, RefusesWhatItCannotRead) {
   EXPECT_THAT(of_shape("(2,)", 12), FailsAs(Kind::kProtocol, "array <f4 [2] of 12 bytes"));
   EXPECT_THAT(of_shape("(-1, -1)", 4), FailsAs(Kind::kProtocol, "[-1, -1]"));
   EXPECT_THAT(of_shape("(1073741824, 1073741824, 16)", 0),
-              FailsAs(Kind::kProtocol, "of 0 bytes"));  // 4 * 2^64
+              FailsAs(Kind::kProtocol, "of 0 bytes"));  // needs 4 * 2^64 bytes
   EXPECT_THAT(of_shape("(99999999999999999999,)", 4), FailsAs(Kind::kProtocol, "header"));
-  // Headers in other notations.
+  // These headers are invalid or have another notation.
   for (const char* header : {"", "{", "{}", "{'descr': '<f4', 'fortran_order': False}",
                              "{'descr': '<f4', 'fortran_order': 0, 'shape': ()}",
                              "{'descr': '<f4' 'fortran_order': False, 'shape': ()}",

@@ -38,7 +38,7 @@ struct Failure {
   std::string what, details;
 };
 
-// The error without the address, which differs in each test.
+// Returns the error without the address, which differs in each test.
 template <class Function>
 Failure FailureOf(const Function& function) {
   try {
@@ -71,7 +71,7 @@ TEST(OpenpiClient, ExchangesObservationsForActions) {
     EXPECT_EQ(*reply.value.Find("actions"), Value(FloatArray({0.5, -1}, {1, 2})));
     EXPECT_EQ(reply.server_s, 0.0015);
   }
-  // Only the observation, without information about the episode.
+  // The request contains only the observation and no information about the episode.
   EXPECT_THAT(server.Requests(), ElementsAre(kObservation, kObservation, kObservation));
 }
 
@@ -122,7 +122,7 @@ TEST(OpenpiClient, KeepsPathAndKeyAndOffersNoCompression) {
   for (const auto& handshake : handshakes) EXPECT_EQ(handshake.extensions, "");
 }
 
-// Larger than Beast's default limits.
+// The messages are larger than Beast's default limits.
 TEST(OpenpiClient, CarriesLargeMessages) {
   Double::Options options;
   options.answer = [](const Value& observation) { return observation; };
@@ -135,7 +135,7 @@ TEST(OpenpiClient, CarriesLargeMessages) {
   EXPECT_TRUE(client->Infer(observation).value == observation);
 }
 
-// A simulation takes minutes, during which no request is sent.
+// A client may simulate for minutes without a request.
 TEST(OpenpiClient, AnswersPingsWhileItIsIdle) {
   Double server(Answering(kChunk));
   const auto client = MakePolicyClient(To(server.url()));
@@ -156,7 +156,7 @@ TEST(OpenpiClient, SendsACloseFrameAtTheEnd) {
   EXPECT_EQ(server.Goodbyes(), 1u);
 }
 
-// A server that does not read does not block it either.
+// A server that does not read does not block the client either.
 TEST(OpenpiClient, PublishesNothingAfterADeadline) {
   Double server(Answering(Double::Nothing{}));
   ClientOptions to = To(server.url());
@@ -216,7 +216,7 @@ struct Ending {
 
 class OpenpiClientEndings : public testing::TestWithParam<Ending> {};
 
-// Everything a server can do instead of answering: each case ends with an error, and the client can connect
+// A server may do many things other than answering. Each case ends with an error, and the client can connect
 // again.
 TEST_P(OpenpiClientEndings, AreDefined) {
   Double::Answer answer = GetParam().answer;
@@ -303,7 +303,7 @@ TEST(OpenpiClient, RefusesAnUnrequestedMessage) {
     client->Connect();
     ASSERT_TRUE(server.WaitForConnections(1));
     server.SendUnrequested(is_text ? "RuntimeError: out of memory" : "\x80", is_text);
-    ASSERT_TRUE(server.Ping());  // after this, it has been read
+    ASSERT_TRUE(server.Ping());  // after this, the client has read the message
     const Failure failure = FailureOf([&] { client->Infer(kObservation); });
     EXPECT_EQ(failure.kind, is_text ? Kind::kServer : Kind::kProtocol);
     EXPECT_EQ(failure.what, is_text ? "the server reports: RuntimeError: out of memory"
@@ -399,7 +399,7 @@ TEST(OpenpiClient, IsNotConnectedBeforeItConnects) {
   EXPECT_EQ(failure.what, "not connected");
 }
 
-// Servers that store state of an episode reset when a connection begins: the wire has no other signal.
+// Some servers reset the state of an episode when a connection begins, because the wire has no other signal.
 TEST(OpenpiClient, EachEpisodeHasAConnectionOfItsOwn) {
   Double server(Answering(kChunk));
   const auto client = MakePolicyClient(To(server.url()));
@@ -413,7 +413,7 @@ TEST(OpenpiClient, EachEpisodeHasAConnectionOfItsOwn) {
     EXPECT_EQ(server.Handshakes().size(), episode + 1);
     EXPECT_EQ(client->Infer(kObservation).value, kChunk);
   }
-  // A server that has disappeared in the meantime is detected at once.
+  // A server that has ended in the meantime is detected at once.
   server.Stop();
   EXPECT_EQ(FailureOf([&] { client->BeginEpisode("lift", 4); }).kind, Kind::kUnreachable);
 }
@@ -455,7 +455,7 @@ TEST(RoboArena, IsSpokenWhereItIsDemanded) {
   const auto client = MakePolicyClient(to);
   client->Connect();
   client->BeginEpisode("lift", 0);
-  // The bare array of openpi's first servers.
+  // openpi's first servers sent a bare array.
   EXPECT_EQ(client->Infer(kObservation).value, Value(Map{{"actions", FloatArray({1, 2}, {1, 2})}}));
   EXPECT_EQ(server.Requests()[0], Value(Map{{"endpoint", "reset"}}));
   EXPECT_EQ(server.Requests()[1].Find("session_id"), nullptr);
@@ -483,8 +483,9 @@ TEST(RoboArena, HasOneAnswerToAReset) {
   EXPECT_EQ(failure.what, "answers a reset with map of 0");
 }
 
-// vLLM-Omni's endpoint for robot policies (vllm_omni/entrypoints/openpi/connection.py): its first message for
-// DreamZero, a bare array as an answer, and maps where RoboArena's own server sends texts.
+// vLLM-Omni has an endpoint for robot policies (vllm_omni/entrypoints/openpi/connection.py). This is its
+// first message for DreamZero, an answer that is a bare array, and maps where RoboArena's own server sends
+// texts.
 TEST(RoboArena, IsServedByVllmOmni) {
   Double::Options options = Answering(Value(FloatArray({1, 2}, {1, 2})));
   options.wire = Wire::kRoboArena;
@@ -522,7 +523,7 @@ TEST(RoboArena, HasErrorsOfVllmOmni) {
   EXPECT_TRUE(client->connected()) << "the server continues";
 }
 
-// The reset's text in place of actions is an error, like every text.
+// A text instead of actions, such as the answer to a reset, is an error.
 TEST(RoboArena, HasNoTextForAnAnswer) {
   Double::Options options = Answering(Double::Text{"reset successful"});
   options.wire = Wire::kRoboArena;

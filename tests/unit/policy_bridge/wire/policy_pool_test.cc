@@ -28,7 +28,7 @@ Value Observation(double arm, const std::string& task = "lift", int64_t length =
              {"annotation.human.task_description", task}};
 }
 
-// The test server's actions for Observation(arm).
+// Returns the test server's actions for Observation(arm).
 Value Actions(double arm, int64_t length = 2) {
   std::vector<double> arms;
   for (int i = 0; i < 3; ++i) arms.insert(arms.end(), static_cast<size_t>(length), arm + i);
@@ -48,7 +48,7 @@ class Pool : public testing::Test {
       clients_.back()->Connect();
     }
   }
-  // All at the same time.
+  // Sends all requests at the same time.
   std::vector<std::future<Reply>> Call(const std::vector<Value>& observations) {
     std::vector<std::future<Reply>> replies;
     for (size_t i = 0; i < observations.size(); ++i) {
@@ -110,7 +110,7 @@ TEST_F(Pool, CallsSeparatelyForOtherShapes) {
   EXPECT_EQ(server_->batches(), (std::vector{1, 1}));
 }
 
-// Results do not depend on simultaneous requests.
+// Results do not depend on other requests that are made at the same time.
 TEST_F(Pool, PassesAServersErrorToItsCaller) {
   Serve();
   Open(8, 3);
@@ -129,7 +129,7 @@ TEST_F(Pool, ASilentServerConcernsTheBatchAlone) {
   auto replies = Call({Observation(1)});
   EXPECT_THAT(FailureOf([&] { replies[0].get(); }), FailsAs(Kind::kTimeout, "no answer in 0.3 s"));
   EXPECT_FALSE(clients_[0]->connected());
-  // While the server is unreachable, and after it has returned.
+  // The server is unreachable first and then returns.
   const int port = server_->port();
   server_.reset();
   EXPECT_THAT(FailureOf([&] { clients_[0]->Connect(); }), FailsAs(Kind::kUnreachable, "no server there"));

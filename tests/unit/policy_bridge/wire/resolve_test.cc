@@ -30,8 +30,7 @@ TEST(Resolve, ReportsTheErrorOfTheLookup) {
               FailsAs(Kind::kUnreachable, "ws://robot.example:8000: no such host (robot.example? unknown)"));
 }
 
-// A name server that does not answer: the lookup continues in the background, and its late result is
-// discarded.
+// The name server does not answer. The lookup continues in the background, and its late result is discarded.
 TEST(Resolve, KeepsItsDeadline) {
   struct Gate {
     std::mutex mutex;

@@ -13,11 +13,11 @@ using doubles::HttpAnswer;
 using doubles::RestServer;
 using testing::HasSubstr;
 
-// <f8 (2) of 0.5, -1.0.
+// An array <f8 (2) with the values 0.5 and -1.0.
 constexpr const char* kRow = R"({"__numpy__":"AAAAAAAA4D8AAAAAAADwvw==","dtype":"<f8","shape":[2]})";
 const Bytes kRowBytes = FromHex("000000000000e03f000000000000f0bf");
 
-// OpenVLA-OFT's keys, in the order that its model expects.
+// OpenVLA-OFT's keys are in the order that its model expects.
 Value Observation() {
   return Map{{"full_image", Array{"|u1", {3}, {0, 1, 2}}},
              {"left_wrist_image", Array{"|u1", {3}, {0, 1, 2}}},
@@ -35,7 +35,7 @@ class RestClient : public testing::Test {
     client_ = MakePolicyClient(options_);
     client_->Connect();
   }
-  // The answer to the next request.
+  // Returns the actions in the answer to the next request, which has this body.
   Value Actions(const std::string& body) {
     answer_ = body;
     return *client_->Infer(Observation()).value.Find("actions");
@@ -43,7 +43,7 @@ class RestClient : public testing::Test {
   ServerError Failure() {
     return FailureOf([&] { client_->Infer(Observation()); });
   }
-  // The error for an answer with status 200.
+  // Returns the error for an answer with status 200 and this body.
   ServerError FailureWith(const std::string& body) {
     client_->Connect();
     answer_ = body;
@@ -79,9 +79,9 @@ TEST_F(RestClient, UnderstandsAnArrayAListOfArraysAndEitherInAText) {
   EXPECT_EQ(Actions(kRow), one);
   EXPECT_EQ(Actions(std::string("[") + kRow + "]"), one);
   EXPECT_EQ(Actions(rows), two);
-  EXPECT_EQ(Actions(EncodeJsonNumpy(kRow)), one);  // JSON of JSON
+  EXPECT_EQ(Actions(EncodeJsonNumpy(kRow)), one);  // the JSON text is encoded as JSON again
   EXPECT_EQ(Actions(EncodeJsonNumpy(rows)), two);
-  EXPECT_EQ(Actions(EncodeJsonNumpy(two)), two);  // (H, D) in one
+  EXPECT_EQ(Actions(EncodeJsonNumpy(two)), two);  // all rows in one array (H, D)
 }
 
 TEST_F(RestClient, NamesItsPathWithoutServerFacts) {
@@ -114,7 +114,7 @@ TEST_F(RestClient, SendsAKeyWhereThereIsOne) {
   EXPECT_EQ(server_->requests().back().authorization, "Api-Key secret");
 }
 
-// Faults.
+// The following tests concern faults.
 
 TEST_F(RestClient, AServerThatReportsAnErrorMayBeCalledAgain) {
   EXPECT_THAT(FailureWith("\"error\""), FailsAs(Kind::kServer, "the server reports: error"));
@@ -164,7 +164,7 @@ TEST_F(RestClient, BytesOfNoAnswerCloseIt) {
 }
 
 TEST_F(RestClient, AnAnswerThatIsTooLongIsNotRead) {
-  // 2 GB are announced, but not sent.
+  // The answer announces 2 GB but does not send them.
   server_->AnswerNextWith("HTTP/1.1 200 OK\r\nContent-Length: 2147483648\r\n\r\n");
   EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "more than 10000 bytes"));
   EXPECT_THAT(FailureWith('"' + std::string(10'000, ' ') + '"'),
@@ -212,7 +212,7 @@ TEST_F(RestClient, ALargeRequestAndALargeAnswerAreWhole) {
   EXPECT_EQ(server_->requests().back().body, "{\"image\":" + answer_ + "}");
 }
 
-// Sent by servers and proxies that decide about a large request before they read it.
+// Servers and proxies that decide about a large request before they read it send such answers.
 TEST_F(RestClient, ReadsTheAnswerBehindInterimOnes) {
   const std::string interim = "HTTP/1.1 100 Continue\r\n\r\n",
                     early = "HTTP/1.1 103 Early Hints\r\nLink: x\r\n\r\n";

@@ -1,4 +1,4 @@
-// Ways in which an exchange with a policy server fails.
+// Describes how an exchange with a policy server fails.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@
 
 namespace evalbus::policy {
 
-// The ServerError that `talk` throws; its message must be one line.
+// Returns the ServerError that `talk` throws. Its message must be one line.
 template <class Talk>
 ServerError FailureOf(const Talk& talk) {
   try {
@@ -30,7 +30,8 @@ MATCHER_P2(FailsAs, kind, words, "") {
   return arg.kind() == kind && std::string_view(arg.what()).find(words) != std::string_view::npos;
 }
 
-// The answer of a client with a time limit so short that a loaded machine may need several attempts.
+// Returns the answer to a client whose time limit is so short that a loaded machine may need several
+// attempts.
 inline Value CallUntilInTime(PolicyClient* client, const Value& observation) {
   while (true) {
     try {

@@ -83,7 +83,7 @@ TEST(Numbers, OfEveryTypeAreRead) {
   EXPECT_THAT(Numbers({"<f4", {0, 7}, {}}), ElementsAre());
 }
 
-// IEEE 754 binary16: 1, -2, the largest (65504), the smallest above zero (2^-24), infinity, a NaN.
+// IEEE 754 binary16 values: 1, -2, the largest (65504), the smallest above zero (2^-24), infinity, and a NaN.
 TEST(Numbers, OfHalfPrecisionAreRead) {
   EXPECT_THAT(Numbers({"<f2", {5}, FromHex("003c00c0ff7b0100007c")}),
               ElementsAre(1, -2, 65504, std::ldexp(1.0, -24), INFINITY));

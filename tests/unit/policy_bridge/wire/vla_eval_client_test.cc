@@ -27,7 +27,7 @@ std::unique_ptr<PolicyClient> ClientOf(const Double& server, double connect_s = 
   return ClientOfWire(Wire::kVlaEval, server, connect_s, first_reply_s);
 }
 
-// The kind of the failure, which ends its line.
+// Returns the kind of the failure. Its line must end with `end`.
 template <class Function>
 Kind FailureOf(const Function& function, const std::string& end) {
   try {
@@ -75,7 +75,7 @@ TEST(VlaEvalClient, HoldsEpisodes) {
             Value(Map{{"task", Map{{"name", "lower"}, {"task_description", "lower"}, {"episode_idx", 4}}}}));
 }
 
-// The specification's action is message 2: hello, start of the episode, observation.
+// The specification's action is message 2, after the hello, the start of the episode and the observation.
 TEST(VlaEvalClient, ReadsTheSpecificationsVector) {
   Double server(
       Answering(Double::Message{FromHex("84a474797065a6616374696f6ea77061796c6f616481a7616374696f6e7384ab5f5f"
@@ -108,8 +108,8 @@ TEST(VlaEvalClient, SurvivesTheServersErrors) {
   EXPECT_EQ(server.Handshakes().size(), 1u);
 }
 
-// The error of the episode's start arrives while the client waits for an action; the action that follows does
-// not belong to the next request.
+// The error of episode_start arrives while the client waits for an action. The action that follows must not
+// be taken for the answer to the next request.
 TEST(VlaEvalClient, DistinguishesErrorsOfEpisodesAndActions) {
   int observations = 0;
   Double::Options options = Answering(kAction);
@@ -163,7 +163,7 @@ TEST(VlaEvalClient, ExpectsAnAnnouncement) {
   check(Value(Map{{"protocol_version", 2}}), Kind::kProtocol,
         "uses version 2 of vla-eval's protocol, evalbus uses 1");
   check(Double::Close{1011, "no"}, Kind::kUnreachable, "no)");
-  // An openpi server, which sends first.
+  // The other server is an openpi server, which sends first.
   check(Double::Message{FromHex("80")}, Kind::kProtocol,
         "sends map of 0; vla-eval's messages have type, payload and seq");
 }

@@ -76,7 +76,7 @@ TEST(XPolicyLabClient, HoldsTrials) {
   }
   EXPECT_EQ(ids.size(), messages.size());
   EXPECT_EQ(evaluations.size(), 1u);
-  EXPECT_EQ(trials.size(), 4u);  // three, and none
+  EXPECT_EQ(trials.size(), 4u);  // three trials and messages without one
   EXPECT_EQ(*messages[0].Find("payload"), Value(Map{}));
   EXPECT_EQ(*messages[0].Find("action_case_id"), Value());
   EXPECT_EQ(*messages[1].Find("payload"), Value(Map{{"action_case_id", "lift"}, {"instruction", "lift"}}));
@@ -99,7 +99,7 @@ TEST(XPolicyLabClient, HoldsTrials) {
   EXPECT_EQ(*messages[12].Find("payload")->Find("reason"), Value("the evaluation has ended"));
 }
 
-// An infer_result that Python's msgpack, with msgpack-numpy, has written; in it, the id of the request is 0.
+// Python's msgpack, with msgpack-numpy, wrote this infer_result. The id of its request is 0.
 TEST(XPolicyLabClient, ReadsWhatPythonWrites) {
   const std::string before =
       "89ac6d6573736167655f74797065ac696e6665725f726573756c74ad6576616c756174696f6e5f6964a165ae616374696f6e5f"
@@ -191,7 +191,7 @@ TEST(XPolicyLabClient, ReportsErrorsOfEpisodes) {
       FailureOf([&] { client->BeginEpisode("lower", 1); }),
       FailsAs(Kind::kServer, "the request trial_end caused an internal error of the server (internal)"));
   failing = "";
-  // The trial has failed to end; it is not ended twice.
+  // Ending the trial has failed, and the client does not try it again.
   client->BeginEpisode("lower", 1);
   EXPECT_THAT(Types(server.Requests()),
               ElementsAre("hello", "prepare_case", "reset", "trial_end", "prepare_case", "prepare_case",
@@ -233,7 +233,7 @@ TEST(XPolicyLabClient, TakesNoOtherAnswer) {
         "'a' in action 1 of the answer is array <f4 [1], which differs from action 0");
 }
 
-// A policy may also answer with one array.
+// A policy may also answer with a single array.
 TEST(XPolicyLabClient, PassesOtherActionsOn) {
   const Value actions = Map{{"actions", FloatArray({1, 2}, {1, 2})}, {"latency_ms", 250.0}};
   Double server(Answering(actions));
@@ -256,7 +256,7 @@ TEST(XPolicyLabClient, ExpectsAnAcknowledgment) {
   check(Double::Error{"not ready", "internal"}, Kind::kServer,
         "the request hello caused an internal error of the server (internal); the server reports: not ready");
   check(Double::Close{1011, "no"}, Kind::kUnreachable, "no)");
-  // An openpi server, which sends first.
+  // The other server is an openpi server, which sends first.
   check(Double::Message{FromHex("80")}, Kind::kProtocol, "answers hello with map of 0");
 }
 
