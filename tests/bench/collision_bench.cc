@@ -1,8 +1,8 @@
-// Collision checking of the LiftPot scene, compared with MuJoCo's own, and the broad phases that FCL offers.
+// Compares collision checking of the LiftPot scene with MuJoCo's own, and the broad phases that FCL offers.
 //
 // Every benchmark uses the same recorded poses, checks its result once against MuJoCo's touching pairs, and
-// reports p50 and p99 per check. "moving": both arms sweep above the counter, on which the pot stands.
-// "gripping": the pot hangs in the left hand, with its handle 0.1 mm inside each pad.
+// reports p50 and p99 per check. In "moving", both arms sweep above the counter, on which the pot stands. In
+// "gripping", the pot hangs in the left hand, with its handle 0.1 mm inside each pad.
 #include <benchmark/benchmark.h>
 #include <fcl/broadphase/broadphase_SSaP.h>
 #include <fcl/broadphase/broadphase_SaP.h>
@@ -81,13 +81,13 @@ class LiftPot {
     const gripper_info_t& gripper = scene.info.gripper[0];
     for (int step = 0; step < 500; ++step) {
       set_arms(0.4, step);
-      // The pads penetrate a handle of half width 10 mm by 0.1 mm.
+      // The pads penetrate a handle with a half width of 10 mm by 0.1 mm.
       for (const int pad : gripper.pad_geom) {
         const int body = m->geom_bodyid[pad];
         if (m->body_jntnum[body] == 1) data->qpos[m->jnt_qposadr[m->body_jntadr[body]]] = 0.0094;
       }
       mj_kinematics(m, data);
-      // Frame of the pot: y along the hand's y, z opposite to the hand's z.
+      // In the frame of the pot, y is along the hand's y, and z is opposite to the hand's z.
       const double* hand = data->xmat + 9 * m->body_parentid[m->geom_bodyid[gripper.pad_geom[0]]];
       const double rotation[9] = {-hand[0], hand[1],  -hand[2], -hand[3], hand[4],
                                   -hand[5], -hand[6], hand[7],  -hand[8]};
@@ -125,7 +125,7 @@ void SetPoses(collision::CollisionChecker* checker, const Pose& pose) {
   }
 }
 
-// Times `check` for each pose, repeatedly.
+// Measures the time of `check` for each pose, repeatedly.
 template <class Prepare, class Check>
 void Measure(benchmark::State& state, const std::vector<Pose>& poses, const Prepare& prepare,
              const Check& check) {
@@ -194,8 +194,8 @@ void FindClearance(benchmark::State& state) {
       [&](const Pose&) { benchmark::DoNotOptimize(checker.FindClearance()); });
 }
 
-// Cost of a tick, including poses and contacts: without the clearance, with the clearance of every tick, and
-// with the clearance of every tick that may have the smallest one so far.
+// Which clearance is computed when the cost of a tick (with poses and contacts) is measured: none, that of
+// every tick, or that of every tick that may have the smallest clearance so far.
 enum class Search { kNone, kEveryTick, kSmallest };
 
 void Tick(benchmark::State& state, Search search) {
@@ -233,8 +233,8 @@ void Tick(benchmark::State& state, Search search) {
   if (smallest != expected) state.SkipWithError("not the smallest clearance");
 }
 
-// Broad phase alone, on bounding boxes of all geoms except planes: FCL's managers compared with iterating
-// over the list of checked pairs.
+// Measures the broad phase alone, on bounding boxes of all geoms except planes. FCL's managers are compared
+// with iterating over the list of checked pairs.
 class Boxes {
  public:
   explicit Boxes(const collision::CollisionChecker& checker) {

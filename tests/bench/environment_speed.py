@@ -2,8 +2,8 @@
 
 usage: environment_speed.py BIN [STEPS]   (the folder of evalbus' programs; steps per measurement, default 390)
 
-Prints wall-clock time, and processor time of both processes: the difference of two measurements, so that starting the
-program does not count.
+Prints wall-clock time and the processor time of both processes. Each is the difference of two measurements,
+so the start of the program does not count.
 """
 
 import os
@@ -25,7 +25,7 @@ def processor_s():
 
 
 def measure(cameras, steps):
-    """Returns (wall-clock time of the steps, processor time of everything), in seconds."""
+    """Returns the wall-clock time of the steps and the processor time of everything, in seconds."""
     used = processor_s()
     with evalbus.Environment("lift_pot/position", cameras=cameras) as environment:
         action = np.append(environment.reset(0).observation["state"][:14], [0, 0])
@@ -33,7 +33,7 @@ def measure(cameras, steps):
         for _ in range(steps):
             step = environment.step(action)
         wall = time.perf_counter() - began
-    # The robot has not moved; the simulated time has passed.
+    # The robot has not moved, but the simulated time has passed.
     assert abs(step.metrics["completion_time"] - steps / 20) < 1e-9, step.metrics
     assert max(step.metrics["joint_path_length"].values()) < 1e-3, step.metrics
     return wall, processor_s() - used

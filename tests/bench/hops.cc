@@ -17,7 +17,7 @@ namespace evalbus {
 namespace {
 
 using Event = Trace::Event;
-// Process, event, channel, episode, tick.
+// A key consists of process, event, channel, episode and tick.
 using Key = std::tuple<int, Event, std::string, int, int>;
 
 struct Hop {

@@ -1,4 +1,4 @@
-// Where the time of a tick is spent, from the traces of each bus of a run (bus/trace.h).
+// Shows where the time of a tick is spent, from the traces of each bus of a run (bus/trace.h).
 #pragma once
 
 #include <filesystem>

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Time and memory that evalbus needs for runs of many episodes: docs/performance.md has the figures.
 
-Evaluates a few episodes and makes large runs from them: with other seeds and times, and the same logs under
-other names (hard links). Then times the commands that read runs.
+Evaluates a few episodes and makes large runs from them, with other seeds and times, and with the same logs
+under other names (hard links). Then measures the time of the commands that read runs.
 
 usage: tests/bench/large_runs.py FOLDER [EPISODES ...]
 """
@@ -26,13 +26,13 @@ def run(*arguments):
     process = subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.DEVNULL)
     _, status, used = os.wait4(process.pid, 0)
     code = os.waitstatus_to_exitcode(status)
-    if code not in (0, 3):  # 3: the exit code of a comparison that finds a difference
+    if code not in (0, 3):  # 3 is the exit code of a comparison that finds a difference.
         sys.exit(f"evalbus {' '.join(map(str, arguments))}: exit code {code}")
     return time.monotonic() - began, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
 
 
 def episode_seed(info, episode):
-    """SeedSource::OfEpisode() of base/random.h."""
+    """Computes SeedSource::OfEpisode() of base/random.h."""
     mask = (1 << 64) - 1
 
     def mix(z):
@@ -81,7 +81,7 @@ def plan(folder, count):
     """Makes a plan of two policies with `count` episodes, two thirds of which exist as plan shards."""
     file = folder.with_suffix(".yaml")
     file.write_text(f"policies: [expert, noisy_expert]\ntasks: lift_pot/position\nepisodes: {count // 2}\n")
-    run("run", file, "--out", folder, "--part", f"{count}/{count}")  # this shard contains no episode
+    run("run", file, "--out", folder, "--part", f"{count}/{count}")  # this shard has no episode
     for policy in ("expert", "noisy_expert"):
         for first in range(0, count // 3, 20):
             chunk = folder / "parts" / f"{policy}+lift_pot-position+{first:04}-{first + 19:04}"

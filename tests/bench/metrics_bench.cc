@@ -1,5 +1,6 @@
-// Cost of scoring a tick: the metric step alone (limit: 1 microsecond), and with reading all values after it.
-// Also the cost of scoring a step of a file, compared with the JSON library's bare parsing of the same bytes.
+// Measures the cost of scoring a tick: the metric step alone (limit: 1 microsecond), and the step followed by
+// reading all values. Also measures the cost of scoring a step of a file, compared with the JSON library's
+// parsing of the same bytes.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -21,10 +22,10 @@ namespace {
 constexpr int kSteps = 1000;
 constexpr int kJoints = 7;
 constexpr double kDt = 0.02;
-// Geoms: 0-9 scene, 10-49 robot, 50-59 pot.
+// Geoms 0 to 9 are the scene, 10 to 49 the robots, and 50 to 59 the pot.
 constexpr int kGeoms = 60;
 
-// Two 7-joint arms in smooth motion, with 30 contacts, as many as when lifting a pot.
+// Two 7-joint arms move smoothly, with 30 contacts, which is as many as when lifting a pot.
 struct Episode {
   struct ArmData {
     std::array<double, kJoints> q, w;
@@ -89,11 +90,12 @@ metrics::MetricsConfig Config() {
   return config;
 }
 
-// Compares with the episode's values in closed form; returns the name of a wrong metric, or nullptr.
+// Compares the metrics with the episode's values in closed form. Returns the name of a wrong metric, or
+// nullptr.
 const char* Wrong(const metrics::RolloutMetrics& metrics) {
   metric_values_t v{};
   metrics.Values(&v);
-  // Chords of a circle of radius 0.1, each turned by dt; the pose turns by dt / 2.
+  // The path consists of chords of a circle of radius 0.1, each rotated by dt. The pose rotates by dt / 2.
   const double path = (kSteps - 1) * 2 * 0.1 * std::sin(kDt / 2);
   const double jerk = 0.1 * std::pow(2 * std::sin(kDt / 2), 3) / std::pow(kDt, 3);
   for (int k = 0; k < 2; ++k) {
@@ -150,7 +152,7 @@ void MetricStepAndLiveValues(benchmark::State& state) {
 }
 BENCHMARK(MetricStepAndLiveValues)->UseManualTime()->Unit(benchmark::kMicrosecond);
 
-// The episode as `evalbus score` reads it, with all digits of every number.
+// Returns the episode as `evalbus score` reads it, with all digits of every number.
 std::string EpisodeText() {
   using nlohmann::json;
   const Episode episode;

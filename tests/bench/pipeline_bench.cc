@@ -1,6 +1,7 @@
-// The fraction of bare MuJoCo's speed that the whole pipeline reaches: physics, FCL contacts, metrics, the
-// scripted expert and the recorder, in one process and in separate processes, compared with mj_step alone on
-// the same scene with the same commands. Both must end in the same state, bit for bit.
+// Measures which fraction of bare MuJoCo's speed the whole pipeline reaches. The pipeline has physics, FCL
+// contacts, metrics, the scripted expert and the recorder, in one process and in separate processes. It is
+// compared with mj_step alone on the same scene with the same commands. Both must end in the same state, bit
+// for bit.
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
@@ -64,7 +65,8 @@ Recorded ReadEpisode(const std::filesystem::path& file) {
   return recorded;
 }
 
-// Microseconds per physics step of MuJoCo alone, from the same initial state under the recorded commands.
+// Returns the microseconds per physics step of MuJoCo alone, from the same initial state and with the
+// recorded commands.
 class BareStepping {
  public:
   BareStepping(const std::string& task, int substeps)
@@ -108,8 +110,8 @@ class BareStepping {
   int substeps_;
 };
 
-// Round-trip time of a message of STATE's size between two processes over bare LCM, without other load: the
-// minimum cost of separate processes per tick, for STATE to the policy and ACTION back.
+// Returns the round-trip time of a message of STATE's size between two processes over bare LCM, without other
+// load. It is the minimum cost of separate processes per tick, for STATE to the policy and ACTION back.
 double PingPong() {
   constexpr int kTrips = 5000;
   const std::string url = ReservedBus::Draw().url() + "&recv_buf_size=4194304";
@@ -155,7 +157,8 @@ double PingPong() {
   return trips[trips.size() / 2];
 }
 
-// The same over plain UDP: the operating system's cost of communication between two processes.
+// Returns the round-trip time over plain UDP, which is the operating system's cost of communication between
+// two processes.
 double PlainPingPong() {
   constexpr int kTrips = 5000;
   std::vector<char> message(3000);
@@ -194,7 +197,7 @@ double PlainPingPong() {
   return Median(trips);
 }
 
-// Number of datagrams in this network namespace that the kernel had no room for.
+// Returns the number of datagrams in this network namespace that the kernel had no room for.
 int64_t LostDatagrams() {
   std::ifstream stream("/proc/net/snmp");
   for (std::string names, values; std::getline(stream, names) && std::getline(stream, values);) {

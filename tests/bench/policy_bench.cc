@@ -1,4 +1,4 @@
-// Cost of a policy: planning at tick 0, each further tick, and the parts of planning.
+// Measures the cost of a policy: planning at tick 0, each further tick, and the parts of planning.
 #include <benchmark/benchmark.h>
 
 #include "models/scene.h"
@@ -19,7 +19,7 @@ struct Setting {
     sim::World world(scene.physics.get(), scene.info, robot, task, 10);
     world.Reset(1, task.variation("position_and_orientation"));
     world.Fill(&state);
-    // The hands start closed, which blocks every plan.
+    // The hands are closed after a reset, which blocks every plan, so they are opened here.
     for (auto& gripper : state.gripper) gripper.opening = 1;
     for (const std::string hand : {"left/hand/", "right/hand/"}) {
       for (const std::string finger : {"finger_joint1", "finger_joint2"}) {
@@ -49,7 +49,7 @@ void ForwardKinematicsAndJacobian(benchmark::State& bench) {
 }
 BENCHMARK(ForwardKinematicsAndJacobian);
 
-// Cost of one knot of a plan: one arm follows a line of 4 cm.
+// Measures one knot of a plan, in which one arm follows a line of 4 cm.
 void InverseKinematics(benchmark::State& bench) {
   const policy::ArmChain chain = GetSetting().Chain();
   const Eigen::Isometry3d target = Eigen::Translation3d(0.02, 0.02, 0.025) * chain.Forward(chain.home());
@@ -63,7 +63,7 @@ void InverseKinematics(benchmark::State& bench) {
 }
 BENCHMARK(InverseKinematics);
 
-// Begins an episode and calls the expert until it has planned. It plans once the object is at rest, after
+// Begins an episode and calls the expert until it has planned. It plans when the object is at rest, after
 // less than a second.
 void PlanAt1s(policy::Policy* expert, action_t* action) {
   state_t& state = GetSetting().state;
@@ -74,7 +74,7 @@ void PlanAt1s(policy::Policy* expert, action_t* action) {
   }
 }
 
-// Plans all motions, as once per episode and after an error.
+// Measures planning all motions, which happens once per episode and after an error.
 void ExpertPlans(benchmark::State& bench) {
   Setting& setting = GetSetting();
   const auto expert = policy::MakePolicy("expert", *setting.scene.physics, setting.scene.info);
@@ -87,14 +87,14 @@ void ExpertPlans(benchmark::State& bench) {
 }
 BENCHMARK(ExpertPlans)->Unit(benchmark::kMicrosecond);
 
-// Every tick without planning.
+// Measures a tick without planning.
 void ExpertActs(benchmark::State& bench) {
   Setting& setting = GetSetting();
   const auto expert = policy::MakePolicy("expert", *setting.scene.physics, setting.scene.info);
   action_t action{};
   PlanAt1s(expert.get(), &action);
   const std::vector<double> before = action.joint_position_rad;
-  // Within the first motion.
+  // These ticks are within the first motion.
   int64_t tick = 0;
   for (auto _ : bench) {
     setting.state.header.sim_time_us = 1'500'000 + tick++ % 1000;

@@ -31,7 +31,7 @@ DISTURBANCES = {
     "rounded to 1e-3 rad": lambda time, joints, random: (time, np.round(joints, 3)),
     "25 Hz": lambda time, joints, random: (time[::2], joints[::2]),
 }
-# If a row has several numbers, it shows the largest error.
+# If a row covers several numbers, it shows the largest error.
 ROWS = {
     "wrist path, joint path": ["metrics.total_cartesian_path_length", "metrics.total_joint_path_length"],
     "wrist jerk, rms; joint jerk, rms": ["metrics.overall_rms_cartesian_jerk", "metrics.overall_rms_joint_jerk"],

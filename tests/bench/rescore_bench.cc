@@ -1,6 +1,6 @@
-// Speed of rescoring recorded episodes offline, from log to score, compared with the duration of the
-// episodes. Every timed score must equal the recorded one in every bit. Also where the time is spent: finding
-// the events, decoding them, and the rest (pairing and scoring).
+// Measures the speed of rescoring recorded episodes offline, from log to score, compared with the duration of
+// the episodes. Every timed score must be bit-identical to the recorded one. Also measures where the time is
+// spent: finding the events, decoding them, and the rest (pairing and scoring).
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Benchmarks of whole runs: their folder, number of episodes and rounds, and statistics of their times.
+// Helpers for benchmarks of whole runs: their folder, number of episodes and rounds, and statistics of their
+// times.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -20,7 +21,7 @@ struct Amount {
   int episodes, rounds;
 };
 
-// Parses --episodes and --rounds; otherwise like ParseArguments().
+// Like ParseArguments(), but also parses --episodes and --rounds.
 inline std::optional<int> ParseAmount(int argc, char** argv, const std::string& description, Amount* amount) {
   CLI::App app{description};
   app.add_option("--episodes", amount->episodes, "episodes of a round")->capture_default_str();
@@ -28,8 +29,8 @@ inline std::optional<int> ParseAmount(int argc, char** argv, const std::string& 
   return ParseArguments(&app, argc, argv);
 }
 
-// Calls measure(folder), and removes the folder afterwards. Returns the exit code of the program: 2 after an
-// exception, which is reported in one line on stderr.
+// Calls measure(folder) and removes the folder afterwards. Returns the exit code of the program, which is 2
+// after an exception. The exception is reported in one line on stderr.
 inline int RunInFolder(const std::function<void(const std::filesystem::path& folder)>& measure) {
   try {
     const TemporaryFolder folder;

@@ -1,10 +1,10 @@
-// A whole step of a policy behind a server, from one observation to the next, with no, one and three cameras,
-// on the bus and in one process, in lockstep and in real time. Compared with its parts: rendering the images,
-// and the call of the server, which answers at once. The rest is physics, collision checking, metrics, and
-// the bus.
+// Measures a whole step of a policy behind a server, from one observation to the next, with no, one and three
+// cameras, on the bus and in one process, in lockstep and in real time. The step is compared with two of its
+// parts: rendering the images and calling the server, which answers at once. The rest is physics, collision
+// checking, metrics and the bus.
 //
-// Also reports the fraction of a step during which no thread of the run was running or runnable. The
-// benchmark fails if this is more than half in lockstep, because such a run waits for nothing, and if a
+// Also reports the fraction of a step during which no thread of the run was running or runnable. A lockstep
+// run waits for nothing, so the benchmark fails if this fraction is more than half. It also fails if a
 // realtime run makes too few calls.
 #include <fmt/format.h>
 
@@ -50,8 +50,8 @@ double SecondsBetween(steady_clock::time_point from, steady_clock::time_point to
   return std::chrono::duration<double>(to - from).count();
 }
 
-// Time (s) that the threads of this process and of its children have been running or waiting for a processor
-// since they started. nullopt if the kernel does not report it (CONFIG_SCHED_INFO).
+// Returns the time (s) for which the threads of this process and of its children have been running or waiting
+// for a processor since they started. Returns nullopt if the kernel does not report it (CONFIG_SCHED_INFO).
 std::optional<double> BusySeconds() {
   std::vector<std::string> processes = {"self"};
   for (size_t i = 0; i < processes.size(); ++i) {
@@ -93,7 +93,7 @@ std::string ContractText(const Images& images, const std::string& url) {
          "  arms: [{arm: left, indices: 0-6}, {arm: right, indices: 7-13}]\n";
 }
 
-// Moves all joints back and forth, and measures how often it is called.
+// A policy that moves all joints back and forth and measures how often it is called.
 class Server {
  public:
   explicit Server(int calls)
@@ -136,7 +136,7 @@ class Server {
   PolicyServerDouble double_;
 };
 
-// Milliseconds to render the images of one step, one after the other in this process.
+// Returns the milliseconds for rendering the images of one step, one after the other, in this process.
 double DrawingMs(const Images& images) {
   if (images.count == 0) return 0;
   viz::UseGl("osmesa");
@@ -178,7 +178,8 @@ double DrawingMs(const Images& images) {
   return Median(times_ms);
 }
 
-// Milliseconds from an observation to the answer: encoding, loopback, decoding, answering, and back.
+// Returns the milliseconds from an observation to the answer: encoding, loopback, decoding, answering, and
+// back.
 double CallMs(const Images& images) {
   Server server(0);
   policy::ClientOptions options;

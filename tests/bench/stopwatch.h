@@ -1,4 +1,5 @@
-// Time between the first and the last score of each episode, as any observer of a run receives them.
+// Measures the time between the first and the last score of each episode, as any observer of a run receives
+// them.
 #pragma once
 
 #include <chrono>
@@ -24,7 +25,7 @@ class Stopwatch : public runner::RunListener {
     successes += episode["metrics"]["success"] == 1.0;
   }
 
-  // Sums over all episodes: wall time, and the number of physics steps.
+  // Sums over all episodes: wall-clock time and number of physics steps.
   double wall_s = 0;
   double steps = 0;
   int successes = 0;

@@ -1,6 +1,6 @@
-// The cost of videos for an evaluation: `evalbus run` with and without --video, alternately. Videos are
-// recorded during the run at the lowest priority. The benchmark reports when the evaluation has finished, and
-// how much longer the videos take.
+// Measures the cost of videos for an evaluation by alternating `evalbus run` with and without --video. Videos
+// are recorded during the run at the lowest priority. The benchmark reports when the evaluation has finished
+// and how much longer the videos take.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ struct Times {
   double evaluated = 0, with_video = 0;  // s
 };
 
-// Seconds until the scores, and until the videos, were complete.
+// Returns the seconds until the scores were complete and until the videos were complete.
 Times Run(int episodes, const std::filesystem::path& folder, const std::string& options) {
   const std::string command = fmt::format("{} run lift_pot/position --episodes {} --seed 1 --out {} {} 2>&1",
                                           (runner::Processes::BinaryFolder() / "evalbus").string(), episodes,

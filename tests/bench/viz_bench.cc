@@ -1,7 +1,7 @@
-// Frames per second on one core at 640x480 with shadows (target: 25), and the cost of one of our frames,
-// ready for encoding, relative to drawing and reading the same scene with only MuJoCo and OSMesa (target: 1.2
-// times). Then the same comparison for the three 224x224 images of a policy, from REQUEST_IMAGE to the last
-// IMAGE.
+// Measures frames per second on one core at 640x480 with shadows (target: 25). Also measures the cost of one
+// of our frames, ready for encoding, relative to drawing and reading the same scene with only MuJoCo and
+// OSMesa (target: 1.2 times). The same comparison follows for the three 224x224 images of a policy, from
+// REQUEST_IMAGE to the last IMAGE.
 #include <GL/osmesa.h>
 #include <benchmark/benchmark.h>
 #include <sched.h>
@@ -26,10 +26,10 @@ namespace evalbus {
 namespace {
 
 constexpr viz::FrameSize kSize{640, 480};
-// Size at which Renderer draws an image of kSize, before it is scaled down.
+// Size at which Renderer draws an image of kSize before it scales the image down.
 constexpr mjrRect kDrawn{0, 0, 960, 720};
 
-// Processor time of all threads of this process, because Mesa draws in threads of its own.
+// Returns the processor time of all threads of this process, because Mesa draws in its own threads.
 double CpuSeconds() {
   timespec time;
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
@@ -46,7 +46,7 @@ viz::OverlayText Text() {
   return text;
 }
 
-// Only MuJoCo and OSMesa.
+// Draws with MuJoCo and OSMesa only.
 struct Bare {
   Bare(const mjModel& visual, const std::vector<double>& qpos, int width, int height)
       : model(viz::Copy(visual)), rgb(static_cast<size_t>(width * height) * 3) {
@@ -95,8 +95,8 @@ struct Bare {
   mjvCamera view;
 };
 
-// Joint positions as in an episode, in which the renderer does not redraw stationary parts: every joint of
-// both arms turns by at most a degree from image to image.
+// Returns joint positions as in an episode, in which the renderer does not redraw stationary parts. Every
+// joint of both arms rotates by at most a degree from image to image.
 std::vector<double> QposAt(const mjModel& model, int image) {
   std::vector<double> qpos = viz::HomeQpos(model);
   for (int joint = 0; joint < model.njnt; ++joint) {
@@ -106,7 +106,7 @@ std::vector<double> QposAt(const mjModel& model, int image) {
   return qpos;
 }
 
-// Our frames as passed to the encoder, alternately with bare ones.
+// Draws our frames as they are passed to the encoder, alternately with bare ones.
 void Frames(benchmark::State& state, const char* camera_name) {
   const Scene scene = viz::LiftPotScene();
   const int camera = viz::FindCamera(*scene.visual, camera_name);
@@ -141,7 +141,8 @@ void Frames(benchmark::State& state, const char* camera_name) {
     state.SetIterationTime(middle - begin);
   }
 
-  // Both must show the same: compares the mean color of the middle third, which no overlay covers.
+  // Both must show the same scene, so the mean color of the middle third, which no overlay covers, is
+  // compared.
   double mean[2] = {0, 0};
   for (int row = 160; row < 320; ++row) {
     for (int column = 213; column < 427; ++column) {
@@ -167,7 +168,8 @@ BENCHMARK_CAPTURE(Frames, front, "front")->UseManualTime()->Unit(benchmark::kMil
 BENCHMARK_CAPTURE(Frames, head, "head")->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(Frames, overview, "overview")->UseManualTime()->Unit(benchmark::kMillisecond);
 
-// A policy's three images of a STATE, alternately with bare ones of the same number of drawn pixels.
+// Draws a policy's three images of a STATE, alternately with bare ones that have the same number of drawn
+// pixels.
 void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   constexpr int kSide = 224;
   const bool is_depth = std::string_view(encoding) == "depth32";
@@ -235,8 +237,8 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
     state.SetIterationTime(middle - begin);
   }
 
-  // All images of this tick have been received, and the last one has the brightness or the depth of the bare
-  // one.
+  // All images of this tick have been received. The last one has the same brightness or depth as the bare
+  // image.
   const size_t bytes = static_cast<size_t>(kSide * kSide) * (is_depth ? sizeof(float) : 3);
   bool is_good = images.size() == 3;
   for (const image_t& image : images) {

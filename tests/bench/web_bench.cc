@@ -1,6 +1,7 @@
-// The cost of browsers that observe a run: the pipeline's time per physics step in separate processes without
-// a web server, and with one that has 0, 1, 8 and 50 viewers, the last of which never reads. All processes
-// share this machine's processors, including the viewers, which read and discard all data.
+// Measures the cost of browsers that observe a run. The pipeline's time per physics step in separate
+// processes is measured without a web server and with a server that has 0, 1, 8 and 50 viewers. The last of
+// several viewers never reads. All processes share this machine's processors, including the viewers, which
+// read and discard all data.
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -32,12 +33,12 @@
 namespace evalbus {
 namespace {
 
-// Without a server, and with these numbers of viewers.
+// The benchmark measures a run without a server and runs with these numbers of viewers.
 constexpr int kNoServer = -1;
 constexpr int kViewers[] = {kNoServer, 0, 1, 8, 50};
 
-// Viewers in a process of their own, until destruction. The constructor returns after each has received the
-// answer to its handshake.
+// Viewers in a process of their own, which ends with the object. The constructor returns after each viewer
+// has received the answer to its handshake.
 class Viewers {
  public:
   Viewers(uint16_t port, int count) {
@@ -55,7 +56,7 @@ class Viewers {
     if (read(ready[0], &ok, 1) != 1) throw EnvironmentError("a viewer could not enter");
     close(ready[0]);
   }
-  // Disconnects the viewers; returns false if the server had disconnected one before.
+  // Disconnects the viewers. Returns false if the server had already disconnected one.
   bool End() {
     close(pipe_[1]);
     pipe_[1] = -1;
@@ -106,7 +107,7 @@ class Viewers {
   pid_t child_ = 0;
 };
 
-// Returns the port of the page, from the server's output.
+// Returns the port of the page, which the server prints.
 uint16_t PortIn(const std::filesystem::path& log, runner::Processes* processes) {
   while (true) {
     std::ifstream stream(log);
@@ -147,7 +148,7 @@ double TimeRun(int viewers, int episodes, uint32_t round, const std::filesystem:
   runner::EvaluateProcesses(run.options, run.folder, run.plan, &stopwatch);
   if (watching && !watching->End()) throw EnvironmentError("a viewer was lost");
   for (const runner::Processes::Exit& exit : processes.StopAll()) {
-    // On a loaded machine the server may be killed before it has exited.
+    // On a loaded machine the launcher may kill the server before it has exited.
     if (exit.code != 128 + SIGKILL)
       throw EnvironmentError("evalbus web did not end well: " + exit.description);
   }

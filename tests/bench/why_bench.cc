@@ -1,6 +1,6 @@
-// Error rates of `evalbus why` by simulation: how often it names a start parameter that has no effect, and
-// how often it finds one that has. Three parameters are drawn uniformly; docs/why.md has the results. Fails
-// if false alarms are significantly more frequent than 5 %, or if an effect is found less often than stated.
+// Simulates how often `evalbus why` names a start parameter that has no effect, and how often it finds one
+// that has an effect. Three parameters are drawn uniformly. docs/why.md has the results. Fails if false
+// alarms are significantly more frequent than 5 %, or if an effect is found less often than stated.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,14 +24,15 @@ constexpr double kHigh = 0.85, kLow = 0.38;
 
 struct Effect {
   const char* name;
-  // Success rate at a value from 0 to 1 of the first parameter.
+  // Success rate for a value of the first parameter from 0 to 1.
   double (*rate)(double value);
-  // Whether it depends on the value.
+  // Whether the rate depends on the value.
   bool is_real;
   int episodes;
   // Least share of simulations in which the parameter must be named.
   double wanted;
-  // The first parameter is not a number but one of kChoices choices, by quarters of the value.
+  // Whether the first parameter is one of kChoices choices instead of a number. The choices are quarters of
+  // the value's range.
   bool is_choice = false;
 };
 constexpr int kChoices = 4;
@@ -103,8 +104,8 @@ Counts Simulate(const Effect& effect, int simulations, metrics::RangeScan* scan)
   return counts;
 }
 
-// Whether so many of the simulations are consistent with a rate of at most, or at least, `rate`: within three
-// standard errors.
+// These functions return whether `count` of the simulations is consistent with a rate of at most, or at
+// least, `rate`, within three standard errors.
 bool IsAtMost(int count, int simulations, double rate) {
   return count <= simulations * rate + 3 * std::sqrt(simulations * rate * (1 - rate));
 }
