@@ -3,10 +3,11 @@
 
 usage: check_board.py EVALBUS PLAN LARGE [FOLDER]
 
-PLAN is the finished folder of a plan with two policies, of which the second fails, and one task; LARGE is a run folder
-with many episodes and no logs. Fails (exit code 1) if the overview shows other results than the run folders, if a link
-leads elsewhere, if the images of the decisive seconds are wrong, if keys, filter, notes or saved images do not work, or if the console is not empty. Writes images into
-FOLDER. Exit code 77: skipped, Chromium is not installed.
+PLAN is the finished folder of a plan with two policies, of which the second fails, and one task. LARGE is a
+run folder with many episodes and no logs. Fails (exit code 1) if the overview shows other results than the
+run folders, if a link leads elsewhere, if the images of the decisive seconds are wrong, if keys, filter,
+notes or saved images do not work, or if the console is not empty. Writes images into FOLDER. Exit code 77:
+skipped, Chromium is not installed.
 """
 import contextlib
 import json
@@ -63,7 +64,7 @@ def check_table(browser, plan, policies, found):
 
 
 def check_heading(browser, found):
-    """The heading is the verdict, and the bars of all rates are equally long."""
+    """Checks that the heading is the verdict and that the bars of all rates are equally long."""
     heading = browser.evaluate("document.querySelector('.ev-board h1').textContent")
     if not re.search(r" is \d+ points worse than .*, 95 % CI |^No difference shown between ", heading) or re.search(r" -\d", heading):
         found.append(f"the heading is {heading!r}")
@@ -73,7 +74,7 @@ def check_heading(browser, found):
 
 
 def check_narrow(browser, found):
-    """Rates and differences are inside narrow screens, and long names do not widen the table."""
+    """Checks that rates and differences fit into narrow screens and that long names do not widen the table."""
     name = "document.querySelector('.ev-board-table tbody th a').textContent"
     before = browser.evaluate(name)
     browser.evaluate(f"{name} = 'long_name_'.repeat(20)")
@@ -88,7 +89,7 @@ def check_narrow(browser, found):
 
 
 def check_arrows(browser, found):
-    """A matrix is one stop of the Tab key; arrow keys move within it."""
+    """Checks that a matrix is one stop of the Tab key and that arrow keys move within it."""
     browser.call("Emulation.setFocusEmulationEnabled", enabled=True)
     stops = browser.evaluate("[...document.querySelectorAll('.ev-matrix')].map((one) => [...one.querySelectorAll('.ev-cell')]"
                              ".filter((cell) => cell.tabIndex === 0).length)")
@@ -120,7 +121,7 @@ def check_seeds(browser, policies, found):
 
 
 def check_hover(browser, policies, found):
-    """The decisive seconds of a cell of the matrix move beside it, by pointer and by keyboard."""
+    """Checks that a cell of the matrix shows its decisive seconds next to it, by pointer and by keyboard."""
     failures = [one for one in episodes_of(policies[1][1]) if not one["metrics"]["success"]]
     last = failures[-1]
     image = "Boolean(document.querySelector('.ev-hover:not([hidden]) .ev-ready'))"
@@ -145,7 +146,7 @@ def check_hover(browser, policies, found):
             found.append(f"{what}: the card of {last} contains {text!r}")
         browser.evaluate("drawn.length = 0")
 
-    # A pointer that crosses the matrix requests nothing but the cell on which it rests.
+    # A pointer that crosses the matrix requests only the cell on which it rests.
     browser.evaluate("document.querySelectorAll('.ev-matrices a.ev-cell[data-outcome=failure], .ev-matrices a.ev-cell[data-outcome=success]')"
                      ".forEach((cell) => cell.dispatchEvent(new PointerEvent('pointerover', {bubbles: true})));"
                      "[...document.querySelectorAll('.ev-matrices a.ev-cell[data-outcome=failure]')].pop()"
@@ -156,7 +157,7 @@ def check_hover(browser, policies, found):
     browser.evaluate("document.querySelector('.ev-matrices').dispatchEvent(new PointerEvent('pointerleave'))")
     if not browser.evaluate(is_over):
         found.append("the image stays when the pointer has left the matrix")
-    # Without this, a headless page never has the focus.
+    # Without this setting, a headless page never has the focus.
     browser.call("Emulation.setFocusEmulationEnabled", enabled=True)
     browser.evaluate("[...document.querySelectorAll('.ev-matrices a.ev-cell[data-outcome=failure]')].pop().focus()")
     check_card("keyboard")
@@ -187,7 +188,8 @@ def check_hover(browser, policies, found):
 
 
 def check_links(browser, policies, found):
-    """A click on a failure opens it beside the other policy's success, one second before its decisive moment."""
+    """Checks that a click on a failure opens it next to the other policy's success, one second before its
+    decisive moment."""
     failures = [one for one in episodes_of(policies[1][1]) if not one["metrics"]["success"]]
     first = failures[0]
     browser.evaluate("document.querySelector('a.ev-cell[data-outcome=failure]').click()")

@@ -3,11 +3,11 @@
 
 usage: check_judge.py EVALBUS A B [FOLDER]
 
-A and B are the folders of two finished runs of one task with equal seeds, whose policies have different names; their
-episodes have no verdicts yet. Fails (exit code 1) if the page receives or shows something from which the run, the policy
-or the outcome of an episode can be seen, if keys or buttons do not give the verdict that is then in verdicts.jsonl, if the
-results are not revealed at the end, or if the console is not empty. Writes images into FOLDER. Exit code 77: skipped,
-Chromium is not installed.
+A and B are the folders of two finished runs of one task with equal seeds. Their policies have different
+names, and their episodes have no verdicts yet. Fails (exit code 1) if the page receives or shows something
+that reveals the run, the policy or the outcome of an episode, if a verdict that is given by key or button is
+not in verdicts.jsonl, if the results are not revealed at the end, or if the console is not empty. Writes
+images into FOLDER. Exit code 77: skipped, Chromium is not installed.
 """
 import json
 import pathlib
@@ -29,7 +29,7 @@ def lines_of(file):
 
 
 def check_blind(browser, item, secrets, found):
-    """Checks what the page shows, and what the server sends on an episode."""
+    """Checks what the page shows and what the server sends about an episode."""
     text = browser.evaluate("document.body.innerText")
     raw = browser.evaluate(f"fetch('episode/0/{item}').then((answer) => answer.text())")
     for secret in secrets:
@@ -72,7 +72,7 @@ def give(browser, item, outcome, stages, rubric, uses_keys, secrets, found):
 
 
 def judge_all(browser, count, secrets, folder, found):
-    """Returns the verdicts by place: outcome, stages, rubric."""
+    """Returns the verdicts by place: outcome, stages and rubric."""
     outcomes = ("success", "failure", "abstain", "failure", "failure", "success")
     wanted = [(outcomes[k % 6], k % 4, 7.5 if k % 2 else None) for k in range(count)]
     for k, (outcome, stages, rubric) in enumerate(wanted):
@@ -123,7 +123,7 @@ def check(browser, evalbus, runs, folder, found):
         browser.wait_for("Page.loadEventFired")
         wait_until(browser, f"Boolean(window.evalbusViewer && {JUDGE}.isShown && evalbusViewer.summary().hasImage)", "no episode is shown")
         if not folder:
-            # The resolution does not matter here, and the processor renders it.
+            # The resolution does not matter here, and the processor has to render it.
             browser.evaluate("evalbusViewer.setLayer('shadows', false); evalbusViewer.scene.ratio = 0.2;"
                              " evalbusViewer.scene.resize()")
         check_screens(browser, folder, found)

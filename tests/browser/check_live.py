@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Watches a real run in headless Chromium.
 
-The page is opened in mid-run, scrubbed and fed hostile log lines. The run is killed, resumed and finished.
+The page is opened in the middle of a run, scrubbed, and sent hostile log lines. The run is killed, resumed
+and finished.
 
 usage: check_live.py EVALBUS FOLDER
 
@@ -32,12 +33,12 @@ LOG_FINGERPRINT = re.search(r"^log_t (\w{16})$", (pathlib.Path(__file__).resolve
 
 
 def start(command, out):
-    """Starts a process group of its own, so that all processes of a run can be killed at once."""
+    """Starts a new process group, so that all processes of a run can be killed at once."""
     return subprocess.Popen(command, stdout=open(out, "w"), stderr=subprocess.STDOUT, start_new_session=True)
 
 
 def wait_for_line(pattern, out, process):
-    """Waits for the pattern in a program's output; returns its first group."""
+    """Waits for the pattern in a program's output. Returns its first group."""
     while not (match := re.search(pattern, out.read_text())):
         try:
             process.wait(0.05)
@@ -48,7 +49,7 @@ def wait_for_line(pattern, out, process):
 
 
 def send_hostile_log(bus):
-    """Sends a line of EVALBUS_LOG from an unknown process, and bytes that are not a message, as LCM datagrams."""
+    """Sends a line of EVALBUS_LOG from an unknown process, and bytes that are not a message, in LCM datagrams."""
     def string(text):
         raw = text.encode() + b"\0"
         return struct.pack(">i", len(raw)) + raw
@@ -100,11 +101,11 @@ def check(browser, evalbus, folder, processes, found):
     run, run_out, web_out = folder / "run<b>", folder / "run.out", folder / "web.out"
     command = [evalbus, "run", "lift_pot/position", "--policy", "expert", "--policy-name", POLICY_NAME, "--realtime",
                "--rtf", "4", "--video", "none", "--out", str(run)]
-    # Far more episodes than the run finishes before it is killed; the resumed run makes only two more.
+    # The run is killed before it finishes so many episodes. The resumed run makes only two more.
     processes.append(start([*command, "--episodes", "200"], run_out))
     group, port = wait_for_line(r"udpm://([\d.]+:\d+)", run_out, processes[0]).split(":")
     wait_for_line(r"(?s)\n +0 +(\w+)", run_out, processes[0])
-    # Starts in mid-run: the first episode has finished, the second is active.
+    # The page is opened in the middle of the run: the first episode has finished, and the second is active.
     processes.append(start([evalbus, "web", str(run), "--port", "0"], web_out))
     url = wait_for_line(r"(http://\S+)", web_out, processes[1])
     open_page(browser, url, 1280, 900, "dark", False)
@@ -131,7 +132,7 @@ def check(browser, evalbus, folder, processes, found):
     episodes = len((run / "episodes.jsonl").read_text().splitlines()) + 2
     processes.append(start([*command, "--episodes", str(episodes), "--resume"], run_out))
     wait_until(browser, f"{RUN}.info.episode === {episodes - 1}", "the resumed run's last episode does not begin on the page")
-    # While stopped, evalbus web queues the last messages of the run; it receives them after the run's
+    # While evalbus web is stopped, the last messages of the run are queued. It receives them after the run's
     # processes have exited.
     processes[1].send_signal(signal.SIGSTOP)
     code = processes[2].wait()

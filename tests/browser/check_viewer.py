@@ -31,7 +31,7 @@ SIZES = ((1280, 900), (400, 850), (2500, 1300))
 POSITION_M, QUATERNION = 2e-5, 2e-4
 # Factor from the unit of the summary to the unit that a curve shows.
 SHOWN = {"mm": 1e3, "%": 1e2}
-# Metrics that are computed at the end of an episode: their curves have no value.
+# Metrics that are computed at the end of an episode, so their curves have no value.
 AT_THE_END = ("extended.spectral_arc_length", "extended.p95_object_force_N", "extended.p95_scene_force_N",
               "extended.p95_self_force_N")
 HOSTILE = "<img src=x onerror=alert(1)><b>&amp;\u202e\u0007" + "long " * 40
@@ -42,7 +42,7 @@ def wait_until(browser, expression, what, limit_s=300):
     while not browser.evaluate(expression):
         if time.monotonic() > end:
             sys.exit(f"error: after {limit_s} s: {what}: {browser.evaluate('JSON.stringify(window.evalbusViewer && evalbusViewer.summary())')[:2000]}")
-        # Rendering frames continue meanwhile; a headless page sends no event to wait for.
+        # The page continues to render frames meanwhile. A headless page sends no event to wait for.
         browser.evaluate("new Promise((done) => requestAnimationFrame(() => done()))")
 
 
@@ -57,7 +57,7 @@ def open_page(browser, url, width, height, scheme, is_looked_at):
     browser.evaluate("document.querySelector('[data-from]').scrollIntoView()")
     wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().hasImage)", "there is no image")
     if not is_looked_at:
-        # The resolution does not matter here, and the processor renders it.
+        # The resolution does not matter here, and the processor has to render it.
         browser.evaluate("evalbusViewer.setLayer('shadows', false); evalbusViewer.scene.ratio = 0.3;"
                          " evalbusViewer.scene.resize()")
 
@@ -71,7 +71,7 @@ def frame(browser):
 
 
 def compare_poses(browser, log, tick, found):
-    """Compares the pose of every body of MODEL; returns how many were compared."""
+    """Compares the pose of every body of MODEL. Returns how many were compared."""
     browser.evaluate(f"evalbusViewer.seek({tick})")
     frame(browser)
     return compare_drawn_poses(browser, "evalbusViewer.pose", log, tick, found)
@@ -92,13 +92,13 @@ def compare_drawn_poses(browser, pose_of, log, tick, found):
 
 
 def numbers(value):
-    """A metric of a summary as a list: one number, or one for each arm; booleans become integers."""
+    """Returns a metric of a summary as a list of one number, or of one for each arm. Booleans become integers."""
     values = list(value.values()) if isinstance(value, dict) else [value]
     return [math.nan if one is None else float(one) for one in values]
 
 
 def compare_values(browser, head, summary, found):
-    """Checks that at the last tick the curves have the summary's values; returns how many metrics were compared."""
+    """Checks that the curves have the summary's values at the last tick. Returns how many metrics were compared."""
     browser.evaluate("evalbusViewer.seek(1e9)")
     values = browser.evaluate(
         "JSON.stringify(Object.fromEntries(Object.entries(evalbusViewer.values()).map(([name, list]) =>"
@@ -145,7 +145,7 @@ def check_percent(browser, found):
 
 
 def check_outline(browser, found):
-    """The object of the current stage has an outline unless the highlight is switched off, and keeps its color."""
+    """Checks that the object of the current stage has an outline unless it is switched off, and keeps its color."""
     browser.evaluate("evalbusViewer.seek(0)")
     frame(browser)
     outlined = "[...evalbusViewer.scene.views[0].world.outlines.values()].flat().filter((mesh) => mesh.visible).length"
@@ -163,7 +163,7 @@ def check_time(browser, log, found):
     if abs(tick - last / 2) > 1 + last / 300:
         found.append(f"a press in the middle of {last} ticks leads to tick {tick}")
     compare_poses(browser, log, tick, found)
-    # Tests the keys, independent of the focused element.
+    # Tests the keys, which must not depend on the focused element.
     browser.evaluate("evalbusViewer.parts.app.tabIndex = -1; evalbusViewer.parts.app.focus()")
     for key, expected in (("ArrowRight", tick + 1), ("ArrowLeft", tick), ("Home", 0), ("End", last)):
         for kind in ("keyDown", "keyUp"):
@@ -173,7 +173,7 @@ def check_time(browser, log, found):
 
 
 def check_zoom(browser, found):
-    """Zooms with a key and the wheel, and resets with the button; pins a curve."""
+    """Zooms with a key and the wheel, resets with the button, and pins a curve."""
     browser.evaluate("evalbusViewer.seek(10); evalbusViewer.parts.app.focus()")
     end = browser.evaluate("evalbusViewer.timeline.end")
     for kind in ("keyDown", "keyUp"):
@@ -201,7 +201,7 @@ def check_zoom(browser, found):
 
 
 def check_pointed(browser, log, found):
-    """The timeline shows the scene at the time under the pointer, until the pointer leaves or drags."""
+    """Checks that the timeline shows the scene at the pointer's time until the pointer leaves or drags."""
     pose_of = "evalbusViewer.pose.bind({scene: evalbusViewer.thumbnails.scene})"
     is_ready = "Boolean(document.querySelector('.ev-time-image:not([hidden]) .ev-ready'))"
     is_over = "document.querySelector('.ev-time-image').hidden && !evalbusViewer.thumbnails.isPlaying"
@@ -240,7 +240,7 @@ def check_pointed(browser, log, found):
 
 
 def check_metrics(browser, found):
-    """The filter leaves matching metrics; constant ones are folded, each metric stands once."""
+    """Checks that the filter keeps matching metrics, that constant ones are folded, and that none is repeated."""
     names = browser.evaluate("""(() => {
       const curves = evalbusViewer.curves;
       curves.filter.value = 'slip';
@@ -340,9 +340,7 @@ def check_hostile(browser, page, folder, is_looked_at, found):
 
 
 def check_without_gl(program, url, profile, found):
-    """Checks that numbers and timeline work without WebGL, and that a line states the reason for the missing
-    image.
-    """
+    """Checks that numbers and timeline work without WebGL, and that a line states why there is no image."""
     browser = Browser(program, profile, ("--disable-gpu", "--disable-3d-apis"))
     try:
         for domain in ("Page", "Runtime"):

@@ -1,4 +1,4 @@
-"""Headless Chromium, operated as a user would; needs no Python package."""
+"""Headless Chromium, operated as a user would do it. Needs no Python package."""
 import base64
 import contextlib
 import json
@@ -10,7 +10,7 @@ import sys
 import tempfile
 
 
-# WebGL rendered by the processor, for pages with 3D images.
+# The processor renders WebGL, for pages with 3D images.
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 
 

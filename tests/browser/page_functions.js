@@ -1,5 +1,5 @@
-// Checks the pure functions of the page (viz/viewer/page); evaluates to a list of complaints. check_viewer.py runs it in
-// the page. Expected values are worked out by hand.
+// Checks the pure functions of the page (viz/viewer/page) and evaluates to a list of complaints. check_viewer.py runs it in the
+// page. Expected values are worked out by hand.
 (() => {
   const wrong = [];
   const expect = (what, got, expected) => {
@@ -7,7 +7,7 @@
     if (a !== b) wrong.push(`${what}: ${a}, not ${b}`);
   };
 
-  // Stages: 1 and 3 at one tick, 2 never.
+  // Stages 1 and 3 are reached at the same tick, and stage 2 never.
   const stages = [{ name: "a", index: 1, tick: 10 }, { name: "b", index: 2, tick: null }, { name: "c", index: 3, tick: 10 }];
   expect("stage flags and bands", Evalbus.stageBands(stages, 50), {
     flags: [{ tick: 10, number: 1, name: "a" }, { tick: 10, number: 3, name: "c" }],
@@ -21,14 +21,14 @@
   expect("axis around zero", Evalbus.axisTexts([-20, 0, 20]), ["−20", "0", "20"]);
   expect("axis with a rounding error", Evalbus.axisTexts([0.25, 0.1 + 0.2]), ["0.25", "0.30"]);
 
-  // Zoom by 2 around 6 of 10 s: 3 to 8 s, and back.
+  // A zoom by 2 around 6 of 10 s shows 3 to 8 s. The test also zooms back.
   expect("zoom in", Evalbus.zoomed(null, 10, 6, 0.5, 0.2), { from: 3, to: 8 });
   expect("zoom in at the end", Evalbus.zoomed({ from: 6, to: 10 }, 10, 10, 0.5, 0.2), { from: 8, to: 10 });
   expect("zoom beyond the least span", Evalbus.zoomed({ from: 4, to: 6 }, 10, 5, 0.01, 1), { from: 4.5, to: 5.5 });
   expect("zoom out", Evalbus.zoomed({ from: 3, to: 8 }, 10, 6, 2, 0.2), null);
 
-  // Two bodies. Body 7 of B moves by 0.01 m per tick along y; its point is 1 m along x, and B is rotated by 180 deg about
-  // x, which does not move the point. Body 3 stays.
+  // Two bodies are compared. Body 7 of B moves by 0.01 m per tick along y. Its point is 1 m along x, and B is rotated by 180 deg
+  // about x, which does not move the point. Body 3 does not move.
   const head = { bodies: [3, 7], tick_s: 0.02 };
   const track = (step, quat, ticks, tick_s = 0.02) => ({ head: { ...head, tick_s }, tickSeconds: tick_s, ticks, hasPoses: () => true,
     position: { data: Float32Array.from({ length: 6 * ticks }, (_, k) => (k % 6 === 4 ? step * Math.floor(k / 6) : 0)) },
@@ -41,13 +41,13 @@
     return found && [found.tick, found.name, Number(found.distance_m.toFixed(4))];
   };
   expect("parting", part(track(0.01, [0, 1, 0, 0], 20), 0.025), [3, "moving", 0.03]);
-  // At the same time: B has a tick for each two of A.
+  // The same time has passed, but B has one tick for two of A's ticks.
   expect("parting at half the rate", part(track(0.01, [1, 0, 0, 0], 20, 0.04), 0.025), [5, "moving", 0.03]);
   expect("no parting in the common time", part(track(0.01, [1, 0, 0, 0], 3), 0.025), null);
   // Rotated by 90 deg about z, the point is at y = 1 instead of x = 1.
   expect("parting by rotation", part(track(0, [Math.SQRT1_2, 0, 0, Math.SQRT1_2], 20), 0.025), [0, "moving", 1.4142]);
 
-  // Range relative to the largest absolute value; mean difference relative to the range.
+  // The range is relative to the largest absolute value, and the mean difference is relative to the range.
   expect("change of a constant", Evalbus.changeOf([[2, 2, NaN]], null), 0);
   expect("change of nothing", Evalbus.changeOf([[NaN]], null), 0);
   expect("change", Evalbus.changeOf([[2, 3, 4]], null), 0.5);

@@ -1,6 +1,7 @@
 // Writes the blocks of a recorded run as files with the names that a server uses, so that the page can be
-// developed and tested without a server: block/ID, episode/0/EPISODE, run/0, episodes/0; and live/000 and so
-// on, the blocks that an observer's page receives while the first episode is active.
+// developed and tested without a server: block/ID, episode/0/EPISODE, run/0 and episodes/0. Also writes
+// live/000 and so on, which are the blocks that an observer's page receives while the first episode is
+// active.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -24,7 +25,7 @@ void Write(const fs::path& file, const std::string& bytes) {
   WriteWhole(file, bytes);
 }
 
-// Writes the live stream from the log's messages: a block every 25 ticks.
+// Writes the live stream from the log's messages, with a block every 25 ticks.
 void WriteLive(const fs::path& log, const viz::EpisodeTrack& whole, const viz::SceneBlocks& scene,
                const fs::path& folder) {
   viz::EpisodeTrack track(std::make_shared<model_info_t>(whole.model()), whole.episode(),
