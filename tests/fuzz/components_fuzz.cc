@@ -1,6 +1,6 @@
-// The components and the observers of a run, each on a bus on which any message may arrive. The first byte of
-// an input selects the component; the rest is a Conversation of messages of a real episode. An error that
-// ends a component's process with one line of text ends the input.
+// Fuzzes the components and the observers of a run, each on a bus on which any message may arrive. The first
+// byte of an input selects the component. The rest is a Conversation of messages of a real episode. If an
+// error ends a component's process with one line of text, the input ends.
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -27,7 +27,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// A terminal monitor of the messages.
+// A terminal monitor that receives the messages.
 class Monitor : public Component {
  public:
   explicit Monitor(Bus* bus) : Component(bus, "monitor") {
@@ -51,7 +51,7 @@ class Monitor : public Component {
   viz::RunWatch watch_{2};
 };
 
-// The parts of `evalbus run` other than starting processes.
+// The parts of `evalbus run` that do not start processes.
 class Launcher : public runner::RunController {
  public:
   Launcher(Bus* bus, const runner::RunPlan& plan, const results::RunFolder& folder, runner::LiveView* view)
@@ -69,7 +69,7 @@ class Launcher : public runner::RunController {
 };
 
 void Drain(Bus* bus) {
-  // Handling an answer may cause another message.
+  // Handling a message may cause another message, so the number is limited.
   for (int i = 0; i < 1000 && bus->Handle(); ++i) {
   }
 }
@@ -147,7 +147,7 @@ class Run {
   const Samples& samples(int part) const { return part == kExpert ? experts_samples_ : samples_; }
 
  private:
-  // Messages for the expert, which needs a task that it supports.
+  // Makes messages for the expert, which needs a task that it supports.
   void MakeExpertsSamples() {
     const TaskDescription task = FindTask("lift_pot").task;
     const RobotDescription robot = LoadRobot(task.robot_file);
@@ -196,7 +196,7 @@ class Run {
       metrics.Poll(steady_clock::now());
       Drain(&bus);
     }
-    // The requests that a policy with cameras would have sent.
+    // Adds the requests that a policy with cameras would have sent.
     image_request_t request{};
     for (const char* encoding : {"rgb8", "depth32"}) {
       request.view.push_back({"overview", 16, 12, 0, false, encoding});
@@ -239,7 +239,7 @@ FUZZ_TARGET(components) {
       Drain(&bus);
     };
     wait(0);
-    // For other inputs the component receives the messages before any episode has begun.
+    // For other inputs, the component receives the messages before any episode has begun.
     if (*data < 128) run.Begin(part, &bus);
     const auto say = [&](const std::string& channel, const Bytes& message) {
       bus.PublishRaw(channel.c_str(), message);

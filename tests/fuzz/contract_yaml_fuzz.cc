@@ -1,4 +1,4 @@
-// Any text as a policy's contract: read, converted to JSON, and checked against the robot of a small scene.
+// Any text as a policy's contract is read, converted to JSON, and checked against the robot of a small scene.
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"

@@ -108,7 +108,7 @@ class Conversation {
   }
 
   static void Change(uint8_t kind, size_t place, uint8_t value, Bytes* message) {
-    // Numbers that provoke arithmetic errors; the last ones are doubles: -1, 1e308, infinity, NaN.
+    // These numbers provoke arithmetic errors. The last ones are doubles: -1, 1e308, infinity and NaN.
     constexpr uint64_t kNumbers[] = {0,
                                      1,
                                      100,

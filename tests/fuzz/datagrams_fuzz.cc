@@ -1,4 +1,4 @@
-// Arbitrary datagrams. The first byte of each selects the sender, the next two give its length.
+// Receives arbitrary datagrams. The first byte of each selects the sender, and the next two give its length.
 #include <algorithm>
 #include <cstdlib>
 #include <vector>
@@ -13,7 +13,7 @@ FUZZ_TARGET(datagrams) {
   while (rest.size() >= 3) {
     const uint64_t sender = rest[0];
     const size_t length = std::min<size_t>(size_t{rest[1]} << 8 | rest[2], rest.size() - 3);
-    // A copy, so that AddressSanitizer detects reads beyond its end.
+    // The datagram is copied, so that AddressSanitizer detects reads beyond its end.
     const std::vector<uint8_t> datagram(rest.begin() + 3, rest.begin() + 3 + static_cast<ptrdiff_t>(length));
     rest = rest.subspan(3 + length);
     const auto parsed = evalbus::ParseDatagram(datagram);

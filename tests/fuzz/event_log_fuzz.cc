@@ -1,6 +1,6 @@
-// A log, packed or not, read by every program that reads logs. The first byte of an input gives the kind of
-// the rest: 0 to 127 is a log; 128 and above is a Conversation that is recorded as a valid log, so that the
-// code that runs after the log's framing is parsed is reached, too.
+// Every program that reads logs reads the input as a log, packed or not. The first byte selects the kind of
+// the rest. 0 to 127 is a log. 128 and above is a Conversation that is recorded as a valid log, so that the
+// code after the parsing of the log's framing is reached, too.
 #include <cstdlib>
 
 #include "base/errors.h"
@@ -75,7 +75,7 @@ FUZZ_TARGET(event_log) {
     EventLogReader reader(file);
     size_t bytes = 0;
     for (LogEvent event; reader.Next(&event);) bytes += 28 + event.channel.size() + event.data.size();
-    // Every byte is part of an event or reported as damaged.
+    // Every byte belongs to an event or is reported as damaged.
     if (bytes + static_cast<size_t>(reader.damaged_bytes()) != reader.size()) std::abort();
   });
 
@@ -84,10 +84,10 @@ FUZZ_TARGET(event_log) {
       results::DescribeDifference(episode.recorded, episode.summary);
     }
   });
-  // Rescores under a task of the user, which decides when the episode ends.
+  // Rescores with a task of the user, which determines when the episode ends.
   Try([&] { results::Rescorer(task).Rescore(file); });
   Try([&] { policy::OpenRecording(file)(0); });
-  // Rendering reads the log until it finds that there is no model to draw.
+  // Rendering reads the log until it finds that it has no model to draw.
   Try([&] {
     viz::ParallelFrameRenderer frame_renderer({}, 1);
     viz::MakeLogVideos(file, {"overview"}, &frame_renderer, folder.path());

@@ -1,4 +1,4 @@
-// Any bytes as messages of a Foxglove client, text and binary.
+// Parses any bytes as messages of a Foxglove client, text and binary.
 #include <cmath>
 #include <cstdlib>
 

@@ -1,5 +1,5 @@
-// Any bytes as a message of a GR00T server. What can be decoded is unchanged after encoding and decoding
-// again, except for configurations, of which only the content is preserved.
+// Decodes any bytes as a message of a GR00T server. Encoding and decoding a decoded message again does not
+// change it. Only configurations may be encoded differently, with the same content.
 #include <cstdlib>
 #include <string_view>
 

@@ -1,4 +1,4 @@
-// Any text as JSON with arrays. What can be decoded is unchanged after encoding and decoding again.
+// Decodes any text as JSON with arrays. Encoding and decoding a decoded value again does not change it.
 #include <cstdlib>
 
 #include "policy_bridge/wire/json_numpy.h"

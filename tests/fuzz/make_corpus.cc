@@ -22,7 +22,7 @@
 namespace evalbus {
 namespace {
 
-// A contract for arms of one joint, with one value of every kind.
+// A contract for arms of one joint that has one value of every kind.
 constexpr char kSmallContract[] = R"(description: all there is
 wire: groot
 groot_dialect: n1.6_flat
@@ -68,7 +68,7 @@ action:
     - {arm: left, indices: 0-5, gripper: {index: 6, open: 1, closed: -1, threshold: 0.5, sticky_steps: 2}}
 )";
 
-// Every predicate, quantity and randomization.
+// A task with every predicate, quantity and randomization.
 constexpr char kAllWords[] = R"(name: words
 title: Every word of a task description
 instruction: lift it
@@ -129,7 +129,7 @@ pose_error: {tilt: {object: pot, axis: x}}
 other_robots: {small: {target_distance: {joint_fraction: {joint: right/joint}}}}
 )";
 
-// run.json, and episodes with its seeds.
+// A run.json and episodes with its seeds.
 std::string SmallRun() {
   std::string text =
       R"({"run_id": "run", "task": "lift_pot", "variation": "base", "policy": "hold", "episodes": 2, "seed": 7, )"
@@ -152,7 +152,7 @@ void Write(const std::filesystem::path& file, const Bytes& bytes) {
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-// Messages of policy servers.
+// Writes messages of policy servers.
 void WriteWires(const std::filesystem::path& corpus) {
   using policy::Array, policy::List, policy::Map, policy::Value;
   const auto write_text = [&](const char* target, const char* name, const std::string& text) {
@@ -187,7 +187,7 @@ void WriteAll(const std::filesystem::path& corpus) {
     Write(corpus / "messages" / Message::getTypeName(), bytes);
   });
 
-  // Whole and fragmented messages of two senders that interleave; one message is truncated.
+  // Writes whole and fragmented messages of two senders that interleave. One message is truncated.
   Bytes traffic;
   const auto send = [&](uint8_t sender, const std::string& datagram) {
     traffic.insert(traffic.end(), {sender, static_cast<uint8_t>(datagram.size() >> 8),
@@ -204,7 +204,7 @@ void WriteAll(const std::filesystem::path& corpus) {
   send(1, long_one[2]);
   Write(corpus / "datagrams/interleaved", traffic);
 
-  // An episode of five ticks as a Conversation, for each of the components and as a recorded log.
+  // Writes an episode of five ticks as a Conversation for each of the components, and as a recorded log.
   const auto spoken = SpokenChannels();
   const auto channel = [&](std::string_view name) {
     return static_cast<uint8_t>(std::ranges::find(spoken, name, &SpokenChannel::name) - spoken.begin());
@@ -244,7 +244,7 @@ void WriteAll(const std::filesystem::path& corpus) {
   }
   Write(corpus / "components/episode_9", conversation);
 
-  // The same as a log.
+  // The same episode is written as a log.
   const std::filesystem::path file = corpus / "event_log" / "episode";
   std::filesystem::remove(file);
   EventLogWriter log(file);
@@ -264,7 +264,7 @@ void WriteAll(const std::filesystem::path& corpus) {
   bytes.insert(bytes.begin(), 0);
   Write(file, bytes);
 
-  // Small files of each kind.
+  // Writes small files of each kind.
   const auto write_text = [&](const char* target, const char* name, const std::string& text) {
     Write(corpus / target / name, Bytes(text.begin(), text.end()));
   };
@@ -279,7 +279,7 @@ void WriteAll(const std::filesystem::path& corpus) {
     write_text("contract_yaml", contract.name.c_str(), contract.text);
   }
 
-  // Requests to and answers of a policy server, in all formats of arrays.
+  // Writes requests to a policy server and its answers, in all formats of arrays.
   const policy::Value exchange = policy::Map{
       {"image", policy::Array{"|u1", {1, 2, 3}, policy::Bytes(6)}},
       {"actions", policy::FloatArray({0.5, -1}, {1, 2})},

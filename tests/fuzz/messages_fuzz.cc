@@ -1,4 +1,4 @@
-// Any bytes as a message of any type: the first byte selects the type, and the fingerprint is right.
+// Decodes any bytes as a message of any type. The first byte selects the type, and the fingerprint is right.
 #include <cstdlib>
 #include <vector>
 

@@ -1,5 +1,5 @@
-// Any bytes as the message of a policy server. What can be decoded is unchanged after encoding and decoding
-// again.
+// Decodes any bytes as the message of a policy server. Encoding and decoding a decoded message again does not
+// change it.
 #include <cstdlib>
 
 #include "policy_bridge/wire/msgpack_codec.h"

@@ -1,4 +1,5 @@
-// Mutations that libFuzzer lacks: of lines, of numbers in text, and replacing one piece of text by another.
+// Mutations that libFuzzer lacks: of lines, of numbers in text, and replacements of one piece of text by
+// another.
 #pragma once
 
 #include <cstdint>

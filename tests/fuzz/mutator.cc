@@ -1,4 +1,4 @@
-// Half of the mutations are libFuzzer's own, half are ours.
+// Half of the mutations are libFuzzer's own, and half come from mutate.h.
 #include <algorithm>
 
 #include "tests/fuzz/mutate.h"

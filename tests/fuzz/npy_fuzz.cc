@@ -1,4 +1,4 @@
-// Any bytes as a .npy file. What can be read is unchanged after writing and reading again.
+// Reads any bytes as a .npy file. Writing and reading the array again does not change it.
 #include <cstdlib>
 
 #include "policy_bridge/wire/npy.h"

@@ -1,4 +1,4 @@
-// Any bytes as an npz file: the content of every member lies within the file.
+// Reads any bytes as an npz file. The content of every member must be within the file.
 #include <cstdlib>
 
 #include "base/errors.h"

@@ -1,4 +1,4 @@
-// Any text as a robot description, and the robot in a scene.
+// Reads any text as a robot description and composes the robot into a scene.
 #include "base/errors.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_scene.h"

@@ -1,5 +1,5 @@
 // fuzz_corpus TARGET [-changed=N] FOLDER...: runs a fuzz target without libFuzzer on every file of the
-// folders, then on N mutations, the same at every call. With a large N it also serves for longer fuzzing
+// folders and then on N mutations. The mutations are the same at every call. A large N allows longer fuzzing
 // without clang.
 #include <algorithm>
 #include <cstdio>

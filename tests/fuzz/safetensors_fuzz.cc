@@ -1,4 +1,4 @@
-// Any bytes as a safetensors file. What can be read is unchanged after writing and reading again.
+// Reads any bytes as a safetensors file. Writing and reading the content again does not change it.
 #include <cstdlib>
 
 #include "base/errors.h"

@@ -1,5 +1,5 @@
-// Any text as the file of a recorded trajectory. Reading it step by step and parsing it as a whole must give
-// the same result, bit for bit, or both must fail.
+// Reads any text as the file of a recorded trajectory. Reading it step by step and parsing it as a whole must
+// give bit-identical results, or both must fail.
 #include <cstdlib>
 #include <string>
 

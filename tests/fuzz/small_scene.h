@@ -70,7 +70,7 @@ inline constexpr char kSmallPot[] = R"(<mujoco>
 </mujoco>
 )";
 
-// A folder with all files except the task's own.
+// A folder with all files except the task description.
 class SmallScene : public ScratchFolder {
  public:
   SmallScene() {
@@ -82,15 +82,15 @@ class SmallScene : public ScratchFolder {
   }
 };
 
-// small_world::kTask with an end after five ticks of 20 ms.
+// small_world::kTask, changed to end after five ticks of 20 ms.
 inline std::string SmallTask() {
   std::string text = small_world::kTask;
   const std::string limit = "time_limit_s: 5";
   return text.replace(text.find(limit), limit.size(), "time_limit_s: 0.1");
 }
 
-// Does what the programs do with a task, its variation and a robot: compose, compile, place, draw, step,
-// check and evaluate.
+// Processes a task, its variation and a robot as the programs do: composes, compiles, places, draws, steps,
+// checks and evaluates.
 inline void PlayTask(const TaskDescription& task, const std::string& variation,
                      const RobotDescription& robot) {
   Scene scene = BuildScene(task, robot);

@@ -1,6 +1,6 @@
-// Any bytes as requests to a web server. Parts of them serve as targets, headers and messages. The whole is
-// sent over the loopback to a server, as a request and as the data after a WebSocket handshake. The server
-// must answer or close the connection, and must accept the next one.
+// Sends any bytes as requests to a web server. Parts of the input serve as targets, headers and messages. The
+// whole input is sent over loopback to a server, as a request and as the data after a WebSocket handshake.
+// The server must answer or close the connection, and must accept the next one.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -72,7 +72,7 @@ std::string Answer(const std::string& bytes) {
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   address.sin_port = htons(Server().port());
   const timeval timeout{.tv_sec = 20, .tv_usec = 0};
-  // Resets the connection on close: otherwise thousands of connections in TIME_WAIT would use up all ports.
+  // Resets the connection on close. Otherwise thousands of connections in TIME_WAIT would use up all ports.
   const linger at_once{.l_onoff = 1, .l_linger = 0};
   setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   setsockopt(fd, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
