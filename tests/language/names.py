@@ -24,7 +24,7 @@ def main():
         try:
             sources[name] = (ROOT / name).read_text(encoding="utf-8")
         except UnicodeDecodeError:
-            pass  # an image, a log
+            pass  # the file is an image or a log
     tests = set()
     for name, text in sources.items():
         if name.startswith("tests/") and name.endswith(".cc"):
@@ -32,7 +32,7 @@ def main():
     missing = []
     for name, text in sources.items():
         if name == "CHANGELOG.md":
-            continue  # names what existed then
+            continue  # names tests and files that existed at the time
         if name.endswith(".md"):
             missing += [f"{name}:{line(text, match.start())}: there is no test {match[1]}" for match in NAMED_TEST.finditer(text)
                         if not fnmatch.filter(tests, match[1])]

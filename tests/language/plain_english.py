@@ -21,7 +21,7 @@ import tokenize
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 
-# Data, other people's files, and this folder, which quotes what it bans.
+# These files are not checked: data, other people's files, and this folder, which quotes what it bans.
 EXCLUDED = re.compile(r"^(tests/language/|tests/data/|tests/fuzz/corpus/|LICENSE$|CODE_OF_CONDUCT)")
 
 PEOPLE = ("user|person|people|anyone|engineer|researcher|developer|contributor|operator|author|maintainer|"
@@ -32,13 +32,14 @@ Rule = collections.namedtuple("Rule", "id pattern instead kinds")
 
 
 def rule(id_, pattern, instead, kinds=KINDS, flags=re.IGNORECASE):
-    # A blank in a pattern is any number of blanks, but in a lookbehind, whose width is fixed.
+    # A blank in a pattern matches any number of blanks. In a lookbehind, whose width is fixed, it matches
+    # one.
     parts = re.split(r"(\(\?<[=!][^)]*\))", pattern)
     pattern = "".join(part if part.startswith("(?<") else re.sub(r"(?<!\[) ", " +", part) for part in parts)
     return Rule(id_, re.compile(pattern, flags), instead, set(kinds))
 
 
-# Where two rules match the same words, the first one counts.
+# If two rules match the same words, the first rule counts.
 RULES = [
     rule("starts-with-of", r"\AOf\b|(?<=[.!?] )Of (?=a\b|an\b|the\b|each\b|what\b)", "begin with the noun that is described",
          {"comment"}, 0),
@@ -102,7 +103,7 @@ def blanked(match):
 
 
 def plain(text):
-    """Blanks out quoted code and addresses; offsets stay."""
+    """Replaces quoted code and addresses by blanks. Offsets do not change."""
     return re.sub(r"`[^`]*`|https?://\S+|<!--.*?-->", blanked, text, flags=re.DOTALL)
 
 
@@ -120,7 +121,7 @@ def joined(units, source):
 
 
 def located(groups, source):
-    """Units whose text has a line break wherever the source has one, so that a match tells its line."""
+    """Returns units whose text has a line break wherever the source has one, so that a match reveals its line."""
     for kind, _, _, pieces in groups:
         text, line = "", source.count("\n", 0, pieces[0][0]) + 1
         for start, piece in pieces:
@@ -130,7 +131,7 @@ def located(groups, source):
 
 
 def without_markers(comment):
-    """A comment without // or /* and the like, of equal length up to leading blanks."""
+    """Returns a comment without // or /* and the like, of the same length except for leading blanks."""
     if comment.startswith("/*"):
         return re.sub(r"(?m)^\s*\*", " ", comment[2:-2]).strip(" ")
     return re.sub(r"^(?:///?<?|#+)\s?", "", comment)
@@ -202,10 +203,10 @@ def units(name, source):
 
 
 def find(name, source):
-    """The findings in a file's text."""
+    """Returns the findings in a file's text."""
     for unit in units(name, source):
         if unit.kind == "string" and " " not in unit.text.strip():
-            continue  # a name or a key, no text
+            continue  # the text is a name or a key
         text = plain(unit.text) if unit.kind != "code" else unit.text
         # A phrase may be broken over two lines.
         flat = text.replace("\n", " ")
@@ -234,7 +235,7 @@ def findings(files):
         try:
             source = (ROOT / name).read_text(encoding="utf-8")
         except UnicodeDecodeError:
-            continue  # an image, a log
+            continue  # the file is an image or a log
         yield from find(name, source)
 
 

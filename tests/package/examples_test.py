@@ -1,4 +1,4 @@
-"""examples/ outside the source tree: built against an installed evalbus and used in a run."""
+"""Builds examples/ outside the source tree against an installed evalbus, and uses them in a run."""
 
 import json
 import os
@@ -23,13 +23,13 @@ def call(*command, code=0, **more):
 with tempfile.TemporaryDirectory() as folder:
     here = pathlib.Path(folder)
     call("cmake", "--install", BUILD, "--prefix", here / "installed")
-    # No command names a path of the source tree.
+    # The examples are copied, so no command names a path of the source tree.
     call("cp", "-r", ROOT / "examples", here / "examples")
     call("cmake", "-S", here / "examples", "-B", here / "build", f"-DCMAKE_PREFIX_PATH={here / 'installed'}")
     call("cmake", "--build", here / "build", "--parallel", "2")
     evalbus = here / "installed" / "bin" / "evalbus"
 
-    # A copy of a task with a metric that only the plugin provides.
+    # The task is a copy with a metric that only the plugin provides.
     call(evalbus, "tasks", "new", "mine", "--from", "lift_pot", cwd=here)
     task = here / "mine.yaml"
     text = task.read_text().replace("\ntarget_distance:\n", "\ntarget_distance:\n  wrists_over_pot: {wrists_above: {object: pot}}\n")
@@ -48,7 +48,8 @@ with tempfile.TemporaryDirectory() as folder:
     call(evalbus, "run", f"{task}/base", "--policy", "waving", "--episodes", "1", "--out", run, "--url", URL, env=plugins)
     assert listener.communicate(timeout=DEADLINE_S)[0] == "episode 0: time_limit after 1.00 s\n"
     episode = json.loads((run / "episodes.jsonl").read_text())
-    # The pot's origin is at 0.996 m, the wrists are above it at a height given by the robot's home pose.
+    # The pot's origin is at 0.996 m. The wrists are above it, at a height that follows from the robot's home
+    # pose.
     assert 0.1 < episode["metrics"]["target_distance"]["wrists_over_pot"] < 0.5, episode
     loaded = json.loads((run / "run.json").read_text())["plugins"]
     assert sorted(loaded) == ["libwaving.so", "libwrists_above.so"], loaded

@@ -15,8 +15,8 @@ import tempfile
 import time
 
 RUN = ("run", "lift_pot/position", "--episodes", "2", "--video", "overview", "--out")
-# Fails unless the messages of two logs have equal bits. The times at which they were recorded differ. The action that
-# answers the last state is not executed, and may be too late for the log.
+# Fails unless the messages of two logs are bit-identical. The times at which they were recorded may differ.
+# The action that answers the last state is not executed and may be too late for the log.
 SAME_LOG = """
 import sys, evalbus
 def bits(column):

@@ -1,4 +1,4 @@
-// A sanitizer finding ends the program, so no test that causes one can pass.
+// These tests check that a sanitizer finding ends the program, so that no test that causes one can pass.
 #include <gtest/gtest.h>
 
 #include <climits>

@@ -1,4 +1,4 @@
-"""A temporary Slurm cluster: two nodes of one machine, in one folder, without systemd, on loopback only."""
+"""A temporary Slurm cluster of two nodes on one machine, in one folder, without systemd, on loopback only."""
 
 import os
 import pathlib
@@ -37,7 +37,7 @@ def enter_namespace():
 
 
 def wait_for(condition, what, describe=lambda: ""):
-    """describe() returns the state at the deadline, for the error message."""
+    """Waits for a condition. describe() returns the state at the deadline, for the error message."""
     end = time.monotonic() + DEADLINE_S
     while not condition():
         if time.monotonic() > end:
@@ -76,7 +76,7 @@ class Cluster:
             "ClusterName": "test", "SlurmctldHost": "localhost(127.0.0.1)", "SlurmctldPort": 16817,
             "SlurmUser": "root", "SlurmdUser": "root", "AuthType": "auth/munge", "CredType": "cred/munge",
             "AuthInfo": f"socket={folder}/run/munge.sock,cred_expire=5",
-            # Without another network interface, Slurm finds even 127.0.0.1 only with these parameters.
+            # If loopback is the only network interface, Slurm finds 127.0.0.1 only with these parameters.
             "CommunicationParameters": "NoInAddrAny,NoCtldInAddrAny,EnableIPv6",
             "StateSaveLocation": f"{folder}/state", "SlurmdSpoolDir": f"{folder}/spool/%n",
             "SlurmctldPidFile": f"{folder}/run/slurmctld.pid", "SlurmdPidFile": f"{folder}/run/slurmd.%n.pid",

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A plan on a Slurm cluster gives the same bytes as without one, whatever happens to its tasks.
+"""A plan on a Slurm cluster gives the same bytes as without a cluster, whatever happens to its tasks.
 
 usage: slurm_test.py FOLDER_OF_PROGRAMS
 """
@@ -75,16 +75,16 @@ class SlurmTest(unittest.TestCase):
         for policy in ("expert", "shaky"):
             for name in ("suite.json", "summary.json"):
                 self.assertTrue(filecmp.cmp(self.reference / policy / name, out / policy / name, shallow=False), name)
-        # No unfinished shard is left once every orphaned task has ended, including one that its retry
+        # No unfinished shard remains after every orphaned task has ended. This includes a task that its retry
         # overtook.
         cluster.wait_for(lambda: not list((out / "parts").iterdir()), f"{out}/parts to be empty")
 
     def events(self, log):
-        """Events that do not depend on the process or on how much of the run it made; MODEL names files where
-        they were written.
+        """Returns the events that do not depend on the process or on how much of the run it made. MODEL does
+        depend on it, because it names files where they were written.
         """
         skipped = ("EVALBUS_MODEL", "EVALBUS_STATUS", "EVALBUS_RUN_SUMMARY")
-        # Not evalbus.events: Python would take minutes to decode this many.
+        # evalbus.events is not used, because Python would take minutes to decode this many events.
         return [event for event in evalbus.log._events(log, evalbus.log.Log()) if event[1] not in skipped]
 
     def running(self, array):
@@ -96,7 +96,7 @@ class SlurmTest(unittest.TestCase):
         return self.running(array)[0]
 
     def test_is_as_without_it(self):
-        # sbatch splits unquoted values at blanks, and replaces "%a" in the name of a job's output.
+        # sbatch splits unquoted values at blanks and replaces "%a" in the name of a job's output.
         out, _ = self.submit("50%a of it")
         self.assertIn("of 36 episodes done", self.evalbus("status", str(out)))
         self.cluster.wait_until_done()
@@ -126,7 +126,7 @@ class SlurmTest(unittest.TestCase):
             self.cluster.say("scancel", self.wait_for_running(array))
             # The retry of the orphaned task starts three quarters of a minute after it.
             self.cluster.wait_until_done()
-            # Canceled shards are missing, and only those are submitted again.
+            # Canceled shards are missing, so only these are submitted again.
             self.assertIn("shards are missing", (out / "slurm" / "merge.log").read_text())
             self.assertIn("1 task", self.evalbus("run", str(out / "plan.json"), "--slurm", "--array-size", str(TASKS)))
             self.cluster.wait_until_done()
@@ -153,7 +153,7 @@ class SlurmTest(unittest.TestCase):
         self.cluster.say("scontrol", "update", f"nodename={node}", "state=down", "reason=test")
 
     def kill_a_slurmstepd(self, array):
-        """The task becomes an orphan that continues to run; Slurm restarts it."""
+        """Makes the task an orphan that continues to run while Slurm restarts it."""
         self.wait_for_running(array)
         said = subprocess.run(["pgrep", "-f", "^slurmstepd"], capture_output=True, text=True).stdout.split()
         self.assertTrue(said)

@@ -1,4 +1,4 @@
-// Counts calls of operator new, and the bytes they ask for, in the test executable that links
+// Counts calls of operator new and the requested bytes, in the test executable that links
 // allocation_count.cc.
 #pragma once
 

@@ -6,7 +6,7 @@
 
 namespace evalbus {
 
-// Polls like a host for the given duration; returns the time at its end.
+// Polls the component as its host does, for the given duration. Returns the time at the end.
 template <class Polled>
 SteadyTime PollFor(Polled* polled, SteadyTime from, SteadyTime::duration time) {
   SteadyTime now = from;
