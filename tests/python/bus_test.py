@@ -1,4 +1,4 @@
-"""Python policies on the bus of a real run, with LCM's module from PyPI, in a network namespace of their own.
+"""Python policies on the bus of a real run, with LCM's module from PyPI, in a private network namespace.
 
 usage: bus_test.py BIN   (the folder of evalbus' programs)
 """
@@ -56,7 +56,7 @@ class BusTest(unittest.TestCase):
         self.assertEqual([episode.complete for episode in run.episodes], [True] * 2)
         log = evalbus.read_log(run.logs[1])
         action, state = log["EVALBUS_ACTION"], log["EVALBUS_STATE"]
-        # The last state may have been answered, too.
+        # The policy may have answered the last state, too.
         ticks = len(action["time_us"])
         self.assertIn(len(state["time_us"]) - ticks, (0, 1))
         np.testing.assert_array_equal(action["header"]["tick"], np.arange(ticks))
@@ -65,7 +65,7 @@ class BusTest(unittest.TestCase):
         np.testing.assert_allclose(joints, np.tile(HOME, (len(joints), 1)), atol=0.01)
 
     def test_the_network_lifts_the_pot(self):
-        """Checks what pytorch_policy.py learns from one expert run, without a server between policy and evalbus."""
+        """pytorch_policy.py learns from one expert run and controls the robot without a server in between."""
         support.need_torch(self)
         support.evaluate(BIN, "lift_pot", "--episodes", "1", "--policy", "expert", out=self.folder / "expert")
         program = pathlib.Path(__file__).with_name("network_on_bus.py")

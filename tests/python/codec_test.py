@@ -14,7 +14,7 @@ REPLY = (
     "82a7616374696f6e7384c40b5f5f6e6461727261795f5fc3c40464617461c4080000003f000080bfc4056474797065a33c6634"
     "c4057368617065920102ad7365727665725f74696d696e6781a8696e6665725f6d73cb3ff8000000000000"
 )
-# The same array with its keys as text, as vla-eval writes them.
+# The same array with text keys, as vla-eval writes them.
 TEXT_KEYS = "81a16184ab5f5f6e6461727261795f5fc3a464617461c403000102a56474797065a37c7531a573686170659103"
 # {"x": {b"__npgeneric__": true, b"data": 3, b"dtype": "<i4"}}
 SCALAR = "81a17883c40d5f5f6e7067656e657269635f5fc3c4046461746103c4056474797065a33c6934"
@@ -97,8 +97,8 @@ class Codec(unittest.TestCase):
         for size in range(len(whole)):
             with self.assertRaises(codec.CodecError):
                 codec.unpack(whole[:size])
-        # An announced length of 4 GB; an extra byte; a byte that msgpack never uses; a text that is not
-        # UTF-8.
+        # The texts announce a length of 4 GB, have an extra byte, have a byte that msgpack never uses, or have a text
+        # that is not UTF-8.
         for text in ("c6ffffffff00", "8000", "c1", "a1ff"):
             with self.assertRaises(codec.CodecError):
                 codec.unpack(bytes.fromhex(text))

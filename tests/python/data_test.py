@@ -38,7 +38,7 @@ with tempfile.TemporaryDirectory() as name:
     run = here / "run"
     evalbus("run", "lift_pot/base", "--policy", "expert", "--episodes", "1", "--in-process", "--video", "none", "--out", run)
 
-    # robomimic's layout.
+    # Tests robomimic's layout.
     evalbus("export", run, "--hdf5", here / "set.hdf5", "--camera", "head", "--size", "32x24")
     with h5py.File(here / "set.hdf5") as f:
         demo = f["data/demo_0"]
@@ -58,7 +58,7 @@ with tempfile.TemporaryDirectory() as name:
         joints, opening, pot = (numpy.vstack(x) for x in zip((joints, opening, pot), last))
     assert "exists" in evalbus("export", run, "--hdf5", here / "set.hdf5", code=1)
 
-    # Images: an interrupted export continues and gives the same result.
+    # Tests images. An interrupted export continues and gives the same result.
     several, images = here / "several", ["--camera", "head,left/hand/wrist", "--size", "96x64"]
     evalbus("run", "lift_pot/position", "--policy", "expert", "--episodes", "4", "--control-hz", "20", "--in-process",
             "--video", "none", "--out", several)  # fmt: skip
@@ -76,7 +76,7 @@ with tempfile.TemporaryDirectory() as name:
     assert 1 <= len(begun) < 4 and all(len(f.name) == 32 for f in begun), begun
     evalbus(*command[1:])
     assert not kept.exists()
-    # The start of each demo, for `trained_on` of a contract; the other layout has the same.
+    # Each demo stores its initial state for `trained_on` of a contract. The other layout stores the same.
     starts = [{"task": "lift_pot/position", "parameters": line["parameters"]} for line in lines(several)]
     with h5py.File(here / "whole.hdf5") as f:
         assert [json.loads(line) for line in f["evalbus_starts"][:]] == starts
@@ -86,7 +86,7 @@ with tempfile.TemporaryDirectory() as name:
 
     assert (here / "stopped.hdf5").read_bytes() == (here / "whole.hdf5").read_bytes()
 
-    # RoboEval's layout, and the rule of its converter.
+    # Tests RoboEval's layout and the rule of its converter.
     evalbus("export", run, "--safetensors", here / "demos")
     demo = here / "demos" / "0000.safetensors"
     blob = demo.read_bytes()
@@ -111,7 +111,7 @@ with tempfile.TemporaryDirectory() as name:
     assert played["extended"]["success_once"] == played["extended"]["success_end"] == 1, played["extended"]
     assert "is not a multiple of" in evalbus("demo", "convert", demo, "--hz", "7", "--out", here / "x", code=1)
 
-    # The run's own trajectory as a table: all available values agree.
+    # Tests the run's own trajectory as a table. All available values agree.
     names = [f"{arm}/joint{k}" for arm in ("left", "right") for k in range(1, 8)]
     columns = [f"q{k}" for k in range(14)] + ["gl", "gr", "x", "y", "z", "qw", "qx", "qy", "qz"]
     map_text = "task: lift_pot/base\nrate_hz: 50\njoints:\n  unit: rad\n  columns: {" + ", ".join(
@@ -151,7 +151,7 @@ with tempfile.TemporaryDirectory() as name:
     assert blind["failure_reason"] == "not_judged" and "success" not in blind["metrics"], blind
     assert json.loads((here / "blind" / "summary.json").read_text())["success_rate"] is None
 
-    # A folder of files: one episode per file, in the order of their names; one is a failure.
+    # Tests a folder with one file per episode. Episodes are in the order of the file names, and one is a failure.
     (here / "many").mkdir()
     for k in range(3):
         write(here / "many" / f"{k}.csv", data if k != 1 else data[:40])
@@ -165,7 +165,7 @@ with tempfile.TemporaryDirectory() as name:
     evalbus("export", here / "folder", "--csv", here / "folder.csv")
     assert (here / "folder.csv").read_text().count("\n") == 4
 
-    # Expects one line that names the location of the error, exit code 1, and nothing half-written.
+    # Expects one line that names the location of the error, exit code 1, and no half-written file.
     def bad_text(name, text):
         (here / name).write_text(text)
         return here / name
@@ -197,9 +197,9 @@ with tempfile.TemporaryDirectory() as name:
 
     time = numpy.arange(len(data)) / 50.0
     time[9] = 0.01
-    # A pause of 1e300 s, which no unit explains.
+    # No time unit explains a pause of 1e300 s.
     late = numpy.append(numpy.arange(len(data) - 1) / 50.0, 1e300)
-    # Timestamps in milliseconds, declared as seconds.
+    # The timestamps are in milliseconds but declared as seconds.
     sparse = numpy.arange(len(data)) * 20.0
     timed = (map_text + poses).replace("rate_hz: 50", "time: {column: t, unit: s}")
     bad_text("time.yaml", timed)

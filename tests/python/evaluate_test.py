@@ -1,4 +1,4 @@
-"""evalbus.run, start, compare and Environment with the program evalbus.
+"""Tests evalbus.run, start, compare and Environment with the program evalbus.
 
 usage: evaluate_test.py BIN   (the folder of evalbus' programs)
 """
@@ -29,7 +29,7 @@ import websockets.exceptions
 BIN = os.path.abspath(sys.argv.pop(1))
 os.environ["EVALBUS_BIN"] = BIN
 
-# Prints the id of the program that it starts, then works until it is killed.
+# Prints the id of the program that it starts, and works until it is killed.
 ACTIVE_RUN = """
 import evalbus, sys
 with evalbus.start("lift_pot/position", "hold", episodes=1000, out=sys.argv[1], in_process=True) as active:
@@ -63,7 +63,7 @@ def hold(observation):
 
 
 def wait_for_end(pid):
-    """Returns when this process has ended."""
+    """Waits until this process has ended."""
     try:
         descriptor = os.pidfd_open(pid)
     except ProcessLookupError:
@@ -114,9 +114,9 @@ class EvaluateTest(unittest.TestCase):
         policy = Policy()
         run = self.run_here("lift_pot", policy, episodes=2)
         self.assertEqual([episode.end_reason for episode in run.episodes], ["time_limit"] * 2)
-        # The contract "plain" has 20 Hz.
+        # The contract "plain" specifies 20 Hz.
         self.assertEqual((run.options["control_hz"], policy.episodes), (20, 2))
-        # 20 s per episode; the last tick may be observed, too.
+        # An episode takes 20 s, and its last tick may be observed, too.
         self.assertIn(len(thread), range(800, 803))
         self.assertNotIn(threading.main_thread(), thread)
 
@@ -141,7 +141,7 @@ class EvaluateTest(unittest.TestCase):
         ) as active:
             partial = [event.content for event in active if event.kind == "partial"]
             run = active.wait()
-        # There is one event for each tick; the last one has the numbers of the episode.
+        # There is one event for each tick, and the last one has the numbers of the episode.
         self.assertEqual([event["tick"] for event in partial], list(range(len(partial))))
         self.assertEqual([event["verdict"] for event in partial], ["undecided"] * (len(partial) - 1) + ["success"])
         self.assertEqual(partial[-1]["metrics"], run.episodes[0].metrics)
@@ -174,7 +174,7 @@ class EvaluateTest(unittest.TestCase):
             next(event for event in active if event.kind == "episode")
         with self.assertRaisesRegex(evalbus.ProgramError, "stopped before its end"):
             active.wait()
-        # Finished episodes stay.
+        # Finished episodes are kept.
         self.assertEqual(evalbus.read_run(self.folder / "run").episodes[0].end_reason, "time_limit")
 
     def test_compare(self):
@@ -305,12 +305,12 @@ class EvaluateTest(unittest.TestCase):
                     evalbus.read_run(folder)
 
     def test_errors_have_one_line(self):
-        # Gymnasium's AsyncVectorEnv makes an exception of the exception of its worker process.
+        # Gymnasium's AsyncVectorEnv creates an exception from the exception of its worker process.
         error = evalbus.ActionError(evalbus.ActionError("wrong\nshape"))
         self.assertEqual(str(error), "wrong shape")
 
     def test_a_policy_that_hangs(self):
-        """Neither evalbus nor Python remains after the context is left."""
+        """Neither evalbus nor Python keeps running after the context is left."""
         done = subprocess.run(
             [sys.executable, "-B", "-c", HANGING_POLICY, str(self.folder / "run")],
             capture_output=True, text=True, timeout=support.DEADLINE_S,
@@ -367,7 +367,7 @@ class EvaluateTest(unittest.TestCase):
 
 class EnvironmentTest(unittest.TestCase):
     def test_episodes_are_those_of_a_run(self):
-        """Replays the actions of a recorded run, of which one episode fails."""
+        """Replays the actions of a recorded run in which one episode fails."""
         seed = 7
         with tempfile.TemporaryDirectory() as folder:
             out = pathlib.Path(folder) / "run"
@@ -391,7 +391,7 @@ class EnvironmentTest(unittest.TestCase):
                         if step.episode:
                             break
                     self.assertEqual(step.episode, episode)
-                    # The last observation is that of the last tick.
+                    # The last observation belongs to the last tick.
                     joints = log["EVALBUS_STATE"]["arm"]["joint_position_rad"][-1].ravel()
                     np.testing.assert_array_equal(step.observation["state"][:14], joints.astype(np.float32))
 
@@ -409,11 +409,11 @@ class EnvironmentTest(unittest.TestCase):
                 home = state if home is None else home
                 np.testing.assert_array_equal(state, home)
                 if control.endswith("delta"):
-                    # Without a delta, the arms stay where they are; grippers open.
+                    # Without a delta, the arms hold their position and the grippers open.
                     for _ in range(3):
                         step = environment.step(np.zeros(size))
                     np.testing.assert_allclose(step.observation["state"][:14], home[:14], atol=8e-3)
-                    # The first joint turns, or the left flange rises.
+                    # Either the first joint turns or the left flange rises.
                     delta = np.zeros(size)
                     delta[0 if control == "joint_delta" else 2] = 0.02
                     for _ in range(5):
@@ -471,7 +471,7 @@ class EnvironmentTest(unittest.TestCase):
             ):
                 with self.assertRaisesRegex(evalbus.ActionError, words):
                     environment.step(action)
-            # Numbers of any type are actions.
+            # An action may have numbers of any type.
             self.assertIsNone(environment.step(state.astype(np.longdouble)).episode)
             with self.assertRaisesRegex(evalbus.ActionError, "the action is not an array: "):
                 environment.step([[1, 2], [3]])
@@ -486,7 +486,7 @@ class EnvironmentTest(unittest.TestCase):
             ):
                 with self.assertRaisesRegex(evalbus.InputError, words):
                     environment.reset(*given)
-            # The environment is still usable.
+            # The environment is still usable after these errors.
             self.assertIsNone(environment.step(state).episode)
         with self.assertRaisesRegex(evalbus.InputError, "the environment is closed"):
             environment.step(state)

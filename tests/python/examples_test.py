@@ -58,9 +58,7 @@ class ExamplesTest(unittest.TestCase):
         np.testing.assert_array_equal(chunk[:, 14:], 0)
 
     def test_pytorch(self):
-        """The policy has learned from one run of the expert to lift the pot at its place, under its own
-        contract.
-        """
+        """The policy learns from one run of the expert to lift the pot at its place, with the policy's own contract."""
         support.need_torch(self)
         with tempfile.TemporaryDirectory() as folder:
             expert, learnt = pathlib.Path(folder) / "expert", pathlib.Path(folder) / "learnt"

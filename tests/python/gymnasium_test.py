@@ -1,4 +1,4 @@
-"""evalbus.gym with Gymnasium, to_pandas() with pandas, and the events' schema; see scripts/interop gymnasium.
+"""Tests evalbus.gym with Gymnasium, to_pandas() with pandas, and the events' schema; see scripts/interop gymnasium.
 
 usage: gymnasium_test.py BIN   (the folder of evalbus' programs)
 """
@@ -42,13 +42,13 @@ class GymnasiumTest(unittest.TestCase):
             {"contract": "plain"},
         ):
             with self.subTest(options), make(**options) as env, warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # Unbounded states; ranges other than -1 to 1.
-                # With a contract there are no cameras to render.
+                warnings.simplefilter("ignore")  # Unbounded states, and ranges other than -1 to 1, cause warnings.
+                # With a contract, there are no cameras that could render.
                 check_env(env.unwrapped, skip_render_check="contract" in options)
 
     def test_there_is_an_environment_for_each_task(self):
         listed = subprocess.run([f"{BIN}/evalbus", "tasks", "list"], capture_output=True, text=True, check=True).stdout
-        # Names that do not contain external assets ("roboeval/lift_pot").
+        # Excludes the names with external assets ("roboeval/lift_pot").
         names = {line.split()[0] for line in listed.splitlines()[1:] if line[:1].strip() and "/" not in line.split()[0]}
         self.assertLessEqual(set(evalbus.gym.TASKS.values()), names)
         self.assertEqual({name for name in names if (support.SOURCE / f"models/tasks/{name}.yaml").exists()},
@@ -57,7 +57,7 @@ class GymnasiumTest(unittest.TestCase):
             self.assertEqual(name, "".join(word.capitalize() for word in task.split("_")))
 
     def test_episodes_are_those_of_a_run(self):
-        """Replays the recorded actions of a run; observations, scores and verdicts are equal."""
+        """Replays the recorded actions of a run. Observations, scores and verdicts must be equal."""
         with tempfile.TemporaryDirectory() as folder:
             out = pathlib.Path(folder) / "run"
             support.evaluate(

@@ -1,4 +1,4 @@
-"""`pip install ./python` without a network, from read-only source trees.
+"""Tests `pip install ./python` without a network, from read-only source trees.
 
 usage: install_test.py
 """
@@ -38,14 +38,14 @@ class InstallTest(unittest.TestCase):
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
         self.folder = pathlib.Path(scratch.name)
-        # The layouts of the source tree and of an installed evalbus.
+        # The source tree and an installed evalbus have different layouts.
         self.tree = self.folder / "tree"
         for name in ("python", "lcmtypes"):
             shutil.copytree(support.SOURCE / name, self.tree / name, symlinks=True,
                             ignore=shutil.ignore_patterns("__pycache__", "*.egg-info", "build"))  # fmt: skip
 
     def read_only(self, *command):
-        """The command with a read-only tree: a read-only mount, because root may write to any file."""
+        """Runs the command with the tree mounted read-only, because root may write to any file."""
         mounted = 'mount --bind "$0" "$0" && mount -o remount,bind,ro "$0" && exec "$@"'
         inside = ["unshare", "--mount", "--map-root-user", "sh", "-c", mounted, self.tree]
         if subprocess.run([*inside, "true"], capture_output=True).returncode != 0:

@@ -1,6 +1,4 @@
-"""Checks that the numbers in tests/unit/base/safetensors_test.cc are NumPy's, and that they follow from its
-algorithm.
-"""
+"""Checks that the numbers in tests/unit/base/safetensors_test.cc are NumPy's and follow from its algorithm."""
 import sys
 
 try:

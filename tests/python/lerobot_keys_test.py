@@ -24,7 +24,7 @@ import numpy as np
 from evalbus.lerobot.policy import proposed_contract
 
 BIN = sys.argv.pop(1)
-# Replaces LeRobot's writer.
+# Replaces LeRobot's writer by one that stores what it is passed.
 WRITER = """
 import pickle
 
@@ -58,7 +58,7 @@ evalbus.serve(act, port=0)
 
 
 def first_frame(here, task, export, *options):
-    """What is written for an episode of the expert: the features, and the values of the first frame."""
+    """Exports an episode of the expert. Returns the features and the values of the first frame."""
     support.evaluate(BIN, task, "--control-hz", "20", "--seed", "5", "--episodes", "1", *options, out=here / "run")
     package = here / "stub" / "lerobot" / "datasets"
     package.mkdir(parents=True)
@@ -69,7 +69,7 @@ def first_frame(here, task, export, *options):
     subprocess.run([f"{BIN}/evalbus", "export", here / "run", "--lerobot", here / "frames", *export], check=True,
                    capture_output=True, timeout=support.DEADLINE_S,
                    env={**os.environ, "PYTHONPATH": path, "EVALBUS_PYTHON": sys.executable})  # fmt: skip
-    # The start of each episode, for `trained_on` of a contract.
+    # The export stores the initial state of each episode, for `trained_on` of a contract.
     (line,) = (here / "frames/evalbus_starts.jsonl").read_text().splitlines()
     (episode,) = (here / "run/episodes.jsonl").read_text().splitlines()
     episode = json.loads(episode)
@@ -79,7 +79,7 @@ def first_frame(here, task, export, *options):
 
 
 def contract_for(features):
-    """The contract that is proposed for an ACT with these features."""
+    """Returns the contract that evalbus proposes for an ACT policy with these features."""
     shaped = {
         key: types.SimpleNamespace(shape=value["shape"] if len(value["shape"]) == 1 else (3, *value["shape"][:2]))
         for key, value in features.items()

@@ -2,7 +2,7 @@
 
 usage: lerobot_policies_test.py BIN   (the folder of evalbus' programs); see scripts/interop lerobot
 
-The policies are small and have random weights. Both sides receive equal random numbers, so that all actions are equal.
+The policies are small and have random weights. Both sides receive equal random numbers, so all actions are equal.
 """
 
 import support
@@ -36,7 +36,7 @@ os.environ |= {
     "EVALBUS_BIN": BIN,
     "EVALBUS_PYTHON": sys.executable,
     "HF_HUB_OFFLINE": "1",
-    # PyTorch's threads would wait for each other on a few cores.
+    # On a few cores, PyTorch's threads would wait for each other.
     "OMP_NUM_THREADS": "1",
 }
 torch.set_num_threads(1)
@@ -62,7 +62,8 @@ def smolvla(here):
 
 
 def vision_language_model(here):
-    """A folder with the configuration and the processor of a small SmolVLM, which LeRobot otherwise downloads."""
+    """Returns a folder with the configuration and the processor of a small SmolVLM, which LeRobot otherwise
+    downloads."""
     from tokenizers import Tokenizer, models, pre_tokenizers
     from transformers import PreTrainedTokenizerFast, SmolVLMConfig, SmolVLMImageProcessor, SmolVLMProcessor
     from transformers import SmolVLMVideoProcessor
@@ -125,7 +126,7 @@ class PoliciesTest(unittest.TestCase):
         return folder
 
     def in_lerobot(self, checkpoint):
-        """Verdicts and actions of each episode in the loop of lerobot-eval."""
+        """Returns verdicts and actions of each episode in the loop of lerobot-eval."""
         from lerobot.configs import PreTrainedConfig
         from lerobot.envs import close_envs
         from lerobot.policies import make_pre_post_processors
@@ -142,7 +143,7 @@ class PoliciesTest(unittest.TestCase):
 
         def reset(original=policy.reset):
             original()
-            # lerobot-eval does so only once.
+            # lerobot-eval sets the seed only once.
             torch.manual_seed(0)
             actions.append([])
 
@@ -160,7 +161,7 @@ class PoliciesTest(unittest.TestCase):
         return result["per_task"][0]["metrics"]["successes"], actions
 
     def in_evalbus(self, checkpoint):
-        """The same behind `evalbus policy serve`."""
+        """Returns the verdicts and actions behind `evalbus policy serve`."""
         contract = self.here / f"{checkpoint.name}.yaml"
         command = [f"{BIN}/evalbus", "policy", "serve", "--lerobot", checkpoint, "--port", "0", "--contract", contract]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
@@ -188,7 +189,7 @@ class PoliciesTest(unittest.TestCase):
         self.assertEqual(verdicts, our_verdicts)
         self.assertEqual(len(theirs), EPISODES)
         for a, b in zip(theirs, ours):
-            # A chunk of the last ticks may be longer than the episode.
+            # The last chunk may extend beyond the end of the episode.
             self.assertLessEqual(len(a) - 1, len(b))
             steps = min(len(a), len(b))
             self.assertGreater(np.ptp(b[:steps], axis=0).max(), 0)

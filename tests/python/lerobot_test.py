@@ -21,7 +21,7 @@ import evalbus
 import numpy as np
 import torch
 
-# Processes of vector environments import this file, too.
+# Processes of vector environments import this file, too, without arguments.
 BIN = os.path.abspath(sys.argv.pop(1)) if __name__ == "__main__" else os.environ["EVALBUS_BIN"]
 SEED = 9
 EPISODES = 2
@@ -30,7 +30,7 @@ os.environ |= {
     "EVALBUS_BIN": BIN,
     "EVALBUS_PYTHON": sys.executable,
     "HF_HUB_OFFLINE": "1",
-    # PyTorch's threads would wait for each other on a few cores.
+    # On a few cores, PyTorch's threads would wait for each other.
     "OMP_NUM_THREADS": "1",
 }
 TRAIN = [
@@ -52,7 +52,7 @@ def program(name, *arguments, check=True):
 
 class EnvironmentTest(unittest.TestCase):
     def test_the_environment(self):
-        """Shapes, text, seeds; an episode in which another environment has ended before does not continue."""
+        """Tests shapes and texts, and that seeds select the episodes."""
         from evalbus.lerobot.env import EvalbusEnvConfig
 
         config = EvalbusEnvConfig(cameras=["roboeval/head", "left/hand/wrist"], image_size=[48, 32], run_seed=SEED)
@@ -72,7 +72,7 @@ class EnvironmentTest(unittest.TestCase):
                 np.testing.assert_array_equal(seen["agent_pos"][index], reference.reset(SEED, episode).observation["state"])
 
     def test_verdicts_in_the_loop_of_lerobot(self):
-        """A policy that replays the actions of a success in lift_pot/base succeeds there, and not everywhere."""
+        """A policy that replays the actions of a success in lift_pot/base succeeds there but not everywhere."""
         from lerobot.envs import close_envs
         from lerobot.policies import PreTrainedPolicy
         from lerobot.policies.act.configuration_act import ACTConfig
@@ -160,7 +160,7 @@ class LeRobotTest(unittest.TestCase):
         self.assertEqual(first["task"], "lift the pot by the handles")
         self.assertEqual(tuple(first["observation.images.head"].shape), (3, 64, 64))
         self.assertIn("mean", found.meta.stats["action"])
-        # For `trained_on` of a contract.
+        # The data set stores the initial states for `trained_on` of a contract.
         starts = [json.loads(line) for line in (self.set / "evalbus_starts.jsonl").read_text().splitlines()]
         self.assertEqual(starts, [
             {"task": "lift_pot/base", "parameters": episode.line["parameters"]} for episode in self.recorded.episodes
@@ -169,7 +169,7 @@ class LeRobotTest(unittest.TestCase):
         self.assertEqual((again.returncode, again.stderr), (1, f"error: {self.set}: exists; choose another name\n"))
 
     def test_verdicts_are_those_of_a_run(self):
-        """The same checkpoint in lerobot-eval, and behind `evalbus policy serve` in `evalbus run`."""
+        """Tests the same checkpoint in lerobot-eval, and behind `evalbus policy serve` in `evalbus run`."""
         tasks = ["lift_pot/base", "lift_pot/position"]
         program(
             "lerobot-eval", f"--policy.path={self.checkpoint}", "--policy.device=cpu", "--env.type=evalbus",
@@ -186,7 +186,7 @@ class LeRobotTest(unittest.TestCase):
         try:
             (url,) = [line.split(": ")[1].strip() for line in iter_until(server.stdout, "policy server ready: ")]
             checked = program("evalbus", "policy", "check", url, "--contract", contract, "--out", self.here / "check", check=False)
-            self.assertIn(checked.returncode, (0, 6), checked.stdout)  # A policy this small may begin with a jump.
+            self.assertIn(checked.returncode, (0, 6), checked.stdout)  # Such a small policy may begin with a jump.
             for task, theirs in zip(tasks, per_task):
                 ours = evalbus.run(
                     task, url, contract=contract, episodes=EPISODES, seed=SEED, in_process=True, video=["none"],
@@ -211,7 +211,7 @@ class LeRobotTest(unittest.TestCase):
         self.assertEqual(list(envs), ["lift_pot/position"])
 
     def test_the_plugin_is_found(self):
-        """LeRobot imports distributions by their names."""
+        """LeRobot finds a plugin by the name of its distribution and imports it."""
         plugin = self.here / "plugin"
         shutil.copytree(support.SOURCE / "python/plugins/lerobot_env_evalbus", plugin)
         info = plugin / "lerobot_env_evalbus-0.3.0.dist-info"
@@ -244,7 +244,7 @@ class LeRobotTest(unittest.TestCase):
 
 
 def iter_until(stream, beginning):
-    """The first line with this beginning; fails at the end of the stream."""
+    """Returns the first line with this beginning. Fails at the end of the stream."""
     for line in stream:
         if line.startswith(beginning):
             return [line]

@@ -1,4 +1,4 @@
-"""read_run and read_log on a real run, compared with `evalbus export` and LCM's own generated decoders.
+"""Tests read_run and read_log on a real run, compared with `evalbus export` and LCM's own generated decoders.
 
 usage: log_test.py BIN   (the folder of evalbus' programs)
 """
@@ -112,7 +112,7 @@ class LogTest(unittest.TestCase):
     def test_what_the_documentation_does(self):
         names = {}
         exec(support.snippet("evalbus.read_run").replace("runs/expert", str(self.run_folder)), names)
-        # Every name that the code looks up exists.
+        # Every name that the code looks up must exist.
         self.assertIn(names["channel"], names["log"])
 
     def test_interrupted_and_broken_runs(self):
@@ -123,7 +123,7 @@ class LogTest(unittest.TestCase):
         shutil.copy(self.run_folder / "run.json", copy)
         lines = (self.run_folder / "episodes.jsonl").read_bytes().splitlines(keepends=True)
         episodes = copy / "episodes.jsonl"
-        # Workers finish in any order; the last line was cut off.
+        # Workers finish in any order, and the last line was cut off.
         episodes.write_bytes(lines[2] + lines[0] + lines[1][:-40])
         run = evalbus.read_run(copy)
         self.assertEqual([episode.index for episode in run.episodes], [0, 2])
@@ -169,7 +169,7 @@ class LogTest(unittest.TestCase):
         self.assertGreater(len(found), 500)
         self.assertEqual(len(found), len(expected))
         for one, other in zip(found, expected):
-            # Compared as text, because there NaN equals itself.
+            # Messages are compared as text, in which NaN equals itself.
             self.assertEqual(json.dumps(one, sort_keys=True), json.dumps(other, sort_keys=True))
 
     def test_fingerprints_are_the_pinned_ones(self):
@@ -198,7 +198,7 @@ class LogTest(unittest.TestCase):
         self.assertEqual(state["body"]["quat_wxyz"].shape, (count, len(model["body_name"][0]), 4))
         self.assertEqual(model["task"][0], "lift_pot")
         self.assertEqual(model["arm"]["joint_name"][0][1][0][:6], "right/")
-        # The number of contacts varies: there is one entry per tick, of shape (0, 3) if there is no contact.
+        # The number of contacts varies. There is one entry per tick, which has the shape (0, 3) if there is no contact.
         self.assertGreater(len({message["num_contacts"] for message in contacts}), 1)
         position = log["EVALBUS_CONTACTS"]["contact"]["position_m"]
         for tick, message in enumerate(contacts):
@@ -211,7 +211,7 @@ class LogTest(unittest.TestCase):
         for channel, data in self.raw():
             name, message = messages.decode(data)
             self.assertEqual(messages.encode(name, message), data, channel)
-        # Counts are derived, and missing members get default values.
+        # Counts are computed, and missing members get default values.
         action = {"joint_position_rad": [0.5, 1], "header": {"tick": 7}}
         _, back = messages.decode(messages.encode("action_t", action))
         self.assertEqual((back["num_joints"], back["num_grippers"], back["error"]), (2, 0, ""))
@@ -250,7 +250,8 @@ class LogTest(unittest.TestCase):
                     messages.decode(data[:size])
             with self.assertRaisesRegex(messages.MessageError, "1 bytes more"):
                 messages.decode(data + b"\0")
-            # A count that exceeds the data, at any position, causes an error or another message, but no hang.
+            # A count that exceeds the data, at any position, may cause an error or give another message, but must not
+            # hang.
             for at in range(8, min(len(data) - 4, 400)):
                 for count in (b"\x7f\xff\xff\xff", b"\xff\xff\xff\xff"):
                     try:
@@ -258,14 +259,14 @@ class LogTest(unittest.TestCase):
                     except messages.MessageError:
                         pass
         self.assertIn("EVALBUS_STATE", seen)
-        # Texts end with the one NUL that their length includes.
+        # A text ends with a NUL, which its length includes.
         text = messages.encode("log_t", {"text": "abc"})
         for changed in (b"a\0c\0", b"abcd"):
             with self.assertRaisesRegex(messages.MessageError, "terminating NUL"):
                 messages.decode(text.replace(b"abc\0", changed))
 
     def damaged(self, change):
-        """Reads the recorded log with changed bytes; returns (log, texts of the warnings)."""
+        """Changes bytes of the recorded log and reads it. Returns the log and the texts of the warnings."""
         file = self.folder / "damaged.lcmlog"
         file.write_bytes(change(self.file.read_bytes()))
         with warnings.catch_warnings(record=True) as caught:
@@ -282,13 +283,13 @@ class LogTest(unittest.TestCase):
         self.assertEqual(log.damaged_places, 1)
         self.assertIn(f"{log.damaged_bytes} damaged bytes", words[0])
 
-        # Bytes between two events.
+        # Bytes are inserted between two events.
         first = self.first_event_size()
         log, words = self.damaged(lambda data: data[:first] + b"boredom" + data[first:])
         self.assertEqual((log.damaged_bytes, log.damaged_places), (7, 1))
         self.assertEqual(len(log["EVALBUS_STATE"]["time_us"]), ticks)
 
-        # If a damaged length covers intact events, only its own event is lost.
+        # If a damaged length covers intact events, only the damaged event is lost.
         def stretched(data):
             size = int.from_bytes(data[24:28], "big") + 1000
             return data[:24] + size.to_bytes(4, "big") + data[28:]

@@ -1,4 +1,4 @@
-"""The network of pytorch_policy.py as a policy on the bus, in a program of its own that bus_test starts.
+"""Runs the network of pytorch_policy.py as a policy on the bus. bus_test.py starts this program.
 
 usage: network_on_bus.py URL RUN
 """

@@ -1,4 +1,4 @@
-"""openpi's own client (openpi-client of PyPI) against serve()."""
+"""Tests serve() with openpi's own client (openpi-client of PyPI)."""
 
 import support
 

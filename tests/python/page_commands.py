@@ -1,4 +1,4 @@
-"""Runs commands of the documentation's pages exactly as printed, in a network namespace of their own."""
+"""Runs commands of the documentation's pages exactly as printed, in a private network namespace."""
 
 import os
 import pathlib
@@ -30,7 +30,7 @@ def enter_network():
 
 
 def blocks(page):
-    """The code blocks of a page of the documentation: (["evalbus ...", ...], the block's text) for each."""
+    """Returns the code blocks of a page of the documentation as (["evalbus ...", ...], the block's text)."""
     text = (support.SOURCE / page).read_text()
     parts = re.split(r"^```.*\n", text, flags=re.MULTILINE)
     fences = re.findall(r"^```(.*)$", text, flags=re.MULTILINE)[::2]
@@ -42,7 +42,7 @@ def blocks(page):
 
 
 def catches(pid, number):
-    """Whether a program has installed a handler for a signal; the shell that starts it has none."""
+    """Returns whether a program has installed a handler for a signal. The shell that starts it has none."""
     if os.path.basename(os.readlink(f"/proc/{pid}/exe")) == "bash":
         return False
     (caught,) = re.findall(r"^SigCgt:\s*(\w+)", pathlib.Path(f"/proc/{pid}/status").read_text(), re.MULTILINE)
@@ -50,7 +50,7 @@ def catches(pid, number):
 
 
 class Shell:
-    """Runs commands in one folder; exported variables of a block stay set for its later commands."""
+    """Runs commands in one folder. Variables that a block exports stay set for its later commands."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -88,7 +88,7 @@ class Shell:
     def run(self, command):
         shell = subprocess.run(["/bin/bash", "-c", self.exports + command], cwd=self.folder, capture_output=True,
                                text=True, timeout=support.DEADLINE_S, stdin=subprocess.DEVNULL)  # fmt: skip
-        # With so few episodes, a gate may be undecided (exit code 11).
+        # With so few episodes, a gate may remain undecided (exit code 11).
         accepted = (0, 11) if command.startswith("evalbus gate ") else (0,)
         assert shell.returncode in accepted, f"{command}: exit code {shell.returncode}\n{shell.stdout}{shell.stderr}"
         return shell.stdout
@@ -98,7 +98,7 @@ class Shell:
         long_run = f"evalbus run lift_pot --realtime --episodes 1000 --out {out}"
         live = self.stay(long_run, "udpm") if needs_run else None
         if live:
-            # The bus is printed before the component processes start; the commands find a run by these processes.
+            # The bus is printed before the component processes start, but the commands find a run by these processes.
             self.wait_for(lambda: any((self.folder / out).glob("episodes/*/events.lcmlog")), live.output)
         process = self.stay(command, pattern)
         self.wait_for(lambda: catches(process.pid, signal.SIGINT), process.output)

@@ -1,4 +1,4 @@
-"""A policy whose behavior is selected by the observation; a program of its own that server_test starts."""
+"""A policy whose behavior is selected by the observation. server_test.py starts this program."""
 
 import sys
 import threading

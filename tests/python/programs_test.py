@@ -1,4 +1,4 @@
-"""The command `evalbus` of the wheel, with scripts in place of the programs and of PyPI's imageio-ffmpeg.
+"""Tests the command `evalbus` of the wheel, with scripts in place of the programs and of PyPI's imageio-ffmpeg.
 
 usage: programs_test.py
 """
@@ -14,7 +14,7 @@ import unittest
 
 import support
 
-# Prints its arguments, where it finds ffmpeg, and the mask of ignored signals (proc(5)).
+# Prints its arguments, the place where it finds ffmpeg, and the mask of ignored signals (proc(5)).
 PROGRAM = """#!/bin/sh
 echo "$@"
 echo "ffmpeg: $EVALBUS_FFMPEG"
@@ -71,7 +71,7 @@ class ProgramsTest(unittest.TestCase):
         self.add_imageio_ffmpeg("return '/pypi/ffmpeg'")
         self.assertIn("ffmpeg: /pypi/ffmpeg\n", self.call().stdout)
         self.assertIn("ffmpeg: /mine\n", self.call(EVALBUS_FFMPEG="/mine").stdout)
-        # This is how the package reports that it has no ffmpeg for this machine.
+        # The package reports in this way that it has no ffmpeg for this machine.
         self.add_imageio_ffmpeg("raise RuntimeError('no ffmpeg')")
         self.assertIn("ffmpeg: \n", self.call().stdout)
 

@@ -22,7 +22,7 @@ from page_commands import Shell, blocks, enter_network
 support.need("numpy", "msgpack", "websockets")
 
 BIN = pathlib.Path(sys.argv[1]).resolve()
-# These commands install and build, need Java (StockTools.SpyKnowsOurTypes) or use a shell's job control.
+# These commands install or build, need Java (StockTools.SpyKnowsOurTypes) or use a shell's job control.
 LEFT_OUT = {"./run", "./test", "scripts/spy", "kill %1 %2"}
 REDUCED = [
     (r"^\./run ", "evalbus run "),
@@ -32,7 +32,7 @@ REDUCED = [
     (r"^(evalbus render .*)$", r"\1 --size 64x48"),
     (r"^(lcm-logplayer|evalbus replay) ", r"\1 --speed 20 "),
 ]
-# Commands that end by Ctrl-C, with the output to wait for before it, and whether they need an active run.
+# These commands end by Ctrl-C. Each has the output to wait for before it, and whether it needs an active run.
 UNTIL_CTRL_C = [
     (r"^evalbus run .*--web", r"(?s)http://.*episodes? in ", False),
     (r"^evalbus web ", r"http://", False),
@@ -49,7 +49,7 @@ def reduced(command):
 
 
 def run_block(shell, commands):
-    """Runs each command once; returns how many."""
+    """Runs each command once. Returns how many were run."""
     shell.end()
     shell.exports = ""
     ran = 0
@@ -64,7 +64,7 @@ def run_block(shell, commands):
         elif command.endswith(" &"):
             shell.stay(command.removesuffix(" &").replace("PYTHONPATH=python ", "env PYTHONPATH=python "))
         elif commands and commands[0].endswith("& done"):
-            # The next line is typed in another terminal.
+            # The user types the next line in another terminal.
             run = shell.stay(command, "evalbus-sim --options")
             parts = shell.run(commands.pop(0).replace("& done", ">/dev/null 2>&1 & echo $!; done")).split()
             ran += 1
@@ -90,7 +90,7 @@ def check_lines(expected, said):
 def run_readme(shell):
     """Returns how many commands ran."""
     text = (support.SOURCE / "README.md").read_text()
-    # The comparison of the two policies must match in every digit.
+    # The comparison of the two policies must be equal to the last digit.
     for command in re.findall(r"^evalbus run .* --out runs/.*", text, flags=re.MULTILINE):
         shell.run(command.replace("--out runs/", "--in-process --video none --out runs/whole-"))
     (excerpt,) = re.findall(r"^```text\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
@@ -105,7 +105,7 @@ def run_readme(shell):
 def run_commands_page(shell):
     """Returns how many commands ran."""
     all_blocks = list(blocks("docs/commands.md"))
-    # The table of ten episodes must match in every digit.
+    # The table of ten episodes must be equal to the last digit.
     (at,) = [i for i, (commands, _) in enumerate(all_blocks) if "--episodes 10 --seed 7" in "".join(commands)]
     (command,), table = all_blocks[at][0], all_blocks[at + 1][1]
     said = shell.run(command.replace("./run", "evalbus run") + " --in-process --video none --out runs/ten")

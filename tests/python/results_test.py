@@ -42,7 +42,7 @@ class ResultsTest(unittest.TestCase):
         support.evaluate(BIN, "lift_pot/position", "--policy", "noisy_expert", "--episodes", "4", out=cls.here / "run")
         cls.recorded = evalbus.read_run(cls.here / "run")
         cls.rate = cls.recorded.summary.success_rate
-        # The run as it was after two episodes: that it is continued changes its options.
+        # The folder "half" has the run as it was after two episodes.
         shutil.copytree(cls.recorded.folder, cls.here / "half" / "run", ignore=shutil.ignore_patterns("summary.json", "episodes"))
         lines = (cls.recorded.folder / "episodes.jsonl").read_text().splitlines(keepends=True)
         (cls.here / "half/run/episodes.jsonl").write_text("".join(lines[:2]))
@@ -86,7 +86,7 @@ class ResultsTest(unittest.TestCase):
             [f"{BIN}/evalbus", "export", self.recorded.folder, "--hf", out, "--dataset", "me/pots"],
             capture_output=True,
             text=True,
-            # A file cannot grow beyond this, as on a full disk.
+            # A file cannot grow beyond this size, which simulates a full disk.
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)),
         )
         self.assertEqual((done.returncode, done.stderr), (2, "error: [Errno 27] File too large\n"))
@@ -128,7 +128,7 @@ class ResultsTest(unittest.TestCase):
     def test_wandb(self):
         self.send("--wandb", "pots", WANDB_MODE="offline", WANDB_DIR=str(self.here / "wandb"), WANDB_SILENT="true")
         found = list((self.here / "wandb").rglob(f"run-{evalbus.trackers.run_id(self.recorded)}.wandb"))
-        # Each is a part of the run of this id; `wandb sync` combines them.
+        # Each of them is a part of the run with this id. `wandb sync` combines them.
         self.assertEqual(len(found), 3)
 
     @needs("mlflow")
@@ -155,7 +155,7 @@ class ResultsTest(unittest.TestCase):
         self.assertEqual(
             done.stderr, "error: /nonexistent/python: No such file or directory; EVALBUS_PYTHON names another Python\n"
         )
-        # A Python without site packages, so without numpy.
+        # This Python has no site packages and therefore no numpy.
         bare = self.here / "python"
         bare.write_text(f'#!/bin/sh\nexec {sys.executable} -S "$@"\n')
         bare.chmod(0o755)

@@ -1,4 +1,5 @@
-"""RoboEval's own environment, driven by the logs of evalbus: plays recorded actions in it, or sets recorded states."""
+"""RoboEval's own environment, controlled by the logs of evalbus. Plays recorded actions in it or sets recorded
+states."""
 
 import argparse
 import contextlib
@@ -12,7 +13,7 @@ import yaml
 
 from evalbus import read_log
 
-# A family's module in roboeval.envs, and its objects by the names of evalbus's scene parts.
+# For each family, its module in roboeval.envs and its objects by the names of evalbus's scene parts.
 _FAMILIES = {
     "lift_pot": ("lift_pot", {"pot": lambda env: env.kitchenpot}),
     "stack_two_blocks": (
@@ -34,9 +35,9 @@ _FAMILIES = {
     "stack_single_book_shelf": ("stack_books", {"book": lambda env: env.books[0]}),
 }
 FAMILIES = list(_FAMILIES)
-# Orientation of RoboEval's frame of a part in the frame of our own scene's part, where they differ (w, x, y, z).
+# Orientation (w, x, y, z) of RoboEval's frame of a part in our own scene part's frame, if they differ.
 _TURNS = {"tray": (0.5, 0.5, 0.5, 0.5)}
-# Simulated time for which the last action is held after the end of evalbus's episode: contacts can come a little later.
+# Simulated time for which the last action is held after evalbus's episode has ended, because contacts may come later.
 _GRACE_S = 1
 
 
@@ -46,7 +47,7 @@ def _quietly(function, *args, **kwargs):
 
 
 def _product(a, b):
-    """Product of two quaternions (w, x, y, z)."""
+    """Returns the product of two quaternions (w, x, y, z)."""
     vector = a[0] * np.array(b[1:]) + b[0] * np.array(a[1:]) + np.cross(a[1:], b[1:])
     return np.concatenate([[a[0] * b[0] - np.dot(a[1:], b[1:])], vector])
 
@@ -74,7 +75,7 @@ class Episode:
         actions = log["EVALBUS_ACTION"]
         values = np.concatenate([actions["joint_position_rad"], actions["gripper_closing"]], axis=1)
         self.actions = dict(zip(actions["header"]["tick"], values))
-        # PARTIAL of each tick, without those that a process sent again.
+        # PARTIAL of each tick, without repeated messages.
         partial = log["EVALBUS_PARTIAL"]
         at = np.unique(partial["header"]["tick"], return_index=True)[1]
         self.stages = np.asarray(partial["metrics"]["stage_reached"], dtype=bool)[at]
@@ -104,7 +105,7 @@ class Environment:
         task_file = info["task_path"].partition(".yaml")[0] + ".yaml"
         with open(task_file, encoding="utf-8") as stream:
             name = yaml.safe_load(stream)["variations"][self.variation]["alias"]
-        # RotateValve's physics step is 1 ms, but RoboEval makes as many steps for an action as with 2 ms.
+        # RotateValve's physics step is 1 ms, but RoboEval makes as many steps per action as with 2 ms.
         self.control_hz = info["control_hz"]
         hz = self.control_hz / 2 if self.family == "rotate_valve" else self.control_hz
         module, self.objects = _FAMILIES[self.family]
@@ -117,7 +118,7 @@ class Environment:
         self.env.close()
 
     def _joints_of(self, part):
-        """RoboEval's joints of an object by evalbus's names."""
+        """Returns RoboEval's joints of an object by evalbus's names."""
         prop = self.objects[part](self.env)
         joints = getattr(prop, "_joints", [])
         return {f"{part}/{joint.mjcf.name}": joint.mjcf for joint in joints if joint.mjcf.tag == "joint"}
@@ -142,19 +143,20 @@ class Environment:
                     physics.bind(joint).qpos = episode.joint(tick, name)
 
     def start_difference(self, episode, seed):
-        """Largest distance (m) and rotation (rad) of an object after reset(seed=SEED) from its start in the episode."""
+        """Returns an object's largest distance (m) and rotation (rad) after reset(seed=SEED) from its initial pose in
+        the episode."""
         _quietly(self.env.reset, seed=seed)
         distance = rotation = 0
         for _, body, position, quaternion in self._poses(episode, 0):
             distance = max(distance, np.linalg.norm(body.get_position() - position))
             other = body.get_quaternion() / np.linalg.norm(body.get_quaternion())
-            # The chord keeps the precision that the angle's cosine loses.
+            # The chord keeps the precision that the cosine of the angle loses.
             chord = min(np.linalg.norm(other - quaternion), np.linalg.norm(other + quaternion))
             rotation = max(rotation, 4 * np.arcsin(chord / 2))
         return distance, rotation
 
     def _robot_joints(self):
-        """The robot's joints in evalbus's names, by their indices in RoboEval."""
+        """Returns the robot's joints by evalbus's names, with their indices in RoboEval."""
         model, joints = self.env.mojo.physics.model, {}
         for index in range(model.njnt):
             name = model.id2name(index, "joint")
@@ -172,7 +174,8 @@ class Environment:
         physics.forward()
 
     def images(self, episode, tick, cameras, size):
-        """What RoboEval's cameras see of a recorded state, as (size, size, 3) arrays of 0 to 255 by camera."""
+        """Returns the images of RoboEval's cameras for a recorded state, as (size, size, 3) arrays of 0 to 255 by
+        camera."""
         import mujoco
 
         _quietly(self.env.reset, seed=0)
@@ -194,7 +197,7 @@ class Environment:
         return [self.env.get_metric_stage(stage + 1) for stage in range(number)]
 
     def reset(self, episode):
-        """Sets the start of the episode."""
+        """Sets the initial state of the episode."""
         _quietly(self.env.reset, seed=0)
         self.place_objects(episode, 0)
         self.env.mojo.physics.forward()
@@ -205,14 +208,15 @@ class Environment:
         return terminated or truncated
 
     def _update_positions(self):
-        """After a step, RoboEval's positions are those before its last physics step; evalbus's are those after it."""
+        """After a step, RoboEval has the positions before its last physics step, and evalbus has the positions after
+        it."""
         import mujoco
 
         physics = self.env.mojo.physics
         mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
 
     def play(self, episode):
-        """Plays the episode's actions from its start; returns how evalbus and RoboEval judge it."""
+        """Plays the episode's actions from its initial state. Returns the verdicts of evalbus and RoboEval."""
         self.reset(episode)
         distances, success_tick, last, tick = [], None, max(episode.actions), 0
         for tick in range(last + 1 + round(_GRACE_S * self.control_hz)):
@@ -247,15 +251,15 @@ class Environment:
         }
 
     def judge_states(self, episode):
-        """Sets all recorded states; returns for how many RoboEval judges otherwise, and the largest differences.
+        """Sets all recorded states. Returns for how many RoboEval's verdict differs, and the largest differences.
 
-        Every tick counts: a stage that is reached for a tick remains reached.
+        Every tick counts, because a stage that is reached at one tick stays reached.
         """
         physics = self.env.mojo.physics
         env = self.env
         _quietly(env.reset, seed=0)
         self.place_objects(episode, 0)
-        # What RoboEval remembers from the start of an episode.
+        # RoboEval stores these values at the beginning of an episode.
         if hasattr(env, "initial_gripper"):
             env.initial_gripper = None
         joints = self._robot_joints()

@@ -1,10 +1,10 @@
-"""Compares images of RoboEval's cameras in its scenes, composed by evalbus, with those of its own environment.
+"""Compares images of RoboEval's cameras in its scenes, composed by evalbus, with those in its own environment.
 
 usage: PYTHON roboeval_images_test.py BIN ROBOEVAL OUT [--families A,B]
 
-Of the start of each family's base variation, prints the mean absolute difference per pixel and channel, of 255, and the
-share of pixels that differ by more than 32 in a channel. Exit code 1 if a mean is larger than allowed. Writes both images
-of each camera to OUT. Needs the environment variable MUJOCO_GL=osmesa or egl.
+For the initial state of each family's base variation, prints the mean absolute difference per pixel and channel, of
+255, and the share of pixels that differ by more than 32 in a channel. Exit code 1 if a mean is larger than allowed.
+Writes both images of each camera to OUT. Needs the environment variable MUJOCO_GL=osmesa or egl.
 """
 
 import subprocess
@@ -17,7 +17,8 @@ import roboeval_env
 
 _CAMERAS = ["external", "head", "left_wrist", "right_wrist"]
 _SIZE = 224
-# Largest mean differences. MuJoCo 2.2 draws shadows of thin meshes, such as flaps and shelf, onto themselves.
+# Largest allowed mean differences. MuJoCo 2.2 draws shadows of thin meshes, such as flaps and shelf, onto the meshes
+# themselves.
 _MOST = 12
 _MOST_WITH_THIN_MESHES = 60
 _THIN_MESHES = ("pack_box", "pick_single_book_from_table", "stack_single_book_shelf")
@@ -41,11 +42,11 @@ def main():
 
 
 def images(args, family):
-    """By camera: evalbus's image and RoboEval's."""
+    """Returns evalbus's image and RoboEval's image by camera."""
     task = [f"roboeval/{family}/base", "--assets", f"roboeval={args.roboeval}"]
     run = args.out / family
     if not (run / "summary.json").exists():
-        # RoboEval's environment of RotateValve is made with half of this rate and accepts no less than 20 Hz.
+        # RoboEval's environment of RotateValve is created with half of this rate, and it requires at least 20 Hz.
         call(args, "run", *task, "--policy", "hold", "--episodes", "1", "--in-process", "--control-hz", "40", "--out", run)
     environment = roboeval_env.Environment(run)
     theirs = environment.images(environment.episodes[0], 0, _CAMERAS, _SIZE)

@@ -1,11 +1,12 @@
-"""Speed of evalbus beside RoboEval's own environment (scripts/interop roboeval_speed).
+"""Compares the speed of evalbus and RoboEval's own environment (scripts/interop roboeval_speed).
 
 usage: PYTHON roboeval_speed_test.py BIN ROBOEVAL OUT [--families A,B] [--rates HZ,HZ] [--engines 2.2,3.3.3] [--rounds N]
 
-Records episodes of the expert per family and rate. The same commands are then played, in turns, in RoboEval's environment
-(env.step, which computes its metrics), in evalbus's own scene, and in RoboEval's scene composed by evalbus, with its checks,
-metrics and log. Prints processor time per control step and ratios: medians of the rounds. The start of the programs and
-environments does not count: evalbus's time begins with the end of the first episode. Takes 3 minutes.
+Records episodes of the expert per family and rate. The same commands are then played, alternately, in RoboEval's
+environment (env.step, which computes its metrics), in evalbus's own scene, and in RoboEval's scene composed by evalbus,
+with its checks, metrics and log. Prints processor time per control step and ratios, which are medians over the rounds.
+The start of programs and environments does not count, so evalbus's time begins with the end of the first episode. Takes
+3 minutes.
 """
 
 import json
@@ -23,7 +24,7 @@ _EPISODES = 6
 
 
 def processor_s(process):
-    """Processor time so far of a process and its child processes, s."""
+    """Returns the processor time that a process and its child processes have used so far, s."""
     children = pathlib.Path(f"/proc/{process}/task/{process}/children").read_text().split()
     ticks = 0
     for each in [str(process), *children]:
@@ -40,7 +41,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.set_defaults(families="lift_pot")
     args = parser.parse_args()
-    # The first line names the library of engine 2.2: PyPI's is faster than Debian's.
+    # The first line names the library of engine 2.2, because PyPI's is faster than Debian's.
     doctor = subprocess.run([args.bin / "evalbus", "doctor"], capture_output=True, text=True)
     print(doctor.stdout.splitlines()[0])
     engines = "".join(f"{engine:>12}" for engine in args.engines.split(","))
@@ -72,7 +73,7 @@ def measure(args, family, rate):
 
 
 def roboeval_s(environment):
-    """Processor time of a step of RoboEval's environment, s."""
+    """Returns the processor time of a step of RoboEval's environment, s."""
     episode = environment.episodes[0]
     environment.reset(episode)
     began = time.process_time()
@@ -83,7 +84,7 @@ def roboeval_s(environment):
 
 
 def evalbus_s(args, task, rate, source, options):
-    """Processor time of a control step of evalbus, s: of all its processes, after the end of the first episode."""
+    """Returns the processor time of a control step of evalbus, s, of all its processes, after the first episode."""
     used, steps = run(args, task, rate, f"replay_anyway:{source}", 1 + _EPISODES, options, args.out / "run")
     return (used[-1] - used[0]) / sum(steps[1:])
 

@@ -1,4 +1,4 @@
-"""Compares the start of each variation, drawn from RoboEval's seeds, with that of RoboEval's own environment.
+"""Compares the initial state of each variation, drawn from RoboEval's seeds, with that of RoboEval's own environment.
 
 usage: PYTHON roboeval_starts_test.py BIN ROBOEVAL OUT [--seed S] [--episodes N] [--families A,B]
 
@@ -15,10 +15,10 @@ import yaml
 import roboeval_env
 
 _TASKS = pathlib.Path(__file__).parents[2] / "models/tasks"
-# It cannot be created in RoboEval.
+# RoboEval itself cannot create this variation.
 _MISSING = "lift_tray/drag_over"
 _MOST_M, _MOST_RAD = 1e-9, 1e-4
-# RoboEval's tray has fallen for one step where its position is not drawn; its cubes start tilted by 8 degrees where their
+# RoboEval's tray has fallen for one step if its position is not drawn. Its cubes are tilted by 8 degrees if their
 # orientation is not drawn.
 _KNOWN = {
     "lift_tray/base": (1e-4, _MOST_RAD),

@@ -3,10 +3,11 @@
 usage: PYTHON roboeval_test.py BIN ROBOEVAL OUT [--episodes N] [--families A,B] [--policies A,B] [--engine VERSION]
     [--scenes own,2.2,engine] [--native]
 
-Runs policies in evalbus's scenes, plays their commands in RoboEval's scenes (composed by evalbus, with MuJoCo 2.2 and with
-VERSION) and in RoboEval's environment. Prints how often verdicts and stages are equal. Exit code 1 if the scenes of RoboEval
-in evalbus have other verdicts than allowed, or a recorded state is judged otherwise. --scenes: some of evalbus's own scenes
-and those of RoboEval with 2.2 and with VERSION. With --native, the policies act in RoboEval's scenes themselves.
+Runs policies in evalbus's scenes. Plays their commands in RoboEval's scenes (composed by evalbus, with MuJoCo 2.2 and
+with VERSION) and in RoboEval's environment. Prints how often verdicts and stages are equal. Exit code 1 if RoboEval's
+scenes in evalbus have other verdicts than allowed, or if the verdict on a recorded state differs. --scenes selects from
+evalbus's own scenes and RoboEval's with 2.2 and with VERSION. With --native, the policies act in RoboEval's scenes
+themselves.
 """
 
 import json
@@ -18,7 +19,7 @@ import numpy as np
 import roboeval_env
 
 _POLICIES = "expert,noisy_expert,flawed_expert:miss,flawed_expert:slip,flawed_expert:early"
-# Smallest fraction of equal verdicts, with MuJoCo 2.2 and with RoboEval's version.
+# Smallest allowed fraction of equal verdicts, with MuJoCo 2.2 and with RoboEval's version.
 _LEAST = {"2.2": 0.97, "engine": 0.99}
 
 
@@ -47,7 +48,7 @@ def main():
 
 
 def evaluate(args, family, policy, scene):
-    """Folder of a run: of the policy in our own scene, or of the same commands in RoboEval's."""
+    """Returns the folder of a run: of the policy in our own scene, or of the same commands in RoboEval's scene."""
     # RotateValve's actions last 25 ms in RoboEval.
     hz = 40 if family == "rotate_valve" else 20
     name = f"{family}-{policy.split(':')[-1]}"

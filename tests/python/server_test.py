@@ -1,4 +1,4 @@
-"""serve() in a process of its own, and a client, over the loopback."""
+"""Tests serve() in a process of its own and a client, over loopback."""
 
 import support
 
@@ -86,7 +86,7 @@ class ServerTest(unittest.TestCase):
             self.assertEqual(asyncio.run(support.converse(server.url, conversation)), [1, 1, 2])
 
     def test_images_of_several_megabytes(self):
-        # Larger than 1 MiB, the default limit of websockets.
+        # The message is larger than 1 MiB, the default limit of websockets.
         image = np.zeros((1080, 1920, 3), np.uint8)
         reply = self.converse(lambda c: ask(c, "row", state=image.reshape(-1)))
         self.assertEqual(codec.unpack(reply)["actions"].shape, (1, image.size))
@@ -153,7 +153,7 @@ class ServerTest(unittest.TestCase):
             self.assertEqual(codec.unpack(self.converse(conversation))["actions"].tolist(), [[0]])
 
     def shake_hands(self, connection, header=b""):
-        """Sends a handshake with one more header line; returns the answer and the bytes after it."""
+        """Sends a handshake with one more header line. Returns the answer and the bytes after it."""
         connection.sendall(
             b"GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n" + header + b"\r\n"
@@ -175,7 +175,7 @@ class ServerTest(unittest.TestCase):
         self.assertNotIn(b"extensions", head.lower())
 
     def test_pages_in_browsers_are_refused(self):
-        # A browser sends the page's origin with every WebSocket; a policy's client sends none.
+        # A browser sends the page's origin with every WebSocket handshake, but a policy's client sends none.
         for origin in (b"http://evil.example", b"http://127.0.0.1:8000", b"null"):
             with self.connect() as connection:
                 head, _ = self.shake_hands(connection, b"Origin: " + origin + b"\r\n")
@@ -184,11 +184,11 @@ class ServerTest(unittest.TestCase):
     def test_a_request_that_would_fill_the_memory_is_refused_when_announced(self):
         with self.connect() as connection:
             _, received = self.shake_hands(connection)
-            # The header of a binary frame of 1 GiB.
+            # This is the header of a binary frame of 1 GiB.
             connection.sendall(b"\x82\xff" + (1 << 30).to_bytes(8, "big") + b"\0\0\0\0")
             while part := connection.recv(4096):
                 received += part
-        # A close frame with the code for "message too big".
+        # The server answers with a close frame that has the code for "message too big".
         self.assertIn((1009).to_bytes(2, "big"), received[-125:])
 
 

@@ -1,4 +1,4 @@
-"""Helpers of the tests of python/. A program that cannot run exits with 77, which ctest reports as skipped."""
+"""Helpers for the tests of python/. A program that cannot run exits with 77, which ctest reports as skipped."""
 
 import asyncio
 import pathlib
@@ -8,7 +8,7 @@ import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 EXAMPLES = SOURCE / "python" / "examples"
-# Only a hang reaches this timeout; it equals that of tests/deadline.h.
+# Only a hang reaches this timeout, which equals the timeout in tests/deadline.h.
 DEADLINE_S = 900
 
 
@@ -49,7 +49,7 @@ def snippet(having):
 
 
 def evaluate(bin_folder, *arguments, out):
-    """Runs `evalbus run` in one process, which needs no network."""
+    """Runs `evalbus run` in one process, for which it needs no network."""
     command = [
         f"{bin_folder}/evalbus",
         "run",
@@ -89,7 +89,7 @@ class Program:
 
 
 class Server(Program):
-    """A program that serves a policy; url has the port that it prints."""
+    """A program that serves a policy. url has the port that it prints."""
 
     def __init__(self, *command):
         super().__init__(*command, ready="policy server ready: ")
@@ -97,7 +97,7 @@ class Server(Program):
 
 
 async def converse(url, conversation):
-    """What conversation(connection, metadata) returns of a new connection."""
+    """Opens a connection. Returns the result of conversation(connection, metadata)."""
     from evalbus import codec
 
     try:

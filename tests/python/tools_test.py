@@ -30,7 +30,7 @@ BIN = sys.argv.pop(1)
 
 
 class Server:
-    """`evalbus bridge foxglove` with these arguments, on a free port."""
+    """Runs `evalbus bridge foxglove` with these arguments, on a free port."""
 
     def __init__(self, *arguments):
         self.process = subprocess.Popen(
@@ -170,7 +170,7 @@ class Tools(unittest.TestCase):
             self.assertEqual(base64.b64decode(image["data"], validate=True)[:2], b"\xff\xd8")
 
     def test_foxgloves_client_sees_the_same(self):
-        """The older subprotocol has no player: playback starts when a client subscribes."""
+        """The older subprotocol has no player, so playback starts when a client subscribes."""
         with Server(self.recorded, "--episode", "0") as server:
             file = pathlib.Path(self.folder.name) / "played.jsonl"
             ended_well(node(server.url, file))
@@ -245,7 +245,7 @@ class Tools(unittest.TestCase):
                     times = [m[0] for m in self.messages["/tf"]]
                     (tf,) = [k for k, c in enumerate(channels) if c["topic"] == "/tf"]
                     for _ in range(12):
-                        # From the beginning, 20 times as fast.
+                        # Playback starts from the beginning, 20 times as fast.
                         await fast.send(struct.pack("<BBfBQI", 3, 0, 20.0, 1, 0, 0))
                         got, has_begun = [], False
                         while True:
@@ -269,7 +269,7 @@ class Tools(unittest.TestCase):
             asyncio.run(watch(server.url))
 
     def test_a_run_that_goes_on(self):
-        """Foxglove's client and PlotJuggler's datagrams, both from one live run."""
+        """Foxglove's client and PlotJuggler's datagrams come from the same live run."""
         out = pathlib.Path(self.folder.name) / "live"
         receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8 << 20)

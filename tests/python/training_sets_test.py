@@ -1,4 +1,4 @@
-"""Training sets, read by training software: robomimic's loader, safetensors' own reader, LeRobot's.
+"""Tests training sets with training software: robomimic's loader, safetensors' own reader, and LeRobot's.
 
 Runs in an environment of requirements/data.txt: scripts/interop data.
 """
@@ -49,8 +49,7 @@ def check_robomimic(file):
             filter_by_attribute="success",
             load_next_obs=True,
         )
-        # robomimic opens the file for shared reading, which excludes another reader that opens it without
-        # sharing.
+        # robomimic opens the file for shared reading. This excludes another reader that opens it without sharing.
         length, batch = len(data), next(iter(torch.utils.data.DataLoader(data, batch_size=8)))
         data.close_and_delete_hdf5_handle()
         with h5py.File(file) as f:
@@ -66,12 +65,12 @@ def check_robomimic(file):
                 assert same(batch["actions"][row], demo["actions"][row : row + 4])
                 for key in low + images:
                     assert same(batch["obs"][key][row], demo["obs"][key][row : row + 4]), key
-                    # The next observation of a step is the observation of the following step.
+                    # The next observation of a step equals the observation of the following step.
                     assert same(batch["next_obs"][key][row], demo["obs"][key][row + 1 : row + 5]), key
         data.close_and_delete_hdf5_handle()
 
 
-# Required members of RoboEval's classes Metadata and EnvData.
+# These are the required members of RoboEval's classes Metadata and EnvData.
 @dataclasses.dataclass
 class Metadata:
     observation_mode: str
@@ -89,7 +88,7 @@ class EnvData:
 
 
 def check_roboeval(file, steps):
-    """Converts a demonstration to the form of RoboEval's loader, with the names of its documentation."""
+    """Converts a demonstration to the form of RoboEval's loader, with the names from its documentation."""
     with safe_open(file, framework="np", device="cpu") as f:
         metadata = {key: json.loads(value) for key, value in f.metadata().items()}
         tensors = {key: f.get_tensor(key) for key in f.keys()}
@@ -111,7 +110,7 @@ def check_roboeval(file, steps):
 
 
 def check_lerobot(recorded, hdf5, folder):
-    """Checks LeRobot's own writer and loader; the videos are decoded with PyAV."""
+    """Checks LeRobot's own writer and loader. PyAV decodes the videos."""
     run(BIN, "export", recorded, "--lerobot", folder, "--camera", ",".join(CAMERAS), "--size", "96x64")
     info = json.loads((folder / "meta/info.json").read_text())
     assert info["fps"] == 20 and info["robot_type"] == "bimanual_panda", info
@@ -122,7 +121,7 @@ def check_lerobot(recorded, hdf5, folder):
         demos = [f[f"data/demo_{k}"] for k in range(len(f["data"]))]
         assert data.meta.total_episodes == len(demos)
         assert len(data) == sum(demo.attrs["num_samples"] for demo in demos)
-        # Without images: decoding them needs parts of torchvision that Debian's package lacks.
+        # There are no images, because decoding them needs parts of torchvision that Debian's package lacks.
         rows = data.hf_dataset.with_format("numpy")
         first, at = demos[0], len(demos[0]["actions"])
         joints = numpy.hstack([first["obs/joint_position"], first["obs/gripper_opening"]]).astype("f4")
@@ -135,7 +134,7 @@ def check_lerobot(recorded, hdf5, folder):
                 frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
             wanted = first[f"obs/roboeval_{camera}_image"][:].astype(int)
             shown = numpy.array(frames[:at], int)
-            # The video is compressed; another frame, or an image upside down, has a larger error.
+            # The video is compressed. Another frame, or an image upside down, would have a larger error.
             error = numpy.abs(shown - wanted).mean()
             assert error < 6, (camera, error)
             assert numpy.abs(shown[:, ::-1] - wanted).mean() > 2 * error, camera
@@ -164,7 +163,7 @@ def check_their_demonstrations(here):
     tensors = {"info_demo_action": actions, "termination": ends, "truncation": ends, "reward": numpy.zeros(0)}
     save_file(tensors, folder / "0123.safetensors", metadata=metadata)
     info = json.loads(run(BIN, "demo", "info", here / "BimanualPanda", "--json"))
-    # The folder name decides the task; the file names another task.
+    # The name of the folder determines the task, and the file names another one.
     (facts,) = [info["LiftPot"]]
     assert facts["steps"] == 1013 and facts["hz"] == 500 and abs(facts["seconds"] - 2.026) < 1e-9
     assert facts["gripper_closings"] == {"left": 1, "right": 0}
@@ -176,7 +175,7 @@ def check_their_demonstrations(here):
     (converted,) = (here / "converted").glob("*.safetensors")
     with safe_open(converted, framework="np") as f:
         rows, kept = f.get_tensor("info_demo_action"), f.metadata()
-    # RoboEval's rule: windows of 25 steps, the last one padded with its last step.
+    # RoboEval's rule uses windows of 25 steps. The last window is padded with its last step.
     padded = numpy.vstack([actions, numpy.repeat(actions[-1:], -1013 % 25, axis=0)]).reshape(-1, 25, 16)
     assert rows.shape == (41, 16) and numpy.allclose(rows[:, :14], padded[:, :, :14].mean(1), atol=1e-12)
     assert (rows[:, 14:] == padded[:, -1, 14:]).all()
@@ -196,7 +195,7 @@ with tempfile.TemporaryDirectory() as name:
         demo = f["data/demo_1"]
         tensors = check_roboeval(here / "demos/0001.safetensors", len(demo["actions"]))
         assert (tensors["info_demo_action"] == demo["actions_raw"][:]).all()
-        # Left arm 7, left fingers 2, right arm 7, right fingers 2: positions, then velocities.
+        # Positions are followed by velocities, each for left arm 7, left fingers 2, right arm 7 and right fingers 2.
         seen = tensors["obs_proprioception"]
         arms = [*range(7), *range(9, 16)]
         assert (seen[:, arms] == demo["obs/joint_position"][:]).all()

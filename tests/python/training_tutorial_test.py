@@ -1,4 +1,4 @@
-"""Runs the commands of docs/tutorial_training.md, in a folder of their own.
+"""Runs the commands of docs/tutorial_training.md in their own folder.
 
 usage: training_tutorial_test.py BIN [EPISODES]   (EPISODES: number of demonstrations instead of the page's)
 """

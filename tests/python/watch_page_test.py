@@ -25,7 +25,7 @@ BIN = pathlib.Path(sys.argv[1]).resolve()
 
 
 def packed_episode(report):
-    """Returns (head, bytes after it) of the first episode's block in a report (docs/viewer_data.md)."""
+    """Returns the head of the first episode's block in a report, and the bytes after it (docs/viewer_data.md)."""
     text = report.read_text().split('data-block="episode/0/0">')[1].split("<")[0]
     block = zlib.decompress(b64decode(text))
     (length,) = struct.unpack_from("<I", block)
@@ -50,7 +50,7 @@ def check_images(folder):
     jpeg = head["arrays"]["image_jpeg"]
     at = jpeg["offset"]
     assert data[at : at + len(published[0])] == published[0]
-    # Without images an episode has the same results.
+    # An episode without images has the same results.
     episodes = [json.loads((folder / f"runs/{run}/episodes.jsonl").read_text().splitlines()[0]) for run in "bc"]
     for episode in episodes:
         assert episode["complete"] and episode["end_reason"] == "success", episode
@@ -58,7 +58,7 @@ def check_images(folder):
 
 
 def check_contacts(folder):
-    """Checks that the contacts of run d are those that the source published."""
+    """Checks that the contacts of run d equal those that the source published."""
     contacts = []
     for run in "ad":
         log = evalbus.events(folder / f"runs/{run}/episodes/0000/events.lcmlog")
@@ -75,7 +75,7 @@ def check_contacts(folder):
 
 
 def check_page(folder):
-    """Checks in a browser, if one is installed, that the page shows them."""
+    """Checks in a browser, if one is installed, that the page shows the images."""
     if not shutil.which("chromium"):
         return
     sys.path.insert(0, str(support.SOURCE / "tests" / "browser"))
@@ -111,7 +111,7 @@ def main():
                 watch = None
                 for command in commands:
                     if "--web" in command:
-                        continue  # serves a browser; skipped
+                        continue  # skipped, because it serves a browser
                     print(f"$ {command}", flush=True)
                     ran += 1
                     if command.endswith(" &"):

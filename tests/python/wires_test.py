@@ -1,4 +1,4 @@
-"""Servers made of third-party software, checked against contracts by evalbus policy check.
+"""Checks servers of third-party software against contracts with evalbus policy check.
 
 usage: wires_test.py BIN   (the folder of evalbus' programs)
 
@@ -137,7 +137,7 @@ class WiresTest(unittest.TestCase):
                 return config
             seen.update(request["data"])
             sizes = {key: 1 if key.endswith("close") else 3 for key in names["action"]}
-            # Shape (steps, values), with the observations' batch dimension in front if they have one.
+            # The shape is (steps, values), after the observations' batch dimension if they have one.
             batch = request["data"]["state.right_arm_eef_pos"].shape[:-2]
             actions = {key: np.zeros((*batch, 16, size), np.float32) for key, size in sizes.items()}
             return {f"action.{key}": value if batch else np.squeeze(value) for key, value in actions.items()}
@@ -184,7 +184,7 @@ class WiresTest(unittest.TestCase):
             threading.Thread(target=server.serve_forever, daemon=True).start()
             code, report = check("openvla", f"http://127.0.0.1:{server.server_port}/act")
             server.shutdown()
-        # All zeros closes the gripper and changes nothing else.
+        # An action of zeros closes the gripper and changes nothing else.
         self.assertEqual((code, report["num_steps"]), (0, 1), report)
         self.assertEqual((seen["image"].shape, seen["image"].dtype), ((224, 224, 3), np.uint8))
         self.assertEqual(list(seen), ["image", "instruction", "unnorm_key"])

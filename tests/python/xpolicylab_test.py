@@ -1,4 +1,4 @@
-"""XPolicyLab's policy server, checked against the preset by evalbus policy check.
+"""Checks XPolicyLab's policy server against the preset with evalbus policy check.
 
 usage: xpolicylab_test.py BIN CHECKOUT   (the folder of evalbus' programs; a checkout of XPolicyLab)
 """
@@ -26,7 +26,7 @@ HOME = np.array([0, 0, 0, -np.pi / 2, 0, np.pi / 2, -np.pi / 4], np.float32)
 
 
 class Model:
-    """A policy that stays at home, with each form of a value that NumPy's users return."""
+    """A policy that stays at home. Its answers have each form of a value that NumPy users return."""
 
     def __init__(self, fails_in=None):
         self.fails_in, self.calls, self.observation = fails_in, [], None
@@ -63,7 +63,7 @@ class Model:
 
 
 def check(model):
-    """Returns the exit code and report of a check, made while the server is active."""
+    """Returns the exit code and report of a check that is made while the server is active."""
     loop = asyncio.new_event_loop()
     server = PolicyServer(model, PolicyServerConfig("127.0.0.1", 0))
     loop.run_until_complete(server.start())

@@ -35,7 +35,7 @@ client.on("message", (event) => {
   const channel = topics.get(event.subscriptionId);
   const message = JSON.parse(Buffer.from(event.data.buffer, event.data.byteOffset, event.data.byteLength));
   fs.writeSync(out, JSON.stringify({ topic: channel.topic, time_ns: Number(event.timestamp), message }) + "\n");
-  // The last message of an episode.
+  // This is the last message of an episode.
   if (channel.topic === "/episode" && message.end_reason) {
     setTimeout(() => {
       client.close();
