@@ -194,8 +194,8 @@ void FindClearance(benchmark::State& state) {
       [&](const Pose&) { benchmark::DoNotOptimize(checker.FindClearance()); });
 }
 
-// Which clearance is computed when the cost of a tick (with poses and contacts) is measured: none, that of
-// every tick, or that of every tick that may have the smallest clearance so far.
+// Ticks whose clearance is computed when the cost of a tick (with poses and contacts) is measured: none, all,
+// or all that may have the smallest clearance so far.
 enum class Search { kNone, kEveryTick, kSmallest };
 
 void Tick(benchmark::State& state, Search search) {

@@ -1,4 +1,4 @@
-"""Compares the initial state of each variation, drawn from RoboEval's seeds, with that of RoboEval's own environment.
+"""Compares the initial state of each variation, drawn from RoboEval's seeds, with RoboEval's own environment.
 
 usage: PYTHON roboeval_starts_test.py BIN ROBOEVAL OUT [--seed S] [--episodes N] [--families A,B]
 

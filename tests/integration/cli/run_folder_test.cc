@@ -307,7 +307,7 @@ TEST(SeedStream, ARunThatIsOlderThanItKeepsItsSeeds) {
                 ": \"seed_stream\" is \"run/99\", which this version of evalbus does not support\n");
 }
 
-// The values are those of RoboEval's own environment after reset(seed=0).
+// RoboEval's own environment has these values after reset(seed=0).
 TEST(SeedStream, OfRoboEvalStartsAsItsEnvironmentDoes) {
   const TemporaryFolder folder;
   const std::vector<std::string> run = {"lift_pot/position", "--policy", "hold",          "--in-process",

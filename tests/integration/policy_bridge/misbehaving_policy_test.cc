@@ -230,7 +230,7 @@ TEST_F(MisbehavingPolicy, ThatDiedAndIsBackBeginsItsEpisodeAgain) {
   EVALBUS_NEEDS_BUS();
   const std::string out = Run(Guest::kDies, Guest::kHonestAgain, "40");
   EXPECT_NE(out.find("retrying: policy hangs"), std::string::npos) << out;
-  // The results of both episodes equal those of the built-in policy that holds still.
+  // The built-in policy that holds still has the same results in both episodes.
   const fs::path hold = folder_.path() / "hold";
   Evaluate({task_, "--policy", "hold", "--in-process", "--episodes", std::to_string(Guest::kNumEpisodes),
             "--only", std::to_string(Guest::kDies) + "," + std::to_string(Guest::kHonestAgain)},

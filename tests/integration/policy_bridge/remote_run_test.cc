@@ -180,7 +180,7 @@ TEST_F(RemoteRun, EachEpisodeIsOneTrialOfXPolicyLab) {
   ExpectSameScores(apart, together);
 }
 
-// Requests that the workers send at the same time form one batch. The results equal those of a single worker.
+// Requests that the workers send at the same time form one batch. A single worker has the same results.
 TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
   EVALBUS_NEEDS_BUS();
   doubles::GrootServer::Options options;

@@ -64,7 +64,7 @@ TEST(MonitorRun, AHangingMonitorNeitherStopsNorChangesTheRun) {
     EXPECT_EQ(monitor->Wait(), 0) << monitor->err();
     EXPECT_NE(monitor->out().find("the run has ended"), std::string::npos) << monitor->out();
   }
-  // The reason is that of the run's table.
+  // The run's table shows the same reason.
   const std::string reason = end_reason::Text(Episodes(folder.path() / "watched").at(3)["failure_reason"]);
   EXPECT_NE(listening.out().find("episode 3 " + reason + " after 4.00 s"), std::string::npos)
       << listening.out();

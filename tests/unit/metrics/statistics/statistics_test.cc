@@ -101,7 +101,8 @@ TEST(ConfidenceSequence, IsWhereTheMixtureOfLikelihoodsDecides) {
   ExpectInterval(ConfidenceSequence(10, 10), std::pow(0.05 / 11, 0.1), 1, 1e-12);
   ExpectInterval(ConfidenceSequence(0, 10), 0, 1 - std::pow(0.05 / 11, 0.1), 1e-12);
   ExpectInterval(ConfidenceSequence(0, 0), 0, 1, 0);
-  // The number of successes need not be an integer. In this case the bounds are between those of integers.
+  // The number of successes need not be an integer. The bounds are between the bounds for the neighboring
+  // integers.
   EXPECT_GT(ConfidenceSequence(2.25, 3).lower, ConfidenceSequence(2, 3).lower);
   EXPECT_LT(ConfidenceSequence(2.25, 3).upper, ConfidenceSequence(3, 3).upper + 1e-12);
 }

@@ -20,7 +20,7 @@ struct Outcome {
   bool stages[4] = {};
   double time = 0;
   // Highest joint speed as a fraction of the joint's limit, and number of the robot's contacts other than
-  // those of pads with the pot.
+  // contacts of pads with the pot.
   double speed = 0;
   int stray_contacts = 0;
   int64_t clips = 0;
