@@ -169,7 +169,7 @@ TEST(VizInput, WrongInputIsOneLine) {
   }
 }
 
-// A machine without OSMesa: in the child the loader does not find the library.
+// Simulates a machine without OSMesa. In the child, the loader does not find the library.
 class WithoutOsMesa : public testing::Test {
  protected:
   static Result Run(std::vector<std::string> command, bool with_egl) {
