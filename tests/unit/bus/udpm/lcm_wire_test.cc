@@ -69,8 +69,7 @@ TEST(LcmWire, FragmentsThatCannotBeAreNothing) {
   EXPECT_TRUE(
       IsNothing(FragmentDatagram(1, 4, 0xFFFFFFFF, 1, 2, "xyz")));  // beyond the end, with an overflowing sum
   EXPECT_TRUE(IsNothing(FragmentDatagram(1, 5, 2, 2, 2, "xyz")));   // number 2 of the numbers 0 and 1
-  EXPECT_TRUE(
-      IsNothing(FragmentDatagram(1, (64 << 20) + 1, 2, 1, 2, "x")));  // message above the size limit
+  EXPECT_TRUE(IsNothing(FragmentDatagram(1, (64 << 20) + 1, 2, 1, 2, "x")));  // message above the size limit
 }
 
 }  // namespace evalbus::lcm_wire_test
