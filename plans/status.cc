@@ -62,8 +62,8 @@ PlanStatus StatusOf(const PlanFolder& folder) {
   if (folder.plan().until) return StatusOfSequential(folder);
   PlanStatus status;
   std::map<std::string, int> sizes;
-  double oldest = 0;
-  int recent = 0;
+  double oldest_s = 0;
+  int recent = 0, first = 0;
   std::map<fs::path, int> lines_left;  // finished episodes of runs without merged shards
   for (const Shard& shard : ShardsOf(folder.plan())) {
     status.episodes += shard.size();
@@ -90,11 +90,15 @@ PlanStatus StatusOf(const PlanFolder& folder) {
     KeepNewest(age_s, &status.newest_s);
     if (age_s && *age_s < kRecent_s) {
       recent += shard.size();
-      oldest = std::max(oldest, *age_s);
+      if (*age_s > oldest_s) {
+        oldest_s = *age_s;
+        first = shard.size();
+      }
     }
   }
-  // Episodes that arrived recently, divided by the time since the first of them arrived.
-  if (recent > 0 && oldest > 0) status.rate = recent / oldest;
+  // Episodes that arrived after the first recent shard, divided by the time since then. The first shard was
+  // begun earlier, at an unknown time.
+  if (recent > first && oldest_s > 0) status.rate = (recent - first) / oldest_s;
   const auto is_at_work = [](const fs::path& marker) {
     const std::optional<double> age_s = AgeOf(marker);
     return age_s && *age_s < AtWork::kGone.count();

@@ -114,7 +114,7 @@ Demonstration AtRate(const Demonstration& demonstration, double hz) {
   const auto window = static_cast<size_t>(std::llround(ratio));
   if (!(hz > 0) || window < 1 || std::abs(ratio - static_cast<double>(window)) > 1e-9 * ratio) {
     throw InputError(fmt::format("{}: its {:g} Hz is not a multiple of {:g} Hz", demonstration.file.string(),
-                                 hz, demonstration.hz));
+                                 demonstration.hz, hz));
   }
   Demonstration result = demonstration;
   result.hz = hz;

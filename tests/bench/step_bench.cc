@@ -254,7 +254,7 @@ void Measure(const Setting& setting, int calls, const fs::path& folder) {
                server.step_s() * 1e3, 1 / server.step_s(), DrawingMs(images), CallMs(images),
                idle ? fmt::format("{:.0f} %", *idle * 100) : "not known");
     if (server.num_calls() < calls) throw EnvironmentError("the policy was not asked at every tick");
-    if (idle.value_or(0) > 0.5) throw EnvironmentError("the run waits for nothing");
+    if (idle.value_or(0) > 0.5) throw EnvironmentError("the machine is idle during more than half of a step");
   }
   std::fflush(stdout);
 }

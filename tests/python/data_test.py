@@ -109,7 +109,7 @@ with tempfile.TemporaryDirectory() as name:
     played, recorded = lines(here / "played")[0], lines(run)[0]
     assert played["metrics"]["completion_time"] == recorded["metrics"]["completion_time"], played
     assert played["extended"]["success_once"] == played["extended"]["success_end"] == 1, played["extended"]
-    assert "is not a multiple of" in evalbus("demo", "convert", demo, "--hz", "7", "--out", here / "x", code=1)
+    assert "its 50 Hz is not a multiple of 7 Hz" in evalbus("demo", "convert", demo, "--hz", "7", "--out", here / "x", code=1)
 
     # Tests the run's own trajectory as a table. All available values agree.
     names = [f"{arm}/joint{k}" for arm in ("left", "right") for k in range(1, 8)]
