@@ -513,6 +513,27 @@ TEST(Plan, StatusTellsTheAgeOfTheNewestResult) {
   EXPECT_THAT(status, Not(HasSubstr("left")));
 }
 
+// The first shard was begun at an unknown time before it arrived, so its episodes are not part of the rate.
+TEST(Plan, StatusShowsTheRateSinceTheFirstShard) {
+  TemporaryFolder folder;
+  const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
+  WriteText(plan, "policies: [random, hold, expert]\ntasks: [" + ShortTask(folder.path(), 0.1) +
+                      "/position]\nepisodes: 4\n");
+  const auto run = [&](const char* part) {
+    ASSERT_EQ(RunProgram({"evalbus", "run", plan, "--out", out, "--part", part}).code, 0);
+  };
+  run("1/3");
+  EXPECT_THAT(RunProgram({"evalbus", "status", out}).out, Not(HasSubstr("episodes/s")));
+  for (const auto& entry : fs::directory_iterator(out / "parts")) {
+    if (!fs::exists(entry.path() / "run.json")) continue;
+    fs::last_write_time(entry.path() / "run.json",
+                        fs::file_time_type::clock::now() - std::chrono::seconds(500));
+  }
+  run("2/3");
+  EXPECT_THAT(RunProgram({"evalbus", "status", out}).out,
+              testing::ContainsRegex("; 0\\.00(8|7[0-9]*) episodes/s, about [89]:[0-9][0-9] min left"));
+}
+
 // Options that would have no effect are refused, because a user who passes them expects other results.
 TEST(Plan, RefusesOptionsThatItSetsItself) {
   TemporaryFolder folder;
