@@ -252,7 +252,7 @@ class EvaluateTest(unittest.TestCase):
 
         self.assert_fails(evalbus.PolicyError, "RuntimeError: ConnectionClosedError", policy=lose_its_own_connection)
         masked = np.ma.masked_array(np.zeros(16), mask=[True] + 15 * [False])
-        self.assert_fails(evalbus.PolicyError, "actions have masked elements", policy=lambda _: masked)
+        self.assert_fails(evalbus.ActionError, "actions have masked elements", policy=lambda _: masked)
 
         def fail_with_a_file_name(_):
             raise ValueError("no file \udcff")
