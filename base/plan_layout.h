@@ -8,7 +8,7 @@ namespace evalbus {
 
 // The resolved plan (PlanJson in plans/plan.h). A folder with this file is a plan's folder.
 inline constexpr char kPlanJson[] = "plan.json";
-// Run folders of single shards, until they are merged.
+// Contains the run folders of the plan shards until they are merged.
 inline constexpr char kPartsFolder[] = "parts";
 
 // Name of a task's run folder in a suite: "lift_pot/position" becomes "lift_pot-position".

@@ -98,7 +98,9 @@ std::string SceneName(const YamlValue& value) {
   const std::string name = value.Text();
   const auto is_good = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '/'; };
   if (!std::isalpha(static_cast<unsigned char>(name[0])) || !std::ranges::all_of(name, is_good)) {
-    value.Fail("expected a name of letters, digits, underscores and slashes, got '" + name + "'");
+    value.Fail(
+        "expected a name that begins with a letter and contains only letters, digits, '_' and '/', got '" +
+        name + "'");
   }
   return name;
 }

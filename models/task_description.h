@@ -169,15 +169,17 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
 
 // Search for tasks (find_task.cc).
 
-// A task and the selected variation. `name` has one of these forms:
+struct TaskSelection {
+  TaskDescription task;
+  // The selected variation of the task.
+  std::string variation;
+};
+// Finds a task by a name of one of these forms:
 //   - "lift_pot", "lift_pot/position" or RoboEval's "LiftPotPosition", for YAML files of models/tasks;
 //   - one of these names with the prefix "roboeval/", for files of the folder models/tasks/roboeval;
 //   - the path of a YAML file, optionally with a variation ("my_task.yaml/position").
-// Throws an InputError that lists the available tasks.
-struct TaskSelection {
-  TaskDescription task;
-  std::string variation;
-};
+// Without a variation, selects the first one. Throws InputError, which lists the available tasks, if there is
+// no such task.
 TaskSelection FindTask(const std::string& name);
 
 // True if FindTask() treats `name` as the path of a YAML file.

@@ -15,8 +15,8 @@ namespace evalbus::plans {
 struct PlanResults {
   // One suite per policy, in the plan's order and with the plan's names.
   std::vector<results::RecordedRuns> suites;
-  // Comparisons of each other policy with the baseline. p values are adjusted for the number of policies.
-  // With Plan::until, they are anytime-valid.
+  // Comparison of every policy with the baseline. p values are adjusted for the number of policies. With
+  // Plan::until (but without `width`), p of success is anytime-valid; p of metrics assumes a single test.
   std::vector<results::Comparison> comparisons;
   // The decision of each comparison (Stop::Text); empty without Plan::until.
   std::vector<std::string> stops;

@@ -61,14 +61,16 @@ PlanStatus StatusOfSequential(const PlanFolder& folder) {
 PlanStatus StatusOf(const PlanFolder& folder) {
   if (folder.plan().until) return StatusOfSequential(folder);
   PlanStatus status;
-  std::map<std::string, int> sizes;
+  // Number of episodes by name of the shard. A process that was killed may leave its marker although another
+  // one has finished the shard.
+  std::map<std::string, int> unfinished;
   double oldest_s = 0;
   int recent = 0, first = 0;
   std::map<fs::path, int> lines_left;  // finished episodes of runs without merged shards
   for (const Shard& shard : ShardsOf(folder.plan())) {
     status.episodes += shard.size();
-    sizes[shard.name()] = shard.size();
     if (!folder.has(shard)) {
+      unfinished[shard.name()] = shard.size();
       const fs::path run = folder.run_folder(shard.policy, shard.task);
       const auto [left, is_new] = lines_left.emplace(run, 0);
       if (is_new) {
@@ -106,11 +108,11 @@ PlanStatus StatusOf(const PlanFolder& folder) {
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder.path() / kPartsFolder, none)) {
     const auto [shard, rest] = ParseHidden(entry.path().filename());
-    if (!sizes.contains(shard)) continue;
+    if (!unfinished.contains(shard)) continue;
     if (rest == "failed") {
       status.failed.push_back({shard, FirstLine(entry.path())});
     } else if (entry.is_regular_file(none) && is_at_work(entry.path())) {
-      status.running += sizes[shard];
+      status.running += unfinished[shard];
       status.at_work.push_back(fmt::format("{}  {}", rest, shard));
     }
   }

@@ -105,8 +105,8 @@ std::string Evidence(const Comparison& comparison) {
   std::string text;
   if (const TaskComparison& task = comparison.tasks[0]; task.variation != task.baseline_variation) {
     text = fmt::format(
-        "These are two variations: {} ran {}/{} and {} ran {}/{}, so policy and task differ at the same "
-        "time. ",
+        "These are two variations: {} ran {}/{} and {} ran {}/{}, so a difference may come from the "
+        "variation. ",
         run, task.task, task.variation, baseline, task.task, task.baseline_variation);
   }
   if (success.trials == 0 || success.baseline_trials == 0) return text;

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns the numbers of the finished episodes. Excludes folders such as 0007.partial.
+// Returns the numbers of the finished episodes that have logs. Excludes folders such as 0007.partial.
 std::vector<int> FinishedEpisodes(const fs::path& run) {
   std::vector<int> episodes;
   for (const fs::path& episode : EpisodeFolders(run)) {

@@ -95,7 +95,7 @@ class RunFolder {
 
  private:
   RunFolder() = default;
-  // `mark`: the file that identifies a folder of this kind.
+  // `mark`: the file that identifies such a folder, for example run.json.
   RunFolder(const std::filesystem::path& out, const std::string& name, bool resume, const std::string& mark);
 
   std::filesystem::path path_;

@@ -207,10 +207,10 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
                     summary.statistics.episodes, run.num_wanted(), shown.string()));
   }
   if (without_video > 0) {
-    throw EnvironmentError(
-        fmt::format("stopped before {} episode{} recorded as video; to resume, run the same command with "
-                    "--out {} --resume",
-                    without_video, without_video == 1 ? " was" : "s were", shown.string()));
+    throw EnvironmentError(fmt::format(
+        "stopped: {} no video yet; to record the rest, run the same command with --out {} --resume",
+        without_video == 1 ? "1 episode has" : fmt::format("{} episodes have", without_video),
+        shown.string()));
   }
   if (web) web->Stay();
 }

@@ -392,7 +392,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
   // If the first sample is missing, time 0 of the episode is unknown.
   const bool begins_late = expected == 0 && message.sample > 0;
   if (message.sample < expected) {
-    arrived.fault = fmt::format("sample {} comes after sample {}: is a second source on this bus?",
+    arrived.fault = fmt::format("sample {} was received after sample {}: is a second source on this bus?",
                                 message.sample, newest_->sample);
   } else if (message.sample > kMaxTick) {
     arrived.fault = fmt::format("no episode has a sample {}", message.sample);

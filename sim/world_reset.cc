@@ -15,7 +15,7 @@
 namespace evalbus::sim {
 namespace {
 
-// A spawned object may touch its support, but must not penetrate anything.
+// A spawned object may touch its support. It must not penetrate anything by more than this.
 constexpr double kMaxSpawnPenetration = 1e-3;  // m
 constexpr int kMaxDraws = 1000;
 // Position of distractors that are not in the episode, m: out of reach, out of sight and above the floor.

@@ -16,6 +16,7 @@
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/output_file.h"
 #include "cli/commands/video_timing_options.h"
 #include "report/comparison_report.h"
 #include "report/comparison_tables.h"
@@ -61,12 +62,15 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("--baseline", options->baseline,
                   "name, policy or folder of the run that the others are compared with, also in effort;\n"
                   "default: the first");
-  app->add_option("--json", options->json, "also write the comparison to this file");
+  app->add_option("--json", options->json, "also write the comparison to this file")->check(CheckOutputFile);
   app->add_option("--markdown", options->markdown, "also write a table of success to this file, as Markdown")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(CheckOutputFile);
   app->add_option("--latex", options->latex, "the same as a LaTeX tabular, for the package booktabs")
-      ->type_name("FILE");
-  app->add_option("--report", options->report, "also write the comparison to this file, as one HTML page");
+      ->type_name("FILE")
+      ->check(CheckOutputFile);
+  app->add_option("--report", options->report, "also write the comparison to this file, as one HTML page")
+      ->check(CheckOutputFile);
   app->add_option("--mb", options->megabytes,
                   "maximum size of that page in megabytes; as many pairs of episodes as fit can be played in "
                   "3D,\nflipped seeds first; 0: none")

@@ -14,6 +14,7 @@
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/output_file.h"
 #include "cli/commands/python_module.h"
 #include "export/episode_table.h"
 #include "export/recording.h"
@@ -71,8 +72,11 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
       ->required();
   auto* kinds = app->add_option_group("Output");
   kinds->add_option("--csv", options->csv, "CSV table with one row per finished episode; -: standard output")
-      ->type_name("FILE");
-  kinds->add_option("--hdf5", options->hdf5, "training set in robomimic's layout")->type_name("FILE");
+      ->type_name("FILE")
+      ->check(CheckOutputFile);
+  kinds->add_option("--hdf5", options->hdf5, "training set in robomimic's layout")
+      ->type_name("FILE")
+      ->check(CheckOutputFile);
   kinds
       ->add_option("--safetensors", options->safetensors,
                    "training set in RoboEval's layout, one file per episode")
@@ -82,10 +86,12 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
                                    "MCAP for Foxglove, PlotJuggler and Rerun: file to write, for one "
                                    "episode; without a name:\nepisode.mcap beside each episode's log")
                       ->type_name("[FILE]")
-                      ->expected(0, 1);
+                      ->expected(0, 1)
+                      ->check(CheckOutputFile);
   for (const PythonOutput& output : kPythonOutputs) {
-    options->python.emplace_back(
-        output, kinds->add_option(output.option, options->python_value, output.what)->type_name(output.type));
+    options->python.emplace_back(output, kinds->add_option(output.option, options->python_value, output.what)
+                                             ->type_name(output.type)
+                                             ->check(CheckOutputFile));
   }
   // The parser rejects more than one kind of output.
   kinds->require_option(0, 1);

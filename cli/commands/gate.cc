@@ -13,6 +13,7 @@
 #include "base/output_files.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/output_file.h"
 #include "report/gate_files.h"
 #include "results/commanded_motion.h"
 #include "results/comparability.h"
@@ -45,10 +46,12 @@ void AddOptions(CLI::App* app, GateCommandOptions* options) {
           "unit,\nor NAME:10% of the baseline's mean, for example slips:0.2,completion_time:10%; success "
           "always counts");
   app->add_option("--junit", options->junit, "also write the decision to this file, as JUnit XML")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(CheckOutputFile);
   app->add_option("--markdown", options->markdown,
                   "also write a summary for a pull request to this file, as Markdown")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(CheckOutputFile);
 }
 
 int ExitCode(results::GateVerdict verdict) {

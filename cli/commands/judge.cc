@@ -11,6 +11,7 @@
 #include "base/json_file.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/output_file.h"
 #include "report/web/web.h"
 #include "results/operator_results.h"
 
@@ -54,7 +55,9 @@ Action AddJudge(CLI::App* app) {
       ->type_name("NAME");
   app->add_option("--seed", judge.seed, "seed of the order in which the episodes of two runs are shown")
       ->capture_default_str();
-  app->add_option("--json", options->json, "also write the results to this file")->type_name("FILE");
+  app->add_option("--json", options->json, "also write the results to this file")
+      ->type_name("FILE")
+      ->check(CheckOutputFile);
   app->add_option("--port", judge.port,
                   "port to listen on; 0: any free port; default: 8080, or any free port if it is in use");
   app->add_flag(report::kWebChildOption, judge.is_child)->group("");

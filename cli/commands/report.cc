@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/output_file.h"
 #include "plans/plan_report.h"
 #include "report/run_report.h"
 #include "report/viewer_pack.h"
@@ -38,7 +39,8 @@ struct ReportOptions {
 void AddOptions(CLI::App* app, ReportOptions* options) {
   app->add_option("run", options->run, "folder of a run, a suite or a plan")->required();
   app->add_option("-o,--out", options->out, "HTML file; default: report.html in that folder")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(CheckOutputFile);
   AddList(
       app, "--episode", &options->episodes,
       "numbers of the episodes whose curves are drawn and which can be played in 3D, separated by commas; "

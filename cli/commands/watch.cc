@@ -29,8 +29,8 @@ Action AddWatch(CLI::App* app) {
           "ARM=open or ARM=closed, separated by commas: state of grippers whose fingers the source "
           "does not measure");
   app->add_option("--contacts", options->sim.contacts,
-                  "what decides contacts: shapes (the collision checker) or source (a source that publishes "
-                  "its own)")
+                  "where contacts come from: shapes (the collision checker) or source (the source publishes "
+                  "them)")
       ->type_name("shapes|source")
       ->capture_default_str();
   app->add_option("--map", options->sim.map,

@@ -18,6 +18,7 @@
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/output_file.h"
 #include "policy_bridge/experts/expert.h"
 #include "results/circumstances.h"
 #include "results/circumstances_text.h"
@@ -120,7 +121,7 @@ Action AddWhy(CLI::App* app) {
       "also find the point of no return of these failed episodes: the last tick from which the expert still "
       "succeeds;\nit is kept in RUN/no_return.json, for the page and the report")
       ->excludes(app->add_flag("--failures", options->failures, "the same for all failed episodes"));
-  app->add_option("--json", options->json, "also write the results to this file");
+  app->add_option("--json", options->json, "also write the results to this file")->check(CheckOutputFile);
   return [options] { return Explain(*options); };
 }
 

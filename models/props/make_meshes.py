@@ -515,7 +515,7 @@ def oak(size=256, staves=8):
 
 
 def png(size, rows):
-    """Square RGB image; each row starts with the filter type 0."""
+    """Encodes a square RGB image as PNG. Each of the rows must begin with the filter type 0."""
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

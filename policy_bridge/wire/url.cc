@@ -26,7 +26,8 @@ Url ParseUrl(const std::string& text, std::string_view scheme) {
   const size_t end = std::min(text.find_first_of("/?", before.size()), text.size());
   const std::string authority = text.substr(before.size(), end - before.size());
   Url url{.text = text, .host = {}, .port = {}, .target = text.substr(end)};
-  if (authority.find('@') != std::string::npos) refuse("a user name or password, which would not be sent");
+  if (authority.find('@') != std::string::npos)
+    refuse("it has a user name or password, which would not be sent");
   const size_t colon = authority.rfind(':');
   const bool is_ipv6 = authority.starts_with('[');
   if (colon == std::string::npos || (is_ipv6 && authority[colon - 1] != ']')) refuse("no port");

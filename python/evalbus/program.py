@@ -59,7 +59,10 @@ def check_task(task: Any) -> None:
 
 
 def words(options: dict) -> List[str]:
-    """Returns options: {"workers": 2, "in_process": True} gives --workers 2 --in-process; None is omitted."""
+    """Returns command-line arguments: {"workers": 2, "in_process": True} gives --workers 2 --in-process.
+
+    None and False are omitted.
+    """
     result = []
     for key, value in options.items():
         if value is None or value is False:

@@ -1,8 +1,9 @@
 """Sends a run, or each run of a suite, to an experiment tracker, through its own installed package.
 
-Options are the configuration, the numbers of each complete episode are points at the step of its index, and success
-rate and means of metrics are the summary. A run has the same id whenever it is sent: sending it again, for example
-after --resume, adds only what is missing. Addresses, keys and offline modes are those of the tracker.
+Writes the run's options as the tracker's configuration, the numbers of each complete episode at the step that is the
+episode's index, and success rate and means of metrics as the summary. A run has the same id whenever it is sent:
+sending it again, for example after --resume, adds only missing episodes (TensorBoard: writes the files again). Server
+addresses, keys and offline modes are set as the tracker's own documentation describes.
 """
 
 import hashlib

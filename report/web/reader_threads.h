@@ -35,8 +35,9 @@ class ReaderThreads {
   ReaderThreads(const ReaderThreads&) = delete;
   ReaderThreads& operator=(const ReaderThreads&) = delete;
 
-  // work: runs on a thread, must not throw, and returns a function that is then called on that thread.
-  // give_up: called in Poll(). Returns false, without adding the job, if too many jobs are waiting.
+  // Adds a job. Returns false if too many jobs are waiting or Stop() was called. work: runs on a thread, must
+  // not throw, and returns a function that is then called on that thread. give_up: called in Poll() if the
+  // job is abandoned.
   bool Add(std::function<Report()> work, GiveUp give_up);
   // Abandons jobs that take too long, and starts waiting jobs. Must be called regularly.
   void Poll(SteadyTime now);

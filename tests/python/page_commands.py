@@ -78,7 +78,7 @@ class Shell:
         self.wait_for(lambda: re.search(pattern, process.output()) or process.poll() is not None, process.output)
 
     def stay(self, command, pattern=r"\n"):
-        """Starts a program that runs in the background."""
+        """Starts a program that stays in the background, and waits until its output matches `pattern`."""
         process = self.start(command)
         self.background.append(process)
         self.wait_for_output(process, pattern)

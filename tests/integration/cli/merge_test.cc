@@ -175,7 +175,7 @@ TEST_F(Merge, RefusesAPartWhoseLogsAreNotWhole) {
     WriteText(log, text.substr(0, size));
     ExpectRefused(log.string() + ": ");
   }
-  // The log is cut between two events, at its end or in its middle, so no byte is damaged.
+  // The log lacks whole events, at its end or in its middle, so every remaining byte is intact.
   std::vector<size_t> begins = {0};
   EventLogReader reader(made_->path() / "results" / fs::relative(log, results_));
   for (LogEvent event; reader.Next(&event);) {

@@ -95,6 +95,36 @@ TEST_F(Outputs, AreRefusedInOneLineIfInvalid) {
   EXPECT_EQ(std::distance(fs::directory_iterator(work_), {}), 1);
 }
 
+TEST_F(Outputs, NeverReplaceFilesOfARun) {
+  std::vector<std::vector<std::string>> commands = Commands();
+  for (const char* option : {"--hdf5", "--mcap", "--inspect"})
+    commands.push_back({"evalbus", "export", run_, option});
+  for (const char* option : {"--markdown", "--latex"})
+    commands.push_back({"evalbus", "compare", run_, run_, option});
+  for (const char* option : {"--junit", "--markdown"})
+    commands.push_back({"evalbus", "gate", run_, run_, option});
+  commands.push_back({"evalbus", "why", run_, "--json"});
+  commands.push_back({"evalbus", "judge", run_, "--json"});
+  fs::create_symlink(run_ / "episodes.jsonl", work_ / "link");
+  for (const fs::path& file :
+       {run_ / "run.json", run_ / "episodes.jsonl", LogFile(run_, 0), work_ / "link"}) {
+    const std::string content = ReadText(file);
+    for (const auto& command : commands) {
+      SCOPED_TRACE(testing::PrintToString(command) + " " + file.string());
+      const Result result = Write(command, file);
+      EXPECT_EQ(result.code, 1);
+      EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
+      EXPECT_NE(result.err.find("choose another name"), std::string::npos) << result.err;
+      EXPECT_EQ(ReadText(file), content);
+    }
+  }
+  // Other files in the folder may be replaced.
+  for (int i = 0; i < 2; ++i) {
+    const Result result = Write({"evalbus", "export", run_, "--csv"}, run_ / "table.csv");
+    EXPECT_EQ(result.code, 0) << result.err;
+  }
+}
+
 TEST_F(Outputs, OnAFullDiskLeaveWhatWasThere) {
   if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
       mount("tmpfs", work_.c_str(), "tmpfs", 0, "size=8k") != 0) {

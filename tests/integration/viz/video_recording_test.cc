@@ -83,7 +83,7 @@ TEST(VideoRecording, CtrlCEndsItInOrderAndResumeMakesTheRest) {
     launcher.Signal(SIGINT);
     EXPECT_EQ(launcher.Wait(), 2);
     EXPECT_TRUE(launcher.err().starts_with("error: stopped before ")) << launcher.err();
-    EXPECT_NE(launcher.err().find("recorded as video; to resume, run the same command with --out "),
+    EXPECT_NE(launcher.err().find(" no video yet; to record the rest, run the same command with --out "),
               std::string::npos)
         << launcher.err();
     EXPECT_EQ(launcher.out().find("videos  "), std::string::npos) << launcher.out();

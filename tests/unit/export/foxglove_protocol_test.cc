@@ -41,7 +41,7 @@ TEST(Foxglove, ReadsMessagesOfAClient) {
   }
 }
 
-// Pause, speed 0.5 (0x3f000000), seek to 0x0102 ns, "ab".
+// Pause, speed 0.5 (0x3f000000), seek to 0x0102 ns, request id "ab".
 const std::string kControl = "\x03\x01\0\0\0\x3f\x01\x02\x01\0\0\0\0\0\0\x02\0\0\0ab"s;
 
 TEST(Foxglove, ReadsPlaybackControl) {

@@ -117,9 +117,9 @@ TEST(PolyhedronContacts, CornerOnFaceTouchesOnce) {
   EXPECT_NEAR(contacts[0].pos[1], -0.03, 1e-6);
 }
 
-// Returns the largest distance between the extents of two polyhedra along any direction that can separate
-// them. If it is negative, it is their depth. The rule is independent of the tested code: it uses the normals
-// of all faces and the cross products of all edges.
+// Returns the separation of two convex polyhedra by the separating-axis theorem; a negative value is minus
+// the penetration depth. Independent of the tested code: tries all face normals and all cross products of
+// edges.
 double Separation(const World& world, const char* a, const char* b) {
   const auto corners = [&](const char* name) {
     const int geom = world.Geom(name), mesh = world.model->geom_dataid[geom];

@@ -140,7 +140,8 @@ TEST(RobotParts, MistakesNameTheLine) {
   EXPECT_EQ(camera_error("maker/wrist", "maker/head"),
             "23: key 'name': another camera has the name 'maker/head'");
   EXPECT_EQ(camera_error("maker/head", "my head"),
-            "22: key 'name': expected a name of letters, digits, underscores and slashes, got 'my head'");
+            "22: key 'name': expected a name that begins with a letter and contains only letters, digits, "
+            "'_' and '/', got 'my head'");
   EXPECT_EQ(error("      position_gain_N_per_m: 500\n",
                   "      position_gain_N_per_m: 500\n      position_gain_Nm_per_rad: 1\n"),
             "17: key 'position_gain_Nm_per_rad': give either this or 'position_gain_N_per_m'");

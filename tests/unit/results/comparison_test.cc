@@ -361,7 +361,7 @@ TEST_F(CompareTest, TwoVariationsAreNamedFirst) {
   EXPECT_TRUE(Headline(result).starts_with("b is 100 points better than a")) << Headline(result);
   EXPECT_TRUE(
       Evidence(result).starts_with("These are two variations: b ran lift_pot/base and a ran "
-                                   "lift_pot/position, so policy and task differ at the same time. 6 of 6 "))
+                                   "lift_pot/position, so a difference may come from the variation. 6 of 6 "))
       << Evidence(result);
   const std::string text = ComparisonText(result, false);
   EXPECT_TRUE(text.starts_with("b (expert) against a (expert), lift_pot/base against lift_pot/position\n"))

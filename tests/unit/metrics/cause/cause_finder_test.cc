@@ -1,4 +1,5 @@
-// Tests the decisive moment with the smallest episode for each rule, worked out by hand. Ticks last 0.02 s.
+// Tests the decisive moment with the shortest episode that fulfills each rule, worked out by hand. Ticks last
+// 0.02 s.
 #include "metrics/cause/cause_finder.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// Tests errors of `evalbus score` for invalid files.
+// Tests `evalbus score`: scores of a small episode, files that are read step by step, and errors for invalid
+// files.
 #include "metrics/episode/score_file.h"
 
 #include <gtest/gtest.h>
