@@ -24,6 +24,19 @@ namespace fs = std::filesystem;
 
 constexpr int64_t kImagePeriod_us = 100'000;
 
+// Throws InputError if the log has messages of several episodes, for example a recording by lcm-logger.
+void CheckHasOneEpisode(const fs::path& log) {
+  EpisodeReader reader(log, {});
+  std::optional<int> first;
+  for (EpisodeMessages read; reader.Next(&read);) {
+    if (first && read.number() != *first) {
+      throw InputError(fmt::format("{}: holds several episodes ({}, {} ...); expected a log of one episode",
+                                   log.string(), *first, read.number()));
+    }
+    first = read.number();
+  }
+}
+
 }  // namespace
 
 std::shared_ptr<const std::string> SceneSource::Of(const model_info_t& model, std::optional<int64_t> seed,
@@ -46,12 +59,13 @@ std::shared_ptr<const std::string> SceneSource::Of(const model_info_t& model, st
 }
 
 EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
+  CheckHasOneEpisode(log);
   EncodedEpisode episode;
   const fs::path run = RunFolderOf(log);
   std::string remark;
   Encoder encoder(
       [&](const Message& message) {
-        // A new episode or attempt begins; only the last one is kept.
+        // A new attempt begins; only the last one is kept.
         if (message.topic == kEpisode && message.time_ns == 0) episode.messages.clear();
         episode.messages.push_back(message);
       },

@@ -10,6 +10,7 @@
 #include "bus/channels.h"
 #include "bus/event_log.h"
 #include "bus/message.h"
+#include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "results/episode_json.h"
 #include "results/model_of_run.h"
@@ -36,6 +37,7 @@ model_info_t CheckLog(const RecordedRun& run, const RecordedEpisode& episode) {
   const auto fail = [&](const std::string& what) { throw InputError(log.string() + ": " + what); };
   EventLogReader reader(log);
   std::optional<model_info_t> model;
+  std::optional<episode_begin_t> begin;
   std::optional<episode_summary_t> summary;
   int64_t events = 0;
   for (LogEvent event; reader.Next(&event); ++events) {
@@ -45,6 +47,9 @@ model_info_t CheckLog(const RecordedRun& run, const RecordedEpisode& episode) {
     }
     if (event.channel == channels::kModel) {
       if (model_info_t read; Decode(event.data, &read)) model = std::move(read);
+    } else if (event.channel == channels::kEpisodeBegin) {
+      episode_begin_t read;
+      if (Decode(event.data, &read) && read.header.episode == episode.episode) begin = std::move(read);
     } else if (event.channel == channels::kEpisodeSummary) {
       episode_summary_t read;
       if (Decode(event.data, &read) && read.header.episode == episode.episode) summary = std::move(read);
@@ -62,7 +67,8 @@ model_info_t CheckLog(const RecordedRun& run, const RecordedEpisode& episode) {
   if (const auto differences = ModelDifferences(run, *model); !differences.empty()) {
     fail(fmt::format("belongs to another run: {}: {}", (run.folder / kRunJson).string(), differences[0]));
   }
-  const auto differences = DifferentValues(episode.Json(), EpisodeJson(run.task, run.variation, *summary));
+  const auto differences = DifferentValues(
+      episode.Json(), EpisodeJson(run.task, run.variation, *summary, begin ? &*begin : nullptr));
   if (!differences.empty()) {
     fail(fmt::format("does not match line {} of {}: {}", episode.line, kEpisodesJsonl,
                      DifferencesText(differences)));

@@ -11,7 +11,7 @@ from typing import Any, Dict, Optional, Sequence, Union
 import numpy as np
 
 from evalbus import codec
-from evalbus.errors import ActionError, InputError, ProgramError
+from evalbus.errors import ActionError, InputError, ProgramError, check_action_type
 from evalbus.program import Program, check_task, words
 from evalbus.runs import Episode
 
@@ -115,8 +115,7 @@ class Environment:
             raise ActionError(f"the action is not an array: {error}") from None
         if values.shape != self.action_lower.shape:
             raise ActionError(f"the action has the shape {values.shape}, expected {self.action_lower.shape}")
-        if values.dtype.kind not in "fiub":
-            raise ActionError(f"the action is of type {values.dtype}, expected numbers")
+        check_action_type(values, "the action is")
         with np.errstate(over="ignore"):  # checked below
             values = np.ascontiguousarray(values, dtype=float)
         if not np.isfinite(values).all():

@@ -25,3 +25,10 @@ class ProgramError(EvalbusError, RuntimeError):
 
 class PolicyError(EvalbusError, RuntimeError):
     """A policy that this process serves raised an exception, which is the __cause__ of this exception."""
+
+
+def check_action_type(action, subject):
+    """Raises ActionError unless the array has integers or floating-point numbers of at most 64 bits. `subject`, such as
+    "the action is", begins the message."""
+    if action.dtype.kind not in "fiu" or action.dtype.itemsize > 8:
+        raise ActionError(f"{subject} of type {action.dtype}, expected numbers of at most 64 bits")

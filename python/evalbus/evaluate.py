@@ -10,7 +10,7 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Union
 
 import numpy as np
 
-from evalbus.errors import ActionError, InputError, PolicyError, ProgramError
+from evalbus.errors import ActionError, InputError, PolicyError, ProgramError, check_action_type
 from evalbus.program import Program, check_task, words
 from evalbus.runs import Episode, Run, read_run
 
@@ -268,13 +268,14 @@ def _checked(policy: Callable) -> Callable:
     """Returns the policy, wrapped so that it raises ActionError for actions that are not finite numbers."""
 
     def check(answer):
-        given = answer["actions"] if isinstance(answer, dict) and "actions" in answer else answer
+        if isinstance(answer, dict) and "actions" not in answer:
+            raise ActionError(f'the policy returned a dictionary without "actions": {", ".join(map(str, answer))}')
+        given = answer["actions"] if isinstance(answer, dict) else answer
         try:
             actions = np.asarray(given)
         except ValueError as error:  # rows of different lengths
             raise ActionError(f"the policy returned an action that is not an array: {error}") from None
-        if actions.dtype.kind not in "fiub":
-            raise ActionError(f"the policy returned an action of type {actions.dtype}, expected numbers")
+        check_action_type(actions, "the policy returned an action")
         if not np.isfinite(actions).all():
             raise ActionError(f"the policy returned an action that is not finite: {actions.ravel()[:8].tolist()}")
         return answer

@@ -5,6 +5,7 @@ import functools
 import json
 import operator
 import pathlib
+import warnings
 from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
@@ -259,6 +260,10 @@ def _reason(error):
     return f"it has no {error}" if isinstance(error, KeyError) else error
 
 
+def _refuse_constant(name):
+    raise ValueError(f"{name} is not a number of JSON")
+
+
 def _episodes(file):
     lines = _bytes(file).split(b"\n")
     episodes = {}
@@ -266,10 +271,11 @@ def _episodes(file):
         if not line and number == len(lines):
             break
         try:
-            episode = Episode.of(json.loads(line))
+            episode = Episode.of(json.loads(line, parse_constant=_refuse_constant))
         except (RecursionError, ValueError, TypeError, KeyError, AttributeError) as error:
-            if number == len(lines):
-                break  # The last line is truncated: the run was killed while writing it.
+            if number == len(lines):  # The run was killed while it wrote this line.
+                warnings.warn(f"{file}:{number}: the last line is truncated and ignored", stacklevel=4)
+                break
             raise InputError(f"{file}:{number}: no line of an episode: {_reason(error)}") from None
         if episode.index in episodes:
             raise InputError(f"{file}:{number}: episode {episode.index} again")

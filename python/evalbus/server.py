@@ -20,7 +20,7 @@ import numpy as np
 import websockets
 
 from evalbus import codec
-from evalbus.errors import ActionError, InputError, ProgramError
+from evalbus.errors import ActionError, InputError, ProgramError, check_action_type
 
 try:
     # websockets 13 and later; newer versions no longer contain the legacy API.
@@ -258,8 +258,7 @@ def _chunk(actions):
     if np.ma.is_masked(actions):
         raise ActionError("actions have masked elements, expected a number in each")
     actions = np.asarray(actions)
-    if actions.dtype.kind not in "biuf":
-        raise ActionError(f"actions are of type {actions.dtype}, expected numbers")
+    check_action_type(actions, "actions are")
     if actions.ndim == 1:
         actions = actions[None]
     if actions.ndim != 2 or actions.size == 0:

@@ -228,12 +228,14 @@ class EvaluateTest(unittest.TestCase):
         )
         self.assert_fails(evalbus.ActionError, "an action of type <U3, expected numbers", policy=lambda _: "abc")
         self.assert_fails(evalbus.ActionError, "an action of type object, expected numbers", policy=lambda _: None)
+        self.assert_fails(evalbus.ActionError, "an action of type bool, expected numbers", policy=lambda _: 16 * [True])
+        self.assert_fails(evalbus.ActionError, 'dictionary without "actions": a$', policy=lambda _: {"a": np.zeros(16)})
         self.assert_fails(evalbus.ActionError, "an action that is not an array: ", policy=lambda _: [[1, 2], [3]])
         self.assert_fails(evalbus.ActionError, "not finite: .nan", policy=lambda _: np.full(16, np.nan))
         self.assert_fails(evalbus.ActionError, r"actions have the shape \(\)", policy=lambda _: 0.0)
         self.assert_fails(evalbus.ActionError, r"actions have the shape \(1, 0\)", policy=lambda _: [])
         self.assert_fails(
-            evalbus.PolicyError, "arrays of type float128 are not sent", policy=lambda _: np.zeros(16, np.longdouble)
+            evalbus.ActionError, "action of type float128, expected numbers", policy=lambda _: np.zeros(16, np.longdouble)
         )
 
         self.assert_fails(evalbus.InputError, "cannot create: Not a directory", out=pathlib.Path(__file__) / "run")

@@ -125,7 +125,8 @@ class LogTest(unittest.TestCase):
         episodes = copy / "episodes.jsonl"
         # Workers finish in any order, and the last line was cut off.
         episodes.write_bytes(lines[2] + lines[0] + lines[1][:-40])
-        run = evalbus.read_run(copy)
+        with self.assertWarnsRegex(UserWarning, "episodes.jsonl:3: the last line is truncated and ignored$"):
+            run = evalbus.read_run(copy)
         self.assertEqual([episode.index for episode in run.episodes], [0, 2])
         self.assertIsNone(run.summary)
         self.assertEqual(len(run.scores["completion_time"]), 2)
@@ -133,6 +134,7 @@ class LogTest(unittest.TestCase):
             (lines[0][:-40] + b"\n" + lines[1], "jsonl:1: "),
             (lines[0] + lines[0], "jsonl:2: episode 0 again"),
             (lines[0] + b"[]\n", "jsonl:2: "),
+            (lines[0].replace(b'"slip_count":', b'"slip_count":NaN,"was":'), "jsonl:1: .*NaN is not a number of JSON"),
         ):
             episodes.write_bytes(broken)
             with self.assertRaisesRegex(ValueError, reason):

@@ -192,6 +192,12 @@ TEST_F(Merge, RefusesAPartWhoseLogsAreNotWhole) {
   WriteText(log, ReadText(evalbus::LogFile(Part("rnd", "0002-0003"), 3)));
   ExpectRefused(log.string() + ": does not match line 2 of episodes.jsonl: ");
   WriteText(log, text);
+  const fs::path lines = Part("hold", "0002-0003") / "episodes.jsonl";
+  const std::string original = ReadText(lines);
+  // Changes the parameter of both lines.
+  WriteText(lines, std::regex_replace(original, std::regex("\"pot_x_m\":0"), "\"pot_x_m\":9"));
+  ExpectRefused(": does not match line 1 of episodes.jsonl: parameters.pot_x_m ");
+  WriteText(lines, original);
   ASSERT_EQ(MergePlan().code, 0);
   ExpectMerged();
 }

@@ -125,6 +125,17 @@ TEST_F(Outputs, NeverReplaceFilesOfARun) {
   }
 }
 
+TEST_F(Outputs, AnMcapFileHoldsOneEpisode) {
+  const fs::path both = work_ / "both.lcmlog", file = work_ / "both.mcap";
+  WriteText(both, ReadText(LogFile(run_, 0)) + ReadText(LogFile(run_, 1)));
+  const Result result = RunProgram({"evalbus", "export", both, "--mcap", file});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_NE(result.err.find("both.lcmlog: holds several episodes (0, 1 ...); expected a log of one episode"),
+            std::string::npos)
+      << result.err;
+  EXPECT_FALSE(fs::exists(file));
+}
+
 TEST_F(Outputs, OnAFullDiskLeaveWhatWasThere) {
   if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
       mount("tmpfs", work_.c_str(), "tmpfs", 0, "size=8k") != 0) {
