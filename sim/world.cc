@@ -1,7 +1,10 @@
 #include "sim/world.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/errors.h"
 #include "models/model_info.h"
@@ -13,6 +16,19 @@ int Id(const mjModel* model, mjtObj type, const std::string& name, const char* k
   const int id = mj_name2id(model, type, name.c_str());
   if (id < 0) throw InputError(std::string("model has no ") + kind + " '" + name + "'");
   return id;
+}
+
+// MuJoCo clips commands to the actuator's range without a warning, so a command in another unit would go
+// unnoticed.
+void CheckCommand(const mjModel& model, int actuator, const std::string& gripper, const char* key,
+                  double command) {
+  const mjtNum* range = model.actuator_ctrlrange + 2 * actuator;
+  const double tolerance = 1e-6 * (range[1] - range[0]);
+  if (!model.actuator_ctrllimited[actuator] ||
+      (command >= range[0] - tolerance && command <= range[1] + tolerance))
+    return;
+  throw InputError(fmt::format("gripper '{}': {} is {:g}, but the range of its actuator is {:g} to {:g}",
+                               gripper, key, command, range[0], range[1]));
 }
 
 }  // namespace
@@ -61,6 +77,10 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
     gripper.joint_closed = description.joint_closed;
     gripper.command_open = description.command_open;
     gripper.command_closed = description.command_closed;
+    for (const auto& [key, command] :
+         {std::pair("command_open", gripper.command_open), {"command_closed", gripper.command_closed}}) {
+      CheckCommand(*model, gripper.actuator, description.arm, key, command);
+    }
     gripper.start_opening = description.start_opening;
     gripper.binary_command = description.binary_command;
     grippers_.push_back(std::move(gripper));

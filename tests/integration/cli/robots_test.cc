@@ -1,4 +1,6 @@
 // Tests users' own robots and copies of tasks.
+#include <regex>
+
 #include "tests/integration/harness.h"
 
 namespace evalbus::robots_test {
@@ -60,6 +62,21 @@ TEST(Robots, InATaskThatWasNotMadeForThem) {
   EXPECT_NE(shown.out.find("mine (arm) at"), std::string::npos) << shown.out;
   EXPECT_NE(shown.out.find("red_cube_to_gripper"), std::string::npos) << shown.out;
   EXPECT_EQ(ReadText(image).substr(1, 3), "PNG");
+}
+
+// Such as a command in millimeters, which MuJoCo would clip.
+TEST(Robots, ACommandBeyondTheActuatorsRangeIsRefused) {
+  TemporaryFolder folder;
+  std::string text = ReadText(EVALBUS_SOURCE_DIR "/models/robots/single_panda.yaml");
+  text = std::regex_replace(text, std::regex("\\.\\./"), EVALBUS_SOURCE_DIR "/models/");
+  const std::string command = "command_open: 0.04";
+  text.replace(text.find(command), command.size(), "command_open: 40");
+  WriteText(folder.path() / "robot.yaml", text);
+  const Result result = RunProgram({"evalbus", "robots", "check", folder.path() / "robot.yaml"});
+  EXPECT_EQ(result.code, 1) << result.out;
+  EXPECT_NE(result.err.find("command_open is 40, but the range of its actuator is 0 to 0.04\n"),
+            std::string::npos)
+      << result.err;
 }
 
 TEST(TasksNew, ACopyUnderANewNameRuns) {
