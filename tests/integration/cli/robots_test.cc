@@ -1,6 +1,4 @@
 // Tests users' own robots and copies of tasks.
-#include <regex>
-
 #include "tests/integration/harness.h"
 
 namespace evalbus::robots_test {
@@ -67,12 +65,8 @@ TEST(Robots, InATaskThatWasNotMadeForThem) {
 // Such as a command in millimeters, which MuJoCo would clip.
 TEST(Robots, ACommandBeyondTheActuatorsRangeIsRefused) {
   TemporaryFolder folder;
-  std::string text = ReadText(EVALBUS_SOURCE_DIR "/models/robots/single_panda.yaml");
-  text = std::regex_replace(text, std::regex("\\.\\./"), EVALBUS_SOURCE_DIR "/models/");
-  const std::string command = "command_open: 0.04";
-  text.replace(text.find(command), command.size(), "command_open: 40");
-  WriteText(folder.path() / "robot.yaml", text);
-  const Result result = RunProgram({"evalbus", "robots", "check", folder.path() / "robot.yaml"});
+  const Result result = RunProgram(
+      {"evalbus", "robots", "check", Robot(folder.path(), "command_open: 0.04", "command_open: 40")});
   EXPECT_EQ(result.code, 1) << result.out;
   EXPECT_NE(result.err.find("command_open is 40, but the range of its actuator is 0 to 0.04\n"),
             std::string::npos)
