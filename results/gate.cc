@@ -31,6 +31,7 @@ void CheckUsable(const RecordedRuns& runs) {
                       "number of episodes",
                       until));
     }
+    if (std::ranges::none_of(run.episodes, &RecordedEpisode::complete)) refuse("no complete episode");
   }
 }
 

@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 
 #include "base/arguments.h"
 #include "base/errors.h"
@@ -108,6 +110,24 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
       ->type_name("OWNER/NAME");
 }
 
+// Throws InputError if an option has no effect on the requested output.
+void CheckOptions(const ExportOptions& options) {
+  const auto is_requested = [&](std::string_view name) {
+    return std::ranges::any_of(options.python, [&](const auto& output) {
+      return name == output.first.option && output.second->count() > 0;
+    });
+  };
+  const bool has_images = !options.hdf5.empty() || options.mcap->count() > 0 || is_requested("--lerobot");
+  const bool is_training_set =
+      !options.hdf5.empty() || !options.safetensors.empty() || is_requested("--lerobot");
+  if (options.only_successes && !is_training_set)
+    throw InputError("--successes requires --hdf5, --safetensors or --lerobot");
+  if (!options.cameras.empty() && !has_images)
+    throw InputError("--camera requires --hdf5, --lerobot or --mcap");
+  if (!options.size.empty() && options.cameras.empty()) throw InputError("--size requires --camera");
+  if (!options.dataset.empty() && !is_requested("--hf")) throw InputError("--dataset requires --hf");
+}
+
 [[noreturn]] void ExportByPython(const ExportOptions& options, const PythonOutput& output) {
   std::vector<std::string> arguments = {options.run.string(), output.option, options.python_value};
   const auto add = [&](const char* option, const std::string& value) {
@@ -185,8 +205,6 @@ int ExportMcap(const ExportOptions& options) {
 int ExportTrainingSet(const ExportOptions& options) {
   const fs::path& out = options.hdf5.empty() ? options.safetensors : options.hdf5;
   if (fs::exists(out)) throw InputError(out.string() + ": exists; choose another name");
-  if (!options.cameras.empty() && options.hdf5.empty())
-    throw InputError("--camera requires --hdf5 or --mcap");
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? "256x256" : options.size);
   constexpr int kLargest = 2048;
   for (const int pixels : {size.width, size.height}) {
@@ -221,6 +239,7 @@ Action AddExport(CLI::App* app) {
   const auto options = std::make_shared<ExportOptions>();
   AddOptions(app, options.get());
   return [options] {
+    CheckOptions(*options);
     for (const auto& [output, option] : options->python) {
       if (option->count() > 0) ExportByPython(*options, output);
     }

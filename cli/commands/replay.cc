@@ -264,8 +264,9 @@ class Player : public Component {
     score_.reset();
     for (size_t i = 0; i < scored_.size(); ++i) {
       const results::RescoredEpisode& episode = log_->episodes[i];
+      // A log may hold several runs, whose episodes have the same numbers.
       if (score.header.episode != episode.summary.header.episode ||
-          score.header.attempt != episode.summary.header.attempt)
+          score.header.attempt != episode.summary.header.attempt || score.seed != episode.summary.seed)
         continue;
       if (std::exchange(scored_[i], true)) continue;  // a repeated message
       view_->OnEpisodeDone(results::EpisodeJson("", "", score));

@@ -101,6 +101,18 @@ TEST_F(Recorded, ReplayGivesTheRecordedBits) {
   EXPECT_SAYS(one.out, "1 of 1 episodes have scores bit-identical");
 }
 
+// Both episodes have the number 0, but other seeds.
+TEST_F(Recorded, ReplayOfALogWithTwoRunsGivesTheBitsOfBoth) {
+  EVALBUS_NEEDS_BUS();
+  Record(1);
+  const fs::path other = folder_.path() / "other", both = folder_.path() / "both.lcmlog";
+  Evaluate({"lift_pot/position", "--episodes", "1", "--seed", "9", "--in-process"}, other);
+  WriteText(both, ReadText(log_) + ReadText(LogFile(other, 0)));
+  const Result result = Replay(both);
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  EXPECT_SAYS(result.out, "2 of 2 episodes have scores bit-identical to the recorded ones");
+}
+
 TEST_F(Recorded, ReplayRefusesAPageOfTheRunThatIsNone) {
   EVALBUS_NEEDS_BUS();
   Record(1);

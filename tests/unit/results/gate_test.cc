@@ -227,6 +227,9 @@ TEST_F(GateTest, UnusableRunsAreRefused) {
   EXPECT_THAT(RefusalOf(Of("collected", 60, 60), baseline), HasSubstr("only successes were kept"));
   EXPECT_THAT(RefusalOf(Run("seed", Info(60, 8), First(60, 60), 4), baseline),
               HasSubstr("no seed in common"));
+  const auto incomplete = [](int, ordered_json* line) { (*line)["complete"] = false; };
+  EXPECT_THAT(RefusalOf(Of("invalid", 60, 60, incomplete), baseline),
+              HasSubstr("invalid: no complete episode"));
 }
 
 TEST_F(GateTest, ATaskThatTheRunLacksIsRefused) {
