@@ -28,7 +28,14 @@ class PolicyError(EvalbusError, RuntimeError):
 
 
 def check_action_type(action, subject):
-    """Raises ActionError unless the array has integers or floating-point numbers of at most 64 bits. `subject`, such as
-    "the action is", begins the message."""
-    if action.dtype.kind not in "fiu" or action.dtype.itemsize > 8:
+    """Raises ActionError unless the array has integers or floating-point numbers. `subject`, such as "the action is",
+    begins the message."""
+    if action.dtype.kind not in "fiu":
+        raise ActionError(f"{subject} of type {action.dtype}, expected numbers")
+
+
+def check_sent_action_type(action, subject):
+    """Raises ActionError also for numbers of more than 64 bits, which cannot be sent to the program evalbus."""
+    check_action_type(action, subject)
+    if action.dtype.itemsize > 8:
         raise ActionError(f"{subject} of type {action.dtype}, expected numbers of at most 64 bits")

@@ -10,7 +10,7 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Union
 
 import numpy as np
 
-from evalbus.errors import ActionError, InputError, PolicyError, ProgramError, check_action_type
+from evalbus.errors import ActionError, InputError, PolicyError, ProgramError, check_sent_action_type
 from evalbus.program import Program, check_task, words
 from evalbus.runs import Episode, Run, read_run
 
@@ -275,7 +275,7 @@ def _checked(policy: Callable) -> Callable:
             actions = np.asarray(given)
         except ValueError as error:  # rows of different lengths
             raise ActionError(f"the policy returned an action that is not an array: {error}") from None
-        check_action_type(actions, "the policy returned an action")
+        check_sent_action_type(actions, "the policy returned an action")
         if not np.isfinite(actions).all():
             raise ActionError(f"the policy returned an action that is not finite: {actions.ravel()[:8].tolist()}")
         return answer

@@ -20,7 +20,7 @@ import numpy as np
 import websockets
 
 from evalbus import codec
-from evalbus.errors import ActionError, InputError, ProgramError, check_action_type
+from evalbus.errors import ActionError, InputError, ProgramError, check_sent_action_type
 
 try:
     # websockets 13 and later; newer versions no longer contain the legacy API.
@@ -207,8 +207,8 @@ class _Worker:
                 continue
             try:
                 future.set_result(function(*arguments))
-            # asyncio cannot pass the first one to the coroutine that waits; there, the second one would mean that the client
-            # has left, and not that the policy's own connection ended.
+            # asyncio cannot pass StopIteration to the coroutine that waits. There, ConnectionClosed would mean that the
+            # client has left, and not that a connection of the policy ended.
             except (StopIteration, websockets.exceptions.ConnectionClosed) as error:
                 failure = RuntimeError(repr(error))
                 failure.__cause__ = error
@@ -258,7 +258,7 @@ def _chunk(actions):
     if np.ma.is_masked(actions):
         raise ActionError("actions have masked elements, expected a number in each")
     actions = np.asarray(actions)
-    check_action_type(actions, "actions are")
+    check_sent_action_type(actions, "actions are")
     if actions.ndim == 1:
         actions = actions[None]
     if actions.ndim != 2 or actions.size == 0:

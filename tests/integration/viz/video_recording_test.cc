@@ -82,7 +82,7 @@ TEST(VideoRecording, CtrlCEndsItInOrderAndResumeMakesTheRest) {
         << launcher.err();
     launcher.Signal(SIGINT);
     EXPECT_EQ(launcher.Wait(), 2);
-    EXPECT_TRUE(launcher.err().starts_with("error: stopped before ")) << launcher.err();
+    EXPECT_TRUE(launcher.err().starts_with("error: stopped: ")) << launcher.err();
     EXPECT_NE(launcher.err().find(" no video yet; to record the rest, run the same command with --out "),
               std::string::npos)
         << launcher.err();
