@@ -1,6 +1,5 @@
 #include "collision/shape.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -11,7 +11,7 @@ from typing import Any, Dict, Optional, Sequence, Union
 import numpy as np
 
 from evalbus import codec
-from evalbus.errors import ActionError, InputError, ProgramError, check_action_type
+from evalbus.errors import ActionError, InputError, ProgramError, check_action_type, check_not_masked
 from evalbus.program import Program, check_task, words
 from evalbus.runs import Episode
 
@@ -109,6 +109,7 @@ class Environment:
 
     def step(self, action) -> Step:
         """Executes an action. Raises ActionError if its shape or type is wrong, or if it is not finite."""
+        check_not_masked(action)
         try:
             values = np.asarray(action)
         except ValueError as error:  # rows of different lengths

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy as np
+
 
 class EvalbusError(Exception):
     """Base class of all exceptions of evalbus."""
@@ -25,6 +27,12 @@ class ProgramError(EvalbusError, RuntimeError):
 
 class PolicyError(EvalbusError, RuntimeError):
     """A policy that this process serves raised an exception, which is the __cause__ of this exception."""
+
+
+def check_not_masked(action):
+    """Raises ActionError if elements of the action are masked. np.asarray() would drop the mask."""
+    if np.ma.is_masked(action):
+        raise ActionError("actions have masked elements, expected a number in each")
 
 
 def check_action_type(action, subject):

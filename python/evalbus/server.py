@@ -20,7 +20,7 @@ import numpy as np
 import websockets
 
 from evalbus import codec
-from evalbus.errors import ActionError, InputError, ProgramError, check_sent_action_type
+from evalbus.errors import ActionError, InputError, ProgramError, check_not_masked, check_sent_action_type
 
 try:
     # websockets 13 and later; newer versions no longer contain the legacy API.
@@ -255,8 +255,7 @@ def _answer(act, request):
 
 
 def _chunk(actions):
-    if np.ma.is_masked(actions):
-        raise ActionError("actions have masked elements, expected a number in each")
+    check_not_masked(actions)
     actions = np.asarray(actions)
     check_sent_action_type(actions, "actions are")
     if actions.ndim == 1:

@@ -469,6 +469,7 @@ class EnvironmentTest(unittest.TestCase):
                 ("has the shape .3,., expected .16,", state[:3]),
                 ("value 15 of the action is not finite", np.append(state[:15], np.inf)),
                 ("is of type <U1", np.full(16, "a")),
+                ("masked elements", np.ma.masked_array(np.zeros(16), mask=[True] + 15 * [False])),
                 ("value 0 of the action is not finite", np.full(16, np.longdouble("1e4000"))),
             ):
                 with self.assertRaisesRegex(evalbus.ActionError, words):
