@@ -208,9 +208,8 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
   }
   if (without_video > 0) {
     throw EnvironmentError(fmt::format(
-        "stopped: {} no video yet; to record the rest, run the same command with --out {} --resume",
-        without_video == 1 ? "1 episode has" : fmt::format("{} episodes have", without_video),
-        shown.string()));
+        "stopped: {} {} no video yet; to record the rest, run the same command with --out {} --resume",
+        Plural(without_video, "episode"), without_video == 1 ? "has" : "have", shown.string()));
   }
   if (web) web->Stay();
 }
