@@ -15,6 +15,7 @@
 #include "base/run_layout.h"
 #include "base/this_process.h"
 #include "base/write_whole.h"
+#include "results/rescorer.h"
 #include "results/run_folder.h"
 #include "runner/suite.h"
 
@@ -25,20 +26,6 @@ namespace fs = std::filesystem;
 
 fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string& ending) {
   return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
-}
-
-// Describes the first difference between two unequal values, for example "\"options.episodes\" is 2 there,
-// not 3".
-std::string Difference(const std::string& key, const nlohmann::ordered_json& before,
-                       const nlohmann::ordered_json& now) {
-  if (before.is_object() && now.is_object()) {
-    for (const auto& [name, value] : now.items()) {
-      if (!before.contains(name)) return Difference(key + "." + name, {}, value);
-      if (before[name] != value) return Difference(key + "." + name, before[name], value);
-    }
-  }
-  return fmt::format("\"{}\" is {} there, not {}", key, before.is_null() ? "none" : ToText(before),
-                     ToText(now));
 }
 
 }  // namespace
@@ -90,11 +77,11 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
     return;
   }
   const auto before = ReadJsonFile<nlohmann::ordered_json>(file);
-  for (const auto& [key, value] : json.items()) {
-    if (before.contains(key) && before[key] == value) continue;
-    throw InputError("--out " + file.string() + ": the plan in this folder differs: " +
-                     Difference(key, before.contains(key) ? before[key] : nlohmann::ordered_json(), value));
-  }
+  const auto differences = results::Differences(before, json);
+  if (differences.empty()) return;
+  throw InputError(fmt::format("--out {}: the plan in this folder differs: \"{}\" is {} there, not {}",
+                               file.string(), differences[0].name, differences[0].before,
+                               differences[0].after));
 }
 
 PlanFolder::PlanFolder(const fs::path& folder) : path_(fs::absolute(folder).lexically_normal()) {

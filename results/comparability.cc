@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
+#include "results/rescorer.h"
 
 namespace evalbus::results {
 namespace {
@@ -25,22 +26,10 @@ constexpr std::string_view kChangesNothing[] = {
 // Maximum number of differing contract members to list.
 constexpr size_t kMaxContractWords = 4;
 std::vector<std::string> ContractDifferences(const ordered_json& contract, const ordered_json& other) {
-  const nlohmann::json a = nlohmann::json(contract).flatten(), b = nlohmann::json(other).flatten();
   std::vector<std::string> differences;
-  const auto add = [&](const std::string& path, const std::string& here, const std::string& there) {
-    std::string key = path.substr(1);
-    std::ranges::replace(key, '/', '.');
-    if (key != "name") differences.push_back(fmt::format("{} {} against {}", key, here, there));
-  };
-  for (const auto& [path, value] : a.items()) {
-    if (!b.contains(path)) {
-      add(path, ToText(value), "none");
-    } else if (b[path] != value) {
-      add(path, ToText(value), ToText(b[path]));
-    }
-  }
-  for (const auto& [path, value] : b.items()) {
-    if (!a.contains(path)) add(path, "none", ToText(value));
+  for (const Difference& one : Differences(contract, other)) {
+    if (one.name != "name")
+      differences.push_back(fmt::format("{} {} against {}", one.name, one.before, one.after));
   }
   if (differences.size() > kMaxContractWords) {
     const size_t more = differences.size() - kMaxContractWords;

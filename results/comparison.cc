@@ -315,6 +315,15 @@ std::string Counted(const std::string& what, int count, const std::string& run, 
   return fmt::format("{} of {} and {} of {}", Plural(count, what), run, baseline_count, baseline);
 }
 
+// True if no number differs within any pair.
+bool AllPairsAreEqual(const Side& run, const Side& baseline) {
+  return std::ranges::all_of(run.episodes, [&](const auto& entry) {
+    const RecordedEpisode &own = *entry.second, &partner = *baseline.episodes.at(entry.first);
+    return own.success == partner.success && own.end_reason == partner.end_reason &&
+           own.result.values == partner.result.values;
+  });
+}
+
 // Adds notes on the comparison, one sentence each.
 void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, const std::string& run,
                 const std::string& baseline, NamedRemarks* remarks) {
@@ -339,6 +348,11 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
       if (other.num_samples == 1 && task.success.baseline_trials > 1)
         all_equal(task.success.baseline_trials, " episodes of " + baseline);
     }
+  }
+  if (task.paired && AllPairsAreEqual(own, other)) {
+    remarks->Add(name,
+                 fmt::format("all numbers of {} are equal on both sides, as if one policy had run twice",
+                             Plural(static_cast<int>(own.episodes.size()), "pair")));
   }
   if (!task.paired) {
     remarks->Add(name, std::string(task.variation != task.baseline_variation ? "" : "no seed in common: ") +

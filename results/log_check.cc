@@ -26,7 +26,8 @@ using nlohmann::ordered_json;
 std::vector<Difference> DifferentValues(const ordered_json& line, const ordered_json& score) {
   // The score is written and parsed again, because text that is not valid UTF-8 changes when it is written.
   std::vector<Difference> differences = Differences(line, ordered_json::parse(ToText(score)));
-  std::erase_if(differences, [](const Difference& one) { return one.before == "-" || one.after == "-"; });
+  std::erase_if(differences,
+                [](const Difference& one) { return one.before == kAbsent || one.after == kAbsent; });
   return differences;
 }
 

@@ -202,13 +202,13 @@ std::vector<Difference> Differences(const nlohmann::ordered_json& before,
   for (const auto& [key, value] : a.items()) {
     const auto other = b.find(key);
     if (other == b.end()) {
-      add(key, ToText(value), "-");
+      add(key, ToText(value), kAbsent);
     } else if (*other != value) {
       add(key, ToText(value), ToText(*other));
     }
   }
   for (const auto& [key, value] : b.items()) {
-    if (!a.contains(key)) add(key, "-", ToText(value));
+    if (!a.contains(key)) add(key, kAbsent, ToText(value));
   }
   return differences;
 }

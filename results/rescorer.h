@@ -113,13 +113,15 @@ class Rescorer {
   std::optional<episode_end_t> own_end_;
 };
 
+// Text of a value that is absent.
+inline constexpr char kAbsent[] = "none";
 // A value that differs: its name as in episodes.jsonl (for example "metrics.slip_count") and both values as
-// text, "-" if absent.
+// text, or kAbsent.
 struct Difference {
   std::string name, before, after;
 };
 std::vector<Difference> Differences(const episode_summary_t& before, const episode_summary_t& after);
-// Returns the differences between two lines of episodes.jsonl.
+// Returns the differences between two JSON objects, for example two lines of episodes.jsonl.
 std::vector<Difference> Differences(const nlohmann::ordered_json& before,
                                     const nlohmann::ordered_json& after);
 

@@ -26,6 +26,9 @@ def write_results(run, out, dataset: str) -> None:
     for one in runs:
         if one.summary is None or one.summary.success_rate is None:
             raise InputError(f"{one.folder}: the run is not finished, or has no complete episode")
+        successes = sum(episode.success for episode in one.episodes if episode.complete)
+        if (one.summary.episodes, one.summary.successes) != (len(one.episodes), successes):
+            raise InputError(f"{one.folder}: summary.json and episodes.jsonl differ (see 'evalbus verify')")
     # The folder is written under a temporary name and renamed when it is complete.
     coming = out.with_name(f".{out.name}.{os.getpid()}.tmp")
     try:

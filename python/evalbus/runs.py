@@ -138,8 +138,9 @@ class Run:
 
     @functools.cached_property
     def scores(self) -> Dict[str, np.ndarray]:
-        """Returns an array per score, by name, with one value for each finished episode; nan if unavailable."""
-        rows = [episode.scores() for episode in self.episodes]
+        """Returns an array per score, by name, with one value for each finished episode; nan if the episode is
+        incomplete or does not have this score."""
+        rows = [episode.scores() if episode.complete else {} for episode in self.episodes]
         names = dict.fromkeys(name for row in rows for name in row)
         return {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in names}
 

@@ -130,6 +130,9 @@ class LogTest(unittest.TestCase):
         self.assertEqual([episode.index for episode in run.episodes], [0, 2])
         self.assertIsNone(run.summary)
         self.assertEqual(len(run.scores["completion_time"]), 2)
+        episodes.write_bytes(lines[0].replace(b'"complete":true', b'"complete":false') + lines[1])
+        scores = evalbus.read_run(copy).scores["success"]
+        self.assertEqual([bool(np.isnan(score)) for score in scores], [True, False])
         for broken, reason in (
             (lines[0][:-40] + b"\n" + lines[1], "jsonl:1: "),
             (lines[0] + lines[0], "jsonl:2: episode 0 again"),

@@ -54,12 +54,15 @@ constexpr unsigned kNothing = 1;
 extern "C" int ppoll(pollfd* fds, nfds_t count, const timespec* timeout, const __sigset_t* signals) {
   static auto* const next = Next<decltype(ppoll)>("ppoll");
   Network& network = TheNetwork();
-  if (network.held.empty() || count != 1 || fds->fd != network.fd) return next(fds, count, timeout, signals);
+  pollfd* const held =
+      std::find_if(fds, fds + count, [&](const pollfd& one) { return one.fd == network.fd; });
+  if (network.held.empty() || held == fds + count) return next(fds, count, timeout, signals);
   if (!network.due) {
     if (const int ready = next(fds, count, &kHold, signals); ready != 0) return ready;
     network.due = true;
   }
-  fds->revents = POLLIN;
+  for (pollfd* one = fds; one != fds + count; ++one) one->revents = 0;
+  held->revents = POLLIN;
   return 1;
 }
 

@@ -158,6 +158,14 @@ TEST_F(CompareTest, DisagreementOfTestAndIntervalIsStated) {
   EXPECT_THAT(CompareRuns(runs("c", {5, 3.1, 5.2, 3.3, 5.4}), baseline).remarks, Not(Contains(remark)));
 }
 
+TEST_F(CompareTest, RemarksThatAllPairsAreEqual) {
+  const RecordedRuns a = Run("a", Info(3), First(1, 3), 1);
+  const auto remark = testing::EndsWith("equal on both sides, as if one policy had run twice");
+  EXPECT_THAT(CompareRuns(Run("copy", Info(3), First(1, 3), 1), a).remarks, Contains(remark));
+  EXPECT_THAT(CompareRuns(Run("slower", Info(3), First(1, 3), 1.5), a).remarks, Not(Contains(remark)));
+  EXPECT_THAT(CompareRuns(Run("better", Info(3), First(2, 3), 1), a).remarks, Not(Contains(remark)));
+}
+
 // A ratio of values of both signs would have no meaning.
 TEST_F(CompareTest, NoRatioOfValuesOfBothSigns) {
   for (const int64_t seed : {0, 8}) {
