@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 #include "base/errors.h"
 #include "base/json_file.h"
@@ -129,10 +130,20 @@ void CheckRun(const fs::path& folder, Verification* result) {
     if (!fs::exists(log))
       result->findings.push_back(log.string() + ": missing; episodes.jsonl has its score");
   }
+  std::set<int> scored;
+  for (const RecordedEpisode& episode : run->episodes) scored.insert(episode.episode);
+  for (const fs::path& other : EpisodeFolders(folder)) {
+    if (!IsUnfinished(other) && !scored.contains(*EpisodeOfFolder(other)))
+      result->findings.push_back(fmt::format("{}: {} has no line for it", other.string(), kEpisodesJsonl));
+  }
   const fs::path summary = folder / kSummaryJson;
   if (!fs::exists(summary)) {
     result->notes.push_back(summary.string() + ": missing: the run has not ended");
     return;
+  }
+  if (run->episodes.size() < static_cast<size_t>(run->num_planned())) {
+    result->notes.push_back(fmt::format("{}: {} of {} episodes have finished", folder.string(),
+                                        run->episodes.size(), run->num_planned()));
   }
   Collect(result, [&] {
     AddDifferences(summary, ReadJsonFile<ordered_json>(summary), RunSummaryJson(*run), "recomputed", result);

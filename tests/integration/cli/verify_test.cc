@@ -108,6 +108,17 @@ TEST_F(Verify, AnEditedNumberIsNamed) {
   EXPECT_SAYS(result.out, "1 finding: ");
 }
 
+// A run whose failures are removed from its results must not be verified.
+TEST_F(Verify, ARemovedLineIsNamed) {
+  std::string lines = ReadText(run_ / "episodes.jsonl");
+  lines.erase(lines.rfind('\n', lines.size() - 2) + 1);
+  WriteText(run_ / "episodes.jsonl", lines);
+  const Result result = Of(run_);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, (run_ / "episodes/0002").string() + ": episodes.jsonl has no line for it\n");
+  EXPECT_SAYS(result.out, "note: " + run_.string() + ": 2 of 3 episodes have finished\n");
+}
+
 TEST_F(Verify, AnEditedOptionThatTheLogsContainIsNamed) {
   for (const auto& [recorded, edited, difference] :
        {std::tuple("\"control_hz\": 50.0", "\"control_hz\": 20.0", "control_hz is 20.0, MODEL has 50.0"),
