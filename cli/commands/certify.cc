@@ -70,7 +70,10 @@ plans::Plan PlanOf(const CertifyOptions& options, const CLI::App& app) {
     if (app.count(name) > 0) throw InputError(fmt::format("{}: {} determines this option", name, tasks[0]));
   }
   plans::Plan plan = plans::ReadPlan(tasks[0]);
-  if (plan.until) throw InputError(tasks[0] + ": until: 'evalbus certify' runs a fixed number of episodes");
+  if (plan.until) {
+    throw InputError(tasks[0] +
+                     ": until: remove this key: 'evalbus certify' runs a fixed number of episodes");
+  }
   return plan;
 }
 

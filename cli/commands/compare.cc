@@ -59,11 +59,14 @@ struct CompareOptions {
 
 void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("runs", options->runs, "folders of runs or suites, two or more")->required();
-  app->add_option("--baseline", options->baseline,
-                  "name, policy or folder of the run that the others are compared with, also in effort;\n"
-                  "default: the first");
-  app->add_option("--json", options->json, "also write the comparison to this file")->check(CheckOutputFile);
-  app->add_option("--markdown", options->markdown, "also write a table of success to this file, as Markdown")
+  app->add_option(
+      "--baseline", options->baseline,
+      "name, policy or folder of the run that the others are compared with; if given, their effort\n"
+      "relative to it is also shown; default: the first");
+  app->add_option("--json", options->json, "also write the comparison to this file, as JSON")
+      ->check(CheckOutputFile);
+  app->add_option("--markdown", options->markdown,
+                  "also write a table of success rates to this file, as Markdown")
       ->type_name("FILE")
       ->check(CheckOutputFile);
   app->add_option("--latex", options->latex, "the same as a LaTeX tabular, for the package booktabs")
@@ -72,8 +75,8 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("--report", options->report, "also write the comparison to this file, as one HTML page")
       ->check(CheckOutputFile);
   app->add_option("--mb", options->megabytes,
-                  "maximum size of that page in megabytes; as many pairs of episodes as fit can be played in "
-                  "3D,\nflipped seeds first; 0: none")
+                  "maximum size of the page of --report in megabytes; as many pairs of episodes as fit can "
+                  "be played in 3D,\nflipped seeds first; 0: none")
       ->check(InRange(0.0, 2000.0))
       ->capture_default_str();
   app->add_option("--video", options->video,
@@ -81,9 +84,10 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
   AddVideoTiming(app, &options->timing);
   app->add_option("--seed", options->seed,
                   "seed of the video's episodes; default: the first on which only one of the two succeeded");
-  app->add_flag("--across-engines", options->across_engines,
-                "compare runs that different versions of MuJoCo have simulated; without it they are refused, "
-                "because\nsuccess rates change with the version ('evalbus certify' tests how much)");
+  app->add_flag(
+      "--across-engines", options->across_engines,
+      "compare runs that different versions of MuJoCo have simulated; without this option, they are "
+      "refused, because\nsuccess rates change with the version ('evalbus certify' tests how much)");
 }
 
 // Reads an episode of a run and labels it with the run's name.
@@ -101,7 +105,7 @@ void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& ba
   const auto pair = results::FindSeedPair(run, baseline, options.seed);
   if (!pair) {
     throw InputError(options.seed ? fmt::format("--video: seed {} is not in both runs", *options.seed)
-                                  : "--video: the two runs have no seed of a common task");
+                                  : "--video: the two runs have no seed in common on the same task");
   }
   viz::JointVideoOptions video;
   video.title = pair->run->task_name();
@@ -129,7 +133,8 @@ int Compare(const CompareOptions& options) {
   std::vector<results::RecordedRuns> runs;
   for (const fs::path& folder : options.runs) runs.push_back(results::ReadForComparison(folder));
   results::NameApart(&runs);
-  if (!options.video.empty() && runs.size() != 2) throw InputError("--video: expected two runs or suites");
+  if (!options.video.empty() && runs.size() != 2)
+    throw InputError(fmt::format("--video: expected two runs or suites, got {}", runs.size()));
   if (!options.video.empty()) viz::CheckVideoEnding(options.video.extension().string());
   if (options.seed && options.video.empty()) throw InputError("--seed requires --video");
   if (options.timing != viz::VideoTiming() && options.video.empty()) {

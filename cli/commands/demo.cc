@@ -157,14 +157,15 @@ Action AddDemo(CLI::App* app) {
   };
   const auto options = std::make_shared<Options>();
   app->require_subcommand(1);
-  CLI::App* info = app->add_subcommand("info", "print length, path, gripper events and ranges of each task");
+  CLI::App* info = app->add_subcommand(
+      "info", "print duration, joint path, gripper events and joint ranges of each task's demonstrations");
   info->add_option("path", options->path, "a *.safetensors file, or a folder of them")->required();
   info->add_flag("--json", options->json, "print JSON");
   CLI::App* convert = app->add_subcommand("convert",
                                           "reduce the number of steps by RoboEval's rule: each window "
                                           "becomes the mean of its joint values and its last gripper values");
   convert->add_option("path", options->path, "a *.safetensors file, or a folder of them")->required();
-  convert->add_option("--hz", options->hz, "steps per second")->capture_default_str();
+  convert->add_option("--hz", options->hz, "steps per second in the result")->capture_default_str();
   convert->add_option("--out", options->out, "file or folder to write")->required();
   convert->add_flag("--csv", options->csv, "write CSV tables instead of safetensors");
   return [=] {

@@ -59,7 +59,8 @@ std::optional<Value> ReadRequest() {
   if (!ReadInputBytes(header, sizeof header)) return std::nullopt;
   const uint32_t size = header[0] | header[1] << 8 | header[2] << 16 | static_cast<uint32_t>(header[3]) << 24;
   if (size > kMaxRequestBytes)
-    throw InputError(fmt::format("a frame of {} bytes, expected at most {}", size, kMaxRequestBytes));
+    throw InputError(
+        fmt::format("standard input: a frame has {} bytes, expected at most {}", size, kMaxRequestBytes));
   policy::Bytes bytes(size);
   if (size > 0 && !ReadInputBytes(bytes.data(), size)) throw InputError("standard input ends within a frame");
   return policy::DecodeMsgpack(bytes);
@@ -67,7 +68,10 @@ std::optional<Value> ReadRequest() {
 
 void SendFrame(const Value& message, ReservedStdout* output) {
   const policy::Bytes bytes = policy::EncodeMsgpack(message, policy::ArrayKeys::kBytes);
-  if (bytes.size() > std::numeric_limits<uint32_t>::max()) throw InputError("the observation is too large");
+  if (bytes.size() > std::numeric_limits<uint32_t>::max()) {
+    throw InputError(fmt::format("the observation has {} bytes, expected at most {}", bytes.size(),
+                                 std::numeric_limits<uint32_t>::max()));
+  }
   const auto size = static_cast<uint32_t>(bytes.size());
   std::string frame;
   for (const int shift : {0, 8, 16, 24}) frame += static_cast<char>(size >> shift & 0xFF);
@@ -111,7 +115,7 @@ Value Answer(runner::Environment* environment, const Value& request) {
     }
     step = environment->Reset(*seed->As<int64_t>(), static_cast<int>(*episode->As<int64_t>()));
   } else {
-    throw InputError("expected a request with 'reset' or 'step': " + Describe(request));
+    throw InputError("expected a request with 'reset' or 'step', got " + Describe(request));
   }
   return Map{{"observation", std::move(step.observation)},
              {"scores", step.scores.dump()},

@@ -40,15 +40,14 @@ struct PythonOutput {
 };
 constexpr PythonOutput kPythonOutputs[] = {
     {"--lerobot", "evalbus.lerobot.dataset", "FOLDER",
-     "LeRobot data set with videos of --camera, with the installed LeRobot"},
-    {"--inspect", "evalbus.inspect_log", "FILE",
-     "log of Inspect (.eval or .json), with the installed inspect_ai"},
+     "LeRobot data set with videos of --camera; requires LeRobot"},
+    {"--inspect", "evalbus.inspect_log", "FILE", "log of Inspect (.eval or .json); requires inspect_ai"},
     {"--hf", "evalbus.hugging_face", "FOLDER",
      "results for leaderboards of Hugging Face; requires --dataset"},
-    {"--wandb", "evalbus.trackers", "PROJECT", "send to Weights & Biases, with the installed wandb"},
+    {"--wandb", "evalbus.trackers", "PROJECT", "send to Weights & Biases; requires wandb"},
     {"--trackio", "evalbus.trackers", "PROJECT", "the same for Trackio"},
     {"--mlflow", "evalbus.trackers", "EXPERIMENT", "the same for MLflow"},
-    {"--tensorboard", "evalbus.trackers", "FOLDER", "write event files, with the installed tensorboard"},
+    {"--tensorboard", "evalbus.trackers", "FOLDER", "write event files; requires tensorboard"},
 };
 
 struct ExportOptions {
@@ -170,7 +169,9 @@ std::vector<fs::path> LogsFor(const ExportOptions& options, size_t* left_out) {
       logs.push_back(EpisodeLog(run.folder, episode.episode));
     }
   }
-  if (logs.empty()) throw InputError(options.run.string() + ": no episode to export");
+  if (logs.empty())
+    throw InputError(options.run.string() + (options.only_successes ? ": no successful episode to export"
+                                                                    : ": no complete episode to export"));
   return logs;
 }
 

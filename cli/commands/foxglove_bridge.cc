@@ -41,9 +41,10 @@ void AddOptions(CLI::App* app, FoxgloveOptions* options) {
       ->expected(1);
   app->add_option("--port", options->server.port, "port to listen on; 0: any free port")
       ->capture_default_str();
-  app->add_option("--listen", options->server.host,
-                  "IP address to listen on; every client that can reach an address other than a loopback "
-                  "address can watch")
+  app->add_option(
+         "--listen", options->server.host,
+         "IP address to listen on; with an address other than a loopback address, every client that can "
+         "reach it can watch")
       ->capture_default_str();
   app->add_option("--allow-origin", options->server.origins,
                   "also accept connections from web pages of this origin; those of https://app.foxglove.dev "

@@ -37,8 +37,8 @@ void AddOptions(CLI::App* app, GateCommandOptions* options) {
   app->add_option("run", options->run, "folder of the new run or suite, on the same tasks and seeds")
       ->required();
   app->add_option("--margin", options->gate.margin.value,
-                  "largest acceptable loss: points of success; for metrics of --on without a margin of their "
-                  "own,\npercent of the baseline's mean")
+                  "largest acceptable loss: percentage points of success; for metrics of --on without a "
+                  "margin of their own,\npercent of the baseline's mean")
       ->check(InRange(0.1, 99.0))
       ->capture_default_str();
   AddList(app, "--on", &options->gate.on,

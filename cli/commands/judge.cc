@@ -25,7 +25,10 @@ struct JudgeCommandOptions {
 };
 
 int JudgeRuns(const JudgeCommandOptions& options) {
-  if (options.judge.runs.size() > 2) throw InputError("expected one run, or two runs of the same task");
+  if (options.judge.runs.size() > 2) {
+    throw InputError(fmt::format("expected one run, or two runs of the same task, got {} runs",
+                                 options.judge.runs.size()));
+  }
   if (!options.judge.operator_name.empty()) {
     report::Judge(options.judge);
     if (options.json.empty()) return 0;
@@ -55,7 +58,7 @@ Action AddJudge(CLI::App* app) {
       ->type_name("NAME");
   app->add_option("--seed", judge.seed, "seed of the order in which the episodes of two runs are shown")
       ->capture_default_str();
-  app->add_option("--json", options->json, "also write the results to this file")
+  app->add_option("--json", options->json, "also write the results to this file, as JSON")
       ->type_name("FILE")
       ->check(CheckOutputFile);
   app->add_option("--port", judge.port,

@@ -72,7 +72,8 @@ void Show(const Plan& plan, bool probe) {
     fmt::print("{}  {}\n", i == 0 ? "tasks   " : "        ", plan.tasks[static_cast<size_t>(i)]);
   }
   const int64_t all = int64_t{runs} * episodes;
-  fmt::print("episodes  {} of each, seed {}: {} runs, {} episodes\n", episodes, plan.options.seed, runs, all);
+  fmt::print("episodes  {} of each policy and task, seed {}: {} runs, {} episodes\n", episodes,
+             plan.options.seed, runs, all);
   fmt::print("videos    {}\n", plans::VideosText(plan.videos));
   const bool has_width = plan.until && plan.until->width;
   if (has_width) {
@@ -137,8 +138,10 @@ Action AddPlan(CLI::App* app) {
   return [options, check] {
     const Plan plan = plans::ReadPlan(options->file);
     if (check->parsed()) {
-      fmt::print("{}: {} runs of {} episodes\n", options->file.string(), plan.num_runs(),
-                 plan.options.episodes);
+      fmt::print("{}: {} of {}\n", options->file.string(), Plural(plan.num_runs(), "run"),
+                 plan.until
+                     ? fmt::format("{} to {} episodes", plan.options.episodes, plan.until->max_episodes)
+                     : Plural(plan.options.episodes, "episode"));
     } else {
       Show(plan, !options->no_probe);
     }

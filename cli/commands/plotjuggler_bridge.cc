@@ -42,7 +42,9 @@ class UdpSender {
     if (colon == address.npos || host.empty() ||
         getaddrinfo(host.c_str(), address.c_str() + colon + 1, &hints, &found) != 0) {
       throw InputError(
-          fmt::format("{}: expected HOST:PORT of PlotJuggler, for example localhost:9870", address));
+          fmt::format("{}: expected HOST:PORT of PlotJuggler with a host that can be resolved, for example "
+                      "localhost:9870",
+                      address));
     }
     const std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses(found, freeaddrinfo);
     fd_ = socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);

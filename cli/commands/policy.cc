@@ -235,7 +235,7 @@ void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
       words = "contract: the server's answers contradict the contract";
       break;
     case CheckReport::Verdict::kSuspicious:
-      words = "suspicious: it works, but a mistake is likely: see the lines with ?";
+      words = "suspicious: the server works, but a mistake is likely: see the lines with ?";
       break;
   }
   fmt::print("\n{}\n", words);
@@ -244,8 +244,9 @@ void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
 int Check(PolicyCommandOptions options) {
   std::optional<Contract> contract = policy::FindContractOf(options.policy);
   if (!contract)
-    throw InputError("--policy " + options.policy.policy +
-                     ": not a policy behind a server, nothing to check");
+    throw InputError(
+        options.policy.policy +
+        ": expected a contract ('evalbus policy list' lists the built-in ones) or ws://HOST:PORT");
   if (options.first_step_rad) contract->first_step_rad = options.first_step_rad;
   FirstLook look = Look(options, *contract);
   const mjModel& model = *look.prepared.scene.physics;
@@ -304,8 +305,7 @@ Action AddPolicy(CLI::App* app) {
   check->add_flag("--json", options->json, "print check.json instead of text");
   options->check = check;
   CLI::App* serve = app->add_subcommand(
-      "serve",
-      "serve a checkpoint of LeRobot, with the installed LeRobot; --contract FILE proposes a contract");
+      "serve", "serve a checkpoint of LeRobot; requires LeRobot; --contract FILE writes a proposed contract");
   serve->add_option("--lerobot", options->lerobot, "folder of the checkpoint")
       ->type_name("CHECKPOINT")
       ->required();

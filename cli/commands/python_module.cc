@@ -42,7 +42,7 @@ void ExecPythonModule(const std::string& module, const std::vector<std::string>&
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   execvp(argv[0], argv.data());
-  throw EnvironmentError(python + ": " + std::strerror(errno) + "; EVALBUS_PYTHON names another Python");
+  throw EnvironmentError(python + ": " + std::strerror(errno) + "; set EVALBUS_PYTHON to another Python");
 }
 
 }  // namespace evalbus::commands

@@ -12,6 +12,7 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
@@ -130,7 +131,7 @@ void PrintVideo(const fs::path& file) {
 // Renders a video with a grid of many episodes, in the order of their numbers.
 void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs, viz::FrameSize size,
                 const std::string& ending) {
-  if (options.cameras.size() > 1) throw InputError("--grid: expected one --camera");
+  if (options.cameras.size() > 1) throw InputError("--grid: expected one camera");
   // All cells share one clock, but each has its own decisive moment.
   if (options.timing.highlight_s > 0) throw InputError("--highlight: not possible with --grid");
   viz::JointVideoOptions joint;
@@ -162,7 +163,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
   joint.title = tasks.size() == 1 ? *tasks.begin() : NameOfRun(options.recording);
   joint.subtitle = makers.size() == 1 ? *makers.begin() : fmt::format("{} tasks", tasks.size());
   joint.subtitle += episodes.size() < known ? fmt::format(", {} of {} episodes", episodes.size(), known)
-                                            : fmt::format(", {} episodes", known);
+                                            : ", " + Plural(known, "episode");
   const fs::path folder = fs::is_directory(options.recording) ? options.recording : logs[0].parent_path();
   const fs::path file = options.out.empty() ? folder / ("grid" + ending) : options.out;
   Progress progress(1, options.report_progress);

@@ -22,6 +22,7 @@
 #include "base/errors.h"
 #include "base/find_program.h"
 #include "base/options.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "bus/bus.h"
@@ -275,10 +276,10 @@ class Player : public Component {
       equal_ += episode.recorded && results::SameBits(*episode.recorded, score);
       std::string text;
       if (const int64_t absent = episode.summary.extended.missing_ticks; absent > 0) {
-        text += fmt::format("the log lacks {} ticks; ", absent);
+        text += fmt::format("the log lacks {}; ", Plural(absent, "tick"));
       }
       if (!episode.has_end) text += "no EPISODE_END in the log; ";
-      if (lost > 0) text += fmt::format("{} ticks were lost in the replay; ", lost);
+      if (lost > 0) text += fmt::format("{} lost in the replay; ", Plural(lost, "tick"));
       fmt::print("         {}{}\n", text, results::DescribeDifference(episode.recorded, score));
       std::fflush(stdout);
     }
@@ -311,7 +312,8 @@ void AddOptions(CLI::App* app, ReplayOptions* options) {
   app->add_option("--speed", options->speed, "playback speed; 1: as fast as the robot moved")
       ->capture_default_str();
   app->add_option("--url", options->url, "bus, udpm://ADDRESS:PORT?ttl=0; default: as for 'evalbus run'");
-  app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
+  app->add_flag("--web", options->web,
+                "show the replay in a browser ('evalbus web'); the page remains until Ctrl-C");
 }
 
 // A log and its recorded scores.
@@ -392,7 +394,7 @@ int Replay(const ReplayOptions& options) {
     }
     view.Finish();
     player.StopAll();
-    if (stop_requested()) throw EnvironmentError("stopped before the end");
+    if (stop_requested()) throw EnvironmentError("stopped before the end of the replay");
     equal += player.equal();
     lost += player.lost();
   }

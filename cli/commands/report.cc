@@ -59,7 +59,8 @@ int WriteReport(const ReportOptions& options) {
   if (fs::exists(options.run / kPlanJson)) {
     if (!options.out.empty() || !options.episodes.empty()) {
       throw InputError(options.run.string() +
-                       ": a plan, whose page is always its report.html; -o and --episode require a run");
+                       ": a plan, whose page is always its report.html; -o requires a run or "
+                       "suite, --episode a run");
     }
     const plans::PlanFolder folder(options.run);
     plans::WritePlanPages(folder, plans::ReadPlanResults(folder));

@@ -146,7 +146,8 @@ int Rescore(const RescoreOptions& options) {
     if (fs::is_regular_file(options.out) || fs::is_directory(options.out))
       throw InputError("--out " + options.out.string() + ": exists; choose another name");
     if (!fs::is_directory(fs::absolute(options.out).parent_path())) {
-      throw InputError("--out " + options.out.string() + ": no such folder");
+      throw InputError("--out " + options.out.string() +
+                       ": no such folder: " + fs::absolute(options.out).parent_path().string());
     }
   }
   std::string lines;

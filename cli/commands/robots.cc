@@ -76,7 +76,7 @@ int List(const RobotsOptions& options) {
       rows.push_back({file.stem(), Joined(robot.arm_names()), std::to_string(joints), "found"});
     } catch (const InputError&) {
       rows.push_back(
-          {file.stem(), "-", "-", "missing: pass --model-path or --assets, see 'evalbus robots check'"});
+          {file.stem(), "-", "-", "not found: pass --model-path or --assets, see 'evalbus robots check'"});
     }
   }
   PrintTable(rows);
@@ -190,7 +190,12 @@ void CheckRest(const Alone& alone, Lines* wrong, Lines* notes) {
   for (size_t i = 0; i < alone.robot.arms.size(); ++i) {
     const std::string line = fmt::format("{} holds home within {:.2g} mrad, mean joint speed {:.2g} rad/s",
                                          alone.robot.arms[i].name, 1000 * sag[i], speed[i]);
-    (sag[i] > kMaxSag || speed[i] > kMaxSpeed ? wrong : notes)->push_back(line);
+    if (sag[i] > kMaxSag || speed[i] > kMaxSpeed) {
+      wrong->push_back(line +
+                       fmt::format(", expected at most {:g} mrad and {:g} rad/s", 1000 * kMaxSag, kMaxSpeed));
+    } else {
+      notes->push_back(line);
+    }
   }
 }
 
@@ -236,11 +241,16 @@ void CheckGrippers(const Alone& alone, Lines* wrong, Lines* notes) {
         model.jnt_type[mj_name2id(&model, mjOBJ_JOINT, (gripper.prefix() + gripper.joints[0]).c_str())] ==
         mjJNT_SLIDE;
     const bool is_weak = (slides && press < kMinForce) || closed[i] < kMinTravel || opened[i] < kMinTravel;
-    (is_weak ? wrong : notes)
-        ->push_back(fmt::format(
-            "{}'s gripper closes by {:.0f} % and opens to {:.0f} % in {:.3g} s each, presses with "
-            "{:.3g} {} per finger",
-            gripper.arm, 100 * closed[i], 100 * opened[i], kSeconds, press, slides ? "N" : "N m"));
+    const std::string line = fmt::format(
+        "{}'s gripper closes by {:.0f} % and opens to {:.0f} % in {:.3g} s each, presses with "
+        "{:.3g} {} per finger",
+        gripper.arm, 100 * closed[i], 100 * opened[i], kSeconds, press, slides ? "N" : "N m");
+    if (is_weak) {
+      wrong->push_back(line + fmt::format(", expected at least {:g} %{}", 100 * kMinTravel,
+                                          slides ? fmt::format(" and {:g} N", kMinForce) : ""));
+    } else {
+      notes->push_back(line);
+    }
   }
 }
 

@@ -122,13 +122,13 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
   const bool is_shared = !plan_options.part.empty() || plan_options.slurm.submit;
   const bool has_slurm = plan_options.slurm.submit || plan_options.slurm.dry_run;
   if (!plan_options.part.empty() && has_slurm)
-    throw InputError("--part and --slurm exclude each other: --slurm runs all parts");
+    throw InputError("--part excludes --slurm and --slurm-dry-run, which are for all parts");
   if (!has_slurm && (!plan_options.slurm.partition.empty() || !plan_options.slurm.time.empty() ||
                      plan_options.slurm.array_size > 0)) {
     throw InputError("--partition, --time, --array-size: require --slurm or --slurm-dry-run");
   }
   if (output.json && (is_shared || plan_options.slurm.dry_run))
-    throw InputError("--json: expected a plan on this machine, without --part and --slurm");
+    throw InputError("--json: expected a plan on this machine, without --part, --slurm and --slurm-dry-run");
   if (is_shared && !is_begun && options.out.empty()) {
     throw InputError("--part, --slurm: expected --out, the folder that all parts share");
   }
@@ -140,7 +140,8 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
     const plans::Plan plan = is_begun ? plans::PlanFolder(file.parent_path()).plan() : plans::ReadPlan(file);
     if (plan.until)
       throw InputError(
-          "--part, --slurm: a plan with 'until' must test all results during the run: run it on one machine");
+          "--part, --slurm, --slurm-dry-run: a plan with 'until' must test all results during the run: "
+          "run it on one machine");
   }
   plans::SlurmOptions slurm = plan_options.slurm;
   slurm.cpus = options.workers;
@@ -186,7 +187,8 @@ Action AddRun(CLI::App* app) {
   app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME")
       ->type_name("FOLDER");
   app->add_flag("--resume", options->resume, "continue the interrupted run in --out");
-  app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
+  app->add_flag("--web", options->web,
+                "show the run in a browser ('evalbus web'); the page remains until Ctrl-C");
   app->add_flag("--json", output->json,
                 "print the events of the run, suite or plan as JSON, one in each line, for programs; text "
                 "for people goes\n"
@@ -223,7 +225,8 @@ Action AddRun(CLI::App* app) {
       if (output->quiet && !output->json) no_text.emplace(true);
       RunPlanOrPart(*options, *plan, *output);
     } else if (!plan->part.empty() || plan->slurm.submit || plan->slurm.dry_run) {
-      throw InputError("--part, --slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)");
+      throw InputError(
+          "--part, --slurm, --slurm-dry-run: expected a plan ('evalbus run plan.yaml', docs/plans.md)");
     } else {
       runner::FollowContract(app->count("--control-hz") > 0 || !like->empty(),
                              app->count("--policy-timeout-s") > 0 || !like->empty(), options.get());

@@ -246,7 +246,7 @@ int Show(const TasksOptions& options) {
 // Copies a task file and changes only its name.
 int New(const TasksOptions& options) {
   const std::filesystem::path file = options.new_name + ".yaml";
-  if (std::filesystem::exists(file)) throw InputError(file.string() + " already exists");
+  if (std::filesystem::exists(file)) throw InputError(file.string() + ": exists; choose another name");
   const TaskDescription old = FindTask(options.task).task;
   std::string text = old.text;
   const std::string line = "\nname: " + old.name + "\n";
@@ -302,7 +302,7 @@ void AddOptions(CLI::App* app, TasksOptions* options) {
   AddImageOptions(show, &options->image);
   show->add_option("--seed", options->seed, "seed of the reset")->capture_default_str();
   options->show = show;
-  CLI::App* made = app->add_subcommand("new", "create a task file as a copy of another task's");
+  CLI::App* made = app->add_subcommand("new", "create a task file as a copy of another task's file");
   made->add_option("name", options->new_name, "name of the task; the file is NAME.yaml")->required();
   made->add_option("--from", options->task, "name or YAML file of the task to copy")->required();
   options->made = made;

@@ -9,8 +9,8 @@ namespace evalbus::commands {
 void AddVideoTiming(CLI::App* app, viz::VideoTiming* timing) {
   app->add_option(
       "--highlight", timing->highlight_s,
-      fmt::format("seconds around the decisive moment (docs/failures.md) at --speed; the rest is {} "
-                  "times faster",
+      fmt::format("seconds around the decisive moment (docs/failures.md) that are shown at --speed; the rest "
+                  "is {} times faster",
                   viz::kFastForward));
   app->add_option("--speed", timing->speed, "simulated seconds per second of video")->capture_default_str();
   app->add_option_function<std::string>(

@@ -55,7 +55,8 @@ Action AddWatch(CLI::App* app) {
                   "name of the person who gives a verdict on each episode after its end, on a page that does "
                   "not show\nthe score ('evalbus judge'); results are printed when all episodes are judged")
       ->type_name("NAME");
-  app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page remains until Ctrl-C");
+  app->add_flag("--web", options->web,
+                "show the run in a browser ('evalbus web'); the page remains until Ctrl-C");
   AddLogLevel(app);
   GroupOptions(
       app, {{"Source",

@@ -121,7 +121,8 @@ Action AddWhy(CLI::App* app) {
       "also find the point of no return of these failed episodes: the last tick from which the expert still "
       "succeeds;\nit is kept in RUN/no_return.json, for the page and the report")
       ->excludes(app->add_flag("--failures", options->failures, "the same for all failed episodes"));
-  app->add_option("--json", options->json, "also write the results to this file")->check(CheckOutputFile);
+  app->add_option("--json", options->json, "also write the results to this file, as JSON")
+      ->check(CheckOutputFile);
   return [options] { return Explain(*options); };
 }
 

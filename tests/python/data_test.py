@@ -299,7 +299,7 @@ with tempfile.TemporaryDirectory() as name:
         (damaged, ["--hdf5", out], "events.lcmlog: "),
         (damaged, ["--safetensors", out], "events.lcmlog: "),
         (here / "scored", ["--hdf5", out], "no action of tick 0: a training set needs an action for every tick"),
-        (here / "blind", ["--hdf5", out, "--successes"], "no episode to export"),
+        (here / "blind", ["--hdf5", out, "--successes"], "no successful episode to export"),
         (here / "nothing", ["--hdf5", out], "nothing"),
     ]
     commands = [(["score", which, file, "--out", out], words) for which, file, words in score]

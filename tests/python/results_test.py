@@ -159,7 +159,7 @@ class ResultsTest(unittest.TestCase):
         done = export(self.recorded.folder, "--wandb", "pots", EVALBUS_PYTHON="/nonexistent/python")
         self.assertEqual(done.returncode, 2)
         self.assertEqual(
-            done.stderr, "error: /nonexistent/python: No such file or directory; EVALBUS_PYTHON names another Python\n"
+            done.stderr, "error: /nonexistent/python: No such file or directory; set EVALBUS_PYTHON to another Python\n"
         )
         # This Python has no site packages and therefore no numpy.
         bare = self.here / "python"

@@ -373,7 +373,7 @@ TEST_F(Recorded, DamageCostsRescoringOneTickAndThePlayerTheRest) {
   const size_t played = 99, scored = NumStates(1) - 1;
   const Result replayed = Replay(log, {"--speed", "5"});
   EXPECT_EQ(replayed.code, 2);
-  EXPECT_SAYS(replayed.out, std::to_string(scored - played) + " ticks were lost in the replay");
+  EXPECT_SAYS(replayed.out, std::to_string(scored - played) + " ticks lost in the replay");
   EXPECT_SAYS(replayed.out, "LCM's player stops at the first damaged event");
 }
 

@@ -555,7 +555,8 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
   expect({"--policy", "hold"}, "--policy" + not_with_plan);
   expect({"--web"}, "--web" + not_with_plan);
   expect({"--partition", "cpu"}, "--partition, --time, --array-size: require --slurm or --slurm-dry-run");
-  expect({"--part", "1/2", "--slurm"}, "--part and --slurm exclude each other: --slurm runs all parts");
+  expect({"--part", "1/2", "--slurm"},
+         "--part excludes --slurm and --slurm-dry-run, which are for all parts");
   EXPECT_EQ(RunProgram({"evalbus", "run", plan, "--out", out, "--workers", "2", "--log-level", "warn"}).code,
             0);
 }

@@ -90,7 +90,7 @@ TEST(TasksNew, ACopyUnderANewNameRuns) {
 
   const Result again = RunProgram({"evalbus", "tasks", "new", "my_pot", "--from", "lift_pot"}, here);
   EXPECT_EQ(again.code, 1);
-  EXPECT_EQ(again.err, "error: my_pot.yaml already exists\n");
+  EXPECT_EQ(again.err, "error: my_pot.yaml: exists; choose another name\n");
 }
 
 // If the expert finds no plan, the episode ends with policy_error, and its detail names the cause.
