@@ -49,7 +49,8 @@ void EventLines::Relay(const std::string& line) {
 }
 
 void EventLines::CheckReader() const {
-  if (!output_.has_reader()) throw EnvironmentError("stopped: the reader of --json has exited");
+  if (!output_.has_reader())
+    throw EnvironmentError("stopped: the reader of standard output (--json) has exited");
 }
 
 void JsonEvents::Begin(const ordered_json& names, const ordered_json& facts) {

@@ -85,7 +85,7 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
     controller.ExpectStart(instances);
   };
   if (options.by_hand) {
-    fmt::print("start these, in any order, on any machine of this network:\n");
+    fmt::print("start these processes in any order, on machines that the bus reaches:\n");
     for (const ComponentType& type : ComponentsOf(options)) {
       fmt::print("  {}\n", ShellWords(CommandOf(type, options, folder)));
     }

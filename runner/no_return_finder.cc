@@ -132,12 +132,13 @@ class NoReturnFinder::Impl {
     snapshots_.clear();
     for (size_t tick = 0; tick < log_.states.size(); ++tick) {
       if (tick > 0 && (!world_.Apply(log_.actions[tick - 1]).empty() || !world_.Step()))
-        throw InputError(fmt::format("{}: tick {} cannot be repeated", run_.string(), tick));
+        throw InputError(fmt::format("{}: episode {}: the action of tick {} cannot be simulated again",
+                                     run_.string(), log_.number(), tick - 1));
       world_.Fill(&state_);
       if (state_.qpos_mixed != log_.states[tick].qpos_mixed) {
         throw InputError(
             fmt::format("{}: the repeated episode {} differs from its log at tick {}: was it simulated by "
-                        "another MuJoCo?",
+                        "another version of MuJoCo?",
                         run_.string(), log_.number(), tick));
       }
       snapshots_.push_back(world_.Save());

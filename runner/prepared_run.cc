@@ -105,8 +105,9 @@ void CheckResumable(const results::RecordedRun& before, const RunOptions& option
   CheckFacts(file, before.info, facts);
   CheckFixedOptions(file, before.info, options);
   if (!before.episodes.empty() && before.episodes.back().episode >= options.episodes) {
-    throw InputError(fmt::format("--resume: {} has episode {} already; --episodes {} is less",
-                                 before.folder.string(), before.episodes.back().episode, options.episodes));
+    throw InputError(fmt::format(
+        "--resume: {} already has episode {}: expected --episodes {} or more, got {}", before.folder.string(),
+        before.episodes.back().episode, before.episodes.back().episode + 1, options.episodes));
   }
 }
 

@@ -107,7 +107,7 @@ void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, do
   }
   const size_t added = static_cast<size_t>(summary.statistics.episodes) - run.finished.size();
   fmt::print("\n{} in {:.1f} s{}\n", Plural(added, "episode"), wall_s,
-             run.finished.empty() ? "" : fmt::format(", {} from before", run.finished.size()));
+             run.finished.empty() ? "" : fmt::format(", {} finished earlier", run.finished.size()));
   if (summary.statistics.episodes == 0) return;
   fmt::print("results  {}\n", (shown / kEpisodesJsonl).string());
   fmt::print("summary  {}\n", (shown / kSummaryJson).string());

@@ -155,7 +155,7 @@ void RunController::OnSummary(const episode_summary_t& summary) {
   if (done() || !attempt_.begun() || !IsOurs(summary.header)) return;
   if (const auto why = WhyWorthless(summary.end_reason, summary.end_detail)) return BeginAgain(*why);
   if (summary.seed != seed()) {
-    return BeginAgain("started with a seed of another run: is a second run on this bus?");
+    return BeginAgain("the episode was started with another seed: is a second run on this bus?");
   }
   if (!attempt_.foreign_model.empty()) {
     return BeginAgain("a sim or a log of another run publishes on this bus: " + attempt_.foreign_model);
@@ -199,7 +199,8 @@ void RunController::OnStatus(const component_status_t& status) {
     // The sim published this STATUS after the log was closed, but had not ended the episode yet.
     if (status.component == "sim" && status.state == component_status_t::READY &&
         status.episode == episode_index() && attempt_.recorded && !attempt_.ended) {
-      BeginAgain("its log was closed before its end: is an old log being played on this bus?");
+      BeginAgain(
+          "the episode's log was closed before the episode ended: is an old log being played on this bus?");
     }
     return;
   }
@@ -233,7 +234,7 @@ void RunController::FinishIfRecorded() {
   // received EPISODE_END, too.
   if (attempt_.end &&
       (!SameTick(attempt_.end->header, summary.header) || attempt_.end->end_reason != summary.end_reason)) {
-    return BeginAgain("received an EPISODE_SUMMARY of another end: is an old log being played on this bus?");
+    return BeginAgain("EPISODE_SUMMARY does not match EPISODE_END: is an old log being played on this bus?");
   }
   const bool is_decided = summary.end_reason == end_reason::kSuccess ||
                           summary.end_reason == end_reason::kFailure ||
@@ -244,7 +245,7 @@ void RunController::FinishIfRecorded() {
     attempt_.calls.RemoveUndecided(summary.header.tick);
     lacks_call = !plan_.realtime && !attempt_.calls.IsWhole(*plan_.calls, scored_ticks);
     if (lacks_call && has_another_try())
-      return BeginAgain("a call of the policy was lost on the way to the launcher");
+      return BeginAgain("the message about a call to the policy was lost on the way to the launcher");
   }
   nlohmann::ordered_json line = results::EpisodeJson(plan_.task, plan_.variation, summary,
                                                      plan_.is_watched ? nullptr : &*attempt_.begin);
@@ -259,8 +260,8 @@ void RunController::FinishIfRecorded() {
   if (plan_.calls) {
     // The other scores do not depend on the messages about calls, so the last attempt is accepted.
     if (lacks_call) {
-      listener_->OnRemark(
-          fmt::format("{:>7}  has no metrics of the policy's delay: a call was lost", episode_index()));
+      listener_->OnRemark(fmt::format(
+          "{:>7}  has no metrics of the policy's delay: the message about a call was lost", episode_index()));
     }
     const nlohmann::ordered_json calls = attempt_.calls.Json(*plan_.calls, lacks_call ? 0 : scored_ticks);
     results::AddDelayMetrics(calls, summary, &line);
@@ -298,10 +299,10 @@ void RunController::Poll(SteadyTime now) {
       std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);
   if (!attempt_.started && waited > std::chrono::duration<double>(start_s) && !plan_.is_by_hand &&
       !plan_.is_watched) {
-    BeginAgain(
-        fmt::format("not all components were ready for it within {:g} s: does another process publish "
-                    "commands on this bus?",
-                    start_s));
+    BeginAgain(fmt::format(
+        "not all components were ready for the episode within {:g} s: does another process publish "
+        "commands on this bus?",
+        start_s));
     return;
   }
   // The timeouts below are reached if EPISODE_SUMMARY or the recorder's STATUS was lost, or if a component is

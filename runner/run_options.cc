@@ -77,8 +77,8 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   if (options.by_hand &&
       (options.in_process || options.url.empty() || num_tasks > 1 || options.workers > 1)) {
     throw InputError(
-        "--by-hand: expected one task, one worker and --url or EVALBUS_URL, the bus of the processes, for "
-        "example udpm://239.255.76.67:7667?ttl=0");
+        "--by-hand: expected one task, one worker, no --in-process, and the bus of the processes in --url or "
+        "EVALBUS_URL, for example udpm://239.255.76.67:7667?ttl=0");
   }
   if (Printable(options.policy_name) != options.policy_name) {
     throw InputError("--policy-name: expected text without control characters");
@@ -88,7 +88,7 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   }
   if (options.sim.realtime && options.policy.latency != "none") {
     throw InputError(
-        "--latency and --realtime exclude each other: in real time, an inference takes the time it takes");
+        "--latency and --realtime exclude each other: in real time, an inference takes its actual time");
   }
   if (options.policy.policy == policy::kExternalPolicy) {
     if (options.policy.latency != "none" || options.policy.execution != "synchronous") {
@@ -97,8 +97,8 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
     }
     if (options.url.empty() || num_tasks > 1) {
       throw InputError(
-          "--policy lcm: expected one task, and with --url or EVALBUS_URL the bus on which the policy is, "
-          "for example udpm://239.255.76.67:7667?ttl=0");
+          "--policy lcm: expected one task, and the bus of the policy in --url or EVALBUS_URL, for "
+          "example udpm://239.255.76.67:7667?ttl=0");
     }
   } else {
     policy::FindPolicy(options.policy);

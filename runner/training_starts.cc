@@ -72,7 +72,7 @@ std::vector<std::string> StartsIn(const fs::path& path) {
   if (fs::is_regular_file(path)) return StartsOfSet(path, exports::ReadHdf5Texts(path, exports::kStarts));
   if (fs::exists(lines)) return StartsOfSet(lines, LinesOf(lines));
   if (fs::exists(path) && !fs::exists(path / kRunJson) && !fs::exists(path / kSuiteJson)) {
-    throw InputError(path.string() + ": no run folder, suite or training set of 'evalbus export': no " +
+    throw InputError(path.string() + ": neither a run, a suite nor a training set of 'evalbus export': no " +
                      kRunJson + ", " + kSuiteJson + " or " + lines.filename().string());
   }
   return StartsOfRuns(path);

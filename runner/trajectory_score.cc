@@ -165,10 +165,10 @@ std::vector<sim::Sample> Kinematics::Read(const fs::path& file) const {
       samples[row].time_s = (time[row] - time[0]) * map_.time_scale;
       const double gap_s = row > 0 ? samples[row].time_s - samples[row - 1].time_s : 0;
       if (gap_s <= kLongestGap_s) continue;
-      throw InputError(
-          fmt::format("{}: column '{}': {:g} s after the sample before, expected at most {:g} s (time: unit: "
-                      "s, ms, us or ns)",
-                      table->Place(row), Printable(map_.time_column), gap_s, kLongestGap_s));
+      throw InputError(fmt::format(
+          "{}: column '{}': {:g} s after the previous sample, expected at most {:g} s (time: unit: "
+          "s, ms, us or ns)",
+          table->Place(row), Printable(map_.time_column), gap_s, kLongestGap_s));
     }
     const double usual_s = UsualStep(samples);
     constexpr double kRounding = 1e-6;
@@ -308,7 +308,7 @@ TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file
   if (const YamlValue* robot = yaml.Find("robot")) map.robot = check(*robot, FindRobot);
   if (const YamlValue* hz = yaml.Find("control_hz")) map.control_hz = hz->Number({.min = 5, .max = 500});
   const YamlValue *time = yaml.Find("time"), *rate = yaml.Find("rate_hz");
-  if (!time == !rate) throw InputError(file + ": expected either 'time', a column, or 'rate_hz'");
+  if (!time == !rate) throw InputError(file + ": expected either 'time' or 'rate_hz'");
   if (rate) map.rate_hz = rate->Number(kSampleRate_hz);
   if (time) {
     const YamlMap entries(*time, {"column", "unit"});
@@ -364,7 +364,7 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
       if (is_one && !entry.is_directory()) files.push_back(entry.path());
     }
     std::ranges::sort(files);
-    if (files.empty()) throw InputError(data.string() + ": no *.csv, *.npz, *.hdf5 or *.h5 in it");
+    if (files.empty()) throw InputError(data.string() + ": no *.csv, *.npz, *.hdf5 or *.h5 in this folder");
   } else {
     files = {data};
   }

@@ -118,10 +118,11 @@ class Arrays : public TrajectoryTable {
     if (numbers.shape.size() == 1 && !index) return numbers.numbers;
     if (numbers.shape.size() != 2 || !index || *index >= static_cast<size_t>(numbers.shape[1])) {
       throw InputError(fmt::format(
-          "{}: '{}': the array has shape [{}]; a column is {}", file_, Printable(name),
+          "{}: '{}': the array has shape [{}]; expected {}", file_, Printable(name),
           fmt::join(numbers.shape, ", "),
-          numbers.shape.size() == 2 ? fmt::format("'{}[0]' to '{}[{}]'", array, array, numbers.shape[1] - 1)
-                                    : "'" + array + "', where it has one dimension"));
+          numbers.shape.size() == 1   ? "'" + array + "'"
+          : numbers.shape.size() == 2 ? fmt::format("'{}[0]' to '{}[{}]'", array, array, numbers.shape[1] - 1)
+                                      : "one or two dimensions"));
     }
     std::vector<double> column;
     const auto width = static_cast<size_t>(numbers.shape[1]);
@@ -186,8 +187,8 @@ std::vector<double> TrajectoryTable::Column(const std::string& name) {
   }
   for (size_t row = 0; row < column.size(); ++row) {
     if (std::isfinite(column[row])) continue;
-    throw InputError(
-        fmt::format("{}: column '{}' is {}, expected a number", Place(row), Printable(name), column[row]));
+    throw InputError(fmt::format("{}: column '{}' is {}, expected a finite number", Place(row),
+                                 Printable(name), column[row]));
   }
   return column;
 }

@@ -118,7 +118,8 @@ TEST(ByHandRun, LeavesAFolderLikeAnyOther) {
 TEST(ByHandRun, NeedsABus) {
   const Result result = RunProgram({"evalbus", "run", "lift_pot", "--by-hand"});
   EXPECT_EQ(result.code, 1);
-  EXPECT_TRUE(result.err.starts_with("error: --by-hand: expected one task, one worker and --url or "))
+  EXPECT_TRUE(
+      result.err.starts_with("error: --by-hand: expected one task, one worker, no --in-process, and "))
       << result.err;
 }
 

@@ -76,7 +76,7 @@ TEST_F(Resume, AfterTheLauncherWasKilledTheRestIsDone) {
   WriteText(run_ / "model/physics.mjb.12.tmp", "half");
   const auto resumed = RunProgram(RunCommand(run_, {"--resume"}));
   EXPECT_EQ(resumed.code, 0) << resumed.err;
-  EXPECT_NE(resumed.out.find(std::to_string(before) + " from before"), std::string::npos) << resumed.out;
+  EXPECT_NE(resumed.out.find(std::to_string(before) + " finished earlier"), std::string::npos) << resumed.out;
   ExpectAsReference(run_);
 }
 

@@ -313,7 +313,7 @@ TEST_F(RunControllerTest, AnOldLogsScoreIsNotTakenForThatOfOurEpisode) {
   PublishFinished("recorder");
   EXPECT_TRUE(listener_.done.empty());
   ASSERT_EQ(listener_.remarks.size(), 1u);
-  EXPECT_THAT(listener_.remarks[0], HasSubstr("received an EPISODE_SUMMARY of another end"));
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("EPISODE_SUMMARY does not match EPISODE_END"));
 }
 
 TEST_F(RunControllerTest, ARepeatedScoreIsHandledOnce) {
@@ -360,7 +360,7 @@ TEST_F(RunControllerTest, ALogClosedWhileTheSimContinuesIsOfAnotherRun) {
   status.last_finished_episode = -1;
   Publish(channels::kStatus, status);
   ASSERT_EQ(listener_.remarks.size(), 1u);
-  EXPECT_THAT(listener_.remarks[0], HasSubstr("its log was closed before its end"));
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("the episode's log was closed before the episode ended"));
 }
 
 TEST_F(RunControllerTest, AnEndThatIsLostUntilTheLogIsClosedCostsNothing) {
@@ -405,7 +405,7 @@ TEST_F(RunControllerTest, WaitsAMinuteForTheFirstScore) {
   EXPECT_THAT(listener_.remarks, IsEmpty());
   PollFor(&Dut(), now, seconds(2));
   ASSERT_EQ(listener_.remarks.size(), 1u);
-  EXPECT_THAT(listener_.remarks[0], HasSubstr("not all components were ready for it within 60 s"));
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("not all components were ready for the episode within 60 s"));
 }
 
 TEST_F(RunControllerTest, APolicyThatDoesNotComeIsNamedWithItsTimeout) {
@@ -498,8 +498,10 @@ TEST_F(RunControllerTest, AnEpisodeThatLacksACallOfThePolicyIsRetried) {
     PublishFinished("recorder", attempt);
   };
   finish(0, {0});
-  EXPECT_THAT(listener_.remarks,
-              ElementsAre("      0  retrying: a call of the policy was lost on the way to the launcher"));
+  EXPECT_THAT(
+      listener_.remarks,
+      ElementsAre(
+          "      0  retrying: the message about a call to the policy was lost on the way to the launcher"));
   finish(1, {0, 3});
   ASSERT_EQ(listener_.done.size(), 1u);
   EXPECT_EQ(listener_.done[0]["extended"]["stale_action_ratio"], 0);
@@ -508,7 +510,7 @@ TEST_F(RunControllerTest, AnEpisodeThatLacksACallOfThePolicyIsRetried) {
   for (int attempt = 0; attempt < 3; ++attempt) finish(attempt, {0});
   ASSERT_EQ(listener_.done.size(), 2u);
   EXPECT_TRUE(listener_.done[1]["extended"]["stale_action_ratio"].is_null());
-  EXPECT_THAT(listener_.remarks.back(), HasSubstr("a call was lost"));
+  EXPECT_THAT(listener_.remarks.back(), HasSubstr("the message about a call was lost"));
 }
 
 TEST_F(RunControllerTest, MessagesOfAnotherRunsSimAreIgnored) {

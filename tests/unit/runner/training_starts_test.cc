@@ -107,9 +107,10 @@ TEST_F(TrainingStartsTest, OfAnythingElseAreRefused) {
                                        "/watched.hdf5: the start of episode 0 is unknown: recorded by an "
                                        "external source");
   std::filesystem::create_directories(folder_.path() / "lerobot/meta");
-  EXPECT_EQ(Error("lerobot"), place + folder +
-                                  "/lerobot: no run folder, suite or training set of 'evalbus export': no "
-                                  "run.json, suite.json or evalbus_starts.jsonl");
+  EXPECT_EQ(Error("lerobot"),
+            place + folder +
+                "/lerobot: neither a run, a suite nor a training set of 'evalbus export': no "
+                "run.json, suite.json or evalbus_starts.jsonl");
   WriteRun(folder_.path() / "old", RunInfo(1), {EpisodeLine(0)});
   EXPECT_EQ(Error("old"),
             place + folder +
