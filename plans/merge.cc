@@ -87,8 +87,9 @@ void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std:
                    const std::string& task) {
   const std::string file = (run.folder / kRunJson).string();
   const auto fail = [&](const std::string& key, const std::string& is, const std::string& planned) {
-    throw InputError(fmt::format("{}: {} is {}, but {} in {}; restore that file, or remove {}", file, key, is,
-                                 planned, kPlanJson, run.folder.string()));
+    throw InputError(
+        fmt::format("{}: {} is {}, but {} in {}; restore the file that was changed, or remove {}", file, key,
+                    is, planned, kPlanJson, run.folder.string()));
   };
   runner::RunOptions made;
   runner::ReadOlderOptions(run.info, file, &made);
@@ -184,11 +185,9 @@ void CheckIsMerged(const Shard& shard, const fs::path& part, const results::Reco
     const bool is_there = found != merged.episodes.end() && found->episode == number &&
                           fs::exists(EpisodeLog(merged.folder, number));
     if (is_there && (!lines.contains(number) || lines[number] == found->text)) continue;
-    throw InputError(
-        fmt::format("{}: {} was made without it: its episode {} is {} there; remove one of the two, or merge "
-                    "again without {}",
-                    part.string(), merged.folder.string(), number, is_there ? "another one" : "missing",
-                    merged.folder.string()));
+    throw InputError(fmt::format(
+        "{}: {} was not merged from this folder: its episode {} is {}; remove one of the two folders",
+        part.string(), merged.folder.string(), number, is_there ? "different" : "missing"));
   }
 }
 

@@ -87,8 +87,12 @@ class Verifier {
     const report::PageContent stored = report::ReadPage(html, file.string());
     if (stored.made_by.empty()) return;
     // Other versions of evalbus may generate different pages.
-    if (!stored.made_by.starts_with(fmt::format("{} ({}", kVersion, kGitCommit)) || stored.source.is_null()) {
+    if (!stored.made_by.starts_with(fmt::format("{} ({}", kVersion, kGitCommit))) {
       AddNote(file, "not compared: made by evalbus " + stored.made_by);
+      return;
+    }
+    if (stored.source.is_null()) {
+      AddNote(file, "not compared: the page does not name the results that it was made from");
       return;
     }
     const std::string computed = Make(file, stored);

@@ -85,7 +85,7 @@ PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
     value.Fail("your own policy process requires one task on one bus: use 'evalbus run' with --policy lcm");
   }
   if (policy.name.empty()) policy.name = DefaultName(policy.policy);
-  if (policy.name.empty()) value.Fail("expected 'name' with the address of a server");
+  if (policy.name.empty()) value.Fail("expected 'name', because the policy is the address of a server");
   if (const std::string problem = ProblemOfPolicyName(policy.name); !problem.empty()) value.Fail(problem);
   try {
     policy::PolicyOptions options{.policy = policy.policy, .contract = policy.contract};
@@ -148,7 +148,7 @@ Until ReadUntil(const YamlValue& value, int least) {
     check_width();
     const int needed = metrics::TrialsForWidth(width, kMaxEpisodes);
     if (needed > kMaxEpisodes)
-      value.Fail(fmt::format("takes more than {} episodes, expected a larger width", kMaxEpisodes));
+      value.Fail(fmt::format("needs more than {} episodes, expected a larger width", kMaxEpisodes));
     until.max_episodes = std::max(needed, least);
   } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %d, on progress)%n", &until.alpha,
                          &until.max_episodes, &end) == 2 &&
@@ -305,7 +305,7 @@ Plan ReadPlan(const fs::path& file) {
       plan.policies.push_back(ReadPolicy(value, file));
       const std::string& name = plan.policies.back().name;
       if (!names.insert(name).second)
-        value.Fail("two policies have the name '" + name + "'; give each a 'name'");
+        value.Fail("two policies have the name '" + name + "'; give each its own 'name'");
     });
   }
   if (plan.policies.empty() && mistakes.empty()) map["policies"].Fail("expected at least one policy");
@@ -340,7 +340,7 @@ Plan ReadPlan(const fs::path& file) {
   if (const YamlValue* value = map.Find("until")) {
     plan.until = ReadUntil(*value, plan.options.episodes);
     if (plan.policies.size() < 2 && !plan.until->width)
-      value->Fail("expected two policies, one of which is compared with the other");
+      value->Fail("expected at least two policies, because 'until: decided' compares them");
   }
   const std::string engine =
       plan.options.sim.engine.empty() ? "" : runner::FindEngine(plan.options.sim.engine, "engine");
@@ -354,7 +354,8 @@ Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
   for (const std::string& policy : policies) {
     const PlannedPolicy planned{DefaultName(policy), policy, "", "", ""};
     if (planned.name.empty()) {
-      throw InputError("--policies " + policy + ": a policy server must be named in a plan (docs/plans.md)");
+      throw InputError("--policies " + policy +
+                       ": a policy server needs a name, so list it in a plan file (docs/plans.md)");
     }
     if (const std::string problem = ProblemOfPolicyName(planned.name); !problem.empty())
       throw InputError("--policies " + policy + ": " + problem);

@@ -115,8 +115,9 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
     results.stops.push_back(stop->at("text"));
     comparison.remarks.clear();
     comparison.remarks.push_back(
-        "The plan tested its results during the evaluation and stopped when they were decided. p of success "
-        "accounts for this. The difference shown is on average larger than the true one, and p values of "
+        "The plan tested its results during the evaluation, and the number of episodes depends on them. p of "
+        "success accounts for this. The difference shown is on average larger than the true one, and p "
+        "values of "
         "metrics assume a single test.");
   }
   return results;

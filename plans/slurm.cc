@@ -5,8 +5,10 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
 #include "base/errors.h"
 #include "base/plural.h"
@@ -54,7 +56,8 @@ std::string OutputPattern(const fs::path& folder, const char* file) {
 // Returns a command's output; throws EnvironmentError with the output if the command fails.
 std::string OutputOf(const std::vector<std::string>& command) {
   FILE* const pipe = popen((ShellWords(command) + " 2>&1").c_str(), "r");
-  if (!pipe) throw EnvironmentError("no process can be started");
+  if (!pipe)
+    throw EnvironmentError(std::string("cannot start a process for sbatch: ") + std::strerror(errno));
   std::string output;
   char part[512];
   for (size_t n = 0; (n = fread(part, 1, sizeof part, pipe)) > 0;) output.append(part, n);
@@ -83,8 +86,8 @@ int NumParts(const Plan& plan, const SlurmOptions& options) {
   const double all_s = probe.seconds_per_episode * plan.num_runs() * plan.options.episodes / options.cpus;
   const int parts =
       std::clamp(static_cast<int>(std::min(std::ceil(all_s / kTask_s), 1e6)), 1, std::min(shards, kMaxTasks));
-  fmt::print("an episode takes {:.2g} s here: {} of about {:.0f} min\n", probe.seconds_per_episode,
-             Plural(parts, "task"), std::max(1.0, all_s / parts / 60));
+  fmt::print("an episode takes {:.2g} s here: {} of about {:.0f} min each\n", probe.seconds_per_episode,
+             Plural(parts, "array task"), std::max(1.0, all_s / parts / 60));
   return parts;
 }
 

@@ -275,7 +275,7 @@ TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
                              HasSubstr("did you mean 'slip'?; "), HasSubstr(":4: key 'tasks': ")));
   EXPECT_THAT(ErrorOf("policies: [expert\ntasks: lift_pot\n"), HasSubstr("a '[' is not closed"));
   EXPECT_THAT(ErrorOf("policies: [expert, expert]\ntasks: lift_pot\n"),
-              HasSubstr("two policies have the name 'expert'; give each a 'name'"));
+              HasSubstr("two policies have the name 'expert'; give each its own 'name'"));
   EXPECT_THAT(ErrorOf("policies: ['ws://127.0.0.1:1']\ntasks: lift_pot\n"), HasSubstr(":1: "));
   EXPECT_THAT(ErrorOf("policies: [{name: ../a, policy: hold}]\ntasks: lift_pot\n"),
               HasSubstr("expected a name that is valid for a folder, got '../a'"));
@@ -292,7 +292,8 @@ TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
               HasSubstr("expected none, all, failures or 'first N', got 'some'"));
   EXPECT_THAT(ErrorOf(small + "compare: {baseline: hold}\n"), HasSubstr("no policy 'hold' in this plan"));
   EXPECT_THAT(ErrorOf(small + "until: soon\n"), HasSubstr("expected decided(alpha A, max EPISODES)"));
-  EXPECT_THAT(ErrorOf(small + "until: decided(alpha 0.05, max 200)\n"), HasSubstr("expected two policies"));
+  EXPECT_THAT(ErrorOf(small + "until: decided(alpha 0.05, max 200)\n"),
+              HasSubstr("expected at least two policies"));
   EXPECT_THAT(
       ErrorOf(
           "policies: [expert, hold]\ntasks: lift_pot\nepisodes: 50\nuntil: decided(alpha 0.05, max 20)\n"),
