@@ -73,9 +73,10 @@ std::string Table(const Certificate& certificate) {
         PText(success.p_adjusted));
   }
   return text + fmt::format(
-                    "\nPairs of episodes with equal seeds. Lost, gained: succeeded only on {}, or only here. "
-                    "p: exact McNemar test of\nthe two success rates; Holm: p adjusted for {}. Interval: of "
-                    "the flipped share, Wilson.\n",
+                    "\nPairs of episodes with equal seeds. Lost, gained: succeeded only on {}, or only on "
+                    "the row's engine.\n"
+                    "p: exact McNemar test of the two success rates; Holm: p adjusted for {}.\n"
+                    "Interval: of the flipped share, Wilson.\n",
                     reference, Plural(static_cast<int64_t>(certificate.comparisons.size()), "comparison"));
 }
 
@@ -88,11 +89,14 @@ std::string Partings(const Certificate& certificate, const StageNames& stages) {
     std::vector<std::string> parts;
     for (const StageParting& parting : one.partings) {
       const std::string name = StageName(parting, stages);
-      parts.push_back(fmt::format("{} at stage {}{} ({} only on {}, first seed {})", parting.pairs,
-                                  parting.stage, name.empty() ? "" : " of " + parting.task + ", " + name,
-                                  parting.only_reference, certificate.engines.front(), parting.seed));
+      parts.push_back(fmt::format("stage {}{}, in {} ({} only on {}, first seed {})", parting.stage,
+                                  name.empty() ? "" : " of " + parting.task + ", " + name,
+                                  Plural(parting.pairs, "episode"), parting.only_reference,
+                                  certificate.engines.front(), parting.seed));
     }
-    text += parts.empty() ? "all reach the same stages\n" : fmt::format("{} part\n", fmt::join(parts, ", "));
+    text += parts.empty()
+                ? "all reach the same stages\n"
+                : fmt::format("first stage reached on only one engine: {}\n", fmt::join(parts, "; "));
   }
   return text;
 }

@@ -77,7 +77,7 @@ void CheckSameEngine(const std::vector<const RecordedRuns*>& runs) {
       if (run.engine() == first->engine()) continue;
       throw InputError(
           fmt::format("{} was simulated by MuJoCo {} and {} by MuJoCo {}: success rates change with the "
-                      "version; --across-engines compares them anyway",
+                      "version; 'evalbus compare --across-engines' compares them anyway",
                       first->folder.string(), first->engine(), run.folder.string(), run.engine()));
     }
   }

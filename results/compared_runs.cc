@@ -31,7 +31,7 @@ RecordedRuns RemoveBaseline(const std::string& name, std::vector<RecordedRuns>* 
   const auto found = std::find_if(runs->begin(), runs->end(), matches);
   if (found != runs->end()) {
     if (!name.empty() && std::find_if(found + 1, runs->end(), matches) != runs->end()) {
-      throw InputError("baseline " + name + ": matches more than one run; pass a folder");
+      throw InputError("--baseline " + name + ": matches more than one run; pass a folder");
     }
     RecordedRuns baseline = std::move(*found);
     runs->erase(found);
@@ -40,7 +40,7 @@ RecordedRuns RemoveBaseline(const std::string& name, std::vector<RecordedRuns>* 
   if (fs::is_directory(name)) return ReadForComparison(name);
   std::string known;
   for (const RecordedRuns& run : *runs) known += fmt::format(", {} ({})", run.name, run.runs[0].policy);
-  throw InputError("baseline " + name + ": neither one of the runs nor a folder; the runs are " +
+  throw InputError("--baseline " + name + ": neither one of the runs nor a folder; the runs are " +
                    known.substr(2));
 }
 

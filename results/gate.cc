@@ -207,7 +207,8 @@ Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOpt
   if (missing > 0) {
     gate.remarks.push_back(fmt::format(
         "{} without a complete result on one side: for success they count against the verdict, and metrics "
-        "cannot pass; --resume runs incomplete episodes again",
+        "cannot pass; --resume runs unfinished and invalid episodes of a "
+        "run again",
         Plural(missing, "pair")));
   }
   Conclude(&gate);

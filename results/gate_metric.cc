@@ -66,7 +66,7 @@ MetricNumber FindNumber(const std::string& name, const std::set<std::string>& av
       found.empty()
           ? "--on " + name + ": no such metric in both runs" +
                 Suggestion(name, known, "; expected one of 'metrics' in summary.json that both have")
-          : "--on " + name + ": means several: " + ListOf(several));
+          : "--on " + name + ": matches several metrics: " + ListOf(several));
 }
 
 // Parses a margin such as "0.2" or "10%".

@@ -29,7 +29,7 @@ KeptResults::KeptResults(const fs::path& recording) {
 std::string KeptResults::Difference(const fs::path& log, const RescoredEpisode& episode) {
   if (!any_) return "";
   const auto found = lines_.find(log);
-  if (found == lines_.end()) return std::string(kEpisodesJsonl) + " has no line for it";
+  if (found == lines_.end()) return std::string(kEpisodesJsonl) + " has no line for this episode";
   ordered_json line = found->second;
   lines_.erase(found);
   // A log contains neither the pacing nor the information whether the start was part of the training data.

@@ -49,12 +49,12 @@ std::string NoReturnText(const NoReturn& point) {
   std::string text;
   switch (point.kind) {
     case Kind::kLost:
-      text =
-          fmt::format("Point of no return at {:.2f} s: from later on, the expert fails, even with more time",
-                      point.time_s);
+      text = fmt::format(
+          "Point of no return at {:.2f} s: from later ticks, the expert fails, even with more time",
+          point.time_s);
       break;
     case Kind::kOutOfTime:
-      text = fmt::format("Point of no return at {:.2f} s: from later on, the expert has too little time",
+      text = fmt::format("Point of no return at {:.2f} s: from later ticks, the expert has too little time",
                          point.time_s);
       break;
     case Kind::kNever:

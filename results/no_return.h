@@ -30,8 +30,8 @@ struct NoReturn {
   bool has_point() const { return kind == Kind::kLost || kind == Kind::kOutOfTime; }
 };
 
-// Returns a description, for example "Point of no return at 3.20 s: from later on, the expert has too little
-// time."
+// Returns a description, for example "Point of no return at 3.20 s: from later ticks, the expert has too
+// little time."
 std::string NoReturnText(const NoReturn& point);
 
 // Points by episode. The functions below throw InputError, and AddNoReturns() also EnvironmentError. Reading

@@ -183,7 +183,8 @@ std::vector<std::string> OperatorSentences(const OperatorResult& result) {
   if (result.mean_stages)
     sentences.push_back(
         fmt::format("Mean number of stages reached, by the operator: {:.2f}.", *result.mean_stages));
-  if (result.mean_rubric) sentences.push_back(fmt::format("Mean rubric: {:.2f} of 10.", *result.mean_rubric));
+  if (result.mean_rubric)
+    sentences.push_back(fmt::format("Mean rubric score: {:.2f} of 10.", *result.mean_rubric));
   return sentences;
 }
 

@@ -55,7 +55,7 @@ ordered_json RunPacing(const std::vector<ordered_json>& episodes) {
 }
 
 std::string PacingSentence(const ordered_json& run_pacing) {
-  return fmt::format("Of {} ticks, {} had no action in time and {} were a whole tick late.",
+  return fmt::format("Of {} ticks, {} had no action in time and {} were late by at least a whole tick.",
                      run_pacing["ticks"].get<int64_t>(), run_pacing["deadline_misses"].get<int64_t>(),
                      run_pacing["late_ticks"].get<int64_t>());
 }

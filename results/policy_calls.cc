@@ -32,16 +32,17 @@ double Percentile(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<size_t>(std::max(rank, 1.0)) - 1];
 }
 
-// Returns, for example, ", while the robot continued with the last action chunk (asynchronous)"; empty for
-// synchronous execution.
+// Returns, for example, ", while the robot continued with the previous action chunk (asynchronous)"; empty
+// for synchronous execution.
 std::string ExecutionInWords(const ordered_json& info) {
   switch (policy::ParseExecution(info.value("execution", "synchronous"))) {
     case policy::Execution::kSynchronous:
       break;
     case policy::Execution::kAsynchronous:
-      return ", while the robot continued with the last action chunk (asynchronous)";
+      return ", while the robot continued with the previous action chunk (asynchronous)";
     case policy::Execution::kRealTimeChunking:
-      return ", while the robot continued with the last action chunk, to which the next one was joined (rtc)";
+      return ", while the robot continued with the previous action chunk, to which the next one was joined "
+             "(rtc)";
   }
   return "";
 }
@@ -57,7 +58,7 @@ std::string ComputationInWords(const ordered_json& info) {
   }
   const double tick_s = 1 / info.at("control_hz").get<double>();
   const int64_t ticks = policy::HeldTicks(policy::ParseLatency(latency).fixed_s, tick_s);
-  return fmt::format("each call took {} ms of simulated time: {} = {:.5g} ms{}", latency,
+  return fmt::format("each call took {} ms of simulated time, rounded up to {} = {:.5g} ms{}", latency,
                      Plural(ticks, "tick"), static_cast<double>(ticks) * tick_s * 1e3,
                      ExecutionInWords(info));
 }
@@ -91,7 +92,8 @@ std::string CallsInWords(const std::vector<ordered_json>& episodes) {
   if (!server_s.empty()) {
     words += fmt::format("; {} median as reported by the server", TimeInWords(Percentile(server_s, 0.5)));
   }
-  if (held_ticks > 0) words += fmt::format("; the robot held its last command for {} ticks", held_ticks);
+  if (held_ticks > 0)
+    words += fmt::format("; the robot held its last command for {}", Plural(held_ticks, "tick"));
   return words + ".";
 }
 
@@ -197,8 +199,8 @@ std::string RareCallsWarning(const std::vector<ordered_json>& episodes) {
   if (calls * 2 >= due) return "";
   return fmt::format(
       "warning: the policy was called {} in {} instead of {}: the robot held its last command for {} of "
-      "them, so the scores hardly depend on the policy",
-      Plural(calls, "time"), Plural(ticks, "tick"), Plural(due, "call"), held);
+      "the ticks, so the scores hardly depend on the policy",
+      Plural(calls, "time"), Plural(ticks, "tick"), Plural(due, "time"), held);
 }
 
 std::vector<std::string> PolicyNotes(const RecordedRun& run) {

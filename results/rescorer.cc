@@ -167,7 +167,7 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   } else if (task_ && scorer_->verdict() == partial_metrics_t::SUCCESS && !ended_by_itself &&
              !IsAfterSuccess(end_->header)) {
     end_->end_reason = end_reason::kAborted;
-    end_->detail = "the log ends before the time after this description's success";
+    end_->detail = "the log ends before after_success_s have passed since this description's success";
   } else if (task_ && scorer_->verdict() != partial_metrics_t::UNDECIDED &&
              end_->end_reason != end_reason::kServerError) {
     end_->end_reason = end_reason::Of(scorer_->verdict());

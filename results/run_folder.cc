@@ -177,7 +177,7 @@ RunFolder::RunFolder(const fs::path& out, const std::string& name, bool resume, 
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
   }
-  if (lock_ < 0) throw InputError(shown + ": another 'evalbus run' is using it");
+  if (lock_ < 0) throw InputError(shown + ": another command is using this folder");
   Make(path_ / kLogsFolder, &made_);
 }
 

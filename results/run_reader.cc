@@ -133,7 +133,7 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   }
   const auto number = Get<int64_t>(json, "episode", "a number", where);
   if (number < 0 || number > kMaxEpisode) {
-    Fail(where, fmt::format("\"episode\" is {}, expected a number from 0", number));
+    Fail(where, fmt::format("\"episode\" is {}, expected 0 to {}", number, kMaxEpisode));
   }
   episode.episode = static_cast<int>(number);
   episode.seed = Get<int64_t>(json, "seed", "a whole number", where);
@@ -327,7 +327,7 @@ RecordedRun ReadRunInfo(const fs::path& folder) {
   run.seed_stream = SeedStreamOf(run.info, file.string());
   const auto planned = Get<int64_t>(run.info, "episodes", "a number", file.string());
   if (planned < 0 || planned > kMaxEpisode) {
-    Fail(file.string(), fmt::format("\"episodes\" is {}, expected a number from 0", planned));
+    Fail(file.string(), fmt::format("\"episodes\" is {}, expected 0 to {}", planned, kMaxEpisode));
   }
   run.planned = static_cast<int>(planned);
   return run;
@@ -360,13 +360,13 @@ std::vector<std::string> RunsInSuite(const fs::path& folder) {
   const fs::path file = folder / kSuiteJson;
   const auto json = ReadJsonFile(file);
   if (!json.is_object() || !json.contains("runs") || !json["runs"].is_array()) {
-    Fail(file.string(), "no \"runs\", expected a list of folders in this one");
+    Fail(file.string(), "no \"runs\", expected a list of folders in the suite");
   }
   std::vector<std::string> names;
   for (const auto& entry : json["runs"]) {
     const auto name = entry.is_string() ? entry.get<std::string>() : "";
     if (name.empty() || name == "." || name == ".." || name.find_first_of("/\\") != std::string::npos) {
-      Fail(file.string(), ToText(entry) + " in \"runs\", expected the name of a folder in this one");
+      Fail(file.string(), ToText(entry) + " in \"runs\", expected the name of a folder in the suite");
     }
     if (std::ranges::find(names, name) != names.end()) {
       Fail(file.string(), ToText(entry) + " is listed in \"runs\" twice");

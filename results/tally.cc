@@ -56,7 +56,7 @@ std::string Tally::Line(const std::string& name, size_t width) const {
   for (const auto& [reason, count] : FailuresOf(summary))
     add(fmt::format("{} {}", count, end_reason::Text(Printable(reason))));
   if (summary.samples < summary.complete) {
-    add(fmt::format("equal episodes count as {}", summary.samples));
+    add(fmt::format("equal episodes: the interval counts {}", summary.samples));
   }
   if (const std::string note = summary.TrainingText(); !note.empty()) add(note);
   const bool judged = summary.judged > 0 || summary.complete == 0;

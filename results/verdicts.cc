@@ -74,7 +74,7 @@ constexpr Key kKeys[] = {
 };
 
 Verdict ParseVerdict(const ordered_json& json, const std::string& where) {
-  if (!json.is_object()) throw InputError(where + ": expected an object, a verdict");
+  if (!json.is_object()) throw InputError(where + ": expected a JSON object with a verdict");
   for (const Key& key : kKeys) {
     const auto found = json.find(key.name);
     if (found == json.end() || !key.holds(*found))

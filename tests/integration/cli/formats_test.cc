@@ -152,7 +152,7 @@ TEST_F(FormatsTest, Compare) {
   const Result unknown = RunProgram({"evalbus", "compare", A(), B(), "--baseline", "unknown"});
   EXPECT_EQ(unknown.code, 1);
   EXPECT_EQ(unknown.err,
-            "error: baseline unknown: neither one of the runs nor a folder; the runs are a (noisy_expert), "
+            "error: --baseline unknown: neither one of the runs nor a folder; the runs are a (noisy_expert), "
             "b (expert)\n");
 }
 

@@ -58,7 +58,7 @@ TEST_F(Kept, AMissingLineIsReported) {
   WriteText(run_ / "episodes.jsonl", lines.substr(lines.find('\n') + 1));
   const Result result = Rescore(run_);
   EXPECT_EQ(result.code, 2) << result.out;
-  EXPECT_SAYS(result.out, "         episodes.jsonl has no line for it");
+  EXPECT_SAYS(result.out, "         episodes.jsonl has no line for this episode");
 }
 
 TEST_F(Kept, AMissingLogIsReported) {

@@ -290,7 +290,7 @@ TEST_F(Resume, RefusesAFolderInWhichARunIsAtWork) {
   launcher.Signal(SIGSTOP);
   const auto second = RunProgram(RunCommand(run_, {"--in-process", "--resume"}));
   EXPECT_EQ(second.code, 1);
-  EXPECT_NE(second.err.find("another 'evalbus run' is using it"), std::string::npos) << second.err;
+  EXPECT_NE(second.err.find("another command is using this folder"), std::string::npos) << second.err;
   launcher.Signal(SIGCONT);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
   ExpectAsReference(run_);

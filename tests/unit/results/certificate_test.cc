@@ -119,8 +119,10 @@ TEST_F(CertificateTest, NamesTheFirstStageThatDiffers) {
   EXPECT_EQ(partings[1].only_reference, 1);
   EXPECT_EQ(partings[1].seed, EpisodeSeed(7, 1));
   const StageNames names = {{"lift_pot/position", {{1, "grasped"}, {2, "lifted"}}}};
-  EXPECT_THAT(CertificateText(certificate, names),
-              HasSubstr("3 of 4 episodes differ in some number; 1 at stage 1 of lift_pot/position, grasped"));
+  EXPECT_THAT(
+      CertificateText(certificate, names),
+      HasSubstr("3 of 4 episodes differ in some number; first stage reached on only one engine: stage 1 of "
+                "lift_pot/position, grasped, in 1 episode"));
   EXPECT_EQ(CertificateJson(certificate, names)["comparisons"][0]["partings"][1]["name"], "lifted");
 }
 

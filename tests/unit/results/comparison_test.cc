@@ -453,8 +453,8 @@ TEST_F(CompareTest, RefusesToMixEngines) {
   } catch (const InputError& error) {
     EXPECT_EQ(std::string(error.what()),
               a.folder.string() + " was simulated by MuJoCo 2.2.2 and " + other.folder.string() +
-                  " by MuJoCo 3.3.3: success rates change with the version; --across-engines compares them "
-                  "anyway");
+                  " by MuJoCo 3.3.3: success rates change with the version; 'evalbus compare "
+                  "--across-engines' compares them anyway");
   }
 }
 

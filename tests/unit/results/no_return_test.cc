@@ -31,11 +31,11 @@ TEST(NoReturn, IsReadAsItWasWritten) {
 
 TEST(NoReturn, EveryKindHasASentence) {
   EXPECT_EQ(NoReturnText({Kind::kLost, 181, 3.62, true}),
-            "Point of no return at 3.62 s: from later on, the expert fails, even with more time.");
-  EXPECT_EQ(
-      NoReturnText({Kind::kOutOfTime, 700, 14, false}),
-      "Point of no return at 14.00 s: from later on, the expert has too little time. It also fails from some "
-      "earlier ticks.");
+            "Point of no return at 3.62 s: from later ticks, the expert fails, even with more time.");
+  EXPECT_EQ(NoReturnText({Kind::kOutOfTime, 700, 14, false}),
+            "Point of no return at 14.00 s: from later ticks, the expert has too little time. It also fails "
+            "from some "
+            "earlier ticks.");
   EXPECT_EQ(NoReturnText({Kind::kNever, 0, 0, true}),
             "No point of no return: the expert fails from the start, too.");
   EXPECT_EQ(NoReturnText({Kind::kOpen, 300, 6, true}),

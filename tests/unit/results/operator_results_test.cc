@@ -51,7 +51,7 @@ TEST_F(OperatorResultsTest, CountRatesAndAgreement) {
       ElementsAre("Operator ann: success in 6 of 9 episodes, 67 % (95 % interval 35 to 88 %), 1 abstention.",
                   "The automatic verdict is equal in 7 of 9 episodes; Cohen's kappa 0.50. Success only for "
                   "the operator: 1; only automatic: 1.",
-                  "Mean number of stages reached, by the operator: 3.50.", "Mean rubric: 2.50 of 10."));
+                  "Mean number of stages reached, by the operator: 3.50.", "Mean rubric score: 2.50 of 10."));
 }
 
 TEST_F(OperatorResultsTest, SayWhenKappaIsUndefined) {

@@ -157,12 +157,14 @@ TEST_F(PolicyNotesTest, ReportsTheCostOfComputation) {
       PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}})),
       ElementsAre("Policy behind a server, contract mine (openpi): joint_delta, 10 steps of each answer "
                   "executed at 20 Hz; simulated time was paused during the policy's computation."));
-  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}})),
-              ElementsAre(EndsWith("each call took 120 ms of simulated time: 6 ticks = 120 ms.")));
-  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}, {"control_hz", 20.0}})),
-              ElementsAre(EndsWith("each call took 120 ms of simulated time: 3 ticks = 150 ms.")));
+  EXPECT_THAT(
+      PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}})),
+      ElementsAre(EndsWith("each call took 120 ms of simulated time, rounded up to 6 ticks = 120 ms.")));
+  EXPECT_THAT(
+      PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}, {"control_hz", 20.0}})),
+      ElementsAre(EndsWith("each call took 120 ms of simulated time, rounded up to 3 ticks = 150 ms.")));
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "1"}, {"control_hz", 20.0}})),
-              ElementsAre(EndsWith("each call took 1 ms of simulated time: 1 tick = 50 ms.")));
+              ElementsAre(EndsWith("each call took 1 ms of simulated time, rounded up to 1 tick = 50 ms.")));
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "measured"}})),
               ElementsAre(EndsWith("as measured, rounded up to whole ticks.")));
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}, {"realtime", true}})),
@@ -211,8 +213,8 @@ TEST_F(PolicyNotesTest, WarnsOfAPolicyThatWasHardlyCalled) {
   std::ofstream(file) << episode;
   EXPECT_EQ(
       PolicyNotes(run).at(0),
-      "warning: the policy was called 2 times in 400 ticks instead of 400 calls: the robot held its last "
-      "command for 398 of them, so the scores hardly depend on the policy.");
+      "warning: the policy was called 2 times in 400 ticks instead of 400 times: the robot held its last "
+      "command for 398 of the ticks, so the scores hardly depend on the policy.");
   // The policy was never called.
   EXPECT_NE(RareCallsWarning({PolicyCalls().Json({.execute_steps = 3}, 5)}), "");
 }

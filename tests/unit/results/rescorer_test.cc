@@ -72,7 +72,8 @@ TEST_F(RescoreAfterSuccess, EndsWhereTheSimWouldHaveEndedIt) {
   // With a greater height, the log lacks a tick of the time after success, or there is no success.
   const episode_summary_t later = Rescore("1.15");
   EXPECT_EQ(Text(later), "aborted at tick 5, not complete, 0.06 s, held 0.04 s");
-  EXPECT_EQ(later.end_detail, "the log ends before the time after this description's success");
+  EXPECT_EQ(later.end_detail,
+            "the log ends before after_success_s have passed since this description's success");
   EXPECT_EQ(Text(Rescore("2")), "success at tick 5, not complete, 0.1 s, held nan s");
 }
 

@@ -190,7 +190,7 @@ TEST_F(RunReaderTest, RefusesLinesThatDoNotBelong) {
   EXPECT_EQ(ErrorOfLines(Line(0, "complete", 1)),
             "run/episodes.jsonl:1: \"complete\" is 1, expected true or false");
   EXPECT_EQ(ErrorOfLines(Line(0, "episode", -1)),
-            "run/episodes.jsonl:1: \"episode\" is -1, expected a number from 0");
+            "run/episodes.jsonl:1: \"episode\" is -1, expected 0 to 99999999");
   EXPECT_EQ(ErrorOfLines(Line(0, "metrics", ordered_json::object())),
             "run/episodes.jsonl:1: \"metrics\" without a \"success\" of 0 or 1");
 }
@@ -253,8 +253,7 @@ TEST_F(RunReaderTest, RefusesANumberOfEpisodesThatNoRunHas) {
     ordered_json info = RunInfo(3);
     info["episodes"] = episodes;
     WriteRun(run_, info, {EpisodeLine(0)});
-    EXPECT_EQ(Error(run_),
-              fmt::format("run/run.json: \"episodes\" is {}, expected a number from 0", episodes));
+    EXPECT_EQ(Error(run_), fmt::format("run/run.json: \"episodes\" is {}, expected 0 to 99999999", episodes));
   }
 }
 
@@ -288,12 +287,12 @@ TEST_F(RunReaderTest, Suite) {
   for (const std::string name : {"../b", "..", ".", "", "/etc", "a/../../b"}) {
     WriteFile(run_ / "suite.json", R"({"runs": ["a", ")" + name + R"("]})");
     EXPECT_EQ(Error(run_),
-              "run/suite.json: \"" + name + "\" in \"runs\", expected the name of a folder in this one");
+              "run/suite.json: \"" + name + "\" in \"runs\", expected the name of a folder in the suite");
   }
   WriteFile(run_ / "suite.json", R"({"runs": ["a", "b", "a"]})");
   EXPECT_EQ(Error(run_), "run/suite.json: \"a\" is listed in \"runs\" twice");
   WriteFile(run_ / "suite.json", R"({"run": []})");
-  EXPECT_EQ(Error(run_), "run/suite.json: no \"runs\", expected a list of folders in this one");
+  EXPECT_EQ(Error(run_), "run/suite.json: no \"runs\", expected a list of folders in the suite");
   WriteFile(run_ / "suite.json", R"({"runs": ["a", "b"]})");
   WriteFile(run_ / "b/episodes.jsonl", Line(0) + "oops\n");
   EXPECT_TRUE(Error(run_).starts_with("run/b/episodes.jsonl:2: expected JSON, ")) << Error(run_);

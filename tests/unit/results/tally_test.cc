@@ -57,7 +57,8 @@ TEST_F(TallyTest, WhatIsNotCompleteIsNoFailure) {
 TEST_F(TallyTest, EqualEpisodesAreOneSample) {
   Tally tally;
   tally.Add(Run("a", {Took(0, 1), Took(1, 1), Took(2, 1)}));
-  EXPECT_EQ(tally.Line("a", 1), "a     3 of 3     21 to 100 %        1.00 s  equal episodes count as 1\n");
+  EXPECT_EQ(tally.Line("a", 1),
+            "a     3 of 3     21 to 100 %        1.00 s  equal episodes: the interval counts 1\n");
 }
 
 TEST_F(TallyTest, TheMeanOfTasksCountsEachTaskAlike) {
