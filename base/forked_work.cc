@@ -20,7 +20,8 @@ SharedMemory::SharedMemory(size_t bytes)
     : bytes_(bytes),
       memory_(mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) {
   if (memory_ == MAP_FAILED) {
-    throw EnvironmentError(fmt::format("{} bytes of shared memory: {}", bytes, std::strerror(errno)));
+    throw EnvironmentError(
+        fmt::format("cannot allocate {} bytes of shared memory: {}", bytes, std::strerror(errno)));
   }
 }
 

@@ -114,7 +114,7 @@ class Builder : public nlohmann::json_sax<Json> {
   }
   bool Open(Json&& value) {
     if (open_.size() == kDeepest) {
-      what_ = "expected JSON nested " + std::to_string(kDeepest) + " deep at most";
+      what_ = "expected JSON nested at most " + std::to_string(kDeepest) + " levels deep";
       return false;
     }
     open_.push_back(Place(std::move(value)));

@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/json_file.h"
+#include "base/plural.h"
 #include "base/text.h"
 
 namespace evalbus {
@@ -71,7 +72,8 @@ std::vector<double> Tensor::Numbers() const {
   if (dtype == "I64") return NumbersOf<int64_t>(data);
   if (dtype == "I32") return NumbersOf<int32_t>(data);
   if (dtype == "U8" || dtype == "BOOL") return NumbersOf<uint8_t>(data);
-  throw InputError("numbers of type " + Printable(dtype) + " are not supported");
+  throw InputError("numbers of type " + Printable(dtype) +
+                   " are not supported; expected F64, F32, I64, I32, U8 or BOOL");
 }
 
 Tensor DoubleTensor(const std::vector<double>& numbers, std::vector<int64_t> shape) {
@@ -116,7 +118,7 @@ Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& 
     const ordered_json& entry = item.value();
     const std::string where = "tensor \"" + Printable(Cut(name, 60)) + "\": ";
     if (name == kMetadata) {
-      if (!entry.is_object()) fail("header: __metadata__ is not an object");
+      if (!entry.is_object()) fail("header: __metadata__: expected an object");
       for (const auto& [key, value] : entry.items()) {
         if (!value.is_string()) fail("header: __metadata__: \"" + Printable(Cut(key, 60)) + "\" is not text");
         result.metadata[key] = value.get<std::string>();
@@ -137,7 +139,7 @@ Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& 
       fail(where + "unknown dtype " + Printable(Cut(one.tensor.dtype, 20)));
     for (const ordered_json& extent : entry["shape"]) {
       const auto value = extent.get<uint64_t>();
-      if (value > uint64_t{1} << 40) fail(where + "a shape too large for any file");
+      if (value > uint64_t{1} << 40) fail(where + "its shape is too large for any file");
       one.tensor.shape.push_back(static_cast<int64_t>(value));
     }
     one.begin = entry["data_offsets"][0].get<uint64_t>();
@@ -147,7 +149,7 @@ Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& 
                                one.end, data.size()));
     }
     const auto size = Size(one.tensor);
-    if (!size || *size != one.end - one.begin) fail(where + "shape and data_offsets do not fit");
+    if (!size || *size != one.end - one.begin) fail(where + "shape, dtype and data_offsets do not match");
     placed.push_back(std::move(one));
   }
   std::ranges::stable_sort(placed, [](const Placed& a, const Placed& b) {
@@ -161,7 +163,8 @@ Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& 
     }
     end = one.end;
   }
-  if (end != data.size()) fail(fmt::format("{} bytes at the end belong to no tensor", data.size() - end));
+  if (end != data.size())
+    fail(Plural(static_cast<int64_t>(data.size() - end), "byte") + " after the last tensor, expected none");
   for (Placed& one : placed) {
     one.tensor.data.assign(data.begin() + static_cast<ptrdiff_t>(one.begin),
                            data.begin() + static_cast<ptrdiff_t>(one.end));

@@ -211,10 +211,10 @@ TEST_F(ResumeRefuses, LinesThatNoReaderTakes) {
   expect(with("task", "stack_two_blocks"), "episodes.jsonl:1: an episode of stack_two_blocks/base");
   expect(with("end_detail", 1), "episodes.jsonl:1: \"end_detail\" is 1, expected a string");
   expect(with("explanation", nullptr), "episodes.jsonl:1: \"explanation\" is null, expected an object");
-  expect(std::string(300'000, '[') + "\n", "episodes.jsonl:1: expected JSON nested 64 deep at most");
+  expect(std::string(300'000, '[') + "\n", "episodes.jsonl:1: expected JSON nested at most 64 levels deep");
   WriteText(run_ / "episodes.jsonl", lines);
   WriteText(run_ / "run.json", std::string(300'000, '['));
-  Expect("run.json: expected JSON nested 64 deep at most");
+  Expect("run.json: expected JSON nested at most 64 levels deep");
 }
 
 // A restarted sim reads its files again, so a file that changed during the run is an error.

@@ -23,10 +23,10 @@ std::string Nested(size_t depth) { return std::string(depth, '[') + std::string(
 
 TEST(ParseJson, IsBoundedInDepth) {
   EXPECT_EQ(Error(Nested(64)), "accepted");
-  EXPECT_EQ(Error(Nested(65)), "file: expected JSON nested 64 deep at most");
+  EXPECT_EQ(Error(Nested(65)), "file: expected JSON nested at most 64 levels deep");
   std::string objects;
   for (int i = 0; i < 300'000; ++i) objects += "{\"a\":";
-  EXPECT_EQ(Error(objects), "file: expected JSON nested 64 deep at most");
+  EXPECT_EQ(Error(objects), "file: expected JSON nested at most 64 levels deep");
 }
 
 TEST(ParseJson, NamesTheLine) {

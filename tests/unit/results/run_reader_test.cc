@@ -171,7 +171,7 @@ TEST_F(RunReaderTest, RefusesLinesThatDoNotBelong) {
   EXPECT_EQ(ErrorOfLines(Line(0) + "{\"a\": 1, \"a\": 2}\n"),
             "run/episodes.jsonl:2: a: repeated key, expected each key once");
   EXPECT_EQ(ErrorOfLines(std::string(300'000, '[') + "\n"),
-            "run/episodes.jsonl:1: expected JSON nested 64 deep at most");
+            "run/episodes.jsonl:1: expected JSON nested at most 64 levels deep");
   EXPECT_EQ(ErrorOfLines("3\n"), "run/episodes.jsonl:1: not a JSON object");
   EXPECT_EQ(ErrorOfLines(Line(0) + Line(1) + Line(0)),
             "run/episodes.jsonl:3: episode 0 is repeated, first in line 1");
