@@ -72,8 +72,10 @@ void Show(const Plan& plan, bool probe) {
     fmt::print("{}  {}\n", i == 0 ? "tasks   " : "        ", plan.tasks[static_cast<size_t>(i)]);
   }
   const int64_t all = int64_t{runs} * episodes;
-  fmt::print("episodes  {} of each policy and task, seed {}: {} runs, {} episodes\n", episodes,
-             plan.options.seed, runs, all);
+  // With `until`, these episodes are run before the first test.
+  const char* const least = plan.until ? "at least " : "";
+  fmt::print("episodes  {} of each policy and task, seed {}: {} runs, {}{} episodes\n", episodes,
+             plan.options.seed, runs, least, all);
   fmt::print("videos    {}\n", plans::VideosText(plan.videos));
   const bool has_width = plan.until && plan.until->width;
   if (has_width) {
@@ -93,11 +95,11 @@ void Show(const Plan& plan, bool probe) {
   const plans::Probe found = plans::ProbePlan(plan, kProbes);
   if (found.episodes > 0) {
     fmt::print(
-        "time      {} on one core, without videos ({:.2g} s per episode, measured with {})\n"
-        "disk      {} ({} per episode)\n",
-        results::FormatDuration(found.seconds_per_episode * static_cast<double>(all)),
-        found.seconds_per_episode, found.episodes, Size(found.bytes_per_episode * static_cast<double>(all)),
-        Size(found.bytes_per_episode));
+        "time      {}{} on one core, without videos ({:.2g} s per episode, measured with {})\n"
+        "disk      {}{} ({} per episode)\n",
+        least, results::FormatDuration(found.seconds_per_episode * static_cast<double>(all)),
+        found.seconds_per_episode, found.episodes, least,
+        Size(found.bytes_per_episode * static_cast<double>(all)), Size(found.bytes_per_episode));
   }
   if (!found.problem.empty()) fmt::print("problem   {}\n", Printable(found.problem));
 }

@@ -51,7 +51,7 @@ std::string Missing(const results::RescoredEpisode& episode) {
   if (extended.missing_ticks > 0) {
     add(fmt::format("{} missing", Plural(extended.missing_ticks, "tick")));
   }
-  if (extended.refused_samples > 0) add(fmt::format("{} samples rejected", extended.refused_samples));
+  if (extended.refused_samples > 0) add(Plural(extended.refused_samples, "sample") + " refused");
   if (!episode.has_end) add("no EPISODE_END in the log");
   return text;
 }
@@ -63,7 +63,8 @@ std::string Damage(const results::RescoredLog& log) {
         fmt::format("{} damaged bytes in {} skipped", log.damaged_bytes, Plural(log.damaged_places, "place"));
   }
   if (log.decode_errors > 0) {
-    text += fmt::format("{}{} messages could not be decoded", text.empty() ? "" : ", ", log.decode_errors);
+    text += fmt::format("{}{} could not be decoded", text.empty() ? "" : ", ",
+                        Plural(log.decode_errors, "message"));
   }
   return text;
 }

@@ -397,7 +397,7 @@ TEST_F(Recorded, InterruptEndsTheReplay) {
   const std::vector<pid_t> children = ChildrenOf(replay.pid());
   replay.Signal(SIGINT);
   EXPECT_EQ(replay.Wait(), 2);
-  EXPECT_EQ(replay.err(), "error: stopped before the end\n");
+  EXPECT_EQ(replay.err(), "error: stopped before the end of the replay\n");
   EXPECT_EQ(children.size(), 2u);
   for (const pid_t child : children) EXPECT_NE(kill(child, 0), 0);
 }
