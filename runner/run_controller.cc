@@ -356,7 +356,7 @@ std::string RunController::DroppedMessages() const {
   }
   if (by.empty()) return "";
   return "messages dropped by " + by + ": " + std::to_string(undecoded) + " could not be decoded, " +
-         std::to_string(foreign) + " were repeated or belong to another episode";
+         std::to_string(foreign) + " were repeated or belong to another episode or run";
 }
 
 void RunController::Retry(const std::string& why) {

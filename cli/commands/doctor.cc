@@ -89,7 +89,8 @@ int Doctor() {
   for (const runner::ComponentType& component : runner::AllComponents()) {
     const auto program = runner::Processes::BinaryFolder() / component.program;
     const bool good = access(program.c_str(), X_OK) == 0;
-    if (!good) Print(false, program.string() + " is missing", "./run builds it");
+    if (!good)
+      Print(false, program.string() + " is missing", "build evalbus again with ./run, or install it again");
     all_programs = all_programs && good;
   }
   if (all_programs) Print(true, "component programs in " + runner::Processes::BinaryFolder().string());
