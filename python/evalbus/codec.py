@@ -65,10 +65,10 @@ def _from_map(value):
         if not isinstance(data, bytes):
             raise CodecError(f"an array's data is {type(data).__name__}, not bytes")
         if any(type(size) is not int or size < 0 for size in shape):
-            raise CodecError(f"an array of shape {shape}")
+            raise CodecError(f"an array's shape is {shape}, expected sizes of at least 0")
         return np.frombuffer(data, dtype).reshape(shape).copy()
     except KeyError as error:
-        raise CodecError(f"an array without {error}") from None
+        raise CodecError(f"an array without the key {error}") from None
     except CodecError:
         raise
     except (TypeError, ValueError) as error:
@@ -77,4 +77,4 @@ def _from_map(value):
 
 def _check(dtype):
     if dtype.kind not in _KINDS or (dtype.kind == "f" and dtype.itemsize > 8):
-        raise CodecError(f"arrays of type {dtype} are not sent: numbers of at most 64 bits, booleans and strings only")
+        raise CodecError(f"numpy type {dtype} is not supported: expected real numbers of at most 64 bits, booleans or strings")

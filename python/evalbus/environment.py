@@ -73,14 +73,14 @@ class Environment:
             options["camera"] = form.pop("cameras") or None
             options |= {**form, "image_size": "x".join(map(str, image_size))}
         elif given := [name for name, value in form.items() if value != _DEFAULT_FORM[name]]:
-            raise InputError(f"{given[0]}: the contract describes it; expected one of the two")
+            raise InputError(f"{given[0]}: cannot be combined with a contract, which describes it")
         self._is_active = False
         self._program: Optional[Program] = Program(["env", task, *words(options)])
         description = self._receive()
         if description["schema_version"] != _VERSION:
             self.close()
             raise ProgramError(
-                f"the program evalbus has messages of version {description['schema_version']}, this package {_VERSION}"
+                f"the program evalbus has messages of version {description['schema_version']}, this package has {_VERSION}"
             )
         self.task: str = f"{description['task']}/{description['variation']}"
         self.robot: str = description["robot"]
@@ -185,5 +185,5 @@ def _whole(name: str, value) -> int:
     except TypeError:
         raise InputError(f"reset: {name}: expected a whole number, got {value!r}") from None
     if not -(2**63) <= number < 2**63:
-        raise InputError(f"reset: {name}: expected a number of at most 64 bits, got {value!r}")
+        raise InputError(f"reset: {name}: expected a signed 64-bit number, got {value!r}")
     return number

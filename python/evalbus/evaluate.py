@@ -260,7 +260,7 @@ def _event(line: bytes) -> Event:
     except (ValueError, KeyError, AttributeError) as error:
         raise ProgramError(f"evalbus run --json printed no event: {line[:200]!r}: {error}") from None
     if version != _EVENTS_VERSION:
-        raise ProgramError(f"the program evalbus has events of version {version}, this package {_EVENTS_VERSION}")
+        raise ProgramError(f"the program evalbus has events of version {version}, this package has {_EVENTS_VERSION}")
     return Event(kind, content, Episode.of(content["result"]) if kind == "episode" else None)
 
 

@@ -60,7 +60,7 @@ class EvalbusEnv(gymnasium.Env):
         self._render_camera = render_camera if render_mode else None
         self._hides_camera = bool(render_mode) and render_camera not in cameras
         if render_mode and contract:
-            raise InputError('render_mode="rgb_array" needs cameras=, not a contract')
+            raise InputError(f'render_mode="{render_mode}" cannot be combined with a contract')
         self._environment = Environment(
             f"{task}/{variation}" if variation else task,
             control=control,
@@ -107,7 +107,7 @@ class EvalbusEnv(gymnasium.Env):
             raise InputError(f"reset: options: expected a dictionary, got {options!r}")
         for name in options or {}:
             if name != "episode":
-                raise InputError(f"reset: options: there is no {name!r}, only 'episode'")
+                raise InputError(f"reset: options: expected the key 'episode', got {name!r}")
         self._episode = (options or {}).get("episode", self._episode)
         step = self._environment.reset(self._run_seed, self._episode)
         return self._seen(step), _info(step)

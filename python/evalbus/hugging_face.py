@@ -28,7 +28,7 @@ def write_results(run, out, dataset: str) -> None:
             raise InputError(f"{one.folder}: the run is not finished, or has no complete episode")
         successes = sum(episode.success for episode in one.episodes if episode.complete)
         if (one.summary.episodes, one.summary.successes) != (len(one.episodes), successes):
-            raise InputError(f"{one.folder}: summary.json and episodes.jsonl differ (see 'evalbus verify')")
+            raise InputError(f"{one.folder}: summary.json and episodes.jsonl differ in their counts (see 'evalbus verify')")
     # The folder is written under a temporary name and renamed when it is complete.
     coming = out.with_name(f".{out.name}.{os.getpid()}.tmp")
     try:

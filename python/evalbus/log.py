@@ -15,9 +15,9 @@ from evalbus import messages
 from evalbus.errors import InputError, ProgramError
 
 _MAGIC = b"\xed\xa1\xda\x01"
-# Fields of _HEADER: magic number, event number, time in microseconds, size of the channel name, size of the message.
 _PACKED_MAGIC = b"\x28\xb5\x2f\xfd"
 _MAX_UNPACKED_BYTES = 1 << 30
+# Magic number, event number, time in microseconds, size of the channel name, size of the message.
 _HEADER = struct.Struct(">4sqqII")
 _MAX_CHANNEL_BYTES = 63
 _MAX_MESSAGE_BYTES = 64 << 20
@@ -34,7 +34,7 @@ class Log(dict):
 
     def __init__(self):
         super().__init__()
-        # Number of bytes that are not part of a complete event, and number of such gaps.
+        # Number of bytes that are not part of a complete event, and number of contiguous blocks of them.
         self.damaged_bytes = 0
         self.damaged_places = 0
         # Maps a channel to the number of its events that are not messages of this evalbus version.
@@ -81,11 +81,15 @@ def _messages(file, log):
         else:
             yield time_us, channel, name, message
     if log.damaged_bytes:
-        warnings.warn(f"{file}: {log.damaged_bytes} damaged bytes were skipped", stacklevel=2)
+        warnings.warn(f"{file}: {_count(log.damaged_bytes, 'damaged byte')} skipped", stacklevel=2)
     for channel, reason in reasons.items():
         warnings.warn(
-            f"{file}: {log.not_decoded[channel]} events of {channel} left out: {reason}", stacklevel=2
+            f"{file}: {_count(log.not_decoded[channel], 'event')} of {channel} left out: {reason}", stacklevel=2
         )
+
+
+def _count(number, noun):
+    return f"{number} {noun}{'s' if number != 1 else ''}"
 
 
 def _events(file, log):
@@ -131,7 +135,7 @@ def _unpacked(file):
     try:
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     except FileNotFoundError:
-        raise ProgramError(f"{file}: compressed with zstd, but the program zstd was not found") from None
+        raise ProgramError(f"{file}: compressed with zstd; install the program zstd, which was not found") from None
     with process:
         data = process.stdout.read(_MAX_UNPACKED_BYTES + 1)
         if len(data) > _MAX_UNPACKED_BYTES:

@@ -60,15 +60,15 @@ def dtype(name):
 def decode(data):
     """Decodes a message; returns (name of its type, message). Raises MessageError."""
     if len(data) < 8:
-        raise MessageError(f"{len(data)} bytes are not a message")
+        raise MessageError(f"expected a message of at least 8 bytes, got {len(data)}")
     fingerprint = int.from_bytes(data[:8], "big")
     found = _types()[1].get(fingerprint)
     if found is None:
-        raise MessageError(f"{fingerprint:016x} is not a message of this version of evalbus")
+        raise MessageError(f"{fingerprint:016x}: no message of this version of evalbus has this fingerprint")
     reader = _Reader(data, found.name)
     message = reader.struct(found)
     if reader.at != len(data):
-        raise MessageError(f"{found.name}: {len(data) - reader.at} bytes more than the message has")
+        raise MessageError(f"{found.name}: expected {reader.at} bytes, got {len(data)}")
     return found.name, message
 
 
@@ -92,7 +92,7 @@ class _Reader:
 
     def take(self, size):
         if size > len(self.data) - self.at:
-            raise MessageError(f"{self.name}: cut off, or a count that its bytes cannot hold")
+            raise MessageError(f"{self.name}: truncated, or a count is too large")
         self.at += size
         return self.data[self.at - size : self.at]
 
@@ -113,23 +113,23 @@ class _Reader:
         if not shape:
             return self.text() if name == "string" else self.struct(types()[name])
         if shape[0] * _least_bytes(name) > len(self.data) - self.at:
-            raise MessageError(f"{self.name}: a count that its bytes cannot hold")
+            raise MessageError(f"{self.name}: truncated, or a count is too large")
         return [self.array(name, shape[1:]) for _ in range(shape[0])]
 
     def text(self):
         (size,) = struct.unpack(">i", self.take(4))
         if size < 1:
-            raise MessageError(f"{self.name}: a text of length {size}")
+            raise MessageError(f"{self.name}: the length of a text is {size}, expected at least 1")
         text = bytes(self.take(size))
         if text.find(b"\0") != size - 1:
-            raise MessageError(f"{self.name}: a text whose terminating NUL is not at its stated length")
+            raise MessageError(f"{self.name}: the terminating NUL of a text is not at its stated length")
         return text[:-1].decode("utf-8", "surrogateescape")
 
 
 def _encode_struct(type_, message, parts, where):
     unknown = set(message) - {member.name for member in type_.members}
     if unknown:
-        raise MessageError(f"{where} has no {', '.join(sorted(unknown))}")
+        raise MessageError(f"{where} has no member {', '.join(sorted(unknown))}")
     sizes = {}
     for member in type_.members:
         for axis, size in enumerate(member.dimensions):
@@ -149,7 +149,7 @@ def _encode(name, shape, value, parts, where):
         value = np.zeros(shape) if value is None else np.asarray(value)
         if value.shape != tuple(shape) or value.dtype.kind not in "biuf":
             raise MessageError(
-                f"{where}: {value.shape} of {value.dtype}, expected numbers of shape {tuple(shape)}"
+                f"{where}: expected numbers of shape {tuple(shape)}, got {value.dtype} of shape {value.shape}"
             )
         wire = value.astype(_DTYPES[name])
         if wire.dtype.kind in "iu" and not np.array_equal(wire, value):
@@ -164,7 +164,7 @@ def _encode(name, shape, value, parts, where):
     elif name == "string":
         text = ("" if value is None else value).encode("utf-8", "surrogateescape")
         if b"\0" in text:
-            raise MessageError(f"{where}: a text with a NUL")
+            raise MessageError(f"{where}: expected a text without NUL")
         parts.append(struct.pack(">i", len(text) + 1) + text + b"\0")
     else:
         _encode_struct(types()[name], {} if value is None else value, parts, where)
@@ -209,7 +209,7 @@ def _parse(file):
         token = tokens[at] if at < len(tokens) else "the end"
         at += 1
         if expected is not None and token != expected:
-            raise MessageError(f"{file}: {token} instead of {expected}")
+            raise MessageError(f"{file}: expected {expected}, got {token}")
         return token
 
     next_token("package")
@@ -238,7 +238,7 @@ def _parse(file):
                     next_token("]")
                 members.append(Member(member, type_, tuple(dimensions)))
         if separator != ";":
-            raise MessageError(f"{file}: {separator} instead of ;")
+            raise MessageError(f"{file}: expected ;, got {separator}")
     return name, (tuple(members), constants)
 
 

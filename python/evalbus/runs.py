@@ -215,7 +215,7 @@ def _summary(file) -> Summary:
     try:
         return Summary.of(_json(file))
     except (AttributeError, KeyError, TypeError) as error:
-        raise InputError(f"{file}: no summary of a run: {_reason(error)}") from None
+        raise InputError(f"{file}: not the summary of a run: {_reason(error)}") from None
 
 
 def _interval(value):
@@ -262,7 +262,7 @@ def _reason(error):
 
 
 def _refuse_constant(name):
-    raise ValueError(f"{name} is not a number of JSON")
+    raise ValueError(f"{name} is not a JSON number")
 
 
 def _episodes(file):
@@ -277,9 +277,9 @@ def _episodes(file):
             if number == len(lines):  # The run was killed while it wrote this line.
                 warnings.warn(f"{file}:{number}: the last line is truncated and ignored", stacklevel=4)
                 break
-            raise InputError(f"{file}:{number}: no line of an episode: {_reason(error)}") from None
+            raise InputError(f"{file}:{number}: not the line of an episode: {_reason(error)}") from None
         if episode.index in episodes:
-            raise InputError(f"{file}:{number}: episode {episode.index} again")
+            raise InputError(f"{file}:{number}: a second line of episode {episode.index}")
         episodes[episode.index] = episode
     return [episodes[index] for index in sorted(episodes)]
 

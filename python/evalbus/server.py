@@ -46,8 +46,8 @@ except ImportError:
 # metadata.
 _RELEASE_S = 5
 _BUSY = (
-    "this policy has reset(), so it remembers its episode and serves one connection at a time, and another one is "
-    "open: use one worker, or pass the policy's class to evalbus.serve()"
+    "this policy has reset(), so it remembers its episode and serves one connection at a time, and another connection "
+    "is open: use one worker, or pass the policy's class to evalbus.serve()"
 )
 # Maximum size of a request, which is held in memory as a whole.
 _MAX_BYTES = 256 << 20
@@ -235,15 +235,15 @@ async def _taken(turn):
 async def _refuse(connection, text):
     # The text may contain surrogates, for example for bytes of a file name that are not UTF-8.
     await connection.send(text.encode(errors="backslashreplace").decode())
-    await connection.close(1011, "the policy failed; the previous frame has the reason")
+    await connection.close(1011, "the previous frame has the reason")
 
 
 def _answer(act, request):
     if isinstance(request, str):
-        raise codec.CodecError("a request is a binary frame, this one is text")
+        raise codec.CodecError("expected a binary request, got text")
     observation = codec.unpack(request)
     if not isinstance(observation, dict):
-        raise codec.CodecError(f"an observation is a map, this one is {type(observation).__name__}")
+        raise codec.CodecError(f"expected a map of observations, got {type(observation).__name__}")
     began = time.perf_counter()
     reply = act(observation)
     infer_ms = (time.perf_counter() - began) * 1e3
@@ -261,5 +261,5 @@ def _chunk(actions):
     if actions.ndim == 1:
         actions = actions[None]
     if actions.ndim != 2 or actions.size == 0:
-        raise ActionError(f"actions have the shape {actions.shape}, expected (steps, numbers) or (numbers,)")
+        raise ActionError(f"actions have the shape {actions.shape}, expected (steps, numbers) or (numbers,), not empty")
     return actions

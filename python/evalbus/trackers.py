@@ -112,7 +112,8 @@ def main():
     options = parser(__doc__, "evalbus export")
     options.add_argument("run", help="folder of a run or a suite")
     for name in _TRACKERS:
-        options.add_argument(f"--{name}", help="name of the project or experiment; tensorboard: folder")
+        what = "folder for event files" if name == "tensorboard" else "name of the project or experiment"
+        options.add_argument(f"--{name}", help=what)
     given = vars(options.parse_args())
     chosen = [name for name in _TRACKERS if given[name]]
     if len(chosen) != 1:

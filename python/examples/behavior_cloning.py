@@ -64,7 +64,7 @@ def train(file, checkpoints, out, seed=0):
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     states, chunks = (torch.from_numpy(values).float() for values in demonstrations(file))
-    print(f"{len(states)} steps to learn from", flush=True)
+    print(f"training on {len(states)} steps", flush=True)
     network = Network()
     network.state_mean, network.state_spread = states.mean(0), states.std(0) + 1e-2
     network.chunk_mean, network.chunk_spread = chunks.mean(0), chunks.std(0) + 1e-2

@@ -5,8 +5,8 @@
     PYTHONPATH=python:ROBOEVAL python3 python/examples/roboeval_source.py runs/a lift_pot.LiftPot 'pot=partnet_*' \\
         left_cabinet=base_cabinet_600_1 right_cabinet=base_cabinet_600
 
-Arguments: the run; module and class of RoboEval's environment; for each object and fixture of our scene the name of
-RoboEval's model, in which * matches any text. Prints RoboEval's verdict and stages. See docs/watch.md.
+Arguments: the run; module and class of RoboEval's environment; for each object and fixture of evalbus' scene the name
+of RoboEval's model, in which * matches any text. Prints RoboEval's verdict and stages. See docs/watch.md.
 """
 
 import argparse

@@ -5,8 +5,8 @@
         [--contacts] [--images CAMERA=FOLDER]
 
 --objects: also publishes the poses of the objects. --contacts: also publishes the recorded contacts, for `evalbus watch
---contacts source`. --images: publishes the JPEG files of a folder, sorted by name, as
-images of this camera, ten per second. For a robot, replace `measured()` and pass its camera images to `source.image()`.
+--contacts source`. --images: publishes the JPEG files of a folder, sorted by name, as images of this camera, ten per
+second. For a robot, replace `measured()` and pass its camera images to `source.image()`.
 The protocol is described in docs/watch.md. Set EVALBUS_URL to use a different bus.
 """
 
@@ -62,7 +62,7 @@ def main():
         camera, folder = text.split("=", 1)
         cameras[camera] = [file.read_bytes() for file in sorted(pathlib.Path(folder).glob("*.jpg"))]
         if not cameras[camera]:
-            parser.error(f"--images {text}: no *.jpg there")
+            parser.error(f"--images {text}: the folder has no *.jpg")
 
     source = Source("recorded joints", names, period_s, objects, has_contacts=options.contacts)
     source.meet()

@@ -289,10 +289,10 @@ class EvaluateTest(unittest.TestCase):
         for name, content, words in (
             ("run.json", [], "run.json: expected a JSON object$"),
             ("run.json", {**intact.options, "task": 3}, "run.json: task: expected a name$"),
-            ("summary.json", {"metrics": {}}, "summary.json: no summary of a run: it has no 'episodes'$"),
-            ("summary.json", {"metrics": []}, "summary.json: no summary of a run: "),
-            ("episodes.jsonl", {**line, "parameters": [1]}, "jsonl:1: no line of an episode: parameters: expected an object$"),
-            ("episodes.jsonl", {**line, "episode": "x"}, "jsonl:1: no line of an episode: "),
+            ("summary.json", {"metrics": {}}, "summary.json: not the summary of a run: it has no 'episodes'$"),
+            ("summary.json", {"metrics": []}, "summary.json: not the summary of a run: "),
+            ("episodes.jsonl", {**line, "parameters": [1]}, "jsonl:1: not the line of an episode: parameters: expected an object$"),
+            ("episodes.jsonl", {**line, "episode": "x"}, "jsonl:1: not the line of an episode: "),
             ("episodes.jsonl", None, "jsonl: No such file or directory$"),
             ("suite.json", {"runs": 3}, "suite.json: runs: expected a list of folders$"),
         ):
@@ -481,7 +481,7 @@ class EnvironmentTest(unittest.TestCase):
             for words, given in (
                 ("seed: expected a whole number, got 1.5", (1.5,)),
                 ("seed: expected a whole number, got 'abc'", ("abc",)),
-                ("seed: expected a number of at most 64 bits", (2**70,)),
+                ("seed: expected a signed 64-bit number", (2**70,)),
                 ("reset: episode: expected 0 to 99999999, got -1", (0, -1)),
                 ("reset: episode: expected 0 to 99999999, got 2147483647", (0, 2**31 - 1)),
                 ("reset: episode: expected 0 to 99999999, got 4611686018427387904", (0, 2**62)),

@@ -135,9 +135,9 @@ class LogTest(unittest.TestCase):
         self.assertEqual([bool(np.isnan(score)) for score in scores], [True, False])
         for broken, reason in (
             (lines[0][:-40] + b"\n" + lines[1], "jsonl:1: "),
-            (lines[0] + lines[0], "jsonl:2: episode 0 again"),
+            (lines[0] + lines[0], "jsonl:2: a second line of episode 0"),
             (lines[0] + b"[]\n", "jsonl:2: "),
-            (lines[0].replace(b'"slip_count":', b'"slip_count":NaN,"was":'), "jsonl:1: .*NaN is not a number of JSON"),
+            (lines[0].replace(b'"slip_count":', b'"slip_count":NaN,"was":'), "jsonl:1: .*NaN is not a JSON number"),
         ):
             episodes.write_bytes(broken)
             with self.assertRaisesRegex(ValueError, reason):
@@ -253,7 +253,7 @@ class LogTest(unittest.TestCase):
             for size in [*range(0, min(len(data), 200)), len(data) - 1]:
                 with self.assertRaises(messages.MessageError):
                     messages.decode(data[:size])
-            with self.assertRaisesRegex(messages.MessageError, "1 bytes more"):
+            with self.assertRaisesRegex(messages.MessageError, "expected [0-9]+ bytes, got "):
                 messages.decode(data + b"\0")
             # A count that exceeds the data, at any position, may cause an error or give another message, but must not
             # hang.
@@ -317,7 +317,7 @@ class LogTest(unittest.TestCase):
 
         log, words = self.damaged(changed)
         self.assertEqual(log.not_decoded, {channel: 1})
-        self.assertIn(f"1 events of {channel} left out: 0000000000000000 is not a message", words[0])
+        self.assertIn(f"1 event of {channel} left out: 0000000000000000: no message", words[0])
 
     def first_event_size(self):
         channel, data = next(self.raw())

@@ -104,7 +104,7 @@ def main():
     options.add_argument("run", help="folder of a run or a suite")
     options.add_argument("--lerobot", dest="out", required=True, help="folder to write")
     options.add_argument("--camera", default="", help="cameras, separated by commas")
-    options.add_argument("--size", default="256x256", help="size of their images, WIDTHxHEIGHT")
+    options.add_argument("--size", default="256x256", help="size of the images, WIDTHxHEIGHT")
     options.add_argument("--successes", action="store_true", help="successful episodes only")
     given = options.parse_args()
     cameras = [camera for camera in given.camera.split(",") if camera]

@@ -83,8 +83,10 @@ class EvalbusEnvConfig(EnvConfig):
     render_mode: Optional[str] = "rgb_array"
 
     def __post_init__(self):
-        if not self.task or len(self.image_size) != 2:
-            raise InputError("expected a task, and an image size of two numbers")
+        if not self.task:
+            raise InputError("task: expected at least one task")
+        if len(self.image_size) != 2:
+            raise InputError(f"image_size: expected a width and a height, got {self.image_size}")
         # The robot determines the shapes.
         with Environment(self._tasks()[0], control=self.control, control_hz=self.fps, robot=self.robot) as environment:
             state = environment.reset(0).observation["state"].shape

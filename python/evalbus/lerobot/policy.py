@@ -101,8 +101,8 @@ def proposed_contract(config, name: str, rate_hz: float = 20, cameras: Optional[
     state, action = _size(config.input_features, keys.STATE), _size(config.output_features, keys.ACTION)
     if action not in _ARMS or state not in (None, action):
         raise InputError(
-            f"no contract can be proposed for a state of {state} and an action of {action} numbers: expected 8 or 16, the "
-            "joints of one or two arms and their grippers; write a contract (docs/connecting_a_policy.md)"
+            f"no contract can be proposed for a state of {state or 0} and an action of {action or 0} numbers: expected 8 or "
+            "16 for both, the joints of one or two arms and their grippers; write a contract (docs/connecting_a_policy.md)"
         )
     arms = _ARMS[action]
     joints = _JOINTS * len(arms)
@@ -156,7 +156,7 @@ def main():
     options.add_argument("--device", help="cpu or cuda; default: the checkpoint's")
     options.add_argument("--contract", help="write a proposed contract to this file, which must not exist")
     options.add_argument("--rate-hz", type=float, default=20, help="rate of the training data, for --contract")
-    options.add_argument("--image", action="append", default=[], help="NAME=CAMERA, for --contract; may be repeated")
+    options.add_argument("--image", action="append", default=[], help="NAME=CAMERA: camera of the images NAME, for --contract; may be repeated")
     given = options.parse_args()
     cameras = dict(pair.partition("=")[::2] for pair in given.image)
     policy = LeRobotPolicy(given.checkpoint, given.device)
