@@ -28,8 +28,8 @@ std::vector<std::string> SuccessCells(const Comparison& comparison, const std::s
 
 std::string HowTested(const std::vector<Comparison>& comparisons) {
   return fmt::format(
-      "Difference of success in points, with its 95 % interval. Test: {}; p adjusted by Holm for the tasks "
-      "of a run, or for the runs.",
+      "Difference of the success rates in percentage points, with its 95 % interval. Test: {}; p is adjusted "
+      "by Holm for the tasks of a run, or for the runs.",
       results::TestName(comparisons.front().success.test));
 }
 

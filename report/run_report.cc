@@ -222,7 +222,7 @@ BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& fil
     report.runs.push_back(Describe(std::move(run), episodes, runs.is_suite, links, command_of));
   }
   AddCircumstances(&report);
-  for (const std::string& missing : runs.missing) report.remarks.push_back("no finished episode: " + missing);
+  for (const std::string& missing : runs.missing) report.remarks.push_back(missing + ": no finished episode");
   std::string note;
   if (most > 0) {
     AddStills(&report);

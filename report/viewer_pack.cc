@@ -78,7 +78,10 @@ void ViewerPack::Pack(const std::vector<std::vector<Wanted>>& wanted, size_t pag
     }
     size_t more = 0;
     for (const Block& block : blocks) more += SizeOf(block);
-    if (size + more > most) return;
+    if (size + more > most) {
+      is_full_ = true;
+      return;
+    }
     size += more;
     names_.insert(names.begin(), names.end());
     std::ranges::move(blocks, std::back_inserter(blocks_));
@@ -87,18 +90,19 @@ void ViewerPack::Pack(const std::vector<std::vector<Wanted>>& wanted, size_t pag
 }
 
 std::string ViewerPack::Note() const {
-  if (packed_.empty()) return "No episode fits into the page in 3D (--mb).";
-  if (packed_.size() < episodes_) {
-    return fmt::format("{} of {} episodes can be played in 3D (failures first).", packed_.size(), episodes_);
-  }
+  if (packed_.empty())
+    return is_full_ ? "No episode fits into the page in 3D: increase --mb."
+                    : "No episode can be played in 3D.";
+  if (packed_.size() < episodes_)
+    return fmt::format("{} of {} episodes can be played in 3D.", packed_.size(), episodes_);
   return fmt::format("{} can be played in 3D.", Plural(episodes_, "episode"));
 }
 
 std::vector<std::string> ViewerPack::remarks() const {
   std::vector<std::string> remarks = remarks_;
   if (const size_t more = unreadable_ - remarks.size(); more > 0)
-    remarks.push_back(
-        fmt::format("{} more {} not shown in 3D", more, more == 1 ? "episode is" : "episodes are"));
+    remarks.push_back(fmt::format("{} more {} not shown in 3D for such reasons", more,
+                                  more == 1 ? "episode is" : "episodes are"));
   return remarks;
 }
 

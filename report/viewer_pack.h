@@ -55,6 +55,8 @@ class ViewerPack {
   std::set<std::string> names_;
   std::vector<std::string> remarks_;
   size_t episodes_ = 0, unreadable_ = 0;
+  // True if an episode did not fit into the page.
+  bool is_full_ = false;
 };
 
 // Returns the numbers of a run's episodes: first the episodes in `first`, then failures, then successes.

@@ -143,7 +143,8 @@ void EqualMetrics(const std::vector<const results::MetricComparison*>& equal, Ma
     parts.push_back(metric->number.label() + " " + ShownValue(*metric->number.metric, metric->mean) +
                     (unit.empty() ? "" : " " + unit));
   }
-  html->Element("p", {{"class", "note"}}, fmt::format("Equal everywhere: {}.", fmt::join(parts, ", ")));
+  html->Element("p", {{"class", "note"}},
+                fmt::format("Equal in all compared episodes: {}.", fmt::join(parts, ", ")));
 }
 
 }  // namespace

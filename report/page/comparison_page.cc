@@ -52,7 +52,7 @@ void Write(const ComparisonPageParts& parts, const results::Comparison& comparis
   }
   const auto note = [&](const std::string& text) { html->Element("p", {{"class", "note"}}, text); };
   for (const std::string& remark : comparison.remarks) note(WithMinus(remark));
-  note(fmt::format("p of success: {}. Adjusted p: adjusted for the number of tests in a table. {}",
+  note(fmt::format("Test of success: {}. Adjusted p: adjusted for the number of tests in the table. {}",
                    results::TestName(comparison.success.test), results::kIntervalsAreSingle));
 }
 

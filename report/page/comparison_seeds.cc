@@ -75,8 +75,8 @@ void FlippedRow(const ComparisonPageParts& parts, const results::Comparison& com
     html->Element("td", {{"class", "number"}}, [&] {
       const std::string text = fmt::format("episode {}", pair.run.episode);
       if (url.empty()) return html->Text(text);
-      html->Element("a", {{"href", url}, {"title", "both in 3D, one second before the decisive moment"}},
-                    text);
+      const char* const at = failed.cause.text.empty() ? "" : ", one second before the decisive moment";
+      html->Element("a", {{"href", url}, {"title", std::string("both in 3D") + at}}, text);
     });
     html->Element("td", {}, [&] {
       html->Element("span", {{"class", "sign bad"}}, "✗");
@@ -141,8 +141,8 @@ void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& com
   });
   if (!any_video) {
     html->Element("p", {{"class", "note"}, {kUnchecked, ""}},
-                  "There are no videos of these: evalbus render RUN --episode N makes them; run evalbus "
-                  "compare --report again to link them here.");
+                  "There are no videos of these episodes: evalbus render RUN --episode N makes them; run "
+                  "evalbus compare --report again to link them here.");
   }
   html->Close();
 }

@@ -95,7 +95,7 @@ void HistogramCard(const Distribution& distribution, Markup* html) {
 
 void Constants(const std::vector<Distribution>& constant, Markup* html) {
   html->Element("p", {{"class", "note"}}, [&] {
-    html->Text("The same in every episode: ");
+    html->Text("Equal in all complete episodes that have the value: ");
     for (size_t i = 0; i < constant.size(); ++i) {
       const MetricNumber& number = constant[i].number;
       const std::string& unit = constant[i].figure.unit;
@@ -195,8 +195,8 @@ void WriteDistributions(const RunSection& section) {
     html->Element(section.heading, {{"id", section.id + "distributions"}}, "Distributions");
     if (!figures.empty()) {
       html->Element("p", {{"class", "note"}},
-                    "Number of complete episodes by value; above the bars the 5th to 95th percentile and the "
-                    "median (dot).");
+                    "Number of complete episodes by value; above the bars: the 5th to 95th percentile and "
+                    "the median (dot).");
       Folded(figures, kHistogramsShown, "more distributions", "cards", html);
     }
     if (!constant.empty()) Constants(constant, html);

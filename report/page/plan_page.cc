@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -128,7 +129,8 @@ void Rates(const PlanReport& report, Markup* html) {
   });
   std::string note =
       "Share of the complete episodes that succeeded, with its 95 % interval (Wilson). A rate links to its "
-      "run, an episode to its motion in 3D: the first failure, if there is one.";
+      "run. An episode links to its playback in 3D: the first failure or, if no failure can be played, the "
+      "first success.";
   if (!report.ranking.empty()) note += std::string(" ") + results::kRankingNote;
   html->Element("p", {{"class", "note"}}, note);
 }
@@ -188,6 +190,21 @@ void Failures(const PlanReport& report, Markup* html) {
   });
 }
 
+// Returns the number of judged episodes of each policy and task, for example "20 episodes each". A plan can
+// stop policies early.
+std::string EpisodesOfEach(const PlanReport& report) {
+  int least = std::numeric_limits<int>::max(), most = 0;
+  for (const PlanRow& task : report.tasks) {
+    for (const PlanCell& cell : task.cells) {
+      least = std::min(least, cell.summary.judged);
+      most = std::max(most, cell.summary.judged);
+    }
+  }
+  if (most == 0) return "no episodes";
+  return least == most ? Plural(most, "episode") + " each"
+                       : fmt::format("{} to {} episodes each", least, most);
+}
+
 }  // namespace
 
 std::string PlanPage(const PlanReport& report, const std::string& made_by) {
@@ -196,12 +213,9 @@ std::string PlanPage(const PlanReport& report, const std::string& made_by) {
     html->Element("p", {{"class", "subtitle"}}, [&] {
       if (!report.verdict.empty()) html->Text(report.title + ": ");
       html->Text(fmt::format(
-          "{} on {}, {} each.",
+          "{} on {}, {}.",
           report.policies.size() == 1 ? "1 policy" : fmt::format("{} policies", report.policies.size()),
-          Plural(report.tasks.size(), "task"),
-          report.tasks.empty() || report.tasks[0].cells.empty()
-              ? "no episodes"
-              : Plural(report.tasks[0].cells[0].summary.judged, "episode")));
+          Plural(report.tasks.size(), "task"), EpisodesOfEach(report)));
     });
     Rates(report, html);
     for (const std::string& remark : report.remarks) html->Element("p", {{"class", "note"}}, remark);

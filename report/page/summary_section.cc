@@ -160,7 +160,8 @@ void Strip(const RunSection& section) {
 
 void TimesTable(const RunSection& section) {
   Markup* html = section.html;
-  html->Element("p", {}, results::PacingSentence(section.run.pacing) + " Times of the worst episode:");
+  html->Element("p", {},
+                results::PacingSentence(section.run.pacing) + " Each time is the maximum over the episodes:");
   html->Element("table", {{"id", section.id + "times"}}, [&] {
     html->Element("tr", {}, [&] {
       html->Element("th", {}, "real time, ms");

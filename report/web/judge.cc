@@ -88,7 +88,7 @@ class Judgment {
       if (index >= items_.size()) throw InputError("there is no such episode");
       // Another process of this operator may have revealed the results.
       ReadItemVerdicts();
-      if (is_done()) throw InputError("the results have been revealed");
+      if (is_done()) throw InputError("the results have already been revealed");
       Item& item = items_[index];
       const results::Verdict verdict = {.episode = item.episode.episode,
                                         .operator_name = options_.operator_name,
@@ -199,7 +199,7 @@ class Judgment {
         "another name",
         options_.operator_name, verdict.episode, run.string(),
         !verdict.order_seed ? "of this run alone"
-        : order_seed()      ? "with another run"
+        : order_seed()      ? "with another run or in another order"
                             : "of two runs"));
   }
 
@@ -255,7 +255,7 @@ void ServeJudgment(Judgment* judgment, VerdictQueue* queue, viz::UpdateBroadcast
     is_changed = judgment->Follow() || !verdicts.empty();
   }
   if (was_done) return;
-  fmt::print("{} of {} have a verdict; run the same command again to continue\n", judgment->num_judged(),
+  fmt::print("verdicts on {} of {}; run the same command again to continue\n", judgment->num_judged(),
              Plural(static_cast<int64_t>(judgment->num_items()), "episode"));
 }
 

@@ -228,7 +228,7 @@ class ShownRun {
       asked_model_ = model;
       jobs_->RequestScene(model, follower_ ? folder() : fs::path(),
                           [this, model](viz::LiveFeed::Scene scene, const std::string& error) {
-                            if (!error.empty()) SetRemark("without an image: " + error);
+                            if (!error.empty()) SetRemark("no 3D view: " + error);
                             if (feed_) feed_->SetScene(model, std::move(scene));
                           });
     }
@@ -508,7 +508,8 @@ std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::opt
                                             broadcaster);
   };
   if (port) {
-    if (*port < 0 || *port > 65535) throw InputError("--port: expected 0 to 65535");
+    if (*port < 0 || *port > 65535)
+      throw InputError(fmt::format("--port: expected 0 to 65535, got {}", *port));
     return listen(*port);
   }
   try {
@@ -524,7 +525,8 @@ namespace {
 // InputError.
 std::string OpenedEpisode(const WebOptions& options) {
   if (!options.episode) return "";
-  if (options.runs.size() != 1) throw InputError("--episode: expected one run");
+  if (options.runs.size() != 1)
+    throw InputError(fmt::format("--episode: expected one run, got {}", options.runs.size()));
   for (const results::RecordedEpisode& episode : results::ReadRun(options.runs.front()).episodes) {
     if (episode.episode == *options.episode) return PlayerUrl({0, episode.episode}, episode.cause);
   }

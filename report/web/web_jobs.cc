@@ -79,7 +79,8 @@ void WebJobs::AddBlind(const fs::path& folder, int episode) {
 
 void WebJobs::RequestEpisode(int run, int episode, viz::WebServer::Reply reply) {
   const Key key{run, episode};
-  const viz::WebAnswer stuck = viz::WebAnswer::Text(504, "the disk of this episode's log does not respond");
+  const viz::WebAnswer stuck =
+      viz::WebAnswer::Text(504, "this episode's log was not read in time: a disk does not respond");
   {
     const std::lock_guard lock(mutex_);
     const auto [asked, is_new] = asked_.try_emplace(key);
@@ -199,7 +200,9 @@ void WebJobs::RequestNote(viz::WebNote note, std::function<void(const std::strin
         }
         return [answer, error] { answer(error); };
       },
-      [answer] { answer("the note was not saved: the disk of the run does not respond"); });
+      [answer] {
+        answer("the note may not have been saved: a disk does not respond, or the server is busy");
+      });
 }
 
 void WebJobs::RequestScene(std::shared_ptr<const model_info_t> model, const fs::path& folder,
@@ -215,7 +218,7 @@ void WebJobs::RequestScene(std::shared_ptr<const model_info_t> model, const fs::
           return [answer, error = Printable(failure.what())] { answer({}, error); };
         }
       },
-      [answer] { answer({}, "the disk of the run's models does not respond"); });
+      [answer] { answer({}, "the models were not read in time"); });
 }
 
 void WebJobs::RequestHistory(const fs::path& folder, int episode, int64_t tick,

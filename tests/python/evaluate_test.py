@@ -291,7 +291,7 @@ class EvaluateTest(unittest.TestCase):
             ("run.json", {**intact.options, "task": 3}, "run.json: task: expected a name$"),
             ("summary.json", {"metrics": {}}, "summary.json: not the summary of a run: it has no 'episodes'$"),
             ("summary.json", {"metrics": []}, "summary.json: not the summary of a run: "),
-            ("episodes.jsonl", {**line, "parameters": [1]}, "jsonl:1: not the line of an episode: parameters: expected an object$"),
+            ("episodes.jsonl", {**line, "parameters": [1]}, "jsonl:1: not the line of .*: parameters: expected an object$"),
             ("episodes.jsonl", {**line, "episode": "x"}, "jsonl:1: not the line of an episode: "),
             ("episodes.jsonl", None, "jsonl: No such file or directory$"),
             ("suite.json", {"runs": 3}, "suite.json: runs: expected a list of folders$"),

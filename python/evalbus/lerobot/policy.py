@@ -156,7 +156,7 @@ def main():
     options.add_argument("--device", help="cpu or cuda; default: the checkpoint's")
     options.add_argument("--contract", help="write a proposed contract to this file, which must not exist")
     options.add_argument("--rate-hz", type=float, default=20, help="rate of the training data, for --contract")
-    options.add_argument("--image", action="append", default=[], help="NAME=CAMERA: camera of the images NAME, for --contract; may be repeated")
+    options.add_argument("--image", action="append", default=[], help="NAME=CAMERA, a camera for --contract; may be repeated")
     given = options.parse_args()
     cameras = dict(pair.partition("=")[::2] for pair in given.image)
     policy = LeRobotPolicy(given.checkpoint, given.device)

@@ -91,7 +91,7 @@ TEST_F(Judge, AnInterruptedSessionContinuesAndRevealsAtTheEnd) {
     page.Until([](const auto& head) { return Judged(head) == 2; });
     program->Signal(SIGINT);
     EXPECT_EQ(program->Wait(), 0) << program->err();
-    EXPECT_NE(program->out().find("2 of 6 episodes have a verdict"), std::string::npos) << program->out();
+    EXPECT_NE(program->out().find("verdicts on 2 of 6 episodes"), std::string::npos) << program->out();
     EXPECT_EQ(program->out().find("hold"), std::string::npos) << program->out();
   }
   // The first two episodes have the same seed and form a pair.

@@ -294,7 +294,8 @@ TEST(ReportPage, ValuesThatDifferByRoundingAreTheSameInEveryEpisode) {
   run.run.episodes[2].result.values[0].second = 4.25;
   const Page page(PageOf({run}));
   const auto notes = page.All("p", [](const XMLElement& p) {
-    return TextOf(&p).starts_with("The same in every episode: completion time 4.25 s");
+    return TextOf(&p).starts_with(
+        "Equal in all complete episodes that have the value: completion time 4.25 s");
   });
   EXPECT_EQ(notes.size(), 1u);
 }
