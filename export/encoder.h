@@ -73,8 +73,9 @@ class Encoder {
 
   Encoder(Emit emit, SceneOf scene);
 
-  // Processes any encoded message of a run. Messages that do not belong to MODEL or to the current episode
-  // are ignored; undecodable messages are counted.
+  // Processes any encoded message of a run. EPISODE_BEGIN and STATE begin an episode if their header is new.
+  // Other messages are ignored if they belong to another episode or do not fit MODEL, except log lines, which
+  // are always emitted. Undecodable messages are counted.
   void Receive(std::string_view channel, std::span<const uint8_t> data);
 
   // The list only grows. A topic replaces earlier topics with the same name.

@@ -145,7 +145,7 @@ std::vector<std::string> ReadHdf5Texts(const std::filesystem::path& name, const 
   const Handle found(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
   const hssize_t size = H5Sget_simple_extent_npoints(space);
   if (H5Tis_variable_str(found) <= 0 || size < 0 || static_cast<hsize_t>(size) > kMax)
-    fail("'" + path + "' does not contain strings");
+    fail("'" + path + "' does not contain strings of variable length, or contains more than 10 million");
   const Handle type(TextType(), H5Tclose);
   std::vector<char*> pointers(static_cast<size_t>(size));
   if (size > 0 && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()) < 0)
@@ -160,7 +160,7 @@ void Hdf5File::Need(bool good, const std::string& what) const {
   if (good) return;
   const std::string reason = SystemsReason();
   throw EnvironmentError("cannot write " + file_.string() + ": " +
-                         (reason.empty() ? "HDF5 refused " + what : reason + " (" + what + ")"));
+                         (reason.empty() ? "HDF5 failed at " + what : reason + " (" + what + ")"));
 }
 
 Hdf5File::Hdf5File(const std::filesystem::path& file) : file_(file), whole_(file) {

@@ -7,6 +7,7 @@
 #include "base/base64.h"
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "bus/episode_reader.h"
 #include "export/mcap_writer.h"
@@ -82,11 +83,11 @@ EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
   if (!remark.empty()) episode.remarks.push_back(remark);
   if (reader.damaged_bytes() > 0) {
     episode.remarks.push_back(
-        fmt::format("{}: {} damaged bytes were skipped", log.string(), reader.damaged_bytes()));
+        fmt::format("{}: skipped {}", log.string(), Plural(reader.damaged_bytes(), "damaged byte")));
   }
   if (encoder.undecodable() > 0) {
     episode.remarks.push_back(
-        fmt::format("{}: skipped {} messages of other programs", log.string(), encoder.undecodable()));
+        fmt::format("{}: skipped {}", log.string(), Plural(encoder.undecodable(), "undecodable message")));
   }
   return episode;
 }

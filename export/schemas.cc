@@ -149,9 +149,9 @@ std::string RobotSchema() {
 std::string ContactsSchema() {
   const Json contact = Object({{"a", Described(kText, "geom")},
                                {"b", Described(kText, "geom")},
-                               {"distance_m", Described(kNumber, "negative in penetration")},
+                               {"distance_m", Described(kNumber, "negative if the geoms penetrate")},
                                {"position_m", Described(Vector(), "world frame")},
-                               {"normal", Described(Vector(), "unit, from a to b, world frame")}});
+                               {"normal", Described(Vector(), "unit vector from a to b, world frame")}});
   return Text("evalbus.Contacts",
               Object({{"timestamp", Time()},
                       {"tick", kInteger},

@@ -180,11 +180,12 @@ EpisodeSteps ReadSteps(const fs::path& log) {
   EpisodeReader reader(log, {channels::kState, channels::kAction});
   std::optional<EpisodeMessages> last;
   for (EpisodeMessages read; reader.Next(&read); last = std::move(read)) {
-    if (last && last->number() != read.number()) fail("holds several episodes");
+    if (last && last->number() != read.number())
+      fail("holds several episodes; expected a log of one episode");
   }
   if (reader.log().damaged_places() > 0)
     fail(fmt::format("damaged: {} bytes cannot be read", reader.log().damaged_bytes()));
-  if (!last || !last->model || !last->begin) fail("no episode in this log");
+  if (!last || !last->model || !last->begin) fail("no episode in this log (MODEL and EPISODE_BEGIN)");
   const std::vector<action_t>& actions = last->actions;
   EpisodeSteps episode;
   episode.log = log;
@@ -199,7 +200,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
     // In real time, the sim repeats the last action if no action arrives for a tick.
     while (at + 1 < actions.size() && actions[at + 1].header.tick <= static_cast<int64_t>(i)) ++at;
     if (actions.empty() || actions[at].header.tick > static_cast<int64_t>(i)) {
-      fail(fmt::format("no action of tick {}: a training set needs an action for every tick", i));
+      fail(fmt::format("no action for tick {}: a training set needs an action for every tick", i));
     }
     episode.actions.push_back(actions[at]);
   }
@@ -208,8 +209,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
     if (Numbers(action).size() != width) fail("an action does not fit this robot");
   }
   if (episode.actions.empty()) fail("no tick was simulated");
-  if (episode.model.object_is_tracked.size() != episode.model.object_name.size())
-    fail("its model is damaged");
+  if (episode.model.object_is_tracked.size() != episode.model.object_name.size()) fail("MODEL is damaged");
   return episode;
 }
 
@@ -221,7 +221,8 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
     const std::string name = NameOf(ReadSteps(log).model);
     if (task.empty()) task = name;
     if (name != task)
-      throw InputError(log.string() + ": recorded on " + name + ", but the other logs on " + task);
+      throw InputError(log.string() + ": recorded on " + name + ", but the first log was recorded on " +
+                       task);
   }
   std::optional<DrawnImages> drawn;
   if (!images.cameras.empty()) {
@@ -292,7 +293,8 @@ std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const 
     const bool fits = model.num_arms == 2 && model.num_grippers == 2 && model.arm[0].num_joints == 7 &&
                       model.arm[1].num_joints == 7;
     if (!fits)
-      throw InputError(logs[i].string() + ": RoboEval's layout requires two arms with 7 joints each");
+      throw InputError(logs[i].string() +
+                       ": RoboEval's layout requires two arms with 7 joints and a gripper each");
     const auto steps = static_cast<int64_t>(episode.actions.size());
     const RobotIndices indices = IndicesOfRobot(model);
     std::vector<double> actions, proprioception, grippers, rewards(episode.actions.size());

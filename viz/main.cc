@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   }
   CLI::App app{
       "Renders an active run or replay off screen, and publishes JPEG frames on\n"
-      "EVALBUS_IMAGE_<camera>. The run does not wait for it.\n"
+      "EVALBUS_IMAGE_<camera>. The run does not wait for the frames.\n"
       "'evalbus-viz --answer-image-requests --help': renders a policy's images instead."};
   evalbus::Address address;
   evalbus::viz::VizOptions options;

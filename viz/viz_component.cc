@@ -1,5 +1,7 @@
 #include "viz/viz_component.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "base/errors.h"
@@ -15,7 +17,8 @@ namespace evalbus::viz {
 VizComponent::VizComponent(Bus* bus, const VizOptions& options)
     : Component(bus, "viz"), options_(options), overlay_(options.size), frame_(options.size) {
   CheckFrameSize(options.size);
-  if (!(options.fps > 0) || std::isinf(options.fps)) throw InputError("--fps: expected a number above 0");
+  if (!(options.fps > 0) || std::isinf(options.fps))
+    throw InputError(fmt::format("--fps: expected a number above 0, got {}", options.fps));
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });

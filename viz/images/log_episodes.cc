@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "lcmtypes/clock.h"
 #include "models/physics_model.h"
@@ -21,8 +22,8 @@ std::vector<int> EpisodesOf(const std::filesystem::path& log) {
     if (!episode.states.empty()) numbers.push_back(episode.number());
   }
   if (reader.log().damaged_places() > 0) {
-    std::cerr << "warning: " << log.string() << ": " << reader.log().damaged_bytes()
-              << " damaged bytes skipped; the video holds the image where ticks are missing" << std::endl;
+    std::cerr << "warning: " << log.string() << ": " << Plural(reader.log().damaged_bytes(), "damaged byte")
+              << " skipped; the video holds the image where ticks are missing" << std::endl;
   }
   if (!reader.has_model()) throw InputError(log.string() + ": no complete MODEL message in this log");
   if (numbers.empty()) throw InputError(log.string() + ": no complete STATE message in this log");

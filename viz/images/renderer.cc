@@ -129,7 +129,8 @@ struct Renderer::Gl {
       }
       mjr_setBuffer(mjFB_OFFSCREEN, &context);
       if (context.currentBuffer != mjFB_OFFSCREEN) {
-        throw EnvironmentError("OpenGL offers no offscreen buffer of this size");
+        throw EnvironmentError(
+            fmt::format("OpenGL offers no offscreen buffer of {}x{} pixels", buffer.width, buffer.height));
       }
       mujoco_painter = std::make_unique<MujocoPainter>(context);
       if (!mujoco_paints) {
@@ -195,8 +196,8 @@ Renderer::Renderer(ModelPtr model, FrameSize size, Look look, std::vector<bool> 
   CheckFrameSize(size);
   InstallMujocoHandlers();
   if (!outlined_bodies_.empty() && outlined_bodies_.size() != static_cast<size_t>(model_->nbody)) {
-    throw InputError(
-        fmt::format("MODEL has {} bodies, the visual model {}", outlined_bodies_.size(), model_->nbody));
+    throw InputError(fmt::format("MODEL has {} bodies, but the visual model has {}", outlined_bodies_.size(),
+                                 model_->nbody));
   }
   model_->vis.global.offwidth = size.width / kShown * kDrawn;
   model_->vis.global.offheight = size.height / kShown * kDrawn;
@@ -220,11 +221,11 @@ void Renderer::SetAppearance(const model_info_t& info, std::optional<int64_t> se
 void Renderer::SetState(const state_t& state) {
   if (state.num_qpos != model_->nq) {
     throw InputError(
-        fmt::format("STATE has {} coordinates, the visual model {}", state.num_qpos, model_->nq));
+        fmt::format("STATE has {} coordinates, but the visual model has {}", state.num_qpos, model_->nq));
   }
   if (model_->nmocap > 0 && state.num_bodies != model_->nbody) {
     throw InputError(
-        fmt::format("STATE has {} bodies, the visual model {}", state.num_bodies, model_->nbody));
+        fmt::format("STATE has {} bodies, but the visual model has {}", state.num_bodies, model_->nbody));
   }
   std::copy(state.qpos_mixed.begin(), state.qpos_mixed.end(), data_->qpos);
   for (int body = 0; body < model_->nbody && model_->nmocap > 0; ++body) {

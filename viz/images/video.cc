@@ -113,7 +113,7 @@ void CheckCameras(const mjModel& model, const std::vector<std::string>& cameras)
   for (const std::string& camera : cameras) {
     FindCamera(model, camera);
     if (!videos.insert(VideoName(camera)).second) {
-      throw InputError("camera '" + camera + "' is given twice, or another one has the same " +
+      throw InputError("camera '" + camera + "' is given twice, or another camera has the same file name " +
                        VideoName(camera));
     }
   }

@@ -22,7 +22,7 @@ namespace evalbus::viz {
 
 class ParallelFrameRenderer;
 
-inline constexpr int kVideoHold = 30;  // frames at the end
+inline constexpr int kVideoHold = 30;  // number of frames that show the end
 
 // kPlain: one camera's image with an overlay. kFull: a main camera, insets, curves and an end card
 // (viz/images/panel_video.h).

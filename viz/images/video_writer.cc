@@ -109,7 +109,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   CheckVideoEnding(ending);
   if (size.width % 2 != 0 || size.height % 2 != 0) {
     throw InputError(
-        fmt::format("video of {}x{}: H.264 needs an even width and height", size.width, size.height));
+        fmt::format("video of {}x{}: expected an even width and height", size.width, size.height));
   }
   const std::vector<std::string> command = Command(size, frames_per_second, ending);
   // A socket is used instead of a pipe, because writing to a socket fails with an error, not with a signal,

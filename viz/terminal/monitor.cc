@@ -84,7 +84,7 @@ int Monitor(const Address& address) {
         break;
       }
       if (watch.received_at() && watch.SilentFor(now) > kOver.count()) {
-        PrintLine("no message for 5 s: the run has ended");
+        PrintLine("no message for 5 s: the run has ended or is unreachable");
         break;
       }
     }

@@ -161,7 +161,7 @@ std::string Png(const mjtByte* rgb, int width, int height) {
   const std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> surface(
       cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height), cairo_surface_destroy);
   uint8_t* pixels = cairo_image_surface_get_data(surface.get());
-  if (!pixels) throw InputError("a texture of invalid size");
+  if (!pixels) throw InputError("a texture has an invalid size");
   const size_t stride = static_cast<size_t>(cairo_image_surface_get_stride(surface.get()));
   for (size_t row = 0; row < static_cast<size_t>(height); ++row) {
     for (size_t column = 0; column < static_cast<size_t>(width); ++column, rgb += 3) {

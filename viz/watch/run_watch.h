@@ -71,8 +71,8 @@ class RunWatch {
   // that.
   const std::optional<SteadyTime>& started() const { return started_; }
   const std::optional<SteadyTime>& received_at() const { return received_at_; }
-  // Returns whether the leading component has reported the end of the run or replay. After that, silent
-  // components are not a fault.
+  // Returns whether the component that leads the run or replay (`run`, `replay`, or a sim started by hand)
+  // has reported its end. After that, silent components are not a fault.
   bool is_over() const;
   // Seconds since the last message, or since the first call if there was none.
   double SilentFor(SteadyTime now) const;

@@ -40,7 +40,7 @@ void Listener::Adopt(int descriptor) {
   error_code error;
   acceptor_.assign(tcp::v4(), descriptor, error);
   if (!error) port_ = acceptor_.local_endpoint(error).port();
-  if (error) throw InputError("the socket to listen on: " + error.message());
+  if (error) throw InputError("cannot use the socket to listen on: " + error.message());
 }
 
 void Listener::Accept() {

@@ -158,8 +158,8 @@ void ExpectRefusedBeforeTheRun(const std::string& cameras, const std::string& er
 }
 
 TEST(VideoRecording, ACameraThatIsThereTwiceIsRefused) {
-  ExpectRefusedBeforeTheRun("front,front",
-                            "camera 'front' is given twice, or another one has the same front.mp4");
+  ExpectRefusedBeforeTheRun(
+      "front,front", "camera 'front' is given twice, or another camera has the same file name front.mp4");
 }
 
 TEST(VideoRecording, UnknownCameraIsRefusedBeforeTheRun) {

@@ -17,7 +17,7 @@ namespace evalbus::viz {
 template <class Function>
 Function* FindGl(const char* name) {
   auto* const function = reinterpret_cast<Function*>(GlFunction(name));
-  if (!function) throw EnvironmentError(std::string("this OpenGL has no ") + name);
+  if (!function) throw EnvironmentError(std::string("this OpenGL library has no function ") + name);
   return function;
 }
 

@@ -148,7 +148,7 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
     this.tip.style.left = `${Math.max(0, Math.min(card.node.clientWidth - this.tip.offsetWidth, x))}px`;
   }
 
-  // Returns the values of a card at a time with names, such as "left 0.120, right 0.300 m; B: left 0.200, right 0.300 m".
+  // Returns the named values of a card at a time, such as "left 0.120, right 0.300 m; B: left 0.200, right 0.300 m".
   textAt(card, time_s) {
     const [track, other] = this.tracks;
     const unit = card.curve.unit && card.curve.unit !== "1" ? ` ${card.curve.unit}` : "";

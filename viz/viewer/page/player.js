@@ -64,7 +64,7 @@ Evalbus.Player = class {
       this.tick = Math.min(this.last, this.tick + Math.min(0.25, elapsed_s) * this.rate / this.tickSeconds);
       if (this.tick >= this.last) this.isPlaying = false;
     }
-    // The time is counted from the first frame that shows the end.
+    // rested_s counts from the first frame that shows the end.
     this.rested_s = before >= this.last ? this.rested_s + elapsed_s : 0;
     return this.tick !== before;
   }

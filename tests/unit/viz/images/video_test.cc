@@ -375,7 +375,7 @@ TEST_F(VideoTest, ACameraIsRecordedOnce) {
   EXPECT_EQ(MessageOf<InputError>([&] {
               MakeVideo(log, {"front", "front"}, kVideoSize, log.parent_path());
             }),
-            "camera 'front' is given twice, or another one has the same front.mp4");
+            "camera 'front' is given twice, or another camera has the same file name front.mp4");
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);
 }
 
