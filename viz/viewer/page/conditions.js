@@ -34,9 +34,9 @@ Evalbus.Conditions = class {
       reason = track.head.time_limit_s ? `time limit ${track.head.time_limit_s} s` : "";
     }
     if (outcome === "left") reason = "no more messages of this episode arrive; --resume runs it again";
-    if (track.missing.size) reason += ` ${track.missing.size} ticks are missing.`;
-    if (track.head.is_cut) reason += " Truncated: the episode has more ticks than are stored.";
-    Evalbus.setText(this.reason, reason);
+    const missing = track.missing.size ? `missing: ${Evalbus.plural(track.missing.size, "tick")}` : "";
+    const cut = track.head.is_cut ? "truncated: the episode has more ticks than are stored" : "";
+    Evalbus.setText(this.reason, [reason, missing, cut].filter(Boolean).join("; "));
     if (other) {
       const end = words[other.outcome()].toLowerCase(), text = Evalbus.reasonOf(other.head);
       Evalbus.setText(this.other, text.startsWith(end) ? `B: ${text}` : `B: ${end}. ${text}`);

@@ -115,7 +115,7 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
     }
     this.constant.hidden = ![...this.constantGrid.children].some((node) => !node.hidden);
     const what = this.tracks && this.tracks[1] ? "equal in A and B" : "constant";
-    Evalbus.setText(this.constantTitle, `${this.numConstant} metrics are ${what}`);
+    Evalbus.setText(this.constantTitle, `${Evalbus.plural(this.numConstant, "metric")} ${this.numConstant === 1 ? "is" : "are"} ${what}`);
     if (words.length) this.constant.open = true;
   }
 

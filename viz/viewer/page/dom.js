@@ -71,6 +71,9 @@ Evalbus.numberAmong = (value, most) => {
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
 };
 
+// Returns "1 episode" or "3 episodes".
+Evalbus.plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
+
 Evalbus.seconds = (value) => (value === null || !Number.isFinite(value) ? "–" : `${value.toFixed(2)} s`);
 
 // Formats a share as in base/percent.h: whole percents, halves up. 1e-9 is added, because k / n may be up to 1e-16 below the

@@ -104,7 +104,7 @@ Evalbus.Judge = class {
     this.rubric.blur();
     this.saved = this.item;
     const isSent = this.viewer.source.sendVerdict({ episode: this.item, outcome: this.outcome, stages: this.stages, rubric });
-    Evalbus.setText(this.problem, isSent ? "" : "There is no connection to the server. Save again when it is back.");
+    Evalbus.setText(this.problem, isSent ? "" : "There is no connection to the server. Save again when the connection is back.");
   }
 
   back() {

@@ -8,7 +8,7 @@ Evalbus.ICONS = {
 
 Evalbus.KEYS = [
   ["space", "play, pause"], ["← →", "step back, forward; with shift ten ticks"], ["[ ]", "previous, next event"],
-  ["Home End", "first, last tick"], ["< >", "slower, faster"], ["+ −", "zoom the timeline, as the wheel does"],
+  ["Home End", "first, last tick"], ["< >", "slower, faster"], ["+ −", "zoom the timeline (also with the mouse wheel)"],
   ["0", "show the whole episode"], ["l", "follow live"], ["p n", "previous, next episode"], ["j k", "next, previous failure"],
   ["1 … 9", "same seed of another policy"], ["/", "filter the episodes"], ["b", "overview"], ["m", "note on the episode"],
   ["s", "save an image"], ["c", "next camera"], ["v", "ghost or side by side, when two episodes are compared"],

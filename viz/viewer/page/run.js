@@ -112,7 +112,7 @@ Evalbus.RunPanel = class {
     this.progress = e("div", { class: "ev-progress", role: "progressbar", "aria-label": "episodes done" }, this.done);
     this.progressText = e("p", { class: "ev-note" });
     this.remarks = e("div", { class: "ev-remarks" });
-    this.reasonsTitle = e("h2", {}, "Why it fails");
+    this.reasonsTitle = e("h2", {}, "Failure reasons");
     this.reasons = e("div", { class: "ev-reasons" });
     this.health = e("div", { class: "ev-health" });
     this.healthTitle = e("h2", {}, "Components");
@@ -150,11 +150,11 @@ Evalbus.RunPanel = class {
     this.done.style.transform = `scaleX(${planned > 0 ? Math.min(1, info.done / planned) : 0})`;
     this.progress.setAttribute("aria-valuenow", String(info.done));
     const speed = info.speed && !info.is_over && info.is_live ? `, ${Number(info.speed.toPrecision(2))} times real time` : "";
-    Evalbus.setText(this.progressText, planned > 0 ? `${info.done} of ${planned} episodes${speed}` : `${info.done} episodes${speed}`);
+    Evalbus.setText(this.progressText, `${planned > 0 ? `${info.done} of ` : ""}${Evalbus.plural(planned || info.done, "episode")}${speed}`);
     this.remarks.replaceChildren(...(info.remarks || []).map((remark) =>
       Evalbus.element("p", { class: "ev-remark" }, Evalbus.words(remark))));
     if (info.undecodable > 0) {
-      this.remarks.append(Evalbus.element("p", { class: "ev-remark" }, `${info.undecodable} messages could not be decoded`));
+      this.remarks.append(Evalbus.element("p", { class: "ev-remark" }, `${Evalbus.plural(info.undecodable, "message")} could not be decoded`));
     }
     this.showReasons(info);
     this.showPacing(info);

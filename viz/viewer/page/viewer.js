@@ -384,7 +384,7 @@ Evalbus.Viewer = class {
     if (!this.isSeen || !this.tracks.length || this.sceneProblem) return;
     const tracks = this.tracks.filter((track) => track.head.scene);
     if (!tracks.length) {
-      this.noteScene("no image: the model files of this run are missing");
+      this.noteScene("no image: the model files of this run are missing or have changed");
       return;
     }
     try {
@@ -472,7 +472,7 @@ Evalbus.Viewer = class {
     Evalbus.setText(p.subtitle, [task, Evalbus.words(info.policy), Evalbus.words(info.clock)].filter(Boolean).join(" · "));
     Evalbus.setText(p.rate, info.complete ? `${info.successes} of ${info.complete} · ${Evalbus.percent(info.rate)}` : "");
     const states = {
-      connecting: ["wait", "connecting"], unsupported: ["gone", "cannot be unpacked"], packed: ["still", "finished run"],
+      connecting: ["wait", "connecting"], unsupported: ["gone", "cannot be unpacked"], packed: ["still", "recorded run"],
       lost: ["gone", this.runs.size ? "connection lost; reconnecting" : "no connection yet; retrying"],
       open: info.is_over ? ["still", info.is_live === false ? "finished run" : "run ended"]
         : info.is_live === false ? info.is_active ? ["live", "running"] : ["still", "interrupted (no process on this machine)"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
@@ -547,8 +547,8 @@ Evalbus.Viewer = class {
     const found = Evalbus.partingOf(track, other, Evalbus.comparedPoints(scene), Evalbus.PARTING_M);
     if (!found) return;
     const limit_cm = 100 * Evalbus.PARTING_M;
-    this.parting = { ...found, text: `A and B diverge at ${(found.tick * track.tickSeconds).toFixed(2)} s: ${Evalbus.spaced(found.name)} `
-      + `is more than ${limit_cm} cm apart` };
+    this.parting = { ...found, text: `A and B diverge at ${(found.tick * track.tickSeconds).toFixed(2)} s: the positions of `
+      + `${Evalbus.spaced(found.name)} differ by more than ${limit_cm} cm` };
     this.showTimeline();
   }
 
