@@ -52,7 +52,7 @@ inline std::string Text(std::string reason) {
   return reason;
 }
 
-// Returns the outcome of an episode in words: "success", or the reason of the failure.
+// Returns the outcome of an episode in words: "success", or the reason for the failure.
 inline std::string Outcome(const std::string& failure_reason) {
   return failure_reason.empty() ? kSuccess : Text(failure_reason);
 }

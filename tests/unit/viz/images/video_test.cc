@@ -159,7 +159,7 @@ TEST_F(VideoTest, EqualLogsGiveEqualBytes) {
   EXPECT_TRUE(Bytes(a) == Bytes(b));
 }
 
-// A video ends with the word that tables show, which is the reason of the failure and not the event that
+// A video ends with the word that tables show, which is the reason for the failure and not the event that
 // ended the episode.
 TEST_F(VideoTest, EndsWithTheOutcomeOfTheScore) {
   const auto video = [this](const std::string& name, const std::string& end_reason,
