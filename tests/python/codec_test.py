@@ -67,7 +67,7 @@ class Codec(unittest.TestCase):
             object(),
             {1, 2},
         ):
-            with self.assertRaisesRegex(codec.CodecError, "sent"):
+            with self.assertRaisesRegex(codec.CodecError, "sent|supported"):
                 codec.pack({"x": value})
 
     def test_refuses_arrays_that_are_none(self):

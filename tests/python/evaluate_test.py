@@ -450,8 +450,8 @@ class EnvironmentTest(unittest.TestCase):
             ("--image-size 64: expected WIDTHxHEIGHT", {"image_size": (64,)}),
             ("image_size: expected a list, got 64", {"image_size": 64}),
             ("cameras: expected a list, got 'head'", {"cameras": "head"}),
-            ("control: the contract describes it", {"contract": "plain", "control": "eef_delta"}),
-            ("cameras: the contract describes it", {"contract": "plain", "cameras": ["head"]}),
+            ("control: cannot be combined with a contract", {"contract": "plain", "control": "eef_delta"}),
+            ("cameras: cannot be combined with a contract", {"contract": "plain", "cameras": ["head"]}),
             ("unknown task '--help'", {"task": "--help"}),
             ("--gl metal: expected software, osmesa, egl-software, egl or auto", {"cameras": ["head"], "gl": "metal"}),
         ):
