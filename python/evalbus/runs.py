@@ -127,7 +127,7 @@ class Run:
     folder: pathlib.Path
     # Content of run.json.
     options: Dict[str, Any] = dataclasses.field(repr=False)
-    # None while the run is active.
+    # None unless the run has finished.
     summary: Optional[Summary]
     # Finished episodes, in order.
     episodes: List[Episode] = dataclasses.field(repr=False)
