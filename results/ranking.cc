@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 
 #include "base/percent.h"
 #include "base/text.h"
@@ -23,7 +24,16 @@ std::string Rate(const RankedRun& run) {
 }  // namespace
 
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs) {
+  const auto tasks = [](const RecordedRuns& of) {
+    std::set<std::string> names;
+    for (const RecordedRun& run : of.runs) names.insert(run.task_name());
+    return names;
+  };
   if (runs.size() < 3) return {};
+  // Rates over different tasks have no order.
+  for (const RecordedRuns* run : runs) {
+    if (tasks(*run) != tasks(*runs[0])) return {};
+  }
   std::vector<std::pair<RankedRun, const RecordedRuns*>> ranked;
   for (const RecordedRuns* run : runs) {
     RankedRun entry{.name = run->name, .letters = {}};

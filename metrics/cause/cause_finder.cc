@@ -208,9 +208,9 @@ bool CauseFinder::IsTouchedAtEnd(int object, int gripper) const {
   });
 }
 
-// Whether the object is now lower than at the end of this hold, by at least kFallen.
+// Whether the object is now lower than at the last contact of this hold, by at least kFallen.
 bool CauseFinder::HasFallen(const CauseHold& hold) const {
-  return height_[hold.object] <= hold.last_height - kFallen;
+  return height_[hold.object] <= hold.contact_height - kFallen;
 }
 
 // Whether the task has a condition that the gripper holds the object. gripper: empty for any.
@@ -249,7 +249,7 @@ bool CauseFinder::IsReleaseAsRequired(const CauseHold& hold) const {
 
 // Whether a gripper pulled the object without lifting it, before a hold that lifted it.
 bool CauseFinder::IsPullBeforeLift(const CauseHold& pull) const {
-  const auto lifts = [](const CauseHold& hold) { return hold.last_height - hold.first_height >= kLifted; };
+  const auto lifts = [](const CauseHold& hold) { return hold.contact_height - hold.first_height >= kLifted; };
   return !lifts(pull) && std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return hold.object == pull.object && hold.first_tick > pull.last_tick && lifts(hold);
   });
@@ -409,7 +409,9 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
       if (hold.gripper != first.gripper || hold.object != first.object || hold.first_tick <= first.tick)
         continue;
       first.held_again = true;
-      first.lost_again += hold.is_over && IsGrasp(hold);
+      const bool is_put_down = hold.opened && !HasFallen(hold);
+      first.lost_again +=
+          hold.is_over && IsGrasp(hold) && hold.pinched_ticks >= Ticks(kShortestHold) && !is_put_down;
     }
   }
   return first;

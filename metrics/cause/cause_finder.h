@@ -56,7 +56,7 @@ struct CauseMoment {
   double lifted = 0;     // m, by how much the object was lifted when it was lost
   // Whether the gripper closed later, and whether it held the object later.
   bool tried_again = false, held_again = false;
-  int lost_again = 0;       // number of later holds that ended
+  int lost_again = 0;       // number of later losses of the object by this gripper
   double displacement = 0;  // m
   bool made_progress = true;
 };

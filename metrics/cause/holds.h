@@ -30,8 +30,8 @@ struct CauseHold {
   bool opened = false;
   // The gripper continued to close while it lost the object.
   bool closing = false;
-  // Height of the object (m) at the first and at the last tick.
-  double first_height = 0, last_height = 0;
+  // Height of the object (m) at first_tick, at last_tick and at the last contact.
+  double first_height = 0, last_height = 0, contact_height = 0;
 };
 
 // A hold begins when a pad touches the object and the gripper has closed by kClosed from its largest opening.
@@ -83,7 +83,8 @@ class Holds {
     // which it was not yet open.
     double narrowest = 0;
     int64_t before_opening = 0, last_closed = 0;
-    double last_opening = 0;  // opening at the last contact
+    double height_before_opening = 0;  // m
+    double last_opening = 0;           // opening at the last contact
     // Whether the last hold ended by opening, and the largest opening since then.
     bool was_opened = false;
     double widest = 0;
@@ -120,7 +121,7 @@ class Holds {
       hold.rest_since = rest_since_;
       hold.pinched_ticks += sample.pinched[index];
       hold.is_wide = opening > kShut && !PinchesAnother(sample, index);
-      hold.last_height = sample.object[hold.object][2];
+      hold.last_height = hold.contact_height = sample.object[hold.object][2];
       pair.last_opening = opening;
     }
     FollowOpening(sample, hold, &pair);
@@ -129,7 +130,10 @@ class Holds {
     hold.is_over = true;
     // If the gripper opened only after the last contact, the object was lost, not released.
     hold.opened = pair.last_closed < sample.tick && pair.before_opening <= hold.last_tick;
-    if (hold.opened) hold.last_tick = pair.before_opening;
+    if (hold.opened) {
+      hold.last_tick = pair.before_opening;
+      hold.last_height = pair.height_before_opening;
+    }
     hold.closing = !hold.opened && opening <= pair.last_opening - kClosed;
     pair = {.was_opened = pair.last_closed < sample.tick, .widest = opening};
   }
@@ -148,7 +152,10 @@ class Holds {
     if (is_commanded || sample.tick >= hold.first_tick + std::llround(kSnap / dt_)) {
       pair->narrowest = std::min(pair->narrowest, opening);
     }
-    if (opening <= pair->narrowest + kYield) pair->before_opening = sample.tick;
+    if (opening <= pair->narrowest + kYield) {
+      pair->before_opening = sample.tick;
+      pair->height_before_opening = sample.object[hold.object][2];
+    }
     if (opening < pair->narrowest + kOpened) pair->last_closed = sample.tick;
   }
 

@@ -305,7 +305,7 @@ class WebPage {
       run.url = url;
       if (std::ranges::count(live, url, &LiveRun::url) == 1) run = ChooseLiveRun(live, url);
       folders_.push_back(run.folder);
-      Attach(run, Add({run.folder, "", NameOfRun(run.folder)}, "", ""));
+      Attach(run, Add({run.folder, "", run.folder.empty() ? "" : NameOfRun(run.folder)}, "", ""));
     } else {
       // Workers of the same run count as one run.
       const bool is_one = !live.empty() && std::ranges::all_of(live, [&](const LiveRun& run) {

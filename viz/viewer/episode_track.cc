@@ -293,7 +293,7 @@ void EpisodeTrack::AddGrasp(const std::string& gripper, const std::string& objec
       added.duration = TickTime(last_tick + 1 - first_tick, ControlPeriod(*model_));
   };
   add(Kind::kGrasp, first_tick, "grasps");
-  if (is_over) add(Kind::kRelease, last_tick + 1, "releases");
+  if (is_over) add(Kind::kRelease, last_tick + 1, "no longer grips");
 }
 
 std::vector<TrackEvent> EpisodeTrack::Events() const {
@@ -343,7 +343,8 @@ std::vector<TrackEvent> EpisodeTrack::Events() const {
   if (summary_) {
     std::string end = end_reason::Text(summary_->end_reason);
     const std::string reason = end_reason::Text(summary_->failure_reason);
-    if (!reason.empty() && reason != end) end += ": " + reason;
+    // The reason has its own time, which is the time of the cause.
+    if (!reason.empty() && reason != end && summary_->cause.text.empty()) end += ": " + reason;
     if (!summary_->end_detail.empty()) end += ": " + summary_->end_detail;
     events.push_back(MakeEvent(Kind::kEnd, summary_->header.tick, end));
   } else if (end_) {

@@ -111,6 +111,15 @@ TEST_F(CompareTest, RatiosOfEffortAreThoseOfThePairs) {
             "pairs");
 }
 
+// Newcombe's interval is approximate, and the exact test needs six pairs to reject.
+TEST_F(CompareTest, HeadlineStatesPIfTheIntervalExcludes0) {
+  const Comparison result = CompareRuns(Run("b", Info(5), First(0, 5), 6), Run("a", Info(5), First(5, 5), 5));
+  EXPECT_THAT(
+      Headline(result),
+      testing::MatchesRegex("No difference shown between b and a: -100 points, 95 % CI -100 to -.*, but "
+                            "p = 0.063"));
+}
+
 TEST_F(CompareTest, StatesThatNothingCanBeConcluded) {
   const RecordedRuns a = Run("a", Info(10), First(7, 10), 5);
   EXPECT_EQ(Conclusion(CompareRuns(Run("b", Info(10), First(10, 10), 5), a)),

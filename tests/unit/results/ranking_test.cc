@@ -39,6 +39,16 @@ std::vector<bool> First(int successes, int episodes) {
   return outcomes;
 }
 
+TEST(Ranking, DifferentTasksHaveNoOrder) {
+  std::vector<RecordedRuns> policies = {Policy("a", First(9, 9)), Policy("b", First(5, 9)),
+                                        Policy("c", First(1, 9))};
+  EXPECT_EQ(Rank(policies).size(), 3u);
+  RecordedRun more = policies[1].runs[0];
+  more.task = "stack_two_blocks";
+  policies[1].runs.push_back(more);
+  EXPECT_TRUE(Rank(policies).empty());
+}
+
 TEST(Ranking, MostSuccessfulFirstWithLetters) {
   const auto ranking = Rank({Policy("expert", First(20, 50)), Policy("small", First(38, 50)),
                              Policy("large", First(45, 50)), Policy("base", First(28, 50))});

@@ -206,6 +206,49 @@ TEST_F(CauseFinderTest, ACommandToOpenIsTheMomentOfARelease) {
   EXPECT_TRUE(Find().text.starts_with("Left gripper let go of the kitchen pot at 0.50 s")) << Find().text;
 }
 
+// The fingers need some ticks to open, and the object is lifted until then.
+TEST_F(CauseFinderTest, TheLiftIsThatOfTheMoment) {
+  closing_ = {1, 1};
+  HoldWithBoth();
+  object_[0][2] = 1.02;
+  Move(5);
+  closing_[kLeft] = 0;
+  object_[0][2] = 1.06;
+  Move(5);
+  object_[0][2] = 1;
+  Close(kLeft, 1, false);
+  Move(300);
+  EXPECT_TRUE(
+      Find().text.starts_with("Left gripper let go of the kitchen pot at 0.50 s after lifting it by "
+                              "0.02 m (2 of 3 stages)"))
+      << Find().text;
+}
+
+TEST_F(CauseFinderTest, PuttingTheObjectDownIsNoLaterLoss) {
+  for (const double height : {1.0, 1.05}) {
+    SCOPED_TRACE(height);
+    dut_.Start();
+    tick_ = -1;
+    closing_ = {1, 1};
+    HoldWithBoth();
+    object_[0][2] = 1.05;
+    Move(5);
+    Close(kLeft, 0.3, false);
+    object_[0][2] = 1;
+    Move(20);
+    object_[0][2] = height;
+    Close(kLeft, 0.3, true);
+    Move(12);
+    closing_[kLeft] = 0;
+    Close(kLeft, 1, false);
+    object_[0][2] = 1;
+    Move(300);
+    EXPECT_EQ(Find().text.find("and once more later") != std::string::npos, height > 1) << Find().text;
+    opening_ = {1, 1};
+    touching_ = {0, 0};
+  }
+}
+
 TEST_F(CauseFinderTest, AHandThatOpensAfterItLostTheObjectDidNotLetGo) {
   closing_ = {1, 1};
   HoldWithBoth();

@@ -342,7 +342,7 @@ TEST(EpisodeTrack, WhatHappened) {
   for (const TrackEvent& event : track.Events())
     texts.push_back(std::to_string(event.tick) + " " + event.text);
   EXPECT_EQ(texts, (std::vector<std::string>{"2 stage 1: held", "3 pot slips", "4 left grasps pot",
-                                             "6 left releases pot", "6 left/link touches counter/top",
+                                             "6 left no longer grips pot", "6 left/link touches counter/top",
                                              "14 left/link touches counter/top"}));
 
   episode_summary_t summary{};
@@ -375,7 +375,7 @@ TEST(EpisodeTrack, WhatHappened) {
   EXPECT_EQ(texts, (std::vector<std::string>{
                        "2 stage 1: held", "3 pot slips from left", "4 left grasps pot",
                        "5 top: 310 N by left/hand on counter/counter, transient limit 200 N",
-                       "6 left/link touches counter/top", "7 left releases pot",
+                       "6 left/link touches counter/top", "7 left no longer grips pot",
                        "14 left/link touches counter/top", "14 time limit: not lifted: the arm gave up"}));
   const BlockReader block(track.EpisodeBlock());
   EXPECT_EQ(block.head()["ticks"], 15);
