@@ -17,6 +17,8 @@ struct SlurmOptions {
   // minutes.
   int array_size = 0;
   int cpus = 1;
+
+  bool operator==(const SlurmOptions&) const = default;
 };
 
 struct SlurmScripts {

@@ -1,6 +1,10 @@
 #include "report/comparison_tables.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <set>
+#include <string>
 
 #include "base/percent.h"
 #include "results/comparison_text.h"
@@ -27,10 +31,15 @@ std::vector<std::string> SuccessCells(const Comparison& comparison, const std::s
 }
 
 std::string HowTested(const std::vector<Comparison>& comparisons) {
+  std::set<std::string> tests;
+  for (const Comparison& comparison : comparisons) {
+    tests.insert(results::TestName(comparison.success.test));
+    for (const TaskComparison& task : comparison.tasks) tests.insert(results::TestName(task.success.test));
+  }
   return fmt::format(
       "Difference of the success rates in percentage points, with its 95 % interval. Test: {}; p is adjusted "
       "by Holm for the tasks of a run, or for the runs.",
-      results::TestName(comparisons.front().success.test));
+      fmt::join(tests, " or "));
 }
 
 }  // namespace

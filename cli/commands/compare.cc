@@ -72,12 +72,14 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("--latex", options->latex, "the same as a LaTeX tabular, for the package booktabs")
       ->type_name("FILE")
       ->check(CheckOutputFile);
-  app->add_option("--report", options->report, "also write the comparison to this file, as one HTML page")
-      ->check(CheckOutputFile);
+  CLI::Option* const report =
+      app->add_option("--report", options->report, "also write the comparison to this file, as one HTML page")
+          ->check(CheckOutputFile);
   app->add_option("--mb", options->megabytes,
                   "maximum size of the page of --report in megabytes; as many pairs of episodes as fit can "
                   "be played in 3D,\nflipped seeds first; 0: none")
       ->check(InRange(0.0, 2000.0))
+      ->needs(report)
       ->capture_default_str();
   app->add_option("--video", options->video,
                   "video of the two runs or suites on one seed, side by side: .mp4, .gif or .webp");

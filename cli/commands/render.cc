@@ -161,7 +161,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
   if (!is_shaped) joint.shape = viz::ShapeFor(static_cast<int>(episodes.size()));
   for (viz::VideoEpisode& episode : episodes) episode.name = CellName(episode, tasks.size() > 1);
   joint.title = tasks.size() == 1 ? *tasks.begin() : NameOfRun(options.recording);
-  joint.subtitle = makers.size() == 1 ? *makers.begin() : fmt::format("{} tasks", tasks.size());
+  joint.subtitle = makers.size() == 1 ? *makers.begin() : Plural(tasks.size(), "task");
   joint.subtitle += episodes.size() < known ? fmt::format(", {} of {} episodes", episodes.size(), known)
                                             : ", " + Plural(known, "episode");
   const fs::path folder = fs::is_directory(options.recording) ? options.recording : logs[0].parent_path();

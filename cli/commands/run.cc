@@ -224,9 +224,9 @@ Action AddRun(CLI::App* app) {
       std::optional<ReservedStdout> no_text;
       if (output->quiet && !output->json) no_text.emplace(true);
       RunPlanOrPart(*options, *plan, *output);
-    } else if (!plan->part.empty() || plan->slurm.submit || plan->slurm.dry_run) {
+    } else if (!plan->part.empty() || plan->slurm != plans::SlurmOptions()) {
       throw InputError(
-          "--part, --slurm, --slurm-dry-run: expected a plan ('evalbus run plan.yaml', docs/plans.md)");
+          "--part and the options of Slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)");
     } else {
       runner::FollowContract(app->count("--control-hz") > 0 || !like->empty(),
                              app->count("--policy-timeout-s") > 0 || !like->empty(), options.get());

@@ -20,7 +20,9 @@ def pack(value):
     """Encodes dictionaries, lists, strings, numbers, None and numpy arrays. Raises CodecError."""
     try:
         return msgpack.packb(value, default=_to_map)
-    except (TypeError, OverflowError) as error:
+    except CodecError:
+        raise
+    except (ValueError, TypeError, OverflowError) as error:
         raise CodecError(f"cannot be sent: {error}") from None
 
 

@@ -162,7 +162,9 @@ def _encode(name, shape, value, parts, where):
         for index, element in enumerate(value):
             _encode(name, shape[1:], element, parts, f"{where}[{index}]")
     elif name == "string":
-        text = ("" if value is None else value).encode("utf-8", "surrogateescape")
+        if not isinstance(value, (str, type(None))):
+            raise MessageError(f"{where}: {value} is not a text")
+        text = (value or "").encode("utf-8", "surrogateescape")
         if b"\0" in text:
             raise MessageError(f"{where}: expected a text without NUL")
         parts.append(struct.pack(">i", len(text) + 1) + text + b"\0")

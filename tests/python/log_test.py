@@ -228,6 +228,7 @@ class LogTest(unittest.TestCase):
             {"num_joints": 3, "joint_position_rad": [1, 2]},
             {"joint_position_rad": ["a"]},
             {"error": "a\0b"},
+            {"error": 5},
         ):
             with self.subTest(broken), self.assertRaises(messages.MessageError):
                 messages.encode("action_t", broken)

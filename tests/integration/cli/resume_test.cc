@@ -555,6 +555,9 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
   expect({"--policy", "hold"}, "--policy" + not_with_plan);
   expect({"--web"}, "--web" + not_with_plan);
   expect({"--partition", "cpu"}, "--partition, --time, --array-size: require --slurm or --slurm-dry-run");
+  EXPECT_EQ(
+      RunProgram({"evalbus", "run", "lift_pot/position", "--partition", "cpu"}).err,
+      "error: --part and the options of Slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)\n");
   expect({"--part", "1/2", "--slurm"},
          "--part excludes --slurm and --slurm-dry-run, which are for all parts");
   EXPECT_EQ(RunProgram({"evalbus", "run", plan, "--out", out, "--workers", "2", "--log-level", "warn"}).code,
