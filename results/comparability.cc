@@ -15,8 +15,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Keys of run.json that do not affect the compared values. All other keys may affect them, including keys of
-// newer versions.
+// Keys of run.json that MadeDifferently() ignores: they do not affect the compared values, are checked by
+// CheckComparable(), or identify the policy or the episodes. All other keys may affect the values, including
+// keys of newer versions.
 constexpr std::string_view kChangesNothing[] = {
     "run_id",        "task",       "variation",  "task_path",   "task_sha256", "robot",     "model_path",
     "assets",        "control_hz", "policy",     "policy_name", "seed",        "episodes",  "only",

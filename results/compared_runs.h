@@ -24,8 +24,8 @@ void SetPhysicsHash(RecordedRun* run);
 // unknown or ambiguous.
 RecordedRuns RemoveBaseline(const std::string& name, std::vector<RecordedRuns>* runs);
 
-// Returns the parts in which the paths differ: "a" and "b" for {"plan/a/lift_pot", "plan/b/lift_pot"}.
-// Returns the whole paths if one of these parts would be empty.
+// Returns the paths without the first and last parts that all of them share: "a" and "b" for
+// {"plan/a/lift_pot", "plan/b/lift_pot"}. Returns the whole paths if one of them would be empty.
 std::vector<std::string> DistinctNames(const std::vector<std::filesystem::path>& folders);
 // Renames runs with equal names to the parts in which their folders differ.
 void NameApart(std::vector<RecordedRuns>* runs);
@@ -38,8 +38,9 @@ struct SeedPair {
   int episode, baseline_episode;
 };
 
-// Searches all tasks that both have. Returns the pair with the given seed. Without a seed, returns the first
-// pair in which exactly one episode succeeded or, if there is none, the first pair.
+// Searches all tasks that both have. Returns the first pair with the given seed. Without a seed, returns the
+// first pair in which exactly one episode succeeded or, if there is none, the first pair. nullopt if there is
+// no such pair.
 std::optional<SeedPair> FindSeedPair(const RecordedRuns& runs, const RecordedRuns& baselines,
                                      std::optional<int64_t> seed);
 

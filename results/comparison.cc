@@ -64,7 +64,7 @@ struct Side {
         episode.result.values, name, [](const auto& named) -> const auto& { return named.first; });
     return found == episode.result.values.end() ? std::nullopt : std::optional(found->second);
   }
-  // True if this side has fewer successes, or equally many successes and fewer stages.
+  // True if this side has a lower success rate, or an equal one and less progress (mean subtask_progress).
   bool GotLessFarThan(const Side& other) const {
     return std::pair(success_rate, progress) < std::pair(other.success_rate, other.progress);
   }
@@ -108,8 +108,8 @@ void SetRatioOfPairs(std::span<const double> values, std::span<const double> bas
   metric->ratio_95 = {std::exp(interval.lower), std::exp(interval.upper)};
 }
 
-// Sets ratio to the ratio of the means, unless a value is negative: a ratio over values of both signs has no
-// meaning.
+// Sets ratio to the ratio of the means, unless the baseline's mean is 0 or a value is negative: a ratio over
+// values of both signs has no meaning.
 void SetRatioOfMeans(std::span<const double> values, std::span<const double> baseline,
                      MetricComparison* metric) {
   const auto is_negative = [](double value) { return value < 0; };
@@ -119,7 +119,7 @@ void SetRatioOfMeans(std::span<const double> values, std::span<const double> bas
   }
 }
 
-// Computes p and interval of a metric from its values.
+// Computes difference, interval, p and ratio of a metric from its values.
 void TestPaired(std::span<const double> values, std::span<const double> baseline, MetricComparison* metric) {
   const std::vector<double> differences = metrics::PairedDifferences(values, baseline);
   metric->difference = metrics::Mean(differences);
@@ -566,7 +566,8 @@ Judgment SuccessComparison::judgment() const {
 }
 
 bool MetricComparison::is_higher() const {
-  // If there is no interval, all pairs differ by the same amount.
+  // There is no interval if all pairs differ by the same amount or, for independent samples, if the values on
+  // neither side vary, or if a side has only one value.
   return std::isnan(difference_95.lower) ? difference > 0 : difference_95.lower > 0;
 }
 

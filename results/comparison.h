@@ -51,10 +51,10 @@ struct SuccessComparison : SuccessCounts {
   metrics::Interval difference_95{};
   SuccessTest test = SuccessTest::kMcNemar;
   double p = 1;
-  // p adjusted by Holm for the runs compared with the same baseline or for the tasks of a suite. In a plan
-  // with `until`, p adjusted by Bonferroni for the plan's policies.
+  // p adjusted by Holm for a family of comparisons, such as the runs compared with the same baseline or the
+  // tasks of a suite (AdjustByHolm()). In a plan with `until`, p adjusted by Bonferroni.
   double p_adjusted = 1;
-  // True if p_adjusted is significant.
+  // True if p_adjusted is significant or, in a plan with `until`, if the sequential test has decided.
   bool is_shown = false;
   // Number of comparisons for which p is adjusted.
   int family = 1;
@@ -101,15 +101,17 @@ struct MetricComparison {
   double mean = 0, baseline_mean = 0;
   double difference = 0;
   metrics::Interval difference_95{};
-  // p of the difference; nullopt if all values are equal.
+  // p of the difference; nullopt if the two values of each pair are equal or, if not paired, if all values
+  // are equal.
   std::optional<double> p;
   // p adjusted by Holm for the metrics that have a p.
   double p_holm = 1;
   // Reason why a difference in favor of the run (no_merit) or of the baseline (baseline_no_merit) must not be
   // called better; null if there is none.
   const NoMerit *no_merit = nullptr, *baseline_no_merit = nullptr;
-  // For paired effort metrics whose values are all positive: the geometric mean of the ratios of the pairs.
-  // Otherwise mean / baseline_mean, if no value is negative; the interval is then set only if paired.
+  // For paired effort metrics: the geometric mean of the ratios of the pairs; nullopt unless all values are
+  // positive. For other metrics: mean / baseline_mean; nullopt if a value is negative or baseline_mean is 0.
+  // The interval is then set only if paired.
   std::optional<double> ratio;
   metrics::Interval ratio_95{};
 
@@ -117,7 +119,7 @@ struct MetricComparison {
   // is limited by the standard error of the difference.
   int decimals() const;
   bool differs() const { return p && p_holm < metrics::kAlpha; }
-  // True if the run's value is significantly higher (lower).
+  // True if the interval of the difference is above (below) 0 or, without an interval, if the difference is.
   bool is_higher() const;
   bool is_lower() const;
   // The judgment if no_merit and baseline_no_merit are ignored.
@@ -149,7 +151,7 @@ struct TaskComparison {
   std::string task, variation, baseline_variation;
   std::filesystem::path folder, baseline_folder;
   bool paired = false;
-  // Number of complete episodes without a counterpart; ignored if paired.
+  // If paired: number of complete episodes without a counterpart, which are excluded. Otherwise 0.
   int unmatched = 0, baseline_unmatched = 0;
   // Ordered by the run's episodes; empty if not paired.
   std::vector<ComparedPair> pairs;
@@ -173,13 +175,12 @@ struct Comparison {
   std::vector<TaskComparison> tasks;
   // Comparison over all tasks.
   SuccessComparison success;
-  // Sentences that state what was excluded.
+  // Notes on the comparison, for example on what was excluded, one sentence each.
   std::vector<std::string> remarks;
 };
 
 // Compares two runs or suites. Episodes are paired if task, variation and seed are equal. Throws InputError
-// if the values cannot be compared: different control rate, task description or physics model, or no common
-// task.
+// if the runs have no common task, or whenever CheckComparable() does.
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
 // Compares only success; the result has no metrics.
 Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline);

@@ -8,15 +8,15 @@
 namespace evalbus::results {
 
 // Returns the conclusion, the tables and the remarks. With `ratios`, effort metrics are also shown relative
-// to the baseline. colors: see base/styled_text.h.
+// to the baseline if there is only one task. colors: see base/styled_text.h.
 std::string ComparisonText(const Comparison& comparison, bool ratios, bool colors = false);
 
 // Returns name and policy, for example "ckpt-12000 (pi0)", or only "expert" if they are equal.
 std::string NameAndPolicy(const ComparedRuns& runs);
 
 // Formats p with three decimals. Halves are rounded up, as in viz/viewer/page/dom.js: 0.0625, a frequent p of
-// exact tests, gives "0.063". Smaller values than 0.001 give "<0.001". 0.04996 gives "0.0499", because
-// "0.050" would look not significant.
+// exact tests, gives "0.063". Values below 0.001 give "<0.001". 0.04996 gives "0.0499", because "0.050" would
+// look not significant.
 std::string PText(double p);
 // Formats p as "p = 0.002" or "p < 0.001".
 std::string PEquals(double p);

@@ -10,8 +10,8 @@ namespace evalbus::results {
 // Returns the result without a period, for example "B is 24 points better than A, 95 % CI 8 to 39".
 std::string Headline(const Comparison& comparison);
 // Returns the data behind the headline, for example "43 of 50 against 31 of 50 on the same seeds, exact
-// McNemar p = 0.008." If no difference is significant, adds which difference the episodes can detect. If two
-// variations are compared, the text begins with this fact.
+// McNemar p = 0.008." If the difference is not significant, adds which difference the episodes can detect,
+// except for a sequential test. If two variations are compared, the text begins with this fact.
 std::string Evidence(const Comparison& comparison);
 // Returns Headline() and Evidence().
 std::string Conclusion(const Comparison& comparison);

@@ -11,8 +11,9 @@ struct FoundRun {
   std::filesystem::path folder;
   // Name of the policy in its plan; empty if the run belongs to no plan.
   std::string policy;
-  // Path relative to the folder that was searched, for example "lift_pot-position" or
-  // "expert/lift_pot-position". If the searched folder is itself the run: the folder's name.
+  // Display name: the folder's name, for example "lift_pot-position"; SUITE/RUN for a run of a suite;
+  // POLICY/RUN for a run of a plan, for example "expert/lift_pot-position"; for a plan shard, the name of its
+  // folder.
   std::string name;
   // Number of episodes of the whole run according to its plan; 0 if the run belongs to no plan.
   int planned = 0;

@@ -44,7 +44,8 @@ struct GateCriterion {
   double baseline_mean = 0, mean = 0;
   std::string mean_unit;
   double loss = 0;
-  // One-sided bounds of the loss: PASS if upper < margin, FAIL if lower > margin. NaN if there are none.
+  // One-sided bounds of the loss: PASS if upper < margin, FAIL if lower > margin. NaN if there are none. Both
+  // are equal to the loss if all pairs have the same loss; such a loss passes also if it equals the margin.
   double loss_lower = 0, loss_upper = 0;
   double margin = 0;
   // Unit of losses and margin: "points", "slips", "%", ...
@@ -80,9 +81,9 @@ struct Gate {
 };
 
 // Throws InputError if the runs cannot be compared (as CompareVerdicts() does), have no equal seeds, or if
-// the run lacks a task of the baseline. Also throws it if a run was not simulated, contains only collected
-// demonstrations, or stopped depending on its results. The same holds if a metric of `on` is unknown or has
-// no better direction.
+// the run lacks a task of the baseline. Also throws it if a run was not simulated, has no complete episode,
+// contains only collected demonstrations, or stopped depending on its results. The same holds if a metric of
+// `on` is unknown or has no better direction.
 Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOptions& options);
 
 }  // namespace evalbus::results

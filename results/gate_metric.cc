@@ -189,7 +189,7 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
   const auto differing =
       static_cast<int>(std::ranges::count_if(losses, [tie](double loss) { return std::abs(loss) > tie; }));
   const double mean = metrics::Mean(losses);
-  if (unit == 0 && mean != 0) return result;  // a percentage of 0
+  if (unit == 0 && mean != 0) return result;  // the baseline's mean is 0: no percentage of it exists
   result.loss = mean == 0 ? 0 : mean / unit;
   const metrics::Interval pass = metrics::BoundsOfMean(excesses, metrics::kAlpha);
   const metrics::Interval fail = metrics::BoundsOfMean(excesses, fail_alpha);

@@ -19,8 +19,8 @@ struct GateMetric {
   GateMargin margin;
 };
 
-// Finds the metrics of GateOptions::on among the numbers of these episodes. "success" is accepted and
-// omitted. A metric without its own margin gets `margin`, in percent. Throws InputError.
+// Finds the metrics of GateOptions::on among the numbers that both sides of these pairs have. "success" is
+// accepted and omitted. A metric without its own margin gets `margin`, in percent. Throws InputError.
 std::vector<GateMetric> ParseGateMetrics(const std::vector<std::string>& on, const GateMargin& margin,
                                          const EpisodePairs& pairs);
 

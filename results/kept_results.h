@@ -19,7 +19,8 @@ class KeptResults {
   // Describes how the line in episodes.jsonl differs from the score of this log. Returns "" if they are equal
   // or if there are no results at all. Must be called at most once per log.
   std::string Difference(const std::filesystem::path& log, const RescoredEpisode& episode);
-  // Returns the logs for whose lines Difference() was not called. These logs are missing.
+  // Returns the logs for whose lines Difference() was not called. If it was called for every log that exists,
+  // these logs are missing.
   std::vector<std::filesystem::path> Missing() const;
 
  private:

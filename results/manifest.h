@@ -1,5 +1,5 @@
-// manifest.json of a folder of results: the SHA-256 of each of its files, so that any later change is found.
-// docs/verify.md describes the format.
+// manifest.json of a folder of results: the SHA-256 of each file that FolderContents lists, so that any later
+// change is found. docs/verify.md describes the format.
 //
 // `content` is equal for equal runs, on any machine and with any number of workers; `machine` depends on
 // machine and time: logs, paths, run.json as a whole. A folder whose subfolders are runs (a suite, a plan)
@@ -19,8 +19,9 @@ inline constexpr char kManifestJson[] = "manifest.json";
 // Returns whether the folder contains the results of a run, a suite, a plan or a certificate.
 bool IsResultsFolder(const std::filesystem::path& folder);
 
-// The files of a results folder, sorted and relative to it, and the results folders below it. manifest.json,
-// temporary files and users' notes, which may change at any time, are excluded.
+// The files of a results folder, sorted and relative to it, and the results folders below it. Excluded are
+// manifest.json, temporary files, and the files that commands may change at any time: notes.json,
+// verdicts.jsonl and no_return.json.
 struct FolderContents {
   std::vector<std::string> files;
   std::vector<std::string> folders;

@@ -34,8 +34,8 @@ struct NoReturn {
 // little time."
 std::string NoReturnText(const NoReturn& point);
 
-// Points by episode. The functions below throw InputError, and AddNoReturns() also EnvironmentError. Reading
-// a missing file returns no points.
+// Points by episode. ReadNoReturns() and AddNoReturns() throw InputError, and AddNoReturns() also
+// EnvironmentError. Reading a missing file returns no points.
 using NoReturns = std::map<int, NoReturn>;
 NoReturns ReadNoReturns(const std::filesystem::path& run);
 // Adds or replaces the points of these episodes and keeps all others. Several processes may call it at the

@@ -22,8 +22,9 @@ using Notes = std::map<int, std::string>;
 Notes ReadNotes(const std::filesystem::path& run);
 
 // Sets the note of an episode, or removes it if `text` is empty; the file is replaced atomically. Throws
-// InputError if the text is too long, if notes.json is a link or cannot be read, or if the folder cannot be
-// written; EnvironmentError if writing fails. Several processes may call it at the same time.
+// InputError if the text is too long, if there are too many notes, if notes.json is a link or cannot be read,
+// or if the folder cannot be written; EnvironmentError if writing fails. Several processes may call it at the
+// same time.
 void WriteNote(const std::filesystem::path& run, int episode, const std::string& text);
 
 // Reads notes.json again whenever it has changed.

@@ -22,7 +22,7 @@ inline constexpr PacingTimes kPacingTimes[] = {{"error", "STATE behind the clock
 nlohmann::ordered_json EpisodePacing(const episode_end_t& end, int64_t deadline_misses);
 
 // Returns the value of the key "pacing" in summary.json. Counts are sums over the episodes, and times are
-// maxima. Null if an episode has no pacing.
+// maxima. Null if there is no episode, or if an episode has no pacing.
 nlohmann::ordered_json RunPacing(const std::vector<nlohmann::ordered_json>& episodes);
 
 // PacingSentence() summarizes the ticks in a sentence. PacingText() adds the times, as several lines.

@@ -54,8 +54,8 @@ class PolicyCalls {
   std::vector<Call> calls_;
 };
 
-// Number of ticks that the episode's values cover: all ticks up to the first success or failure, without tick
-// 0.
+// Number of ticks that the episode's values cover: all ticks up to the first success or failure or, without
+// either, up to the end; tick 0 is not counted.
 int64_t ScoredTicks(const episode_summary_t& summary);
 
 // Adds the metrics of a policy's delay (docs/metrics.md) to the line of an episode: stale_action_ratio,
@@ -70,9 +70,9 @@ bool HasDelayMetrics(const nlohmann::ordered_json& line);
 // `episodes`: values of PolicyCalls::Json().
 std::string RareCallsWarning(const std::vector<nlohmann::ordered_json>& episodes);
 
-// Returns notes on the scores of a policy that takes time to compute, one sentence each: RareCallsWarning()
-// and the delay in simulated time. For a policy behind a server, also properties of its contract and the
-// server's response time. Empty for other policies.
+// Returns notes on the scores of a policy that is behind a server or has an inference delay (--latency), one
+// sentence each. They state the delay in simulated time. For a policy behind a server, also
+// RareCallsWarning(), properties of its contract, and the server's response time. Empty for other policies.
 std::vector<std::string> PolicyNotes(const RecordedRun& run);
 
 }  // namespace evalbus::results

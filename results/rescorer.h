@@ -64,8 +64,9 @@ class Rescorer {
   using TickListener = std::function<void(const metrics::EpisodeScorer&, const state_t&, const contacts_t&)>;
   void OnTick(TickListener listener) { on_tick_ = std::move(listener); }
 
-  // Throws InputError, with the file's name, if the file cannot be read or its messages have other types. A
-  // log without MODEL or EPISODE_BEGIN has no episodes.
+  // Throws InputError, with the file's name, if the file cannot be read, if its MODEL or task description is
+  // invalid, or if it has no episode that this version can read because its messages have other types. A log
+  // without MODEL or EPISODE_BEGIN has no episodes.
   RescoredLog Rescore(const std::filesystem::path& file);
 
  private:
@@ -132,7 +133,7 @@ std::string DifferencesText(const std::vector<Difference>& differences);
 // True if all fields are equal, floating-point numbers bit by bit.
 bool SameBits(const episode_summary_t& a, const episode_summary_t& b);
 
-// Returns "equal to the recorded score", or describes the differences.
+// Returns "equal to the recorded score" or "no score was recorded", or describes the differences.
 std::string DescribeDifference(const std::optional<episode_summary_t>& recorded,
                                const episode_summary_t& score);
 

@@ -1,5 +1,5 @@
-// The folder of a run, as described in docs/run_folder.md. Results are appended and synced line by line. All
-// other files are written under a temporary name and renamed, so that no file is ever incomplete.
+// The folder of a run, as described in docs/run_folder.md. Results are appended to episodes.jsonl and synced
+// line by line. JSON files are written under a temporary name and renamed, so that they are never incomplete.
 #pragma once
 
 #include <sys/types.h>
@@ -50,9 +50,10 @@ bool IsInUse(const std::filesystem::path& folder);
 
 class RunFolder {
  public:
-  // Creates the folder `out`, or runs/NAME-DATE-TIME if `out` is empty. With `resume`, an existing folder is
-  // opened unchanged. Throws InputError if the folder is not empty and `resume` is false, if another `evalbus
-  // run` uses it, or if it cannot be created.
+  // Creates the folder `out`, or runs/NAME-DATE-TIME if `out` is empty. With `resume`, the existing folder of
+  // an interrupted run is opened. Throws InputError if the folder is not empty and `resume` is false or there
+  // is nothing to resume, or if another `evalbus run` uses it. If it cannot be created, throws InputError or
+  // EnvironmentError (base/file_errors.h).
   static RunFolder OfRun(const std::filesystem::path& out, const std::string& name, bool resume) {
     return RunFolder(out, name, resume, kRunJson);
   }
@@ -85,8 +86,8 @@ class RunFolder {
   void DiscardEpisode(int episode) const;
   // Removes the leftovers of an interrupted run: all episodes except `finished`, and partially written files.
   void DiscardAllBut(const std::set<int>& finished) const;
-  // Removes partially written files of processes that have ended. Videos are kept, because one may still be
-  // being recorded.
+  // Removes partially written files; the processes that wrote them must have ended. Videos are kept, because
+  // one may still be being recorded.
   void RemoveHalfWritten() const;
   // Removes partially written videos: all of them or, if `by` is set, only the videos of this process.
   void RemoveHalfWrittenVideos(std::optional<pid_t> by = std::nullopt) const;

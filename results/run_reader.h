@@ -1,5 +1,5 @@
-// Reads the folders of runs and suites (docs/run_folder.md). An invalid line is an error with file and line;
-// it is never skipped.
+// Reads the folders of runs and suites (docs/run_folder.md). An invalid line is an error with file and line.
+// Only a truncated last line is ignored (RecordedRun::cut_line).
 #pragma once
 
 #include <cstdint>
@@ -99,7 +99,8 @@ struct RecordedRun {
   std::vector<int> incomplete() const;  // without invalid ones
   std::vector<int> invalid() const;
   metrics::RunStatistics Statistics() const;
-  // Notes on the rates, one sentence each: stopped early; invalid, incomplete and equal episodes.
+  // Notes on the rates, one sentence each, for example on a run that stopped early, and on invalid,
+  // incomplete and equal episodes.
   std::vector<std::string> Remarks() const;
 };
 

@@ -19,12 +19,12 @@ struct RunSummary {
   // Value of "pacing" in summary.json; null if the run is not a realtime run, or if an episode has no pacing.
   nlohmann::ordered_json pacing;
   std::vector<std::string> policy_notes;
-  // The failed complete episodes, in order.
+  // The complete, judged episodes without success, in order.
   std::vector<FailedEpisode> failed;
 };
 
 // Writes RUN/summary.json, and sorts episodes.jsonl by episode. Throws InputError if the folder's contents
-// are invalid.
+// are invalid, and the errors of WriteWhole().
 RunSummary WriteRunSummary(const std::filesystem::path& folder);
 
 // Returns the contents of summary.json, computed from the run's episodes.

@@ -26,7 +26,7 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool c
 // Returns a line with advice on the invalid episodes in this folder; empty if there are none.
 std::string InvalidText(int invalid, const std::string& folder);
 
-// Returns the counts of the failure reasons, for example "2 grasp_slip, 1 dropped".
+// Returns the counts of the failure reasons, for example "2 slipped from the gripper, 1 dropped".
 std::string FailuresText(const metrics::RunSummary& summary);
 
 // Returns a sentence on the repeatability of the final poses. If it was computed for several starts, names
