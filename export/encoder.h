@@ -81,7 +81,7 @@ class Encoder {
   // The list only grows. A topic replaces earlier topics with the same name.
   const std::vector<Topic>& topics() const { return topics_; }
   int64_t undecodable() const { return undecodable_; }
-  // Simulated time of the latest STATE, ns; -1 before the first STATE.
+  // Simulated time of the current episode's latest STATE, ns; -1 before its first STATE.
   int64_t time_ns() const { return time_ns_; }
 
  private:

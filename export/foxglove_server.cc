@@ -41,7 +41,8 @@ std::string_view View(beast::string_view text) { return {text.data(), text.size(
 
 }  // namespace
 
-// Except for the constructor, all members are used only on the server's thread, or before that thread starts.
+// Except for num_viewers and listener, members are used only on the server's thread, or while it does not
+// run.
 struct FoxgloveServer::Core {
   class Viewer;
   class Handshake;

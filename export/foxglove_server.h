@@ -36,12 +36,13 @@ class FoxgloveServer {
     std::optional<int64_t> playback_end_ns;
     // Called on the server's thread when a viewer uses its playback controls.
     std::function<void(const PlaybackControl&)> on_control = {};
-    // Called on the server's thread with a one-sentence reason when a client is rejected.
+    // Called on the server's thread, with one sentence for users, when a request is rejected because of its
+    // origin.
     std::function<void(const std::string&)> on_refused = {};
   };
 
-  // Opens the port in the current network namespace; does not start the thread. Throws InputError if the
-  // address is not one of this machine or the port is in use.
+  // Opens the port in the current network namespace; does not start the thread. Throws InputError if the host
+  // is not an IP address of this machine or the port is in use.
   explicit FoxgloveServer(const Options& options);
   ~FoxgloveServer();
   FoxgloveServer(const FoxgloveServer&) = delete;

@@ -26,7 +26,8 @@ std::vector<std::string> ReadHdf5Texts(const std::filesystem::path& file, const 
 class Hdf5File {
  public:
   // Creates the file under a temporary name in the same folder. All functions throw EnvironmentError if they
-  // fail, so a finished file contains everything that was written.
+  // fail (the constructor and Finish() may also throw InputError, see WholeFile), so a finished file contains
+  // everything that was written.
   explicit Hdf5File(const std::filesystem::path& file);
   // Removes the partially written file, unless Finish() was called.
   ~Hdf5File();

@@ -14,8 +14,8 @@ namespace evalbus::exports {
 
 // Implements Encoder::SceneOf. Reads the model files from the run folder `run` or, if that is empty, from the
 // paths in MODEL. If a model file is missing or does not match its hash, there is no scene, and remark()
-// states the reason. Episodes with the same appearance share one text, because generating it takes as long as
-// all other messages of a short episode.
+// states the reason. Consecutive episodes with the same appearance share one text, because generating the
+// text takes as long as all other messages of a short episode.
 class SceneSource {
  public:
   std::shared_ptr<const std::string> Of(const model_info_t& model, std::optional<int64_t> seed,
@@ -39,13 +39,13 @@ struct EncodedEpisode {
   std::vector<std::string> remarks;
 };
 
-// Encodes the last attempt of a log's last episode. `scenes` may be shared by several logs. Throws InputError
-// if the log cannot be read or contains no episode.
+// Encodes the last attempt of a log's episode. `scenes` may be shared by several logs. Throws InputError if
+// the log cannot be read, or contains no episode or several episodes.
 EncodedEpisode EncodeEpisode(const std::filesystem::path& log, SceneSource* scenes);
 
-// Adds camera images at 10 Hz of simulated time: foxglove.CompressedImage (JPEG) on "/camera/NAME". `size`
-// has the format of the option of `evalbus render`. Throws InputError, for example if the log has no MODEL or
-// EPISODE_BEGIN, and EnvironmentError.
+// Adds camera images, at most 10 per simulated second: foxglove.CompressedImage (JPEG) on "/camera/NAME".
+// `size` has the format of the option of `evalbus render`. Throws InputError, for example if the log has no
+// MODEL or EPISODE_BEGIN, and EnvironmentError.
 void AddImages(const std::filesystem::path& log, const std::vector<std::string>& cameras,
                const std::string& size, EncodedEpisode* episode);
 

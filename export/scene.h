@@ -1,5 +1,5 @@
-// Converts a run's visual model to the entities of a foxglove.SceneUpdate. Each body becomes one entity in
-// its own frame.
+// Converts a run's visual model to the entities of a foxglove.SceneUpdate. Each body that has visible geoms
+// becomes one entity in its own frame.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -283,7 +283,7 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
 
 std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
                                        const std::function<void(double)>& progress) {
-  // All logs are checked before the first file is written.
+  // All logs are read before the first file is written, so that an unusable log is reported early.
   for (const fs::path& log : logs) ReadSteps(log);
   std::vector<fs::path> files;
   std::string starts;

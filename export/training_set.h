@@ -38,13 +38,13 @@ EpisodeSteps ReadSteps(const std::filesystem::path& log);
 // are null if they are unknown. A contract can name the training set in `trained_on`.
 inline constexpr char kStarts[] = "evalbus_starts";
 
-// Writes the episodes as demo_0, demo_1, ... in the given order. `progress` receives the finished fraction of
-// all steps, from 0 to 1. Both functions below throw InputError and EnvironmentError, and leave no partially
-// written files.
+// Writes the episodes as demo_0, demo_1, ... in the given order. `progress` receives the finished fraction,
+// from 0 to 1: of the rendered states or, without images, of the logs. Both functions below throw InputError
+// and EnvironmentError, and leave no partially written files.
 void WriteRobomimic(const std::vector<std::filesystem::path>& logs, const std::filesystem::path& file,
                     const ImageOptions& images, const std::function<void(double)>& progress);
-// Writes one file per episode and returns their paths. Supports only robots with two arms of seven joints
-// each.
+// Writes one file per episode and returns their paths. Also writes the file of kStarts. Supports only robots
+// with two grippers and two arms of seven joints each. `progress` receives the finished fraction of the logs.
 std::vector<std::filesystem::path> WriteSafetensors(const std::vector<std::filesystem::path>& logs,
                                                     const std::filesystem::path& folder,
                                                     const std::function<void(double)>& progress);
