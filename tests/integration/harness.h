@@ -86,7 +86,7 @@ std::string ShortTask(const std::filesystem::path& folder, double time_limit_s,
 // task's path. Returns an empty path if there is none.
 std::filesystem::path OnlyRun(const std::filesystem::path& policy);
 
-// Stops processes during its lifetime.
+// Suspends processes (SIGSTOP) until it is destroyed.
 class Stopped {
  public:
   explicit Stopped(std::vector<pid_t> processes);

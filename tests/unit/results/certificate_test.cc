@@ -54,7 +54,7 @@ TEST_F(CertificateTest, NoFlipIsStatedFirst) {
   EXPECT_THAT(text, HasSubstr("0 of 100       0 to 4 %"));
   EXPECT_THAT(text, HasSubstr("0 of 100 episodes differ in some number; all reach the same stages"));
   EXPECT_THAT(text, Not(HasSubstr("ranking")));
-  // The comparison is about different engines, so the difference is not also a remark.
+  // A certificate compares engines on purpose, so no remark states that the engines differ.
   EXPECT_THAT(certificate.comparisons[0].comparison.remarks, testing::IsEmpty());
 }
 

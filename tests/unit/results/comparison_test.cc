@@ -569,7 +569,7 @@ TEST_F(MeritTest, OfIndependentSamplesEffortOfSurvivorsIsNoMerit) {
                         "the easier starts: not called better in completion time"));
   // Without failures, no initial state is excluded.
   EXPECT_EQ(Of(CompareRuns(With("quick", quick), b), "completion_time"), Judgment::kBetter);
-  // In paired runs, the pairs in which both succeeded count.
+  // In paired runs, only the pairs in which both policies succeeded are compared.
   EXPECT_EQ(Of(CompareRuns(With("quick", quick), With("a", fails)), "completion_time"), Judgment::kBetter);
 }
 

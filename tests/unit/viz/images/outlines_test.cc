@@ -77,7 +77,7 @@ TEST(Outlines, OnlyBrightenPixelsBesideTheObject) {
   EXPECT_LT(brighter, kOutlinedSize.width * kOutlinedSize.height / 10);
 }
 
-// Only the changed part of an image is drawn again.
+// A renderer that is kept redraws only the changed part of an image.
 TEST(Outlines, AreTheSameAsInANewImageWhenTheObjectMoves) {
   const Scene scene = LiftPotScene();
   Renderer kept(Copy(*scene.visual), kOutlinedSize, Look::kVideo, Pot(*scene.visual));

@@ -88,7 +88,7 @@ inline int StatusOf(const std::string& answer) {
 }
 inline std::string BodyOf(const std::string& answer) { return answer.substr(answer.find("\r\n\r\n") + 4); }
 
-// A page's WebSocket. Each call takes at most kDeadline.
+// A WebSocket client in place of a page. Each call takes at most kDeadline.
 class WebClient {
  public:
   // small_window: the kernel buffers little, as for a client that does not read.
