@@ -35,8 +35,8 @@ struct EnvironmentOptions {
 class Environment {
  public:
   struct Step {
-    // Observation as described by the contract. If the physics ended the episode, the last step repeats the
-    // previous observation.
+    // Observation as described by the contract. The last step repeats the previous observation if the sim
+    // stopped without publishing another state, or if the episode ended while the robot settled.
     policy::Value observation;
     // Values of this tick as {"metrics": ..., "extended": ...}, as in a line of episodes.jsonl.
     nlohmann::ordered_json scores;
@@ -55,7 +55,7 @@ class Environment {
   // observation.
   Step Reset(int64_t seed, int episode);
   // Executes one step. `action`: the values of one action, as described by the contract. Throws InputError if
-  // no episode is active or the number of values is wrong.
+  // no episode is active or the number of values is wrong, and EnvironmentError if the episode is aborted.
   Step Act(const policy::Array& action);
 
  private:

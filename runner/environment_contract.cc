@@ -123,7 +123,8 @@ ActionBounds BoundsOf(const policy::ActionSpace& space, const model_info_t& mode
   for (const policy::ArmForm& form : space.arms) {
     const auto arm = std::ranges::find(model.arm, form.arm, &arm_info_t::name);
     if (arm == model.arm.end()) continue;
-    // The usual range of angles does not apply to rotations that are not given as Euler angles.
+    // Poses whose rotations do not have three values are left unlimited, because the range of angles does not
+    // apply to them.
     const bool is_usual = NumValues(space.rotation) == 3 || space.kind < ActionKind::kEefPose;
     for (size_t place = 0; place < form.indices.size() && is_usual; ++place) {
       const auto index = static_cast<size_t>(form.indices[place]);

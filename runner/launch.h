@@ -1,6 +1,7 @@
 // Functions that run the episodes of a run, with one process per component or with all components in this
-// process. Both give bit-identical results, and return early after a stop was requested (InstallStopSignals).
-// They throw InputError and EnvironmentError; finished episodes are in the folder even then.
+// process. In lockstep, both give bit-identical results. They return early after a stop was requested
+// (InstallStopSignals). They throw InputError and EnvironmentError; finished episodes are in the folder even
+// then.
 #pragma once
 
 #include "runner/run_controller.h"

@@ -21,7 +21,7 @@ struct LiveHeader {
   int64_t seed = 0;
   int episodes = 0;
   // Number of episodes that had finished before the run was resumed. They are reported first, through
-  // OnEpisodeDone(), unless tells_those_before is false.
+  // OnEpisodeDone(). Their lines are printed unless tells_those_before is false.
   int there_before = 0;
   bool tells_those_before = true;
   // True if an operator judges the episodes. No results are then shown.

@@ -19,15 +19,16 @@ struct PreparedRun {
   RunOptions options;
   // The composed scene for all processes of the run; nullopt in a worker.
   std::optional<sim::PreparedScene> scene;
-  // Result of RunFacts().
+  // Result of RunFacts() and facts about training sets and the renderer; in a worker, the contents of
+  // run.json.
   nlohmann::ordered_json facts;
   results::RunFolder folder;
   RunPlan plan;
-  // Lines of episodes.jsonl that are kept when resuming, in order. Lines of invalid episodes are not kept,
-  // because these episodes are run again.
+  // Lines of episodes.jsonl that are kept when resuming, in order. Lines of invalid episodes are kept only if
+  // --only excludes them, because the others are run again.
   std::vector<nlohmann::ordered_json> finished;
   // The run's bus. Announce() sets it; in a worker, it is already set. Not set if all components are in one
-  // process.
+  // process, or if there are several workers, which have their own buses.
   ReservedBus bus{};
 
   // Total number of episodes, including finished ones.
@@ -41,8 +42,8 @@ PreparedRun PrepareRun(RunOptions options);
 // Prepares a worker's share of the episodes of a run that another process has prepared.
 PreparedRun PrepareWorker(RunOptions options);
 
-// Chooses and prints the run's bus, and writes the models and run.json. Removes summary.json if there are
-// episodes to run.
+// Chooses and prints the run's bus, unless there are several workers. Writes the models and run.json. Removes
+// summary.json if there are episodes to run.
 void Announce(PreparedRun* run);
 
 // Throws an InputError that names the option if a fixed option differs from its value in `file`. before:

@@ -55,7 +55,8 @@ struct RunPlan {
   // True for `evalbus watch`: a source moves the robot on its own schedule. There is then no time limit for
   // the start of an episode, and a log may lack data that the source did not send.
   bool is_watched = false;
-  // True if users start all components by hand. There are then no time limits for components.
+  // True if users start all components by hand. There are then no time limits for their start and for their
+  // STATUS.
   bool is_by_hand = false;
 };
 
@@ -67,7 +68,7 @@ class RunListener {
   virtual void OnPartial(const partial_metrics_t&) {}
   // `episode`: the episode's line of episodes.jsonl.
   virtual void OnEpisodeDone(const nlohmann::ordered_json& /*episode*/) {}
-  // Receives a line about an error from which the run has recovered.
+  // Receives a warning, or a line about an error from which the run has recovered.
   virtual void OnRemark(const std::string&) {}
   // Called every few hundredths of a second of wall time.
   virtual void Poll(SteadyTime) {}
@@ -80,8 +81,8 @@ class RunController : public Component {
   void Poll(SteadyTime now) override;
   bool done() const override { return next_ >= plan_.episodes.size(); }
 
-  // Describes a required component that has not published STATUS for 10 s, or for 60 s after it was started.
-  // Empty if there is none.
+  // Describes the sim or a required component that has not published STATUS for 10 s, or for 60 s after it
+  // was started. Empty if there is none.
   std::string Silent(SteadyTime now);
   // Must be called when the components were started. Timeouts are measured from this call, and episodes start
   // only with these instances (component_status_t). A component without an entry may have any instance.

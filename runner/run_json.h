@@ -23,8 +23,9 @@ nlohmann::ordered_json ScoredRunJson(const sim::PreparedScene& prepared, const s
                                      const std::filesystem::path& data,
                                      const std::vector<std::filesystem::path>& files);
 
-// Returns the `evalbus run` command that repeats the run of a run.json. It contains the options that may
-// affect the results and differ from their defaults. Empty for a run that was not simulated.
+// Returns the `evalbus run` command that repeats the run of a run.json. It contains the task, the policy,
+// --episodes, --seed, and the options that differ from their defaults, except the options for bus, processes,
+// workers and logs. Empty for a run that was not simulated.
 std::string CommandOf(const nlohmann::ordered_json& run_json);
 
 }  // namespace evalbus::runner

@@ -14,8 +14,9 @@
 
 namespace evalbus::runner {
 
-// Expands names such as "all", "lift_pot/all" and "lift_pot/position", RoboEval's names and files to
-// TASK/VARIATION, in the given order. Throws InputError for unknown or duplicate names.
+// Expands names such as "all", "lift_pot/all" and "lift_pot/position", and RoboEval's names to
+// TASK/VARIATION, in the given order. Task files keep their paths. Throws InputError for unknown or duplicate
+// names, and for tasks that would have the same folder.
 std::vector<std::string> ExpandTasks(const std::vector<std::string>& names);
 
 // Evaluates one policy on several tasks in a folder, with one job per run.

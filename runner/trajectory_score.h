@@ -46,8 +46,8 @@ struct TrajectoryMap {
 // Parses a map. Throws InputError with file, line and key.
 TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file);
 
-// Scores a file, or all files of a folder, sorted by name, as episodes 0, 1, ... Prints a table. Writes
-// nothing if any file is invalid. Throws InputError, EnvironmentError.
+// Scores a file, or all CSV, npz and HDF5 files of a folder, sorted by name, as episodes 0, 1, ... Prints a
+// table. Writes nothing if any file is invalid. Throws InputError, EnvironmentError.
 void ScoreTrajectories(const std::filesystem::path& map, const std::filesystem::path& data,
                        const std::filesystem::path& out);
 

@@ -1,5 +1,6 @@
 // Records videos of a run's finished episodes during the run: one `evalbus render` at a time, at low priority
-// while episodes are evaluated. A render process that fails or is killed is retried once.
+// while episodes are evaluated. A render process that is killed or fails is retried once, unless the
+// episode's log is invalid.
 #pragma once
 
 #include <deque>
