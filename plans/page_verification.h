@@ -9,8 +9,8 @@
 namespace evalbus::plans {
 
 // Adds a finding for each page and each file of `evalbus compare --json` that differs from the newly
-// generated one. The finding names the first text or number that differs. Covers this folder and all results
-// folders below it. Throws InputError if the folder is not a results folder.
+// generated one. The finding names the first text or number that differs. Covers this folder, which must be a
+// results folder, and all results folders below it. Pages of other versions of evalbus are only noted.
 void VerifyPages(const std::filesystem::path& folder, results::Verification* result);
 
 }  // namespace evalbus::plans

@@ -30,8 +30,8 @@ struct PlannedVideos {
 };
 
 // Rule that tests the results while the plan runs, and stops a policy early. A policy stops when its
-// comparison with the baseline is decided or, if `width` is set, when the interval of its success rate on
-// each task is at most this wide.
+// comparison with the baseline is decided or has become hopeless (Stop::is_hopeless) or, if `width` is set,
+// when the interval of its success rate on each task is at most this wide.
 struct Until {
   double alpha = 0.05;
   // Maximum number of episodes per task.
@@ -49,7 +49,7 @@ struct Plan {
   // Name of the plan; the default is the file's name without its extension.
   std::string name;
   std::vector<PlannedPolicy> policies;
-  // Tasks as TASK/VARIATION, after expansion.
+  // Tasks after expansion: TASK/VARIATION, or the paths of task files.
   std::vector<std::string> tasks;
   // Options of every run: episodes, seed, and the entries of "options".
   runner::RunOptions options;
@@ -82,7 +82,8 @@ Plan ReadPlan(const std::filesystem::path& file);
 Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
               const runner::RunOptions& options, bool rate_is_given);
 
-// Returns the plan with the engine of all runs set to `engine` (runner/engines.h). Throws InputError.
+// Returns the plan with the engine of all runs set to `engine` (runner/engines.h), and with in_process set if
+// the engine permits it. Checks the options of all policies. Throws InputError.
 Plan OnEngine(Plan plan, const std::string& engine);
 
 // Converts between a plan and plan.json, its resolved form in a plan's folder. Plans with equal JSON are
@@ -90,7 +91,7 @@ Plan OnEngine(Plan plan, const std::string& engine);
 nlohmann::ordered_json PlanJson(const Plan& plan);
 Plan PlanOfJson(const nlohmann::json& json, const std::string& file);
 
-// Describes the videos, for example "all failures, from overview" or "none".
+// Describes the videos, for example "failures, from overview" or "none".
 std::string VideosText(const PlannedVideos& videos);
 
 }  // namespace evalbus::plans

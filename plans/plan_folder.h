@@ -8,8 +8,8 @@
 //   slurm/                          scripts and logs of the jobs
 //   stops.json, report.html         decisions of a plan with `until`; the plan's page
 //
-// The folder needs no locks: every file has a single writer and appears atomically by rename. If two
-// processes run the same shard, its results are stored once.
+// The folder needs no locks: every file appears atomically by rename, and processes that write plan.json
+// write the same contents. If two processes run the same shard, its results are stored once.
 #pragma once
 
 #include <chrono>
@@ -63,8 +63,8 @@ class PlanFolder {
   bool has(const Shard& shard) const;
   bool has_run(const std::string& policy, const std::string& task) const;
 
-  // Copies a finished shard's run folder into this folder, unless it is already there. Throws
-  // EnvironmentError if writing fails, without leaving a partial copy.
+  // Copies a finished shard's run folder into this folder, unless it is already there. If writing fails,
+  // throws InputError or EnvironmentError (base/file_errors.h), without leaving a partial copy.
   void Put(const Shard& shard, const std::filesystem::path& finished) const;
 
  private:
@@ -92,7 +92,8 @@ class AtWork {
 };
 
 // Splits the name of a hidden file in parts/ into the shard's name and the suffix: "HOST-PID" (running),
-// "HOST-PID.coming" (being copied) or "failed". Both are empty for other names.
+// "HOST-PID.coming" (being copied), "HOST-PID.merged" (being removed) or "failed". Both are empty for other
+// names.
 std::pair<std::string, std::string> ParseHidden(const std::string& name);
 
 // Syncs a file or folder to disk by fsync, or its whole file system by syncfs.

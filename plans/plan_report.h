@@ -18,10 +18,11 @@ struct PlanResults {
   // Comparison of every policy with the baseline. p values are adjusted for the number of policies. With
   // Plan::until (but without `width`), p of success is anytime-valid; p of metrics assumes a single test.
   std::vector<results::Comparison> comparisons;
-  // The decision of each comparison (Stop::Text); empty without Plan::until.
+  // The decision of each comparison (Stop::Text). Empty without Plan::until, with its `width`, and before the
+  // plan has stopped.
   std::vector<std::string> stops;
-  // Ranking of the policies. Empty with Plan::until, because the policies then have different numbers of
-  // episodes, which depend on their results.
+  // Ranking of the policies. Empty for fewer than three policies. Also empty with Plan::until, because the
+  // policies then have different numbers of episodes, which depend on their results.
   std::vector<results::RankedRun> ranking;
 };
 
