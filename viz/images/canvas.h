@@ -56,7 +56,8 @@ class Canvas {
   // Draws right-aligned text: it ends at x.
   void TextBefore(double x, double y, const std::string& text, Font font, double size, const Color& color);
 
-  // Returns the text. If it is wider than `room`, it is cut and ends with an ellipsis.
+  // Returns the text. If it is wider than `room`, it is cut and ends with an ellipsis; empty if not even one
+  // character fits.
   std::string Fitted(const std::string& text, Font font, double size, double room);
   // Breaks the text into lines no wider than `room`. If it needs more than max_lines, the last line ends with
   // an ellipsis.

@@ -55,9 +55,8 @@ class ParallelFrameRenderer {
   // Called once per video; returns the function that draws its frames.
   using Begin = std::function<DrawFrames(VideoScenes*)>;
 
-  // largest: maximum size of the images. processes: 0 selects the number of cores, at most 8, or a single
-  // process if a graphics processor draws.
-  // are_outlined: whether the task's objects have outlines.
+  // largest: maximum size of the images. processes: 0 selects the number of cores, at most 8. With EGL, a
+  // single process draws in any case. are_outlined: whether the task's objects have outlines.
   explicit ParallelFrameRenderer(FrameSize largest, size_t processes = 0, bool are_outlined = false);
 
   FrameSize largest() const { return largest_; }

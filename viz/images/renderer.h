@@ -62,9 +62,9 @@ class Renderer {
   void Render(int camera, Frame* frame);
   // Returns the pose of the camera in the current state.
   CameraPose PoseOf(int camera) const;
-  // Writes an image as rows from the top, with one byte each for red, green and blue. If the image is larger
-  // than all previous images, it takes longer, because buffers are enlarged. Gives the same pixels as Render
-  // if size, field of view and shadows are equal.
+  // Writes an image as rows from the top, with one byte each for red, green and blue. The first image of a
+  // shot takes longer, because its buffers are created. Gives the same pixels as Render if size, field of
+  // view and shadows are equal.
   void RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb);
   // Writes a depth image as rows from the top. A value is the distance along the optical axis from the camera
   // plane to the surface at the center of the pixel, m. Where no surface is visible, the value is the
@@ -77,8 +77,8 @@ class Renderer {
   // Creates the OpenGL context if necessary and enlarges MuJoCo's buffer to at least this size.
   void Prepare(FrameSize buffer);
   void UpdateScene(const Shot& shot, bool is_depth);
-  // Updates the scene, enlarges MuJoCo's buffer to at least this size, and returns the painter that draws the
-  // scene.
+  // Updates the scene and returns the painter that draws it. If this is MujocoPainter, first enlarges
+  // MuJoCo's buffer to at least this size.
   Painter* PrepareToDraw(const Shot& shot, FrameSize size);
   // Returns rows from the top with kPixelBytes bytes per pixel. kRed: index of the red byte. The result is
   // valid until the next image is drawn.

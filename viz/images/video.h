@@ -62,9 +62,8 @@ struct VideoOptions {
 // If a log has several episodes, each has its own video: "episode_0007_front.mp4", or
 // "episode_0007_2_front.mp4" for a second attempt or a second run. The file name of a video with another
 // timing contains the NameSuffix of the timing, so that it does not replace the video of the whole episode.
-// The visual model is the file that MODEL names or, if the run has been moved, ../../model/visual.mjb
-// relative to the log. Throws InputError (unknown log or episode, cameras as in CheckCameras, log without
-// MODEL or STATE) and EnvironmentError.
+// The visual model is loaded by VisualModel() (viz/images/log_episodes.h). Throws InputError (unknown log or
+// episode, cameras as in CheckCameras, log without MODEL or STATE) and EnvironmentError.
 std::vector<std::filesystem::path> MakeLogVideos(const std::filesystem::path& log,
                                                  const std::vector<std::string>& cameras,
                                                  ParallelFrameRenderer* frame_renderer,

@@ -20,7 +20,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Time for which instantaneous events stay marked in the image, s.
 constexpr double kCollisionShown = 0.5, kSlipShown = 1.0;
-// Metrics that accumulate over an episode: distance, effort and smoothness.
+// Metrics of distance, effort and smoothness.
 constexpr const char* kCurves[] = {"cartesian_path_length", "extended.mechanical_work_J", "cartesian_jerk"};
 
 std::string WithUnit(const MetricInfo& metric, double value) {

@@ -18,7 +18,7 @@ struct VideoCurve {
   std::vector<std::string> of;
   // Values as [line][sample]; NaN if unavailable.
   std::vector<std::vector<double>> value;
-  // Range of all values.
+  // Range of all values and 0.
   double lowest = 0, highest = 0;
 };
 

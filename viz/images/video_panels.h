@@ -1,5 +1,5 @@
 // The panels of a video: stages, curves, timeline, marks and end card. Each is drawn into a box in pixels.
-// Colors are from the Okabe-Ito palette. Everything that is shown by color is also shown by a shape or a
+// Colors are based on the Okabe-Ito palette. Everything that is shown by color is also shown by a shape or a
 // word.
 #pragma once
 

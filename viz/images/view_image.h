@@ -10,7 +10,7 @@ namespace evalbus::viz {
 inline constexpr FrameSize kUsualViewSize{256, 256};
 
 // Throws InputError if the view cannot be drawn, because the camera is unknown, the size or field of view is
-// out of range, or the encoding is lossy.
+// out of range, or the encoding is neither rgb8 nor depth32.
 void CheckView(const view_t& view, const mjModel& model);
 
 // Draws the renderer's current state into `image`. header: header of that STATE. CheckView(view) must have

@@ -15,7 +15,8 @@ namespace evalbus::viz {
 std::vector<Line> MonitorScreen(const RunWatch& watch, const std::string& url, int width, int height,
                                 SteadyTime now);
 
-// Returns a one-line summary of the current episode, or an empty text if no episode is running.
+// Returns a one-line summary of the current episode, or an empty text if no episode is running or it has no
+// scores yet.
 std::string ProgressLine(const RunWatch& watch);
 
 }  // namespace evalbus::viz

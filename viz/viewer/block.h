@@ -73,14 +73,14 @@ class BlockWriter {
 // Parses a block in the same way as the page.
 class BlockReader {
  public:
-  // Throws InputError if the bytes are not a valid block.
+  // Throws InputError if the head is truncated or not JSON.
   explicit BlockReader(const std::string& bytes);
 
   const nlohmann::ordered_json& head() const { return head_; }
   bool Has(const std::string& array) const { return head_["arrays"].contains(array); }
   std::vector<size_t> Shape(const std::string& array) const;
   // Returns the values of an array: sums up differences, and applies scale and origin. Throws InputError if
-  // the array does not exist.
+  // the array does not exist or is truncated.
   std::vector<double> Values(const std::string& array) const;
   // Returns an array's bytes without decoding.
   std::string Raw(const std::string& array) const;

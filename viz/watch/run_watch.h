@@ -91,7 +91,8 @@ class RunWatch {
   const header_t* state() const { return state_ ? &*state_ : nullptr; }
   // Empty while the episode is running; then its end reason; and its outcome once it has been scored.
   const std::string& end_reason() const { return end_reason_; }
-  // Returns "running", "waiting for components" or the outcome. Empty before the first episode.
+  // Returns end_reason() or, while it is empty, "running", "waiting for components" or "waiting for the next
+  // tick". Empty before the first episode.
   std::string Phase() const;
   // scores(): the latest scores. has_scores(): whether they belong to this attempt. Old scores are kept only
   // so that the layout of the display does not change.

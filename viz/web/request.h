@@ -30,7 +30,7 @@ bool SameText(std::string_view a, std::string_view b);
 bool IsLoopbackHost(std::string_view host);
 
 // Returns whether the page that sent this Origin header was served by the server at `host`. origin: empty if
-// no header was sent.
+// no header was sent; the result is then true, because browsers send one.
 bool IsOwnOrigin(std::string_view origin, std::string_view host);
 
 // Parse the messages that a page sends. The functions return nothing for any other text.

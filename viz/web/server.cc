@@ -78,7 +78,8 @@ WebAnswer WebAnswer::Text(int status, const std::string& text) {
   return answer;
 }
 
-// All members except the constructor and port() must be used on the server's thread or before it starts.
+// Except for wake_is_posted and listener, members are changed only on the server's thread or before it
+// starts.
 struct WebServer::Core {
   class Connection;
   class ViewerSession;

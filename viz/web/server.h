@@ -4,8 +4,8 @@
 //
 // Access: By default, the server listens only on 127.0.0.1, and every program on this machine may send
 // requests. The Host header must be a loopback name, which prevents DNS rebinding by other sites. A WebSocket
-// must come from a page of this server (Origin header). If the user chooses an address, clients need the
-// token, which is the first part of the path.
+// request that has an Origin header must come from a page of this server. If the user chooses an address,
+// clients need the token, which is the first part of the path.
 #pragma once
 
 #include <chrono>

@@ -93,8 +93,8 @@ struct Egl {
     Open(software);
   }
 
-  // Opens the first device that works, in the order in which EGL lists the devices. If there are no devices,
-  // or if `software` is true, Mesa renders in software.
+  // Opens the first device that works, in the order in which EGL lists the devices. If no device works, or if
+  // `software` is true, Mesa renders in software.
   void Open(bool software) {
     const auto devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(function("eglQueryDevicesEXT"));
     const auto get_display =

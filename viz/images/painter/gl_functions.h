@@ -1,5 +1,5 @@
-// The OpenGL 2.1 functions that evalbus calls directly, looked up in the library in use
-// (painter/gl_context.h). GL_GLEXT_PROTOTYPES is defined for the whole library.
+// The functions of OpenGL 2.1 and of framebuffer objects that evalbus calls directly, looked up in the
+// library in use (painter/gl_context.h). GL_GLEXT_PROTOTYPES is defined for the whole library.
 #pragma once
 
 #include <GL/gl.h>

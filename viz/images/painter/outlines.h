@@ -1,6 +1,6 @@
-// Outlines around objects. The painter draws outlined geoms with alpha 0 and everything else with alpha 1, so
-// each image contains a mask of the outlined geoms. The outlines are then drawn from this mask on the CPU,
-// without OpenGL.
+// Outlines around objects. The painter draws outlined geoms with alpha 0, and other opaque geoms and the
+// background with alpha 1, so each image contains a mask of the outlined geoms. The outlines are then drawn
+// from this mask on the CPU, without OpenGL.
 #pragma once
 
 #include "viz/images/painter/painter.h"

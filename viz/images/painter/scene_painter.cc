@@ -215,8 +215,8 @@ void ScenePainter::PaintOpaque(const mjvScene& scene, bool with_shadow,
   }
 }
 
-// As in MuJoCo, back faces are drawn before front faces, so that the far side of a geom is visible through
-// its near side.
+// As in MuJoCo, each transparent geom is drawn twice: first in order of increasing distance, then in reverse
+// order.
 void ScenePainter::PaintTransparent(const mjvScene& scene) {
   std::vector<std::pair<float, const mjvGeom*>> by_distance;
   for (int i = 0; i < scene.ngeom; ++i) {

@@ -49,7 +49,8 @@ class ScenePainter : public Painter {
   ScenePainter(const mjrContext& context, const mjModel& model, Look look,
                const std::vector<bool>& outlined_bodies = {});
 
-  // Returns false for scenes with mirrors, fog, spot lights, skins or two lights with shadows.
+  // Returns false for scenes that this painter cannot draw, for example scenes with mirrors, fog, spot
+  // lights, skins, endless planes or two lights with shadows.
   bool Supports(const mjvScene& scene) const override;
   std::unique_ptr<PaintedImage> NewImage(int width, int height) const override;
   Part Paint(const mjvScene& scene, PaintedImage* image) override;
