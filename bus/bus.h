@@ -159,7 +159,7 @@ class Bus {
   }
   void SubscribeWithLiblcm(Subscription* subscription);
   bool HandleWithLiblcm(SteadyTime deadline);
-  // Ends a Handle() that got no message. Always returns false, the result of Handle().
+  // Ends a Handle() that received no message. Always returns false, which Handle() then returns.
   bool EndWait(SteadyTime deadline);
   void Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
 

@@ -1,4 +1,4 @@
-// Helpers for MJCF as XML elements.
+// Functions for reading and writing the XML elements of MJCF.
 #pragma once
 
 #include <tinyxml2.h>

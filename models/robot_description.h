@@ -104,7 +104,8 @@ struct RobotDescription {
   // True if the robot's controller compensates gravity and Coriolis forces on the arms, as the Panda's own
   // controller does. If false, the servos hold the arms against gravity, so the arms sag.
   bool gravity_compensation = true;
-  // Number of physics steps from the robot's home before an episode begins; only the robot moves in them.
+  // Number of physics steps that the robot makes from its home before an episode begins. Everything else is
+  // then put back.
   // RoboEval's reset makes one step before it places the objects, so its arms already move at tick 0.
   int start_steps = 0;
 

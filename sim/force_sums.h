@@ -1,5 +1,6 @@
-// Sums the contact forces of the physics steps of a control tick: by pair of bodies, by what the robot
-// touches, and by gripper. Pure; does not allocate after construction.
+// Combines the contact forces of the physics steps of a control tick: sums and peaks for each pair of bodies
+// and each gripper, and the largest force of each step for what the robot touches (scene, object or itself).
+// Pure; reuses its storage.
 #pragma once
 
 #include <array>

@@ -142,7 +142,8 @@ std::optional<int> PairsNeeded(const DiscordantShares& shares, double difference
   const auto needed =
       TrialsNeeded([&](int pairs) { return HighScores(pairs, difference, score).Probability(shares); });
   if (!needed || difference >= 0) return needed;
-  // Fewer pairs cannot reject even if no pair is discordant, because (1 + difference)^n > alpha.
+  // `needed` uses the critical score of a normal distribution. If no pair is discordant, the exact p is at
+  // least (1 + difference)^n, so fewer pairs could not reject.
   return std::max(*needed, static_cast<int>(std::ceil(std::log(alpha) / std::log1p(difference))));
 }
 

@@ -173,7 +173,8 @@ void ActionConverter::CheckSpace() const {
     const double lower = space_.lower.empty() ? -std::numeric_limits<double>::infinity() : space_.lower[i];
     const double upper = space_.upper.empty() ? std::numeric_limits<double>::infinity() : space_.upper[i];
     if (!(lower <= upper)) {
-      throw InputError(fmt::format("action: value {} is clipped from {} to {}", i, lower, upper));
+      throw InputError(
+          fmt::format("action: value {}: expected lower <= upper, got {} and {}", i, lower, upper));
     }
   }
   std::set<std::string> names;

@@ -1,5 +1,7 @@
 #include "policy_bridge/contract/contract.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -314,7 +316,7 @@ void ReadAction(const YamlValue& value, Contract* contract) {
     space.arms.push_back(ReadArm(arm, space.num_values));
     const size_t pose = is_eef ? 3 + static_cast<size_t>(NumValues(space.rotation)) : 0;
     if (is_eef && space.arms.back().indices.size() != pose) {
-      arm.Fail("indices: expected " + std::to_string(pose) + ", of the position and the rotation");
+      arm.Fail(fmt::format("indices: expected {}: 3 for the position, {} for the rotation", pose, pose - 3));
     }
     for (size_t i = 0; i + 1 < space.arms.size(); ++i) {
       if (space.arms[i].arm == space.arms.back().arm) arm.Fail("arm '" + space.arms[i].arm + "' given twice");

@@ -21,11 +21,11 @@ using Eigen::Vector3d;
 // is higher than this above its start height, m, it counts as lifted.
 constexpr double kLiftHeight = 0.125;
 constexpr double kHeldHeight = 0.1;
-// How a hand leans while it holds a handle. A hand that leans back reaches farther. It grasps the handle's
-// bar nearer to the robot and higher, so that the palm stays clear of the bar. A hand that leans outward has
-// more room if a wall is close to the bar.
+// How a hand leans while it holds a handle. A hand that is tilted toward the robot reaches farther, but
+// grasps the handle's bar nearer to the robot and, if tilted most, higher, so that the palm stays clear of
+// the bar. A hand that leans outward has more room if a wall is close to the bar.
 struct Style {
-  double tilt;
+  double tilt;         // toward the robot, rad
   double forward, up;  // from the bar's middle, m
 };
 constexpr double kOutwardLeans[] = {0, 75 * kDegree};

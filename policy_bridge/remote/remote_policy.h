@@ -48,7 +48,7 @@ class RemotePolicy : public Policy {
   void OnTick(const state_t& state);
   bool has_all_images() const;
   // Once the images of the requested tick have arrived, adds the tick to the observations and, if an
-  // inference is due, starts a call of the server.
+  // inference is due, starts a call to the server.
   void PollAnswer();
   void StartCall();
   Chunk ChunkOf(const Reply& reply);

@@ -20,8 +20,8 @@ TEST(SequentialMcNemar, EvidenceIsTheMixtureOverOneHalf) {
   // The evidence of n pairs that the same policy wins is C(2n, n) / 2^n.
   EXPECT_NEAR(EvidenceOf({8, 0}), 12870.0 / 256, 1e-10);
   EXPECT_NEAR(EvidenceOf({0, 8}), 12870.0 / 256, 1e-10);
-  // The evidence is an average over share = sin^2(angle), whose angle is uniform. Here it is integrated
-  // numerically.
+  // The evidence is the likelihood ratio of a share to 1/2, averaged over share = sin^2(angle) for uniformly
+  // distributed angles. Here the average is integrated numerically.
   constexpr int kSteps = 1000;
   double sum = 0;
   for (int i = 0; i < kSteps; ++i) {
@@ -216,9 +216,10 @@ TEST(ChanceToDecide, FlawsNeedFewerEpisodes) {
     // policy is ahead.
     double only_expert, expert_ahead, flawed_ahead;
   };
-  constexpr Kind kKinds[] = {
-      {57, 1, 1, 0},  {9, 0, 0, 0},  // the flaw has no effect, such as `drop` if nothing is lifted
-      {1, 0.4, 1, 0}, {1, 0.5, 1, 0}, {1, 0.1, 1, 0}, {1, 0.3, 0.6, 0}, {1, 0, 1, 0}, {1, 0, 0, 1}};
+  // In 57 comparisons, the expert always succeeds and the flawed policy never does. In 9 comparisons, the
+  // flaw has no effect, such as `drop` if nothing is lifted.
+  constexpr Kind kKinds[] = {{57, 1, 1, 0},  {9, 0, 0, 0},     {1, 0.4, 1, 0}, {1, 0.5, 1, 0},
+                             {1, 0.1, 1, 0}, {1, 0.3, 0.6, 0}, {1, 0, 1, 0},   {1, 0, 0, 1}};
   constexpr int kStep = 10, kMost = 200, kRepetitions = 50;
   constexpr double kError = 0.05;
   std::mt19937 random(13);

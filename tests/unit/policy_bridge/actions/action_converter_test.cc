@@ -579,13 +579,13 @@ TEST(ActionSpaceErrors, AreNamed) {
                        }),
             "action: scale has 2 numbers, but a row has 7 values");
   EXPECT_EQ(SpaceError(eef, [](Space* s) { s->upper.assign(7, std::nan("")); }),
-            "action: value 0 is clipped from -inf to nan");
+            "action: value 0: expected lower <= upper, got -inf and nan");
   EXPECT_EQ(SpaceError(eef,
                        [](Space* s) {
                          s->lower.assign(7, 1);
                          s->upper.assign(7, -1);
                        }),
-            "action: value 0 is clipped from 1 to -1");
+            "action: value 0: expected lower <= upper, got 1 and -1");
   EXPECT_EQ(SpaceError(eef, [](Space* s) { s->offset.assign(7, std::nan("")); }),
             "action: scale and offset must be finite");
 }

@@ -210,7 +210,7 @@ TEST(Rotation, RoundTripsInEachForm) {
   }
 }
 
-// Tests Euler angles at all distances from the gimbal lock, down to 1e-16.
+// Tests Euler angles at distances of 1e-16 to 0.1 rad from gimbal lock.
 TEST(Rotation, RoundTripsNearGimbalLock) {
   Random random(3, 0);
   for (double distance = 1e-16; distance < 0.1; distance *= 3) {
