@@ -156,6 +156,8 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
   const PairedValues values = ValuesOf(metric.number, pairs);
   const size_t n = values.run.size();
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  // A margin of a share, such as subtask progress, is in percentage points, unless it is relative.
+  const std::string own_unit = info.shown_unit == "%" ? "points" : std::string(info.shown_unit);
   GateCriterion result{.what = metric.number.label(),
                        .verdict = GateVerdict::kCannotTell,
                        .pairs = static_cast<int>(n),
@@ -167,7 +169,7 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
                        .loss_lower = kNone,
                        .loss_upper = kNone,
                        .margin = metric.margin.value,
-                       .unit = metric.margin.is_percent ? "%" : std::string(info.shown_unit),
+                       .unit = metric.margin.is_percent ? "%" : own_unit,
                        .fail_alpha = fail_alpha,
                        .more_pairs = std::nullopt,
                        .why = ""};
@@ -202,10 +204,14 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
     result.verdict = result.loss <= result.margin ? GateVerdict::kPass : GateVerdict::kFail;
     return result;
   }
+  const auto needed = PairsNeeded(excesses, metrics::Mean(excesses) < 0 ? metrics::kAlpha : fail_alpha);
   if (differing < kDifferingPairsNeeded) {
-    if (differing > 0) {
-      result.more_pairs = static_cast<int>(
-          std::ceil(static_cast<double>(n) * (kDifferingPairsNeeded - differing) / differing));
+    if (differing > 0 && needed) {
+      // Of so many pairs, enough differ with a probability of about 80 %, the 0.84 quantile of a normal
+      // distribution.
+      const double enough = kDifferingPairsNeeded + 0.84 * std::sqrt(kDifferingPairsNeeded);
+      const int total = static_cast<int>(std::ceil(static_cast<double>(n) * enough / differing));
+      result.more_pairs = std::max(total, *needed) - static_cast<int>(n);
     }
     return result;
   }
@@ -213,11 +219,8 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
   result.loss_upper = result.margin + pass.upper / unit;
   result.loss_lower = result.margin + fail.lower / unit;
   result.verdict = VerdictOn(result);
-  if (result.verdict == GateVerdict::kCannotTell) {
-    const double alpha = metrics::Mean(excesses) < 0 ? metrics::kAlpha : fail_alpha;
-    if (const auto needed = PairsNeeded(excesses, alpha))
-      result.more_pairs = std::max(1, *needed - static_cast<int>(n));
-  }
+  if (result.verdict == GateVerdict::kCannotTell && needed)
+    result.more_pairs = std::max(1, *needed - static_cast<int>(n));
   return result;
 }
 

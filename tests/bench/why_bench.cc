@@ -51,9 +51,9 @@ constexpr Effect kEffects[] = {{"none", None, false, 30, 0},
                                {"upper quarter", Step, true, 60, 0},
                                {"upper quarter", Step, true, 200, 0.8},
                                {"upper quarter", Step, true, 1000, 0.99},
-                               {"slope", Slope, true, 60, 0},
-                               {"slope", Slope, true, 200, 0.8},
-                               {"slope", Slope, true, 1000, 0.99},
+                               {"gradual", Slope, true, 60, 0},
+                               {"gradual", Slope, true, 200, 0.8},
+                               {"gradual", Slope, true, 1000, 0.99},
                                {"middle quarter", Middle, true, 60, 0},
                                {"middle quarter", Middle, true, 200, 0.8},
                                {"middle quarter", Middle, true, 1000, 0.99},
@@ -62,9 +62,9 @@ constexpr Effect kEffects[] = {{"none", None, false, 30, 0},
                                {"none, a choice", None, false, 60, 0, true},
                                {"none, a choice", None, false, 200, 0, true},
                                {"none, a choice", None, false, 1000, 0, true},
-                               {"one of 4 choices", Quarter, true, 60, 0, true},
-                               {"one of 4 choices", Quarter, true, 200, 0.8, true},
-                               {"one of 4 choices", Quarter, true, 1000, 0.99, true}};
+                               {"one of four choices", Quarter, true, 60, 0, true},
+                               {"one of four choices", Quarter, true, 200, 0.8, true},
+                               {"one of four choices", Quarter, true, 1000, 0.99, true}};
 
 struct Counts {
   int simulations = 0, found = 0, false_alarms = 0;

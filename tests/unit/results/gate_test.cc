@@ -157,6 +157,30 @@ TEST_F(GateTest, MetricsHaveMarginsOfTheirOwn) {
   EXPECT_THAT(decide("slips").why, HasSubstr("the baseline's mean is 0"));
 }
 
+TEST_F(GateTest, MarginsOfSharesAreInPointsOrRelative) {
+  const auto stuck = [](int i, ordered_json* line) {
+    (*line)["metrics"]["subtask_progress"] = i % 2 == 0 ? 0.5 : 0.75;
+  };
+  const auto decide = [&](const std::string& on) {
+    GateOptions options;
+    options.on = {on};
+    return Decide(Of("a", 0, 100, stuck), Of("b", 0, 100, stuck), options).criteria.at(1);
+  };
+  EXPECT_EQ(decide("subtask_progress:20").unit, "points");
+  EXPECT_EQ(decide("subtask_progress:20%").unit, "%");
+}
+
+// With few differing pairs, the number of missing pairs leaves a reserve: 40 * (10 + 0.84 * sqrt(10)) / 5 is
+// 101.2.
+TEST_F(GateTest, FewDifferingPairsNeedMore) {
+  const auto slipping = [](int i, ordered_json* line) { (*line)["metrics"]["slip_count"] = i % 8 == 0; };
+  GateOptions options;
+  options.on = {"slips:0.5"};
+  const GateCriterion slips = Decide(Of("a", 40, 40, slipping), Of("b", 40, 40), options).criteria.at(1);
+  EXPECT_EQ(slips.verdict, GateVerdict::kCannotTell);
+  EXPECT_EQ(slips.more_pairs, 102 - 40);
+}
+
 // The run takes 20 % longer in every pair.
 TEST_F(GateTest, MarginsInPercentAreOfTheBaseline) {
   const auto slower = [](int, ordered_json* line) {
