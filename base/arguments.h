@@ -18,7 +18,8 @@ namespace evalbus {
 void IgnoreFileSizeSignal();
 
 // Parses the arguments of a program. Returns the exit code if the program has to exit: 0 after --help or
-// --version, 1 after a wrong command line, which is reported in one line on stderr.
+// --version, 1 after a wrong command line, 1 or 2 (base/errors.h) if a file that an option names cannot be
+// read. Errors are reported in one line on stderr.
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 
 // Checks that a text is an integer of 64 bits. CLI11 itself reads an empty text as 0 and clamps a number that

@@ -6,9 +6,10 @@
 
 namespace evalbus {
 
-// Returns the reason why nothing can be written into the folder ("no space left on the disk of runs/a");
-// empty if the folder is writable. It is meant for reporting on processes that cannot write the reason to
-// their own log.
+// Returns the reason why the disk of the folder cannot be written to: it is read-only, or it has almost no
+// space or no inodes left ("no space left on the disk of runs/a"). Empty if none of these is the case or the
+// folder does not exist; permissions are not checked. The text is meant for reporting on processes that
+// cannot write the reason to their own log.
 std::string WhyNotWritable(const std::filesystem::path& folder);
 
 }  // namespace evalbus

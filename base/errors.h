@@ -1,4 +1,4 @@
-// The two kinds of failure that a user can encounter. Any other exception is a bug.
+// The two kinds of failure that a user can encounter. Any other exception is a bug, of evalbus or of a plugin.
 #pragma once
 
 #include <iostream>

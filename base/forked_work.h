@@ -37,8 +37,8 @@ class ForkedWork {
 
   bool HasEnded();
   // Must not be called before HasEnded() is true. Rethrows an exception of the work as InputError or
-  // EnvironmentError, and any other type as std::runtime_error. Throws EnvironmentError if the process was
-  // killed.
+  // EnvironmentError, and any other std::exception as std::runtime_error. Throws EnvironmentError if a signal
+  // ended the process or its exit code is not 0.
   void CheckEnd() const;
 
  private:

@@ -11,7 +11,8 @@
 namespace evalbus {
 
 // Returns the width of the terminal on standard output. If standard output is not a terminal, returns COLUMNS
-// from the environment or, if that is not set, 100.
+// from the environment or, if that is not a number, 100. The terminal's width and COLUMNS are limited to 60 to
+// 140.
 size_t TerminalWidth();
 
 // Wraps lines at `width` and indents all but the first, which begins at column `indent`. A line break in the
@@ -43,7 +44,8 @@ void UseHelpFormatter(CLI::App* app);
 // Distributes options over groups: {group, {"--option", ...}}. Options that --help does not list stay hidden.
 void GroupOptions(CLI::App* app, const std::vector<std::pair<std::string, std::vector<std::string>>>& groups);
 
-// One line about a wrong command line: names the unknown command or option and the most similar known one.
+// Returns one line about a wrong command line. If a command or option is unknown, the line names it and the
+// most similar known one, if any is similar.
 std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace evalbus

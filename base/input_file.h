@@ -1,4 +1,4 @@
-// All input files are opened here: files that users name, and files in folders that other processes write to.
+// Opens input files: files that users name, and files in folders that other processes write to.
 // Only regular files are read. Anything else (a named pipe, a device, a socket) is refused before it is
 // opened, because reading it, or even opening it, might block forever.
 #pragma once

@@ -8,14 +8,14 @@
 
 namespace evalbus {
 
-// All JSON is read with these functions; Json is nlohmann::json or nlohmann::ordered_json. They throw
-// InputError with file, line and reason. They refuse NaN, infinities, numbers that do not fit a double,
-// repeated keys and excessive nesting.
+// Files of users are read with these functions; Json is nlohmann::json or nlohmann::ordered_json. They throw
+// InputError with file, reason and, for a syntax error, line; and the errors of InputFile. They refuse NaN,
+// infinities, numbers that do not fit a double, repeated keys and excessive nesting.
 template <class Json = nlohmann::json>
 Json ReadJsonFile(const std::filesystem::path& file);
-// Streaming variant for files of any length. For each element of the array at `key` of the outermost object,
-// take(what was read before the element, the element) is called; if it returns true, the element is not
-// stored.
+// Streaming variant for files of any length. For each object in the array at `key` of the outermost object,
+// take(what was read so far, the object) is called; if it returns true, the object is not stored. Once an
+// element is stored, take() is not called any more.
 using TakeElement = std::function<bool(const nlohmann::json& so_far, const nlohmann::json& element)>;
 nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
                             const TakeElement& take);

@@ -63,7 +63,8 @@ struct SeedSource {
   std::string stream, task, variation;
 
   // Returns the seed of an episode. It does not depend on other episodes, so that each can be run alone,
-  // anywhere and in any order. It has 53 bits, so that JSON readers that only support doubles keep it exact.
+  // anywhere and in any order. It has at most 53 bits, so that JSON readers that only support doubles keep it
+  // exact.
   int64_t OfEpisode(int32_t episode) const {
     if (stream == kRoboEvalSeeds) return seed + episode;
     uint64_t base = static_cast<uint64_t>(seed);

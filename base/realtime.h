@@ -6,7 +6,7 @@
 namespace evalbus {
 
 struct Realtime {
-  // True if the process has real-time priority (SCHED_FIFO).
+  // True if the calling thread has real-time priority (SCHED_FIFO).
   bool is_scheduled = false;
   // True if no memory of the process can be swapped to disk.
   bool is_locked = false;
@@ -16,11 +16,12 @@ struct Realtime {
   std::string Words() const;
 };
 
-// Requests real-time priority and locked memory for this process, but not for its child processes. priority:
-// priority in SCHED_FIFO, 1 to 99.
+// Requests real-time priority for the calling thread, but not for threads and processes that it starts later,
+// and locked memory for this process, but not for its child processes. priority: priority in SCHED_FIFO, 1 to
+// 99.
 Realtime RequestRealtime(int priority);
 
-// Returns what RequestRealtime() would obtain. It is tried in a child process.
+// Returns what RequestRealtime(1) would obtain. The request is tried in a child process.
 Realtime RealtimeAllowed();
 
 }  // namespace evalbus

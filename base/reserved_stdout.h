@@ -17,7 +17,7 @@ class ReservedStdout {
 
   // Throws EnvironmentError if not everything was written, for example because the reader has exited.
   void Write(std::string_view bytes);
-  // False once the process at the other end of the pipe has exited.
+  // False once the reading end of the pipe has been closed, for example because the reader has exited.
   bool has_reader() const;
 
  private:

@@ -36,10 +36,10 @@ struct Safetensors {
   const Tensor* Find(const std::string& name) const;
 };
 
-// Both functions throw InputError, one line that names the file, in these cases: the header is above 100 MB,
-// longer than the file or not JSON; tensors overlap, leave a gap or do not have the size of their shape; or
-// the file is truncated. The allocated memory is proportional to the bytes that exist, not to the sizes that
-// the header states.
+// Both functions throw InputError, one line that names the file, if the file does not have this format: the
+// header is above 100 MB, longer than the file or malformed; tensors overlap, leave a gap or do not have the
+// size of their shape; or the file is truncated. ReadSafetensors() also throws the errors of InputFile. The
+// allocated memory is proportional to the bytes that exist, not to the sizes that the header states.
 Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& file);
 Safetensors ReadSafetensors(const std::filesystem::path& file);
 

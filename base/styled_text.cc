@@ -13,7 +13,7 @@
 namespace evalbus {
 namespace {
 
-// Teal and vermilion of the Okabe-Ito palette, distinguishable for color-blind users.
+// Colors close to bluish green and vermilion of the Okabe-Ito palette, distinguishable for color-blind users.
 const char* Code(Style style) {
   switch (style) {
     case Style::kStrong:

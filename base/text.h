@@ -14,7 +14,8 @@ std::string Cut(const std::string& text, int width);
 // Pads a text with spaces to a width: right-aligned, or left-aligned if the width is negative.
 std::string Pad(const std::string& text, int width);
 
-// Replaces each control character, and each byte that is not UTF-8, by a question mark. Texts of other
+// Replaces each control character, each byte that is not UTF-8, and U+FFFE and U+FFFF of each plane by a
+// question mark. Texts of other
 // processes and names in files may be arbitrary bytes. Terminals execute control characters, and XML does not
 // allow them.
 std::string Printable(const std::string& text);
@@ -28,9 +29,10 @@ std::string Words(std::string name);
 // Formats a number with this many decimals. A number that rounds to zero has no sign.
 std::string Fixed(double value, int decimals);
 
-// Formats a number in at most five characters, so that columns keep their width. It has four significant
-// digits (three if it is negative) with at most three decimals. From 100000 on, thousands are shown ("123k").
-// "-" if it is not finite. error: see Decimals().
+// Formats a number for a narrow column. It has at most three decimals, and no more than needed for four
+// significant digits (three if it is negative). If its magnitude is 100000 or more, thousands are shown
+// ("123k"). Numbers from 0 to 9999499 have at most five characters. "-" if it is not finite. error: see
+// Decimals().
 std::string Number(double value, double error = 0);
 
 // Returns the number of decimals that shows four significant digits of a number of this magnitude; at most

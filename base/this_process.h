@@ -8,9 +8,8 @@ namespace evalbus {
 // Returns the name of this process, "node7-4711": name of this machine, id of this process.
 std::string ThisProcess();
 
-// Returns true only if it is certain that the process with this name ran on this machine and has ended.
-// Always returns false for processes of other machines, and for processes of a container that has another
-// host name.
+// Returns true if the process with this name ran on a machine with this machine's host name, and no process
+// has its id now. Always returns false for processes of machines and containers with another host name.
 bool HasEnded(const std::string& process);
 
 }  // namespace evalbus

@@ -12,8 +12,9 @@ namespace evalbus {
 
 // Writes a file. An existing file is replaced; it keeps its permissions, and its owner if this process may
 // change owners. Links are followed. A pipe, a device, or a file that is open in this process (/dev/stdout)
-// is written to directly. On failure, the previous contents remain and no temporary file is left. Throws
-// InputError if the name is wrong (no such folder, no permission, a folder), otherwise EnvironmentError.
+// is written to directly. For any other file, the previous contents remain on failure, and no temporary file
+// is left. Throws InputError if the name is wrong (no such folder, no permission, a folder), otherwise
+// EnvironmentError.
 void WriteWhole(const std::filesystem::path& file, const std::string& text);
 
 // Atomically writes a file that a library writes, or that is too large for memory. The caller writes to

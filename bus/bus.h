@@ -112,14 +112,15 @@ class Bus {
   void SubscribeRaw(const std::string& channels, RawHandler handler);
 
   // Allows messages to be delayed by up to `delay`, so that one wake-up handles many. The receive buffer may
-  // limit the delay further. Components whose answers other components wait for should leave it at 0.
+  // limit the delay further. The call has no effect before the first subscription, or if liblcm receives.
+  // Components whose answers other components wait for should leave the delay at 0.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
-  // Size of the receive buffer that the kernel granted. Nothing if liblcm receives, because its queue is
-  // unlimited.
+  // Size of the receive buffer that the kernel granted. Nothing before the first subscription, and if liblcm
+  // receives, because its queue is unlimited.
   std::optional<size_t> receive_buffer_bytes() const;
 
-  // Handles one message if one arrives before the deadline. Returns false if no message arrived, or if
-  // wake_event() was set while no message was queued. Rethrows the exception of a handler.
+  // Handles one message if one arrives before the deadline. Returns false if no message arrived, after a
+  // signal, or if wake_event() was set while no message was queued. Rethrows the exception of a handler.
   bool Handle(SteadyTime deadline);
   // Handles one message that has already arrived. Returns false if there is none; does not wait.
   bool Handle() { return Handle(SteadyTime::min()); }
@@ -183,8 +184,8 @@ class Bus {
   int64_t foreign_messages_ = 0;
 };
 
-// Throws InputError if a udpm:// URL requests a receive buffer so small that messages are lost. A policy that
-// misses STATEs because of lost messages would be scored as if it had not answered.
+// Throws InputError if a udpm:// URL requests less than kLeastReceiveBufferBytes, because messages would be
+// lost. In real time, a policy that misses a STATE would be scored as if it had not answered.
 void CheckReceiveBuffer(const std::string& url);
 
 // A random id, not 0, for a session or an instance.

@@ -48,7 +48,8 @@ class Component {
   // repetition, returns false.
   bool EnterEpisode(const episode_begin_t& begin);
   void PublishReady();
-  // True if a message with this header belongs to the current episode. Otherwise counts it as foreign.
+  // True if a message with this header belongs to the current episode and IsPlausible(). Otherwise counts the
+  // message as foreign.
   bool IsOurs(const header_t& header);
   // Must be called when a tick has been handled. Publishes STATUS often enough for flow control.
   void Progress(const header_t& header);

@@ -37,15 +37,16 @@ struct EpisodeMessages {
 };
 
 // How repeated, late and damaged messages are treated:
-// - An EPISODE_BEGIN with another episode, attempt or seed, or after EPISODE_END, begins the next
-//   EpisodeMessages. Otherwise it is a repetition, because the sim repeats it until all components are ready.
+// - An EPISODE_BEGIN with another episode, attempt or seed, after EPISODE_END, or after ticks without an
+//   EPISODE_BEGIN, begins the next EpisodeMessages. Otherwise it is a repetition, because the sim repeats it
+//   until all components are ready.
 // - Messages whose episode or attempt differs from EPISODE_BEGIN are ignored, because they are late messages
 //   of an earlier attempt. Without EPISODE_BEGIN, the first message of a tick determines both.
 // - If a channel has several messages for one tick, the first is used, because the sim repeats STATE until it
 //   is answered. In a real-time run, messages may have been recorded out of order; they are sorted.
 // - A STATE that is not later than the previous STATE, or more than 60 s later, is damaged and ignored.
-// - The last MODEL before the first message of a tick is used. Later ones are repetitions or belong to the
-//   next run.
+// - The last MODEL before the first message of a tick is used or, if there is none, the first later one.
+//   Other later ones are repetitions or belong to the next run.
 // - Messages that cannot be decoded are ignored. log() counts the damage in the log.
 // The caller decides which missing parts it accepts.
 class EpisodeReader {
@@ -55,7 +56,7 @@ class EpisodeReader {
                                                channels::kPartial};
 
   // channels: the channels to decode, all by default; the lists of other channels remain empty. Throws
-  // InputError if the log cannot be read.
+  // the errors of EventLogReader.
   explicit EpisodeReader(const std::filesystem::path& log, Channels channels = kAllChannels)
       : reader_(log), channels_(std::move(channels)) {}
 

@@ -19,8 +19,8 @@ namespace evalbus {
 
 class EventLogWriter {
  public:
-  // Creates the file, which must not exist. All functions throw EnvironmentError on failure, so that an
-  // incomplete log is never taken for a complete one.
+  // Creates the file, which must not exist. All functions throw EnvironmentError on failure (ClosePacked() the
+  // errors of PackLog()), so that an incomplete log is never taken for a complete one.
   explicit EventLogWriter(const std::filesystem::path& file);
   ~EventLogWriter();
   EventLogWriter(const EventLogWriter&) = delete;
@@ -55,7 +55,7 @@ struct LogEvent {
 // memory. The file is not mapped: truncating a mapped file would crash the process that reads it.
 class EventLogReader {
  public:
-  // Throws InputError if the file cannot be read, is not a regular file, or is a damaged packed log.
+  // Throws the errors of InputFile, and InputError if the file is a damaged packed log.
   explicit EventLogReader(const std::filesystem::path& file);
 
   // Reads the next undamaged event and skips damaged bytes. Returns false at the position that was the end of

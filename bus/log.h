@@ -32,7 +32,7 @@ class Log {
  public:
   // bus: not null. Lines of level info and above are published there, at most ten per second, followed by the
   // number of suppressed lines. Publish errors are ignored. Throws EnvironmentError if the file cannot be
-  // written.
+  // written, and InputError if EVALBUS_LOG_LEVEL is used and invalid.
   Log(std::string component, Bus* bus);
   ~Log();
   Log(const Log&) = delete;

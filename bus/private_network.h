@@ -20,9 +20,10 @@ std::string WhyNoMulticast(const std::string& url);
 // from it. Throws EnvironmentError, one line.
 void EnterPrivateNetwork();
 
-// Chooses the bus and prints it with the reason on stdout. If `asked` is not empty, only that bus is used;
-// throws InputError or EnvironmentError if it does not work. Otherwise, uses this machine's multicast or, if
-// that does not work, enters a private network with multicast. Returns no bus if neither works.
+// Chooses the bus. If `asked` is not empty, only that bus is used; throws InputError or EnvironmentError if
+// it does not work. Otherwise, uses this machine's multicast or, if that does not work, enters a private
+// network with multicast, and prints the bus on stdout. Returns no bus if neither works. Throws
+// EnvironmentError if no free port is found.
 ReservedBus ChooseBus(const std::string& asked);
 
 }  // namespace evalbus

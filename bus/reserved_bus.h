@@ -25,7 +25,8 @@ class ReservedBus {
   ReservedBus& operator=(ReservedBus&& other) noexcept;
 
   // Draws groups and ports at random until one has a port that no other program in this network namespace
-  // uses. draw: replaces the random draw in tests. Throws EnvironmentError if no free port is found.
+  // uses. draw: replaces the random draw in tests. Throws EnvironmentError if no free port is found. If no
+  // socket can be created, returns a bus that is not reserved.
   static ReservedBus Draw(const std::function<Place()>& draw = DrawPlace);
   // Returns a bus that the user chose. Other programs may share it. Unless it is already reserved, it is
   // reserved so that Draw() of other runs does not choose it.

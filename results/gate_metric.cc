@@ -207,7 +207,7 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
   const auto needed = PairsNeeded(excesses, metrics::Mean(excesses) < 0 ? metrics::kAlpha : fail_alpha);
   if (differing < kDifferingPairsNeeded) {
     if (differing > 0 && needed) {
-      // Of so many pairs, enough differ with a probability of about 80 %, the 0.84 quantile of a normal
+      // Enough pairs differ with a probability of about 80 % in this total, the 0.84 quantile of a normal
       // distribution.
       const double enough = kDifferingPairsNeeded + 0.84 * std::sqrt(kDifferingPairsNeeded);
       const int total = static_cast<int>(std::ceil(static_cast<double>(n) * enough / differing));

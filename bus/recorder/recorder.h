@@ -40,7 +40,9 @@ class Recorder : public Component {
   bool MayBegin(const episode_begin_t& begin);
   void Open(const episode_begin_t& begin);
   void CloseEpisode();
-  // Number of ticks before EPISODE_END for which the log lacks a message that is known to have been sent.
+  // Returns the number of ticks, up to the tick of EPISODE_END, that the log lacks: STATEs and, unless in real
+  // time, CONTACTS, PARTIALs and (without a source) ACTIONs; the largest of these numbers. 0 if the episode
+  // was aborted.
   int64_t MissingTicks() const;
 
   std::filesystem::path run_;

@@ -9,9 +9,10 @@
 namespace evalbus {
 
 // Attaches a filter to a UDP socket. The filter drops
-//   - datagrams that are not LCM messages (bus/udpm/lcm_wire.h),
+//   - datagrams that do not begin as LCM messages (bus/udpm/lcm_wire.h),
 //   - datagrams from other machines, if `is_local`,
-//   - fragments that exceed their message,
+//   - fragments whose message size or offset is above kMaxMessageBytes,
+//   - first fragments with an offset other than 0,
 //   - fragments of a message that is larger than its number of fragments can hold,
 //   - messages on channels that are not in `channels`.
 //

@@ -64,13 +64,13 @@ class MulticastReceiver {
 
   // Size of the receive buffer that the kernel granted.
   size_t receive_buffer_bytes() const { return buffer_bytes_; }
-  // Number of messages with missing or inconsistent fragments.
+  // Number of incomplete messages; see Reassembler::lost().
   int64_t lost() const { return reassembler_.lost(); }
 
  private:
   static constexpr size_t kBatch = 16;
 
-  // Reads the queued datagrams. Returns false if there are none.
+  // Reads up to kBatch queued datagrams. Returns false if there are none.
   bool Take();
   // Returns false if nothing can be read before the deadline.
   bool Wait(Time deadline);

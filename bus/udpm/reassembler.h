@@ -16,8 +16,8 @@ namespace evalbus {
 
 class Reassembler {
  public:
-  // Limit of the memory of all unfinished messages. If it would be exceeded, the senders that have been
-  // silent longest are dropped.
+  // Limits of the memory for all senders and of their number. If one would be exceeded, the senders that have
+  // been silent longest are dropped.
   static constexpr size_t kMaxBytes = 2 * kMaxMessageBytes;
   static constexpr size_t kMaxSenders = 64;
 
@@ -25,7 +25,8 @@ class Reassembler {
   // completes, if any; its views are valid until the next call.
   std::optional<LcmMessage> Add(uint64_t sender, const LcmFragment& fragment);
 
-  // Number of messages discarded because fragments are missing or inconsistent.
+  // Number of begun messages that were discarded, because fragments are missing or inconsistent, or to make
+  // room. A message whose first fragment is missing is not counted.
   int64_t lost() const { return lost_; }
 
  private:
