@@ -115,7 +115,8 @@ std::string Evidence(const Comparison& comparison) {
   }
   if (success.trials == 0 || success.baseline_trials == 0) return text;
   std::string test = TestName(success.test);
-  if (success.p_adjusted != success.p) {
+  // Also if adjusting did not change p, as for the largest p of a family.
+  if (success.family > 1) {
     test +=
         success.test == SuccessTest::kSequentialMcNemar ? ", adjusted by Bonferroni," : ", adjusted by Holm,";
   }

@@ -642,6 +642,7 @@ TEST_F(CompareTest, RemarksThatAPlanStoppedByItsResults) {
 TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   Comparison result = CompareRuns(Run("b", Info(10), First(10, 10), 5), Run("a", Info(10), First(3, 10), 5));
   EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
+  result.success.family = 2;
   result.success.SetSequential(0.06, 0.12, false);
   EXPECT_EQ(result.success.judgment(), Judgment::kNone);
   EXPECT_THAT(Conclusion(result),
@@ -658,6 +659,10 @@ TEST_F(CompareTest, SeveralAreAdjusted) {
   EXPECT_DOUBLE_EQ(results[0].success.p, 1.0 / 32);
   EXPECT_DOUBLE_EQ(results[0].success.p_adjusted, 1.0 / 16);
   EXPECT_TRUE(Conclusion(results[0]).starts_with("No difference shown")) << Conclusion(results[0]);
+  // Every adjusted p is called adjusted, also the largest, which Holm leaves as it is.
+  EXPECT_EQ(results[1].success.p_adjusted, results[1].success.p);
+  for (const Comparison& result : results)
+    EXPECT_THAT(Evidence(result), testing::HasSubstr(", exact McNemar, adjusted by Holm, p = "));
 }
 
 TEST_F(CompareTest, SuitesByTask) {
