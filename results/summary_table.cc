@@ -12,6 +12,7 @@
 #include "base/help.h"
 #include "base/percent.h"
 #include "base/plural.h"
+#include "base/run_layout.h"
 #include "base/styled_text.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
@@ -32,15 +33,22 @@ constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -24}, Col
 
 constexpr size_t kEndColumn = 1;
 
+// Returns the number of columns that fit into `width`.
+size_t NumEpisodeColumns(int width) {
+  size_t shown = 0;
+  for (int used = -2; shown < kColumns.size(); ++shown) {
+    used += 2 + std::abs(kColumns[shown].width);
+    if (used > width) break;
+  }
+  return shown;
+}
+
 // Returns a line with the cells that fit into `width`. end: style of the cell with the end reason.
 std::string ColumnLine(const std::array<std::string, kColumns.size()>& cells, int width, Style end,
                        bool colors) {
   std::string line;
-  int used = 0;
-  for (size_t i = 0; i < kColumns.size(); ++i) {
+  for (size_t i = 0; i < NumEpisodeColumns(width); ++i) {
     const std::string cell = (i > 0 ? "  " : "") + Pad(cells[i], kColumns[i].width);
-    used += Width(cell);
-    if (used > width) break;
     line += Styled(cell, i == kEndColumn ? end : Style::kPlain, colors);
   }
   return line.substr(0, line.find_last_not_of(' ') + 1);
@@ -107,6 +115,20 @@ std::string ConstantsText(const std::vector<MetricNumber>& constants, const metr
          "\n";
 }
 
+// Returns a line with the statistics and the columns of episodes that do not fit into `width`. shown: number
+// of statistics that fit.
+std::string OmittedFromRunText(const std::vector<Statistic>& statistics, size_t shown, int width) {
+  std::vector<std::string> parts;
+  const auto add = [&parts](const auto& columns, size_t first, const char* file) {
+    std::vector<std::string> titles;
+    for (size_t i = first; i < columns.size(); ++i) titles.emplace_back(columns[i].title);
+    if (!titles.empty()) parts.push_back(fmt::format("{} (see {})", fmt::join(titles, ", "), file));
+  };
+  add(statistics, shown, kSummaryJson);
+  add(kColumns, NumEpisodeColumns(width), kEpisodesJsonl);
+  return OmittedColumnsText(parts, width);
+}
+
 // Returns a line such as " 2 violations of force limits, first of pot at 5.62 s with 604 N"; empty if there
 // are none.
 std::string ViolationsText(const nlohmann::ordered_json& episode) {
@@ -130,6 +152,12 @@ std::string FormatDuration(double seconds) {
 std::string PercentText(const metrics::Interval& interval) {
   const int decimals = interval.upper - interval.lower < 0.02 ? 1 : 0;
   return fmt::format("{:.{}f} to {:.{}f} %", interval.lower * 100, decimals, interval.upper * 100, decimals);
+}
+
+std::string OmittedColumnsText(const std::vector<std::string>& columns, int width) {
+  if (columns.empty()) return "";
+  const std::string text = fmt::format("not shown at {} columns: {}", width, fmt::join(columns, "; "));
+  return Wrapped(text, 2, static_cast<size_t>(width)) + "\n";
 }
 
 std::string EpisodeHeader(int width) {
@@ -263,6 +291,7 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width, bool col
     used += statistics[shown].width;
     if (used > width && shown > 0) break;
   }
+  const std::string omitted = OmittedFromRunText(statistics, shown, width);
   statistics.resize(shown);
   text += "\n" + std::string(static_cast<size_t>(label_width), ' ');
   for (const Statistic& statistic : statistics) text += Pad(statistic.title, statistic.width);
@@ -286,7 +315,7 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width, bool col
   text += ConstantsText(constants, summary, width);
   if (const std::string repeatability = RepeatabilityText(summary); !repeatability.empty())
     text += Wrapped(repeatability, 2, static_cast<size_t>(width)) + "\n";
-  return text + note;
+  return text + note + omitted;
 }
 
 }  // namespace evalbus::results

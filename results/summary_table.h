@@ -17,6 +17,10 @@ std::string FormatDuration(double seconds);
 // points.
 std::string PercentText(const metrics::Interval& interval);
 
+// Returns a paragraph on columns that do not fit into the terminal; empty if there are none. columns: names
+// of the columns, and where their values are, for example "p5, p95 (see summary.json)".
+std::string OmittedColumnsText(const std::vector<std::string>& columns, int width);
+
 // EpisodeHeader() returns the column titles, and EpisodeLine() the line of a finished episode. `episode`: its
 // line of episodes.jsonl. Columns that do not fit into `width` are omitted from the right. colors: see
 // base/styled_text.h.
@@ -35,7 +39,7 @@ std::string RepeatabilityText(const metrics::RunSummary& summary);
 
 // Returns the final table: success rate with its interval, then the main metrics with units. Columns that do
 // not fit into `width` are omitted. Paragraphs below the table name the metrics that are equal in every
-// episode, and the repeatability.
+// episode, the repeatability, and the omitted columns, also those of EpisodeLine().
 std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors = false);
 
 // An episode without success, its failure reason and its decisive moment.

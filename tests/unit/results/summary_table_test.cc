@@ -63,7 +63,9 @@ TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
             "                              mean     95 % CI of mean      std   median\n"
             "slips                         1.50        1 to       2     0.50        1\n"
             "smallest clearance           163.5                   -        -    200.0  mm\n"
-            "gripper height difference        0        0 to      12    12346    1235k  mm\n");
+            "gripper height difference        0        0 to      12    12346    1235k  mm\n"
+            "not shown at 80 columns: p5, p95, max (see summary.json); path (see\n"
+            "  episodes.jsonl)\n");
 }
 
 // Digits beyond the precision are not shown. With a standard deviation of 0.5 s, the mean of 16 episodes has
@@ -118,7 +120,8 @@ TEST(SummaryTable, FoldsMetricsThatAreEqualInEveryEpisode) {
   summary.metrics.push_back({"env_collision_count", 2, 0, 0, 0, 0, 0, 0, 0, {nan, nan}});
   summary.metrics.push_back({"self_collision_count", 2, 3, 0, 3, 3, 3, 3, 3, {nan, nan}});
   const std::string table = SummaryTable(summary, 80);
-  EXPECT_TRUE(table.ends_with("mm\nequal in every episode: collisions with the scene 0, self collisions 3\n"))
+  EXPECT_TRUE(
+      Has(table, "mm\nequal in every episode: collisions with the scene 0, self collisions 3\nnot shown "))
       << table;
   summary.metrics.back().episodes = 1;
   EXPECT_TRUE(Has(SummaryTable(summary, 80), "\nself collisions  ")) << SummaryTable(summary, 80);
@@ -148,13 +151,20 @@ TEST(FailedEpisodesText, HasACommandForEach) {
 
 TEST(SummaryTable, FitsEveryWidth) {
   for (const int width : {50, 60, 70, 80, 100}) {
-    const std::string table = SummaryTable(Summary(2, 1), width);
-    EXPECT_LE(LongestLine(table), width) << table;
+    const std::string text = SummaryTable(Summary(2, 1), width);
+    EXPECT_LE(LongestLine(text), width) << text;
+    const size_t end = text.find("not shown at ");
+    ASSERT_NE(end, std::string::npos) << text;
+    const std::string table = text.substr(0, end), omitted = text.substr(end);
     EXPECT_TRUE(Has(table, "mean")) << width;
     EXPECT_EQ(Has(table, "interval"), true) << table;
     EXPECT_EQ(Has(table, "median"), width >= 80) << table;
     EXPECT_FALSE(Has(table, " \n")) << table;
+    EXPECT_EQ(Has(omitted, "median"), width < 80) << omitted;
+    EXPECT_TRUE(Has(omitted, "max (see summary.json)")) << omitted;
+    EXPECT_EQ(Has(omitted, "episodes.jsonl"), width < 100) << omitted;
   }
+  EXPECT_FALSE(Has(SummaryTable(Summary(2, 1), 120), "not shown"));
 }
 
 TEST(SummaryTable, RemarksThatEqualEpisodesAreOneSample) {
