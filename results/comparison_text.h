@@ -1,6 +1,7 @@
 // Formats comparisons as text for a terminal.
 #pragma once
 
+#include <limits>
 #include <string>
 
 #include "results/comparison.h"

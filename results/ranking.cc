@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "base/help.h"
 #include "base/percent.h"
 #include "base/text.h"
 #include "metrics/statistics/letters.h"
@@ -91,16 +92,16 @@ std::string RankingHeadline(const std::vector<RankedRun>& ranking) {
   return fmt::format("{}; not shown to differ: {}", order, fmt::join(open, ", "));
 }
 
-std::string RankingText(const std::vector<RankedRun>& ranking) {
+std::string RankingText(const std::vector<RankedRun>& ranking, int width) {
   if (ranking.empty()) return "";
-  size_t width = 0;
-  for (const RankedRun& run : ranking) width = std::max(width, run.name.size());
+  size_t longest = 0;
+  for (const RankedRun& run : ranking) longest = std::max(longest, run.name.size());
   std::string text = "Ranking by success\n";
   for (const RankedRun& run : ranking) {
-    text += fmt::format("{}  {:>14}  {:>5}  {}\n", Pad(run.name, -static_cast<int>(width)),
+    text += fmt::format("{}  {:>14}  {:>5}  {}\n", Pad(run.name, -static_cast<int>(longest)),
                         fmt::format("{} of {}", run.successes, run.trials), Rate(run), run.letters);
   }
-  return text + kRankingNote + "\n";
+  return text + Wrapped(kRankingNote, 0, static_cast<size_t>(width)) + "\n";
 }
 
 }  // namespace evalbus::results

@@ -1,6 +1,7 @@
 // Ranks policies by success, and determines which of them differ significantly.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,8 @@ std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& run
 // "a 90 % > b 56 % > c 20 %; all differ". With more than six policies, it names only the first: "a 90 %
 // succeeds most often; 5 of 7 others are shown to be worse". Empty for an empty ranking.
 std::string RankingHeadline(const std::vector<RankedRun>& ranking);
-// Returns a table and a line that explains it; empty for an empty ranking.
-std::string RankingText(const std::vector<RankedRun>& ranking);
+// Returns a table and a sentence that explains it, wrapped at `width`; empty for an empty ranking.
+std::string RankingText(const std::vector<RankedRun>& ranking, int width = std::numeric_limits<int>::max());
 inline constexpr char kRankingNote[] =
     "Policies that share a letter are not shown to differ (all pairs tested, p adjusted by Holm).";
 

@@ -30,6 +30,7 @@
 #include "runner/version.h"
 #include "viz/images/panel_video.h"
 #include "viz/images/video_writer.h"
+#include "viz/terminal/terminal.h"
 
 namespace evalbus::commands {
 namespace {
@@ -154,12 +155,13 @@ int Compare(const CompareOptions& options) {
   for (const results::RecordedRuns& run : runs) all.push_back(&run);
   if (!options.across_engines) results::CheckSameEngine(all);
   const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline);
+  const int width = viz::TerminalWidth(stdout);
   for (size_t i = 0; i < comparisons.size(); ++i) {
     fmt::print("{}{}", i == 0 ? "" : "\n\n",
-               results::ComparisonText(comparisons[i], !options.baseline.empty(), UsesColors(stdout)));
+               results::ComparisonText(comparisons[i], !options.baseline.empty(), UsesColors(stdout), width));
   }
   const std::vector<results::RankedRun> ranking = results::RankBySuccess(all);
-  if (!ranking.empty()) fmt::print("\n\n{}", results::RankingText(ranking));
+  if (!ranking.empty()) fmt::print("\n\n{}", results::RankingText(ranking, width));
   if (!options.json.empty()) {
     WriteWhole(options.json, ToText(results::ComparisonJson(comparisons, ranking), 2) + "\n");
     fmt::print("\njson     {}\n", options.json.string());

@@ -8,6 +8,7 @@
 #include "results/comparison_json.h"
 #include "results/comparison_text.h"
 #include "results/conclusion.h"
+#include "tests/unit/longest_line.h"
 #include "tests/unit/results/compare_fixture.h"
 
 namespace evalbus::results::comparison_test {
@@ -398,6 +399,24 @@ TEST_F(CompareTest, TextHasTheNames) {
                                  Run("a", Info(6), First(0, 6), 5)),
                      false);
   EXPECT_THAT(long_names, testing::HasSubstr("               a  ..ift_pot-030000  difference"));
+}
+
+TEST_F(CompareTest, TextFitsTheTerminal) {
+  const Comparison result = CompareRuns(Run("run_noisyexpert", Info(20), First(8, 20), 6),
+                                        Run("run_expert", Info(20), First(20, 20), 5));
+  const std::string whole = ComparisonText(result, true);
+  EXPECT_EQ(ComparisonText(result, true, false, 1000), whole);
+  for (const int width : {62, 70, 80, 100, 110}) {
+    const std::string text = ComparisonText(result, true, false, width);
+    EXPECT_LE(LongestLine(text), width) << text;
+    EXPECT_THAT(text, testing::HasSubstr("  worse\n"));
+    EXPECT_EQ(text.find("not shown at ") != std::string::npos, width < 110) << text;
+  }
+  // Names are shortened and columns omitted, but the verdict and the p from which it follows are shown.
+  const std::string text = ComparisonText(result, true, false, 80);
+  EXPECT_THAT(text, testing::HasSubstr("  .._expert  ..yexpert  difference    Holm\nsuccess "));
+  EXPECT_THAT(text, testing::HasSubstr(
+                        "\nnot shown at 80 columns: 95 % CI of difference, p (see --json or --report)\n"));
 }
 
 TEST_F(CompareTest, RemarksOnDifferencesOfContracts) {

@@ -5,6 +5,8 @@
 
 #include <random>
 
+#include "tests/unit/longest_line.h"
+
 namespace evalbus::results::ranking_test {
 
 // Returns a run with one episode for each outcome, each from its own initial state.
@@ -61,6 +63,7 @@ TEST(Ranking, MostSuccessfulFirstWithLetters) {
             "Policies that share a letter are not shown to differ (all pairs tested, p adjusted by Holm).\n");
   EXPECT_EQ(RankingHeadline(ranking), "large 90 % > small 76 % > base 56 % > expert 40 %; all differ");
   EXPECT_TRUE(Rank({Policy("a", First(1, 3)), Policy("b", First(2, 3))}).empty());
+  EXPECT_LE(LongestLine(RankingText(ranking, 60)), 60);
   EXPECT_EQ(RankingText({}), "");
   EXPECT_EQ(RankingHeadline({}), "");
   EXPECT_EQ(RankingHeadline(
