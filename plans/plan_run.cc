@@ -91,7 +91,7 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
   std::map<std::string, std::pair<std::string, std::string>> of_job;  // policy and task
   std::set<std::string> ahead;  // policies with such runs; a later step writes the summary of their suite
   std::vector<runner::Job> jobs;
-  size_t width = 0;
+  int policy_width = Width("policy"), task_width = Width("task");
   for (const PlannedPolicy& policy : plan.policies) {
     if (!policies.contains(policy.name)) continue;
     runner::RunOptions options = plan.OptionsOf(policy);
@@ -109,18 +109,24 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
         continue;
       }
       job.name = policy.name + "  " + task;
-      width = std::max(width, job.name.size());
+      policy_width = std::max(policy_width, Width(policy.name));
+      task_width = std::max(task_width, Width(task));
       of_job[job.name] = {policy.name, task};
       jobs.push_back(std::move(job));
     }
   }
   if (jobs.empty()) return;
+  const auto name_of = [&](const std::string& policy, const std::string& task) {
+    return Pad(policy, -policy_width) + "  " + task;
+  };
+  const auto width = static_cast<size_t>(policy_width + 2 + task_width);
+  const bool colors = UsesColors(stdout);
   fmt::print("{} runs of {}, {} at a time\n{}", jobs.size(), Plural(episodes, "episode"), workers,
-             results::Tally::Title("policy, task", width));
+             results::Tally::Title(name_of("policy", "task"), width, colors));
   std::fflush(stdout);
   const bool is_whole = RunJobs(std::move(jobs), workers, "runs", events.lines, [&](const std::string& job) {
     const auto& [policy, task] = of_job.at(job);
-    fmt::print("{}", suites.at(policy).Ended(task).Line(job, width));
+    fmt::print("{}", suites.at(policy).Ended(task).Line(name_of(policy, task), width, colors));
   });
   for (const auto& [name, suite] : suites) {
     if (!ahead.contains(name)) suite.WriteSummary();

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "base/plural.h"
+#include "base/styled_text.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "results/summary_table.h"
@@ -13,7 +13,7 @@ namespace {
 std::string Row(const std::string& name, size_t width, const std::string& success, const std::string& rate,
                 const std::string& time, const std::string& why) {
   std::string line = fmt::format("{:<{}}  {:>9}  {:>14}  {:>12}  {}", name, width, success, rate, time, why);
-  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  return line.substr(0, line.find_last_not_of(' ') + 1);
 }
 
 std::vector<std::pair<std::string, int>> FailuresOf(const metrics::RunSummary& summary) {
@@ -44,17 +44,20 @@ nlohmann::ordered_json Tally::Json() const {
   return json;
 }
 
-std::string Tally::Title(const std::string& what, size_t width) {
-  return Row(what, width, "success", "95 % interval", "success time", "remarks");
+std::string Tally::Title(const std::string& what, size_t width, bool colors) {
+  return Styled(Row(what, width, "success", "95 % interval", "success time", "remarks"), Style::kStrong,
+                colors) +
+         "\n";
 }
 
-std::string Tally::Line(const std::string& name, size_t width) const {
+std::string Tally::Line(const std::string& name, size_t width, bool colors) const {
   const metrics::RunSummary summary = statistics_.Summary(false);
   const metrics::MetricSummary* time = summary.Find("completion_time");
   std::string notes;
   const auto add = [&notes](const std::string& note) { notes += (notes.empty() ? "" : ", ") + note; };
   for (const auto& [reason, count] : FailuresOf(summary))
     add(fmt::format("{} {}", count, end_reason::Text(Printable(reason))));
+  if (!notes.empty()) notes = Styled(notes, Style::kBad, colors);
   if (summary.samples < summary.complete) {
     add(fmt::format("equal episodes: the interval counts {}", summary.samples));
   }
@@ -62,7 +65,8 @@ std::string Tally::Line(const std::string& name, size_t width) const {
   const bool judged = summary.judged > 0 || summary.complete == 0;
   return Row(name, width, judged ? fmt::format("{} of {}", summary.successes, summary.judged) : "not judged",
              judged ? PercentText(summary.wilson) : "-", time ? fmt::format("{:.2f} s", time->mean) : "-",
-             notes);
+             notes) +
+         "\n";
 }
 
 }  // namespace evalbus::results

@@ -18,8 +18,9 @@ class Tally {
   nlohmann::ordered_json Json() const;
   metrics::RunSummary Summary() const { return statistics_.Summary(false); }
   // Returns the column titles. width: number of characters of the name column. what: title of this column.
-  static std::string Title(const std::string& what, size_t width);
-  std::string Line(const std::string& name, size_t width) const;
+  // colors: see base/styled_text.h.
+  static std::string Title(const std::string& what, size_t width, bool colors = false);
+  std::string Line(const std::string& name, size_t width, bool colors = false) const;
 
  private:
   metrics::RunStatistics statistics_;

@@ -15,6 +15,7 @@
 #include "base/options_json.h"
 #include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/styled_text.h"
 #include "base/text.h"
 #include "bus/host.h"
 #include "models/robot_description.h"
@@ -138,7 +139,8 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
   };
   fmt::print("{} runs of {}  policy {}  seed {}  {} at a time\n", tasks.size(),
              Plural(options.episodes, "episode"), PolicyName(options), options.seed, options.workers);
-  fmt::print("{}", results::Tally::Title("task", width));
+  const bool colors = UsesColors(stdout);
+  fmt::print("{}", results::Tally::Title("task", width, colors));
   std::fflush(stdout);
   if (events) {
     events->Write("suite_begin", {{"suite", suite.folder().path().string()},
@@ -161,7 +163,7 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
   };
   while (!pool.done() && !stop_requested()) {
     if (const auto ended = pool.Poll()) {
-      fmt::print("{}{}", is_terminal ? "\x1b[K" : "", suite.Ended(*ended).Line(*ended, width));
+      fmt::print("{}{}", is_terminal ? "\x1b[K" : "", suite.Ended(*ended).Line(*ended, width, colors));
       std::fflush(stdout);
     } else {
       if (events) events->CheckReader();
@@ -176,9 +178,9 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
                   {{"summary", ReadJsonFile<nlohmann::ordered_json>(suite.folder().path() / kSummaryJson)}});
   }
   const results::SuiteTally& tally = suite.tally();
-  fmt::print("\n{}", results::Tally::Title("family", width));
-  for (const auto& [name, family] : tally.families()) fmt::print("{}", family.Line(name, width));
-  if (tally.families().size() > 1) fmt::print("{}", tally.all().Line("all", width));
+  fmt::print("\n{}", results::Tally::Title("family", width, colors));
+  for (const auto& [name, family] : tally.families()) fmt::print("{}", family.Line(name, width, colors));
+  if (tally.families().size() > 1) fmt::print("{}", tally.all().Line("all", width, colors));
   fmt::print("{}", tally.MeanLine(width));
   const auto shown = suite.folder().shown();
   if (const std::string note = results::InvalidText(tally.all().Summary().invalid, shown.string());

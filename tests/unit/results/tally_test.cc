@@ -35,6 +35,9 @@ TEST_F(TallyTest, PoolsRunsInWhateverOrder) {
   EXPECT_EQ(ab.Json()["failure_reasons"].dump(), R"({"timeout":1})");
   EXPECT_EQ(Tally::Title("task", 6), "task      success   95 % interval  success time  remarks\n");
   EXPECT_EQ(ab.Line("all", 6), "all        3 of 4      30 to 95 %        2.67 s  1 time limit\n");
+  // 202 is the color of failures (base/styled_text.cc).
+  EXPECT_TRUE(ab.Line("all", 6, true).ends_with("  \x1b[38;5;202m1 time limit\x1b[0m\n"));
+  EXPECT_TRUE(Tally::Title("task", 6, true).starts_with("\x1b[1mtask  "));
 }
 
 TEST_F(TallyTest, WhatIsNotCompleteIsNoFailure) {
