@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 #include <optional>
 #include <set>
@@ -26,6 +24,7 @@
 #include "results/conclusion.h"
 #include "results/run_reader.h"
 #include "results/summary_table.h"
+#include "runner/progress_line.h"
 #include "runner/suite.h"
 #include "viz/images/video.h"
 
@@ -42,36 +41,30 @@ struct Events {
   runner::RunOutput output{};
 };
 
-// Runs jobs, `at_once` at a time, and calls ended(name) after each success. Passes the events that they print
-// to `events`, unless it is null. Returns false if a stop was requested.
+// Runs jobs, `at_once` at a time, shows their progress, and calls ended(name) after each success. Passes the
+// events that they print to `events`, unless it is null. Returns false if a stop was requested.
 template <class Ended>
-bool RunJobs(std::vector<runner::Job> jobs, int at_once, const std::string& what, runner::EventLines* events,
-             const Ended& ended) {
-  const size_t all = jobs.size();
-  const bool is_terminal = isatty(fileno(stdout)) != 0;
-  const auto began = std::chrono::steady_clock::now();
+bool RunJobs(std::vector<runner::Job> jobs, int at_once, runner::JobsProgress* progress,
+             runner::EventLines* events, const Ended& ended) {
   runner::JobPool pool(std::move(jobs), at_once, [&](const std::string& why) {
-    fmt::print("{}retrying: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
+    progress->Clear();
+    fmt::print("retrying: {}\n", Printable(why));
     if (events) events->Write("remark", {{"text", why}});
   });
   if (events) pool.ReadOutput([&](const std::string& line) { events->Relay(line); });
   for (size_t done = 0; !pool.done() && !stop_requested();) {
     if (const auto name = pool.Poll()) {
       ++done;
-      if (is_terminal) fmt::print("\x1b[K");
+      progress->Clear();
       ended(*name);
       std::fflush(stdout);
     } else {
       if (events) events->CheckReader();
-      if (is_terminal) {
-        const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-        fmt::print("\x1b[K{} of {} {}, {}\r", done, all, what, results::FormatDuration(s));
-        std::fflush(stdout);
-      }
+      progress->Show(done);
       std::this_thread::sleep_for(runner::kJobPoll);
     }
   }
-  if (is_terminal) fmt::print("\x1b[K");
+  progress->Clear();
   return !stop_requested();
 }
 
@@ -91,6 +84,7 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
   std::map<std::string, std::pair<std::string, std::string>> of_job;  // policy and task
   std::set<std::string> ahead;  // policies with such runs; a later step writes the summary of their suite
   std::vector<runner::Job> jobs;
+  std::vector<fs::path> runs;
   int policy_width = Width("policy"), task_width = Width("task");
   for (const PlannedPolicy& policy : plan.policies) {
     if (!policies.contains(policy.name)) continue;
@@ -113,6 +107,7 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
       task_width = std::max(task_width, Width(task));
       of_job[job.name] = {policy.name, task};
       jobs.push_back(std::move(job));
+      runs.push_back(suite.run_folder(task));
     }
   }
   if (jobs.empty()) return;
@@ -124,10 +119,12 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
   fmt::print("{} runs of {}, {} at a time\n{}", jobs.size(), Plural(episodes, "episode"), workers,
              results::Tally::Title(name_of("policy", "task"), width, colors));
   std::fflush(stdout);
-  const bool is_whole = RunJobs(std::move(jobs), workers, "runs", events.lines, [&](const std::string& job) {
-    const auto& [policy, task] = of_job.at(job);
-    fmt::print("{}", suites.at(policy).Ended(task).Line(name_of(policy, task), width, colors));
-  });
+  runner::JobsProgress progress(jobs.size(), "runs", runs, episodes);
+  const bool is_whole =
+      RunJobs(std::move(jobs), workers, &progress, events.lines, [&](const std::string& job) {
+        const auto& [policy, task] = of_job.at(job);
+        fmt::print("{}", suites.at(policy).Ended(task).Line(name_of(policy, task), width, colors));
+      });
   for (const auto& [name, suite] : suites) {
     if (!ahead.contains(name)) suite.WriteSummary();
   }
@@ -208,7 +205,8 @@ void MakeVideos(const PlanFolder& folder, int workers) {
                       LogFile(run, "video")});
     }
   }
-  if (!RunJobs(std::move(jobs), workers, "runs recorded as video", nullptr, [](const std::string&) {})) {
+  runner::JobsProgress progress(jobs.size(), "runs recorded as video");
+  if (!RunJobs(std::move(jobs), workers, &progress, nullptr, [](const std::string&) {})) {
     throw EnvironmentError(
         "stopped before all videos were recorded; to resume, run the same command with --resume");
   }
@@ -297,7 +295,8 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
     pages.push_back({"report of " + policy.name, {evalbus, "report", own.string()}, LogFile(own, "report")});
     fs::create_directories(pages.back().log_file.parent_path());
   }
-  RunJobs(std::move(pages), workers, "pages", nullptr, [](const std::string&) {});
+  runner::JobsProgress progress(pages.size(), "pages");
+  RunJobs(std::move(pages), workers, &progress, nullptr, [](const std::string&) {});
   WritePlanPages(folder, results);
   fmt::print("\nreport   {}\n", (fs::proximate(folder.path()) / kReportHtml).string());
   if (!no_videos.empty()) {

@@ -3,9 +3,12 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "runner/video_progress.h"
 
@@ -40,6 +43,46 @@ class ProgressLine {
   Time last_;
   // Set by the first call of Show(). Episodes that were done earlier are not included in the estimate.
   std::optional<VideoProgress> progress_;
+};
+
+// Shows the progress of several jobs if standard output is a terminal, for example "3 of 9 runs, 17 of 72
+// episodes, 23 s".
+class JobsProgress {
+ public:
+  using Time = ProgressLine::Time;
+
+  // what: the jobs in the plural. runs: folders of runs with `episodes` episodes each, which are counted;
+  // empty for other jobs.
+  JobsProgress(size_t jobs, std::string what, const std::vector<std::filesystem::path>& runs = {},
+               int episodes = 0);
+  // Constructor for tests.
+  JobsProgress(size_t jobs, std::string what, const std::vector<std::filesystem::path>& runs, int episodes,
+               std::FILE* out, bool is_terminal, Time now);
+  ~JobsProgress() { Clear(); }
+  JobsProgress(const JobsProgress&) = delete;
+  JobsProgress& operator=(const JobsProgress&) = delete;
+
+  // Redraws the line at most once per ProgressLine::kInPlace. Must be called often.
+  void Show(size_t done) { Show(done, std::chrono::steady_clock::now()); }
+  void Show(size_t done, Time now);
+  // Must be called before anything else is printed.
+  void Clear();
+
+ private:
+  struct CountedRun {
+    std::filesystem::path lines;
+    uintmax_t size = 0;
+    int64_t episodes = 0;
+  };
+  int64_t CountEpisodes();
+
+  size_t jobs_;
+  std::string what_;
+  std::vector<CountedRun> runs_;
+  int episodes_;
+  std::FILE* out_;
+  bool is_terminal_, is_shown_ = false;
+  Time began_, last_;
 };
 
 }  // namespace evalbus::runner

@@ -1,7 +1,6 @@
 #include "runner/suite.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <map>
@@ -24,6 +23,7 @@
 #include "results/summary_table.h"
 #include "runner/json_events.h"
 #include "runner/prepared_run.h"
+#include "runner/progress_line.h"
 #include "runner/web_child.h"
 #include "runner/workers.h"
 
@@ -149,29 +149,28 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
                                   {"seed", options.seed},
                                   {"episodes", options.episodes}});
   }
-  const bool is_terminal = isatty(fileno(stdout)) != 0;
+  std::vector<std::filesystem::path> runs;
+  for (const std::string& task : tasks) runs.push_back(suite.run_folder(task));
+  JobsProgress progress(tasks.size(), "runs", runs, options.episodes);
   const auto policy_pool = policy::OpenPool(options.policy, options.workers);
   JobPool pool(suite.Jobs(output), options.workers, [&](const std::string& why) {
-    fmt::print("{}retrying: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
+    progress.Clear();
+    fmt::print("retrying: {}\n", Printable(why));
     if (events) events->Write("remark", {{"text", why}});
   });
   if (events) pool.ReadOutput([&](const std::string& line) { events->Relay(line); });
-  const auto progress = [&] {
-    if (!is_terminal) return;
-    fmt::print("\x1b[K{} of {} runs, {}\r", suite.num_done(), tasks.size(), elapsed());
-    std::fflush(stdout);
-  };
   while (!pool.done() && !stop_requested()) {
     if (const auto ended = pool.Poll()) {
-      fmt::print("{}{}", is_terminal ? "\x1b[K" : "", suite.Ended(*ended).Line(*ended, width, colors));
+      progress.Clear();
+      fmt::print("{}", suite.Ended(*ended).Line(*ended, width, colors));
       std::fflush(stdout);
     } else {
       if (events) events->CheckReader();
-      progress();
+      progress.Show(static_cast<size_t>(suite.num_done()));
       std::this_thread::sleep_for(kJobPoll);
     }
   }
-  if (is_terminal) fmt::print("\x1b[K");
+  progress.Clear();
   suite.WriteSummary();
   if (events) {
     events->Write("suite_summary",

@@ -2,6 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/unit/temporary_folder.h"
+
 namespace evalbus::runner::progress_line_test {
 
 using std::chrono::milliseconds;
@@ -48,6 +55,40 @@ TEST_F(ProgressLineTest, IsInPlaceOnATerminal) {
     line.Clear();
   }
   EXPECT_EQ(Text(), "\x1b[Kexporting 4 episodes: 25 %, 3 s left\r\x1b[K");
+}
+
+class JobsProgressTest : public ProgressLineTest {
+ protected:
+  void Append(const std::string& run, const std::string& text) {
+    std::filesystem::create_directories(folder_.path() / run);
+    std::ofstream(folder_.path() / run / "episodes.jsonl", std::ios::app) << text;
+  }
+  std::vector<std::filesystem::path> runs() const { return {folder_.path() / "a", folder_.path() / "b"}; }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(JobsProgressTest, CountsJobsAndEpisodesFiveTimesASecond) {
+  {
+    JobsProgress progress(2, "runs", runs(), 3, out_, true, began_);
+    progress.Show(0, began_);
+    Append("a", "{}\n{}\n{");  // the third line is not yet complete
+    progress.Show(0, began_ + milliseconds(100));
+    progress.Show(0, began_ + milliseconds(200));
+    Append("a", "}\n");
+    Append("b", "{}\n");
+    progress.Clear();
+    progress.Show(1, began_ + seconds(65));
+  }
+  EXPECT_EQ(Text(),
+            "\x1b[K0 of 2 runs, 0 of 6 episodes, 0 s\r"
+            "\x1b[K0 of 2 runs, 2 of 6 episodes, 0 s\r\x1b[K"
+            "\x1b[K1 of 2 runs, 4 of 6 episodes, 1:05 min\r\x1b[K");
+}
+
+TEST_F(JobsProgressTest, IsNothingWithoutTerminal) {
+  JobsProgress(2, "runs", runs(), 3, out_, false, began_).Show(1, began_ + seconds(20));
+  EXPECT_EQ(Text(), "");
 }
 
 }  // namespace evalbus::runner::progress_line_test
