@@ -21,12 +21,13 @@
 #include "plans/stop_rule.h"
 #include "results/comparison.h"
 #include "results/comparison_json.h"
-#include "results/conclusion.h"
+#include "results/comparison_text.h"
 #include "results/run_reader.h"
 #include "results/summary_table.h"
 #include "runner/progress_line.h"
 #include "runner/suite.h"
 #include "viz/images/video.h"
+#include "viz/terminal/terminal.h"
 
 namespace evalbus::plans {
 namespace {
@@ -243,6 +244,24 @@ void WriteSummary(const PlanFolder& folder, const PlanResults& results, runner::
                                 {"comparison", std::move(comparison)}});
 }
 
+// Returns the first failed episode of each policy that has one.
+std::vector<results::PolicyFailure> FirstFailures(const PlanResults& results) {
+  std::vector<results::PolicyFailure> failures;
+  for (const results::RecordedRuns& suite : results.suites) {
+    for (const results::RecordedRun& run : suite.runs) {
+      const auto failed = std::ranges::find_if(run.episodes, [](const results::RecordedEpisode& episode) {
+        return episode.complete && !episode.success && episode.judged();
+      });
+      if (failed == run.episodes.end()) continue;
+      failures.push_back({suite.name,
+                          fs::proximate(run.folder).string(),
+                          {failed->episode, failed->failure_reason, failed->cause}});
+      break;
+    }
+  }
+  return failures;
+}
+
 }  // namespace
 
 void RunPlan(const PlanFolder& folder, int workers, const runner::RunOutput& output) {
@@ -272,12 +291,11 @@ void RunAllEpisodes(const PlanFolder& folder, int workers) {
 PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   const Plan& plan = folder.plan();
   PlanResults results = ReadPlanResults(folder);
-  for (const results::Comparison& comparison : results.comparisons) {
-    const std::string headline = results::Headline(comparison) + ".";
-    fmt::print("\n{}\n{}\n", Styled(headline, Style::kStrong, UsesColors(stdout)),
-               results::Evidence(comparison));
-  }
-  if (!results.ranking.empty()) fmt::print("\n{}", results::RankingText(results.ranking));
+  const int width = viz::TerminalWidth(stdout);
+  const bool colors = UsesColors(stdout);
+  for (const results::Comparison& comparison : results.comparisons)
+    fmt::print("\n{}", results::ConclusionText(comparison, width, colors));
+  if (!results.ranking.empty()) fmt::print("\n{}", results::RankingText(results.ranking, width));
   std::fflush(stdout);
   // If videos cannot be recorded, for example because ffmpeg is missing, the results are still compared and
   // reported.
@@ -298,11 +316,16 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   runner::JobsProgress progress(pages.size(), "pages");
   RunJobs(std::move(pages), workers, &progress, nullptr, [](const std::string&) {});
   WritePlanPages(folder, results);
-  fmt::print("\nreport   {}\n", (fs::proximate(folder.path()) / kReportHtml).string());
+  if (const auto failures = FirstFailures(results); !failures.empty())
+    fmt::print("\n{}", results::PolicyFailuresText(failures, width, colors));
+  const fs::path shown = fs::proximate(folder.path());
+  fmt::print("\nreport   {}\nlook     {}\nshare    {}\n", (shown / kReportHtml).string(),
+             ShellWords({"evalbus", "web", shown.string()}),
+             ShellWords({"evalbus", "report", shown.string()}));
   if (!no_videos.empty()) {
     throw EnvironmentError(
         fmt::format("videos are missing: {}; to record them, run the same command with --out {} --resume",
-                    no_videos, fs::proximate(folder.path()).string()));
+                    no_videos, shown.string()));
   }
   return results;
 }

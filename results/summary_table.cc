@@ -140,6 +140,21 @@ std::string ViolationsText(const nlohmann::ordered_json& episode) {
                      first["time_s"].get<double>(), first["force_N"].get<double>());
 }
 
+// Returns a line with the command that shows a failed episode, and the sentence on its cause. label: begins
+// the line.
+std::string FailureText(const std::string& label, const std::string& folder, const FailedEpisode& failed,
+                        int width, bool colors) {
+  std::string text =
+      fmt::format("{}  {}  {}\n", label,
+                  Styled(Pad(end_reason::Text(Printable(failed.reason)), kColumns[kEndColumn].width),
+                         Style::kBad, colors),
+                  ShellWords({"evalbus", "web", folder, "--episode", std::to_string(failed.episode)}));
+  if (failed.cause.text.empty()) return text;
+  const auto indent = static_cast<size_t>(Width(label) + 2);
+  return text + std::string(indent, ' ') +
+         Wrapped(Printable(failed.cause.text), indent, static_cast<size_t>(width)) + "\n";
+}
+
 }  // namespace
 
 std::string FormatDuration(double seconds) {
@@ -201,21 +216,22 @@ std::string InvalidText(int invalid, const std::string& folder) {
 
 std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const std::string& folder, int width,
                                bool colors) {
-  constexpr size_t kShown = 10, kIndent = 9;
+  constexpr size_t kShown = 10;
   if (failed.empty()) return "";
   std::string text = "failures\n";
-  for (size_t i = 0; i < std::min(failed.size(), kShown); ++i) {
-    const FailedEpisode& one = failed[i];
-    text += fmt::format(
-        "{:>7}  {}  {}\n", one.episode,
-        Styled(Pad(end_reason::Text(Printable(one.reason)), kColumns[kEndColumn].width), Style::kBad, colors),
-        ShellWords({"evalbus", "web", folder, "--episode", std::to_string(one.episode)}));
-    if (!one.cause.text.empty()) {
-      text += std::string(kIndent, ' ') +
-              Wrapped(Printable(one.cause.text), kIndent, static_cast<size_t>(width)) + "\n";
-    }
-  }
+  for (size_t i = 0; i < std::min(failed.size(), kShown); ++i)
+    text += FailureText(fmt::format("{:>7}", failed[i].episode), folder, failed[i], width, colors);
   if (failed.size() > kShown) text += fmt::format("         and {} more\n", failed.size() - kShown);
+  return text;
+}
+
+std::string PolicyFailuresText(const std::vector<PolicyFailure>& failures, int width, bool colors) {
+  if (failures.empty()) return "";
+  int longest = 0;
+  for (const PolicyFailure& failure : failures) longest = std::max(longest, Width(failure.policy));
+  std::string text = "failures, one of each policy\n";
+  for (const auto& [policy, folder, episode] : failures)
+    text += FailureText(Pad(policy, -longest), folder, episode, width, colors);
   return text;
 }
 

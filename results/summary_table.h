@@ -53,4 +53,12 @@ struct FailedEpisode {
 std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const std::string& folder, int width,
                                bool colors);
 
+// A failed episode of a plan's policy. folder: folder of its run.
+struct PolicyFailure {
+  std::string policy, folder;
+  FailedEpisode episode;
+};
+// Returns the same text for one failed episode of each policy.
+std::string PolicyFailuresText(const std::vector<PolicyFailure>& failures, int width, bool colors);
+
 }  // namespace evalbus::results

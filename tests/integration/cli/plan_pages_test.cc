@@ -127,6 +127,10 @@ TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {
   EXPECT_THAT(page, HasSubstr("<h1>" + headline + "−100 to −54</h1>"));
   EXPECT_THAT(page, HasSubstr(evidence));
   EXPECT_THAT(run.out, HasSubstr("Ranking by success\nexpert"));
+  EXPECT_THAT(run.out, HasSubstr("\npolicy              task "));
+  EXPECT_THAT(run.out, HasSubstr("\nfailures, one of each policy\nflawed_expert-miss  "));
+  EXPECT_THAT(run.out, testing::ContainsRegex("evalbus web .*flawed_expert-miss/.* --episode 0\n"));
+  EXPECT_THAT(run.out, testing::ContainsRegex("\nlook     evalbus web .*\nshare    evalbus report .*\n$"));
   EXPECT_THAT(Page("report.html"), HasSubstr("Policies that share a letter"));
   EXPECT_THAT(Page("flawed_expert-miss/report.html"),
               HasSubstr("<h1>flawed_expert-miss succeeds in 0 of 8 episodes of lift_pot/position</h1>"));

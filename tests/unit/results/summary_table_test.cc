@@ -149,6 +149,17 @@ TEST(FailedEpisodesText, HasACommandForEach) {
   EXPECT_TRUE(FailedEpisodesText(failed, "a", 80, false).ends_with("and 1 more\n"));
 }
 
+TEST(PolicyFailuresText, HasACommandForEach) {
+  EXPECT_EQ(PolicyFailuresText({}, 80, false), "");
+  EXPECT_EQ(PolicyFailuresText({{"noisy", "plan/noisy/lift_pot-base", {3, "timeout", {}}},
+                                {"a", "plan/a/lift_pot-base", {0, "timeout", {"", 1, "It fell down."}}}},
+                               80, false),
+            "failures, one of each policy\n"
+            "noisy  time limit                evalbus web plan/noisy/lift_pot-base --episode 3\n"
+            "a      time limit                evalbus web plan/a/lift_pot-base --episode 0\n"
+            "       It fell down.\n");
+}
+
 TEST(SummaryTable, FitsEveryWidth) {
   for (const int width : {50, 60, 70, 80, 100}) {
     const std::string text = SummaryTable(Summary(2, 1), width);
