@@ -217,6 +217,11 @@ def check_keys(browser, policies, found):
     if len(failing) > 1:
         browser.evaluate(f"location.hash = '#view:run=1,episode={failing[0]},t=0'")
         wait_until(browser, f"evalbusViewer.summary().shown[0] === '1/{failing[0]}'", "the failure is not shown")
+        frame(browser)
+        tip = browser.evaluate("document.querySelector('.ev-row[aria-selected=true]').title")
+        sentence = next(one["cause"]["text"] for one in episodes_of(policies[1][1]) if one["episode"] == failing[0])
+        if not tip.endswith(f": {sentence}"):
+            found.append(f"the tooltip of the row is {tip!r}, the cause {sentence!r}")
         press(browser, "j")
         wait_until(browser, f"evalbusViewer.summary().shown[0] === '1/{failing[1]}'", "j does not lead to the next failure")
         press(browser, "k")

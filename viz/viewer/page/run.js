@@ -76,7 +76,8 @@ Evalbus.EpisodeList = class extends Evalbus.RowList {
     const why = outcome === "success" ? "success" : Evalbus.reasonText(row.failure_reason || row.end_reason);
     const text = outcome === "incomplete" ? `not scored: ${why}` : why;
     Evalbus.setText(slot.text, text);
-    slot.node.title = `seed ${row.seed}${row.text ? `: ${Evalbus.words(row.text)}` : ""}`;
+    const sentence = Evalbus.words(row.cause_text || row.text);
+    slot.node.title = `seed ${row.seed}${sentence ? `: ${sentence}` : ""}`;
     Evalbus.setText(slot.time, row.time_s === null ? "" : `${row.time_s.toFixed(2)} s`);
     const key = `${row.run}/${row.episode}`;
     slot.node.setAttribute("aria-selected", String(key === this.current));
