@@ -158,6 +158,15 @@ def check_outline(browser, found):
         found.append(f"{shown} meshes are outlined, and {hidden} without the highlight")
 
 
+def check_conditions(browser, found):
+    """Checks that conditions are unknown at tick 0, which is not evaluated, and known at the end."""
+    for tick, is_known in ((0, False), (1e9, True)):
+        browser.evaluate(f"evalbusViewer.seek({tick})")
+        texts = browser.evaluate("[...document.querySelectorAll('.ev-holds')].map((one) => one.textContent)")
+        if not texts or any((text != "–") != is_known for text in texts):
+            found.append(f"the conditions at tick {tick} are {texts}")
+
+
 def check_time(browser, log, found):
     tick, last = press_time_line(browser, 0.5)
     if abs(tick - last / 2) > 1 + last / 300:
@@ -381,6 +390,7 @@ def check(browser, url, run, folder, found):
     check_outline(browser, found)
     found += browser.evaluate((pathlib.Path(__file__).parent / "page_functions.js").read_text())
     check_metrics(browser, found)
+    check_conditions(browser, found)
     check_time(browser, log, found)
     check_zoom(browser, found)
     check_pointed(browser, log, found)

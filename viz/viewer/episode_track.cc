@@ -21,6 +21,8 @@ using Json = nlohmann::ordered_json;
 using Kind = TrackEvent::Kind;
 
 constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
+// State of a condition that has not been evaluated; otherwise 0 (false) or 1 (true).
+constexpr uint8_t kNotKnown = 2;
 constexpr double kUnit = 32767;
 constexpr int64_t kSameTouch_us = 100'000;
 // If scores are missing, ticks that are at least this far behind the newest STATE are output without scores.
@@ -213,7 +215,8 @@ void EpisodeTrack::Receive(const criteria_t& criteria) {
   for (const auto* list : {&criteria.success, &criteria.failure}) {
     for (const condition_t& condition : *list) {
       at.value.push_back(condition.has_value ? static_cast<float>(condition.value_mixed) : kNoNumber);
-      at.holds.push_back(condition.holds != 0);
+      // The reset state (tick 0) is not evaluated.
+      at.holds.push_back(at.tick == 0 ? kNotKnown : static_cast<uint8_t>(condition.holds != 0));
     }
   }
   const auto place = std::ranges::lower_bound(criteria_at_, at.tick, {}, &CriteriaAt::tick);
@@ -499,7 +502,7 @@ void EpisodeTrack::AddArrays(int64_t from, BlockWriter* block) const {
       if (condition.has_value) with_value.push_back(k);
     }
     std::vector<float> value(with_value.size() * n, kNoNumber);
-    std::vector<uint8_t> holds(count * n);
+    std::vector<uint8_t> holds(count * n, kNotKnown);
     size_t next = 0;
     for (size_t i = 0; i < n; ++i) {
       while (next < criteria_at_.size() && criteria_at_[next].tick <= from + static_cast<int64_t>(i)) ++next;

@@ -149,10 +149,12 @@ Evalbus.Conditions = class {
       if (row.otherTime) Evalbus.setText(row.otherTime, other ? time(other, (other.head.stages || [])[k]) : "");
     });
     for (const row of this.criteriaRows || []) {
-      const holds = track.holds[row.index] && tick < track.ticks ? Boolean(track.holds[row.index].data[tick]) : false;
+      // 0: false, 1: true, 2: not known, as at the first ticks
+      const known = track.holds[row.index] && tick < track.ticks ? track.holds[row.index].data[tick] : 2;
+      const holds = known === 1;
       const state = row.criterion.failure ? (holds ? "failed" : "open") : holds ? "holds" : "open";
       if (row.node.dataset.state !== state) row.node.dataset.state = state;
-      Evalbus.setText(row.holds, holds ? "yes" : "no");
+      Evalbus.setText(row.holds, ["no", "yes", "–"][known]);
       if (!row.hasNumber) continue;
       const values = track.criteria[row.criterion.first_row];
       const value = values && tick < track.ticks ? values.data[tick] : NaN;
