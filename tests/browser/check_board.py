@@ -261,6 +261,17 @@ def check_filter(browser, policies, found):
         found.append(f"the image of the list has {image} bytes")
 
 
+def check_sentences(browser, found):
+    """Checks that the list shows the whole task and the whole sentence of each episode."""
+    for width in (390, 1024, 1280):
+        browser.screen(width, 900, "light")
+        frame(browser)
+        cut = browser.evaluate("[...document.querySelectorAll('.ev-table-box .ev-table-row:not([hidden]) :is(.ev-col-task, .ev-col-text)')]"
+                               ".filter((cell) => !cell.clientHeight || cell.scrollHeight > cell.clientHeight + 1).map((cell) => cell.textContent)")
+        if cut:
+            found.append(f"{width} pixels: the list cuts {cut}")
+
+
 def check_note(browser, run, found):
     browser.evaluate("location.hash = '#view:run=1,episode=0,t=0.100'")
     wait_until(browser, "evalbusViewer.summary().shown[0] === '1/0'", "the episode is not shown")
@@ -303,6 +314,7 @@ def check_plan(browser, evalbus, plan, folder, found):
         check_links(browser, policies, found)
         check_keys(browser, policies, found)
         check_filter(browser, policies, found)
+        check_sentences(browser, found)
         check_note(browser, policies[1][1], found)
         found += complaints(browser.events, own_addresses(url))
     with served(evalbus, plan, "--listen", "0.0.0.0") as url:

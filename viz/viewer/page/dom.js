@@ -168,19 +168,24 @@ Evalbus.RowList = class {
     this.window = e("div", { class: "ev-rows", ...rows });
     this.box = e("div", { tabindex: "0", "aria-label": "episodes", ...box }, this.filler, this.window);
     this.box.addEventListener("scroll", () => this.draw(), { passive: true });
-    new ResizeObserver(() => this.draw()).observe(this.box);
+    new ResizeObserver(() => this.redraw()).observe(this.box);
+  }
+
+  // Height of a row in px, which may depend on the width of the list.
+  get height() {
+    return parseFloat(getComputedStyle(this.box).getPropertyValue("--row")) || 30;
   }
 
   // Must be called when `rows` has changed.
   redraw() {
-    this.filler.style.height = `${this.rows.length * Evalbus.RowList.ROW}px`;
+    this.filler.style.height = `${this.rows.length * this.height}px`;
     this.draw();
   }
 
   draw() {
-    const { ROW } = Evalbus.RowList;
-    const first = Math.max(0, Math.floor(this.box.scrollTop / ROW) - 4);
-    const count = Math.min(this.rows.length - first, Math.ceil(Math.min(this.box.clientHeight || 300, 3000) / ROW) + 8);
+    const { height } = this;
+    const first = Math.max(0, Math.floor(this.box.scrollTop / height) - 4);
+    const count = Math.min(this.rows.length - first, Math.ceil(Math.min(this.box.clientHeight || 300, 3000) / height) + 8);
     while (this.pool.length < count) {
       this.pool.push(this.makeRow());
       this.window.append(this.pool.at(-1).node);
@@ -189,15 +194,13 @@ Evalbus.RowList = class {
       slot.node.hidden = k >= count;
       if (k < count) this.fill(slot, this.rows[first + k]);
     });
-    this.window.style.transform = `translateY(${first * ROW}px)`;
+    this.window.style.transform = `translateY(${first * height}px)`;
   }
 
   reveal(row) {
-    const { ROW } = Evalbus.RowList;
-    const top = this.rows.indexOf(row) * ROW;
+    const { height } = this;
+    const top = this.rows.indexOf(row) * height;
     if (top < this.box.scrollTop) this.box.scrollTop = top;
-    if (top + ROW > this.box.scrollTop + this.box.clientHeight) this.box.scrollTop = top + ROW - this.box.clientHeight;
+    if (top + height > this.box.scrollTop + this.box.clientHeight) this.box.scrollTop = top + height - this.box.clientHeight;
   }
 };
-
-Evalbus.RowList.ROW = 30;  // px; as in viewer.css and board.css
