@@ -56,9 +56,14 @@ void RatioAxis::DrawTicks(Markup* html) const {
 
 void RatioAxis::DrawLabels(Markup* html) const {
   html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}}, [&] {
-    for (const double tick : ticks()) {
-      html->Element("text", {{"x", Px(At(tick))}, {"y", "13"}, {"text-anchor", "middle"}},
-                    tick == 1 ? std::string("1") : "×" + Number(tick, 3));
+    const std::vector<double> all = ticks();
+    for (const double tick : all) {
+      // On phones, all labels would touch, so only those of 1 and of both ends are shown.
+      const bool is_major = tick == 1 || tick == all.front() || tick == all.back();
+      html->Element(
+          "text",
+          {{"class", is_major ? "" : "minor"}, {"x", Px(At(tick))}, {"y", "13"}, {"text-anchor", "middle"}},
+          tick == 1 ? std::string("1") : "×" + Number(tick, 3));
     }
   });
 }

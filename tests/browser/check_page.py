@@ -42,16 +42,17 @@ SORT = """
 })()
 """
 
-# Finds texts of figures that lie outside their figure or overlap.
+# Finds texts of figures that lie outside their figure or overlap, and sentences that the screen cuts.
 TEXTS = """
 (() => {
-  const wrong = [];
-  for (const figure of document.querySelectorAll("svg.figure")) {
+  const wrong = [...document.querySelectorAll(".why:not(.why ~ .why)")].filter((cell) => cell.getBoundingClientRect().right > innerWidth)
+    .map((cell) => `"${cell.textContent}" is cut`);
+  for (const figure of document.querySelectorAll("svg:is(.figure, .share)")) {
     const frame = figure.getBoundingClientRect();
     if (!frame.width) continue;
     const boxes = [...figure.querySelectorAll("text")].map((text) => [text.textContent, text.getBoundingClientRect()]);
     boxes.forEach(([text, box], i) => {
-      if (box.left < frame.left - 10 || box.right > frame.right + 10) wrong.push(`"${text}" sticks out of ${figure.ariaLabel}`);
+      if (figure.matches(".figure") && (box.left < frame.left - 10 || box.right > frame.right + 10)) wrong.push(`"${text}" sticks out of ${figure.ariaLabel}`);
       for (const [other, b] of boxes.slice(i + 1)) {
         if (box.left < b.right && b.left < box.right && box.top + 2 < b.bottom && b.top + 2 < box.bottom) {
           wrong.push(`"${text}" on "${other}" in ${figure.ariaLabel}`);

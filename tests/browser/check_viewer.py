@@ -288,6 +288,9 @@ def check_sizes(browser, folder, found):
                 found.append(f"{scheme}: {page} pixels wide on a screen of {width}")
             if browser.evaluate("document.querySelector('.ev-view').clientHeight") < 150:
                 found.append(f"{width} {scheme}: nearly no image")
+            tops = browser.evaluate("['.ev-conditions', '.ev-run', '.ev-metrics'].map((one) => document.querySelector(one).getBoundingClientRect().top)")
+            if width < 820 and tops != sorted(tops):
+                found.append(f"{width} {scheme}: the run is not between the outcome and the metrics: {tops}")
             if folder:
                 browser.image(folder / f"viewer-{width}-{scheme}.png")
 
