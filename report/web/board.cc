@@ -216,6 +216,7 @@ std::string BoardBlock(const std::vector<BoardRun>& runs, const BoardFacts& fact
   head["is_over"] = is_over;
   head["planned"] = facts.waiting_episodes;
   for (const Policy& policy : policies) head["planned"] = head["planned"].get<int>() + policy.planned;
+  head["waiting_runs"] = facts.waiting_runs;
   head["is_sequential"] = facts.is_sequential;
   head["baseline"] = baseline;
   head["verdict"] = is_final && std::ranges::all_of(policies, HasJudged) ? VerdictOf(policies, baseline) : "";

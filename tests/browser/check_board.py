@@ -13,8 +13,10 @@ import contextlib
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
+import tempfile
 
 from check_viewer import frame, own_addresses, wait_until
 from chromium import complaints, find_chromium, opened
@@ -287,6 +289,25 @@ def check_note(browser, run, found):
         found.append("a note has become markup")
 
 
+def check_early(browser, evalbus, plan, policies, found):
+    """Checks that a plan opens with the overview, and is not called finished, while only its first run exists."""
+    with tempfile.TemporaryDirectory() as folder:
+        early = pathlib.Path(folder) / "plan"
+        early.mkdir()
+        shutil.copy(plan / "plan.json", early)
+        (early / policies[0][0]).symlink_to((plan / policies[0][0]).resolve())
+        with served(evalbus, early) as url:
+            open_url(browser, url)
+            frame(browser)
+            state = "document.querySelector('.ev-state-pill').textContent"
+            got = browser.evaluate(f"[{VIEWS}.name, {state}]")
+            browser.evaluate("location.hash = '#/player'")
+            wait_until(browser, "evalbusViewer.tracks.length === 1", "the first run is not shown")
+            got.append(browser.evaluate(state))
+            if got[0] != "board" or any("finished" in one for one in got):
+                found.append(f"a plan whose second run is missing is shown as {got}")
+
+
 def check_plan(browser, evalbus, plan, folder, found):
     info = json.loads((plan / "plan.json").read_text())
     task = info["tasks"][0].replace("/", "-")
@@ -322,6 +343,7 @@ def check_plan(browser, evalbus, plan, folder, found):
         wait_until(browser, "evalbusViewer.notes.of(1, 0) !== ''", "other machines do not see the note")
         if browser.evaluate("evalbusViewer.notes.canWrite"):
             found.append("other machines may write notes")
+    check_early(browser, evalbus, plan, policies, found)
     with served(evalbus, policies[0][1]) as url:
         open_url(browser, url)
         wait_until(browser, "evalbusViewer.summary().hasImage", "a single run does not open with its episode")

@@ -23,9 +23,9 @@ Evalbus.Board = class {
     this.head = head;
   }
 
-  // Number of combinations of policy and task.
+  // Number of combinations of policy and task, with those of a plan whose runs have not begun.
   get cells() {
-    return this.head ? this.head.policies.reduce((sum, policy) => sum + policy.cells.filter(Boolean).length, 0) : 0;
+    return this.head ? this.head.policies.reduce((sum, policy) => sum + policy.cells.filter(Boolean).length, this.head.waiting_runs) : 0;
   }
 
   // Index of the policy to which a run belongs; -1 if there is none.

@@ -471,11 +471,14 @@ Evalbus.Viewer = class {
     const task = [Evalbus.words(info.task), Evalbus.words(info.variation)].filter(Boolean).join("/");
     Evalbus.setText(p.subtitle, [task, Evalbus.words(info.policy), Evalbus.words(info.clock)].filter(Boolean).join(" · "));
     Evalbus.setText(p.rate, info.complete ? `${info.successes} of ${info.complete} · ${Evalbus.percent(info.rate)}` : "");
+    // If other runs of the page have not finished, their state is shown instead of "finished run".
+    const several = Boolean(this.views) && this.views.board.cells > 1;
+    const shown = several && info.is_over ? this.views.info() : info;
     const states = {
       connecting: ["wait", "connecting"], unsupported: ["gone", "cannot be unpacked"], packed: ["still", "recorded run"],
       lost: ["gone", this.runs.size ? "connection lost; reconnecting" : "no connection yet; retrying"],
-      open: info.is_over ? ["still", info.is_live === false ? "finished run" : "run ended"]
-        : info.is_live === false ? info.is_active ? ["live", "running"] : ["still", "interrupted (no process on this machine)"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
+      open: shown.is_over ? ["still", shown.is_live !== false ? "run ended" : several ? "finished" : "finished run"]
+        : shown.is_live === false ? shown.is_active ? ["live", "running"] : ["still", "interrupted (no process on this machine)"] : ["live", Evalbus.words(shown.phase) === "running" || !shown.phase ? "live" : `live · ${Evalbus.words(shown.phase)}`],
     };
     const [kind, text] = states[this.connectionState];
     p.state.dataset.kind = kind;

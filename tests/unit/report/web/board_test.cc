@@ -132,12 +132,14 @@ TEST_F(BoardTest, APlanIsOverWhenAllOfItsRunsAre) {
   ordered_json board = Board(runs);
   EXPECT_EQ(board["is_over"], true);
   EXPECT_EQ(board["planned"], 20);
+  EXPECT_EQ(board["waiting_runs"], 0);
   BoardFacts facts;
   facts.waiting_runs = 2;
   facts.waiting_episodes = 20;
   board = Board(runs, facts);
   EXPECT_EQ(board["is_over"], false);
   EXPECT_EQ(board["planned"], 40);
+  EXPECT_EQ(board["waiting_runs"], 2);
   EXPECT_EQ(board["verdict"], "");
   EXPECT_EQ(board["policies"][1]["against"]["judgment"], "");
 
