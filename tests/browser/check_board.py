@@ -253,6 +253,10 @@ def check_filter(browser, policies, found):
     problem = browser.evaluate("document.querySelector('.ev-filter-problem').textContent")
     if not problem.startswith('character 1: "sips" is not a field'):
         found.append(f"a wrong filter is reported as {problem!r}")
+    browser.evaluate(f"{VIEWS}.episodes.setFilter('seed=-1')")
+    text = browser.evaluate("document.querySelector('.ev-all-episodes').innerText")
+    if "No episodes match the filter." not in text:
+        found.append(f"a filter that accepts nothing shows {text!r}")
     browser.evaluate(f"{VIEWS}.episodes.setFilter('')")
     browser.evaluate(f"{VIEWS}.episodes.sortBy('time')")
     times = browser.evaluate(f"{VIEWS}.episodes.rows.map((row) => row.time_s)")
@@ -278,6 +282,9 @@ def check_note(browser, run, found):
     browser.evaluate("location.hash = '#view:run=1,episode=0,t=0.100'")
     wait_until(browser, "evalbusViewer.summary().shown[0] === '1/0'", "the episode is not shown")
     press(browser, "m")
+    title = browser.evaluate("document.querySelector('.ev-note-dialog h3').textContent")
+    if "/" not in title or not title.endswith(", episode 0"):
+        found.append(f"the title of the note is {title!r}")
     browser.call("Input.insertText", text="odd <b>start</b>")
     press(browser, "Enter", "\r")
     wait_until(browser, "evalbusViewer.notes.of(1, 0) === 'odd <b>start</b>'", "the note does not come back")
@@ -349,6 +356,12 @@ def check_plan(browser, evalbus, plan, folder, found):
         wait_until(browser, "evalbusViewer.summary().hasImage", "a single run does not open with its episode")
         if browser.evaluate(f"{VIEWS}.name") != "player":
             found.append("a single run does not open in the player")
+        browser.evaluate("location.hash = '#/board'")
+        frame(browser)
+        heading = browser.evaluate("document.querySelector('.ev-board h1').textContent")
+        summary = json.loads((policies[0][1] / "summary.json").read_text())
+        if f"({summary['successes']} of {summary['complete']}), 95 % CI " not in heading:
+            found.append(f"the heading of a single run is {heading!r}")
 
 
 def check_large(browser, evalbus, large, folder, found):

@@ -50,7 +50,7 @@ Evalbus.Board = class {
     const done = policies.reduce((sum, policy) => sum + policy.all.done, 0);
     const { planned, is_over } = this.head;
     const count = (n) => n.toLocaleString("en");
-    Evalbus.setText(this.title, Evalbus.words(this.head.verdict) || "Overview");
+    Evalbus.setText(this.title, Evalbus.words(this.head.verdict) || this.answer() || "Overview");
     Evalbus.setText(this.progress, `${count(done)}${done < planned ? ` of ${count(planned)}` : ""} episodes; ${is_over ? "95 % intervals (Wilson)"
       : "rates of unfinished policies have anytime-valid intervals, differences are preliminary"}`);
     const layout = JSON.stringify(this.head);
@@ -60,6 +60,14 @@ Evalbus.Board = class {
       this.showFunnel();
     }
     this.seeds.show(this);
+  }
+
+  // Returns the result of a single policy in one sentence; empty while episodes are missing.
+  answer() {
+    const { policies: [policy, ...others], is_over, is_sequential } = this.head;
+    if (others.length || !is_over || is_sequential || !policy.all.judged) return "";
+    const { rate, successes, judged, interval } = policy.all;
+    return `${Evalbus.words(policy.name)} succeeds in ${Evalbus.percent(rate)} (${successes.toLocaleString("en")} of ${judged.toLocaleString("en")}), 95 % CI ${Evalbus.percentRange(interval)}`;
   }
 
   showTable() {

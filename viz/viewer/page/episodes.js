@@ -26,10 +26,11 @@ Evalbus.Episodes = class extends Evalbus.RowList {
       const button = e("button", { type: "button", onclick: () => this.sortBy(column.name) }, column.title);
       return e("span", { class: `ev-col-${column.name}`, role: "columnheader" }, button);
     }));
+    this.none = e("p", { class: "ev-note", role: "status" });
     this.table = e("div", { class: "ev-table", role: "table", "aria-label": "episodes" }, e("div", { role: "rowgroup" }, this.head), this.box);
     this.wall = new Evalbus.Wall(thumbnails);
     place.append(e("h1", { class: "ev-hidden" }, "Episodes"), e("div", { class: "ev-filter-bar" }, this.filter, this.count, e("span", { class: "ev-segments" }, this.asList, this.asWall)),
-      this.problem, this.table, this.wall.place);
+      this.problem, this.none, this.table, this.wall.place);
     this.setWall(false);
   }
 
@@ -95,6 +96,7 @@ Evalbus.Episodes = class extends Evalbus.RowList {
     const shown = accepted(this.rows), all = accepted(this.all || []);
     const count = (list) => list.length.toLocaleString("en");
     Evalbus.setText(this.count, `${shown.length === all.length ? "" : `${count(shown)} of `}${count(all)} ${this.isWall ? "failures" : "episodes"}`);
+    Evalbus.setText(this.none, shown.length ? "" : `No ${this.isWall ? "failures" : "episodes"}${all.length ? " match the filter" : ""}.`);
     if (this.isWall) this.wall.show(shown);
     else this.redraw();
   }
@@ -189,7 +191,6 @@ Evalbus.Wall = class {
         e("div", { class: "ev-cards" }, list.slice(0, Evalbus.Wall.PER_REASON).map((row) => this.card(row))),
         more > 0 ? e("p", {}, e("a", { href: Evalbus.listLink(`reason=${Evalbus.filterValue(reason)}`) }, `${more.toLocaleString("en")} more in the list`)) : null];
     }).filter(Boolean));
-    if (!rows.length) this.place.replaceChildren(e("p", { class: "ev-note" }, "No failure matches."));
     this.drawNext();
   }
 

@@ -189,7 +189,7 @@ Evalbus.Views = class {
     const row = key && this.board.rows().find((one) => Evalbus.keyOf(one) === key);
     if (!row) return;
     if (!this.viewer.notes.canWrite) this.viewer.complain(new Error("notes can be written only from the machine of the server"));
-    else this.viewer.notes.edit(row.run, row.episode, `${Evalbus.words(row.policy)}, episode ${row.episode}`);
+    else this.viewer.notes.edit(row.run, row.episode, `${Evalbus.words(row.policy)}, ${Evalbus.spaced(Evalbus.FILTER_TEXTS.task(row))}, episode ${row.episode}`);
   }
 
   // Saves an image of the scene, or of the whole view.
