@@ -18,8 +18,8 @@ inline constexpr char kSource[] = "source";      // samples of a source or a fil
 // Simulated time between two ticks, in whole microseconds.
 inline int64_t ControlPeriodUs(const model_info_t& model) { return model.timestep_us * model.substeps; }
 
-// Converts simulated microseconds to seconds. All conversions use this function, so that equal ticks result
-// in equal numbers.
+// Converts simulated microseconds to seconds. Conversions for results use this function, so that equal ticks
+// result in equal numbers.
 inline double Seconds(int64_t us) { return static_cast<double>(us) / 1e6; }
 
 // Returns the time of a tick if each tick lasts dt (s). Only the sum is rounded to a microsecond, so errors

@@ -126,7 +126,7 @@ struct MetricNumber {
 
 MetricNumber FindMetric(const std::string& name);
 
-// Returns the names of a metric's values, up to the first dot.
+// Returns the names of a metric's values, without the parts that name an arm, gripper, stage or object.
 std::vector<std::string> NamesOf(const MetricInfo& metric);
 
 // Returns the main metrics among these numbers, in the order of MetricInfo::main. For a metric with values
