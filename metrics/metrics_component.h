@@ -44,10 +44,10 @@ class MetricsComponent : public Component {
   void FinishEpisode();
   void PublishRunSummary();
 
-  // The last MODEL received.
+  // The last MODEL that was new (IsNewModel).
   std::optional<model_info_t> model_;
   bool model_is_new_ = false;
-  // Whether the model that scorer_ was made for runs in lockstep.
+  // False if the clock of the model that scorer_ was made for is real time.
   bool is_lockstep_ = false;
 
   std::unique_ptr<EpisodeScorer> scorer_;

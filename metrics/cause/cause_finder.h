@@ -18,8 +18,8 @@
 
 namespace evalbus::metrics {
 
-// Values of cause_t.kind. An episode that the sim ended for another reason than its time limit has the
-// failure reason as its kind ("policy_error").
+// Values of cause_t.kind. An episode whose end is CauseEnd::By::kOther has the failure reason as its kind
+// ("policy_error").
 namespace cause_kind {
 inline constexpr char kSuccess[] = "success";
 inline constexpr char kLostObject[] = "lost_object";

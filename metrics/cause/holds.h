@@ -36,9 +36,10 @@ struct CauseHold {
 
 // A hold begins when a pad touches the object and the gripper has closed by kClosed from its largest opening.
 // It ends after kPatience without contact. It also ends if the gripper has been open by kOpened more than its
-// minimum for kPatience and not both fingers touch the object. If the commanded opening is known, it is used
-// instead of the measured one, because a strong gripper bounces on the object, and an object that slips out
-// pushes the fingers apart. An opened gripper must close by kClosed before the next hold of the same object.
+// minimum for kPatience and not both fingers touch the object. For this, the commanded opening, if known, is
+// used instead of the measured one, because a strong gripper bounces on the object, and an object that slips
+// out pushes the fingers apart. An opened gripper must close by kClosed before the next hold of the same
+// object.
 class Holds {
  public:
   static constexpr double kClosed = 0.05, kOpened = 0.1;  // fractions of the gripper's travel

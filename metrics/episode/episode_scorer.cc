@@ -227,7 +227,7 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
   if (contacts.has_clearance) sample.clearance = contacts.clearance_m;
   if (model_.has_physics) sample.forces = forces_.Read(state);
 
-  // Tick 0, or the first tick that arrived, is the reference for slips and does not count as a sample.
+  // Tick 0, or the first tick that arrived, is the reference for slips. Tick 0 does not count as a sample.
   if (!started_) {
     started_ = true;
     metrics_.Start(opening_, holding_);

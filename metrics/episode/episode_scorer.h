@@ -30,7 +30,8 @@ namespace evalbus::metrics {
 
 // The values of an episode cover its ticks up to the first success or failure. Later ticks occur
 // because the sim continues for MODEL's after_success_us, or because it has not yet received the verdict.
-// These ticks change no value. After a success, they only determine how long success held.
+// These ticks change no value except the counts of missing and refused ticks. After a success, they also
+// determine how long success held.
 class EpisodeScorer {
  public:
   // Throws InputError if the task, or the force limits in `model`, do not fit the model.
@@ -40,8 +41,8 @@ class EpisodeScorer {
 
   void Start();
 
-  // Adds the next tick, in tick order. If tick numbers are skipped, the skipped ticks count as missing. The
-  // first tick is the reset state. Ticks with non-finite numbers, or that do not fit the model, are refused
+  // Adds the next tick, in tick order. If tick numbers are skipped, the skipped ticks count as missing.
+  // Tick 0 is the reset state. Ticks with non-finite numbers, or that do not fit the model, are refused
   // and counted.
   void Tick(const state_t& state, const contacts_t& contacts);
 

@@ -14,8 +14,9 @@
 
 namespace evalbus::metrics {
 
-// Metrics that are not tracked, or have no sample, have no key. Values by arm are {"left": , "right": } for
-// two arms, and plain numbers for one.
+// Unavailable values, and metrics that are not tracked (except the slip counts), have no key; nor have
+// metrics of two arms before the first sample. Values by arm are {"left": , "right": } for two arms, and
+// plain numbers for one.
 nlohmann::ordered_json ResultJson(const metric_values_t& values);
 
 // Value of the key "extended": the metrics defined by evalbus. A value that does not exist is null. `values`

@@ -23,7 +23,7 @@ inline constexpr int kSparcPadding = 4;
 // by the width of its range). The range runs from the lowest to the highest frequency, up to
 // kSparcMaxFrequency, at which the magnitude reaches kSparcThreshold. The profile is zero-padded to
 // 2^(ceil(log2 M) + kSparcPadding) values. `speed` has one value every dt (s). Returns NaN for fewer than two
-// values or without movement.
+// values, without movement, or if the range has fewer than two frequencies.
 inline double SpectralArcLength(std::span<const double> speed, double dt) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   if (speed.size() < 2 || std::all_of(speed.begin(), speed.end(), [](double v) { return v == 0; }))

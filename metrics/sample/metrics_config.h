@@ -34,7 +34,7 @@ struct MetricsConfig : MetricsOptions {
   // Manipulated objects, in the task's order.
   std::vector<std::string> objects;
   std::vector<GeomOwner> geom_owner;
-  // Simulated time between ticks (s): physics steps per tick x physics time step.
+  // Simulated time between ticks, s (ControlPeriod in lcmtypes/clock.h).
   double control_dt = 0;
 
   std::vector<StageState> stages;

@@ -172,8 +172,9 @@ inline Interval IntervalOfDifference(std::span<const double> a, std::span<const 
   return BcaInterval(std::move(differences), Mean(a) - Mean(b), moments.acceleration(), tie);
 }
 
-// Interval of mean(a) / mean(b) for pairs (equal sizes) of nonnegative values, by percentile bootstrap. There
-// is no interval if the sum of b is zero in some resample.
+// Interval of mean(a) / mean(b) for pairs (equal sizes) of nonnegative values: Student's t, percentile
+// bootstrap or Edgeworth expansion, by the number of pairs. There is no interval if the mean of b is zero, or
+// if the sum of b is zero in some resample.
 inline Interval IntervalOfRatio(std::span<const double> a, std::span<const double> b) {
   if (a.size() < 2 || a.size() != b.size()) return kNoInterval;
   const double mean_b = Mean(b);

@@ -36,9 +36,9 @@ struct PairCounts {
 
 // Interval for paired samples. Source: Newcombe 1998, "Improved confidence intervals for the difference
 // between binomial proportions based on paired data", Statistics in Medicine 17, method 10. It is the
-// interval for independent samples, made narrower by the correlation phi of the fourfold table (with a
-// continuity correction if phi is positive). [-1, 1] without pairs. samples: effective number of independent
-// pairs; all pairs by default.
+// interval for independent samples, adjusted for the correlation phi of the fourfold table. A positive phi
+// has a continuity correction and makes the interval narrower. [-1, 1] without pairs. samples: effective
+// number of independent pairs; all pairs by default.
 inline Interval NewcombePairedInterval(const PairCounts& counts, std::optional<int> samples = std::nullopt) {
   if (counts.pairs() == 0) return {-1, 1};
   const double n = samples.value_or(counts.pairs()), scale = n / counts.pairs();

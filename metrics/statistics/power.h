@@ -1,6 +1,6 @@
 // Power of comparisons of success rates: the probability that the test detects a true difference. It is
-// exact, because it is summed over all outcomes. Only the sequential test, which has too many outcomes, is
-// simulated, always with the same random numbers.
+// summed over all outcomes that are not negligible. For many trials of Fisher's test, it is approximated. The
+// sequential test, which has too many outcomes, is simulated, always with the same random numbers.
 #pragma once
 
 #include <functional>
@@ -29,8 +29,8 @@ double McNemarPower(int pairs, const DiscordantShares& shares, double alpha = kA
 // after every `step` pairs, up to `most` pairs.
 double SequentialPower(int step, int most, const DiscordantShares& shares, double alpha = kAlpha);
 
-// Probability that Fisher's exact test shows sample a to be better than b. Above 500 trials, a normal
-// approximation is used.
+// Probability that Fisher's exact test shows sample a to be better than b. If a sample has more than 500
+// trials, a normal approximation is used.
 double FisherPower(int trials_a, int trials_b, double rate_a, double rate_b, double alpha = kAlpha);
 
 // Smallest difference, to 0.1 percentage points, that is detected with power kWantedPower. Nothing if the

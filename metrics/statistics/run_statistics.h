@@ -28,7 +28,7 @@ using NamedPoses = std::vector<std::pair<std::string_view, Pose>>;
 
 // Result of one finished episode.
 struct EpisodeResult {
-  // No tick is missing and no sample was refused.
+  // As in episode_summary_t.
   bool complete = false;
   // Incomplete because the policy's server failed, so that no conclusion about the policy can be drawn.
   bool invalid = false;
@@ -80,7 +80,8 @@ inline constexpr char kSeenInTraining[] = "seen_in_training";
 nlohmann::ordered_json PosesJson(const NamedPoses& poses);
 
 // Converts a line of episodes.jsonl; metrics/episode/result_json.h converts messages. Throws InputError if a
-// stage index is not a number, and nlohmann's exceptions if a key is missing or has another type.
+// stage index is not a number or the key of a slip count is unknown, and nlohmann's exceptions if a key is
+// missing or has another type.
 EpisodeResult ResultOf(const nlohmann::ordered_json& episode);
 
 // Collects EpisodeResult::values from `metrics` and `extended` of a line of episodes.jsonl.
@@ -103,8 +104,8 @@ struct MetricSummary {
   // 5th and 95th percentile.
   double p5 = 0, p95 = 0;
   double min = 0, max = 0;
-  // Bootstrap interval of the mean (statistics/interval_of_mean.h); NaN for one episode, if all episodes are
-  // equal, or if it was not requested.
+  // Interval of the mean (statistics/interval_of_mean.h), clipped to the metric's range. NaN for one episode,
+  // if all values are equal, or if the interval was not requested.
   Interval mean_95{};
 };
 
@@ -176,8 +177,8 @@ class RunStatistics {
     return episodes_.empty() || episodes_.rbegin()->first + 1 == static_cast<int>(episodes_.size());
   }
 
-  // with_bootstrap: also computes the bootstrap intervals, which take about a second per thousand episodes,
-  // and the repeatability; use it at the end of a run.
+  // with_bootstrap: also computes the intervals of the means, which take about a second per thousand
+  // episodes, and the repeatability; use it at the end of a run.
   RunSummary Summary(bool with_bootstrap) const;
 
  private:
