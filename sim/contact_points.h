@@ -38,8 +38,7 @@ class ContactPoints {
     // True for a geom of a manipulated object that must not be touched.
     bool is_forbidden = false;
     // Indices of the geom's manipulated object, of its finger (counted over all grippers), and of its
-    // gripper;
-    // -1: none.
+    // gripper; -1: none.
     int object = -1, finger = -1, gripper = -1;
   };
   std::vector<Geom> geoms_;

@@ -19,10 +19,10 @@ struct PreparedScene {
   std::string physics_file, visual_file;
 };
 
-// Throws InputError for errors in the task, the robot or their models.
+// Throws InputError for errors in the options, the task, the robot or their models, and EnvironmentError.
 PreparedScene ComposeScene(const SimOptions& options);
 
-// Writes RUN/model/. Throws EnvironmentError.
+// Writes RUN/model/. Throws the errors of WriteWhole() (base/write_whole.h).
 void WriteModels(const PreparedScene& composed, const std::filesystem::path& run);
 
 // Prepares the scene for a sim. If the options contain digests of models, loads the models with these

@@ -21,11 +21,12 @@ struct RoboEvalPose {
 };
 
 // Returns the drawn poses by object. The variation's alias names the RoboEval class. seed: 0 to 2^32 - 1.
-// Throws InputError under the conditions of CheckRoboEvalStart().
+// Throws InputError if the variation has distractors, no class has the name, or the class randomizes a pose
+// that the variation does not.
 std::map<std::string, RoboEvalPose> DrawRoboEvalStart(const Variation& variation, int64_t seed);
 
-// Throws InputError if the variation does not randomize the initial poses of exactly the objects that the
-// RoboEval class of its alias randomizes.
+// Throws InputError if the variation does not randomize exactly what the RoboEval class of its alias
+// randomizes, or has distractors.
 void CheckRoboEvalStart(const Variation& variation);
 
 }  // namespace evalbus::sim

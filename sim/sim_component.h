@@ -31,7 +31,7 @@ namespace evalbus::sim {
 
 class SimComponent : public Component {
  public:
-  // Composes and compiles the scene, and writes the models. Throws InputError.
+  // Prepares the scene (PrepareScene) and throws its errors.
   SimComponent(Bus* bus, const SimOptions& options);
   ~SimComponent() override;
 

@@ -50,7 +50,8 @@ struct SimOptions {
   std::string physics_sha256, visual_sha256;
   std::vector<std::string> scene_warnings;
 
-  // The following are not command-line options. out: run folder; the models are written to OUT/model/.
+  // The following are not in the table below, so run.json does not store them. out: run folder; the models
+  // are written to OUT/model/.
   std::filesystem::path out;
   // True if ticks are times of a source or a file; nothing is simulated.
   bool is_source = false;
@@ -120,8 +121,8 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// Replaces the requested rate by the nearest possible one. For a sim, a tick is a whole number of physics
-// steps; for a source, a whole number of microseconds. If the rate was changed, returns a line that reports
+// Replaces the requested rate by a possible one. For a sim, the tick is rounded to whole physics steps; for a
+// source, to whole microseconds. If the rate was changed, returns a line that reports
 // the change; otherwise an empty string. Throws InputError.
 inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options) {
   CheckRanges(*options);

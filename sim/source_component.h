@@ -27,7 +27,8 @@ namespace evalbus::sim {
 
 class SourceComponent : public Component {
  public:
-  // Composes and compiles the scene, and writes the models. Throws InputError.
+  // Prepares the scene (PrepareScene) and throws its errors. Also throws InputError for invalid options of
+  // the source.
   SourceComponent(Bus* bus, SimOptions options);
 
   void Poll(SteadyTime now) override;

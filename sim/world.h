@@ -32,15 +32,17 @@ class World {
         const TaskDescription& task, int substeps);
 
   // Moves the robot to its home and the parts to their poses, then applies the variation's randomizations, in
-  // order, and its distractors. All of them are drawn again until no movable part penetrates anything and
-  // min_distance is satisfied. Nothing of the previous episode remains. Throws InputError if no valid draw is
-  // found or a name does not exist. With seed_stream kRoboEvalSeeds, the parts start where RoboEval places
-  // them.
+  // order, and its distractors. All are drawn again until no movable part penetrates anything by more than
+  // 1 mm (except as in Overlap()) and min_distance is satisfied. Nothing of the previous episode remains.
+  // Throws InputError if no valid draw is found or a name does not exist. With seed_stream kRoboEvalSeeds,
+  // the parts start where RoboEval places them, without these checks.
   std::vector<Parameter> Reset(int64_t seed, const Variation& variation,
                                std::string_view seed_stream = kRunSeeds);
 
   // Describes the deepest penetration of more than 1 mm after Reset() ("block is 9.1 mm deep in counter").
-  // Checks the robot and all movable parts against everything. Empty if there is none.
+  // Checks the robot and all movable parts against everything, with three exceptions: parts with
+  // may_penetrate (unless a moving link is in one), the robot's stand in the world, and placed parts in fixed
+  // ones. Empty if there is none.
   std::string Overlap() const;
 
   // Sets joint targets and gripper commands, clipped to their limits. If the action is invalid (sizes, mode,
@@ -108,7 +110,7 @@ class World {
   // Coordinates of a movable part: position and quaternion.
   double* Position(const Part& part) const;
   double* Quaternion(const Part& part) const;
-  // Simulates the robot's initial steps, during which the parts are not moved.
+  // Simulates the robot's initial steps, and then puts everything else back.
   void MakeStartSteps();
   // Sets robot and parts to their poses without randomization.
   void SetHome();
@@ -130,7 +132,7 @@ class World {
   bool MayPenetrate(int entity) const;
   // True for geoms of a body that cannot move.
   bool IsStill(int geom) const;
-  // True if a contact between two entities other than the robot is not allowed in the reset state.
+  // True if the contact of a movable part with another entity is not allowed in the reset state.
   bool CountsForParts(const mjContact& contact, int a, int b) const;
   // Describes the deepest contact of more than 1 mm between two entities for which `counts` returns true;
   // empty if there is none. `counts` receives the contact and its two entities.
