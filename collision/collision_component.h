@@ -1,6 +1,6 @@
 // The collision checker as a component, which answers every STATE of its episode with CONTACTS. If a source
-// provides the contacts, CONTACTS contains them, and only the clearance is computed. docs/messages.md
-// describes the protocol.
+// provides the contacts, CONTACTS contains them in place of the computed ones, with the computed clearance.
+// docs/messages.md describes the protocol.
 #pragma once
 
 #include <memory>
