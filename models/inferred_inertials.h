@@ -7,8 +7,8 @@
 
 namespace evalbus::mjcf {
 
-// Gives every body without an <inertial> the inertia that it has in `model`, which must have been compiled
-// from this document.
+// Gives every body that has mass but no <inertial> the inertia that it has in `model`, which must have been
+// compiled from this document.
 void AddInferredInertials(tinyxml2::XMLElement* worldbody, const mjModel& model);
 
 // Removes the elements that AddInferredInertials added. Returns whether there were any.

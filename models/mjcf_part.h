@@ -41,7 +41,7 @@ class Part {
   // Returns the <default> sections, merged into one section of class "main".
   tinyxml2::XMLElement* MainDefault();
 
-  // Replaces attributes of position servos that MuJoCo 2.2 does not know (kv, inheritrange) by equivalent
+  // Replaces attributes of position servos that MuJoCo 2.2 does not know (such as kv) by equivalent
   // attributes that it knows. Servos named in `stiffness` get that stiffness (N m / rad, N / m) and no
   // velocity gain. Motors named in it become position servos. Must be called before CheckSchema().
   void WriteServos(const std::map<std::string, double>& stiffness);
@@ -50,10 +50,10 @@ class Part {
   // Converts angles to radians, makes file paths absolute, and applies this file's compiler settings to the
   // inertias of its bodies.
   void Normalize();
-  // Removes a body with everything on it.
+  // Removes a body with everything attached to it.
   void RemoveBody(const std::string& name);
-  // Describes everything except the name that determines how MuJoCo compiles a mesh or a texture from a file.
-  // Equal assets therefore have equal descriptions. Empty for other assets.
+  // Describes everything except the name that determines how MuJoCo compiles a mesh, or a texture from a
+  // file. Equal assets therefore have equal descriptions. Empty for other assets.
   std::string DescribeAsset(const tinyxml2::XMLElement* asset) const;
   // Prefixes every name and reference. `world`: new name of the file's world body. References to assets in
   // `shared` are replaced by the names of these assets in the document.

@@ -5,7 +5,8 @@
 
 namespace evalbus {
 
-// Throws InputError if an index is out of range or the range of an arm's joint is invalid.
+// Throws InputError if an index is out of range, the tick is implausible, or the range of an arm's joint is
+// invalid.
 void CheckConsistency(const model_info_t& info);
 
 // Throws InputError if a joint's index exceeds the number of coordinates of a STATE.

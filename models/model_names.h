@@ -29,8 +29,8 @@ class ModelNames {
   // True for geoms of a manipulated object, except those that must not be touched.
   bool IsObject(int geom) const;
 
-  // Functions with the parameter `where` throw an InputError that names this location and lists the valid
-  // names.
+  // For an unknown name, functions with the parameter `where` throw an InputError that names this location,
+  // and suggests a similar name or lists the valid names.
 
   // Mask by geom id: 1 for the geoms of the operand (all geoms of an entity or body).
   std::vector<uint8_t> Geoms(const std::string& operand, const SourceLocation& where) const;

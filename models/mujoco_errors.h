@@ -9,8 +9,9 @@
 
 namespace evalbus {
 
-// Turns MuJoCo's errors into EnvironmentError and sends its warnings to the sink. Must be called before the
-// first MuJoCo function that can fail. Repeated calls have no effect.
+// Turns MuJoCo's errors into EnvironmentError and sends its warnings to the sink. With MuJoCo 2.2, also
+// installs the contacts of models/polyhedron_contacts.h. Must be called before the first MuJoCo function that
+// can fail. Repeated calls have no effect.
 void InstallMujocoHandlers();
 
 // A sink receives MuJoCo's warnings, on the thread on which they occur. If it is empty (default), warnings

@@ -11,13 +11,15 @@ namespace evalbus {
 // Throws InputError if the message version of the evalbus that made the run is incompatible with this one.
 void CheckMessageVersion(const model_info_t& info);
 
-// Throws InputError if the file cannot be read or its SHA-256 differs.
+// Throws InputError if the file cannot be read, its SHA-256 differs, or it is not a compiled model of this
+// MuJoCo version.
 ModelPtr LoadModel(const std::filesystem::path& file, const std::string& sha256);
 
 // Loads info.physics_file. Throws InputError if it is not a model file of a run, cannot be read, does not
 // have MODEL's SHA-256, or is not the model that MODEL describes.
 ModelPtr LoadPhysicsModel(const model_info_t& info);
-// Loads info.visual_file. Throws InputError under the same conditions as LoadPhysicsModel().
+// Loads info.visual_file. Throws InputError as LoadPhysicsModel() does, but does not compare the model with
+// MODEL's numbers of bodies, geoms and coordinates.
 ModelPtr LoadVisualModel(const model_info_t& info);
 
 // Sets the paths in `info` to the model files in a run's folder, which may have been moved or copied since

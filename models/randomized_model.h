@@ -27,8 +27,8 @@ struct Parameter {
 // Both functions require a freshly compiled model. They throw InputError at the line of a name that the model
 // does not contain.
 
-// Changes masses and frictions of a physics model. If a mass changes, recomputes the model's constants that
-// depend on masses.
+// Changes masses and frictions of a physics model, and recomputes the model's constants that depend on
+// masses.
 std::vector<Parameter> RandomizePhysics(const Variation& variation, int64_t seed, mjModel* model);
 // Changes colors, lights, textures and cameras of a visual model.
 std::vector<Parameter> RandomizeAppearance(const Variation& variation, int64_t seed, mjModel* model);

@@ -116,7 +116,7 @@ struct RobotDescription {
 std::vector<std::filesystem::path> AllRobots();
 
 // File of a robot: `name` itself if it is the path of a YAML file, otherwise the file of this name in
-// models/robots ("single_panda"). Throws InputError that lists the available robots.
+// models/robots ("single_panda"). Throws InputError that suggests or lists robots.
 std::filesystem::path FindRobot(const std::string& name);
 
 // Reads and checks a robot YAML. Model files are searched in the YAML's own folder, in the folders of

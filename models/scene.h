@@ -18,7 +18,7 @@ namespace evalbus {
 // "pot"). The bodies of its model file are below it ("left/link0", "pot/pot"). A hand is the body
 // "<arm>/hand" on the arm. The joint of a free part has the part's name; a placed part is a mocap body. The
 // top body is the part's own frame: its pose is the pose given in the task. Other joints of a part start at
-// the `ref` of their file.
+// the `ref` of their file, unless the task sets them.
 struct Scene {
   std::string xml;
   std::vector<std::string> warnings;

@@ -78,8 +78,8 @@ class SceneComposer {
   // Disables contacts between two bodies.
   void Exclude(const std::string& body, const std::string& other);
 
-  // Sets the inertia of every body without an <inertial> to its inertia in `model`, which must have been
-  // compiled from this document.
+  // Sets the inertia of every body that has mass but no <inertial> to its inertia in `model`, which must have
+  // been compiled from this document.
   void SetInertials(const mjModel& model);
 
   // Gives geoms whose mass MuJoCo infers from a mesh the mass density x volume, and returns whether there are

@@ -148,7 +148,7 @@ struct TaskDescription {
   std::vector<NamedExpression> pose_error;
   std::vector<OtherRobot> other_robots;
 
-  // Throws InputError that lists the available variations.
+  // Throws InputError that suggests or lists variations.
   const Variation& variation(const std::string& name) const;
 
   // Applies a variation to this task: adds its parts, and replaces robot base, poses, joints, cameras,
@@ -178,8 +178,8 @@ struct TaskSelection {
 //   - "lift_pot", "lift_pot/position" or RoboEval's "LiftPotPosition", for YAML files of models/tasks;
 //   - one of these names with the prefix "roboeval/", for files of the folder models/tasks/roboeval;
 //   - the path of a YAML file, optionally with a variation ("my_task.yaml/position").
-// Without a variation, selects the first one. Throws InputError, which lists the available tasks, if there is
-// no such task.
+// Without a variation, selects the first one. Throws InputError, which suggests a similar name or lists the
+// available tasks, if there is no such task.
 TaskSelection FindTask(const std::string& name);
 
 // True if FindTask() treats `name` as the path of a YAML file.

@@ -64,7 +64,7 @@ class YamlValue {
     for (size_t i = 0; i < N; ++i) result[i] = numbers[i];
     return result;
   }
-  // Returns the values of a map's entries, with their keys, in file order.
+  // Returns the values of a map's entries, with their keys, in file order; entries merged by `<<` come last.
   std::vector<YamlValue> Entries() const;
 
   // Throws "file:line: key 'k': message".
