@@ -62,8 +62,8 @@ void ForEachOption(Options& options, const F& f) {
 std::optional<Contract> FindContractOf(const PolicyOptions& options);
 
 // Creates the pool that queries the policy's server for all processes that this process starts from now on.
-// Returns null if the policy does not support batches, or if a pool exists already. num_clients: number of
-// processes that query the server at the same time.
+// Returns null if the policy does not support batches, if num_clients is 1, or if a pool exists already.
+// num_clients: number of processes that query the server at the same time.
 std::unique_ptr<PolicyPool> OpenPool(const PolicyOptions& options, int num_clients);
 
 // Creates the policy selected by these options. Throws InputError as FindPolicy and FindContractOf do.

@@ -28,8 +28,8 @@ struct ObservationEntry {
   // observations already sent in the episode, 0 for the first one.
   enum class Counter { kEpisode, kTick, kObservation };
   // Data for real-time chunking. kActions: the rows of the last chunk from the observed tick on (rows x
-  // values; no rows for the first chunk). kDelaySteps: the number of these rows that are executed before the
-  // answer arrives.
+  // values; no rows for the first chunk, or without --execution rtc). kDelaySteps: the number of these rows
+  // that are expected to be executed before the answer arrives.
   enum class Committed { kActions, kDelaySteps };
 
   // Path of the entry in the observation: its key, preceded by the keys of the maps that contain it, if any.
@@ -84,7 +84,7 @@ struct Contract {
   // Number of ticks before the first observation. The robot holds its initial pose during them.
   int settle_steps = 0;
   // Used only with a realtime clock: an answer that arrives within this fraction of the control tick is
-  // executed at the tick at which it was requested. A later answer is executed at the next tick.
+  // executed at the tick at which it was requested. A later answer is executed at a later tick.
   double answer_window = 0.5;
 
   std::vector<ObservationEntry> observation;

@@ -33,7 +33,7 @@ class Expert : public Policy {
   // Act(). The expert first opens the grippers, retreats and goes home, because plans begin with free hands.
   // state: the state that the first Act() receives. closing: the grippers' last commands, 0 open to 1 closed.
   void TakeOver(const state_t& state, const std::vector<double>& closing);
-  // Whether all plans have been made and executed.
+  // Whether all attempts are used up and their motions have been executed.
   bool has_given_up() const { return gives_up() && player_.done(); }
 
  protected:

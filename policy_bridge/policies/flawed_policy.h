@@ -30,8 +30,7 @@ Flaw FindFlaw(const std::string& name);
 // Names of all flaws, separated by commas.
 std::string FlawNames();
 
-// Changes the targets of another policy. The only part of the state that it uses is the poses of the task's
-// objects.
+// Changes the targets of another policy. It uses only the time and the poses of objects in the state.
 class FlawedPolicy : public Policy {
  public:
   FlawedPolicy(std::unique_ptr<Policy> policy, Flaw flaw, const mjModel& model, const model_info_t& info);
@@ -56,7 +55,7 @@ class FlawedPolicy : public Policy {
   // wrong_: whether the flaw is active. wrong_time_us_: time of the tick at which it became active.
   bool wrong_ = false;
   int64_t wrong_time_us_ = 0;
-  action_t last_{};                   // last action, which kStop and kCollide repeat
+  action_t last_{};  // action that is repeated: by kStop the last one, by kCollide the first one
   std::vector<JointVector> shifted_;  // by arm: last joint targets of Shift()
   // State that is passed to the policy if it differs from the real state.
   state_t seen_{};

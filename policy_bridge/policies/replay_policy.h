@@ -30,8 +30,8 @@ std::string RecordingPath(const std::string& policy);
 // simulated time has been reached, so a recording can be replayed at another control rate.
 class ReplayPolicy : public Policy {
  public:
-  // anyway: accepts a recording of another task, variation, robot, seed or control rate, although the actions
-  // then have other effects. Otherwise, such a recording is rejected.
+  // anyway: accepts a recording of another task, variation, robot, seed, control rate or physics model,
+  // although the actions then have other effects. Otherwise, such a recording is rejected.
   ReplayPolicy(Recording recording, const model_info_t& info, bool anyway);
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;

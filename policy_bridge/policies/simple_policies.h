@@ -11,8 +11,8 @@
 
 namespace evalbus::policy {
 
-// Smooth noise: a sum of three sines of random frequency and phase, which is zero at time 0. It is a function
-// of time only, so it does not depend on the control rate.
+// Smooth noise: a sum of three sines of random frequency and phase, which grows from zero during the first
+// second. It is a function of time only, so it does not depend on the control rate.
 class SmoothNoise {
  public:
   // Frequencies are uniform in [0.05, max_frequency] Hz. Values stay within +-amplitude.

@@ -28,7 +28,7 @@ void CheckExecution(const Contract& contract, Execution execution);
 class RemotePolicy : public Policy {
  public:
   // client: if null, a client for the contract's wire is created. Throws InputError if the contract does not
-  // fit the robot or the task's control rate, or if its URL does not fit its wire.
+  // fit the robot or the run's control rate, or if its URL does not fit its wire.
   RemotePolicy(const Contract& contract, Latency latency, const mjModel& model, const model_info_t& info,
                std::unique_ptr<PolicyClient> client = nullptr);
 
