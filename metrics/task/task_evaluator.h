@@ -44,8 +44,8 @@ class TaskEvaluator {
   const std::vector<uint8_t>& knows_stage() const { return knows_stage_; }
   const std::vector<uint8_t>& knows_distance() const { return knows_distance_; }
   const std::vector<uint8_t>& knows_error() const { return knows_error_; }
-  // Whether the success condition is met at the last tick. The verdict remains final if the condition is no
-  // longer met.
+  // Whether the success condition is met at the last tick, and there is no failure. The verdict remains final
+  // if the condition is no longer met.
   bool success_holds() const { return success_holds_; }
   // Whether the failure is the built-in one: a robot body out of bounds.
   bool out_of_bounds() const { return out_of_bounds_; }
