@@ -29,7 +29,8 @@ class ChunkSchedule {
     int row = 0;
   };
 
-  // execute_steps: number of rows after which the next inference begins, at least 1.
+  // execute_steps: number of rows, at least 1, after which the next inference begins. If the robot moves
+  // during inferences, the next one begins earlier if its chunk would otherwise arrive too late.
   ChunkSchedule(Execution rule, int execute_steps);
 
   // Begins an episode: discards all chunks.

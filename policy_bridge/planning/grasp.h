@@ -30,7 +30,8 @@ inline constexpr double kGraspApproach = 0.09;
 // approach to a face that does not point down, each pair of faces that fits between the fingers, each finger
 // in front, and each angle of `leans`. The point between the pads is at the box's center, or as deep as the
 // fingers reach. leans: angles (rad) by which the hand is tilted about the closing axis, to reach farther.
-// The grasps that need the smallest rotation from the hand's pose `grip` (world frame) come first.
+// The grasps with the smallest sum of their lean and of the rotation from the hand's pose `grip` (world
+// frame) come first.
 std::vector<Grasp> BoxGrasps(const GraspBox& box, const Eigen::Isometry3d& object,
                              const Eigen::Isometry3d& grip, const std::vector<double>& leans = {0});
 

@@ -19,10 +19,11 @@ struct IkResult {
 };
 
 // Finds joint positions whose wrist pose is `target` (world frame), starting from `start`. Each iteration
-// solves dq = J^T (J J^T + (e^2 + c) I)^-1 e + N (posture - q) with pose error e. The damping vanishes with
-// the error (Sugihara, "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method", IEEE
-// T-RO 2011). The search is therefore stable if the target is out of reach, and converges quadratically near
-// a solution. A joint that an iteration would push beyond its limit is excluded from that iteration.
+// solves dq = J^T (J J^T + (0.1 e^2 + c) I)^-1 e + 0.1 N (posture - q) with pose error e. The damping
+// vanishes with the error (Sugihara, "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt
+// method", IEEE T-RO 2011). The search is therefore stable if the target is out of reach, and converges
+// quadratically near a solution. A joint at its limit that an iteration would push farther is excluded from
+// that iteration.
 IkResult SolveIk(const ArmChain& arm, const Eigen::Isometry3d& target, const JointVector& start,
                  const IkOptions& options = {});
 

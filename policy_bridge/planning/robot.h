@@ -33,7 +33,7 @@ struct Arm {
 };
 
 // Returns the arms of a model, each with the gripper of the same index. Throws InputError if an arm has no
-// gripper.
+// gripper, or if a gripper does not have two fingers with pads.
 std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info);
 
 // Indices of the grippers that are not commanded open.
@@ -89,8 +89,8 @@ class ContactProbe {
   Hinge HingeOf(int body, const state_t& state) const;
 
   // Finds a contact of one of these arms, hands included. It ignores contacts with arms that are not in
-  // `arms`, contacts of pads with the objects of allowed_contact_bodies, and contacts between links of one
-  // arm that are this close to each other at home, too.
+  // `arms`, contacts of pads with each other and with the objects of allowed_contact_bodies, and contacts
+  // between links of one arm that are this close to each other at home, too.
   std::optional<Touch> FindTouch(const std::vector<int>& arms,
                                  const std::vector<int>& allowed_contact_bodies);
 

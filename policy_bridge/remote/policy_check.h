@@ -25,7 +25,8 @@ struct CheckReport {
   // Durations of successful calls in seconds: duration of the first call, and median of the later calls. -1:
   // there were none.
   double first_call_s = -1, steady_call_s = -1;
-  // Largest difference between two answers to the same observation, or -1 if it was not tested.
+  // Largest difference between the first answer and later answers to the same observation, or -1 if it was
+  // not tested.
   double repeat_difference = -1;
   int num_steps = 0;
   // Minimum and maximum of each value over the action chunk.

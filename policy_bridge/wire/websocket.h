@@ -42,8 +42,8 @@ class Websocket {
 
   bool open() const;
 
-  // Sends a binary message. Throws ServerError if the connection is closed or if it is lost meanwhile. Throws
-  // kTimeout and closes the connection after the deadline.
+  // Sends a binary message. If the connection is closed or is lost meanwhile, throws ServerError, unless
+  // received messages are waiting. Throws kTimeout and closes the connection after the deadline.
   void Send(Bytes message, const Deadline& deadline);
 
   // Returns the next message, even if the connection was closed after it. Returns nothing if the deadline
