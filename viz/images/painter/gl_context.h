@@ -14,8 +14,8 @@ namespace evalbus::viz {
 // Throws InputError unless `name` is one of:
 // - "software", the default: "osmesa" if it is installed, else "egl-software"; both give equal bytes
 // - "osmesa", "egl-software": one of the two, e.g. to compare them
-// - "egl": the first device in EGL's list that works, usually a graphics processor; Mesa in software if none
-// works - "auto": "egl" if it works with a graphics processor of this machine, else "software"
+// - "egl": the first device in EGL's list that works, usually a graphics processor, else Mesa in software
+// - "auto": "egl" if it works with a graphics processor of this machine, else "software"
 void CheckGl(const std::string& name);
 // Selects the library. If it is not called, "software" is used. Throws as CheckGl does. Throws
 // EnvironmentError if the selected library is missing or this process already draws with another library.
