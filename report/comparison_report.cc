@@ -31,8 +31,8 @@ struct PackedRuns {
           ->push_back({{baseline, pair.baseline.episode}, {run, pair.run.episode}});
     }
   }
-  // Returns the URL that shows the pair at the decisive moment of the side that failed; empty if the page
-  // lacks one of the episodes.
+  // Returns the URL that shows the pair at the decisive moment of the side that failed or, if the pair is not
+  // flipped, of the run; empty if the page lacks one of the episodes.
   std::string PlayerUrlOf(const results::TaskComparison& task, const results::ComparedPair& pair) {
     const PlayerPlace baseline{Number(task.baseline_folder), pair.baseline.episode};
     const PlayerPlace run{Number(task.folder), pair.run.episode};

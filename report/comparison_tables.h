@@ -9,11 +9,12 @@
 
 namespace evalbus::report {
 
-// Returns one row per run and task, and one row over all tasks for a run with several tasks. Columns: success
-// rates of both sides, their difference in percentage points, its 95 % interval, and p.
+// Returns one row per run and task, and one row over all tasks for a run with several tasks. Columns: task,
+// run and baseline with their numbers of successes and episodes, difference in percentage points, its 95 %
+// interval, and p.
 TextTable SuccessTable(const std::vector<results::Comparison>& comparisons);
 
-// Returns SuccessTable() as Markdown, with a line that states how it was computed.
+// Return SuccessTable() as Markdown or LaTeX, with a line that states how it was computed.
 std::string ComparisonMarkdown(const std::vector<results::Comparison>& comparisons);
 std::string ComparisonLatex(const std::vector<results::Comparison>& comparisons);
 

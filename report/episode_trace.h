@@ -12,7 +12,8 @@ struct EpisodeTrace {
   // One figure for each metric, with a line for each of its parts (arms, distances). Constant metrics are
   // omitted. The most informative figures come first.
   std::vector<CurveFigure> figures;
-  // Stages reached, slips, collisions with the scene, self-collisions, and the end, in order of time.
+  // Stages reached, slips, collisions with the scene, self-collisions, force limits exceeded, and the end, in
+  // order of time.
   std::vector<EpisodeEvent> events;
 };
 

@@ -48,7 +48,8 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
 // number of the episode. Throws InputError if the log cannot be read or contains no episode.
 std::unique_ptr<viz::EpisodeTrack> BlindTrack(const std::filesystem::path& log, int number, Scenes* scenes);
 
-// Return the blocks "run" and "episodes" of a recorded run.
+// RunBlock() returns the block "run" of a recorded run; RowOf() and EpisodeRows() return rows of its block
+// "episodes".
 std::string RunBlock(const results::RecordedRun& run, int number);
 viz::EpisodeRow RowOf(const results::RecordedEpisode& episode, const results::RecordedRun& run);
 std::vector<viz::EpisodeRow> EpisodeRows(const results::RecordedRun& run);

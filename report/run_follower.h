@@ -39,7 +39,7 @@ class RunFollower {
   const std::map<int, std::string>& stage_names() const { return stage_names_; }
   // Numbers of the run as of the last Update().
   const viz::RunNumbers& numbers() const { return numbers_; }
-  // True if summary.json exists. The run has then finished.
+  // True if summary.json exists and all lines have been read. The run has then finished.
   bool is_over() const { return numbers_.is_over; }
   // Describes an error in the run's files in one line; empty if there is none.
   const std::string& error() const { return error_; }

@@ -16,8 +16,8 @@ namespace evalbus::report {
 using CommandOf = std::function<std::string(const nlohmann::ordered_json& run_json)>;
 
 // Returns the HTML page. file: where the page will be written; links are relative to it. episodes: the
-// episodes whose curves are drawn and which can be played in 3D. If empty, the page has curves of the first
-// failures and of the success with the median time, and as many episodes in 3D as fit. made_by: version and
+// episodes whose curves are drawn and which can be played in 3D. If empty, the page selects
+// the curves (for example of the first failures), and has as many episodes in 3D as fit. made_by: version and
 // commit. most: maximum size of the page in bytes with its viewer; 0: no viewer and no images. Throws
 // InputError, EnvironmentError.
 BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& file,

@@ -32,7 +32,8 @@ class ViewerPack {
   };
   // Packs groups of episodes in the given order until one does not fit; a group is packed completely or not
   // at all. page: size of the page without the viewer, in bytes. most: maximum size of the page in bytes.
-  // Logs that cannot be read are named in remarks().
+  // Groups with a log that cannot be read are skipped; remarks() describes the first three and counts the
+  // rest.
   void Pack(const std::vector<std::vector<Wanted>>& wanted, size_t page, size_t most);
 
   // True if the episode is packed.

@@ -48,7 +48,7 @@ void SeedsStrip(const ComparisonPageParts& parts, const results::Comparison& com
 }
 
 // Summarizes seeds where only one side succeeds, for example "9 seeds where only expert succeeds: 3 dropped,
-// 6 grasp_slip".
+// 6 slipped from the gripper".
 std::string OneSided(const std::vector<results::ComparedPair>& flipped, bool of_run,
                      const std::string& name) {
   std::map<std::string, int> reasons;

@@ -18,7 +18,7 @@ namespace {
 // Number of figures that are initially visible; the rest can be expanded.
 constexpr size_t kHistogramsShown = 8;
 
-// False for stages, and for per-arm values if there is an overall value.
+// False for success, stages and counts per object, and for per-arm values if there is an overall value.
 bool HasFigure(const MetricNumber& number, const ReportRun& run) {
   if (!number.metric) return true;
   const std::string name(number.metric->name);

@@ -1,6 +1,6 @@
 // Draws the figures of a report as inline SVG. Colors, fonts and line widths are defined in report.css, so
-// that one figure works in light and dark mode, on screen and on paper. <title> elements describe each figure
-// in words.
+// that one figure works in light and dark mode, on screen and on paper. Labels and <title> elements describe
+// the figures in words.
 #pragma once
 
 #include <span>

@@ -10,7 +10,7 @@
 namespace evalbus::report {
 
 // Shows the first `shown` figures in an element of class css_class. The others are in an expandable element
-// with the label `what`.
+// with the label `what`; if there are at most two others, all are shown.
 void Folded(const std::vector<std::function<void()>>& figures, size_t shown, const std::string& what,
             const char* css_class, Markup* html);
 

@@ -43,8 +43,9 @@ class ReaderThreads {
   void Poll(SteadyTime now);
   // Sleeps in a job that waits for a file; returns false after Stop() was called.
   bool Pause(std::chrono::milliseconds duration);
-  // Prevents further jobs from starting, and waits for running ones. Returns false if some are still running
-  // after `timeout`. Objects that they use must then not be destroyed.
+  // Prevents further jobs from starting, discards waiting ones without calling GiveUp, and waits for running
+  // ones. Returns false if some are still running after `timeout`. Objects that they use must then not be
+  // destroyed.
   bool Stop(std::chrono::milliseconds timeout);
 
  private:

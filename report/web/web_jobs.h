@@ -21,7 +21,7 @@ namespace evalbus::report {
 
 class WebJobs {
  public:
-  // Maximum total size of cached episodes, in bytes.
+  // Maximum total size of cached episodes, in bytes. The newest one is kept even if it is larger.
   static constexpr size_t kMaxKept = size_t{64} << 20;
 
   // Returns false if jobs are still reading after `timeout`; this object must then not be destroyed.
