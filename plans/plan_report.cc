@@ -184,13 +184,16 @@ std::map<fs::path, std::string> PlanPages(const PlanFolder& folder, const PlanRe
                                .judgment = results::Word(comparison.success.judgment()),
                                .url = report::Url(fs::relative(page, folder.path()))});
   }
-  report.verdict_note =
-      results.stops.empty()
-          ? std::string("p values are adjusted by Holm for the policies that are compared.")
-          : fmt::format(
-                "Tested after every {} episodes of each task, at most {}: p values are valid at any look, "
-                "adjusted by Bonferroni for the policies that are compared.",
-                plan.options.episodes, plan.until->max_episodes);
+  // A single comparison is not adjusted.
+  const bool is_adjusted = results.comparisons.size() > 1;
+  if (!results.stops.empty()) {
+    report.verdict_note = fmt::format(
+        "Tested after every {} episodes of each task, at most {}: p values are valid at any look{}.",
+        plan.options.episodes, plan.until->max_episodes,
+        is_adjusted ? ", adjusted by Bonferroni for the policies that are compared" : "");
+  } else if (is_adjusted) {
+    report.verdict_note = "p values are adjusted by Holm for the policies that are compared.";
+  }
   report.ranking = results.ranking;
   report.verdict = VerdictOf(results);
   pages[folder.path() / kReportHtml] = report::PlanPage(report, made_by);

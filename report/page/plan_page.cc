@@ -138,7 +138,7 @@ void Rates(const PlanReport& report, Markup* html) {
 void Verdicts(const PlanReport& report, Markup* html) {
   if (report.verdicts.empty()) return;
   html->Element("h2", {{"id", "comparisons"}}, "Against " + report.baseline);
-  html->Element("p", {{"class", "note"}}, report.verdict_note);
+  if (!report.verdict_note.empty()) html->Element("p", {{"class", "note"}}, report.verdict_note);
   html->Element("ul", {{"class", "verdicts"}}, [&] {
     for (const PlanVerdict& verdict : report.verdicts) {
       html->Element("li", {}, [&] {
