@@ -54,8 +54,9 @@ std::string LatencyFigure(const std::string& title, const std::vector<DelayPoint
   svg.Element("text", {{"x", "12"}, {"y", "20"}, {"style", "font-size: 14px; fill: var(--text)"}}, title);
   double x = 12;
   for (size_t i = 0; i < figures[0].lines.size(); ++i) {
-    svg.Empty("path", {{"class", fmt::format("line c{}", i % 6)}, {"d", fmt::format("M{} 38h24", x)}});
-    svg.Element("text", {{"x", fmt::format("{}", x + 30)}, {"y", "42"}}, figures[0].lines[i].name);
+    const std::string& name = figures[0].lines[i].name;
+    svg.Empty("path", {{"class", "line " + LineColor(name, i)}, {"d", fmt::format("M{} 38h24", x)}});
+    svg.Element("text", {{"x", fmt::format("{}", x + 30)}, {"y", "42"}}, name);
     x += 130;
   }
   for (size_t i = 0; i < figures.size(); ++i) {

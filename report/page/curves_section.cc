@@ -36,7 +36,7 @@ void Events(const std::vector<EpisodeEvent>& events, bool video, Markup* html) {
 void LineKey(const std::string& name, size_t index, Markup* html) {
   html->Element("span", {{"class", "key"}}, [&] {
     html->Element("svg", {{"class", "swatch"}, {"viewBox", "0 0 18 8"}, {"aria-hidden", "true"}}, [&] {
-      html->Empty("path", {{"class", fmt::format("line c{}", index % 6)}, {"d", "M0 4H18"}});
+      html->Empty("path", {{"class", "line " + LineColor(name, index)}, {"d", "M0 4H18"}});
     });
     html->Text(name);
   });

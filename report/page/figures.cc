@@ -218,6 +218,16 @@ void DrawEventMark(Kind kind, Markup* html) {
   });
 }
 
+std::string LineColor(const std::string& name, size_t index) {
+  if (name.empty()) return "";
+  std::string words = " " + name + " ";
+  std::ranges::replace(words, '_', ' ');
+  for (const char* arm : {"left", "right"}) {
+    if (words.find(fmt::format(" {} ", arm)) != std::string::npos) return arm;
+  }
+  return fmt::format("o{}", index % 4);
+}
+
 void DrawCurves(const CurveFigure& figure, Markup* html) {
   constexpr double kWidth = 360, kHeight = 168, kLeft = 44, kRight = 350, kTop = 18, kBottom = 144;
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -258,9 +268,9 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
   }
   for (size_t k = 0; k < figure.lines.size(); ++k) {
     const CurveFigure::Line& line = figure.lines[k];
-    html->Element("path",
-                  {{"class", fmt::format("line c{}", k % 6)}, {"d", PathOf(figure.time, line.value, x, y)}},
-                  [&] { html->Element("title", {}, line.name.empty() ? figure.name : line.name); });
+    html->Element(
+        "path", {{"class", "line " + LineColor(line.name, k)}, {"d", PathOf(figure.time, line.value, x, y)}},
+        [&] { html->Element("title", {}, line.name.empty() ? figure.name : line.name); });
   }
   html->Close();
 }
@@ -296,7 +306,7 @@ void DrawRanges(const RangeFigure& figure, Markup* html) {
   DrawScale(x, TicksWithin(x.from, x.to, 6), kBottom, figure.x_unit, html);
   for (size_t k = 0; k < figure.lines.size(); ++k) {
     const RangeFigure::Line& line = figure.lines[k];
-    const std::string color = fmt::format("c{}", k % 6);
+    const std::string color = LineColor(line.name, k);
     // Lines are shifted horizontally, because lines with equal values would hide each other.
     const double shift = 3 * (static_cast<double>(k) - static_cast<double>(figure.lines.size() - 1) / 2);
     const Axis shifted{x.from, x.to, x.pixel_from + shift, x.pixel_to + shift};

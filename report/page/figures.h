@@ -33,6 +33,11 @@ struct EpisodeEvent {
 // Draws the mark of an event kind as SVG for use within text.
 void DrawEventMark(EpisodeEvent::Kind kind, Markup* html);
 
+// Returns the CSS class for the color of a figure's line. As in the viewer, the lines of the left and of the
+// right arm have the color of the arm, and others a color without a meaning. name: may be empty for a single
+// line.
+std::string LineColor(const std::string& name, size_t index);
+
 // Values over the time of an episode.
 struct CurveFigure {
   std::string name;

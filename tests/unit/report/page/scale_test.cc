@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "report/page/figures.h"
 
@@ -80,6 +82,18 @@ TEST(Number, HasFourSignificantDigits) {
   EXPECT_EQ(Number(-12345.6), "-12346");
   EXPECT_EQ(Number(0.000651132), "0.0006511");
   EXPECT_EQ(Number(kNaN), "-");
+}
+
+// As in tests/browser/page_functions.js.
+TEST(LineColor, IsThatOfTheArm) {
+  const auto colors = [](const std::vector<std::string>& names) {
+    std::vector<std::string> all;
+    for (size_t k = 0; k < names.size(); ++k) all.push_back(LineColor(names[k], k));
+    return all;
+  };
+  EXPECT_THAT(colors({"left", "right_gripper_to_pot", "lift distance", "leftover", "pot to left"}),
+              ElementsAre("left", "right", "o2", "o3", "left"));
+  EXPECT_EQ(LineColor("", 0), "");
 }
 
 TEST(Path, GoesThroughThePointsThatMatter) {
