@@ -38,13 +38,15 @@ struct ReportOptions {
 
 void AddOptions(CLI::App* app, ReportOptions* options) {
   app->add_option("run", options->run, "folder of a run, a suite or a plan")->required();
-  app->add_option("-o,--out", options->out, "HTML file; default: report.html in that folder")
+  app->add_option(
+         "-o,--out", options->out,
+         "HTML file; default: report.html in that folder; not for a plan, whose pages are in its folder")
       ->type_name("FILE")
       ->check(CheckOutputFile);
   AddList(
       app, "--episode", &options->episodes,
-      "numbers of the episodes whose curves are drawn and which can be played in 3D, separated by commas; "
-      "default: the first failures and the success with the median time; in 3D as many as fit");
+      "numbers of the episodes of a run whose curves are drawn and which can be played in 3D, separated by "
+      "commas; default: the first failures and the success with the median time; in 3D as many as fit");
   app->add_option(
          "--mb", options->megabytes,
          "maximum size of the page in megabytes; as many episodes as fit can be played in 3D; 0: no 3D, no "
