@@ -9,8 +9,12 @@
 namespace evalbus::results {
 
 // Returns the conclusion, the tables and the remarks. With `ratios`, effort metrics are also shown relative
-// to the baseline if there is only one task. colors: see base/styled_text.h.
-std::string ComparisonText(const Comparison& comparison, bool ratios, bool colors = false);
+// to the baseline if there is only one task. colors: see base/styled_text.h. If the tables do not fit into
+// `width`, names are shortened and columns omitted; a line names these columns. Sentences are wrapped.
+std::string ComparisonText(const Comparison& comparison, bool ratios, bool colors = false,
+                           int width = std::numeric_limits<int>::max());
+// Returns Headline() and Evidence() (results/conclusion.h) in lines of their own, wrapped at `width`.
+std::string ConclusionText(const Comparison& comparison, int width, bool colors);
 
 // Returns name and policy, for example "ckpt-12000 (pi0)", or only "expert" if they are equal.
 std::string NameAndPolicy(const ComparedRuns& runs);
