@@ -349,11 +349,6 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
         all_equal(task.success.baseline_trials, " episodes of " + baseline);
     }
   }
-  if (task.paired && AllPairsAreEqual(own, other)) {
-    remarks->Add(name,
-                 fmt::format("all numbers of {} are equal on both sides, as if one policy had run twice",
-                             Plural(static_cast<int>(own.episodes.size()), "pair")));
-  }
   if (!task.paired) {
     remarks->Add(name, std::string(task.variation != task.baseline_variation ? "" : "no seed in common: ") +
                            "compared as independent samples");
@@ -432,6 +427,12 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
   if (result.paired) result.pairs = PairsOf(own, other);
   if (options.with_metrics) result.metrics = CompareMetrics(own, other, result.paired);
   AddRemarks(result, own, other, options.run_name, options.baseline_name, remarks);
+  // Two engines are compared with one policy on purpose.
+  if (result.paired && run.engine() == baseline.engine() && AllPairsAreEqual(own, other)) {
+    remarks->Add(result.name(),
+                 fmt::format("all numbers of {} are equal on both sides, as if one policy had run twice",
+                             Plural(static_cast<int>(own.episodes.size()), "pair")));
+  }
   return result;
 }
 

@@ -298,7 +298,7 @@ with tempfile.TemporaryDirectory() as name:
         (run, ["--hdf5", here / "no/such/set.hdf5"], "no/such"),
         (damaged, ["--hdf5", out], "events.lcmlog: "),
         (damaged, ["--safetensors", out], "events.lcmlog: "),
-        (here / "scored", ["--hdf5", out], "no action of tick 0: a training set needs an action for every tick"),
+        (here / "scored", ["--hdf5", out], "no action for tick 0: a training set needs an action for every tick"),
         (here / "blind", ["--hdf5", out, "--successes"], "no successful episode to export"),
         (here / "nothing", ["--hdf5", out], "nothing"),
     ]

@@ -119,7 +119,7 @@ class ServerTest(unittest.TestCase):
     def test_bad_requests_are_told(self):
         self.expect_failure("hello", "binary")
         self.expect_failure(b"\xc1", "not msgpack")
-        self.expect_failure(codec.pack([1]), "is a map")
+        self.expect_failure(codec.pack([1]), "expected a map of observations")
 
     def test_wrong_input(self):
         port = int(self.server.url.rpartition(":")[2])

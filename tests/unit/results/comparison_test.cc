@@ -431,8 +431,8 @@ TEST_F(CompareTest, RemarksOnDifferencesOfContracts) {
   const RecordedRuns other = Run("c", info, First(1, 3), 1);
   EXPECT_EQ(
       MadeDifferently(other.runs[0], a.runs[0]),
-      "contract: action.first_step_rad 0.5 against none, contract: action.kind \"joint_position\" against "
-      "\"joint_delta\", contract: action.arms.1 none against 2");
+      "contract: action.kind \"joint_position\" against \"joint_delta\", contract: action.first_step_rad 0.5 "
+      "against none, contract: action.arms.1 none against 2");
   info["policy_contract"] = nullptr;
   const RecordedRuns scripted = Run("d", info, First(1, 3), 1);
   EXPECT_EQ(MadeDifferently(scripted.runs[0], a.runs[0]), "");

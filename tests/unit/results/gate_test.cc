@@ -53,9 +53,12 @@ TEST_F(GateTest, EqualRunsPassFromFiftyNinePairsOn) {
   EXPECT_THAT(few.why, HasSubstr("about 1 more pair would decide"));
   const Gate enough = Decide(Of("a59", 50, 59), Of("b59", 50, 59), {});
   EXPECT_EQ(enough.verdict, GateVerdict::kPass);
-  EXPECT_EQ(GateText(enough),
-            "PASS  a59 against b59: success 84.7 -> 84.7 % in 59 pairs: a loss of at most 5.0 points "
-            "(one-sided 95 % bound), margin 5 points\n");
+  EXPECT_EQ(
+      GateText(enough),
+      "PASS  a59 against b59: success 84.7 -> 84.7 % in 59 pairs: a loss of at most 5.0 points "
+      "(one-sided 95 % bound), margin 5 points\n\n"
+      "note: lift_pot/position: all numbers of 59 pairs are equal on both sides, as if one policy had run "
+      "twice\n");
 }
 
 TEST_F(GateTest, ALossBeyondTheMarginFails) {

@@ -82,7 +82,7 @@ TEST_F(VerdictsTest, AFileThatIsNotOfVerdictsIsRefusedWithItsLineAndKept) {
   const auto changed = [&](const std::string& from, const std::string& to) {
     return line + std::string(line).replace(line.find(from), from.size(), to);
   };
-  EXPECT_THAT(Refusal("[]\n"), HasSubstr("verdicts.jsonl:1: expected an object"));
+  EXPECT_THAT(Refusal("[]\n"), HasSubstr("verdicts.jsonl:1: expected a JSON object"));
   EXPECT_THAT(Refusal(line + "{\"episode\""), HasSubstr("verdicts.jsonl:2"));
   EXPECT_THAT(Refusal(line + line), HasSubstr("verdicts.jsonl:2: a second verdict of ann on episode 3"));
   EXPECT_THAT(Refusal(changed("3", "-3")), HasSubstr("2: \"episode\": expected the number of an episode"));
