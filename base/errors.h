@@ -1,4 +1,5 @@
-// The two kinds of failure that a user can encounter. Any other exception is a bug, of evalbus or of a plugin.
+// The two kinds of failure that a user can encounter. Any other exception is a bug, of evalbus or of a
+// plugin.
 #pragma once
 
 #include <iostream>

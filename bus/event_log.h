@@ -19,8 +19,8 @@ namespace evalbus {
 
 class EventLogWriter {
  public:
-  // Creates the file, which must not exist. All functions throw EnvironmentError on failure (ClosePacked() the
-  // errors of PackLog()), so that an incomplete log is never taken for a complete one.
+  // Creates the file, which must not exist. All functions throw EnvironmentError on failure (ClosePacked()
+  // the errors of PackLog()), so that an incomplete log is never taken for a complete one.
   explicit EventLogWriter(const std::filesystem::path& file);
   ~EventLogWriter();
   EventLogWriter(const EventLogWriter&) = delete;

@@ -40,9 +40,9 @@ class Recorder : public Component {
   bool MayBegin(const episode_begin_t& begin);
   void Open(const episode_begin_t& begin);
   void CloseEpisode();
-  // Returns the number of ticks, up to the tick of EPISODE_END, that the log lacks: STATEs and, unless in real
-  // time, CONTACTS, PARTIALs and (without a source) ACTIONs; the largest of these numbers. 0 if the episode
-  // was aborted.
+  // Returns the number of ticks, up to the tick of EPISODE_END, that the log lacks: STATEs and, unless in
+  // real time, CONTACTS, PARTIALs and (without a source) ACTIONs; the largest of these numbers. 0 if the
+  // episode was aborted.
   int64_t MissingTicks() const;
 
   std::filesystem::path run_;

@@ -241,7 +241,7 @@ TEST_F(Merge, RemovesOnlyWhatItCounted) {
   ASSERT_EQ(MergePlan().code, 0);
   fs::copy(copy, part, fs::copy_options::recursive);
   Replace(part / "episodes.jsonl", "\"end_detail\":\"\"", "\"end_detail\":\"by another run\"");
-  ExpectRefused("its episode 0 is another one there");
+  ExpectRefused("its episode 0 is different");
   fs::remove_all(part);
   // A shard that equals the merged episodes may be removed.
   fs::copy(copy, part, fs::copy_options::recursive);
