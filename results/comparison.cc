@@ -363,8 +363,8 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
   }
   std::vector<std::string> disagreeing;
   for (const MetricComparison& metric : task.metrics) {
-    const bool excludes_0 = metric.difference_95.lower > 0 || metric.difference_95.upper < 0;
-    if (metric.p && *metric.p >= metrics::kAlpha && excludes_0) disagreeing.push_back(metric.number.label());
+    if (metric.p && *metric.p >= metrics::kAlpha && metric.difference_95.excludes_0())
+      disagreeing.push_back(metric.number.label());
   }
   if (!disagreeing.empty()) {
     remarks->Add(name,

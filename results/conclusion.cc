@@ -94,10 +94,9 @@ std::string Headline(const Comparison& comparison) {
   if (!success.is_shown) {
     // The interval is approximate and not adjusted, so it can exclude 0 although the test shows no
     // difference.
-    const bool excludes_0 = success.difference_95.lower > 0 || success.difference_95.upper < 0;
     return fmt::format("No difference shown between {} and {}: {} points, {}{}", run, baseline,
                        points.Text(success.difference), interval,
-                       excludes_0 ? ", but " + PEquals(success.p_adjusted) : "");
+                       success.difference_95.excludes_0() ? ", but " + PEquals(success.p_adjusted) : "");
   }
   return fmt::format("{} is {} points {} than {}, {}", run, points.Text(std::abs(success.difference)),
                      success.difference > 0 ? "better" : "worse", baseline, interval);

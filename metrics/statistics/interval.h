@@ -6,6 +6,9 @@ namespace evalbus::metrics {
 struct Interval {
   double lower;
   double upper;
+
+  // False if there is no interval, whose bounds are NaN.
+  bool excludes_0() const { return lower > 0 || upper < 0; }
 };
 
 // Standard normal quantile at 97.5 %.
