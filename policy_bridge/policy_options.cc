@@ -50,7 +50,8 @@ PolicyMaker FindPolicy(const PolicyOptions& options) {
   }
   const PolicyMaker make = FindPolicy(options.policy);
   if (latency.kind == Latency::Kind::kMeasured) {
-    throw InputError("--latency measured requires a policy behind a server; expected milliseconds");
+    throw InputError(
+        "--latency measured requires a policy behind a server; otherwise, expected none or milliseconds");
   }
   if (latency.kind == Latency::Kind::kFixed) {
     return [make, latency](const mjModel& model, const model_info_t& info) {
@@ -58,7 +59,7 @@ PolicyMaker FindPolicy(const PolicyOptions& options) {
     };
   }
   if (latency.execution != Execution::kSynchronous) {
-    throw InputError("--execution requires --latency, or a policy behind a server");
+    throw InputError("--execution " + options.execution + " requires --latency, or a policy behind a server");
   }
   return make;
 }

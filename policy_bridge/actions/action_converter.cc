@@ -42,7 +42,9 @@ int FirstBody(const mjModel& model, const arm_info_t& arm) {
   for (int joint = 0; joint < model.njnt; ++joint) {
     if (model.jnt_qposadr[joint] == arm.joint_qpos_index.at(0)) return model.jnt_bodyid[joint];
   }
-  throw InputError("arm \"" + arm.name + "\": the model has no joint at its first coordinate");
+  throw InputError(
+      fmt::format("arm \"{}\": no joint of the model has index {} in qpos, that of the arm's first joint",
+                  arm.name, arm.joint_qpos_index.at(0)));
 }
 
 // Returns an upper bound of the wrist's distance from the base's origin for any joint positions, m.
@@ -217,7 +219,7 @@ ActionConverter::ArmPart ActionConverter::MakeArm(const ArmForm& form, const mjM
   const int expected = is_joint_kind() ? arm_info.num_joints : kPositionValues + NumValues(space_.rotation);
   if (form.indices.size() != static_cast<size_t>(expected)) {
     const std::string parts = is_joint_kind() ? "one for each joint"
-                                              : fmt::format("{} of position and {} of rotation",
+                                              : fmt::format("{} for the position and {} for the rotation",
                                                             kPositionValues, NumValues(space_.rotation));
     throw InputError(fmt::format("action: arm '{}': {} indices; {} takes {}, {}", form.arm,
                                  form.indices.size(), NameOf(space_.kind), expected, parts));
@@ -273,8 +275,9 @@ void ActionConverter::ReadRow(std::span<const double> row) {
   for (const ArmPart& arm : arms_) {
     const auto check = [&](int index, const char* whose) {
       if (std::isfinite(values_[index])) return;
-      throw std::runtime_error(fmt::format("value {} of the policy's action, for {} '{}', is {}", index,
-                                           whose, arm.form.arm, row[index]));
+      throw std::runtime_error(fmt::format(
+          "value {} of the policy's action, for {} '{}', is {}; expected a finite number{}", index, whose,
+          arm.form.arm, row[index], std::isfinite(row[index]) ? " after scale and offset" : ""));
     };
     for (int index : arm.form.indices) check(index, "arm");
     if (arm.form.gripper.index) check(*arm.form.gripper.index, "the gripper of arm");
@@ -307,9 +310,9 @@ Isometry3d ActionConverter::TargetPose(const ArmPart& arm, const JointVector& fr
   try {
     rotation = ReadRotation(space_.rotation, {rotation_values, num_rotation_values}).toRotationMatrix();
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(fmt::format("values {} to {} of the policy's action, for arm '{}': {}",
-                                         indices[kPositionValues], indices.back(), arm.form.arm,
-                                         error.what()));
+    throw std::runtime_error(fmt::format("values {} of the policy's action, for arm '{}': {}",
+                                         fmt::join(indices.begin() + kPositionValues, indices.end(), ", "),
+                                         arm.form.arm, error.what()));
   }
 
   Isometry3d point;
@@ -326,9 +329,9 @@ Isometry3d ActionConverter::TargetPose(const ArmPart& arm, const JointVector& fr
   }
   if (space_.rotation == RotationForm::kNone) point.linear() = arm.first_rotation;
   if (!point.matrix().allFinite()) {
-    throw std::runtime_error(
-        fmt::format("values {} to {} of the policy's action, for arm '{}', are too large", indices[0],
-                    indices[2], arm.form.arm));
+    throw std::runtime_error(fmt::format("values {} of the policy's action, for arm '{}', are too large",
+                                         fmt::join(indices.begin(), indices.begin() + kPositionValues, ", "),
+                                         arm.form.arm));
   }
   return point * arm.point.inverse();
 }

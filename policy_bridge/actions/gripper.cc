@@ -19,7 +19,8 @@ double ValueOf(const GripperForm& form, double closing) {
 GripperCommand::GripperCommand(const GripperForm& form) : form_(form) {
   if (!std::isfinite(form.open) || !std::isfinite(form.closed) || form.open == form.closed) {
     throw InputError(
-        fmt::format("gripper: open ({}) and closed ({}) must be two numbers", form.open, form.closed));
+        fmt::format("gripper: expected two different, finite numbers for open and closed, got {} and {}",
+                    form.open, form.closed));
   }
   if (form.threshold && !(*form.threshold >= 0 && *form.threshold < 1)) {
     throw InputError(fmt::format(
@@ -28,7 +29,8 @@ GripperCommand::GripperCommand(const GripperForm& form) : form_(form) {
   if (form.sticky_steps < 1) {
     throw InputError(fmt::format("gripper: expected at least 1 sticky step, got {}", form.sticky_steps));
   }
-  if (form.sticky_steps > 1 && !form.threshold) throw InputError("gripper: sticky steps need a threshold");
+  if (form.sticky_steps > 1 && !form.threshold)
+    throw InputError("gripper: more than 1 sticky step requires a threshold");
 }
 
 void GripperCommand::Begin() {

@@ -27,7 +27,7 @@ constexpr double kGimbalLock = 1e-12;
 
 Quaterniond Normalized(double w, double x, double y, double z, std::span<const double> values) {
   Eigen::Vector4d v(x, y, z, w);
-  if (v.stableNorm() < kShortest) Fail(values, "the quaternion has norm 0");
+  if (v.stableNorm() < kShortest) Fail(values, "the norm of the quaternion is below 1e-6");
   v.stableNormalize();
   return Quaterniond(v);
 }
@@ -44,7 +44,7 @@ Quaterniond About(double angle, const Vector3d& axis) { return Quaterniond(Eigen
 // orthonormalization.
 Quaterniond FromColumns(Vector3d first, Vector3d second, std::span<const double> values) {
   if (first.stableNorm() < kShortest || second.stableNorm() < kShortest)
-    Fail(values, "one of its two vectors has length 0");
+    Fail(values, "one of its two vectors is shorter than 1e-6");
   first.stableNormalize();
   second.stableNormalize();
   second -= first.dot(second) * first;

@@ -199,7 +199,8 @@ ObservationEntry ReadEntry(const YamlValue& value) {
     entry.history_ticks = Integers(*history, -kLongestHistory, 0);
     if (entry.history_ticks.empty() || !std::ranges::is_sorted(entry.history_ticks) ||
         entry.history_ticks.back() != 0) {
-      history->Fail("expected control ticks before now, oldest first, the last 0: [-15, 0]");
+      history->Fail(
+          "expected control ticks relative to now, oldest first, the last one 0, for example [-15, 0]");
     }
   }
 
@@ -273,7 +274,7 @@ ArmForm ReadArm(const YamlValue& value, int num_values) {
   arm.indices = Indices(map["indices"]);
   for (const int index : arm.indices) {
     if (index >= num_values)
-      map["indices"].Fail("expected less than 'values', " + std::to_string(num_values));
+      map["indices"].Fail("expected indices less than 'values', " + std::to_string(num_values));
   }
   if (const YamlValue* gripper = map.Find("gripper")) arm.gripper = ReadGripper(*gripper, num_values);
   return arm;
@@ -328,7 +329,8 @@ void ReadAction(const YamlValue& value, Contract* contract) {
   ReadPerValue(map, "lower", space.num_values, &space.lower);
   ReadPerValue(map, "upper", space.num_values, &space.upper);
   for (size_t i = 0; i < std::min(space.lower.size(), space.upper.size()); ++i) {
-    if (space.lower[i] > space.upper[i]) map.Find("upper")->Fail("expected no less than 'lower'");
+    if (space.lower[i] > space.upper[i])
+      map.Find("upper")->Fail("value " + std::to_string(i) + ": expected at least that of 'lower'");
   }
   contract->action_keys = {"actions"};
   if (const YamlValue* keys = map.Find("keys")) {
@@ -505,8 +507,7 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
     if (contract.wire != Wire::kGroot) {
       batch->Fail(
           "only allowed for the wire groot; servers of other wires can batch the requests of their "
-          "connections "
-          "themselves");
+          "connections themselves");
     }
     contract.batch_size = batch->Integer(1, kLargestBatch);
   }
@@ -579,8 +580,8 @@ ClientOptions ClientOptionsOf(const Contract& contract) {
   if (!contract.api_key_env.empty()) {
     const char* key = std::getenv(contract.api_key_env.c_str());
     if (!key || !*key) {
-      throw InContract(contract,
-                       "api_key_env: the environment variable " + contract.api_key_env + " is not set");
+      throw InContract(
+          contract, "api_key_env: the environment variable " + contract.api_key_env + " is unset or empty");
     }
     options.api_key = key;
   }

@@ -133,7 +133,8 @@ Array FormImage(const ImageForm& form, const image_t& image) {
                       static_cast<size_t>(bytes_per_pixel);
   if (view.camera != wanted.camera || view.encoding != wanted.encoding || view.width_px != wanted.width_px ||
       view.height_px != wanted.height_px || image.data.size() != size) {
-    throw std::runtime_error("an image of camera " + view.camera + " does not have the requested size");
+    throw std::runtime_error("an image of camera " + view.camera +
+                             " does not have the requested camera, size or encoding");
   }
   Pixels pixels{image.data, view.width_px, view.height_px, bytes_per_pixel};
   if (form.rotate_deg != 0 || form.mirror) pixels = Turned(pixels, form.rotate_deg, form.mirror);

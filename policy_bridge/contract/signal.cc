@@ -87,7 +87,8 @@ class Readers {
  private:
   Reader OfObject(const std::string& object, const std::string& what, ActionFrame frame) {
     if (frame != ActionFrame::kWorld) {
-      throw InputError("signal object." + object + "." + what + ": poses of objects are in the world frame");
+      throw InputError("signal object." + object + "." + what +
+                       ": frame: expected world; poses of objects are only available in the world frame");
     }
     const int body = ObjectBody(info_, object);
     const auto pose = [body](const state_t& state) { return BodyPose(state, body); };
@@ -223,8 +224,9 @@ SignalReader::SignalReader(const std::vector<Signal>& signals, const mjModel& mo
           std::vector<double> chosen;
           for (const int index : signal.indices) {
             if (static_cast<size_t>(index) >= all.size()) {
-              throw InputError("signal " + signal.name + " has " + std::to_string(all.size()) +
-                               " values, and no index " + std::to_string(index));
+              throw InputError("signal " + signal.name + ": expected indices less than " +
+                               std::to_string(all.size()) + ", the number of its values, got " +
+                               std::to_string(index));
             }
             chosen.push_back(all[static_cast<size_t>(index)]);
           }

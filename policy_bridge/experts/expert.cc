@@ -91,7 +91,8 @@ std::string Expert::WhyNoPlan(const Configuration& now, const state_t& state) {
   for (const int arm : arms_) probe.SetArm(arm, now.joints[static_cast<size_t>(arm)]);
   // A contact in the current configuration blocks every plan. It is therefore reported instead of the
   // obstacle of the best plan.
-  if (const auto touch = probe.FindTouch(arms_, {})) return probe.InWords(*touch) + ", where the robot is";
+  if (const auto touch = probe.FindTouch(arms_, {}))
+    return probe.InWords(*touch) + ", in the robot's current pose";
   if (!context_.obstacle) return "the search took too long";
   const Obstacle& obstacle = *context_.obstacle;
   if (obstacle.touch) return probe.InWords(*obstacle.touch) + ", on the path that got farthest";

@@ -95,7 +95,8 @@ std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info) {
     const auto gripper = std::find_if(info.gripper.begin(), info.gripper.end(),
                                       [&](const gripper_info_t& g) { return g.arm == static_cast<int>(i); });
     if (gripper == info.gripper.end() || gripper - info.gripper.begin() != static_cast<std::ptrdiff_t>(i)) {
-      throw InputError("arm \"" + arm.name + "\": expected a gripper of its own");
+      throw InputError("arm \"" + arm.name +
+                       "\": expected a gripper of its own, listed in the order of the arms");
     }
     ArmChain chain(model, arm);
     JointVector q(arm.num_joints);
@@ -228,7 +229,7 @@ Hinge ContactProbe::HingeOf(int body, const state_t& state) const {
   if (model_->body_jntnum[body] != 1 || model_->jnt_type[joint] != mjJNT_HINGE ||
       !model_->jnt_limited[joint]) {
     throw InputError("body \"" + std::string(model_->names + model_->name_bodyadr[body]) +
-                     "\" is expected on one hinge with a range");
+                     "\": expected one joint, a hinge with a range");
   }
   const Eigen::Isometry3d pose = BodyPose(state, body);
   Hinge hinge;
@@ -270,7 +271,7 @@ std::string ContactProbe::InWords(const Touch& touch) const {
     const char* own = mj_id2name(model_.get(), mjOBJ_GEOM, geom);
     return std::string(own ? own : mj_id2name(model_.get(), mjOBJ_BODY, model_->geom_bodyid[geom]));
   };
-  return fmt::format("{} is {:.3g} mm {} {}, expected {:.3g} mm", name(touch.geom),
+  return fmt::format("{} is {:.3g} mm {} {}, expected a distance of {:.3g} mm", name(touch.geom),
                      1000 * std::abs(touch.distance), touch.distance < 0 ? "inside" : "from",
                      name(touch.other), 1000 * clearance_);
 }

@@ -51,7 +51,7 @@ Demonstration ReadDemonstration(const fs::path& file) {
     if (folders[i].find("ActionMode") == std::string::npos) continue;
     demo.task = folders[i - 1];
     if (folders[i].find("_delta") != std::string::npos || folders[i].ends_with("_end_effector")) {
-      fail("has action mode " + folders[i] + "; only absolute joint positions are read");
+      fail("its path has the action mode " + folders[i] + "; only absolute joint positions are supported");
     }
   }
   demo.metadata = content.metadata;
@@ -63,7 +63,7 @@ Demonstration ReadDemonstration(const fs::path& file) {
     if (is("action_mode_absolute", false) || is("end_effector_mode", true)) {
       fail("metadata: the actions are " +
            std::string(is("end_effector_mode", true) ? "poses of the hands" : "changes of joint positions") +
-           "; only absolute joint positions are read");
+           "; only absolute joint positions are supported");
     }
   }
   for (const std::string& folder : folders) {
@@ -72,7 +72,7 @@ Demonstration ReadDemonstration(const fs::path& file) {
   if (const auto rate = content.metadata.find(kRate); rate != content.metadata.end()) {
     const auto hz = RateOf(rate->second);
     if (!hz)
-      fail(fmt::format("metadata: {}: expected steps per second, got {}", kRate,
+      fail(fmt::format("metadata: {}: expected steps per second, above 0 and at most 10000, got {}", kRate,
                        Printable(Cut(rate->second, 40))));
     demo.hz = *hz;
   }
@@ -86,7 +86,7 @@ Demonstration ReadDemonstration(const fs::path& file) {
   for (size_t i = 0; i < numbers.size(); ++i) {
     const size_t step = i / kDemoWidth, column = i % kDemoWidth;
     if (!std::isfinite(numbers[i]))
-      fail(fmt::format("{}: step {}, column {} is not a number", kActions, step, column));
+      fail(fmt::format("{}: step {}, column {} is not a finite number", kActions, step, column));
     if (column < kDemoJoints && std::abs(numbers[i]) > kMaxTurn) {
       fail(fmt::format(
           "{}: step {}, column {} is {:g}: outside the range of any joint in radians; are these degrees?",
@@ -113,8 +113,8 @@ Demonstration AtRate(const Demonstration& demonstration, double hz) {
   const double ratio = demonstration.hz / hz;
   const auto window = static_cast<size_t>(std::llround(ratio));
   if (!(hz > 0) || window < 1 || std::abs(ratio - static_cast<double>(window)) > 1e-9 * ratio) {
-    throw InputError(fmt::format("{}: its {:g} Hz is not a multiple of {:g} Hz", demonstration.file.string(),
-                                 demonstration.hz, hz));
+    throw InputError(fmt::format("{}: its rate of {:g} Hz is not a multiple of {:g} Hz",
+                                 demonstration.file.string(), demonstration.hz, hz));
   }
   Demonstration result = demonstration;
   result.hz = hz;

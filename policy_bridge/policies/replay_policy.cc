@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "lcmtypes/clock.h"
 #include "policy_bridge/planning/robot.h"
@@ -23,8 +24,8 @@ RecordedActions ReadActions(const std::filesystem::path& log, int episode) {
   }
   // Gaps cannot be tolerated, because the previous action would silently be held during them.
   if (reader.log().damaged_places() > 0) {
-    throw InputError("policy \"replay\": " + log.string() +
-                     " is damaged: " + std::to_string(reader.log().damaged_bytes()) + " bytes are damaged");
+    throw InputError("policy \"replay\": " + log.string() + " is damaged (" +
+                     Plural(reader.log().damaged_bytes(), "byte") + "), so actions may be missing");
   }
   return recorded;
 }
@@ -44,10 +45,9 @@ std::string Differences(const EpisodeMessages& recorded, const model_info_t& run
   compare("variation", was.variation, run.variation);
   compare("robot", was.robot, run.robot);
   compare("control rate", hz(was), hz(run));
-  compare("seed of the episode", std::to_string(recorded.begin ? recorded.begin->seed : 0),
-          std::to_string(seed));
+  compare("episode seed", std::to_string(recorded.begin ? recorded.begin->seed : 0), std::to_string(seed));
   if (text.empty() && was.physics_sha256 != run.physics_sha256)
-    return "another physics model of the same name";
+    return "another physics model of the same task, variation and robot";
   return text;
 }
 

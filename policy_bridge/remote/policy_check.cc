@@ -105,8 +105,8 @@ class Check {
     for (const std::vector<double>& row : first_.rows) {
       for (size_t i = 0; i < num_values; ++i) {
         if (!std::isfinite(row[i])) {
-          Doubt(
-              fmt::format("value {} of the answer is {}: an episode would end with policy_error", i, row[i]));
+          Doubt(fmt::format("value {} of the answer is {}: an episode that uses it ends with policy_error", i,
+                            row[i]));
           return;
         }
         report_.least[i] = std::min(report_.least[i], row[i]);
@@ -151,9 +151,9 @@ class Check {
       }
     }
     if (clipped * 5 > all) {
-      Doubt(
-          fmt::format("{} of {} values are beyond lower and upper and would be clipped: are they normalized?",
-                      clipped, all));
+      Doubt(fmt::format(
+          "{} of {} values are below 'lower' or above 'upper' and would be clipped: are they normalized?",
+          clipped, all));
     }
   }
 
@@ -196,12 +196,13 @@ class Check {
     const std::string step =
         largest_joint.empty()
             ? std::string("first step: no joint moves")
-            : fmt::format("first step: {:.3g} rad at most, of joint {}", largest, largest_joint);
+            : fmt::format("first step: at most {:.3g} rad, by joint {}", largest, largest_joint);
     if (largest > limit) {
       // The value is rounded up, so that the user can copy it into the contract.
       const double enough = std::ceil(largest * 10) / 10;
       Doubt(fmt::format(
-          "{}; expected at most {:g} rad ({}): absolute taken for a delta, other joints, another unit? If "
+          "{}; expected at most {:g} rad ({}): absolute positions taken for deltas, other joints, another "
+          "unit? If "
           "the step is right, state it: 'first_step_rad: {:g}' in the contract's action, or --first-step "
           "{:g}",
           step, limit, contract_.first_step_rad ? "first_step_rad" : "the default without first_step_rad",
@@ -227,15 +228,16 @@ class Check {
     }
     std::ranges::sort(took);
     report_.steady_call_s = took[took.size() / 2];
-    Good(fmt::format("time: first call {:.3g} s, then {:.3g} s; a chunk lasts {:.3g} s", report_.first_call_s,
-                     report_.steady_call_s, contract_.execute_steps / contract_.rate_hz));
+    Good(fmt::format("time: first call {:.3g} s, then {:.3g} s; the executed steps last {:.3g} s",
+                     report_.first_call_s, report_.steady_call_s,
+                     contract_.execute_steps / contract_.rate_hz));
     if (report_.repeat_difference == 0) {
       Good(fmt::format("the same observation {} times: the same answer", kRepeats + 1));
     } else {
       Add(Level::kNote,
           fmt::format(
               "the same observation {} times: answers differ by up to {:.3g}, so a run cannot be repeated "
-              "exactly with this server (replay: of its log can)",
+              "exactly with this server (but --policy replay:RUN repeats its actions)",
               kRepeats + 1, report_.repeat_difference));
     }
   }
@@ -255,11 +257,10 @@ class Check {
     if (difference == 0) {
       Good("two observations in one request: the same answers as alone");
     } else {
-      Add(Level::kNote,
-          fmt::format(
-              "two observations in one request: answers differ by up to {:.3g} from the one alone, so "
-              "results depend on --workers",
-              difference));
+      Add(Level::kNote, fmt::format("two observations in one request: answers differ by up to {:.3g} from "
+                                    "that to one observation alone, so "
+                                    "results depend on --workers",
+                                    difference));
     }
   }
 

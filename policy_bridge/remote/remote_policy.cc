@@ -24,7 +24,7 @@ Contract Fitting(const Contract& contract, const model_info_t& info) {
   const double hz = 1e6 / static_cast<double>(info.timestep_us * info.substeps);
   if (std::abs(hz - contract.rate_hz) <= kRateTolerance * contract.rate_hz) return contract;
   throw InputError(
-      fmt::format("{}: rate_hz: the policy acts {:g} times a second, the run {:.5g} (--control-hz)",
+      fmt::format("{}: rate_hz: the policy acts at {:g} Hz, but the run has {:.5g} Hz (--control-hz)",
                   contract.file.string(), contract.rate_hz, hz));
 }
 
@@ -44,7 +44,8 @@ void CheckExecution(const Contract& contract, Execution execution) {
   if (!is_pose || is_linear || (space.kind == ActionKind::kEefDelta && !is_quaternion)) return;
   throw InContract(contract,
                    "--execution rtc: the numbers of this rotation cannot be averaged to join two chunks; "
-                   "expected joints, deltas or rotation_6d, or an observation entry 'committed: actions'");
+                   "expected joints, rotation_6d or deltas without quaternions, or an observation entry "
+                   "'committed: actions'");
 }
 
 RemotePolicy::RemotePolicy(const Contract& contract, Latency latency, const mjModel& model,
@@ -124,7 +125,7 @@ bool RemotePolicy::IsReady() {
     phase_ = Phase::kConnecting;
     if (!gone_since_) {
       gone_since_ = now;
-      Note(fmt::format("waiting for its server: {}", error.what()));
+      Note(fmt::format("waiting for the policy's server: {}", error.what()));
     }
     const bool may_come_back =
         error.kind() == ServerError::Kind::kUnreachable || error.kind() == ServerError::Kind::kTimeout;
@@ -134,7 +135,7 @@ bool RemotePolicy::IsReady() {
     retry_at_ = now + kRetry;
     return false;
   }
-  if (gone_since_) Note("its server answers again");
+  if (gone_since_) Note("the policy's server answers again");
   gone_since_.reset();
   retry_at_.reset();
   is_connected_ = true;
@@ -302,11 +303,11 @@ void RemotePolicy::CheckFirstStep(const state_t& state, const action_t& action) 
       if (step <= *contract_.first_step_rad) continue;
       throw InContract(
           contract_,
-          fmt::format(
-              "the policy's first action moves joint {} of arm {} by {:.3g} rad, the limit is {:g} "
-              "(action.first_step_rad): are its numbers absolute, in this order and unit? If they are, raise "
-              "first_step_rad",
-              info_.arm[i].joint_name[j], info_.arm[i].name, step, *contract_.first_step_rad));
+          fmt::format("the policy's first action moves joint {} of arm {} by {:.3g} rad, the limit is {:g} "
+                      "(action.first_step_rad): are its numbers absolute, in the order and unit of the "
+                      "contract? If they are, raise "
+                      "first_step_rad",
+                      info_.arm[i].joint_name[j], info_.arm[i].name, step, *contract_.first_step_rad));
     }
   }
 }

@@ -16,7 +16,8 @@ Array CheckedArray(Array array) {
   const std::optional<size_t> count = ItemCount(array.shape);
   if (!count || array.data.size() % item_size != 0 || array.data.size() / item_size != *count) {
     throw ServerError(ServerError::Kind::kProtocol,
-                      fmt::format("{} of {} bytes", Describe(array), array.data.size()));
+                      fmt::format("{} has {} bytes of data, which do not fit its type and shape",
+                                  Describe(array), array.data.size()));
   }
   if (array.dtype[0] == '>') {
     for (size_t at = 0; at < array.data.size(); at += item_size) {

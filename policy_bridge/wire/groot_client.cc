@@ -133,7 +133,7 @@ class GrootClient : public PolicyClient {
       Batch batch;
       for (const Value& observation : observations) {
         if (!observation.Is<Map>())
-          throw InputError("observation: " + Describe(observation) + ", but a map is sent");
+          throw InputError("observation: expected a map, got " + Describe(observation));
         batch.push_back(*observation.As<Map>());
         for (auto& [key, value] : batch.back()) value = Checked(key, value);
       }
@@ -229,9 +229,10 @@ class GrootClient : public PolicyClient {
     bool prefixed = false;
     for (auto& [modality, content] : configuration) {
       if (!content.Find("modality_keys") || !content.Find("modality_keys")->Is<List>()) {
-        throw ServerError(Kind::kReply,
-                          fmt::format("modality configuration: {} is {}, without its modality_keys",
-                                      Printable(modality), Describe(content)));
+        throw ServerError(
+            Kind::kReply,
+            fmt::format("modality configuration: {}: expected a map with a list modality_keys, got {}",
+                        Printable(modality), Describe(content)));
       }
       for (auto& [name, value] : *content.As<Map>()) {
         if (modality == "action" && name == "delta_indices" && value.Is<List>())

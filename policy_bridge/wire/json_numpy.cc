@@ -74,7 +74,7 @@ Value JsonMeaning(Map map) {
   const Value* dtype = value.Find("dtype");
   const Value* shape = value.Find("shape");
   if (!data->Is<std::string>() || !dtype || !dtype->Is<std::string>() || !shape || !shape->Is<List>()) {
-    RefuseJson("\"__numpy__\" without \"dtype\" or \"shape\"");
+    RefuseJson("an array: expected text \"__numpy__\", text \"dtype\" and a list \"shape\"");
   }
   Array array{*dtype->As<std::string>(), {}, {}};
   for (const Value& length : *shape->As<List>()) {

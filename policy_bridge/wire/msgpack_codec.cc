@@ -8,6 +8,7 @@
 #include <msgpack.hpp>
 #include <string>
 
+#include "base/plural.h"
 #include "policy_bridge/wire/checked_array.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/tree_builder.h"
@@ -124,16 +125,17 @@ bool Has(const Map& map, std::string_view marker) {
 Value ToArray(Map map, std::string_view dtype_key = "dtype") {
   Array array;
   const Value& dtype = Part(map, dtype_key);
-  if (!dtype.Is<std::string>()) RefuseMsgpack("an array's dtype is " + Describe(dtype));
+  if (!dtype.Is<std::string>()) RefuseMsgpack("an array's dtype is " + Describe(dtype) + ", expected text");
   array.dtype = *dtype.As<std::string>();
   const Value& shape = Part(map, "shape");
-  if (!shape.Is<List>()) RefuseMsgpack("an array's shape is " + Describe(shape));
+  if (!shape.Is<List>()) RefuseMsgpack("an array's shape is " + Describe(shape) + ", expected a list");
   for (const Value& extent : *shape.As<List>()) {
-    if (!extent.Is<int64_t>()) RefuseMsgpack("an array's shape has " + Describe(extent));
+    if (!extent.Is<int64_t>())
+      RefuseMsgpack("an array's shape has " + Describe(extent) + ", expected integers");
     array.shape.push_back(*extent.As<int64_t>());
   }
   Value& data = Part(map, "data");
-  if (!data.Is<Bytes>()) RefuseMsgpack("an array's data are " + Describe(data));
+  if (!data.Is<Bytes>()) RefuseMsgpack("an array's data are " + Describe(data) + ", expected bytes");
   array.data = std::move(*data.As<Bytes>());
 
   if (array.dtype.size() >= 2 && array.dtype[1] == 'U') return Describe(array) + " of texts is not supported";
@@ -205,7 +207,7 @@ class Builder : public msgpack::null_visitor {
     return true;
   }
   void insufficient_bytes(size_t, size_t) { RefuseMsgpack("it is truncated"); }
-  void parse_error(size_t, size_t at) { RefuseMsgpack(fmt::format("byte {} starts no valid value", at)); }
+  void parse_error(size_t, size_t at) { RefuseMsgpack(fmt::format("no valid value starts at byte {}", at)); }
 
   Value Take() { return tree_.Take(); }
 
@@ -247,7 +249,7 @@ Value DecodeMsgpack(std::span<const uint8_t> bytes) {
   } catch (const msgpack::unpack_error& error) {
     RefuseMsgpack(error.what());
   }
-  if (parsed != bytes.size()) RefuseMsgpack(fmt::format("{} bytes after its end", bytes.size() - parsed));
+  if (parsed != bytes.size()) RefuseMsgpack(Plural(bytes.size() - parsed, "byte") + " after its end");
   return builder.Take();
 }
 

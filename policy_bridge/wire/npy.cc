@@ -129,7 +129,7 @@ Bytes EncodeNpy(const Array& array) {
 Array DecodeNpy(std::span<const uint8_t> bytes) {
   if (bytes.size() < 10 || !std::equal(kMagic.begin(), kMagic.end(), bytes.begin(),
                                        [](char a, uint8_t b) { return static_cast<uint8_t>(a) == b; })) {
-    RefuseNpy("does not begin like one");
+    RefuseNpy("it does not begin like a .npy file");
   }
   const int version = bytes[6];
   if (version != 1 && version != 2) RefuseNpy(fmt::format("version {} is not supported", version));

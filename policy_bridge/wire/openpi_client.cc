@@ -67,7 +67,8 @@ class OpenpiClient : public WebsocketClient {
     const Value value = Answer(reply);
     const Value* status = value.Find("status");  // used by vLLM-Omni
     if (status && *status == Value(kResetAnswer)) return;
-    throw Ended(Kind::kProtocol, "answers a reset with " + Describe(value));
+    throw Ended(Kind::kProtocol,
+                "answers a reset with " + Describe(value) + ", expected \"" + kResetAnswer + "\"");
   }
 
   Reply Infer(const Value& observation) override {

@@ -46,7 +46,7 @@ std::vector<std::string> Resolve(const Url& url, double limit_s, const Lookup& l
     return addresses.get();
   } catch (const std::runtime_error& error) {
     throw ServerError(ServerError::Kind::kUnreachable,
-                      fmt::format("{}: no such host ({})", url.text, error.what()));
+                      fmt::format("{}: the host cannot be resolved ({})", url.text, error.what()));
   }
 }
 

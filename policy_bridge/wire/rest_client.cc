@@ -141,9 +141,9 @@ class RestClient : public PolicyClient {
       Fail(Kind::kProtocol, fmt::format("an answer of more than {} bytes", options_.max_reply_bytes));
     }
     if (error == http::error::end_of_stream || error == asio::error::connection_reset) {
-      Fail(Kind::kUnreachable, "the connection ended without an answer");
+      Fail(Kind::kUnreachable, "the connection ended without a complete answer");
     }
-    if (error) Fail(Kind::kProtocol, fmt::format("incomplete HTTP answer: {}", error.message()));
+    if (error) Fail(Kind::kProtocol, fmt::format("incomplete or malformed HTTP answer: {}", error.message()));
 
     std::string answer = beast::buffers_to_string(response->get().body().data());
     if (response->get().result() != http::status::ok) {
@@ -179,7 +179,7 @@ class RestClient : public PolicyClient {
     const auto refuse = [](const Value& value, const char* where) {
       throw ServerError(Kind::kReply,
                         fmt::format("the server answers with {}{}, not with one array of actions or a "
-                                    "list of such of equal length",
+                                    "list of arrays of equal type and length",
                                     Describe(value), where));
     };
     if (const Array* array = answer.As<Array>()) {
@@ -197,7 +197,7 @@ class RestClient : public PolicyClient {
       if (&row == &rows->front()) {
         actions = {array->dtype, {static_cast<int64_t>(rows->size()), array->shape[0]}, {}};
       } else if (array->dtype != actions.dtype || array->shape[0] != actions.shape[1]) {
-        refuse(row, " in a list of other ones");
+        refuse(row, " in a list that begins with another type or length");
       }
       actions.data.insert(actions.data.end(), array->data.begin(), array->data.end());
     }

@@ -21,7 +21,7 @@ Url ParseUrl(const std::string& text, std::string_view scheme) {
   if (!text.starts_with(before)) refuse("another scheme");
   // Rejects characters that would end a line of HTTP, or begin another element in it.
   if (Printable(text) != text || text.find_first_of(" #") != std::string::npos) {
-    refuse("a space, a # or a control character");
+    refuse("it has a space, a # or a control character");
   }
   const size_t end = std::min(text.find_first_of("/?", before.size()), text.size());
   const std::string authority = text.substr(before.size(), end - before.size());

@@ -94,12 +94,13 @@ std::optional<size_t> ItemCount(const std::vector<int64_t>& shape) {
 std::vector<double> Numbers(const Array& array) {
   const size_t item_size = ItemSize(array.dtype);
   if (item_size == 0 || array.dtype[0] == '>') {
-    throw ServerError(ServerError::Kind::kReply, "no numbers: " + Describe(array));
+    throw ServerError(ServerError::Kind::kReply, "expected an array of numbers, got " + Describe(array));
   }
   const std::optional<size_t> count = ItemCount(array.shape);
   if (!count || array.data.size() % item_size != 0 || array.data.size() / item_size != *count) {
     throw ServerError(ServerError::Kind::kReply,
-                      fmt::format("{} of {} bytes", Describe(array), array.data.size()));
+                      fmt::format("{} has {} bytes of data, which do not fit its type and shape",
+                                  Describe(array), array.data.size()));
   }
   std::vector<double> numbers;
   numbers.reserve(*count);

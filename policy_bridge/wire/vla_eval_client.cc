@@ -44,7 +44,8 @@ class VlaEvalClient : public WebsocketClient {
                 deadline);
     Envelope hello = Opened(ReceiveFirst("hello, the first message of a vla-eval server,", deadline));
     if (hello.type == "error") throw Ended(Kind::kServer, ErrorFromServer(ErrorText(hello)).what());
-    if (hello.type != "hello") throw Ended(Kind::kProtocol, "answers the hello with its " + hello.type);
+    if (hello.type != "hello")
+      throw Ended(Kind::kProtocol, "answers the hello with a message of type " + hello.type);
     const Value* version = hello.payload.Find("protocol_version");
     if (!version || *version != Value(kProtocolVersion)) {
       throw Ended(Kind::kProtocol, fmt::format("uses version {} of vla-eval's protocol, evalbus uses {}",
@@ -74,7 +75,8 @@ class VlaEvalClient : public WebsocketClient {
       if (answer.seq < seq_) continue;  // answer to an earlier observation that was abandoned after an error
       if (answer.type != "action" || answer.seq != seq_) {
         throw Ended(Kind::kProtocol,
-                    fmt::format("answers observation {} with its {} {}", seq_, answer.type, answer.seq));
+                    fmt::format("answers observation {} with a message of type {} and number {}", seq_,
+                                answer.type, answer.seq));
       }
       Answered();
       return {std::move(answer.payload), {}};

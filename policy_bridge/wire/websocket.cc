@@ -65,7 +65,7 @@ struct Websocket::Connection {
   void Open() {
     asio::async_connect(stream.next_layer(), endpoints, [this](error_code error, const auto&) {
       if (error == asio::error::connection_refused) {
-        return Fail(Kind::kUnreachable, "refused: is the policy server running there?");
+        return Fail(Kind::kUnreachable, "connection refused: is the policy server running there?");
       }
       if (error) return Fail(Kind::kUnreachable, error.message());
       Handshake();
@@ -114,7 +114,7 @@ struct Websocket::Connection {
     const std::string answer = fmt::format("HTTP {} {}", status, Printable(std::string(response.reason())));
     // A proxy reports with these codes that the server behind it is down.
     if (status >= 502 && status <= 504)
-      return Fail(Kind::kUnreachable, answer + ": the server behind it is down");
+      return Fail(Kind::kUnreachable, answer + ": the server behind this proxy is down");
     if (status == 401 || status == 403) return Fail(Kind::kServer, answer + ": is the API key right?");
     Fail(Kind::kProtocol, answer + " and no websocket: is the path right?");
   }
@@ -153,7 +153,7 @@ struct Websocket::Connection {
     }
     if (!stream.is_message_done())
       return Fail(Kind::kProtocol, "the connection ended in the middle of a message");
-    Fail(Kind::kUnreachable, fmt::format("the server is gone ({})", error.message()));
+    Fail(Kind::kUnreachable, fmt::format("the connection was lost ({})", error.message()));
   }
 
   void Fail(Kind kind, const std::string& why) {
@@ -280,7 +280,8 @@ void Websocket::Send(Bytes message, const Deadline& deadline) {
   const bool in_time = to.Wait(&lock, deadline, [&] { return to.sent || to.failure; });
   if (in_time && (to.sent || !to.waiting.empty())) return;
   lock.unlock();
-  if (!in_time) to.Stop(fmt::format("did not read a request within {} s", deadline.seconds), Kind::kTimeout);
+  if (!in_time)
+    to.Stop(fmt::format("the server did not read a request within {} s", deadline.seconds), Kind::kTimeout);
   throw ServerError(*to.failure);
 }
 

@@ -36,7 +36,7 @@ Websocket::Message WebsocketClient::Receive(const Deadline& deadline) {
 Value WebsocketClient::ReceiveFirst(const std::string& expected, const Deadline& deadline) {
   const std::optional<Websocket::Message> message = socket_->Receive(deadline);
   if (!message) {
-    throw Ended(Kind::kProtocol, fmt::format("no {} within {} s: does it use another wire protocol?",
+    throw Ended(Kind::kProtocol, fmt::format("no {} within {} s: does the server use another wire protocol?",
                                              expected, deadline.seconds));
   }
   return Decoded(*message);

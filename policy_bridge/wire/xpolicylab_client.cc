@@ -157,7 +157,7 @@ class XPolicyLabClient : public WebsocketClient {
       if (key == "actions") actions = &value;
     }
     if (!actions) {
-      throw Ended(Kind::kReply, fmt::format("answers with {}, without \"actions\"", Describe(payload)));
+      throw Ended(Kind::kReply, fmt::format("answers with {}, which has no \"actions\"", Describe(payload)));
     }
     Answered();
     ++step_;

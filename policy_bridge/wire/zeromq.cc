@@ -100,7 +100,8 @@ Bytes RequestSocket::Call(const Bytes& request, double limit_s) {
     throw ServerError(Kind::kUnreachable, fmt::format("{}: the connection ended {}", url_, how));
   };
   const Clock::time_point deadline = In(limit_s);
-  if (!sockets_->requests.send(zmq::buffer(request), zmq::send_flags::dontwait)) lost("before a request");
+  if (!sockets_->requests.send(zmq::buffer(request), zmq::send_flags::dontwait))
+    lost("before the request was sent");
   zmq::message_t reply;
   while (true) {
     if (!sockets_->Wait(deadline)) {
@@ -113,7 +114,7 @@ Bytes RequestSocket::Call(const Bytes& request, double limit_s) {
       lost(fmt::format("without an answer, or after an answer of more than {} bytes", max_reply_bytes_));
     }
   }
-  if (reply.more()) throw ServerError(Kind::kProtocol, url_ + ": an answer of several frames");
+  if (reply.more()) throw ServerError(Kind::kProtocol, url_ + ": an answer of several frames, expected one");
   const auto* begin = reply.data<uint8_t>();
   return {begin, begin + reply.size()};
 }

@@ -109,7 +109,7 @@ with tempfile.TemporaryDirectory() as name:
     played, recorded = lines(here / "played")[0], lines(run)[0]
     assert played["metrics"]["completion_time"] == recorded["metrics"]["completion_time"], played
     assert played["extended"]["success_once"] == played["extended"]["success_end"] == 1, played["extended"]
-    assert "its 50 Hz is not a multiple of 7 Hz" in evalbus("demo", "convert", demo, "--hz", "7", "--out", here / "x", code=1)
+    assert "its rate of 50 Hz is not a multiple of 7 Hz" in evalbus("demo", "convert", demo, "--hz", "7", "--out", here / "x", code=1)
 
     # Tests the run's own trajectory as a table. All available values agree.
     names = [f"{arm}/joint{k}" for arm in ("left", "right") for k in range(1, 8)]
@@ -271,7 +271,7 @@ with tempfile.TemporaryDirectory() as name:
     demos = [
         (huge, "huge.safetensors: not a safetensors file: its header would be 10000000000 bytes long"),
         (tensors("short.safetensors", ok, cut=2000), "short.safetensors: "),
-        (tensors("nan.safetensors", nan), "nan.safetensors: info_demo_action: step 5, column 3 is not a number"),
+        (tensors("nan.safetensors", nan), "nan.safetensors: info_demo_action: step 5, column 3 is not a finite number"),
         (tensors("deg.safetensors", far), "step 6, column 1 is 45: outside the range of any joint in radians; are these degrees?"),
         (tensors("one_arm.safetensors", ok[:, :8].copy()), "expected [steps, 16], 7 + 7 joints and 2 grippers, got [60, 8]"),
         (tensors("other.safetensors", ok, key="action"), 'other.safetensors: no tensor "info_demo_action"'),

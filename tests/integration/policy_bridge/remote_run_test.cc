@@ -414,7 +414,7 @@ TEST_F(RemoteRun, WhatIsMisunderstoodStopsTheRunBeforeItsFirstEpisode) {
   EXPECT_NE(result.err.find("the policy's first action moves joint"), std::string::npos) << result.err;
   result = RunProgram({"evalbus", "run", task_, "--policy", Contract(), "--control-hz", "50", "--out", run});
   EXPECT_EQ(result.code, 1);
-  EXPECT_NE(result.err.find("rate_hz: the policy acts 20 times a second, the run 50"), std::string::npos)
+  EXPECT_NE(result.err.find("rate_hz: the policy acts at 20 Hz, but the run has 50 Hz"), std::string::npos)
       << result.err;
   EXPECT_FALSE(fs::exists(run));
 }
@@ -434,7 +434,7 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   // Interpreted as deltas, these values are half a turn.
   result = check(Contract("joint_delta"));
   EXPECT_EQ(result.code, 6) << result.out;
-  EXPECT_NE(result.out.find("absolute taken for a delta"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("absolute positions taken for deltas"), std::string::npos) << result.out;
 
   // Valid targets differ from the robot's position, as an early checkpoint or another initial pose may cause.
   Serve([](const Value& observation) -> Value {

@@ -561,11 +561,11 @@ TEST(ActionSpaceErrors, AreNamed) {
             "action: arm 'left': the gripper's value 3 is also used by an arm");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[0].gripper.index = 15; }), "none");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[0].gripper.open = 1; }),
-            "gripper: open (1) and closed (1) must be two numbers");
+            "gripper: expected two different, finite numbers for open and closed, got 1 and 1");
   EXPECT_EQ(SpaceError(joints, [](Space* s) { s->arms[0].indices.pop_back(); }),
             "action: arm 'left': 6 indices; joint_position takes 7, one for each joint");
   EXPECT_EQ(SpaceError(eef, [](Space* s) { s->rotation = RotationForm::kAxisAngle; }),
-            "action: arm 'left': 7 indices; eef_delta takes 6, 3 of position and 3 of rotation");
+            "action: arm 'left': 7 indices; eef_delta takes 6, 3 for the position and 3 for the rotation");
   EXPECT_EQ(
       SpaceError(eef,
                  [](Space* s) {
@@ -609,13 +609,18 @@ TEST(ActionRowErrors, AreNamed) {
   std::vector<double> row(16, 0.0);
   EXPECT_EQ(RowError(joints, row), "none");
   row[9] = nan;
-  EXPECT_EQ(RowError(joints, row), "value 9 of the policy's action, for arm 'right', is nan");
+  EXPECT_EQ(RowError(joints, row),
+            "value 9 of the policy's action, for arm 'right', is nan; expected a finite number");
   row[9] = 0;
   row[14] = -inf;
-  EXPECT_EQ(RowError(joints, row), "value 14 of the policy's action, for the gripper of arm 'left', is -inf");
+  EXPECT_EQ(
+      RowError(joints, row),
+      "value 14 of the policy's action, for the gripper of arm 'left', is -inf; expected a finite number");
   // The value is refused even if it would be clipped. It is accepted if it is not used.
   joints.lower.assign(16, -1);
-  EXPECT_EQ(RowError(joints, row), "value 14 of the policy's action, for the gripper of arm 'left', is -inf");
+  EXPECT_EQ(
+      RowError(joints, row),
+      "value 14 of the policy's action, for the gripper of arm 'left', is -inf; expected a finite number");
   joints.arms[0].gripper.index.reset();
   EXPECT_EQ(RowError(joints, row), "none");
   row.pop_back();
@@ -623,10 +628,10 @@ TEST(ActionRowErrors, AreNamed) {
 
   const ActionSpace eef = EefSpace(ActionKind::kEefPose);
   EXPECT_EQ(RowError(eef, {0.5, 0, 1, 0, 0, 0, 0}),
-            "values 3 to 6 of the policy's action, for arm 'left': (0, 0, 0, 0) is not a rotation: the "
-            "quaternion has norm 0");
+            "values 3, 4, 5, 6 of the policy's action, for arm 'left': (0, 0, 0, 0) is not a rotation: the "
+            "norm of the quaternion is below 1e-6");
   EXPECT_EQ(RowError(eef, {0.5, inf, 1, 1, 0, 0, 0}),
-            "value 1 of the policy's action, for arm 'left', is inf");
+            "value 1 of the policy's action, for arm 'left', is inf; expected a finite number");
 
   EXPECT_EQ(RowError(eef, {0.5, 0, 1, 1, 0, 0, 0}, StateAt({Home()})), "the state has 1 arms, the model 2");
   EXPECT_EQ(RowError(eef, {0.5, 0, 1, 1, 0, 0, 0}, StateAt({JointVector::Zero(6), Home()})),

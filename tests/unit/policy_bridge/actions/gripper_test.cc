@@ -84,15 +84,16 @@ std::string Error(const GripperForm& form) {
 }
 
 TEST(Gripper, BlocksThatMeanNothingAreNamed) {
-  EXPECT_EQ(Error({.open = 1, .closed = 1}), "gripper: open (1) and closed (1) must be two numbers");
+  EXPECT_EQ(Error({.open = 1, .closed = 1}),
+            "gripper: expected two different, finite numbers for open and closed, got 1 and 1");
   EXPECT_EQ(Error({.open = std::nan(""), .closed = 1}),
-            "gripper: open (nan) and closed (1) must be two numbers");
+            "gripper: expected two different, finite numbers for open and closed, got nan and 1");
   EXPECT_EQ(Error({.threshold = 1.0}),
             "gripper: expected a threshold of the closed fraction from 0 to below 1, got 1");
   EXPECT_EQ(Error({.threshold = -0.1}),
             "gripper: expected a threshold of the closed fraction from 0 to below 1, got -0.1");
   EXPECT_EQ(Error({.threshold = 0.5, .sticky_steps = 0}), "gripper: expected at least 1 sticky step, got 0");
-  EXPECT_EQ(Error({.sticky_steps = 2}), "gripper: sticky steps need a threshold");
+  EXPECT_EQ(Error({.sticky_steps = 2}), "gripper: more than 1 sticky step requires a threshold");
   EXPECT_EQ(Error({.threshold = 0.0}), "none");
 }
 

@@ -242,13 +242,13 @@ TEST(Rotation, AnyRotationVectorIsOne) {
 TEST(Rotation, WhatIsNoneIsNamed) {
   const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
   EXPECT_EQ(Error(RotationForm::kQuaternionWxyz, {0, 0, 0, 0}),
-            "(0, 0, 0, 0) is not a rotation: the quaternion has norm 0");
+            "(0, 0, 0, 0) is not a rotation: the norm of the quaternion is below 1e-6");
   EXPECT_EQ(Error(RotationForm::kQuaternionXyzw, {1, 0, nan, 0}),
             "(1, 0, nan, 0) is not a rotation: a value is not finite");
   EXPECT_EQ(Error(RotationForm::kAxisAngle, {inf, 0, 0}),
             "(inf, 0, 0) is not a rotation: a value is not finite");
   EXPECT_EQ(Error(RotationForm::kRotation6d, {0, 0, 0, 0, 1, 0}),
-            "(0, 0, 0, 0, 1, 0) is not a rotation: one of its two vectors has length 0");
+            "(0, 0, 0, 0, 1, 0) is not a rotation: one of its two vectors is shorter than 1e-6");
   EXPECT_EQ(Error(RotationForm::kRotation6dInterleaved, {1, -2, 0, 0, 0, 0}),
             "(1, -2, 0, 0, 0, 0) is not a rotation: its two vectors are parallel");
   EXPECT_EQ(Error(RotationForm::kEulerXyzExtrinsic, {1, 2}), "(1, 2) is not a rotation: expected 3 values");

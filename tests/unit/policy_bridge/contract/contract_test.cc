@@ -111,7 +111,7 @@ TEST(Contract, MistakesAreReportedWithLineAndKey) {
       {"prompt: true", "prompt: true, mirror: true",
        "mine.yaml:8: key 'mirror': only allowed for a camera or depth"},
       {"index: 7", "index: 8", "mine.yaml:18: key 'index': expected a whole number from 0 to 7, got '8'"},
-      {"indices: 0-6", "indices: 2-8", "mine.yaml:18: key 'indices': expected less than 'values', 8"},
+      {"indices: 0-6", "indices: 2-8", "mine.yaml:18: key 'indices': expected indices less than 'values', 8"},
       {"closed: 1", "closed: -1", "mine.yaml:18: key 'closed': expected a number other than 'open'"},
       {"indices: 0-6", "indices: []", "mine.yaml:18: key 'indices': expected at least one index"},
       {"scale: -1", "indices: []", "mine.yaml:7: key 'indices': expected at least one index"},

@@ -55,7 +55,8 @@ TEST(NoPlan, ReportsWhatTouchesTheRobotAtHome) {
   const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [0.436, 0, 0]}");
   const std::string error = ErrorOfExpert(task.file);
   EXPECT_EQ(error,
-            "no plan: left/link1 is 1 mm from left_cabinet/counter, expected 3 mm, where the robot is");
+            "no plan: left/link1 is 1 mm from left_cabinet/counter, expected a distance of 3 mm, in the "
+            "robot's current pose");
 }
 
 // In Menagerie's Panda, the base is 1 mm from the first link, and no <exclude> lists this pair.
@@ -80,9 +81,9 @@ TEST(NoPlan, TouchesAreInMillimeters) {
   const int base = geom("left/link0"), hand = geom("right/hand/hand");
   ASSERT_GE(std::min(base, hand), 0);
   EXPECT_EQ(probe.InWords({base, hand, 0.00099}),
-            "left/link0 is 0.99 mm from right/hand/hand, expected 3 mm");
+            "left/link0 is 0.99 mm from right/hand/hand, expected a distance of 3 mm");
   EXPECT_EQ(probe.InWords({base, hand, -0.0125}),
-            "left/link0 is 12.5 mm inside right/hand/hand, expected 3 mm");
+            "left/link0 is 12.5 mm inside right/hand/hand, expected a distance of 3 mm");
 }
 
 }  // namespace evalbus::policy::no_plan_test

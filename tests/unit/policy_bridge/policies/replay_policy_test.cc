@@ -107,7 +107,7 @@ TEST(ReplayPolicy, RefusesAnotherSceneUnlessForced) {
                                                   "(\"replay_anyway:...\" replays them regardless)");
     EXPECT_EQ(refusal(recorded, seed, true), "plays");
   };
-  expect("seed of the episode 11, not 12", Info(), 12);
+  expect("episode seed 11, not 12", Info(), 12);
   model_info_t other = Info();
   other.task = "fold_towel";
   other.variation = "windy";
@@ -120,7 +120,7 @@ TEST(ReplayPolicy, RefusesAnotherSceneUnlessForced) {
   expect("control rate 25 Hz, not 50 Hz", other);
   other = Info();
   other.physics_sha256 = "0";
-  expect("another physics model of the same name", other);
+  expect("another physics model of the same task, variation and robot", other);
 }
 
 TEST(ReplayPolicy, NamesALogThatIsDamaged) {

@@ -43,8 +43,9 @@ TEST(JsonNumpy, RefusesToWriteWhatJsonHasNoPlaceFor) {
 
 TEST(JsonNumpy, RefusesArraysThatDoNotFit) {
   const auto failure = [](const std::string& text) { return FailureOf([&] { DecodeJsonNumpy(text); }); };
-  EXPECT_THAT(failure(R"({"__numpy__":"AAEC","dtype":"|u1","shape":[4]})"),
-              FailsAs(Kind::kProtocol, "array |u1 [4] of 3 bytes"));
+  EXPECT_THAT(
+      failure(R"({"__numpy__":"AAEC","dtype":"|u1","shape":[4]})"),
+      FailsAs(Kind::kProtocol, "array |u1 [4] has 3 bytes of data, which do not fit its type and shape"));
   EXPECT_THAT(failure(R"({"__numpy__":"AAEC","dtype":"|O","shape":[3]})"), FailsAs(Kind::kProtocol, "|O"));
   EXPECT_THAT(failure(R"({"__numpy__":"AAEC","dtype":"|u1","shape":[-3]})"),
               FailsAs(Kind::kProtocol, "[-3]"));

@@ -171,22 +171,27 @@ std::string Refusal(const Bytes& bytes) {
 std::string Refusal(const Value& value) { return Refusal(EncodeMsgpack(value, ArrayKeys::kBytes)); }
 
 TEST(MsgpackCodec, RefusesArraysThatDoNotFit) {
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(7), "<f4", List{2})), "array <f4 [2] of 7 bytes");
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(12), "<f4", List{2})), "array <f4 [2] of 12 bytes");
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(4), "<f4", List{-1})), "array <f4 [-1] of 4 bytes");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(7), "<f4", List{2})),
+            "array <f4 [2] has 7 bytes of data, which do not fit its type and shape");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(12), "<f4", List{2})),
+            "array <f4 [2] has 12 bytes of data, which do not fit its type and shape");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(4), "<f4", List{-1})),
+            "array <f4 [-1] has 4 bytes of data, which do not fit its type and shape");
   // The product of the extents is 1 modulo 2^64.
   EXPECT_THAT(Refusal(ArrayMap(Bytes(4), "<f4", List{4294967296 + 1, int64_t{4294967296} - 1})),
               HasSubstr("4 bytes"));
   EXPECT_THAT(Refusal(ArrayMap(Bytes(), "<f4", List{(int64_t{1} << 31) + 1, 0})), HasSubstr("0 bytes"));
   EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "|O", List{1})), "array |O [1]: this number type is not supported");
-  EXPECT_EQ(Refusal(ArrayMap("text", "|u1", List{4})), "MessagePack: an array's data are text \"text\"");
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(8), 4, List{1})), "MessagePack: an array's dtype is 4");
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "<f8", 1)), "MessagePack: an array's shape is 1");
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "<f8", List{1.0})), "MessagePack: an array's shape has 1");
+  EXPECT_EQ(Refusal(ArrayMap("text", "|u1", List{4})),
+            "MessagePack: an array's data are text \"text\", expected bytes");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(8), 4, List{1})), "MessagePack: an array's dtype is 4, expected text");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "<f8", 1)), "MessagePack: an array's shape is 1, expected a list");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "<f8", List{1.0})),
+            "MessagePack: an array's shape has 1, expected integers");
   EXPECT_EQ(Refusal(Map{{"nd", true}, {"type", "<f4"}, {"data", Bytes(4)}}),
             "MessagePack: an array without \"shape\"");
   EXPECT_EQ(Refusal(Map{{"nd", true}, {"type", "<f4"}, {"shape", List{2}}, {"data", Bytes(4)}}),
-            "array <f4 [2] of 4 bytes");
+            "array <f4 [2] has 4 bytes of data, which do not fit its type and shape");
   EXPECT_EQ(Refusal(Map{{"nd", false}, {"type", "|O"}, {"data", Bytes(4)}}),
             "array |O []: this number type is not supported");
   EXPECT_EQ(Refusal(Map{{"__ndarray__", true}}), "MessagePack: an array without \"dtype\"");
@@ -196,8 +201,8 @@ TEST(MsgpackCodec, RefusesArraysThatDoNotFit) {
 TEST(MsgpackCodec, RefusesWhatIsNoMessage) {
   EXPECT_EQ(Refusal(Bytes{}), "MessagePack: it is truncated");
   EXPECT_EQ(Refusal(FromHex("92c0")), "MessagePack: it is truncated");
-  EXPECT_EQ(Refusal(FromHex("c0c0")), "MessagePack: 1 bytes after its end");
-  EXPECT_THAT(Refusal(FromHex("c1")), HasSubstr("starts no valid value"));
+  EXPECT_EQ(Refusal(FromHex("c0c0")), "MessagePack: 1 byte after its end");
+  EXPECT_THAT(Refusal(FromHex("c1")), HasSubstr("no valid value starts"));
   EXPECT_EQ(Refusal(FromHex("810102")), "MessagePack: a key is 1, expected text");
   EXPECT_EQ(Refusal(FromHex("819000")), "MessagePack: a key is list of 0, expected text");
   EXPECT_THAT(Refusal(FromHex("d40100")), HasSubstr("extension"));

@@ -82,8 +82,12 @@ TEST(Npy, RefusesWhatItCannotRead) {
   const auto of_shape = [&](const std::string& shape, size_t num_bytes) {
     return failure(1, "{'descr': '<f4', 'fortran_order': False, 'shape': " + shape + ", }", num_bytes);
   };
-  EXPECT_THAT(of_shape("(2,)", 4), FailsAs(Kind::kProtocol, "array <f4 [2] of 4 bytes"));
-  EXPECT_THAT(of_shape("(2,)", 12), FailsAs(Kind::kProtocol, "array <f4 [2] of 12 bytes"));
+  EXPECT_THAT(
+      of_shape("(2,)", 4),
+      FailsAs(Kind::kProtocol, "array <f4 [2] has 4 bytes of data, which do not fit its type and shape"));
+  EXPECT_THAT(
+      of_shape("(2,)", 12),
+      FailsAs(Kind::kProtocol, "array <f4 [2] has 12 bytes of data, which do not fit its type and shape"));
   EXPECT_THAT(of_shape("(-1, -1)", 4), FailsAs(Kind::kProtocol, "[-1, -1]"));
   EXPECT_THAT(of_shape("(1073741824, 1073741824, 16)", 0),
               FailsAs(Kind::kProtocol, "of 0 bytes"));  // needs 4 * 2^64 bytes

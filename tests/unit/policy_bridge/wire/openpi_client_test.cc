@@ -245,7 +245,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, OpenpiClientEndings,
     testing::Values(
         Ending{"Silence", Double::Nothing{}, Kind::kTimeout, "no answer within 0.1 s"},
-        Ending{"Gone", Double::Gone(), Kind::kUnreachable, "the server is gone \\(.*\\)"},
+        Ending{"Gone", Double::Gone(), Kind::kUnreachable, "the connection was lost \\(.*\\)"},
         Ending{"Close", Double::Close{1001, "shutting down"}, Kind::kUnreachable,
                "the server closed the connection \\(1001: shutting down\\)"},
         Ending{"HalfFrame", Double::HalfFrame(), Kind::kProtocol,
@@ -341,7 +341,7 @@ TEST(OpenpiClient, ConnectsAgainToARestartedServer) {
   EXPECT_FALSE(client->connected());
   const Failure refused = FailureOf([&] { client->Connect(); });
   EXPECT_EQ(refused.kind, Kind::kUnreachable);
-  EXPECT_EQ(refused.what, "refused: is the policy server running there?");
+  EXPECT_EQ(refused.what, "connection refused: is the policy server running there?");
   server.Start();
   client->Connect();
   EXPECT_EQ(client->Infer(kObservation).value, kChunk);
@@ -361,9 +361,9 @@ TEST(OpenpiClient, ExpectsMetadataFirst) {
   };
   Failure failure = failure_with(Double::Nothing{});
   EXPECT_EQ(failure.kind, Kind::kProtocol);
-  EXPECT_EQ(
-      failure.what,
-      "no metadata, which an openpi server sends first, within 1 s: does it use another wire protocol?");
+  EXPECT_EQ(failure.what,
+            "no metadata, which an openpi server sends first, within 1 s: does the server use another wire "
+            "protocol?");
   failure = failure_with(Value(List{}));
   EXPECT_EQ(failure.kind, Kind::kProtocol);
   EXPECT_EQ(failure.what, "sends list of 0 first; an openpi server sends a map of its metadata first");
@@ -378,7 +378,7 @@ TEST(OpenpiClient, ReportsWhatAnswersInsteadOfAWebsocket) {
   for (const auto& [status, kind, what] : std::vector<std::tuple<int, Kind, std::string>>{
            {404, Kind::kProtocol, "HTTP 404 Not Found and no websocket: is the path right?"},
            {401, Kind::kServer, "HTTP 401 Unauthorized: is the API key right?"},
-           {503, Kind::kUnreachable, "HTTP 503 Service Unavailable: the server behind it is down"},
+           {503, Kind::kUnreachable, "HTTP 503 Service Unavailable: the server behind this proxy is down"},
            {0, Kind::kProtocol, "no websocket answers there (bad version)"},
            {-1, Kind::kTimeout, "no answer to the websocket handshake within 1 s"}}) {
     Double::Options options = Answering(kChunk);

@@ -27,7 +27,8 @@ TEST(Resolve, ReportsTheErrorOfTheLookup) {
     throw std::runtime_error(host + "? unknown");
   };
   EXPECT_THAT(FailureOf([&] { Resolve(kUrl, 60, fails); }),
-              FailsAs(Kind::kUnreachable, "ws://robot.example:8000: no such host (robot.example? unknown)"));
+              FailsAs(Kind::kUnreachable,
+                      "ws://robot.example:8000: the host cannot be resolved (robot.example? unknown)"));
 }
 
 // The name server does not answer. The lookup continues in the background, and its late result is discarded.

@@ -157,7 +157,7 @@ TEST_F(RestClient, BytesOfNoAnswerCloseIt) {
                             "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n{\"_"}) {
     client_->Connect();
     server_->AnswerNextWith(bytes);
-    EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "incomplete HTTP answer")) << bytes;
+    EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "incomplete or malformed HTTP answer")) << bytes;
     EXPECT_FALSE(client_->connected());
     EXPECT_THAT(Failure(), FailsAs(Kind::kUnreachable, "not connected"));
   }
@@ -189,7 +189,7 @@ TEST_F(RestClient, AServerThatIsGoneIsSeenAndFoundAgain) {
   client_ = MakeRestClient(options_);
   client_->Connect();
   server_->AnswerNextWith("");
-  EXPECT_THAT(Failure(), FailsAs(Kind::kUnreachable, "the connection ended without an answer"));
+  EXPECT_THAT(Failure(), FailsAs(Kind::kUnreachable, "the connection ended without a complete answer"));
   EXPECT_FALSE(client_->connected());
   const int port = server_->port();
   server_.reset();

@@ -138,13 +138,15 @@ TEST(VlaEvalClient, TakesNoOtherAnswer) {
     EXPECT_FALSE(client->connected());
     EXPECT_TRUE(server.WaitForConnections(0));
   };
-  check(message("action", 2), Kind::kProtocol, "answers observation 1 with its action 2");
-  check(message("hello", 1), Kind::kProtocol, "answers observation 1 with its hello 1");
+  check(message("action", 2), Kind::kProtocol,
+        "answers observation 1 with a message of type action and number 2");
+  check(message("hello", 1), Kind::kProtocol,
+        "answers observation 1 with a message of type hello and number 1");
   check(message("action", 0), Kind::kTimeout, "no answer within 0.1 s");
   check(Double::Nothing{}, Kind::kTimeout, "no answer within 0.1 s");
   check(Double::Message{FromHex("80")}, Kind::kProtocol,
         "sends map of 0; vla-eval's messages have type, payload and seq");
-  check(Double::Message{FromHex("c1")}, Kind::kProtocol, "MessagePack: byte 0 starts no valid value");
+  check(Double::Message{FromHex("c1")}, Kind::kProtocol, "MessagePack: no valid value starts at byte 0");
   check(Double::Text{"Traceback\nboom"}, Kind::kServer, "the server reports: boom");
   check(Double::HalfFrame(), Kind::kProtocol, "the connection ended in the middle of a message");
 }
@@ -158,7 +160,7 @@ TEST(VlaEvalClient, ExpectsAnAnnouncement) {
     EXPECT_EQ(FailureOf([&] { client->Connect(); }, what), kind);
     EXPECT_FALSE(client->connected());
   };
-  check(Double::Nothing{}, Kind::kProtocol, "does it use another wire protocol?");
+  check(Double::Nothing{}, Kind::kProtocol, "does the server use another wire protocol?");
   check(Double::Error{"not ready"}, Kind::kServer, "the server reports: not ready");
   check(Value(Map{{"protocol_version", 2}}), Kind::kProtocol,
         "uses version 2 of vla-eval's protocol, evalbus uses 1");

@@ -216,9 +216,9 @@ TEST(XPolicyLabClient, TakesNoOtherAnswer) {
   check(Double::Nothing{}, Kind::kTimeout, "no answer within 0.5 s");
   check(Double::Message{FromHex("80")}, Kind::kProtocol,
         "answers infer with map of 0; XPolicyLab's messages have message_type, message_id and payload");
-  check(Double::Message{FromHex("c1")}, Kind::kProtocol, "MessagePack: byte 0 starts no valid value");
+  check(Double::Message{FromHex("c1")}, Kind::kProtocol, "MessagePack: no valid value starts at byte 0");
   check(Double::HalfFrame(), Kind::kProtocol, "the connection ended in the middle of a message");
-  check(Value(Map{{"latency_ms", 3.0}}), Kind::kReply, "answers with map of 1, without \"actions\"");
+  check(Value(Map{{"latency_ms", 3.0}}), Kind::kReply, "answers with map of 1, which has no \"actions\"");
   const auto actions = [](List list) { return Value(Map{{"actions", std::move(list)}}); };
   check(actions({Action(1, 1), 3}), Kind::kReply, "action 1 of the answer is 3, not a map");
   check(actions({Action(1, 1), Map{}}), Kind::kReply, "action 1 of the answer has 0 keys, action 0 has 2");
@@ -252,7 +252,7 @@ TEST(XPolicyLabClient, ExpectsAnAcknowledgment) {
     const auto client = ClientOf(server, std::holds_alternative<Double::Nothing>(greeting) ? 1 : 60);
     EXPECT_THAT(FailureOf([&] { client->Connect(); }), FailsAs(kind, what));
   };
-  check(Double::Nothing{}, Kind::kProtocol, "does it use another wire protocol?");
+  check(Double::Nothing{}, Kind::kProtocol, "does the server use another wire protocol?");
   check(Double::Error{"not ready", "internal"}, Kind::kServer,
         "the request hello caused an internal error of the server (internal); the server reports: not ready");
   check(Double::Close{1011, "no"}, Kind::kUnreachable, "no)");
