@@ -14,7 +14,7 @@ namespace evalbus::sim {
 std::string JpegFault(std::span<const uint8_t> jpeg, int width_px, int height_px) {
   const std::unique_ptr<void, int (*)(void*)> decoder(tjInitDecompress(), tjDestroy);
   if (!decoder) throw EnvironmentError(std::string("libjpeg-turbo: ") + tjGetErrorStr2(nullptr));
-  const auto fault = [&] { return "not a JPEG: " + Printable(tjGetErrorStr2(decoder.get())); };
+  const auto fault = [&] { return "not a valid JPEG: " + Printable(tjGetErrorStr2(decoder.get())); };
   int width = 0, height = 0, subsampling = 0, colors = 0;
   if (tjDecompressHeader3(decoder.get(), jpeg.data(), jpeg.size(), &width, &height, &subsampling, &colors) !=
       0)

@@ -120,7 +120,8 @@ MeasuredScene::MeasuredScene(PreparedScene* prepared, Measured measured, const s
 
 std::string MeasuredScene::PositionFault(size_t joint, double position) const {
   const int id = joints_[joint];
-  if (!std::isfinite(position)) return fmt::format("{} is {}", measured_.joints[joint], position);
+  if (!std::isfinite(position))
+    return fmt::format("{} is {}, expected a finite number", measured_.joints[joint], position);
   const double lower = model_->jnt_range[2 * id], upper = model_->jnt_range[2 * id + 1];
   const double tolerance =
       is_of_object_[joint] ? std::max(kBeyondRange, kBeyondRangeOfObject * (upper - lower)) : kBeyondRange;
@@ -143,8 +144,8 @@ std::string MeasuredScene::SampleFault(const Sample& sample) const {
   }
   for (size_t k = 0; k < sample.velocity.size(); ++k) {
     if (std::abs(sample.velocity[k]) <= kFastest) continue;
-    return fmt::format("the velocity of {} is {:.4g}, expected at most {:g}", measured_.joints[k],
-                       sample.velocity[k], kFastest);
+    return fmt::format("the velocity of {} is {:.4g} {}, expected at most {:g}", measured_.joints[k],
+                       sample.velocity[k], slides(k) ? "m/s" : "rad/s", kFastest);
   }
   for (size_t k = 0; k < sample.object.size(); ++k) {
     const auto& [position, quat] = sample.object[k];

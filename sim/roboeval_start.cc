@@ -85,7 +85,7 @@ const std::map<std::string_view, std::vector<Draw>>& Draws() {
 }
 
 [[noreturn]] void Fail(const Variation& variation, const std::string& what) {
-  throw InputError(fmt::format("{}: variation '{}' has no start of RoboEval: {}",
+  throw InputError(fmt::format("{}: variation '{}' cannot start as in RoboEval: {}",
                                variation.location.ToString(), variation.name, what));
 }
 
@@ -107,8 +107,9 @@ const std::vector<Draw>& DrawsOf(const Variation& variation) {
   if (variation.randomizations.empty()) return none;
   const auto found = Draws().find(variation.alias);
   if (found == Draws().end()) {
-    Fail(variation, variation.alias.empty() ? "it has no alias, the name of RoboEval's class"
-                                            : fmt::format("no class '{}'", variation.alias));
+    Fail(variation, variation.alias.empty()
+                        ? "it has no alias, the name of RoboEval's class"
+                        : fmt::format("how RoboEval's class '{}' draws a start is unknown", variation.alias));
   }
   return found->second;
 }
@@ -135,7 +136,9 @@ void CheckRoboEvalStart(const Variation& variation) {
           return std::ranges::any_of(draws, [&](const Draw& draw) { return Sets(spawn, draw); });
         },
         randomization);
-    if (!is_drawn) Fail(variation, fmt::format("{} does not draw all that it randomizes", variation.alias));
+    if (!is_drawn)
+      Fail(variation,
+           fmt::format("{} does not draw everything that the variation randomizes", variation.alias));
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/plural.h"
 #include "base/random.h"
 #include "models/mujoco_errors.h"
 #include "sim/repeat_periods.h"
@@ -329,7 +330,8 @@ void SimComponent::End(std::string reason, std::string detail) {
     log().Info("ends, {}", text);
   }
   if (deadline_misses_ + end_.late_ticks > 0) {
-    log().Warn("{} ticks without an ACTION in time, {} a whole tick late", deadline_misses_, end_.late_ticks);
+    log().Warn("{} without an ACTION in time, {} late by a whole tick or more",
+               Plural(deadline_misses_, "tick"), end_.late_ticks);
   }
   unanswered_end_.MarkSent(steady_clock::now());
   bus().Publish(channels::kEpisodeEnd, end_);
@@ -384,8 +386,8 @@ void SimComponent::CheckAnswerTimeouts(SteadyTime now) {
         fmt::format("no ACTION for tick {} from policy within {:g} s", tick, options_.policy_timeout_s));
   } else if (tick_.verdict && tick_.has_action && waited > Duration(options_.metrics_timeout_s)) {
     const std::string laggard = readiness_.Lagging(tick);
-    End(end_reason::kAborted, fmt::format("{} does not keep up: {} ticks behind at tick {}", laggard,
-                                          tick - readiness_.LastTick(laggard), tick));
+    End(end_reason::kAborted, fmt::format("{} does not keep up: {} behind at tick {}", laggard,
+                                          Plural(tick - readiness_.LastTick(laggard), "tick"), tick));
   }
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/options.h"
+#include "base/plural.h"
 #include "base/random.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/contacts_from.h"
@@ -133,8 +134,8 @@ inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options)
   CheckRanges(*options);
   if (std::abs(real - asked) <= 1e-9 * asked) return {};
   const std::string rates = fmt::format("control rate: {:.5g} Hz instead of {:.8g} Hz; ", real, asked);
-  if (options->is_source) return rates + "a source's tick is known to a microsecond";
-  return rates + fmt::format("a tick is {} physics steps of {:g} ms", Substeps(real, timestep_us),
+  if (options->is_source) return rates + "the tick of a source is a whole number of microseconds";
+  return rates + fmt::format("a tick is {} of {:g} ms", Plural(Substeps(real, timestep_us), "physics step"),
                              static_cast<double>(timestep_us) / 1e3);
 }
 
@@ -142,8 +143,8 @@ inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options)
 // episodes.
 inline void CheckSeeds(const std::string& seed_stream, int64_t seed, int64_t episodes) {
   if (seed_stream != kRoboEvalSeeds || (seed >= 0 && seed <= kMaxRoboEvalSeed + 1 - episodes)) return;
-  throw InputError(fmt::format("--seed-stream {}: expected seeds from 0 to {}, got --seed {} and {} episodes",
-                               seed_stream, kMaxRoboEvalSeed, seed, episodes));
+  throw InputError(fmt::format("--seed-stream {}: expected seeds from 0 to {}, got --seed {} and {}",
+                               seed_stream, kMaxRoboEvalSeed, seed, Plural(episodes, "episode")));
 }
 
 // Throws InputError if the options are invalid or contradict each other.
@@ -155,7 +156,7 @@ inline void CheckSimOptions(const SimOptions& options) {
     throw InputError(fmt::format("--seed-stream: expected {}, {} or {}, got '{}'", kRunSeeds, kCollectSeeds,
                                  kRoboEvalSeeds, options.seed_stream));
   }
-  if (options.rtf != 1 && !options.realtime) throw InputError("--rtf: only with --realtime");
+  if (options.rtf != 1 && !options.realtime) throw InputError("--rtf requires --realtime");
 }
 
 }  // namespace evalbus::sim

@@ -212,10 +212,8 @@ void SourceComponent::Meet(const source_announcement_t& announcement) {
     if (opening_[k] || !scene_->FingersOf(k).empty()) continue;
     const std::string& gripper = prepared_.info.gripper[k].name;
     throw InputError(
-        fmt::format("SOURCE_ANNOUNCEMENT of '{}': no joint of the fingers of gripper '{}'; state its "
-                    "constant position with "
-                    "--gripper {}=open or "
-                    "{}=closed",
+        fmt::format("SOURCE_ANNOUNCEMENT of '{}': no finger joint of gripper '{}' is measured; state its "
+                    "constant position with --gripper {}=open or {}=closed",
                     name, gripper, gripper, gripper));
   }
   source_announcement_ = announcement;
@@ -275,13 +273,14 @@ void SourceComponent::PublishModel() {
 
 void SourceComponent::OnOwnModel() {
   if (phase_ == Phase::kIdle || std::ranges::equal(bus().handled(), model_bytes_)) return;
-  End(end_reason::kAborted, "a MODEL that is not ours: is a sim on this bus, or a log being played?");
+  End(end_reason::kAborted,
+      "a MODEL that 'evalbus watch' did not publish: is a sim on this bus, or a log being played?");
 }
 
 void SourceComponent::OnOwnBegin(const episode_begin_t& begin) {
   if (phase_ == Phase::kIdle || HasEntered(begin)) return;
   End(end_reason::kAborted,
-      "an EPISODE_BEGIN that is not ours: is a sim on this bus, or a log being played?");
+      "an EPISODE_BEGIN that 'evalbus watch' did not publish: is a sim on this bus, or a log being played?");
 }
 
 void SourceComponent::OnStatus(const component_status_t& status) {
@@ -330,7 +329,7 @@ void SourceComponent::OnContacts(const source_contacts_t& contacts) {
 std::string SourceComponent::TakeContacts(const source_state_t& message, Sample* sample) {
   if (!has_contacts_) return "";
   if (!contacts_ || contacts_->episode != message.episode || contacts_->sample != message.sample)
-    return "its SOURCE_CONTACTS did not arrive before it";
+    return "SOURCE_CONTACTS of this sample did not arrive before its SOURCE_STATE";
   std::vector<source_contact_t> contacts = std::move(contacts_->contact);
   contacts_.reset();
   for (source_contact_t& contact : contacts) {
@@ -352,8 +351,7 @@ void SourceComponent::CheckUnitOfStamps(double time_s) const {
   if (time_s >= kLeastShareOfPeriod * expected_s) return;
   throw InputError(
       fmt::format("source '{}': {} samples took {:.3g} s by their stamp_us, expected about {:.3g} s with the "
-                  "stated period_us of {}; are "
-                  "these microseconds?",
+                  "stated period_us of {}; are these microseconds?",
                   source(), kSamplesForUnit, time_s, expected_s, source_announcement_->period_us));
 }
 
@@ -361,7 +359,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
   if (!source_announcement_) {
     ++status_.foreign_messages;
     if (!std::exchange(unknown_told_, true)) {
-      log().Warn("a SOURCE_STATE before SOURCE_ANNOUNCEMENT: its joints are unknown");
+      log().Warn("ignoring SOURCE_STATE until SOURCE_ANNOUNCEMENT arrives: the joints are unknown");
     }
     return;
   }
@@ -395,7 +393,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     arrived.fault = fmt::format("sample {} was received after sample {}: is a second source on this bus?",
                                 message.sample, newest_->sample);
   } else if (message.sample > kMaxTick) {
-    arrived.fault = fmt::format("no episode has a sample {}", message.sample);
+    arrived.fault = fmt::format("expected a sample number of at most {}, got {}", kMaxTick, message.sample);
   } else {
     arrived.lost = message.sample - expected;
     newest_->sample = message.sample;
@@ -409,7 +407,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     const double longest_us =
         std::min(options_.source_timeout_s * 1e6, static_cast<double>(TimeOf(kMaxLeapTicks)));
     if (arrived.sample->time_s > 0 && static_cast<double>(leap_us) > longest_us) {
-      arrived.fault = fmt::format("its clock jumps by {:.3g} s", Seconds(leap_us));
+      arrived.fault = fmt::format("the source's clock jumps by {:.3g} s", Seconds(leap_us));
       arrived.is_last = true;
     }
     newest_->stamp_us = message.stamp_us;
@@ -438,7 +436,8 @@ std::string SourceComponent::FaultOf(const image_t& image, std::string_view chan
     return fmt::format("camera '{}': expected 1 to 64 letters, digits, '_' and '/'", Printable(view.camera));
   }
   if (channels::ImageChannel(view.camera, channels::kSourceImage) != channel)
-    return fmt::format("camera '{}' on {}", view.camera, Printable(std::string(channel)));
+    return fmt::format("camera '{}' on channel {}, expected {}", view.camera, Printable(std::string(channel)),
+                       channels::ImageChannel(view.camera, channels::kSourceImage));
   if (view.encoding != "jpeg") return fmt::format("encoding '{}': expected jpeg", Printable(view.encoding));
   if (std::min(view.width_px, view.height_px) < 1 ||
       std::max(view.width_px, view.height_px) > kMaxImagePixels) {
@@ -561,7 +560,7 @@ void SourceComponent::ProcessArrived() {
     const std::string fault = fmt::format("sample {}: {}", arrived.number, arrived.fault);
     if (running_->refused++ > 0) continue;
     running_->first_fault = fault;
-    log().Warn("refused, the episode is incomplete: {}", fault);
+    log().Warn("the episode is incomplete: {}", fault);
   }
 }
 

@@ -18,7 +18,7 @@ class SpawnGrid {
         nx_(Count(2 * plane.half_extents[0], plane.spacing)),
         ny_(Count(2 * plane.half_extents[1], plane.spacing)) {
     if (static_cast<size_t>(size()) < plane.objects.size()) {
-      throw InputError("spawn plane: " + std::to_string(size()) + " grid points for " +
+      throw InputError("spawn plane: " + std::to_string(size()) + " grid points are too few for " +
                        std::to_string(plane.objects.size()) + " objects");
     }
   }

@@ -145,7 +145,8 @@ std::string World::Apply(const action_t& action) {
   size_t num_joints = 0;
   for (const Arm& arm : arms_) num_joints += arm.qpos.size();
   if (action.mode != action_t::JOINT_POSITION)
-    return "action mode " + std::to_string(action.mode) + " is not known";
+    return "action mode " + std::to_string(action.mode) + " is unknown, expected " +
+           std::to_string(action_t::JOINT_POSITION) + " (JOINT_POSITION)";
   if (action.joint_position_rad.size() != num_joints || action.gripper_closing.size() != grippers_.size()) {
     return "action has " + std::to_string(action.joint_position_rad.size()) + " joint and " +
            std::to_string(action.gripper_closing.size()) + " gripper values, expected " +

@@ -53,8 +53,8 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation, st
   std::string why;
   for (int i = 0;; ++i) {
     if (i == kMaxDraws) {
-      throw InputError(variation.location.ToString() + ": variation '" + variation.name + "': no draw in " +
-                       std::to_string(kMaxDraws) + " keeps all parts apart; in the last one, " + why);
+      throw InputError(variation.location.ToString() + ": variation '" + variation.name + "': none of " +
+                       std::to_string(kMaxDraws) + " draws keeps all parts apart; in the last one, " + why);
     }
     SetHome();
     parameters.clear();
@@ -264,8 +264,8 @@ std::string World::Blocked(const Variation& variation) {
       if (!other.is_movable() || &other == &part) continue;
       const double distance = mju_dist3(Position(part), Position(other));
       if (distance < box->min_distance) {
-        return fmt::format("{} is {:.3g} m from {}, expected {:.6g} m", part.name, distance, other.name,
-                           box->min_distance);
+        return fmt::format("{} is {:.3g} m from {}, expected at least {:.6g} m", part.name, distance,
+                           other.name, box->min_distance);
       }
     }
   }

@@ -153,7 +153,7 @@ TEST_F(BadInput, TaskCheckTestsStartsAndLimits) {
          "variation 'base': after a reset with seed 0, pot is ");
   expect("center_m: [0.735, 0], half_extents_m: [0.02, 0.15]",
          "center_m: [0.1, 0.3], half_extents_m: [0.01, 0.01]", "  position:\n",
-         "variation 'position': no draw in 1000 keeps all parts apart; in the last one, pot is ");
+         "variation 'position': none of 1000 draws keeps all parts apart; in the last one, pot is ");
   // This position is inside the left cabinet.
   expect(base, "base: {position_m: [0.8, 0, 0]}", "  base:\n    alias",
          "variation 'base': after a reset with seed 0, ");

@@ -206,7 +206,7 @@ TEST_F(MisbehavingPolicy, EndsItsEpisodeAndTheNextOneBegins) {
       {"policy_error", "the action contains NaN or infinity"},
       {"policy_error", "the action contains NaN or infinity"},
       {"policy_error", size},
-      {"policy_error", "action mode 99 is not known"},
+      {"policy_error", "action mode 99 is unknown, expected 1 (JOINT_POSITION)"},
       {"time_limit", ""},
       {"policy_timeout", "no ACTION for tick 5 from policy within 3 s"},
       {"policy_timeout", "no ACTION for tick 5 from policy within 3 s"},

@@ -28,19 +28,21 @@ TEST(RoboEvalStart, OthersAreRefused) {
   EXPECT_NO_THROW(CheckRoboEvalStart(LiftPot()));
   Variation variation = LiftPot();
   variation.alias.clear();
-  EXPECT_EQ(Refusal(variation), "has no start of RoboEval: it has no alias, the name of RoboEval's class");
+  EXPECT_EQ(Refusal(variation), "cannot start as in RoboEval: it has no alias, the name of RoboEval's class");
   variation.alias = "LiftPan";
-  EXPECT_EQ(Refusal(variation), "has no start of RoboEval: no class 'LiftPan'");
-  variation.alias = "LiftPotPosition";
   EXPECT_EQ(Refusal(variation),
-            "has no start of RoboEval: LiftPotPosition does not draw all that it randomizes");
+            "cannot start as in RoboEval: how RoboEval's class 'LiftPan' draws a start is unknown");
+  variation.alias = "LiftPotPosition";
+  EXPECT_EQ(
+      Refusal(variation),
+      "cannot start as in RoboEval: LiftPotPosition does not draw everything that the variation randomizes");
   variation = LiftPot();
   variation.randomizations.pop_back();
   EXPECT_EQ(Refusal(variation),
-            "has no start of RoboEval: LiftPotPositionAndOrientation also draws a pose of 'pot'");
+            "cannot start as in RoboEval: LiftPotPositionAndOrientation also draws a pose of 'pot'");
   variation = LiftPot();
   variation.distractors.emplace_back();
-  EXPECT_EQ(Refusal(variation), "has no start of RoboEval: it has distractors");
+  EXPECT_EQ(Refusal(variation), "cannot start as in RoboEval: it has distractors");
 }
 
 TEST(RoboEvalStart, SeedsAreThoseThatNumPyAccepts) {

@@ -298,7 +298,7 @@ TEST_F(CameraImages, ThatAreWrongAreRefusedCountedAndCostNoSample) {
   Publish(Image(0));  // its time does not increase
   EXPECT_EQ(passed_on_.size(), 1u);
   const std::string detail = EndDetail();
-  EXPECT_THAT(detail, testing::StartsWith("8 images refused, the first: not a JPEG: "));
+  EXPECT_THAT(detail, testing::StartsWith("8 images refused, the first: not a valid JPEG: "));
   EXPECT_EQ(ends_.back().end_reason, "end_of_data");
   EXPECT_EQ(ends_.back().header.tick, 1) << "no tick is missing";
 }
@@ -429,7 +429,8 @@ TEST_F(SourceComponentTest, WhatComesAfterTheVerdictDoesNotMatter) {
 TEST_F(SourceComponentTest, ARefusedSampleMakesTheEpisodeIncomplete) {
   for (const auto& [spoil, said] :
        {std::pair<void (*)(source_state_t*), std::string>{
-            [](source_state_t* s) { s->joint_position_mixed[3] = std::nan(""); }, "left/joint4 is nan"},
+            [](source_state_t* s) { s->joint_position_mixed[3] = std::nan(""); },
+            "left/joint4 is nan, expected a finite number"},
         {[](source_state_t* s) { s->joint_position_mixed[3] = 4; },
          "4 rad is beyond the range of left/joint4"},
         {[](source_state_t* s) { s->stamp_us -= 20'000; }, "the time changes from"},
@@ -437,7 +438,7 @@ TEST_F(SourceComponentTest, ARefusedSampleMakesTheEpisodeIncomplete) {
         {[](source_state_t* s) { s->object[0].position_m[2] = std::numeric_limits<double>::infinity(); },
          "the position of pot is"},
         {[](source_state_t* s) { s->sample = std::numeric_limits<int64_t>::max(); },
-         "no episode has a sample 9223372036854775807"},
+         "expected a sample number of at most 1099511627776, got 9223372036854775807"},
         {[](source_state_t* s) { s->object[0].position_m[0] = 1e300; },
          "the position of pot is 1e+300, 0, 1 m, expected at most 1000 m from the origin"},
         {[](source_state_t* s) { s->object[0].position_m[1] = -1001; },
@@ -522,7 +523,7 @@ TEST_F(SourceComponentTest, AClockThatLeapsBreaksTheEpisodeOff) {
   Send(sample);
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].header.tick, 1);
-  EXPECT_THAT(ends_[0].detail, HasSubstr("its clock jumps by 3.6e+03 s"));
+  EXPECT_THAT(ends_[0].detail, HasSubstr("the source's clock jumps by 3.6e+03 s"));
 }
 
 // Differences between these timestamps exceed 64 bits.
@@ -537,7 +538,7 @@ TEST_F(SourceComponentTest, AClockThatLeapsThroughAllItsRangeIsNoExceptionToThat
   Send(sample);
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].header.tick, 1) << "which was never published: the episode is incomplete";
-  EXPECT_THAT(ends_[0].detail, HasSubstr("its clock jumps by 9.22e+12 s"));
+  EXPECT_THAT(ends_[0].detail, HasSubstr("the source's clock jumps by 9.22e+12 s"));
 }
 
 TEST_F(SourceComponentTest, ASourceThatStartsAgainBeginsANewEpisode) {
@@ -573,7 +574,7 @@ TEST_F(SourceComponentTest, WhatIsWrongFromTheBeginningIsOneLine) {
   EXPECT_THAT(with([&] { announcement_.object_name = {"kettle"}; }),
               HasSubstr("there is no object 'kettle'"));
   EXPECT_EQ(with([&] { announcement_.joint_name.pop_back(); }),
-            "SOURCE_ANNOUNCEMENT of 'two Frankas': no joint of the fingers of gripper 'right'; state its "
+            "SOURCE_ANNOUNCEMENT of 'two Frankas': no finger joint of gripper 'right' is measured; state its "
             "constant position with "
             "--gripper right=open or right=closed");
   EXPECT_THAT(with([&] { announcement_.period_us = 0; }), HasSubstr("period_us is 0, expected 1 to 1000000"));

@@ -620,7 +620,7 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   variation.location = {"t.yaml", 7};
   const std::string message = ErrorOf([&] { world.Reset(0, variation); });
   EXPECT_TRUE(message.starts_with(
-      "t.yaml:7: variation 'inside': no draw in 1000 keeps all parts apart; in the last one, "
+      "t.yaml:7: variation 'inside': none of 1000 draws keeps all parts apart; in the last one, "
       "block is "))
       << message;
   EXPECT_TRUE(message.ends_with(" mm deep in box")) << message;

@@ -285,7 +285,7 @@ TEST_F(WorldTest, RefusesActionsThatAreNone) {
   EXPECT_EQ(world.Apply(small), "action has 13 joint and 2 gripper values, expected 14 and 2");
   action_t unknown = Home();
   unknown.mode = 7;
-  EXPECT_EQ(world.Apply(unknown), "action mode 7 is not known");
+  EXPECT_EQ(world.Apply(unknown), "action mode 7 is unknown, expected 1 (JOINT_POSITION)");
   EXPECT_TRUE(std::equal(before.begin(), before.end(), world.data().ctrl));
 }
 
