@@ -66,7 +66,7 @@ std::vector<uint8_t> BodiesOf(const ForceLimit& limit, const ModelNames& names) 
           std::ranges::find(model.object_entity, model.body_entity[body]) != model.object_entity.end();
       if (is_object || std::isinf(limit.grip_force)) continue;
       throw InputError(fmt::format(
-          "{}: '{}' in a region with grip_force_N: expected a manipulated object ({}) or a body of one",
+          "{}: '{}' in a region with grip_force_N: expected a manipulated object ({}) or one of its bodies",
           limit.locations[k].ToString(), limit.bodies[k], fmt::join(model.object_name, ", ")));
     }
   }

@@ -137,9 +137,9 @@ void CheckJoint(const mjModel& model, const std::string& name, bool is_angle, do
   if (found == info.joint_name.end()) fail("is not in the scene" + Suggestion(name, info.joint_name));
   const auto joint = found - info.joint_name.begin();
   const int type = model.jnt_type[joint];
-  if (type != mjJNT_HINGE && type != mjJNT_SLIDE) fail("neither hinges nor slides");
+  if (type != mjJNT_HINGE && type != mjJNT_SLIDE) fail("is neither a hinge nor a slide joint");
   if ((type == mjJNT_HINGE) != is_angle) {
-    fail(is_angle ? "slides: its position is in m" : "hinges: its position is in deg or rad");
+    fail(is_angle ? "is a slide joint: its position is in m" : "is a hinge: its position is in deg or rad");
   }
   const double lower = model.jnt_range[2 * joint], upper = model.jnt_range[2 * joint + 1];
   if (model.jnt_limited[joint] && (position < lower || position > upper)) {
@@ -223,7 +223,7 @@ gripper_info_t FillGripper(const GripperDescription& gripper, int arm, const mjM
   for (const std::string& name : gripper.joints) {
     const int joint = mj_name2id(&model, mjOBJ_JOINT, (prefix + name).c_str());
     if (model.jnt_type[joint] != mjJNT_HINGE && model.jnt_type[joint] != mjJNT_SLIDE) {
-      fail("joint '" + name + "' neither slides nor hinges");
+      fail("joint '" + name + "' is neither a slide nor a hinge joint");
     }
   }
   return result;

@@ -42,8 +42,9 @@ std::filesystem::path AssetFile(const std::string& text, const SourceLocation& w
     }
     return file;
   }
-  throw InputError(where.ToString() + ": '" + text + "' is not part of evalbus; give --assets " + name +
-                   "=FOLDER, which contains it");
+  throw InputError(where.ToString() + ": '" + text +
+                   "' is not part of evalbus; pass the folder that contains it, with --assets " + name +
+                   "=FOLDER");
 }
 
 std::vector<std::string> AbsoluteAssets(const std::vector<std::string>& assets) {

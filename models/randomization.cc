@@ -127,7 +127,8 @@ void ReadColor(const YamlValue& value, const Context& context) {
   const RandomColor color{ReadNames(map["of"]), map["min_rgb"].Vector<3>(kFraction),
                           map["max_rgb"].Vector<3>(kFraction)};
   for (size_t i = 0; i < 3; ++i) {
-    if (color.min[i] > color.max[i]) map["max_rgb"].Fail("expected at least min_rgb in each");
+    if (color.min[i] > color.max[i])
+      map["max_rgb"].Fail("expected each value to be at least that of min_rgb");
   }
   context.into->appearance.push_back(color);
 }
@@ -137,7 +138,7 @@ void ReadLight(const YamlValue& value, const Context& context) {
   RandomLight light{
       .name = ReadName(map["name"]), .factor = {}, .shift = {}, .turn = map.Angle("turn", kTurn)};
   const bool has_min = map.Find("min_factor") != nullptr, has_max = map.Find("max_factor") != nullptr;
-  if (has_min != has_max) value.Fail("expected both of min_factor and max_factor, or neither");
+  if (has_min != has_max) value.Fail("expected both min_factor and max_factor, or neither");
   if (has_min) light.factor = ReadFactor(map, {.min = 0, .max = kFactor.max});
   if (const YamlValue* shift = map.Find("shift_m")) light.shift = shift->Vector<3>(kNotNegative);
   if (!light.factor && !light.shift && !light.turn)

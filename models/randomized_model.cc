@@ -143,7 +143,7 @@ void Change(const RandomLight& light, AppearanceRandom* random, mjModel* model, 
   if ((light.shift || light.turn) && model->light_mode[id] != mjCAMLIGHT_FIXED)
     Refuse("light", light.name, "tracks a body: only its brightness can be randomized");
   if (light.shift && IsDirectional(*model, id))
-    Refuse("light", light.name, "is directional, so that its position does not matter: use turn_deg");
+    Refuse("light", light.name, "is directional, so its position does not matter: use turn_deg");
   if (light.factor) {
     const double factor = Draw(*light.factor, &random->main);
     for (float* color : {model->light_diffuse, model->light_specular}) {
@@ -201,9 +201,9 @@ void Change(const RandomCamera& camera, AppearanceRandom* random, mjModel* model
   // pose.
   const int mode = model->cam_mode[id];
   if (mode == mjCAMLIGHT_TRACK || mode == mjCAMLIGHT_TRACKCOM)
-    Refuse("camera", camera.name, "tracks a body, so that it can neither be shifted nor turned");
+    Refuse("camera", camera.name, "tracks a body, so it can neither be shifted nor turned");
   if (mode != mjCAMLIGHT_FIXED && camera.turn > 0)
-    Refuse("camera", camera.name, "looks at a body, so that it cannot be turned");
+    Refuse("camera", camera.name, "looks at a body, so it cannot be turned");
   Shift(camera.shift, name, &random->main, model->cam_pos + 3 * id, parameters);
   const std::array<double, 3> turn = DrawTurn(camera.turn, name, &random->main, parameters);
   // Rotates about the camera's own axes.

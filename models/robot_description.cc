@@ -164,7 +164,7 @@ GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm
     if (const YamlValue* mount = map.Find("mount")) gripper.mount = ReadPose(*mount);
   } else {
     for (const char* key : {"attach_body", "mount"}) {
-      if (const YamlValue* useless = map.Find(key)) useless->Fail("needs 'model' as well");
+      if (const YamlValue* useless = map.Find(key)) useless->Fail("requires 'model'");
     }
   }
 

@@ -65,8 +65,9 @@ void RemoveFreeJoint(mjcf::Part* part, bool free) {
   }
   if (joints.empty()) return;
   if (!free || joints.size() > 1) {
-    Fail(joints.back(), free ? "only one free joint can be in a file that is attached free"
-                             : "a free joint in an attached file needs 'free: true' where it is attached");
+    Fail(joints.back(),
+         free ? "only one free joint can be in a file that is attached free"
+              : "a free joint in an attached file needs 'free: true' where the file is attached");
   }
   joints[0]->Parent()->DeleteChild(joints[0]);
 }
@@ -231,7 +232,7 @@ void SceneComposer::Impl::Place(mjcf::Part* part, const std::string& name, const
     throw InputError(source + ": a part on a body cannot be free or placed");
   }
   if (Find(sections["worldbody"], "body", name)) {
-    throw InputError(source + ": cannot be attached as '" + name + "': there is such a body already");
+    throw InputError(source + ": cannot be attached as '" + name + "': a body of this name already exists");
   }
   const std::string main_class = name + "/main";
   AddContent(part, main_class);

@@ -169,7 +169,8 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
     if (const YamlValue* alias = map.Find("alias")) {
       variation.alias = alias->Name();
       for (const Variation& other : task->variations) {
-        if (variation.alias == other.alias) alias->Fail("variation '" + other.name + "' has this alias");
+        if (variation.alias == other.alias)
+          alias->Fail("variation '" + other.name + "' already has this alias");
       }
     }
     // While the variation's keys are read, its parts belong to the task, because these keys may name the

@@ -69,7 +69,7 @@ void CheckNode(const YAML::Node& node, const std::string& file, int depth, int* 
     return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7f;
   };
   if (node.IsScalar() && std::ranges::any_of(node.Scalar(), is_control))
-    fail("text that contains a control character");
+    fail("the text contains a control character");
   for (const auto& entry : node) {
     if (node.IsMap()) {
       CheckNode(entry.first, file, depth + 1, count);

@@ -215,7 +215,7 @@ TEST(TaskDescription, ExpressionsAreTrees) {
 TEST(TaskDescription, AliasesDiffer) {
   const std::string error =
       ErrorOf([] { Parse(ReplaceFirst(kTask, "  base: {}", "  base: {alias: PushWide}")); });
-  EXPECT_NE(error.find("key 'alias': variation 'base' has this alias"), std::string::npos) << error;
+  EXPECT_NE(error.find("key 'alias': variation 'base' already has this alias"), std::string::npos) << error;
 }
 
 TEST(TaskDescription, AVariationsConditionsAreItsOwn) {

@@ -25,9 +25,9 @@ TEST(AssetFiles, AreInTheFolderOfTheirName) {
   EXPECT_EQ(AssetFile("mine:cube.xml", kWhere, sources), file);
   EXPECT_EQ(ErrorOf([&] { AssetFile("mine:ball.xml", kWhere, sources); }),
             "t.yaml:7: --assets mine: file " + (folder.path() / "ball.xml").string() + " does not exist");
-  EXPECT_EQ(
-      ErrorOf([&] { AssetFile("yours:cube.xml", kWhere, sources); }),
-      "t.yaml:7: 'yours:cube.xml' is not part of evalbus; give --assets yours=FOLDER, which contains it");
+  EXPECT_EQ(ErrorOf([&] { AssetFile("yours:cube.xml", kWhere, sources); }),
+            "t.yaml:7: 'yours:cube.xml' is not part of evalbus; pass the folder that contains it, with "
+            "--assets yours=FOLDER");
   EXPECT_EQ(ErrorOf([&] { AssetFile("mine:cube.xml", kWhere, {.assets = {"mine"}}); }),
             "--assets: expected NAME=FOLDER, got 'mine'");
 }

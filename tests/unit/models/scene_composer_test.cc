@@ -151,7 +151,7 @@ TEST(SceneComposer, FreePart) {
       "<mujoco><worldbody><body name='b'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>";
   EXPECT_EQ(Compile(OnePart(own, kEmptyBase, true).composer)->nq, 7);
   EXPECT_EQ(ErrorOfPart(own),
-            "part.xml:1: a free joint in an attached file needs 'free: true' where it is attached");
+            "part.xml:1: a free joint in an attached file needs 'free: true' where the file is attached");
 }
 
 // If MuJoCo compiles a file alone, the physics must equal the physics of the same file attached at the
@@ -403,9 +403,9 @@ TEST(SceneComposer, AttachingWhereItCannotBe) {
   SceneComposer composer(base);
   composer.Attach(part, "p/", Pose{});
   EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "p/", Pose{}); }),
-            part.string() + ":1: cannot be attached as 'p': there is such a body already");
+            part.string() + ":1: cannot be attached as 'p': a body of this name already exists");
   EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "post/", Pose{}); }),
-            part.string() + ":1: cannot be attached as 'post': there is such a body already");
+            part.string() + ":1: cannot be attached as 'post': a body of this name already exists");
   EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, {.parent_body = "p/no"}); }),
             part.string() + ":1: cannot be attached: there is no body 'p/no'");
   EXPECT_EQ(

@@ -147,11 +147,11 @@ TEST(YamlReader, TextThatNoMessageCanCarryIsRefusedWithItsLine) {
   EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: 2  # a comment\0\n"s); }),
             "f.yaml:2: a NUL byte; expected text in UTF-8");
   EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: [2, \"x\\0y\"]\n"); }),
-            "f.yaml:2: text that contains a control character");
+            "f.yaml:2: the text contains a control character");
   EXPECT_EQ(ErrorOf([] { Parse("a: 1\n\"x\\0y\": 2\n"); }),
-            "f.yaml:2: text that contains a control character");
+            "f.yaml:2: the text contains a control character");
   EXPECT_EQ(ErrorOf([] { Parse("a: \"red \\e[31m\"\n"); }),
-            "f.yaml:1: text that contains a control character");
+            "f.yaml:1: the text contains a control character");
 }
 
 TEST(YamlReader, TagsAreRefused) {

@@ -188,7 +188,7 @@ TEST_F(VariationTest, JointsStartAtTheTasksPositions) {
   EXPECT_EQ(error("box/lit: {position_deg: 1}"),
             "t.yaml:10: joint 'box/lit' is not in the scene; did you mean 'box/lid'?");
   EXPECT_EQ(error("box/lid: {position_m: 1}"),
-            "t.yaml:10: joint 'box/lid' hinges: its position is in deg or rad");
+            "t.yaml:10: joint 'box/lid' is a hinge: its position is in deg or rad");
   EXPECT_EQ(error("box/lid: {position_rad: 2.5}"),
             "t.yaml:10: joint 'box/lid' cannot start at 2.500000: its range is [-1.000000, 2.000000] rad");
   EXPECT_EQ(error("box/lid: {}"),
@@ -521,11 +521,11 @@ TEST_F(RandomizedTest, CamerasThatFollowABodyAreRefused) {
   EXPECT_EQ(error(turn, mjCAMLIGHT_FIXED), "(no error)");
   for (const mjtCamLight mode : {mjCAMLIGHT_TRACK, mjCAMLIGHT_TRACKCOM}) {
     EXPECT_EQ(error(shift, mode),
-              "t.yaml:20: camera 'overview' tracks a body, so that it can neither be shifted nor turned");
+              "t.yaml:20: camera 'overview' tracks a body, so it can neither be shifted nor turned");
   }
   EXPECT_EQ(error(shift, mjCAMLIGHT_TARGETBODY), "(no error)");
   EXPECT_EQ(error(turn, mjCAMLIGHT_TARGETBODY),
-            "t.yaml:20: camera 'overview' looks at a body, so that it cannot be turned");
+            "t.yaml:20: camera 'overview' looks at a body, so it cannot be turned");
 }
 
 TEST_F(RandomizedTest, MistakesNameTheLine) {
@@ -540,7 +540,7 @@ TEST_F(RandomizedTest, MistakesNameTheLine) {
   EXPECT_EQ(ErrorOfList("      - color: {of: [], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"),
             "t.yaml:20: key 'of': expected at least one part or body");
   EXPECT_EQ(ErrorOfList("      - light: {name: key, min_factor: 1}\n"),
-            "t.yaml:20: key 'light': expected both of min_factor and max_factor, or neither");
+            "t.yaml:20: key 'light': expected both min_factor and max_factor, or neither");
   EXPECT_EQ(ErrorOfList("      - light: {name: key}\n"),
             "t.yaml:20: key 'light': expected min_factor and max_factor, shift_m, turn_deg or turn_rad");
   EXPECT_EQ(ErrorOfList("      - texture: {of: [red], choices: [checker]}\n"),
@@ -552,7 +552,7 @@ TEST_F(RandomizedTest, MistakesNameTheLine) {
               const Scene lit = BuildScene(shifted, LoadRobot(shifted.robot_file));
               RandomizeAppearance(shifted.variation("drawn"), 0, lit.visual.get());
             }),
-            "t.yaml:20: light 'key' is directional, so that its position does not matter: use turn_deg");
+            "t.yaml:20: light 'key' is directional, so its position does not matter: use turn_deg");
   EXPECT_EQ(ErrorOfList("      - distractors: {objects: [box], center_m: [0, 0], half_extents_m: [1, 1]}\n"),
             "t.yaml:8: part 'box' is a distractor of a variation, and must be 'free: true'");
   EXPECT_EQ(ErrorOfList("      - spawn_bx: {}\n"),

@@ -253,7 +253,7 @@ TEST_F(SqueezeLimits, AreOfManipulatedObjects) {
     EXPECT_STREQ(
         error.what(),
         "limits.yaml:2: 'counter' in a region with grip_force_N: expected a manipulated object (pot) "
-        "or a body of one");
+        "or one of its bodies");
   }
 }
 
