@@ -38,9 +38,9 @@ T Get(const nlohmann::json& json, const char* key, T otherwise) {
   const auto run = RunJson(folder);
   if (!run.is_object()) {
     if (fs::exists(folder / kSuiteJson) || fs::is_regular_file(folder)) {
-      throw InputError(folder.string() + ": no active run or replay of it on this machine");
+      throw InputError(folder.string() + ": no active run or replay of this suite or log on this machine");
     }
-    throw InputError((folder / kRunJson).string() + ": not a run folder");
+    throw InputError(folder.string() + ": not a run folder: it has no valid run.json");
   }
   const int64_t finished = CountLines(folder / kEpisodesJsonl), planned = Get<int64_t>(run, "episodes", 0);
   if (finished < planned && Get(run, "in_process", false)) {

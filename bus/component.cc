@@ -54,7 +54,7 @@ void Component::LogDroppedMessages() {
     log_.Info("dropped {} that were repeated or belong to another episode", Messages(n));
   }
   if (const int64_t n = grown(of_other_runs_, &of_other_runs_told_); n > 0) {
-    log_.Info("{} of them belong to another run, or to a log being played", n);
+    log_.Info("{} of them came from another run, or from a log being played", n);
   }
   if (const int64_t n = grown(status_.missing_ticks, &missing_ticks_told_); n > 0) {
     log_.Warn("{} never arrived", Plural(n, "tick"));

@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "bus/bus.h"
 
@@ -81,7 +82,7 @@ class BusSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
   // Publishes the number of suppressed lines once the window has ended.
   void Poll(steady_clock::time_point now) {
     if (held_back_ == 0 || now - window_began_ < kWindow) return;
-    PublishLine(held_back_level_, fmt::format("and {} more", held_back_));
+    PublishLine(held_back_level_, Plural(held_back_, "more line") + " suppressed");
     held_back_ = 0;
   }
 

@@ -70,7 +70,7 @@ ReservedBus ReservedBus::Draw(const std::function<Place()>& draw) {
     if (bus.socket_ < 0 && errno != EADDRINUSE) return bus;
     if (bus.socket_ >= 0 && !IsReceivedOn(place.port)) return bus;
   }
-  throw EnvironmentError(fmt::format("no bus: all of {} ports drawn between {} and {} are in use", kMaxDraws,
+  throw EnvironmentError(fmt::format("no bus: all {} ports drawn between {} and {} are in use", kMaxDraws,
                                      kFirstPort, kLastPort));
 }
 

@@ -115,7 +115,7 @@ TEST_F(LogTest, TheBusReceivesTenLinesASecondAndTheNumberOfTheRest) {
   EXPECT_EQ(Received().size(), 10u);
   log->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(2));
   ASSERT_EQ(Received().size(), 11u);
-  EXPECT_EQ(Received().back(), "and 37 more");
+  EXPECT_EQ(Received().back(), "37 more lines suppressed");
 }
 
 TEST_F(LogTest, ControlCharactersAreMadeHarmless) {

@@ -357,7 +357,7 @@ TEST_F(SimComponentTest, MessagesOfAnotherRunsSimAreCountedAndIgnored) {
   sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(1));
   EXPECT_EQ(sim_->status().foreign_messages, 4);
   sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(2));
-  EXPECT_THAT(Logged(), testing::HasSubstr("4 of them belong to another run, or to a log being played"));
+  EXPECT_THAT(Logged(), testing::HasSubstr("4 of them came from another run, or from a log being played"));
   // The same message with this run's session ends the episode.
   bus_->Publish(channels::kEpisodeBegin, begin);
   HandleAll();
