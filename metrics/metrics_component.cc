@@ -1,5 +1,6 @@
 #include "metrics/metrics_component.h"
 
+#include "base/plural.h"
 #include "bus/channels.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
@@ -163,14 +164,14 @@ void MetricsComponent::FinishEpisode() {
   episode_summary_t& summary = summary_.emplace(scorer_->Summary(begin_, end_));
   if (const std::string verdict = Conflict(end_.end_reason, summary); is_lockstep_ && !verdict.empty()) {
     end_.detail = "the sim ended the episode with " + end_.end_reason + ", but the verdict was " + verdict +
-                  ": is a second metrics on this bus?";
+                  ": is a second metrics process on this bus?";
     end_.end_reason = end_reason::kAborted;
     log().Warn("{}", end_.detail);
     summary = scorer_->Summary(begin_, end_);
   }
   if (summary.extended.refused_samples > 0) {
-    log().Warn("refused {} ticks with numbers that are not finite or do not fit the model",
-               summary.extended.refused_samples);
+    log().Warn("refused {} with numbers that are not finite or do not fit the model",
+               Plural(summary.extended.refused_samples, "tick"));
   }
   statistics_.Add(end_.header.episode, ResultOf(begin_, summary));
   run_summary_ = SummaryMessage(statistics_.Summary(false));

@@ -163,8 +163,8 @@ std::vector<GeomOwner> ReadGeoms(const Node& geoms) {
   }
   const auto missing = std::find(seen.begin(), seen.end(), false);
   if (missing != seen.end()) {
-    geoms["count"].Fail("each id in one of robot, scene and ignored (" +
-                        std::to_string(missing - seen.begin()) + " is in none)");
+    geoms["count"].Fail("each id below the count in one of robot, scene and ignored (" +
+                        std::to_string(missing - seen.begin()) + " is missing)");
   }
   return owner;
 }

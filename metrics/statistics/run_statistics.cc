@@ -95,11 +95,12 @@ NamedPoses PosesOf(const ordered_json& json) {
   return poses;
 }
 
-int StageIndex(const std::string& text) {
+// key: key of the episode that contains the index.
+int IndexIn(const char* key, const std::string& text) {
   int index = 0;
   const auto parsed = std::from_chars(text.data(), text.data() + text.size(), index);
   if (parsed.ec == std::errc() && parsed.ptr == text.data() + text.size()) return index;
-  throw InputError(std::string(kStages) + ": expected a whole number, got '" + text + "'");
+  throw InputError(std::string(key) + ": expected a whole number, got '" + text + "'");
 }
 
 ordered_json Json(const Interval& interval) { return {interval.lower, interval.upper}; }
@@ -130,13 +131,13 @@ EpisodeResult ResultOf(const ordered_json& episode) {
     result.seen_in_training = seen->get<bool>();
   const ordered_json& stages = Member(metrics, kStages);
   for (const auto& [index, reached] : stages.items()) {
-    result.stages.emplace_back(StageIndex(index), reached.get<bool>());
+    result.stages.emplace_back(IndexIn(kStages, index), reached.get<bool>());
   }
   const ordered_json& slips = Member(metrics, kSlips);
   for (const auto& [object, count] : slips.items()) {
     // Keys are "object_1", "object_2", ... If the key of a lower number is missing, that value is unknown
     // (-1).
-    const int number = object.starts_with(kObject) ? StageIndex(object.substr(sizeof kObject - 1)) : 0;
+    const int number = object.starts_with(kObject) ? IndexIn(kSlips, object.substr(sizeof kObject - 1)) : 0;
     if (number < 1 || number > kMaxObjects)
       throw InputError(std::string(kSlips) + ": unknown key '" + object + "'");
     result.slips.resize(std::max(result.slips.size(), static_cast<size_t>(number)), -1);

@@ -423,7 +423,7 @@ class Lasts : public Combination {
     condition_t condition = condition_;
     condition.holds = Holds();
     condition.value_mixed = Seconds(header_.sim_time_us - *since_us_);
-    condition.text = fmt::format("so for {:.6g} s {} {:.6g}", condition.value_mixed,
+    condition.text = fmt::format("true for {:.6g} s {} {:.6g} s", condition.value_mixed,
                                  condition.holds ? ">=" : "<", condition.threshold_mixed);
     condition.tick = header_.tick;
     condition.time_s = Seconds(header_.sim_time_us);

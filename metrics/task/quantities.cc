@@ -123,8 +123,8 @@ class Lift : public Quantity {
     subject_ = arguments["object"].Text();
     const auto part = std::ranges::find(context.task.parts, subject_, &ScenePart::name);
     if (part == context.task.parts.end()) {
-      throw InputError(arguments["object"].location().ToString() + ": 'lift' needs a part of the scene, '" +
-                       subject_ + "' is none");
+      throw InputError(arguments["object"].location().ToString() +
+                       ": 'lift' needs a part of the scene, which '" + subject_ + "' is not");
     }
     const YamlValue* rest = arguments.Find("rest_height_m");
     rest_height_ = rest ? rest->Number() : part->pose.position[2];

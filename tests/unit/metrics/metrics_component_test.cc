@@ -467,7 +467,7 @@ TEST_F(MetricsComponentTest, AnEndThatIsNotTheVerdictsIsAborted) {
     EXPECT_EQ(summary.end_reason, "aborted");
     EXPECT_EQ(summary.end_detail, std::string("the sim ended the episode with ") + end_reason +
                                       ", but the verdict was " + (lifted ? "success" : "undecided") +
-                                      ": is a second metrics on this bus?");
+                                      ": is a second metrics process on this bus?");
   }
   // In real time, a verdict counts whenever it arrives.
   model_.clock = "realtime";

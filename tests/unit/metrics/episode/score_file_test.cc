@@ -256,7 +256,8 @@ const Mistake kMistakes[] = {
      },
      "geoms.scene[0]: expected each id once, in one of robot, scene and ignored, got 0"},
     {"geom_in_no_list", [](json* e) { (*e)["geoms"]["scene"] = json::array(); },
-     "geoms.count: expected each id in one of robot, scene and ignored (1 is in none), got 3"},
+     "geoms.count: expected each id below the count in one of robot, scene and ignored (1 is missing), got "
+     "3"},
     {"geom_out_of_range", [](json* e) { (*e)["geoms"]["scene"] = {3}; },
      "geoms.scene[0]: expected an integer from 0 to 2, got 3"},
     {"contact_size",

@@ -269,7 +269,7 @@ TEST_F(PredicatesTest, LastsCountsTimeWithoutABreak) {
   dut->Explain(&why);
   ASSERT_EQ(why.size(), 2u);
   EXPECT_EQ(why[0].text, "pot touches counter");
-  EXPECT_EQ(why[1].text, "so for 0.08 s < 0.1");
+  EXPECT_EQ(why[1].text, "true for 0.08 s < 0.1 s");
   EXPECT_FALSE(why[1].holds);
   EXPECT_TRUE(at(6, true));
   EXPECT_FALSE(at(7, false));
