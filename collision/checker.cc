@@ -447,7 +447,7 @@ void CollisionChecker::SetBodyPose(int body, const double position[3], const dou
     throw InputError("there is no body " + std::to_string(body));
   }
   if (!IsPose(position, quat_wxyz)) {
-    throw InputError("the pose of body " + std::to_string(body) + " is not finite");
+    throw InputError("the pose of body " + std::to_string(body) + " is not finite, or its quaternion is 0");
   }
   const Vector3d p(position[0], position[1], position[2]);
   const Eigen::Quaterniond q(quat_wxyz[0], quat_wxyz[1], quat_wxyz[2], quat_wxyz[3]);
