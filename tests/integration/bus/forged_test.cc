@@ -150,7 +150,7 @@ TEST(Forged, MessagesOfOtherSessionsAreIgnored) {
       EXPECT_EQ(begin.header.episode, i);
   }
   for (const char* component : {"sim", "metrics", "collision", "policy", "recorder"}) {
-    ExpectLogged(run, component, "info", "belong to another run, or to a log being played");
+    ExpectLogged(run, component, "info", "came from another run, or from a log being played");
   }
   EXPECT_NE(launcher.out().find("warning: another run, or a log being played"), std::string::npos)
       << launcher.out();

@@ -54,10 +54,10 @@ TEST(AssetTasks, HaveNamesOfTheirOwn) {
 
 TEST(AssetTasks, NeedTheirAssets) {
   TaskDescription task = FindTask("roboeval/stack_two_blocks").task;
-  EXPECT_THAT(
-      ErrorOf([&] { task.FindAssets({}); }),
-      testing::HasSubstr("stack_two_blocks.yaml:16: 'roboeval:roboeval/envs/xmls/props/table/table.xml' is "
-                         "not part of evalbus; give --assets roboeval=FOLDER"));
+  EXPECT_THAT(ErrorOf([&] { task.FindAssets({}); }),
+              testing::HasSubstr(
+                  "stack_two_blocks.yaml:16: 'roboeval:roboeval/envs/xmls/props/table/table.xml' is "
+                  "not part of evalbus; pass the folder that contains it, with --assets roboeval=FOLDER"));
 }
 
 // A task of one family has the same initial states, stages and distances in both scenes.

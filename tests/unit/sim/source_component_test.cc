@@ -793,11 +793,12 @@ TEST_F(ContactsOfTheSource, BetweenTwoSamplesAreThoseOfTheSampleBefore) {
 
 TEST_F(ContactsOfTheSource, ASampleWithoutThemIsRefusedAndCounted) {
   for (const auto& [spoil, said] :
-       {std::pair<void (*)(ContactsOfTheSource*), std::string>{[](ContactsOfTheSource*) {},
-                                                               "its SOURCE_CONTACTS did not arrive"},
-        {[](ContactsOfTheSource* test) { test->SendContacts(1, {}); }, "its SOURCE_CONTACTS did not arrive"},
+       {std::pair<void (*)(ContactsOfTheSource*), std::string>{
+            [](ContactsOfTheSource*) {}, "SOURCE_CONTACTS of this sample did not arrive"},
+        {[](ContactsOfTheSource* test) { test->SendContacts(1, {}); },
+         "SOURCE_CONTACTS of this sample did not arrive"},
         {[](ContactsOfTheSource* test) { test->SendContacts(2, {}, 7); },
-         "its SOURCE_CONTACTS did not arrive"},
+         "SOURCE_CONTACTS of this sample did not arrive"},
         {[](ContactsOfTheSource* test) {
            source_contact_t contact = Contact("floor", "pot");
            contact.penetration_m = std::nan("");
