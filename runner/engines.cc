@@ -5,12 +5,10 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <string_view>
 #include <vector>
 
 #include "base/errors.h"
-#include "runner/processes.h"
 
 namespace evalbus::runner {
 namespace {
@@ -20,10 +18,10 @@ constexpr std::string_view kProgram = "evalbus-sim";
 // Compares versions numerically: "3.3.9" is older than "3.3.10".
 bool IsOlder(const std::string& a, const std::string& b) { return strverscmp(a.c_str(), b.c_str()) < 0; }
 
-std::vector<std::string> AvailableEngines() {
+std::vector<std::string> AvailableEngines(const std::filesystem::path& folder) {
   const std::string prefix = std::string(kProgram) + "-";
   std::vector<std::string> versions;
-  for (const auto& entry : std::filesystem::directory_iterator(Processes::BinaryFolder())) {
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename();
     if (name.starts_with(prefix)) versions.push_back(name.substr(prefix.size()));
   }
@@ -33,12 +31,13 @@ std::vector<std::string> AvailableEngines() {
 
 }  // namespace
 
-std::string FindEngine(const std::string& wanted, const std::string& option) {
+std::string FindEngine(const std::string& wanted, const std::string& option,
+                       const std::filesystem::path& folder) {
   const std::string own = mj_versionString();
   const auto matches = [&](const std::string& version) {
     return version == wanted || version.starts_with(wanted + ".");
   };
-  std::vector<std::string> versions = AvailableEngines();
+  std::vector<std::string> versions = AvailableEngines(folder);
   if (std::ranges::find(versions, wanted) != versions.end()) return wanted;
   if (matches(own)) return "";
   const auto newest = std::find_if(versions.rbegin(), versions.rend(), matches);

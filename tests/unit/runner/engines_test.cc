@@ -1,55 +1,46 @@
 #include "runner/engines.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
 #include <fstream>
 
 #include "base/errors.h"
-#include "runner/processes.h"
 #include "runner/run_options.h"
+#include "tests/unit/temporary_folder.h"
 
 namespace evalbus::runner::engines_test {
 
-// Creates empty programs next to this test program.
-class EnginesTest : public testing::Test {
- protected:
-  EnginesTest() {
-    for (const char* version : {"9.3.9", "9.3.10", "9.4.0"}) std::ofstream(Program(version));
-  }
-  ~EnginesTest() override {
-    for (const char* version : {"9.3.9", "9.3.10", "9.4.0"}) std::filesystem::remove(Program(version));
-  }
-  static std::filesystem::path Program(const std::string& version) {
-    return Processes::BinaryFolder() / SimProgram(version);
-  }
-};
+namespace fs = std::filesystem;
 
-TEST_F(EnginesTest, TheNewestThatBeginsWithTheVersion) {
-  EXPECT_EQ(FindEngine("9.3"), "9.3.10");
-  EXPECT_EQ(FindEngine("9.3.9"), "9.3.9");
-  EXPECT_EQ(FindEngine("9"), "9.4.0");
+// The programs lie in a folder of the test, because other tests read the folder of this program.
+TEST(Engines, TheNewestThatBeginsWithTheVersion) {
+  const TemporaryFolder folder;
+  for (const char* version : {"9.3.9", "9.3.10", "9.4.0"}) {
+    std::ofstream(fs::path(folder.path()) / SimProgram(version));
+  }
+  const auto find = [&](const std::string& wanted) { return FindEngine(wanted, "--engine", folder.path()); };
+  EXPECT_EQ(find("9.3"), "9.3.10");
+  EXPECT_EQ(find("9.3.9"), "9.3.9");
+  EXPECT_EQ(find("9"), "9.4.0");
   try {
-    FindEngine("9.3.1");
+    find("9.3.1");
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::StartsWith("--engine 9.3.1: not built; 'scripts/engine 9.3.1' builds "
-                                                  "it; available: "));
-    EXPECT_THAT(error.what(), testing::HasSubstr("9.3.9, 9.3.10, 9.4.0"));
-    EXPECT_THAT(error.what(), testing::HasSubstr(std::string("available: ") + mj_versionString()));
+    EXPECT_EQ(error.what(), "--engine 9.3.1: not built; 'scripts/engine 9.3.1' builds it; available: " +
+                                std::string(mj_versionString()) + ", 9.3.9, 9.3.10, 9.4.0");
   }
 }
 
 // A sim that was built for exactly evalbus' own version would be preferred.
-TEST_F(EnginesTest, OurOwnMuJoCoHasNoSim) {
+TEST(Engines, OurOwnMuJoCoHasNoSim) {
   const std::string own = mj_versionString();
   EXPECT_EQ(FindEngine(own.substr(0, own.rfind('.'))), "");
   EXPECT_EQ(EngineVersion(""), own);
   EXPECT_EQ(EngineVersion("9.3.9"), "9.3.9");
 }
 
-TEST(Engine, NeedsAProcess) {
+TEST(Engines, NeedAProcess) {
   EXPECT_EQ(SimProgram(""), "evalbus-sim");
   RunOptions options;
   options.sim.engine = "3.3";
