@@ -41,8 +41,11 @@ std::vector<results::RecordedRuns> ReadCompared(
   return runs;
 }
 
-std::vector<results::Comparison> CompareWithFirst(const std::vector<results::RecordedRuns>& runs) {
-  return results::CompareAll({runs.begin() + 1, runs.end()}, runs.front());
+// stored: JSON of `evalbus compare`, with the chosen metrics in "on".
+std::vector<results::Comparison> CompareWithFirst(const std::vector<results::RecordedRuns>& runs,
+                                                  const ordered_json& stored) {
+  return results::CompareAll({runs.begin() + 1, runs.end()}, runs.front(),
+                             stored.value("on", std::vector<std::string>()));
 }
 
 // Finds a results folder whose path is relative to the folder in which `evalbus compare` ran. Tries the
@@ -121,8 +124,8 @@ class Verifier {
       if (page == report::kComparisonPage) {
         std::vector<std::pair<fs::path, std::string>> folders = {compared(source.at("baseline"))};
         for (const ordered_json& run : source.at("runs")) folders.push_back(compared(run));
-        return report::ComparisonReport(CompareWithFirst(ReadCompared(folders)), file, stored.made_by, 0,
-                                        source)
+        return report::ComparisonReport(CompareWithFirst(ReadCompared(folders), source), file, stored.made_by,
+                                        0, source)
             .html;
       }
       const fs::path plan =
@@ -187,7 +190,7 @@ class Verifier {
     std::vector<const results::RecordedRuns*> all;
     for (const results::RecordedRuns& run : runs) all.push_back(&run);
     ordered_json computed = ordered_json::parse(
-        ToText(results::ComparisonJson(CompareWithFirst(runs), results::RankBySuccess(all))));
+        ToText(results::ComparisonJson(CompareWithFirst(runs, stored), results::RankBySuccess(all))));
     computed["baseline"]["folder"] = as_given[0];
     for (size_t i = 1; i < as_given.size(); ++i) computed["comparisons"][i - 1]["folder"] = as_given[i];
     ++result_.comparisons;

@@ -89,6 +89,7 @@ nlohmann::ordered_json ComparisonSource(const std::vector<results::Comparison>& 
   };
   nlohmann::ordered_json source = {{"page", kComparisonPage}, {"baseline", of(comparisons.front().baseline)}};
   for (const results::Comparison& comparison : comparisons) source["runs"].push_back(of(comparison.run));
+  if (!comparisons.front().on.empty()) source["on"] = comparisons.front().on;
   return source;
 }
 

@@ -26,6 +26,7 @@
 #include "metrics/statistics/ties.h"
 #include "metrics/statistics/wilcoxon.h"
 #include "results/comparability.h"
+#include "results/metric_choice.h"
 
 namespace evalbus::results {
 namespace {
@@ -193,9 +194,10 @@ class MeritRemarks {
   std::map<std::pair<std::string, std::string>, std::string> metrics_;
 };
 
-std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseline, bool paired) {
+std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseline, bool paired,
+                                             const std::vector<MetricNumber>& numbers) {
   std::vector<MetricComparison> metrics;
-  for (const MetricNumber& number : MainMetricsOf(run.episodes, baseline.episodes)) {
+  for (const MetricNumber& number : numbers) {
     const auto value = [&](const RecordedEpisode* scored) {
       const bool counts = !number.metric->effort || scored->success;
       return counts ? Side::Value(*scored, number.name) : std::nullopt;
@@ -387,7 +389,8 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
 
 struct CompareTaskOptions {
   std::string run_name, baseline_name;
-  bool with_metrics = true;
+  // Metrics to compare; nullopt: the main metrics.
+  std::optional<std::vector<MetricNumber>> metrics;
 };
 
 TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
@@ -425,7 +428,9 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
   success.samples = CountSamples(success, own, other, result.paired);
   success.Test();
   if (result.paired) result.pairs = PairsOf(own, other);
-  if (options.with_metrics) result.metrics = CompareMetrics(own, other, result.paired);
+  result.metrics =
+      CompareMetrics(own, other, result.paired,
+                     options.metrics ? *options.metrics : MainMetricsOf(own.episodes, other.episodes));
   AddRemarks(result, own, other, options.run_name, options.baseline_name, remarks);
   // Two engines are compared with one policy on purpose.
   if (result.paired && run.engine() == baseline.engine() && AllPairsAreEqual(own, other)) {
@@ -448,9 +453,43 @@ void AddRemarks(const RecordedRuns& runs, std::vector<std::string>* remarks) {
   named.AddTo(remarks);
 }
 
-Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool with_metrics) {
+// Returns the names of all numbers of complete episodes.
+std::set<std::string> NumbersOf(const RecordedRuns& runs) {
+  std::set<std::string> names;
+  for (const RecordedRun& run : runs.runs) {
+    for (const auto& [seed, episode] : CompleteBySeed(run)) {
+      for (const auto& [name, value] : episode->result.values) names.emplace(name);
+    }
+  }
+  return names;
+}
+
+// Finds metrics by name among the numbers that both sides have.
+std::vector<MetricNumber> ChosenMetrics(const std::vector<std::string>& on, const RecordedRuns& run,
+                                        const RecordedRuns& baseline) {
+  std::set<std::string> available = NumbersOf(run);
+  std::erase_if(available, [of_baseline = NumbersOf(baseline)](const auto& name) {
+    return !of_baseline.contains(name);
+  });
+  std::vector<MetricNumber> chosen;
+  for (const std::string& name : on) {
+    if (name == "success") continue;
+    for (const MetricNumber& number : FindNumbers(name, available)) {
+      if (!number.metric)
+        throw InputError("--on " + name + ": this version of evalbus does not know the metric");
+      if (std::ranges::count(chosen, number.name, &MetricNumber::name) > 0)
+        throw InputError("--on " + name + ": is given twice");
+      chosen.push_back(number);
+    }
+  }
+  return chosen;
+}
+
+// metrics: as in CompareTaskOptions.
+Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline,
+                   const std::optional<std::vector<MetricNumber>>& metrics) {
   Comparison result{
-      .run = About(run), .baseline = About(baseline), .tasks = {}, .success = {}, .remarks = {}};
+      .run = About(run), .baseline = About(baseline), .on = {}, .tasks = {}, .success = {}, .remarks = {}};
   const bool single = run.runs.size() == 1 && baseline.runs.size() == 1;
   std::set<std::string> made_differently;
   NamedRemarks task_remarks;
@@ -463,7 +502,7 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool w
       result.remarks.push_back(fmt::format("{} is not in {}: excluded", own.task_name(), baseline.name));
       continue;
     }
-    result.tasks.push_back(CompareTask(own, *other, {run.name, baseline.name, with_metrics}, &task_remarks));
+    result.tasks.push_back(CompareTask(own, *other, {run.name, baseline.name, metrics}, &task_remarks));
     if (const std::string how = MadeDifferently(own, *other);
         !how.empty() && made_differently.insert(how).second) {
       result.remarks.push_back(fmt::format("{} and {} were made with {}, which alone may cause differences",
@@ -693,11 +732,11 @@ std::string TaskComparison::name() const {
 }
 
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline) {
-  return Compare(run, baseline, true);
+  return Compare(run, baseline, std::nullopt);
 }
 
 Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline) {
-  return Compare(run, baseline, false);
+  return Compare(run, baseline, std::vector<MetricNumber>());
 }
 
 std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedRuns*>& runs) {
@@ -713,9 +752,14 @@ std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedR
   return pairs;
 }
 
-std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline) {
+std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline,
+                                   const std::vector<std::string>& on) {
   std::vector<Comparison> comparisons;
-  for (const RecordedRuns& run : runs) comparisons.push_back(CompareRuns(run, baseline));
+  for (const RecordedRuns& run : runs) {
+    comparisons.push_back(on.empty() ? CompareRuns(run, baseline)
+                                     : Compare(run, baseline, ChosenMetrics(on, run, baseline)));
+    comparisons.back().on = on;
+  }
   std::vector<SuccessComparison*> family;
   for (Comparison& comparison : comparisons) family.push_back(&comparison.success);
   AdjustByHolm(family);

@@ -171,6 +171,8 @@ struct ComparedRuns {
 
 struct Comparison {
   ComparedRuns run, baseline;
+  // Names of the compared metrics, as chosen by the user; empty: the main metrics.
+  std::vector<std::string> on;
   // Comparisons by task; a comparison of single runs has one entry.
   std::vector<TaskComparison> tasks;
   // Comparison over all tasks.
@@ -179,15 +181,17 @@ struct Comparison {
   std::vector<std::string> remarks;
 };
 
-// Compares two runs or suites. Episodes are paired if task, variation and seed are equal. Throws InputError
-// if the runs have no common task, or whenever CheckComparable() does.
+// Compares the main metrics of two runs or suites. Episodes are paired if task, variation and seed are equal.
+// Throws InputError if the runs have no common task, or whenever CheckComparable() does.
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
 // Compares only success; the result has no metrics.
 Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline);
 // Compares the success of each pair of runs, in the order (0, 1), (0, 2), ..., (1, 2), ... The second run of
 // a pair is its baseline. p is adjusted by Holm for all pairs.
 std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedRuns*>& runs);
-// Compares each run with the baseline, with p of success adjusted for the number of runs.
-std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline);
+// Compares each run with the baseline, with p of success adjusted for the number of runs. on: names of the
+// metrics to compare (FindNumbers()), of which "success" is always compared; empty: the main metrics.
+std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline,
+                                   const std::vector<std::string>& on = {});
 
 }  // namespace evalbus::results

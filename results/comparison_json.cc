@@ -78,6 +78,7 @@ ordered_json ComparisonJson(const std::vector<Comparison>& comparisons,
                             const std::vector<RankedRun>& ranking) {
   ordered_json json = {{"baseline", Json(comparisons.front().baseline)},
                        {"comparisons", ordered_json::array()}};
+  if (!comparisons.front().on.empty()) json["on"] = comparisons.front().on;
   for (const RankedRun& run : ranking) {
     json["ranking"].push_back({{"name", run.name},
                                {"successes", run.successes},

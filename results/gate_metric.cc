@@ -11,9 +11,9 @@
 
 #include "base/errors.h"
 #include "base/suggestion.h"
-#include "base/text.h"
 #include "metrics/statistics/bounds_of_mean.h"
 #include "metrics/statistics/power.h"
+#include "results/metric_choice.h"
 
 namespace evalbus::results {
 namespace {
@@ -30,43 +30,6 @@ std::optional<double> ValueOf(const RecordedEpisode& episode, const MetricNumber
     if (name == number.name) return value;
   }
   return std::nullopt;
-}
-
-// Returns the numbers whose metric or label is `name`.
-std::vector<MetricNumber> Matching(const std::string& name, const std::vector<MetricNumber>& numbers) {
-  std::vector<MetricNumber> found;
-  for (const MetricNumber& number : numbers) {
-    const MetricInfo& metric = *number.metric;
-    if (name == metric.name || name == metric.wire_name() || Words(name) == metric.label ||
-        Words(name) == number.label())
-      found.push_back(number);
-  }
-  return found;
-}
-
-MetricNumber FindNumber(const std::string& name, const std::set<std::string>& available) {
-  // Users may omit the prefix.
-  for (const std::string& exact : {name, std::string(kExtended) + name}) {
-    if (available.contains(exact)) return FindMetric(exact);
-  }
-  std::vector<MetricNumber> all;
-  for (const std::string& each : available) {
-    if (const MetricNumber number = FindMetric(each); number.metric) all.push_back(number);
-  }
-  // Main metrics come first: "wrist_path" then stands for the path of both arms, which tables show.
-  std::vector<MetricNumber> found = Matching(name, MainMetrics({available.begin(), available.end()}));
-  if (found.empty()) found = Matching(name, all);
-  if (found.size() == 1) return found[0];
-  std::vector<std::string> several, known;
-  for (const MetricNumber& number : found) several.push_back(number.name);
-  for (const MetricNumber& number : all) {
-    known.push_back(number.metric->is_extended() ? number.name.substr(kExtended.size()) : number.name);
-  }
-  throw InputError(
-      found.empty()
-          ? "--on " + name + ": no such metric in both runs" +
-                Suggestion(name, known, "; expected one of 'metrics' in summary.json that both have")
-          : "--on " + name + ": matches several metrics: " + ListOf(several));
 }
 
 // Parses a margin such as "0.2" or "10%".
@@ -133,7 +96,13 @@ std::vector<GateMetric> ParseGateMetrics(const std::vector<std::string>& on, con
       if (colon < option.size()) throw InputError("--on " + option + ": --margin is the margin of success");
       continue;
     }
-    GateMetric metric{FindNumber(name, available), margin};
+    const std::vector<MetricNumber> found = FindNumbers(name, available);
+    if (found.size() > 1) {
+      std::vector<std::string> several;
+      for (const MetricNumber& number : found) several.push_back(number.name);
+      throw InputError("--on " + name + ": matches several metrics: " + ListOf(several));
+    }
+    GateMetric metric{found[0], margin};
     if (colon < option.size()) metric.margin = ParseMargin(option.substr(colon + 1), option);
     if (!metric.number.metric || metric.number.metric->better == Better::kNeither)
       throw InputError("--on " + option + ": neither higher nor lower values of this metric are better");

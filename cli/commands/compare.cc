@@ -41,6 +41,8 @@ struct CompareOptions {
   std::vector<std::filesystem::path> runs;
   // Name, policy or folder of the run with which the others are compared; empty: the first run.
   std::string baseline;
+  // Names of the metrics to compare; empty: the main metrics.
+  std::vector<std::string> on;
   // JSON file to write; empty: none.
   std::filesystem::path json;
   // Files with tables for other documents; empty: not written.
@@ -64,6 +66,9 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
       "--baseline", options->baseline,
       "name, policy or folder of the run that the others are compared with; if given, their effort\n"
       "relative to it is also shown; default: the first");
+  AddList(app, "--on", &options->on,
+          "metrics to compare instead of the main ones, separated by commas, for example "
+          "idle_time_s,tracking_error_rad;\nsuccess is always compared");
   app->add_option("--json", options->json, "also write the comparison to this file, as JSON")
       ->check(CheckOutputFile);
   app->add_option("--markdown", options->markdown,
@@ -154,7 +159,7 @@ int Compare(const CompareOptions& options) {
   std::vector<const results::RecordedRuns*> all = {&baseline};
   for (const results::RecordedRuns& run : runs) all.push_back(&run);
   if (!options.across_engines) results::CheckSameEngine(all);
-  const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline);
+  const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline, options.on);
   const int width = viz::TerminalWidth(stdout);
   for (size_t i = 0; i < comparisons.size(); ++i) {
     fmt::print("{}{}", i == 0 ? "" : "\n\n",

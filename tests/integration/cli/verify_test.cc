@@ -201,10 +201,11 @@ TEST_F(Verify, AnEditedComparisonIsNamedAlthoughItsHashIsRight) {
   const fs::path other = folder_.path() / "other";
   Evaluate({ShortTask(folder_.path(), 0.4), "--policy", "hold", "--episodes", "3", "--in-process"}, other);
   // The inputs are named relative to the folder in which the command ran.
-  const Result compared = RunProgram({"evalbus", "compare", "run", "other", "--json", "run/against.json",
-                                      "--report", "run/against.html", "--mb", "0"},
+  const Result compared = RunProgram({"evalbus", "compare", "run", "other", "--on", "idle_time_s", "--json",
+                                      "run/against.json", "--report", "run/against.html", "--mb", "0"},
                                      {.working_folder = folder_.path(), .before = {}});
   ASSERT_EQ(compared.code, 0) << compared.err;
+  EXPECT_EQ(SchemaError("comparison", run_ / "against.json"), "");
   Seal(run_);
   Result result = Of(run_);
   EXPECT_EQ(result.code, 0) << result.out;

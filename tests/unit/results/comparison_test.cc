@@ -684,6 +684,33 @@ TEST_F(CompareTest, SeveralAreAdjusted) {
     EXPECT_THAT(Evidence(result), testing::HasSubstr(", exact McNemar, adjusted by Holm, p = "));
 }
 
+TEST_F(CompareTest, OnlyTheChosenMetrics) {
+  const RecordedRuns a = Run("a", Info(6), First(6, 6), 5), b = Run("b", Info(6), First(6, 6), 6);
+  const auto names = [&](const std::vector<std::string>& on) {
+    std::vector<std::string> result;
+    const std::vector<Comparison> comparisons = CompareAll({b}, a, on);
+    for (const MetricComparison& metric : comparisons[0].tasks[0].metrics)
+      result.push_back(metric.number.name);
+    return result;
+  };
+  EXPECT_THAT(names({}), testing::ElementsAre("completion_time", "subtask_progress", "slip_count"));
+  EXPECT_THAT(names({"slips", "success"}), testing::ElementsAre("slip_count"));
+  EXPECT_THAT(names({"success"}), testing::IsEmpty());
+  EXPECT_THAT(CompareAll({b}, a, {"slips"})[0].on, testing::ElementsAre("slips"));
+  const auto error = [&](const std::vector<std::string>& on) {
+    try {
+      names(on);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(
+      error({"slip_cuont"}),
+      testing::StartsWith("--on slip_cuont: no such metric in both runs; did you mean 'slip_count'?"));
+  EXPECT_EQ(error({"slips", "slip_count"}), "--on slip_count: is given twice");
+}
+
 TEST_F(CompareTest, SuitesByTask) {
   const auto suite = [&](const std::string& name, int successes) {
     RecordedRuns runs{.folder = name, .name = name, .is_suite = true, .runs = {}, .missing = {}};
