@@ -74,7 +74,9 @@ std::string ReadInput(const std::filesystem::path& file, const std::string& what
 }
 
 int64_t CountLines(const std::filesystem::path& file) {
-  return std::filesystem::exists(file) ? std::ranges::count(ReadInput(file), '\n') : 0;
+  std::error_code unreadable;
+  const auto kind = std::filesystem::status(file, unreadable).type();
+  return kind == std::filesystem::file_type::not_found ? 0 : std::ranges::count(ReadInput(file), '\n');
 }
 
 std::ifstream OpenInput(const std::filesystem::path& file, const std::string& what) {

@@ -105,7 +105,7 @@ std::string SceneUpdateSchema() {
 
 std::string JointStatesSchema() {
   const Json joint = Object({{"name", kText},
-                             {"position", Described(kNumber, "rad; for a gripper its opening, 0 to 1")},
+                             {"position", Described(kNumber, "rad")},
                              {"velocity", Described(kNumber, "rad/s")},
                              {"effort", Described(kNumber, "N m")}},
                             {"velocity", "effort"});

@@ -21,7 +21,8 @@ std::filesystem::path FindModelFile(const YamlValue& value, const ModelSources& 
     if (std::filesystem::is_regular_file(file)) return file;
     looked_in += (looked_in.empty() ? "" : ", ") + folder.string();
   }
-  value.Fail("file '" + value.Text() + "' not found in " + looked_in);
+  value.Fail("file '" + value.Text() + "' not found in " + looked_in +
+             "; --model-path FOLDER names further folders");
 }
 
 // Returns the text of `value`, which must be one of `names`.
@@ -238,7 +239,8 @@ RobotDescription LoadRobot(const std::filesystem::path& file, const ModelSources
   ModelSources all{.model_path = {robot.file.parent_path()}, .assets = sources.assets};
   for (const auto& folder : sources.model_path)
     all.model_path.push_back(std::filesystem::absolute(folder).lexically_normal());
-  all.model_path.push_back(ModelsFolder() / "robots");
+  const std::filesystem::path shipped = ModelsFolder() / "robots";
+  if (std::ranges::find(all.model_path, shipped) == all.model_path.end()) all.model_path.push_back(shipped);
 
   // Bodies of all arms, named as in the scene.
   std::set<std::string> all_bodies;

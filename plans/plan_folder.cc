@@ -60,10 +60,13 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
       path_(fs::absolute(out.empty() ? results::DatedFolder(plan.name) : out).lexically_normal()) {
   if (!path_.has_filename()) path_ = path_.parent_path();
   const fs::path file = path_ / kPlanJson;
-  if (!make && !fs::exists(file)) return;
-  std::error_code error;
-  fs::create_directories(path_ / kPartsFolder, error);
-  if (error) ThrowFileError("--out " + path_.string() + ": cannot create", error.value());
+  if (make) {
+    std::error_code error;
+    fs::create_directories(path_ / kPartsFolder, error);
+    if (error) ThrowFileError("--out " + path_.string() + ": cannot create", error.value());
+  } else if (!fs::exists(file)) {
+    return;
+  }
   const auto json = PlanJson(plan_);
   if (!fs::exists(file)) {
     for (const auto& entry : fs::directory_iterator(path_)) {

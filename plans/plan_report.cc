@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "base/errors.h"
 #include "base/input_file.h"
 #include "base/json_file.h"
 #include "base/write_whole.h"
@@ -104,7 +105,8 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
   for (results::Comparison& comparison : results.comparisons) {
     const auto stop = std::ranges::find_if(
         stops, [&](const auto& entry) { return entry.at("policy") == comparison.run.name; });
-    if (stop == stops.end()) continue;
+    if (stop == stops.end())
+      throw InputError(stops_file.string() + ": no decision on policy " + comparison.run.name);
     // Plans of older versions tested only success.
     const auto of_success = [&](const char* key, const char* older) {
       return stop->contains(key) ? stop->at(key) : stop->at(older);

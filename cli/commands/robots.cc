@@ -76,7 +76,8 @@ int List(const RobotsOptions& options) {
       rows.push_back({file.stem(), Joined(robot.arm_names()), std::to_string(joints), "found"});
     } catch (const InputError&) {
       rows.push_back(
-          {file.stem(), "-", "-", "not found: pass --model-path or --assets, see 'evalbus robots check'"});
+          {file.stem(), "-", "-",
+           fmt::format("unusable, 'evalbus robots check {}' prints the reason", file.stem().string())});
     }
   }
   PrintTable(rows);

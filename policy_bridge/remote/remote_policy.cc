@@ -123,14 +123,15 @@ bool RemotePolicy::IsReady() {
   } catch (const ServerError& error) {
     is_connected_ = false;
     phase_ = Phase::kConnecting;
+    const bool may_come_back =
+        error.kind() == ServerError::Kind::kUnreachable || error.kind() == ServerError::Kind::kTimeout;
+    const auto waited = now - gone_since_.value_or(now);
+    if (!may_come_back || waited > std::chrono::duration<double>(contract_.deadlines.return_s)) {
+      throw EnvironmentError(error.what());
+    }
     if (!gone_since_) {
       gone_since_ = now;
       Note(fmt::format("waiting for the policy's server: {}", error.what()));
-    }
-    const bool may_come_back =
-        error.kind() == ServerError::Kind::kUnreachable || error.kind() == ServerError::Kind::kTimeout;
-    if (!may_come_back || now - *gone_since_ > std::chrono::duration<double>(contract_.deadlines.return_s)) {
-      throw EnvironmentError(error.what());
     }
     retry_at_ = now + kRetry;
     return false;

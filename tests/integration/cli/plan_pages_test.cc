@@ -95,6 +95,14 @@ TEST_F(PlanPages, OneThatStopsIsResumedAndVerified) {
   EXPECT_EQ(verified.code, 1);
   EXPECT_THAT(verified.out, HasSubstr(file.string() + ": 0.only_baseline is 99, recomputed " +
                                       std::to_string(lost) + "\n"));
+
+  auto partial = nlohmann::json::parse(stops);
+  const std::string policy = partial[0]["policy"];
+  partial.erase(0);
+  WriteText(file, partial.dump());
+  const Result report = RunProgram({"evalbus", "report", results_});
+  EXPECT_EQ(report.code, 1);
+  EXPECT_EQ(report.err, "error: " + file.string() + ": no decision on policy " + policy + "\n");
 }
 
 // A plan whose videos cannot be made keeps its results, as a run does.

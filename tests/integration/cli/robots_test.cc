@@ -19,6 +19,9 @@ TEST(Robots, ListAndShow) {
   EXPECT_EQ(list.code, 0) << list.err;
   EXPECT_NE(list.out.find("single_panda"), std::string::npos) << list.out;
   EXPECT_NE(list.out.find("left, right"), std::string::npos) << list.out;
+  EXPECT_NE(list.out.find("unusable, 'evalbus robots check bimanual_panda_menagerie' prints the reason\n"),
+            std::string::npos)
+      << list.out;
 
   TemporaryFolder folder;
   const fs::path image = folder.path() / "robot.png";

@@ -62,6 +62,14 @@ TEST_F(InputFileTest, ReadsFilesOfAnyLength) {
   EXPECT_GT(ReadInput("/proc/self/cmdline").size(), 3u);
 }
 
+TEST_F(InputFileTest, CountsCompleteLines) {
+  EXPECT_EQ(CountLines(file_), 0);
+  std::ofstream(file_) << "a\nb\nc";
+  EXPECT_EQ(CountLines(file_), 2);
+  EXPECT_THROW(CountLines(folder_.path()), InputError);
+  EXPECT_THROW(CountLines(folder_.path() / std::string(300, 'x')), InputError);
+}
+
 // The machine has failed and not the user, so the error is not an InputError.
 TEST_F(InputFileTest, AFailedReadIsNotTheEndOfTheFile) {
   // stat() reports a regular file, but its first byte cannot be read.

@@ -244,6 +244,15 @@ TEST_F(PlanTest, APolicyIsNotNamedAsAFileOfThePlan) {
   }
 }
 
+TEST_F(PlanTest, AFolderIsNotChangedByALook) {
+  const Plan plan = Read(kSmall);
+  const auto out = folder_.path() / "out";
+  const PlanFolder folder(plan, out);
+  std::filesystem::remove(out / "parts");
+  EXPECT_EQ(PlanFolder(plan, out, false).path(), folder.path());
+  EXPECT_FALSE(std::filesystem::exists(out / "parts"));
+}
+
 TEST_F(PlanTest, SlurmScriptsHaveNoValueOfTwoLines) {
   const PlanFolder folder(Read(kSmall), folder_.path() / "two\nlines", false);
   try {

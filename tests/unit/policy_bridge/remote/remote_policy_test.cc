@@ -454,6 +454,16 @@ TEST_F(RemotePolicyTest, AServerThatStaysAwayIsTheEnvironments) {
   EXPECT_THROW(Until([&] { return policy_->IsReady(); }), EnvironmentError);
 }
 
+TEST_F(RemotePolicyTest, ARefusalIsNotWaitedFor) {
+  Serve([](const Value&) { return ChunkOf(2, 0.7); });
+  server_.emplace(PolicyServerDouble::Options{.answer = {}, .http_status = 401});
+  contract_.url = server_->url();
+  Make();
+  policy_->Begin({});
+  EXPECT_THROW(Until([&] { return policy_->IsReady(); }), EnvironmentError);
+  EXPECT_TRUE(notes_.empty()) << notes_.front();
+}
+
 TEST_F(RemotePolicyTest, AnotherRateIsRefused) {
   Serve([](const Value&) { return ChunkOf(2, 0.7); });
   contract_.rate_hz = 50;
