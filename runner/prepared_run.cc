@@ -13,6 +13,7 @@
 #include "bus/private_network.h"
 #include "policy_bridge/policies/delayed_policy.h"
 #include "results/run_reader.h"
+#include "results/verdicts.h"
 #include "runner/components.h"
 #include "runner/engines.h"
 #include "runner/run_json.h"
@@ -169,6 +170,18 @@ void DecideBus(PreparedRun* run) {
       "running everything in one process, because this machine has no multicast (see 'evalbus doctor')\n");
 }
 
+// Verdicts refer to recordings, so an episode with verdicts is not recorded again. kept: episodes that do not
+// run again.
+void CheckNoVerdictIsLost(const fs::path& folder, const std::set<int>& kept) {
+  for (const results::Verdict& verdict : results::ReadVerdicts(folder)) {
+    if (kept.contains(verdict.episode)) continue;
+    throw InputError(
+        fmt::format("--resume: {} has a verdict of {} on episode {}, which would run again; remove "
+                    "the line, or start another run",
+                    (folder / results::kVerdictsJsonl).string(), verdict.operator_name, verdict.episode));
+  }
+}
+
 }  // namespace
 
 void CheckFixedOptions(const fs::path& file, const nlohmann::ordered_json& before,
@@ -217,6 +230,7 @@ PreparedRun PrepareRun(RunOptions options) {
       finished.push_back(episode.Json());
       numbers.insert(episode.episode);
     }
+    CheckNoVerdictIsLost(folder.path(), numbers);
     // Nothing before this line changes the folder.
     folder.DiscardAllBut(numbers);
     if (fs::exists(folder.path() / kEpisodesJsonl)) folder.WriteEpisodes(finished);

@@ -268,6 +268,25 @@ TEST_F(Resume, ALineThatIsCutOffIsLeftOutAndMadeAgain) {
   ExpectAsReference(run_);
 }
 
+TEST_F(Resume, AnEpisodeWithAVerdictIsNotMadeAgain) {
+  fs::copy(reference_, run_, fs::copy_options::recursive);
+  const std::string lines = ReadText(run_ / "episodes.jsonl");
+  WriteText(run_ / "episodes.jsonl", lines.substr(0, lines.rfind('\n', lines.size() - 2) + 1));
+  WriteText(run_ / "verdicts.jsonl",
+            R"({"episode":4,"operator":"ann","verdict":"success","stages_reached":null,"rubric":null,)"
+            R"("time_utc":"2026-11-29T03:00:00Z","place":0,"order_seed":null})"
+            "\n");
+  const Result refused = RunProgram(RunCommand(run_, {"--in-process", "--resume"}));
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_EQ(refused.err, "error: --resume: " + (run_ / "verdicts.jsonl").string() +
+                             " has a verdict of ann on episode 4, which would run again; remove the line, "
+                             "or start another run\n");
+  EXPECT_TRUE(fs::exists(LogFile(run_, 4)));
+  fs::remove(run_ / "verdicts.jsonl");
+  ASSERT_EQ(RunProgram(RunCommand(run_, {"--in-process", "--resume"})).code, 0);
+  ExpectAsReference(run_);
+}
+
 TEST_F(Resume, NoOldSummaryExistsDuringARun) {
   ASSERT_EQ(RunProgram(RunCommand(run_, {"--in-process"}, "2")).code, 0);
   ASSERT_TRUE(fs::exists(run_ / "summary.json"));
