@@ -116,7 +116,8 @@ const uint8_t* EventLogReader::At(uint64_t offset, size_t size) {
 bool EventLogReader::IsBoundary(uint64_t offset) {
   if (offset == size_) return true;
   if (size_ - offset < kEventMagic.size()) return false;
-  // At() is not used, because it would move the window, and the event before this boundary is read next.
+  // Outside the window, At() is not used, because it would move the window, and the event before this
+  // boundary is read next.
   std::array<uint8_t, kEventMagic.size()> bytes{};
   if (IsInWindow(offset, bytes.size())) {
     std::copy_n(At(offset, bytes.size()), bytes.size(), bytes.begin());

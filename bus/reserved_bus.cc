@@ -14,7 +14,7 @@
 namespace evalbus {
 namespace {
 
-// Unprivileged ports that common services do not use.
+// Unprivileged ports. Few services use ports of this range by default.
 constexpr int kFirstPort = 20000, kLastPort = 59999;
 constexpr int kMaxDraws = 1000;
 

@@ -77,7 +77,8 @@ PolicyMaker MakeFlawed(const std::string& flaw_name) {
   };
 }
 
-// The only table of policies. To add a policy, write a class and add a row here.
+// The only table of policies without a server. To add a built-in policy, write a class and add a row here.
+// RegisterPolicy() adds the policies of plugins.
 std::vector<Row>& Policies() {
   static std::vector<Row> rows = {
       {"expert", "[:TASK]",

@@ -26,7 +26,7 @@ using std::chrono::steady_clock;
 // Metrics gives up waiting for the ticks of a gap once a hundred later ticks are complete. Therefore, this
 // many ticks are published after a gap without waiting for scores.
 constexpr int64_t kGapWindowTicks = 120;
-// Metrics does not store ticks that are further ahead than this. A larger leap ends the episode.
+// A larger leap ends the episode. The limit is a little below the number of ticks that metrics can store.
 constexpr int64_t kMaxLeapTicks = 4000;
 // Maximum queue length, about a hundred megabytes. The queue grows if a source is faster than its scoring.
 constexpr size_t kMaxWaiting = 100'000;
@@ -36,8 +36,8 @@ constexpr size_t kMaxWaiting = 100'000;
 constexpr int64_t kSamplesForUnit = 20;
 constexpr double kLeastShareOfPeriod = 0.01;
 
-// Images are only shown to people, so a few small images are sufficient. A minute with two cameras takes
-// about 60 MB in the log.
+// Images are only shown to people, so a few small images are sufficient. With images of 50 kB, a minute with
+// two cameras takes about 60 MB in the log.
 constexpr size_t kMaxCameras = 8;
 constexpr int kMaxImageBytes = 512 << 10;
 constexpr int kMaxImagePixels = 2048;
@@ -416,7 +416,8 @@ void SourceComponent::OnSample(const source_state_t& message) {
     if (!beyond.empty()) arrived.beyond_range = fmt::format("sample {}: {}", message.sample, beyond);
   }
   if (!arrived.fault.empty()) {
-    // A fault in the very first sample (units, order) also affects all later ones, so it ends the run.
+    // A fault in the very first sample (units, order) probably affects all later ones, too, so it ends the
+    // run.
     if (newest_episode_ == 0 && !newest_->first_stamp_us && !begins_late) {
       throw InputError(fmt::format("source '{}', sample {}: {}", source(), message.sample, arrived.fault));
     }

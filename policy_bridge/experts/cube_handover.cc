@@ -1,5 +1,6 @@
-// Scripted expert for CubeHandover: one arm takes the rod at one end and brings it to the middle, the other
-// arm takes it at the other end, and the first arm releases it.
+// Scripted expert for CubeHandover: one arm takes the rod at its middle or nearer to one end and brings it to
+// the middle between the arms. The other arm takes the rod nearer to its other end, and the first arm
+// releases it.
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -39,9 +40,10 @@ class CubeHandoverExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // Extends `plan`: the giver takes the rod at an end (1: its +y, -1: its -y) and hands it over.
+  // Extends `plan`: the giver takes the rod at its middle or nearer to `end` (1: its +y, -1: its -y), and
+  // hands it over.
   std::optional<Plan> HandOver(const Plan& plan, int giver, double end) const;
-  // Poses of the rod, after the giver has lifted it by its end, in which the other arm may take it.
+  // Poses of the rod, after the giver has lifted it, in which the other arm may take it.
   std::vector<Eigen::Isometry3d> Meetings(const Eigen::Isometry3d& rod, int giver, double end) const;
 
   int rod_;

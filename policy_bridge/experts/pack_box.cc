@@ -21,10 +21,11 @@ using Eigen::Vector3d;
 constexpr double kFlapLengths[] = {0.2124, 0.2226};  // left, right
 constexpr double kFlapHalfWidth = 0.21;
 constexpr double kFlapHalfThickness = 0.002;
-// A flap resists with 10 N m s/rad. At this rate, the force at the fingers, 0.19 m from the fold, is about 27
+// A flap resists with 10 N m s/rad. At this rate, the force at the fingers, 0.19 m from the fold, is about 26
 // N.
 constexpr double kTurnRate = 0.5;  // rad/s
-// A flap counts as closed within this fraction of its range of 160 degrees (the right flap a little earlier).
+// A flap counts as closed within this fraction of its range of 160 degrees. For the right flap, the limit of
+// the task is a little larger.
 constexpr double kClosedLid = 0.05;
 constexpr double kRest = 5 * kDegree;  // angle that remains at the end of the push
 constexpr double kBeside = 0.08;       // m, way along the fingers from beside the flap to below it

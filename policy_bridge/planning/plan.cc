@@ -15,7 +15,7 @@ constexpr double kKnotTurn = 0.25;      // rad
 constexpr double kMaxKnotStep = 0.6;  // rad
 constexpr double kMinDuration = 0.3;  // s
 // Weight of the home posture in the posture of a redundant arm. The joint positions of the previous knot have
-// weight 1.
+// weight 1 - kHomePull.
 constexpr double kHomePull = 0.1;
 // Distance between the knots of a motion that is straight in joint space.
 constexpr double kJointKnotStep = 0.1;  // rad
@@ -46,7 +46,8 @@ double MinDuration(double distance, double speed, double turn, double turn_rate)
   return std::max(kMinDuration, kMinJerkPeakRate * std::max(distance / speed, turn / turn_rate));
 }
 
-// Returns the shortest duration of a path in which no joint is faster than `speed`.
+// Returns the shortest duration of a path in which no joint is faster than `speed` at any of the sampled
+// times.
 double JointDuration(const JointPath& path, double speed) {
   double duration = 0;
   const int samples = 4 * static_cast<int>(path.knots().size());

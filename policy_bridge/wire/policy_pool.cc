@@ -31,8 +31,8 @@ constexpr const char *kObservation = "observation", *kValue = "value", *kServerS
 // "kind" of an error that is caused by the observation, not by the server.
 constexpr int64_t kWrongInput = -1;
 
-// Upper bound of the wait for other clients. Without this bound, the pool might wait for minutes, because it
-// waits as long as the last request took.
+// The pool waits for other clients as long as the last request took, but at most this long (or `gather`, if
+// that is longer). Without this bound, it might wait for minutes.
 constexpr auto kLongestWait = std::chrono::seconds(1);
 
 // Practically no deadline, because the pool itself applies the server's deadlines, and answers earlier

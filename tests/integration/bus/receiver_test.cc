@@ -133,8 +133,8 @@ TEST_F(Receiver, MakesOfAnyTrafficWhatLiblcmMakes) {
   EXPECT_EQ(by_us_, by_them_);
 }
 
-// Both receivers receive what liblcm sends: a message that exactly fills a datagram, one that is a byte
-// longer, and one of 64 MB, sent slowly enough for the kernel's buffer.
+// Both receivers receive what liblcm sends, such as a message that exactly fills a datagram and one that is a
+// byte longer. Our receiver also receives 64 MB that are sent slowly enough for the kernel's buffer.
 TEST_F(Receiver, ReceivesMessagesOfEverySize) {
   for (const size_t size : {size_t{1}, size_t{65'499} - sizeof "SIZE", size_t{65'500} - sizeof "SIZE",
                             size_t{65'501} - sizeof "SIZE", size_t{131'000}, size_t{3} << 20}) {

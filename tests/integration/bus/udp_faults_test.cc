@@ -195,8 +195,8 @@ class Garbage {
     const auto last = static_cast<uint32_t>(said_);
     Fragment(last, 100'000, 0, 0, 3, std::string("EVALBUS_STATE\0", 14) + noise);
     Fragment(last, 100'000, 0xFFFFFFF0, 1, 3, std::string(200, 'x'));
-    // Sends the first fragment of a message that is never finished, then a fragment that does not belong
-    // there, and one fragment that claims to be a whole message of 60 MB.
+    // Sends two fragments on different channels, each of which claims to be a whole message of 60 MB. Then
+    // sends two fragments with random fields.
     Fragment(last, 60'000'000, 0, 0, 1, std::string("EVALBUS_STATE\0", 14) + noise);
     Fragment(last, 60'000'000, 0, 0, 1, std::string("SOMETHING_ELSE\0", 15) + noise);
     const uint32_t sizes[] = {0, 100, 100'000, 1u << 28, 0xFFFFFFFF};
@@ -235,7 +235,7 @@ int64_t PeakMemoryBytes(pid_t pid) {
 
 TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   Garbage garbage(url_);
-  // The type is right, but the message is far longer than any message of evalbus.
+  // The message begins as a STATE but is far longer.
   std::vector<uint8_t> oversized;
   int64_t peak_memory_bytes = 0;
   int rounds = 0;

@@ -89,7 +89,8 @@ TEST(ByHandRun, LeavesAFolderLikeAnyOther) {
       << run.err();
   std::vector<std::unique_ptr<Program>> programs;
   for (const std::string name : {"sim", "metrics", "policy", "recorder", "collision"}) {
-    // `evalbus run` prints the commands to start; the test starts exactly those.
+    // `evalbus run` prints the commands to start. The test starts them without --url, because the environment
+    // names the bus.
     const std::string line = "/evalbus-" + name + " --options " + (out / "run.json").string() + " --url";
     EXPECT_NE(run.out().find(line), std::string::npos) << run.out();
     programs.push_back(std::make_unique<Program>(

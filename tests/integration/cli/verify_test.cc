@@ -1,4 +1,4 @@
-// `evalbus verify` finds each changed byte of a folder. It names the file and, if a number was changed, the
+// `evalbus verify` finds changed results in a folder. It names the file and, if a number was changed, the
 // number.
 #include <random>
 

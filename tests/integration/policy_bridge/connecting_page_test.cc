@@ -1,4 +1,5 @@
-// Runs every command of the first ten minutes of docs/connecting_a_policy.md, exactly as printed there.
+// Runs every command of the first ten minutes of docs/connecting_a_policy.md as printed there, except for the
+// server's address and the number of episodes.
 #include <sstream>
 
 #include "tests/doubles/policy_server.h"
@@ -60,7 +61,7 @@ TEST(ConnectingPage, FirstTenMinutes) {
       continue;
     }
     Replace("ws://127.0.0.1:8000", checkpoint.url(), &command);
-    // Uses the page's commands but not its timeout.
+    // Evaluates one episode instead of the page's twenty, to save time.
     Replace("--episodes 20", "--episodes 1", &command);
     const Result result = RunProgram({"/bin/sh", "-c", command}, here);
     EXPECT_EQ(result.code, 0) << command << "\n" << result.out << result.err;

@@ -24,7 +24,8 @@ TEST(Percent, IsExactForAllRates) {
   }
 }
 
-// Evalbus.points in the browser behaves in the same way and has the same test.
+// Evalbus.points in the browser rounds in the same way. tests/browser/page_functions.js tests it with some of
+// these numbers.
 TEST(PercentagePoints, RoundHalvesAwayFromZero) {
   EXPECT_EQ(PercentagePoints(-0.125), "-13");
   EXPECT_EQ(PercentagePoints(0.125), "13");

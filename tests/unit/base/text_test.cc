@@ -28,6 +28,7 @@ TEST(Text, ControlCharactersBecomeQuestionMarks) {
   EXPECT_EQ(Printable("\xE0\x80\xAF"), "???");
   EXPECT_EQ(Printable("\xED\xA0\x80"), "???");
   EXPECT_EQ(Printable("\xF4\x90\x80\x80"), "????");
+  // U+FFFF is encoded correctly but is not a character.
   EXPECT_EQ(Printable("\xEF\xBF\xBF!"), "?!");
   EXPECT_EQ(Printable("\xF0\x9F\xA4\x96 m/s³ ✓"), "\xF0\x9F\xA4\x96 m/s³ ✓");
 }

@@ -107,7 +107,7 @@ TEST_F(EventLog, DamageInTheMiddleCostsOnlyTheEventsHit) {
   };
   bytes[offset(3)] ^= 0x40;  // one flipped bit in a magic number
   for (size_t i = offset(50); i < offset(53); ++i)
-    bytes[i] = '\xED';  // three events are missing; the gap contains false magic numbers
+    bytes[i] = '\xED';  // three events are overwritten with the first byte of the magic number
   SetBytes(bytes);
   const Contents contents = Read();
   EXPECT_EQ(contents.damaged_places, 2);
@@ -147,7 +147,7 @@ TEST_F(EventLog, DamagedLengthsCostOneEvent) {
 }
 
 TEST_F(EventLog, ManyFalseStartsAreReadInLinearTime) {
-  // The file has half a million headers whose lengths exceed the rest of the file.
+  // The file has half a million headers that claim 1 MiB of data. No event starts where this data would end.
   std::string header("\xED\xA1\xDA\x01", 4);
   header += std::string(18, '\0') + std::string("\0\x01\0\x10\0\0", 6);
   std::string bytes;
@@ -198,7 +198,7 @@ TEST_F(EventLog, OneThatGrowsEndsWhereItWas) {
   EXPECT_EQ(Read().numbers.size(), 5u);
 }
 
-// Some events are longer than the read buffer, with shorter ones between them. One long event is damaged.
+// Some events are longer than the read buffer, with shorter ones between them. One short event is damaged.
 TEST_F(EventLog, ReadsEventsOfAnyLength) {
   constexpr int kDamaged = 7;
   std::vector<size_t> begins = {0};

@@ -36,7 +36,7 @@ TEST(MessageLimits, AbsurdCountsAreDecodeErrors) {
     // In an empty message, every count and length is one of these groups of four bytes.
     for (size_t offset = 8; offset + 4 <= bytes.size(); ++offset) {
       // The counts are -1, the smallest and the largest number, a number of doubles that fill 2^32 bytes, and
-      // one million.
+      // 2^20.
       for (const uint32_t count : {0xFFFFFFFFu, 0x80000000u, 0x7FFFFFFFu, 0x20000000u, 0x00100000u}) {
         std::vector<uint8_t> absurd = bytes;
         for (size_t i = 0; i < 4; ++i) absurd[offset + i] = static_cast<uint8_t>(count >> (24 - 8 * i));
@@ -63,7 +63,7 @@ TEST(MessageLimits, NoiseBehindTheFingerprintIsHarmless) {
 
 TEST(MessageLimits, ARefusedCountAllocatesNothing) {
   std::vector<uint8_t> bytes = Encode(state_t{});
-  // num_qpos follows the fingerprint and the header. It is set to one more than the remaining bytes allow.
+  // num_qpos follows the fingerprint and the header. It is set to one more than the number of remaining bytes.
   const size_t count_at = 8 + static_cast<size_t>(header_t{}._getEncodedSizeNoHash());
   const auto left = static_cast<uint8_t>(bytes.size() - count_at - 4);
   bool decoded = true;
@@ -81,7 +81,7 @@ TEST(MessageLimits, NestedCountsAreLimitedByTheWholeMessage) {
   contacts_t decoded{};
   ASSERT_TRUE(Decode(bytes, &decoded));
   EXPECT_EQ(decoded.contact[1].distance_m, -0.25);
-  // A contact takes 64 bytes, followed by 17 bytes, so three contacts do not fit.
+  // A contact takes 64 bytes, and 65 bytes follow the contacts, so 200 contacts do not fit.
   std::vector<uint8_t> more = bytes;
   const size_t num_contacts =
       8 + 32 + 3;  // last byte of the count, which follows the fingerprint and the header

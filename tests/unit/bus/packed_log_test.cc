@@ -84,8 +84,8 @@ TEST_F(PackedLog, CutOffOrDamagedIsOneClearLine) {
   EXPECT_THAT(WhyNot(more), testing::HasSubstr("damaged"));
 }
 
-// The file is written by hand according to RFC 8878. It has a frame that states its size in eight bytes, and
-// blocks that repeat one byte and need four bytes for 128 kB.
+// Two files are written by hand according to RFC 8878. The frame of the first states its size in eight bytes.
+// The second has no size, and blocks that repeat one byte and need four bytes for 128 kB.
 TEST_F(PackedLog, OversizedLogsAreNotUnpacked) {
   const std::string too_much =
       "cannot read log a.zst: it unpacks to more than 1 MB; unpack it with 'zstd -d' and use that file";

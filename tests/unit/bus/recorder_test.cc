@@ -162,8 +162,8 @@ TEST_F(RecorderTest, CountsTicksThatNeverArrived) {
   EXPECT_EQ(dut_.status().missing_ticks, 2);
 }
 
-// Only the STATE messages reveal the gap at first, because EPISODE_END contains their number. In lockstep,
-// every STATE must also have an answer.
+// A complete log has a STATE of each tick up to the tick of EPISODE_END. In lockstep, it also has CONTACTS
+// and PARTIAL of each of these ticks, and an ACTION of each except the last.
 TEST_F(RecorderTest, ReportsWhatAClosedLogLacks) {
   const auto say = [this]<class Message>(const Channel<Message>& channel, int64_t tick) {
     Message message{};

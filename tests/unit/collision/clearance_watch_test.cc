@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-// The scene has every shape against every shape, moving fixtures, and a floor.
+// The scene has every shape except meshes against each of these shapes, moving fixtures, and a floor.
 TEST(ClearanceWatch, OfAllShapesIsThatOfMeasuringEveryTick) {
   const auto shapes = [](const std::string& robot) {
     std::string xml;

@@ -148,7 +148,7 @@ TEST(CollisionClosedForm, SphereAgainstCapsule) {
 
 TEST(CollisionClosedForm, SphereAgainstBox) {
   TwoGeoms dut("type='sphere' size='.1'", "type='box' size='.1 .2 .3'");
-  // The sphere touches a face, an edge and a corner. In the last case its center is inside the box, nearest
+  // The sphere touches a face, an edge and a corner. In the fourth case its center is inside the box, nearest
   // to the -x face.
   dut.Expect({0.19, 0.05, 0}, kUnit, -0.01, {0.095, 0, 0}, {1, 0, 0});
   const double diagonal = std::sqrt(0.5);
@@ -161,8 +161,8 @@ TEST(CollisionClosedForm, SphereAgainstBox) {
 
 TEST(CollisionClosedForm, CapsuleAgainstBox) {
   TwoGeoms dut("type='box' size='.1 .1 .1'", "type='capsule' size='.05 .2'");
-  // The capsule lies on the top face, with half of it beyond the side. The point is at the middle of the part
-  // above the box, x from 0 to 0.1.
+  // The capsule lies on the top face, with three quarters of its axis beyond the side. The point is at the
+  // middle of the part above the box, x from 0 to 0.1.
   dut.Expect({0.2, 0, 0.14}, Turn(90, Vector3d::UnitY()), -0.01, {0.05, 0, 0.095}, {0, 0, 1}, 1e-9);
   // The capsule stands on the top face.
   dut.Expect({0.03, 0.02, 0.34}, kUnit, -0.01, {0.03, 0.02, 0.095}, {0, 0, 1});
@@ -358,7 +358,7 @@ TEST(CollisionClosedForm, DepthOfPolytopesIsTheSmallestOverAllSeparatingAxes) {
       EXPECT_FALSE(dut.Check()) << a << " and " << b << ", pose " << i;
       dut.Place(2, p + 0.99 * depth * n, q);
       EXPECT_TRUE(dut.Check());
-      // The point is in the middle between the surfaces.
+      // The point is outside each shape by at most half the depth.
       const Vector3d point(contact->position_m[0], contact->position_m[1], contact->position_m[2]);
       EXPECT_GT(PolytopeDepth(dut.Corners(0, Vector3d::Zero(), kUnit), {point}), -0.5 * depth - 1e-6);
       EXPECT_GT(PolytopeDepth(dut.Corners(1, p, q), {point}), -0.5 * depth - 1e-6);

@@ -84,9 +84,9 @@ TEST_F(CollisionComponentTest, AnswersEveryStateAndPublishesEverySmallerClearanc
   Begin(4);
   EXPECT_EQ(dut_.status().state, component_status_t::READY);
   EXPECT_EQ(dut_.status().episode, 4);
-  // A ball has a radius of 0.1. The clearance is smallest at tick 0, which is not a sample. Ticks 1, 2 and 4
-  // have smaller clearances than all samples before them. The ball touches at ticks 6 and 7. Ticks 5 and 10
-  // are a tenth of a second apart.
+  // A ball has a radius of 0.1. The clearance at tick 0, which is not a sample, is smaller than at ticks 1 to
+  // 5. Ticks 1, 2 and 4 have smaller clearances than all samples before them. The ball touches at ticks 6 and
+  // 7. Ticks 5 and 10 are a tenth of a second apart.
   const double height[] = {0.15, 0.3, 0.25, 0.26, 0.2, 0.22, 0.08, 0.09, 0.2, 0.2, 0.2};
   const bool is_there[] = {true, true, true, false, true, true, true, true, false, false, true};
   for (int tick = 0; tick < 11; ++tick) State(4, tick, height[tick]);

@@ -13,7 +13,7 @@
 
 namespace evalbus::collision::mujoco_test {
 
-// The scene has two free bodies of every shape over a floor. The hull is not a box.
+// The scene has at least two free bodies of every shape over a floor. EveryShape() adds the mesh "pebble".
 const char kEveryShape[] = R"(<mujoco>
   <size njmax="5000" nconmax="1000"/>
   <asset><mesh name="wedge" vertex="0 0 0  .2 0 0  0 .15 0  0 0 .1  .2 .15 .05  .1 .05 .12"/>

@@ -12,7 +12,7 @@
 namespace evalbus::collision::pair_filter_test {
 
 // The robot is fixed to the world and has three links in a row and a hand with two fingers. There are two
-// fixtures and two objects.
+// fixtures and three objects.
 const char kFilteredScene[] = R"(<mujoco><worldbody>
   <geom name="floor" type="plane" size="1 1 1"/>
   <body name="robot">
@@ -52,8 +52,8 @@ TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighborsAndFingers) {
   EXPECT_FALSE(checked("table", "wall"));
   EXPECT_FALSE(checked("base", "table"));
   EXPECT_FALSE(checked("base", "floor"));
-  // Neighboring links are excluded by MuJoCo's rule, evalbus' rule at the fixed base, and the rule for
-  // fingers on the hand.
+  // Neighboring links are excluded: at the fixed base by evalbus' rule, elsewhere by MuJoCo's rule for parent
+  // and child.
   EXPECT_FALSE(checked("base", "l1"));
   EXPECT_FALSE(checked("l1", "l2"));
   EXPECT_FALSE(checked("l1", "hand"));

@@ -1,5 +1,5 @@
-// MJCF text of two Panda-like arms of primitive shapes with hands, a pot and two counters. It has as many
-// geoms of each kind as the LiftPot scene but does not need the composer.
+// MJCF text of two Panda-like arms of primitive shapes with hands, a pot and two counters, similar to the
+// LiftPot scene. It does not need the composer.
 #pragma once
 
 #include <string>

@@ -95,7 +95,7 @@ TEST(Mcap, AnEmptyFileIsTheseBytes) {
   EXPECT_EQ(bytes, head + data_end + statistics + offset + footer + crc_bytes + magic);
 }
 
-// The file has many chunks and two channels, and its times are out of order.
+// The file has two chunks and three channels, and its times are out of order.
 std::string File() {
   McapWriter writer("test");
   EXPECT_EQ(writer.AddChannel("/a", "A", R"({"type":"object"})"), 0);

@@ -378,7 +378,7 @@ TEST(TaskDescription, OtherRobotsHaveTheirOwnDistances) {
   TaskDescription task = FindTask("stack_two_blocks").task;
   task.ApplyRobot("bimanual_panda", {"left", "right"});
   EXPECT_EQ(task.target_distance.size(), 6u);
-  // A robot is recognized by its name or by the name of its arm.
+  // A robot is recognized by its name or by the names of its arms.
   TaskDescription mine = task;
   mine.ApplyRobot("mine", {"arm"});
   EXPECT_EQ(mine.target_distance.size(), 4u);

@@ -60,7 +60,8 @@ TEST(AssetTasks, NeedTheirAssets) {
                   "not part of evalbus; pass the folder that contains it, with --assets roboeval=FOLDER"));
 }
 
-// A task of one family has the same initial states, stages and distances in both scenes.
+// In both scenes, a task of one family has the same variations with ranges of the same size, and stages and
+// distances with the same names.
 TEST(AssetTasks, DifferInTheirScenesOnly) {
   const std::vector<TaskDescription> ours = AllTasks(), theirs = TasksOfAssets("roboeval");
   ASSERT_EQ(ours.size(), theirs.size());

@@ -16,7 +16,7 @@
 
 namespace evalbus::polyhedron_contacts_test {
 
-// A cube of 0.2 m, a bar with eight sides along x, and an octahedron are free bodies above a box.
+// A box, a cube of 0.2 m, an octahedron, and a bar with eight sides along x are free bodies far apart.
 constexpr const char* kScene = R"(<mujoco>
   <compiler angle="radian"/>
   <custom><numeric name="polyhedron_contacts" data="1"/></custom>

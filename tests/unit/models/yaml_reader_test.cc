@@ -128,7 +128,7 @@ TEST(YamlReader, BrokenYaml) {
   EXPECT_EQ(ErrorOf([] { Parse("a: [1, 2\nb: 3\n"); }).substr(0, 9), "f.yaml:2:");
   EXPECT_EQ(ErrorOf([] { Parse(""); }), "f.yaml:1: expected one YAML document, got 0");
   EXPECT_EQ(ErrorOf([] { Parse("a: 1\n---\nb: 2\n"); }), "f.yaml:1: expected one YAML document, got 2");
-  // yaml-cpp makes an endless number of documents from these texts.
+  // yaml-cpp makes an endless number of documents from this text.
   EXPECT_EQ(ErrorOf([] { Parse(", 1]}\n"); }), "f.yaml:1: expected one YAML document, got 2");
 }
 

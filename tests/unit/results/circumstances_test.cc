@@ -16,7 +16,7 @@ using testing::HasSubstr;
 
 class CircumstancesTest : public CompareTest {
  protected:
-  // In episode i of 40, pot_y_m is i. Episodes from 30 on fail.
+  // In episode i of 40, pot_y_m is 0.01 * i. Episodes from 30 on fail.
   RunCircumstances Of(const std::function<void(int, ordered_json*)>& change = {}) {
     std::vector<ordered_json> lines;
     for (int i = 0; i < 40; ++i) {

@@ -445,7 +445,7 @@ TEST_F(CompareTest, RemarksOnOtherDifferences) {
   live["evalbus_version"] = lockstep["evalbus_version"] = "0.1.0";
   live["mujoco_version"] = "3.1.0";
   lockstep["mujoco_version"] = "2.2.2";
-  // The policy, the folder and the number of episodes do not affect comparability.
+  // The policy, the folder and the number of workers do not affect comparability.
   live["policy"] = "mine";
   live["workers"] = 4;
   lockstep["workers"] = 1;
@@ -456,7 +456,7 @@ TEST_F(CompareTest, RemarksOnOtherDifferences) {
       testing::ElementsAre("b and a were made with realtime true against false, mujoco_version \"3.1.0\" "
                            "against \"2.2.2\", which alone may cause differences"));
   EXPECT_THAT(CompareRuns(Run("c", lockstep, First(5, 6), 5), a).remarks, testing::IsEmpty());
-  // The log's format does not affect comparability either, because the scores are the same.
+  // The log's format and videos do not affect comparability either, because the scores are the same.
   ordered_json packed = lockstep;
   packed["log"] = "zstd";
   packed["video"] = {"front"};

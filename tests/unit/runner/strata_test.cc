@@ -15,7 +15,7 @@ TEST(Strata, AreNeighborsOnALine) {
 }
 
 TEST(Strata, UnitsDoNotMatter) {
-  // The points are four corners, with x in millimeters and y in kilometers. Each axis is cut once.
+  // The points are the corners of a rectangle of 0.001 by 1,000,000. Each axis is cut once.
   EXPECT_THAT(Strata({{0, 0}, {0, 1e6}, {1e-3, 0}, {1e-3, 1e6}}, 4),
               ElementsAre(ElementsAre(0), ElementsAre(1), ElementsAre(2), ElementsAre(3)));
 }

@@ -25,7 +25,7 @@ TEST(PreparedScene, IsLoadedAsItWasComposed) {
   const PreparedScene composed = PrepareScene(options);
   EXPECT_FALSE(composed.scene.xml.empty());
 
-  // No file remains from which a scene could be composed.
+  // Without its meshes, the scene can no longer be composed.
   for (const auto& entry : fs::recursive_directory_iterator(models)) {
     if (entry.path().extension() == ".obj") fs::remove(entry.path());
   }

@@ -84,7 +84,7 @@ TEST(Gripper, BinaryCommandsAreFullyOpenOrClosed) {
   EXPECT_EQ(command(true, 0.49), 0.04);
 }
 
-// In a step of 2 ms from rest, gravity changes only the speeds of the arms' joints.
+// In a step of 2 ms from rest, gravity moves the arms but not the cubes.
 TEST(StartSteps, MoveTheRobotOnly) {
   Started rest([](RobotDescription* robot) { robot->gravity_compensation = false; });
   Started moved([](RobotDescription* robot) {

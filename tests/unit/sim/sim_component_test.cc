@@ -155,7 +155,7 @@ TEST_F(SimComponentTest, ARepeatedCommandStartsNothingTwice) {
 TEST_F(SimComponentTest, CommandsOfAnOldLogDoNotKeepItFromTheLaunchers) {
   MakeSim();
   Command(0, 1);
-  Command(0, 0);  // a duplicate
+  Command(0, 0);  // an earlier attempt
   ASSERT_EQ(begins_.size(), 1u);
   EXPECT_EQ(begins_[0].header.attempt, 1);
   EXPECT_EQ(sim_->status().foreign_messages, 1);
@@ -779,7 +779,7 @@ TEST_F(SimComponentTest, TwoProcessesOfOneNameEndTheEpisode) {
   component_status_t status{};
   status.component = "policy";
   status.state = component_status_t::READY;
-  status.instance = 1;  // the component that is ready reported attempt 0
+  status.instance = 1;  // the component that is ready reported instance 0
   bus_->Publish(channels::kStatus, status);
   HandleAll();
   ASSERT_EQ(ends_.size(), 1u);

@@ -471,7 +471,7 @@ TEST_F(SourceComponentTest, ARefusedLastSampleDoesToo) {
   Send(last);
   ScoreAll();
   ASSERT_EQ(ends_.size(), 1u);
-  EXPECT_EQ(ends_[0].header.tick, 1);  // which was never announced
+  EXPECT_EQ(ends_[0].header.tick, 1);  // which was never published
   EXPECT_EQ(Ticks(), std::vector<int64_t>{0});
 }
 

@@ -136,9 +136,9 @@ TEST_F(WorldTest, HomeIsTheDescribedOne) {
   for (size_t arm = 0; arm < 2; ++arm) {
     EXPECT_EQ(state.arm[arm].joint_position_rad, robot_->arms[arm].home);
     EXPECT_EQ(state.gripper[arm].opening, 0);
-    // Forward kinematics by hand: the base is at (0.1, +-0.3, 0.6); up 0.333 + 0.316; the elbow offsets
-    // cancel; the forearm adds 0.384 forward and 0.0825 up, the wrist 0.088 forward and the flange 0.107
-    // down.
+    // Forward kinematics by hand: the base is at (0.1, +-0.3, 0.6). The upper arm adds 0.333 + 0.316 up, the
+    // elbow 0.0825 forward and 0.0825 up, the forearm 0.384 forward, the wrist 0.088 forward and the flange
+    // 0.107 down.
     EXPECT_NEAR(state.arm[arm].wrist_position_m[0], 0.1 + 0.0825 + 0.384 + 0.088, 1e-9);
     EXPECT_NEAR(state.arm[arm].wrist_position_m[1], arm == 0 ? 0.3 : -0.3, 1e-9);
     EXPECT_NEAR(state.arm[arm].wrist_position_m[2], 0.6 + 0.333 + 0.316 + 0.0825 - 0.107, 1e-9);

@@ -62,8 +62,8 @@ TEST_F(ChannelFilterTest, WhatIsNoMessageIsDropped) {
   EXPECT_FALSE(Passes("LC03 and no more"));
 }
 
-// liblcm makes these fragments of 200,000 bytes on a channel whose name has 9 letters. Each has 65487 bytes,
-// including the name.
+// liblcm makes these fragments of 200,000 bytes on a channel whose name has 9 letters. Each except the last
+// has 65487 bytes; those of the first include the name and its NUL.
 TEST_F(ChannelFilterTest, FragmentsOfARealMessagePass) {
   EXPECT_TRUE(FragmentPasses(200'000, 0, 0, 4, 65487));
   EXPECT_TRUE(FragmentPasses(200'000, 65477, 1, 4, 65487));

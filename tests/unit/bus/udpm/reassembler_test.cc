@@ -66,7 +66,7 @@ TEST_F(ReassemblerTest, AMessageThatLacksAPartIsLostAndTheNextIsNot) {
     ReceiveAll(Fragments(2, "A", "next", 4));
   }
   EXPECT_THAT(received_, ElementsAre("A:next", "A:next", "A:next"));
-  // If the first fragment is lost, the message is lost.
+  // A message whose first fragment is lost is ignored and not counted.
   EXPECT_EQ(reassembler_.lost(), 2);
 }
 

@@ -87,7 +87,7 @@ TEST_F(EpisodeScorerTest, ScoresAnEpisodeByHand) {
   EXPECT_EQ(ExtendedValue(summary.extended, "mechanical_work_J.right"), 2.5);
 }
 
-// Times are multiples computed at once: 0.02 * 230 is 4.6000000000000005.
+// Every time is the number nearest to 4.6, whereas the product 0.02 * 230 is 4.6000000000000005.
 TEST_F(EpisodeScorerTest, ATickHasOneTimeEverywhere) {
   dut_.Start();
   for (int64_t tick = 0; tick <= 230; ++tick) {
@@ -277,8 +277,8 @@ class AfterSuccess : public testing::Test {
     model.after_success_us = after_success_us;
     return model;
   }
-  // Plays ticks from 0 on. The flags state whether the pot is lifted. The pot moves and is touched at each
-  // tick.
+  // Plays ticks from 0 on. The flags state whether the pot is lifted. The wrists move at each tick. At odd
+  // ticks, a pad touches the pot and a link touches the counter.
   static episode_summary_t Play(EpisodeScorer* dut, const std::vector<bool>& up,
                                 const std::string& end = "success") {
     dut->Start();
@@ -347,7 +347,7 @@ TEST_F(AfterSuccess, AFailureThatComesLaterIsNoVerdictAndNoSuccessAtTheEnd) {
   for (int64_t tick = 0; tick <= 3; ++tick) {
     state_t state = State(tick);
     state.body[kPot].position_m[2] = tick > 0 ? 1.25 : 1;
-    // The pot is lifted all the time and touches the floor at tick 2. At tick 3 a hand is far away.
+    // The pot is lifted from tick 1 on and touches the floor at tick 2. At tick 3 a hand is far away.
     if (tick == 3) state.body[kLeftHand].position_m[0] = 11;
     dut_.Tick(state, tick == 2 ? Contacts(tick, {{kFloor, kWall}}) : Contacts(tick, {}));
     partial_metrics_t partial{};
@@ -393,7 +393,7 @@ TEST_F(AfterSuccess, TicksThatAreMissingMakeItIncomplete) {
   end.header = Header(3);
   end.end_reason = "success";
   EXPECT_FALSE(dut_.Summary({}, end).complete);
-  // Rejected samples cannot prove a success either.
+  // Refused samples cannot prove a success either.
   dut_.Start();
   for (const int64_t tick : {0, 1, 2}) {
     state_t state = State(tick);

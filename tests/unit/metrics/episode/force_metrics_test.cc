@@ -220,7 +220,7 @@ TEST_F(SqueezeLimits, MeasureTheExcessAndItsTime) {
   Grip({8, 10});
   EXPECT_EQ(ExtendedValue(Summary(tick_).extended, "squeeze_excess_N"), 0) << "a force at its limit";
   EXPECT_EQ(ExtendedValue(Summary(tick_).extended, "squeeze_time_s"), 0);
-  // After 0.08 s the violation continues. After 0.1 s another one begins.
+  // After 0.06 s without an excess, the violation continues. After 0.1 s, another one begins.
   Grip({12, 17.5, 9, 0, 9, 14, 0, 0, 0, 0, 0, 11});
   const episode_summary_t summary = Summary(tick_);
   EXPECT_EQ(ExtendedValue(summary.extended, "squeeze_excess_N"), 7.5);

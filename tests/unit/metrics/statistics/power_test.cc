@@ -12,7 +12,7 @@ namespace evalbus::metrics::power_test {
 
 double Choose(int n, int k) { return std::tgamma(n + 1.0) / std::tgamma(k + 1.0) / std::tgamma(n - k + 1.0); }
 
-// Enumerates all outcomes of this many pairs, one pair at a time.
+// Sums the probabilities of all numbers of discordant pairs among this many pairs.
 TEST(Power, OfMcNemarIsThatOfAllOutcomes) {
   for (const int n : {5, 6, 10, 25}) {
     for (const auto& [a, b] : {std::pair(0.3, 0.1), {0.5, 0.0}, {0.6, 0.4}, {0.25, 0.25}}) {

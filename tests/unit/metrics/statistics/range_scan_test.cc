@@ -15,7 +15,7 @@ using testing::ElementsAre;
 
 TEST(RangeScan, BinsHaveAboutEqualCountsAndShareEqualValues) {
   EXPECT_THAT(RankBins(std::vector<double>{6, 5, 4, 3, 2, 1}, 3), ElementsAre(2, 2, 1, 1, 0, 0));
-  // If there are as many values as bins, each value has its own bin, however rare it is.
+  // If there are as many different values as bins, each value has its own bin, however rare it is.
   EXPECT_THAT(RankBins(std::vector<double>{0, 1, 1, 1, 1}, 2), ElementsAre(0, 1, 1, 1, 1));
   EXPECT_THAT(RankBins(std::vector<double>{0, 1, 2, 2, 2, 2, 2, 2}, 2), ElementsAre(0, 0, 1, 1, 1, 1, 1, 1));
   EXPECT_THAT(RankBins(std::vector<double>{7, 7}, 5), ElementsAre(0, 0));

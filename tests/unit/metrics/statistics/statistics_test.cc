@@ -220,8 +220,7 @@ TEST(FisherTest, AgreesWithCountingTables) {
   }
 }
 
-// Returns the two-sided p over all 2^n signs, computed from the definition, with doubled ranks found by
-// comparison.
+// Returns the two-sided p over all 2^n signs, computed from the definition, with ranks found by comparison.
 double SignedRankByEnumeration(const Values& differences) {
   Values sizes;
   for (const double d : differences) {

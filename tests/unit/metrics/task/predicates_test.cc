@@ -181,7 +181,7 @@ TEST_F(PredicatesTest, AQuantityWithLimitsIsAPredicate) {
   EXPECT_TRUE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, max_m: 0.501}}").get()));
   EXPECT_FALSE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, max_m: 0.499}}").get()));
   EXPECT_TRUE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, min_m: 0.4, max_m: 0.6}}").get()));
-  // The lid's x axis points along y. The point is 0.4 m before the origin of the lid's frame, which is (0.3,
+  // The lid's x axis points along y. The point is 0.4 m before the origin of the lid's frame; it is at (0.3,
   // 0, 1) in the world.
   Set(&state_.body[kLid].quat_wxyz, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)});
   EXPECT_TRUE(

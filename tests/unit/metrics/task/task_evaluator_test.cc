@@ -315,8 +315,8 @@ TEST_F(TaskEvaluatorTest, KeepsStagesAndTheFirstVerdict) {
   EXPECT_EQ(dut_.stage_reached(), (std::vector<uint8_t>{0, 0}));
 }
 
-// small.yaml has two conditions for success: not touching(pot, counter), and a height of the pot of at least
-// 1.1 m. It fails if the pot touches the world.
+// The task has two conditions for success: the pot does not touch the counter, and its height is at least 1.1
+// m. The task fails if the pot touches the world.
 TEST_F(TaskEvaluatorTest, CriteriaAreAllConditionsMetOrNot) {
   dut_.Start();
   Evaluate(0, {{kTop, kWall}});

@@ -178,7 +178,8 @@ TEST(JointPosition, ScaleThenOffsetThenClip) {
   EXPECT_EQ(play.action.gripper_closing, (std::vector<double>{1, 0}));
 }
 
-// The arm lags behind, so the delta is added to the control target.
+// The first delta is added to the measured position, and later deltas to the control target, although the arm
+// lags behind.
 TEST(JointDelta, OnTheTarget) {
   Play play(JointSpace(ActionKind::kJointDelta));
   state_t state = HomeState();

@@ -47,7 +47,7 @@ TEST(ChunkSchedule, AsynchronousGoesOnAndSkipsTheRowsThatPassed) {
 }
 
 TEST(ChunkSchedule, AsynchronousAsksEarlyEnough) {
-  // All 4 rows are executed, so the inference begins 2 ticks before they are used up.
+  // All 4 rows may be executed, so the inference begins 2 ticks before they are used up.
   EXPECT_EQ(Play(Execution::kAsynchronous, 4, 4, 2, 9), "*-- -- a0 a1 *a2 a3 *b2 b3 *c2");
 }
 

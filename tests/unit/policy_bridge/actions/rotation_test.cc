@@ -123,7 +123,7 @@ TEST(Rotation, GimbalLock) {
   EXPECT_EQ(angles[2], 0);
 }
 
-// robosuite reads the opposite quaternion of 90 degrees about z as 270 degrees about -z.
+// robosuite writes the opposite quaternion of 90 degrees about z as 270 degrees about -z.
 TEST(Rotation, RobosuitesAxisAngleKeepsTheSideOfItsQuaternion) {
   const auto written = [](double w, double x, double y, double z) {
     return Written(RotationForm::kAxisAngleRobosuite, Quaterniond(w, x, y, z));
@@ -193,7 +193,8 @@ TEST(Rotation, RoundTripsInEachForm) {
         for (const auto& [name, form] : kRotationForms) {
           if (form == RotationForm::kNone) continue;
           const std::vector<double> values = Written(form, q);
-          // Near 0 and pi, the sine of robosuite's half angle is the square root of a rounding error.
+          // If half the angle is near 0 or pi, its sine in robosuite's formula is the square root of a rounding
+          // error.
           const double tolerance = form == RotationForm::kAxisAngleRobosuite ? 1e-7 : 1e-12;
           EXPECT_LT((Read(form, values) - q.toRotationMatrix()).norm(), tolerance)
               << name << ", " << angle << " rad about " << axis.transpose();

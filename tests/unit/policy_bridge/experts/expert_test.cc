@@ -20,7 +20,7 @@ struct Outcome {
   bool stages[4] = {};
   double time = 0;
   // Highest joint speed as a fraction of the joint's limit, and number of the robot's contacts other than
-  // contacts of pads with the pot.
+  // contacts of pads with the pot or with each other, and of a grasping palm with the pot.
   double speed = 0;
   int stray_contacts = 0;
   int64_t clips = 0;
@@ -126,7 +126,8 @@ TEST(LiftPotExpert, SucceedsOnEachVariation) {
   }
 }
 
-// The first plan is made from the state at the beginning of a chunk, at tick 0, with closed hands.
+// All actions of the first chunk are computed from the state at tick 0. Its hands are closed, so the expert
+// must not plan yet.
 TEST(LiftPotExpert, SucceedsWithAnInferenceDelay) {
   model_info_t info = GetPolicyScene().info();
   info.substeps = 10;  // 50 Hz

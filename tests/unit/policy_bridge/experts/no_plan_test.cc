@@ -44,7 +44,7 @@ std::string ErrorOfExpert(const std::string& task) {
 
 TEST(NoPlan, ReportsUnreachablePoses) {
   const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [-1.9, 0, 0]}");
-  // The hand moves to 9 cm above the left handle's bar, which is at (0, 0.225, 0.035) m in the pot's frame.
+  // The hand moves to 9 cm above the left handle's bar, which is at (0, 0.234, 0.041) m in the pot's frame.
   // The pot is at (0.7, 0, 0.996).
   EXPECT_EQ(ErrorOfExpert(task.file),
             "no plan: arm 'left' does not reach (0.700, 0.234, 1.127) m, on the path that got farthest");

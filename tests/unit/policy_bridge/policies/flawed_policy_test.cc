@@ -12,7 +12,8 @@
 
 namespace evalbus::policy::flawed_policy_test {
 
-// Commands the number of elapsed seconds as the first joint of the left arm.
+// Commands closed grippers and the home position, from which the first joint of the left arm moves at 0.01
+// rad/s.
 class RestingPolicy : public Policy {
  public:
   void Begin(const episode_begin_t&) override {}
@@ -107,7 +108,7 @@ TEST_F(FlawedPolicyTest, ASlipOpensTheGrippersForATenthOfEveryHalfSecond) {
 TEST_F(FlawedPolicyTest, ADropIsTwoCentimetersUp) {
   Use("drop");
   const std::vector<double> closed{1, 1}, open{0, 0};
-  MovePot(0, 0.1);  // the pot may sink before a gripper closes
+  MovePot(0, 0.1);  // the pot may move before a gripper closes
   EXPECT_EQ(Act().gripper_closing, closed);
   MovePot(0.5, 0.119);
   EXPECT_EQ(Act().gripper_closing, closed);

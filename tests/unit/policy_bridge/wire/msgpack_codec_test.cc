@@ -237,7 +237,7 @@ TEST(MsgpackCodec, BoundsTheNumberOfValues) {
   EXPECT_EQ(Refusal(many), "read: list of 1048575");
 }
 
-// The ten bytes cannot hold the announced 2^32 - 1 elements, pairs or bytes.
+// The messages are far too short for the announced 2^31 or more elements, pairs or bytes.
 TEST(MsgpackCodec, AllocatesNothingForWhatIsOnlyAnnounced) {
   std::vector<Bytes> messages;
   for (const char* head :

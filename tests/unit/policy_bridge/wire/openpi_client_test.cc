@@ -156,7 +156,8 @@ TEST(OpenpiClient, SendsACloseFrameAtTheEnd) {
   EXPECT_EQ(server.Goodbyes(), 1u);
 }
 
-// A server that does not read does not block the client either.
+// After the deadline, the client closes the connection without a close frame, because a server that does not
+// read would block it.
 TEST(OpenpiClient, PublishesNothingAfterADeadline) {
   Double server(Answering(Double::Nothing{}));
   ClientOptions to = To(server.url());

@@ -75,7 +75,8 @@ TEST(VlaEvalClient, HoldsEpisodes) {
             Value(Map{{"task", Map{{"name", "lower"}, {"task_description", "lower"}, {"episode_idx", 4}}}}));
 }
 
-// The specification's action is message 2, after the hello, the start of the episode and the observation.
+// The specification's action answers message 2, the observation. Message 0 is the hello, and message 1 starts
+// the episode.
 TEST(VlaEvalClient, ReadsTheSpecificationsVector) {
   Double server(
       Answering(Double::Message{FromHex("84a474797065a6616374696f6ea77061796c6f616481a7616374696f6e7384ab5f5f"

@@ -66,7 +66,7 @@ TEST(Bins, OfSmallIntegersStandAroundThem) {
 }
 
 TEST(Bins, HaveRoundEdgesThatEncloseTheValues) {
-  // Bins of 0.2 would be too many: 83 from 3.6 to 20. Bins of 2, from 2 to 20, are nine.
+  // Bins of 1 would be too many: 17 from 3 to 20. Bins of 2, from 2 to 20, are nine.
   EXPECT_THAT(BinEdges(std::vector<double>{3.7, 20, 5.5}), ElementsAre(2, 4, 6, 8, 10, 12, 14, 16, 18, 20));
 }
 

@@ -90,7 +90,8 @@ TEST_F(BoardTest, TheVerdictIsASentence) {
   EXPECT_EQ(Board(runs)["verdict"], "");
 }
 
-// While episodes are missing, intervals are valid at any time, and no policy is called better or worse.
+// While episodes of a run are missing, its interval is anytime-valid, and no policy is called better or
+// worse.
 TEST_F(BoardTest, ActiveRunsAreNotJudged) {
   const RecordedRun a = Make("a", First(10, 10)), b = Make("b", First(0, 10));
   const std::vector<BoardRun> runs = {

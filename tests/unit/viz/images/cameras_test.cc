@@ -44,7 +44,7 @@ constexpr Color kColors[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 
 // Returns a model in which each of these bodies, with everything attached to it, has the color at its index.
 ModelPtr Painted(const mjModel& visual, const std::vector<std::string>& names) {
   ModelPtr model(mj_copyModel(nullptr, &visual));
-  // The model has no emission and white lights.
+  // Only the white ambient light of the headlight remains.
   std::fill_n(model->light_specular, 3 * model->nlight, 0.0f);
   std::fill_n(model->light_diffuse, 3 * model->nlight, 0.0f);
   std::fill_n(model->vis.headlight.ambient, 3, 1.0f);
@@ -220,7 +220,7 @@ TEST(RoboEvalCameras, AreOnTheSingleArm) {
 }
 
 TEST(Cameras, TheDefaultIsTheSameEverywhere) {
-  // The script cannot include a C++ header, so this test compares its copy of the constants.
+  // The script cannot include a C++ header, so this test compares its copy of the constant.
   std::ifstream file(EVALBUS_SOURCE_DIR "/run");
   std::stringstream script;
   script << file.rdbuf();

@@ -89,7 +89,7 @@ TEST(SceneBlocks, AMeshIsTheModelsToTheSixteenthBit) {
         const int from = m.mesh_face[3 * m.mesh_faceadr[data] + static_cast<int>(corner)];
         for (size_t k = 0; k < 3; ++k) {
           const size_t to = 3 * static_cast<size_t>(faces[corner]) + k;
-          // The tolerance is half a quantization step of the largest mesh, which is 0.5 m.
+          // The tolerance is a quantization step of a mesh of 0.5 m.
           ASSERT_NEAR(vertices[to], vertex[3 * from + static_cast<int>(k)], 0.5 / 65535);
           ASSERT_NEAR(normals[to], normal[3 * from + static_cast<int>(k)], 2e-5);
         }

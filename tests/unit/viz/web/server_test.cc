@@ -228,7 +228,7 @@ TEST_F(Server, AClientThatNeverReadsDelaysNoOther) {
   }
   WebClient silent(port_, Origin(), "/live", true);
   ASSERT_FALSE(silent.error());
-  // The blocks exceed all buffers between the two processes.
+  // The blocks exceed all buffers between the server and a client.
   constexpr int kBlocks = 200;
   const std::string large(100'000, 'x');
   for (int i = 0; i < kBlocks; ++i) {
