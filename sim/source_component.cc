@@ -465,14 +465,14 @@ void SourceComponent::OnImage(std::string_view channel, std::span<const uint8_t>
   // The stamp is arbitrary, so the subtraction uses wrapping arithmetic.
   const auto time_us = static_cast<int64_t>(static_cast<uint64_t>(image->header.sim_time_us) -
                                             static_cast<uint64_t>(*newest_->first_stamp_us));
+  // Images from before the first sample do not belong to the episode.
+  if (time_us < 0) return;
   const double ahead_s =
       (static_cast<double>(image->header.sim_time_us) - static_cast<double>(newest_->stamp_us)) / 1e6;
   const auto last = newest_->image_us.find(image->view.camera);
   const int64_t between_us = last == newest_->image_us.end() ? kLeastBetweenImagesUs : time_us - last->second;
-  // Drops images from before the first sample and images beyond the rate limit. If the queue is almost full,
-  // samples take precedence.
-  if (time_us < 0 || (between_us > 0 && between_us < kLeastBetweenImagesUs) ||
-      arrived_.size() + 1 >= kMaxWaiting) {
+  // Drops images beyond the rate limit. If the queue is almost full, samples take precedence.
+  if ((between_us > 0 && between_us < kLeastBetweenImagesUs) || arrived_.size() + 1 >= kMaxWaiting) {
     return;
   }
   Arrived arrived{newest_episode_, std::nullopt};
