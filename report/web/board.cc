@@ -192,6 +192,7 @@ ordered_json PolicyJson(const Policy& policy, const std::vector<std::string>& ta
     const metrics::RunSummary summary = run->Statistics().Summary(false);
     cells.push_back(Counted(summary, policy.is_over));
     cells.back()["stages"] = Stages(summary);
+    cells.back()["successes_without_stage"] = summary.successes_without_stage;
     all.Add(*run);
   }
   json["cells"] = std::move(cells);

@@ -104,6 +104,12 @@ TEST(SummaryTable, StatesThatCompletionTimeIsOfSuccesses) {
   EXPECT_TRUE(Has(table, "\n* over the 2 episodes that succeeded; everything else over all 5\n")) << table;
 }
 
+TEST(SummaryTable, StatesThatStagesAreNotConditionsOfSuccess) {
+  metrics::RunSummary summary = Summary(5, 2);
+  summary.successes_without_stage = 1;
+  EXPECT_TRUE(Has(SummaryTable(summary, 80), "\nNote: " + summary.StagesText() + "\n"));
+}
+
 // The table also lists a plugin's metric.
 TEST(SummaryTable, ShowsTargetDistances) {
   metrics::RunSummary summary = Summary(2, 1);

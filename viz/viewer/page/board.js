@@ -159,6 +159,8 @@ Evalbus.Board = class {
           e("thead", {}, e("tr", {}, e("td", {}), indices.map(stage), e("th", { scope: "col" }, "success"))),
           e("tbody", {}, policies.map(line))));
     }).filter(Boolean));
+    if (policies.some((policy) => policy.cells.some((cell) => cell && cell.successes_without_stage)))
+      this.funnel.append(e("p", { class: "ev-note" }, "Stages are not conditions of success: some successes did not reach every stage."));
   }
 };
 

@@ -81,6 +81,7 @@ ReportRun SomeRun() {
   summary.wilson = {0.2, 0.9};
   summary.clopper_pearson = {0.1, 0.95};
   summary.stages = {{1, 1}};
+  summary.successes_without_stage = 1;
   summary.failure_reasons = {{"timeout", 1}};
   summary.metrics = {Metric("completion_time", 9.25), Metric("extended.min_clearance_m", 0.125),
                      Metric("extended.contact_time_s", 5.25), Metric("slip_count", 0),
@@ -150,6 +151,13 @@ TEST(ReportPage, StatesTheRateAndTheExclusions) {
               HasSubstr("2 of 3 complete episodes succeeded: 67 % (95 % interval 20 to 90 %, Wilson)."));
   EXPECT_THAT(text, HasSubstr("time limit (1)"));
   EXPECT_THAT(text, HasSubstr("excluded from every rate and statistic: 3."));
+}
+
+TEST(ReportPage, StatesThatStagesAreNotConditionsOfSuccess) {
+  ReportRun run = SomeRun();
+  EXPECT_THAT(PageOf({run}), HasSubstr(">" + run.summary.StagesText() + ".</p>"));
+  run.summary.successes_without_stage = 0;
+  EXPECT_THAT(PageOf({run}), Not(HasSubstr("not conditions of success")));
 }
 
 TEST(ReportPage, NumbersHaveAllTheirDigits) {

@@ -58,6 +58,7 @@ TEST_F(BoardTest, CountsAndDifferences) {
   EXPECT_EQ(expert["cells"][0]["judged"], 10);
   EXPECT_EQ(expert["cells"][0]["interval"][0], metrics::WilsonInterval(9, 10).lower);
   EXPECT_EQ(expert["cells"][0]["stages"], ordered_json::parse("[[1, 10], [2, 9]]"));
+  EXPECT_EQ(expert["cells"][0]["successes_without_stage"], 0);
   EXPECT_DOUBLE_EQ(expert["all"]["time_s"], 8);  // mean of 4 to 12
   EXPECT_EQ(expert["slips_per_grasp"], 0.0);
   EXPECT_EQ(noisy["all"]["rate"], 0.4);
