@@ -151,7 +151,9 @@ std::string CauseFinder::Text(const CauseMoment& moment, const CauseEnd& end) co
   if (!stage_tick_.empty()) {
     const auto reached =
         std::ranges::count_if(stage_tick_, [&](int64_t tick) { return tick >= 0 && tick <= moment.tick; });
-    text += fmt::format(" ({} of {} stages)", reached, stage_tick_.size());
+    // More stages may be reached later.
+    text +=
+        fmt::format(" ({} of {} stages{})", reached, stage_tick_.size(), moment.tick > 0 ? " by then" : "");
   }
   if (moment.lost_again > 0) {
     text += moment.lost_again == 1 ? " and once more later"

@@ -138,6 +138,10 @@ void WriteEpisodes(const RunSection& section) {
     html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
       html->Element("table", {{"class", "sortable episodes"}, {"id", section.id + "episode-table"}}, table);
     });
+    html->Element(
+        "p", {{"class", "note"}},
+        "Collisions are contacts with the scene + contacts of the robot with itself; contacts with the "
+        "objects of the task are not counted.");
     if (std::ranges::all_of(run.files, [](const auto& files) { return files.videos.empty(); })) {
       html->Element("p", {{"class", "note"}, {kUnchecked, ""}},
                     "There are no videos of this run: evalbus render " + run.run.name +

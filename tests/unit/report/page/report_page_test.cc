@@ -244,6 +244,15 @@ TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
   EXPECT_TRUE(links.contains("#curves-2"));
 }
 
+// The failure reason "collision" may be a contact with an object, which the counter ignores.
+TEST(ReportPage, StatesWhichCollisionsAreCounted) {
+  const Page page(PageOf({SomeRun()}));
+  const auto notes = page.All("p", [](const XMLElement& p) {
+    return TextOf(&p).ends_with("contacts with the objects of the task are not counted.");
+  });
+  EXPECT_EQ(notes.size(), 1u);
+}
+
 // The histogram has bars for 4.25, 5.25 and 6.25, in bins of 0.2 from 4.2 on. The last one is not a success.
 TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
   const Page page(PageOf({SomeRun()}));
