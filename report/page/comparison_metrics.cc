@@ -71,7 +71,7 @@ void DifferenceRow(const results::SuccessComparison& success, Markup* html) {
       DrawDifference(success.difference, interval.lower, interval.upper, true,
                      JudgmentClass(success.judgment()), html);
     });
-    html->Element("td", {{"class", "number"}}, PointsText(success.difference) + " points");
+    html->Element("td", {{"class", "number"}}, WithMinus(results::DifferenceInPoints(success)) + " points");
     html->Element("td", {{"class", "number note"}},
                   PointsText(interval.lower) + " to " + PointsText(interval.upper));
   });
@@ -87,7 +87,7 @@ void TaskRow(const std::string& name, const results::SuccessComparison& success,
     html->Element("th", {{"scope", "row"}}, name);
     rate(success.baseline_successes, success.baseline_trials);
     rate(success.successes, success.trials);
-    NumberCell(success.difference, PointsText(success.difference), html);
+    NumberCell(success.difference, WithMinus(results::DifferenceInPoints(success)), html);
     html->Element("td", {{"class", "bar"}}, [&] {
       DrawDifference(success.difference, interval.lower, interval.upper, false,
                      JudgmentClass(success.judgment()), html);

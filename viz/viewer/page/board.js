@@ -124,11 +124,13 @@ Evalbus.Board = class {
     if (!against || against.remark || against.difference === null) return "–";
     const [lower, upper] = against.interval;
     // Texts and rounding are the same as in results/conclusion.cc.
-    const points = (share) => Evalbus.points(share, upper - lower < 0.02 ? 1 : 0);
+    const isNarrow = upper - lower < 0.02, points = (share) => Evalbus.points(share, isNarrow ? 1 : 0);
+    const { policies, baseline } = this.head;
+    const decimals = isNarrow ? 1 : Evalbus.pointDecimals(against.difference, policies[k].all.rate, policies[baseline].all.rate);
     const word = against.judgment || (this.head.is_over && !this.head.is_sequential ? "not shown to differ" : "so far");
     // The number of pairs is given, because the rates next to the difference cover all episodes of each policy.
     const only = against.paired && against.trials < this.head.policies[k].all.judged ? `; over ${against.trials.toLocaleString("en")} ${against.trials === 1 ? "pair" : "pairs"}` : "";
-    return e("span", {}, e("b", { class: `ev-${against.judgment || "open"}` }, `${points(against.difference)} points`),
+    return e("span", {}, e("b", { class: `ev-${against.judgment || "open"}` }, `${Evalbus.points(against.difference, decimals)} points`),
       e("span", { class: "ev-counts" }, `${points(lower)} to ${points(upper)}`),
       e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, ${Evalbus.pText(against.p)}`}${only}`));
   }

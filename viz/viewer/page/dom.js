@@ -99,6 +99,13 @@ Evalbus.points = (share, decimals = 0) => {
   return `${size === 0 ? "" : share > 0 ? "+" : "−"}${size.toFixed(decimals)}`;
 };
 
+// Number of decimals for a difference of rates, as PointDecimals in base/percent.h returns it: 1 if whole points would contradict
+// the rates in whole percents.
+Evalbus.pointDecimals = (difference, rate, other) => {
+  const whole = (share) => Math.floor(100 * share + 0.5 + 1e-9);
+  return whole(Math.abs(difference)) === Math.abs(whole(rate) - whole(other)) ? 0 : 1;
+};
+
 // Formats p as PText in results/comparison_text.h does: halves up, but a p below 0.05 is not rounded to 0.05.
 Evalbus.pText = (p) => {
   if (p < 0.001) return "p < 0.001";
