@@ -37,7 +37,7 @@ struct PackedRuns {
     const PlayerPlace baseline{Number(task.baseline_folder), pair.baseline.episode};
     const PlayerPlace run{Number(task.folder), pair.run.episode};
     if (!pack.has(baseline.run, baseline.episode) || !pack.has(run.run, run.episode)) return "";
-    return PlayerUrl(run, pair.is_flipped() ? pair.failed().cause : pair.run.cause, baseline);
+    return PlayerUrl(baseline, pair.is_flipped() ? pair.failed().cause : pair.run.cause, run);
   }
 
   ViewerPack pack;

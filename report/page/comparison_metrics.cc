@@ -153,9 +153,9 @@ void WriteSuccess(const results::Comparison& comparison, Markup* html) {
   const results::SuccessComparison& success = comparison.success;
   html->Element("table", {{"class", "bars sides"}}, [&] {
     html->Element("tbody", {}, [&] {
-      SideRow(comparison.baseline.name, "side-b", success.baseline_successes, success.baseline_trials,
+      SideRow(comparison.baseline.name, "side-a", success.baseline_successes, success.baseline_trials,
               success.samples.baseline_trials, html);
-      SideRow(comparison.run.name, "side-a", success.successes, success.trials, success.samples.trials, html);
+      SideRow(comparison.run.name, "side-b", success.successes, success.trials, success.samples.trials, html);
       if (success.trials > 0 && success.baseline_trials > 0) DifferenceRow(success, html);
     });
   });

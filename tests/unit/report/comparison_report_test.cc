@@ -43,6 +43,19 @@ TEST_F(ComparisonReportTest, StatesWhatMeansCoverAndWhichIntervalsAreAdjusted) {
   EXPECT_THAT(html, HasSubstr("Intervals are not adjusted"));
 }
 
+// A is the baseline, B the compared run.
+TEST_F(ComparisonReportTest, TheComparedRunIsB) {
+  const Comparison comparison =
+      CompareRuns(Run("b", Info(8), First(8, 8), 5), Run("a", Info(8), First(7, 8), 6));
+  const std::string html =
+      ComparisonReport({comparison}, folder_.path() / "page.html", "0.1.0", 0, nullptr).html;
+  for (const auto& [name, css_class] : {std::pair("a", "side-a"), {"b", "side-b"}}) {
+    const size_t row = html.find(std::string("<th scope=\"row\">") + name + "</th>");
+    ASSERT_NE(row, std::string::npos);
+    EXPECT_EQ(html.substr(html.find("side-", row), 6), css_class);
+  }
+}
+
 // The standard error of an interval that is 0.735 s wide is 0.19 s, of which two digits are shown.
 TEST_F(ComparisonReportTest, NumbersHaveAsManyDecimalsAsTheirDifferenceBears) {
   Comparison comparison = CompareRuns(Run("b", Info(8), First(8, 8), 5), Run("a", Info(8), First(7, 8), 6));
