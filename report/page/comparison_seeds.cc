@@ -65,6 +65,50 @@ std::string OneSided(const std::vector<results::ComparedPair>& flipped, bool of_
   return text.substr(0, text.size() - 2);
 }
 
+// Writes the images of the pairs that have them. `evalbus verify` does not draw images, so it ignores them.
+void StillCards(const ComparisonPageParts& parts, const results::Comparison& comparison,
+                const results::TaskComparison& task, const std::vector<results::ComparedPair>& flipped,
+                Markup* html) {
+  const auto has_stills = [&](const auto& pair) { return parts.stills(task, pair) != nullptr; };
+  if (std::ranges::none_of(flipped, has_stills)) return;
+  html->Element("p", {{"class", "note"}, {kUnchecked, ""}},
+                fmt::format("At the decisive moment: {} on the left, {} on the right.",
+                            comparison.baseline.name, comparison.run.name));
+  html->Element("div", {{"class", "cards pairs"}, {kUnchecked, ""}}, [&] {
+    for (const results::ComparedPair& pair : flipped) {
+      const PairStills* const stills = parts.stills(task, pair);
+      if (!stills) continue;
+      const results::PairedEpisode& failed = pair.failed();
+      const std::string url = parts.player_url(task, pair);
+      const std::string name = fmt::format("episode {}", pair.run.episode);
+      html->Element("figure", {{"class", "card failure"}}, [&] {
+        html->Element("div", {{"class", "pair"}}, [&] {
+          for (const auto& [image, run] : {std::pair(&stills->baseline, &comparison.baseline.name),
+                                           {&stills->run, &comparison.run.name}}) {
+            html->Empty("img", {{"src", *image},
+                                {"alt", fmt::format("{}, {} at {:.2f} s", *run, name, failed.cause.time_s)},
+                                {"width", "480"},
+                                {"height", "360"}});
+          }
+        });
+        html->Element("figcaption", {}, [&] {
+          if (url.empty()) {
+            html->Text(name);
+          } else {
+            html->Element("a", {{"href", url}}, name);
+          }
+          html->Text(" ");
+          html->Element(
+              "b", {{"class", "sign bad"}},
+              fmt::format("✗ {}: {}", pair.run.success ? comparison.baseline.name : comparison.run.name,
+                          end_reason::Text(failed.failure_reason)));
+          html->Element("div", {}, failed.cause.text);
+        });
+      });
+    }
+  });
+}
+
 void FlippedRow(const ComparisonPageParts& parts, const results::Comparison& comparison,
                 const results::TaskComparison& task, const results::ComparedPair& pair, Markup* html) {
   const std::string url = parts.player_url(task, pair);
@@ -129,6 +173,7 @@ void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& com
     if (!text.empty()) html->Element("p", {}, text + ".");
   }
   if (flipped.empty()) return;
+  StillCards(parts, comparison, task, flipped, html);
   // A table of at most kFew rows is open by default.
   constexpr size_t kFew = 4;
   html->Open("details", {});
