@@ -10,6 +10,7 @@
 #include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
+#include "results/summary_table.h"
 
 namespace evalbus::report {
 namespace {
@@ -18,11 +19,9 @@ const char* OutcomeSign(const results::RecordedEpisode& episode) {
   return !episode.complete ? "–" : episode.success ? "✓" : "✗";
 }
 
-// Only episodes without success need a reason in the table. The section with curves explains successes
-// better.
-bool NeedsReason(const results::RecordedEpisode& episode) {
-  return !(episode.success && episode.complete) &&
-         !(episode.failure_reason.empty() && WhyOf(episode).empty());
+bool HasReason(const results::RecordedEpisode& episode) {
+  if (episode.success && episode.complete) return !results::SuccessText(episode.cause.text).empty();
+  return !episode.failure_reason.empty() || !WhyOf(episode).empty();
 }
 
 void Titles(bool explained, bool noted, Markup* html) {
@@ -39,7 +38,8 @@ void Titles(bool explained, bool noted, Markup* html) {
 
 void ReasonCell(const results::RecordedEpisode& episode, Markup* html) {
   html->Element("td", {{"class", "why"}}, [&] {
-    if (!NeedsReason(episode)) return;
+    if (!HasReason(episode)) return;
+    if (episode.success && episode.complete) return html->Text(results::SuccessText(episode.cause.text));
     // If the sentence starts with the reason, the reason is not repeated.
     const std::string reason = end_reason::Text(episode.failure_reason);
     const std::string& why = WhyOf(episode);
@@ -121,7 +121,7 @@ void WriteEpisodes(const RunSection& section) {
   Markup* html = section.html;
   std::set<int> drawn;
   for (const ReportCurves& curves : run.curves) drawn.insert(curves.episode);
-  const bool explained = std::ranges::any_of(run.run.episodes, NeedsReason);
+  const bool explained = std::ranges::any_of(run.run.episodes, HasReason);
   const bool noted =
       std::ranges::any_of(run.run.episodes, [](const auto& episode) { return !episode.note.empty(); });
   const auto table = [&] {

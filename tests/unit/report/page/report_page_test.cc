@@ -232,6 +232,12 @@ TEST(ReportPage, StatesTheCauseOfAFailure) {
   EXPECT_THAT(TextOf(page.ById("curves-2")), Not(HasSubstr("27.4 deg")));
 }
 
+TEST(ReportPage, StatesTheConditionsOfASuccess) {
+  ReportRun run = SomeRun();
+  run.run.episodes[0].cause = {"success", 4.25, "Success at 4.25 s: height of pot 1.097 m."};
+  EXPECT_THAT(TextOf(Page(PageOf({run})).ById("episode-0")), HasSubstr("successheight of pot 1.097 m4.25"));
+}
+
 TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
   const Page page(PageOf({SomeRun()}));
   const XMLElement* row = page.ById("episode-2");
