@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 
 #include "base/plural.h"
@@ -47,18 +48,21 @@ void SeedsStrip(const ComparisonPageParts& parts, const results::Comparison& com
   });
 }
 
-// Summarizes seeds where only one side succeeds, for example "9 seeds where only expert succeeds: 3 dropped,
-// 6 slipped from the gripper".
+// Summarizes seeds where only one side succeeds, for example "9 seeds where only expert succeeds: 6 slipped
+// from the gripper, 3 dropped".
 std::string OneSided(const std::vector<results::ComparedPair>& flipped, bool of_run,
                      const std::string& name) {
-  std::map<std::string, int> reasons;
+  std::map<std::string, int> counts;
   int count = 0;
   for (const results::ComparedPair& pair : flipped) {
     if (pair.run.success != of_run) continue;
     ++count;
-    ++reasons[pair.failed().failure_reason];
+    ++counts[pair.failed().failure_reason];
   }
   if (count == 0) return "";
+  // The most frequent reasons come first, as in a run's results.
+  std::vector<std::pair<std::string, int>> reasons(counts.begin(), counts.end());
+  std::ranges::stable_sort(reasons, std::greater(), &std::pair<std::string, int>::second);
   std::string text = fmt::format("{} where only {} succeeds: ", Plural(count, "seed"), name);
   for (const auto& [reason, number] : reasons)
     text += fmt::format("{} {}, ", number, end_reason::Text(reason));

@@ -36,7 +36,11 @@ void Titles(bool explained, bool noted, Markup* html) {
   html->Element("th", {{"class", "number"}}, "seed");
 }
 
-void ReasonCell(const results::RecordedEpisode& episode, Markup* html) {
+// Writes the reason, which is a link if the page can play the episode.
+void ReasonCell(const RunSection& section, const results::RecordedEpisode& episode) {
+  Markup* html = section.html;
+  const auto moment = section.run.moments.find(episode.episode);
+  const std::string url = moment == section.run.moments.end() ? "" : moment->second.url;
   html->Element("td", {{"class", "why"}}, [&] {
     if (!HasReason(episode)) return;
     if (episode.success && episode.complete) return html->Text(results::SuccessText(episode.cause.text));
@@ -44,7 +48,12 @@ void ReasonCell(const results::RecordedEpisode& episode, Markup* html) {
     const std::string reason = end_reason::Text(episode.failure_reason);
     const std::string& why = WhyOf(episode);
     const bool begins = why.starts_with(reason);
-    if (!reason.empty()) html->Element("b", {}, reason);
+    if (!reason.empty()) {
+      html->Element("b", {}, [&] {
+        if (url.empty()) return html->Text(reason);
+        html->Element("a", {{"href", url}, {"title", "in 3D"}}, reason);
+      });
+    }
     if (why.empty()) return;
     html->Text(begins ? why.substr(reason.size()) : ": " + why);
   });
@@ -94,7 +103,7 @@ void EpisodeRow(const RunSection& section, size_t index, bool explained, bool no
       html->Element("span", {{"class", std::string("sign ") + Outcome(episode)}}, OutcomeSign(episode));
       html->Text(" " + end_reason::Text(episode.end_reason) + (episode.complete ? "" : ", not complete"));
     });
-    if (explained) ReasonCell(episode, html);
+    if (explained) ReasonCell(section, episode);
     if (noted) html->Element("td", {{"class", "why"}, {kUnchecked, ""}}, episode.note);
     NumberCells(episode, html);
     FilesCell(section.run.files[index], html);

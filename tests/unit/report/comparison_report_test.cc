@@ -79,6 +79,14 @@ TEST_F(ComparisonReportTest, FlippedSeedsHaveImagesOfBothSides) {
   EXPECT_THAT(html, Not(HasSubstr("alt=\"b, episode 2")));
 }
 
+TEST_F(ComparisonReportTest, TheMostFrequentReasonComesFirst) {
+  Comparison comparison = CompareRuns(Run("b", Info(3), First(0, 3), 5), Run("a", Info(3), First(3, 3), 6));
+  for (size_t i = 0; i < 3; ++i)
+    comparison.tasks[0].pairs[i].run.failure_reason = i == 0 ? "collision" : "stall";
+  EXPECT_THAT(ComparisonReport({comparison}, folder_.path() / "page.html", "0.1.0", 0, nullptr).html,
+              HasSubstr("3 seeds where only a succeeds: 2 robot stopped, 1 collision."));
+}
+
 // The runs have no logs to draw.
 TEST_F(ComparisonReportTest, NamesTheEpisodesWithoutImages) {
   Comparison comparison =

@@ -232,6 +232,17 @@ TEST(ReportPage, StatesTheCauseOfAFailure) {
   EXPECT_THAT(TextOf(page.ById("curves-2")), Not(HasSubstr("27.4 deg")));
 }
 
+TEST(ReportPage, TheReasonOfAFailureLeadsToItsMoment) {
+  ReportRun run = SomeRun();
+  run.moments[2].url = "#view:run=0,episode=2,t=2.620";
+  const Page page(PageOf({run}));
+  const auto links = page.All("a", [](const XMLElement& a) {
+    return a.Attribute("href", "#view:run=0,episode=2,t=2.620") && TextOf(&a) == "time limit";
+  });
+  EXPECT_EQ(links.size(), 1u);
+  EXPECT_EQ(TextOf(page.ById("episode-2")), TextOf(Page(PageOf({SomeRun()})).ById("episode-2")));
+}
+
 TEST(ReportPage, StatesTheConditionsOfASuccess) {
   ReportRun run = SomeRun();
   run.run.episodes[0].cause = {"success", 4.25, "Success at 4.25 s: height of pot 1.097 m."};
