@@ -29,7 +29,7 @@ void Titles(bool explained, bool noted, Markup* html) {
   html->Element("th", {}, "end");
   if (explained) html->Element("th", {}, "why");
   if (noted) html->Element("th", {{kUnchecked, ""}}, "note");
-  for (const char* title : {"time, s", "stages", "slips", "collisions", "clearance, mm", "path, m"}) {
+  for (const char* title : {"ended at, s", "stages", "slips", "collisions", "clearance, mm", "path, m"}) {
     html->Element("th", {{"class", "number"}}, title);
   }
   html->Element("th", {{"class", "unsorted files"}}, "files");

@@ -122,6 +122,7 @@ ordered_json Against(const results::SuccessComparison& success, bool is_final) {
           {"paired", success.paired},
           {"trials", success.trials},
           {"p", is_final ? ordered_json(success.p_adjusted) : ordered_json()},
+          {"is_adjusted", success.family > 1},
           {"judgment", is_final ? results::Word(success.judgment()) : ""}};
 }
 

@@ -132,7 +132,7 @@ Evalbus.Board = class {
     const only = against.paired && against.trials < this.head.policies[k].all.judged ? `; over ${against.trials.toLocaleString("en")} ${against.trials === 1 ? "pair" : "pairs"}` : "";
     return e("span", {}, e("b", { class: `ev-${against.judgment || "open"}` }, `${Evalbus.points(against.difference, decimals)} points`),
       e("span", { class: "ev-counts" }, `${points(lower)} to ${points(upper)}`),
-      e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, ${Evalbus.pText(against.p)}`}${only}`));
+      e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, ${against.is_adjusted ? "adjusted " : ""}${Evalbus.pText(against.p)}`}${only}`));
   }
 
   // Shows for each task one line per policy, with the share of its episodes that reached each stage.
