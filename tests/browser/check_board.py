@@ -75,6 +75,15 @@ def check_heading(browser, found):
         found.append(f"the bars of the rates are {lengths} pixels long")
 
 
+def check_stages(browser, policies, found):
+    """Checks that the note on stages is shown if, and only if, a success lacks a stage."""
+    is_wanted = any(one["metrics"]["success"] and not all(one["metrics"].get("task_stage_reached", {}).values())
+                    for _, run in policies for one in episodes_of(run))
+    is_shown = browser.evaluate("document.querySelector('.ev-funnels').textContent.includes('Stages are not conditions of success')")
+    if is_shown != is_wanted:
+        found.append(f"the note on stages is {'' if is_shown else 'not '}shown")
+
+
 def check_narrow(browser, found):
     """Checks that rates and differences fit into narrow screens and that long names do not widen the table."""
     name = "document.querySelector('.ev-board-table tbody th a').textContent"
@@ -334,6 +343,7 @@ def check_plan(browser, evalbus, plan, folder, found):
         check_table(browser, plan, policies, found)
         check_heading(browser, found)
         check_narrow(browser, found)
+        check_stages(browser, policies, found)
         check_seeds(browser, policies, found)
         check_arrows(browser, found)
         check_hover(browser, policies, found)
