@@ -57,10 +57,10 @@ std::string Reached(const condition_t& condition, const BestOfCondition& best) {
     const std::string quantity = text.substr(0, at);
     if (at == std::string::npos || std::isnan(best.value) || quantity.ends_with(" not")) continue;
     const auto shown = [&](double value) {
-      const double limit = condition.threshold_mixed;
-      const std::string relation =
-          condition.comparison == ">=" ? (value >= limit ? ">=" : "<") : (value <= limit ? "<=" : ">");
-      return Compared(value, relation, limit, condition.unit).value;
+      const double threshold = condition.threshold_mixed;
+      const std::string relation = condition.comparison == ">=" ? (value >= threshold ? ">=" : "<")
+                                                                : (value <= threshold ? "<=" : ">");
+      return Compared(value, relation, threshold, condition.unit).value;
     };
     const std::string at_end =
         best.gap == 0 ? " and was " + shown(condition.value_mixed) + " at the end" : "";

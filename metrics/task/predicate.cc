@@ -27,7 +27,8 @@ int DecimalsOf(const std::string& text) {
 
 // Number of digits before the decimal point; negative: number of zeros after it.
 int DigitsBeforePoint(double value) {
-  return value == 0 ? 1 : 1 + static_cast<int>(std::floor(std::log10(std::abs(value))));
+  return value == 0 || !std::isfinite(value) ? 1
+                                             : 1 + static_cast<int>(std::floor(std::log10(std::abs(value))));
 }
 
 // Decimals of a value: millimeters of a length, tenths of an angle in degrees (hundredths below 1);
