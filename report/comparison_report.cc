@@ -1,11 +1,17 @@
 #include "report/comparison_report.h"
 
-#include <algorithm>
-#include <memory>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "base/errors.h"
 #include "report/page/comparison_page.h"
 #include "report/page/page_check.h"
 #include "report/page_links.h"
+#include "report/stills.h"
 #include "report/viewer_pack.h"
 
 namespace evalbus::report {
@@ -37,7 +43,7 @@ struct PackedRuns {
     const PlayerPlace baseline{Number(task.baseline_folder), pair.baseline.episode};
     const PlayerPlace run{Number(task.folder), pair.run.episode};
     if (!pack.has(baseline.run, baseline.episode) || !pack.has(run.run, run.episode)) return "";
-    return PlayerUrl(run, pair.is_flipped() ? pair.failed().cause : pair.run.cause, baseline);
+    return PlayerUrl(baseline, pair.is_flipped() ? pair.failed().cause : pair.run.cause, run);
   }
 
   ViewerPack pack;
@@ -46,21 +52,63 @@ struct PackedRuns {
   std::vector<std::unique_ptr<results::RecordedRun>> runs;
 };
 
+// Images of the seeds where only one side succeeds.
+class MomentStills {
+ public:
+  // Draws the first pairs of each task.
+  void Draw(const std::vector<results::Comparison>& comparisons, std::vector<std::string>* remarks) {
+    size_t tasks = 0, left = kMaxStills / 2;
+    for (const results::Comparison& comparison : comparisons) tasks += comparison.tasks.size();
+    const size_t of_each = std::max<size_t>(1, left / std::max<size_t>(1, tasks));
+    std::optional<StillRenderer> renderer;
+    for (const results::Comparison& comparison : comparisons) {
+      for (const results::TaskComparison& task : comparison.tasks) {
+        size_t drawn = 0;
+        for (const results::ComparedPair& pair : task.flipped()) {
+          if (drawn == of_each || left == 0) break;
+          const results::Cause& cause = pair.failed().cause;
+          if (cause.text.empty()) continue;
+          if (!renderer) renderer.emplace();
+          ++drawn;
+          --left;
+          try {
+            stills_[{task.folder, pair.run.episode}] = {
+                renderer->DrawMoment(task.baseline_folder, pair.baseline.episode, cause.time_s),
+                renderer->DrawMoment(task.folder, pair.run.episode, cause.time_s)};
+          } catch (const InputError& error) {
+            remarks->push_back(fmt::format("no images of episode {}: {}", pair.run.episode, error.what()));
+          }
+        }
+      }
+    }
+  }
+  const PairStills* Of(const results::TaskComparison& task, const results::ComparedPair& pair) const {
+    const auto found = stills_.find({task.folder, pair.run.episode});
+    return found == stills_.end() ? nullptr : &found->second;
+  }
+
+ private:
+  std::map<std::pair<std::filesystem::path, int>, PairStills> stills_;  // by the run's folder and episode
+};
+
 }  // namespace
 
 BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
                            const std::filesystem::path& file, const std::string& made_by, size_t most,
                            const nlohmann::ordered_json& source) {
   const PageLinks links(file);
+  MomentStills stills;
   ComparisonPageParts parts{
       .comparisons = comparisons,
       .videos = [&](const std::filesystem::path& run, int episode) { return links.Videos(run, episode); },
       .player_url = [](const auto&, const auto&) { return std::string(); },
+      .stills = [&](const auto& task, const auto& pair) { return stills.Of(task, pair); },
       .viewer = {},
       .viewer_notes = {},
       .made_by = made_by,
       .source = source};
   if (most == 0) return {ComparisonPage(parts), ""};
+  stills.Draw(comparisons, &parts.viewer_notes);
   // The page is first generated with placeholder links of about the final length, to determine its size.
   parts.player_url = [](const auto&, const auto&) {
     return std::string("#view:run=00,episode=0000,t=00.000");
@@ -74,7 +122,7 @@ BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
   // Flipped seeds of all tasks come before other pairs.
   flipped.insert(flipped.end(), others.begin(), others.end());
   packed.pack.Pack(flipped, without_viewer.size(), most);
-  parts.viewer_notes = packed.pack.remarks();
+  for (const std::string& remark : packed.pack.remarks()) parts.viewer_notes.push_back(remark);
   parts.viewer = packed.pack.Viewer();
   parts.player_url = [&](const results::TaskComparison& task, const results::ComparedPair& pair) {
     return packed.PlayerUrlOf(task, pair);

@@ -153,7 +153,8 @@ void AddStills(Report* report) {
       ++drawn;
       --left;
       try {
-        run.moments[episode.episode].image = renderer->DrawMoment(run.run, episode);
+        run.moments[episode.episode].image =
+            renderer->DrawMoment(run.run.folder, episode.episode, episode.cause.time_s);
       } catch (const InputError& error) {
         run.image_remarks.push_back(fmt::format("no image of episode {}: {}", episode.episode, error.what()));
       }

@@ -28,22 +28,20 @@ const state_t& StateAt(const EpisodeMessages& episode, double time_s) {
 
 StillRenderer::StillRenderer() : scenes_(kStillSize) {}
 
-std::string StillRenderer::DrawMoment(const results::RecordedRun& run,
-                                      const results::RecordedEpisode& episode) {
-  const std::filesystem::path log = results::EpisodeLogs(run.folder, {episode.episode}).front();
+std::string StillRenderer::DrawMoment(const std::filesystem::path& run, int episode, double time_s) {
+  const std::filesystem::path log = results::EpisodeLogs(run, {episode}).front();
   EpisodeReader reader(log, {channels::kState});
   EpisodeMessages messages;
   while (reader.Next(&messages)) {
-    if (messages.number() != episode.episode || messages.states.empty() || !messages.model) continue;
+    if (messages.number() != episode || messages.states.empty() || !messages.model) continue;
     viz::Renderer* const renderer =
         scenes_.Of(*messages.model, log, messages.begin ? std::optional(messages.begin->seed) : std::nullopt);
-    renderer->SetState(StateAt(messages, episode.cause.time_s));
+    renderer->SetState(StateAt(messages, time_s));
     viz::Frame frame(kStillSize);
     renderer->Render(viz::FindCamera(renderer->model(), viz::kDefaultCamera), &frame);
     return "data:image/jpeg;base64," + Base64(encoder_.Encode(frame));
   }
-  throw InputError(
-      fmt::format("{}: episode {} is missing, or has no MODEL or STATE", log.string(), episode.episode));
+  throw InputError(fmt::format("{}: episode {} is missing, or has no MODEL or STATE", log.string(), episode));
 }
 
 }  // namespace evalbus::report

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 
-#include "results/run_reader.h"
 #include "viz/images/jpeg.h"
 #include "viz/images/parallel_frame_renderer.h"
 
@@ -17,10 +17,10 @@ class StillRenderer {
  public:
   StillRenderer();
 
-  // Returns the scene at the episode's decisive moment, seen from the default camera, as a data URL with a
-  // JPEG image. Throws InputError if the log cannot be read or lacks the episode, EnvironmentError if OpenGL
-  // is missing or fails.
-  std::string DrawMoment(const results::RecordedRun& run, const results::RecordedEpisode& episode);
+  // Returns the scene of an episode at this time (after its end: the last state), seen from the default
+  // camera, as a data URL with a JPEG image. run: folder of the run. Throws InputError if the log cannot be
+  // read or lacks the episode, EnvironmentError if OpenGL is missing or fails.
+  std::string DrawMoment(const std::filesystem::path& run, int episode, double time_s);
 
  private:
   viz::VideoScenes scenes_;

@@ -166,7 +166,7 @@ Circumstance Test(const Values& values, metrics::RangeScan* scan) {
 
 ParameterName NameOfParameter(const std::string& name) {
   const auto stem = [&](size_t ending) { return Words(name.substr(0, name.size() - ending)); };
-  if (name.ends_with("_rad")) return {stem(4), "deg", 180 / std::numbers::pi};
+  if (name.ends_with("_rad")) return {stem(4), "degrees", 180 / std::numbers::pi};
   if (name.ends_with("_m")) return {stem(2), "m"};
   if (name.ends_with("_choice")) return {stem(7), ""};
   return {Words(name), ""};

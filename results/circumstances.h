@@ -19,7 +19,7 @@ inline constexpr char kParameterChoices[] = "parameter_choices";
 struct ParameterName {
   // Display name, for example "pot y" for "pot_y_m" or "table texture" for "table_texture_choice".
   std::string label;
-  // Display unit: "m", "deg" or empty.
+  // Display unit: "m", "degrees" or empty.
   std::string unit;
   // Factor that converts a value to `unit`.
   double scale = 1;

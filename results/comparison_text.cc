@@ -145,7 +145,7 @@ ComparedRow SuccessRow(const std::string& label, const SuccessComparison& succes
   return {label,
           rate(success.baseline_successes, success.baseline_trials),
           rate(success.successes, success.trials),
-          {PercentagePoints(success.difference),
+          {DifferenceInPoints(success),
            fmt::format("{:>8} to {:>8}", PercentagePoints(success.difference_95.lower),
                        PercentagePoints(success.difference_95.upper)),
            PText(success.p), PText(success.p_adjusted)},

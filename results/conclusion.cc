@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/percent.h"
@@ -12,6 +13,22 @@
 
 namespace evalbus::results {
 namespace {
+
+// Formats the bounds of an interval in percentage points. Intervals narrower than two points get one decimal.
+struct Points {
+  explicit Points(const SuccessComparison& success)
+      : decimals(success.difference_95.upper - success.difference_95.lower < 0.02 ? 1 : 0) {}
+  std::string Text(double share) const { return PercentagePoints(share, decimals); }
+
+  int decimals;
+};
+
+// Formats a difference, with or without its sign.
+std::string PointsOf(const SuccessComparison& success, double difference) {
+  const double rate = static_cast<double>(success.successes) / success.trials;
+  const double baseline = static_cast<double>(success.baseline_successes) / success.baseline_trials;
+  return PercentagePoints(difference, std::max(Points(success).decimals, PointDecimals(rate, baseline)));
+}
 
 // Returns a sentence on the difference that this number of episodes can detect, and on the number needed to
 // detect the observed difference.
@@ -31,20 +48,11 @@ std::string OutlookText(const SuccessComparison& success) {
   if (success.difference == 0) return text + ".";
   const char* const kind = success.paired ? "pairs" : "episodes each";
   return fmt::format("{}; detecting one of {} points requires {} {}.", text,
-                     PercentagePoints(std::abs(success.difference)),
+                     PointsOf(success, std::abs(success.difference)),
                      outlook.needed ? fmt::format("about {}", *outlook.needed)
                                     : fmt::format("more than {}", metrics::kMaxTrials),
                      kind);
 }
-
-// Formats the bounds of an interval in percentage points. Intervals narrower than two points get one decimal.
-struct Points {
-  explicit Points(const SuccessComparison& success)
-      : decimals(success.difference_95.upper - success.difference_95.lower < 0.02 ? 1 : 0) {}
-  std::string Text(double share) const { return PercentagePoints(share, decimals); }
-
-  int decimals;
-};
 
 }  // namespace
 
@@ -76,9 +84,13 @@ std::string WhatIsCounted(const TaskComparison& task) {
       success.successes);
 }
 
+std::string DifferenceInPoints(const SuccessComparison& success) {
+  return PointsOf(success, success.difference);
+}
+
 std::string DifferenceText(const SuccessComparison& success) {
   const Points points(success);
-  return fmt::format("{} points ({} to {})", points.Text(success.difference),
+  return fmt::format("{} points ({} to {})", DifferenceInPoints(success),
                      points.Text(success.difference_95.lower), points.Text(success.difference_95.upper));
 }
 
@@ -95,10 +107,10 @@ std::string Headline(const Comparison& comparison) {
     // The interval is approximate and not adjusted, so it can exclude 0 although the test shows no
     // difference.
     return fmt::format("No difference shown between {} and {}: {} points, {}{}", run, baseline,
-                       points.Text(success.difference), interval,
+                       DifferenceInPoints(success), interval,
                        success.difference_95.excludes_0() ? ", but " + PEquals(success.p_adjusted) : "");
   }
-  return fmt::format("{} is {} points {} than {}, {}", run, points.Text(std::abs(success.difference)),
+  return fmt::format("{} is {} points {} than {}, {}", run, PointsOf(success, std::abs(success.difference)),
                      success.difference > 0 ? "better" : "worse", baseline, interval);
 }
 

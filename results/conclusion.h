@@ -16,8 +16,10 @@ std::string Evidence(const Comparison& comparison);
 // Returns Headline() and Evidence().
 std::string Conclusion(const Comparison& comparison);
 
-// Returns the difference with its interval, for example "24 points (8 to 39)", or with one decimal if the
-// interval is narrow.
+// Returns the difference of the success rates in percentage points. It has one decimal if its interval is
+// narrower than two points, or if whole points would contradict the rates in whole percents.
+std::string DifferenceInPoints(const SuccessComparison& success);
+// Returns the difference with its interval, for example "24 points (8 to 39)".
 std::string DifferenceText(const SuccessComparison& success);
 
 // Describes which episodes the means of a task's metrics cover, and which test gives p.

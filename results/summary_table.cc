@@ -175,6 +175,13 @@ std::string OmittedColumnsText(const std::vector<std::string>& columns, int widt
   return Wrapped(text, 2, static_cast<size_t>(width)) + "\n";
 }
 
+std::string SuccessText(const std::string& cause, int most) {
+  const size_t at = cause.find(": ");
+  if (at == std::string::npos) return "";
+  const std::string conditions = cause.substr(at + 2, cause.size() - at - 3);  // without the period
+  return Width(conditions) <= most ? conditions : conditions.substr(0, conditions.find(", "));
+}
+
 std::string EpisodeHeader(int width) {
   std::array<std::string, kColumns.size()> titles;
   for (size_t i = 0; i < titles.size(); ++i) titles[i] = kColumns[i].title;
@@ -202,6 +209,13 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool c
   }
   const auto detail = episode["end_detail"].get<std::string>();
   if (!detail.empty()) line += "  " + Printable(detail);
+  const auto cause = nlohmann::ordered_json::json_pointer("/cause/text");
+  if (reason.empty() && episode.contains(cause)) {
+    const int codes = Width(Styled(" ", Style::kGood, colors)) - 1;  // characters that set colors
+    const int room = width - Width(line) + codes - 2;
+    const std::string why = SuccessText(Printable(episode[cause].get<std::string>()), std::min(room, 60));
+    if (!why.empty() && Width(why) <= room) line += "  " + why;
+  }
   return line + ViolationsText(episode);
 }
 
@@ -275,7 +289,7 @@ std::string RepeatabilityText(const metrics::RunSummary& summary) {
 std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors) {
   std::string text;
   if (summary.complete > 0) text += RateText(summary, width, colors);
-  for (const std::string& note : {summary.SamplesText(), summary.TrainingText()}) {
+  for (const std::string& note : {summary.SamplesText(), summary.TrainingText(), summary.StagesText()}) {
     if (!note.empty()) text += fmt::format("Note: {}\n", note);
   }
   if (summary.invalid > 0) {

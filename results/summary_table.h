@@ -21,9 +21,14 @@ std::string PercentText(const metrics::Interval& interval);
 // of the columns, and where their values are, for example "p5, p95 (see summary.json)".
 std::string OmittedColumnsText(const std::vector<std::string>& columns, int width);
 
+// Returns the conditions in the sentence on the cause of a success, for example "height of pot 1.097 m, tilt
+// of pot 0.3 degrees"; only the first one if all have more than `most` characters. Empty if the sentence
+// names none.
+std::string SuccessText(const std::string& cause, int most = 60);
+
 // EpisodeHeader() returns the column titles, and EpisodeLine() the line of a finished episode. `episode`: its
-// line of episodes.jsonl. Columns that do not fit into `width` are omitted from the right. colors: see
-// base/styled_text.h.
+// line of episodes.jsonl. Columns that do not fit into `width` are omitted from the right. If there is room,
+// the line of a success ends with SuccessText(). colors: see base/styled_text.h.
 std::string EpisodeHeader(int width);
 std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool colors = false);
 

@@ -119,8 +119,6 @@ void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& ba
   video.title = pair->run->task_name();
   video.subtitle = fmt::format("seed {}", pair->seed);
   if (options.video.extension() != ".mp4") video.size = {640, 360};
-  const std::string ours = pair->run->policy, theirs = pair->baseline->policy;
-  const bool same = ours == theirs;
   viz::VideoTiming timing = options.timing;
   if (timing.highlight_s > 0) {
     // Both sides share one clock, which runs at normal speed around the decisive moments of either side.
@@ -129,9 +127,8 @@ void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& ba
                         viz::ReadDecisiveMoment(EpisodeLog(pair->run->folder, pair->episode), pair->episode)};
   }
   InstallStopSignals();
-  viz::MakePairVideo({ReadVideoEpisode(pair->baseline->folder, same ? baseline.name : theirs,
-                                       pair->baseline_episode, timing),
-                      ReadVideoEpisode(pair->run->folder, same ? run.name : ours, pair->episode, timing)},
+  viz::MakePairVideo({ReadVideoEpisode(pair->baseline->folder, baseline.name, pair->baseline_episode, timing),
+                      ReadVideoEpisode(pair->run->folder, run.name, pair->episode, timing)},
                      video, options.video);
   fmt::print("\nvideo    {}  (seed {})\n", options.video.string(), pair->seed);
 }

@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "metrics/cause/cause_finder.h"
+#include "metrics/task/predicate.h"
 
 namespace evalbus::metrics {
 namespace {
@@ -47,22 +48,6 @@ std::string Listed(const std::vector<condition_t>& conditions) {
   return list;
 }
 
-std::string Unit(const std::string& unit) {
-  return unit == "1" || unit.empty() ? "" : unit == "deg" ? " degrees" : " " + unit;
-}
-
-// Formats the value with three decimals for m and two otherwise, and with more if they are needed to show
-// that it misses its limit.
-std::string Value(double value, double limit, const std::string& unit) {
-  int decimals = unit == "m" ? 3 : 2;
-  const std::string limit_text = fmt::format("{:.6g}", limit);
-  std::string text = Fixed(value, decimals);
-  while (decimals < 9 && std::stod(text) == std::stod(limit_text) && value != limit) {
-    text = Fixed(value, ++decimals);
-  }
-  return text;
-}
-
 // For example "height of pot reached 0.997 m, at least 1.096 m is needed", "height of pot reached 1.097 m and
 // was 0.951 m at the end, at least 1.096 m is needed", or "not met: left holds pot".
 std::string Reached(const condition_t& condition, const BestOfCondition& best) {
@@ -72,7 +57,10 @@ std::string Reached(const condition_t& condition, const BestOfCondition& best) {
     const std::string quantity = text.substr(0, at);
     if (at == std::string::npos || std::isnan(best.value) || quantity.ends_with(" not")) continue;
     const auto shown = [&](double value) {
-      return Value(value, condition.threshold_mixed, condition.unit) + Unit(condition.unit);
+      const double threshold = condition.threshold_mixed;
+      const std::string relation = condition.comparison == ">=" ? (value >= threshold ? ">=" : "<")
+                                                                : (value <= threshold ? "<=" : ">");
+      return Compared(value, relation, threshold, condition.unit).value;
     };
     const std::string at_end =
         best.gap == 0 ? " and was " + shown(condition.value_mixed) + " at the end" : "";
@@ -151,7 +139,9 @@ std::string CauseFinder::Text(const CauseMoment& moment, const CauseEnd& end) co
   if (!stage_tick_.empty()) {
     const auto reached =
         std::ranges::count_if(stage_tick_, [&](int64_t tick) { return tick >= 0 && tick <= moment.tick; });
-    text += fmt::format(" ({} of {} stages)", reached, stage_tick_.size());
+    // More stages may be reached later.
+    text +=
+        fmt::format(" ({} of {} stages{})", reached, stage_tick_.size(), moment.tick > 0 ? " by then" : "");
   }
   if (moment.lost_again > 0) {
     text += moment.lost_again == 1 ? " and once more later"

@@ -193,6 +193,13 @@ std::string RunSummary::TrainingText() const {
          (complete == 1 ? " start was" : " starts were") + " seen in training";
 }
 
+std::string RunSummary::StagesText() const {
+  if (successes_without_stage == 0) return "";
+  return std::to_string(successes_without_stage) + " of " + std::to_string(successes) +
+         (successes == 1 ? " success" : " successes") +
+         " did not reach every stage: stages are not conditions of success";
+}
+
 const MetricSummary* RunSummary::Find(const std::string& metric) const {
   for (const MetricSummary& summary : metrics) {
     if (summary.name == metric) return &summary;
@@ -284,6 +291,9 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
     of_task[episode.task].push_back(&episode);
     summary.judged += episode.failure_reason != end_reason::kNotJudged;
     summary.successes += episode.success;
+    summary.successes_without_stage +=
+        episode.success &&
+        std::ranges::any_of(episode.stages, [](const auto& stage) { return !stage.second; });
     if (episode.seen_in_training)
       summary.seen_in_training = summary.seen_in_training.value_or(0) + *episode.seen_in_training;
     if (!episode.success) Count(episode.failure_reason, 1, &summary.failure_reasons);

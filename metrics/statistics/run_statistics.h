@@ -134,6 +134,8 @@ struct RunSummary {
   // successful episodes among them.
   int judged = 0;
   int successes = 0;
+  // Number of successful episodes that did not reach every stage.
+  int successes_without_stage = 0;
   // Number of complete episodes whose start parameters were in the training set; nullopt if no training set
   // is known.
   std::optional<int> seen_in_training;
@@ -163,6 +165,8 @@ struct RunSummary {
   std::string SamplesText() const;
   // Returns, for example, "3 of 50 starts were seen in training"; empty if no training set is known.
   std::string TrainingText() const;
+  // Note for stages that are shown beside the success rate; empty if every success reached every stage.
+  std::string StagesText() const;
 };
 
 // Statistics that are updated episode by episode. Summary() processes all values added so far, which takes

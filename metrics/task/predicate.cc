@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "lcmtypes/clock.h"
 
 namespace evalbus::metrics {
@@ -16,7 +17,7 @@ void SetTick(const header_t& header, condition_t* condition) {
 }
 
 std::string UnitAfterNumber(const std::string& unit) {
-  return unit == "1" ? "" : unit == "deg" ? " degrees" : " " + unit;
+  return unit == "1" || unit.empty() ? "" : unit == "deg" ? " degrees" : " " + unit;
 }
 
 int DecimalsOf(const std::string& text) {
@@ -26,29 +27,40 @@ int DecimalsOf(const std::string& text) {
 
 // Number of digits before the decimal point; negative: number of zeros after it.
 int DigitsBeforePoint(double value) {
-  return value == 0 ? 1 : 1 + static_cast<int>(std::floor(std::log10(std::abs(value))));
+  return value == 0 || !std::isfinite(value) ? 1
+                                             : 1 + static_cast<int>(std::floor(std::log10(std::abs(value))));
 }
 
-// Formats a comparison: "27.4 degrees > 20", "1.100 m >= 1.096". Both numbers have at least three digits, at
-// least the decimal places of the limit, and enough digits that the printed numbers compare like the exact
-// numbers.
-std::string Compared(double value, const std::string& relation, double threshold, const std::string& unit) {
-  const auto order = [](double a, double b) { return (a > b) - (a < b); };
+// Decimals of a value: millimeters of a length, tenths of an angle in degrees (hundredths below 1);
+// otherwise, at least three digits and at least as many decimals as the limit has.
+int DecimalsOf(double value, const std::string& unit, const std::string& limit) {
+  if (unit == "m") return 3;
+  if (unit == "deg") return std::abs(value) < 1 ? 2 : 1;
+  return std::max(DecimalsOf(limit), 3 - DigitsBeforePoint(value));
+}
+
+bool IsTrue(double value, const std::string& relation, double limit) {
+  if (value == limit) return relation.ends_with('=');
+  return (value > limit) == relation.starts_with('>');
+}
+
+}  // namespace
+
+ComparisonText Compared(double value, const std::string& relation, double threshold,
+                        const std::string& unit) {
   std::string text, limit;
   for (int more = 0; more < 15; ++more) {
     limit = fmt::format("{:.{}g}", threshold, std::min(6 + more, 17));
     const int digits = DigitsBeforePoint(value);
-    const bool is_plain = more == 0 && digits > -4 && digits < 7;
+    const bool is_plain = more == 0 && digits < 7 && (digits > -4 || unit == "m" || unit == "deg");
     text = is_plain
-               ? fmt::format("{:.{}f}", value, std::max(DecimalsOf(limit), 3 - digits))
+               ? Fixed(value, DecimalsOf(value, unit, limit))
                : fmt::format("{:.{}g}", value, std::clamp(DecimalsOf(limit) + digits, 3, 17 - more) + more);
-    if (order(std::stod(text), std::stod(limit)) == order(value, threshold)) break;
+    if (IsTrue(std::stod(text), relation, std::stod(limit))) break;
   }
   if (value == 0) text = "0";
-  return text + UnitAfterNumber(unit) + " " + relation + " " + limit;
+  return {text + UnitAfterNumber(unit), limit};
 }
-
-}  // namespace
 
 bool Relation::Evaluate(const WorldView& world) {
   header_ = world.state.header;
@@ -103,7 +115,8 @@ std::vector<std::string> Within::Describe(bool value) const {
 std::string Within::Words(bool holds, double value) const {
   const bool is_upper = IsUpperNearer();
   const char* relation = holds ? (is_upper ? "<=" : ">=") : (is_upper ? ">" : "<");
-  return quantity_ + " " + Compared(value, relation, is_upper ? upper_ : lower_, condition_.unit);
+  const auto [text, limit] = Compared(value, relation, is_upper ? upper_ : lower_, condition_.unit);
+  return quantity_ + " " + text + " " + relation + " " + limit;
 }
 
 void Within::Explain(std::vector<condition_t>* conditions) const {

@@ -86,6 +86,14 @@ class Relation : public Predicate {
   bool holds_ = false;
 };
 
+// A value with its unit, and the limit with which it is compared: "27.4 degrees" and "20".
+struct ComparisonText {
+  std::string value, limit;
+};
+// Formats both with more digits than usual if the comparison (relation: "<", "<=", ">" or ">=") would be
+// false otherwise.
+ComparisonText Compared(double value, const std::string& relation, double threshold, const std::string& unit);
+
 // A condition that a number is within limits; the limits themselves are allowed. Derived classes fill in the
 // members and implement Value().
 class Within : public Predicate {

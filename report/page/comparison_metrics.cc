@@ -71,7 +71,7 @@ void DifferenceRow(const results::SuccessComparison& success, Markup* html) {
       DrawDifference(success.difference, interval.lower, interval.upper, true,
                      JudgmentClass(success.judgment()), html);
     });
-    html->Element("td", {{"class", "number"}}, PointsText(success.difference) + " points");
+    html->Element("td", {{"class", "number"}}, WithMinus(results::DifferenceInPoints(success)) + " points");
     html->Element("td", {{"class", "number note"}},
                   PointsText(interval.lower) + " to " + PointsText(interval.upper));
   });
@@ -87,7 +87,7 @@ void TaskRow(const std::string& name, const results::SuccessComparison& success,
     html->Element("th", {{"scope", "row"}}, name);
     rate(success.baseline_successes, success.baseline_trials);
     rate(success.successes, success.trials);
-    NumberCell(success.difference, PointsText(success.difference), html);
+    NumberCell(success.difference, WithMinus(results::DifferenceInPoints(success)), html);
     html->Element("td", {{"class", "bar"}}, [&] {
       DrawDifference(success.difference, interval.lower, interval.upper, false,
                      JudgmentClass(success.judgment()), html);
@@ -153,9 +153,9 @@ void WriteSuccess(const results::Comparison& comparison, Markup* html) {
   const results::SuccessComparison& success = comparison.success;
   html->Element("table", {{"class", "bars sides"}}, [&] {
     html->Element("tbody", {}, [&] {
-      SideRow(comparison.baseline.name, "side-b", success.baseline_successes, success.baseline_trials,
+      SideRow(comparison.baseline.name, "side-a", success.baseline_successes, success.baseline_trials,
               success.samples.baseline_trials, html);
-      SideRow(comparison.run.name, "side-a", success.successes, success.trials, success.samples.trials, html);
+      SideRow(comparison.run.name, "side-b", success.successes, success.trials, success.samples.trials, html);
       if (success.trials > 0 && success.baseline_trials > 0) DifferenceRow(success, html);
     });
   });

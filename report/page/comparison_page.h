@@ -13,6 +13,11 @@
 
 namespace evalbus::report {
 
+// Images of both episodes of a pair at the decisive moment of the failed one, as data URLs.
+struct PairStills {
+  std::string baseline, run;
+};
+
 struct ComparisonPageParts {
   // Must not be empty; all comparisons must have the same baseline.
   std::vector<results::Comparison> comparisons;
@@ -22,6 +27,9 @@ struct ComparisonPageParts {
   // failed; empty if the page does not contain the pair.
   std::function<std::string(const results::TaskComparison& task, const results::ComparedPair& pair)>
       player_url;
+  // Returns the images of a pair; null if it has none.
+  std::function<const PairStills*(const results::TaskComparison& task, const results::ComparedPair& pair)>
+      stills;
   // viewer: nullopt if the page has no 3D viewer. viewer_notes: one sentence for each kind of content that
   // the viewer omits.
   std::optional<viz::PackedViewer> viewer;

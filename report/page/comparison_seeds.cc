@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 
 #include "base/plural.h"
@@ -47,22 +48,69 @@ void SeedsStrip(const ComparisonPageParts& parts, const results::Comparison& com
   });
 }
 
-// Summarizes seeds where only one side succeeds, for example "9 seeds where only expert succeeds: 3 dropped,
-// 6 slipped from the gripper".
+// Summarizes seeds where only one side succeeds, for example "9 seeds where only expert succeeds: 6 slipped
+// from the gripper, 3 dropped".
 std::string OneSided(const std::vector<results::ComparedPair>& flipped, bool of_run,
                      const std::string& name) {
-  std::map<std::string, int> reasons;
+  std::map<std::string, int> counts;
   int count = 0;
   for (const results::ComparedPair& pair : flipped) {
     if (pair.run.success != of_run) continue;
     ++count;
-    ++reasons[pair.failed().failure_reason];
+    ++counts[pair.failed().failure_reason];
   }
   if (count == 0) return "";
+  // The most frequent reasons come first, as in a run's results.
+  std::vector<std::pair<std::string, int>> reasons(counts.begin(), counts.end());
+  std::ranges::stable_sort(reasons, std::greater(), &std::pair<std::string, int>::second);
   std::string text = fmt::format("{} where only {} succeeds: ", Plural(count, "seed"), name);
   for (const auto& [reason, number] : reasons)
     text += fmt::format("{} {}, ", number, end_reason::Text(reason));
   return text.substr(0, text.size() - 2);
+}
+
+// Writes the images of the pairs that have them. `evalbus verify` does not draw images, so it ignores them.
+void StillCards(const ComparisonPageParts& parts, const results::Comparison& comparison,
+                const results::TaskComparison& task, const std::vector<results::ComparedPair>& flipped,
+                Markup* html) {
+  const auto has_stills = [&](const auto& pair) { return parts.stills(task, pair) != nullptr; };
+  if (std::ranges::none_of(flipped, has_stills)) return;
+  html->Element("p", {{"class", "note"}, {kUnchecked, ""}},
+                fmt::format("At the decisive moment: {} on the left, {} on the right.",
+                            comparison.baseline.name, comparison.run.name));
+  html->Element("div", {{"class", "cards pairs"}, {kUnchecked, ""}}, [&] {
+    for (const results::ComparedPair& pair : flipped) {
+      const PairStills* const stills = parts.stills(task, pair);
+      if (!stills) continue;
+      const results::PairedEpisode& failed = pair.failed();
+      const std::string url = parts.player_url(task, pair);
+      const std::string name = fmt::format("episode {}", pair.run.episode);
+      html->Element("figure", {{"class", "card failure"}}, [&] {
+        html->Element("div", {{"class", "pair"}}, [&] {
+          for (const auto& [image, run] : {std::pair(&stills->baseline, &comparison.baseline.name),
+                                           {&stills->run, &comparison.run.name}}) {
+            html->Empty("img", {{"src", *image},
+                                {"alt", fmt::format("{}, {} at {:.2f} s", *run, name, failed.cause.time_s)},
+                                {"width", "480"},
+                                {"height", "360"}});
+          }
+        });
+        html->Element("figcaption", {}, [&] {
+          if (url.empty()) {
+            html->Text(name);
+          } else {
+            html->Element("a", {{"href", url}}, name);
+          }
+          html->Text(" ");
+          html->Element(
+              "b", {{"class", "sign bad"}},
+              fmt::format("✗ {}: {}", pair.run.success ? comparison.baseline.name : comparison.run.name,
+                          end_reason::Text(failed.failure_reason)));
+          html->Element("div", {}, failed.cause.text);
+        });
+      });
+    }
+  });
 }
 
 void FlippedRow(const ComparisonPageParts& parts, const results::Comparison& comparison,
@@ -129,6 +177,7 @@ void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& com
     if (!text.empty()) html->Element("p", {}, text + ".");
   }
   if (flipped.empty()) return;
+  StillCards(parts, comparison, task, flipped, html);
   // A table of at most kFew rows is open by default.
   constexpr size_t kFew = 4;
   html->Open("details", {});

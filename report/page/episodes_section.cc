@@ -10,6 +10,7 @@
 #include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
+#include "results/summary_table.h"
 
 namespace evalbus::report {
 namespace {
@@ -18,11 +19,9 @@ const char* OutcomeSign(const results::RecordedEpisode& episode) {
   return !episode.complete ? "–" : episode.success ? "✓" : "✗";
 }
 
-// Only episodes without success need a reason in the table. The section with curves explains successes
-// better.
-bool NeedsReason(const results::RecordedEpisode& episode) {
-  return !(episode.success && episode.complete) &&
-         !(episode.failure_reason.empty() && WhyOf(episode).empty());
+bool HasReason(const results::RecordedEpisode& episode) {
+  if (episode.success && episode.complete) return !results::SuccessText(episode.cause.text).empty();
+  return !episode.failure_reason.empty() || !WhyOf(episode).empty();
 }
 
 void Titles(bool explained, bool noted, Markup* html) {
@@ -30,21 +29,31 @@ void Titles(bool explained, bool noted, Markup* html) {
   html->Element("th", {}, "end");
   if (explained) html->Element("th", {}, "why");
   if (noted) html->Element("th", {{kUnchecked, ""}}, "note");
-  for (const char* title : {"time, s", "stages", "slips", "collisions", "clearance, mm", "path, m"}) {
+  for (const char* title : {"ended at, s", "stages", "slips", "collisions", "clearance, mm", "path, m"}) {
     html->Element("th", {{"class", "number"}}, title);
   }
   html->Element("th", {{"class", "unsorted files"}}, "files");
   html->Element("th", {{"class", "number"}}, "seed");
 }
 
-void ReasonCell(const results::RecordedEpisode& episode, Markup* html) {
+// Writes the reason, which is a link if the page can play the episode.
+void ReasonCell(const RunSection& section, const results::RecordedEpisode& episode) {
+  Markup* html = section.html;
+  const auto moment = section.run.moments.find(episode.episode);
+  const std::string url = moment == section.run.moments.end() ? "" : moment->second.url;
   html->Element("td", {{"class", "why"}}, [&] {
-    if (!NeedsReason(episode)) return;
+    if (!HasReason(episode)) return;
+    if (episode.success && episode.complete) return html->Text(results::SuccessText(episode.cause.text));
     // If the sentence starts with the reason, the reason is not repeated.
     const std::string reason = end_reason::Text(episode.failure_reason);
     const std::string& why = WhyOf(episode);
     const bool begins = why.starts_with(reason);
-    if (!reason.empty()) html->Element("b", {}, reason);
+    if (!reason.empty()) {
+      html->Element("b", {}, [&] {
+        if (url.empty()) return html->Text(reason);
+        html->Element("a", {{"href", url}, {"title", "in 3D"}}, reason);
+      });
+    }
     if (why.empty()) return;
     html->Text(begins ? why.substr(reason.size()) : ": " + why);
   });
@@ -94,7 +103,7 @@ void EpisodeRow(const RunSection& section, size_t index, bool explained, bool no
       html->Element("span", {{"class", std::string("sign ") + Outcome(episode)}}, OutcomeSign(episode));
       html->Text(" " + end_reason::Text(episode.end_reason) + (episode.complete ? "" : ", not complete"));
     });
-    if (explained) ReasonCell(episode, html);
+    if (explained) ReasonCell(section, episode);
     if (noted) html->Element("td", {{"class", "why"}, {kUnchecked, ""}}, episode.note);
     NumberCells(episode, html);
     FilesCell(section.run.files[index], html);
@@ -121,7 +130,7 @@ void WriteEpisodes(const RunSection& section) {
   Markup* html = section.html;
   std::set<int> drawn;
   for (const ReportCurves& curves : run.curves) drawn.insert(curves.episode);
-  const bool explained = std::ranges::any_of(run.run.episodes, NeedsReason);
+  const bool explained = std::ranges::any_of(run.run.episodes, HasReason);
   const bool noted =
       std::ranges::any_of(run.run.episodes, [](const auto& episode) { return !episode.note.empty(); });
   const auto table = [&] {
@@ -138,6 +147,10 @@ void WriteEpisodes(const RunSection& section) {
     html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
       html->Element("table", {{"class", "sortable episodes"}, {"id", section.id + "episode-table"}}, table);
     });
+    html->Element(
+        "p", {{"class", "note"}},
+        "Collisions are contacts with the scene + contacts of the robot with itself; contacts with the "
+        "objects of the task are not counted.");
     if (std::ranges::all_of(run.files, [](const auto& files) { return files.videos.empty(); })) {
       html->Element("p", {{"class", "note"}, {kUnchecked, ""}},
                     "There are no videos of this run: evalbus render " + run.run.name +

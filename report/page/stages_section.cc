@@ -33,6 +33,8 @@ void StageTable(const RunSection& section) {
   Heading(section, "Stages", "stages",
           "Complete episodes that reached each stage, in any order, and the median time at which they did.");
   const ReportRun& run = section.run;
+  if (const std::string text = run.summary.StagesText(); !text.empty())
+    html->Element("p", {{"class", "note"}}, text + ".");
   const auto row = [&](const metrics::StageSummary& stage) {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     const double share =

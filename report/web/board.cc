@@ -122,6 +122,7 @@ ordered_json Against(const results::SuccessComparison& success, bool is_final) {
           {"paired", success.paired},
           {"trials", success.trials},
           {"p", is_final ? ordered_json(success.p_adjusted) : ordered_json()},
+          {"is_adjusted", success.family > 1},
           {"judgment", is_final ? results::Word(success.judgment()) : ""}};
 }
 
@@ -192,6 +193,7 @@ ordered_json PolicyJson(const Policy& policy, const std::vector<std::string>& ta
     const metrics::RunSummary summary = run->Statistics().Summary(false);
     cells.push_back(Counted(summary, policy.is_over));
     cells.back()["stages"] = Stages(summary);
+    cells.back()["successes_without_stage"] = summary.successes_without_stage;
     all.Add(*run);
   }
   json["cells"] = std::move(cells);

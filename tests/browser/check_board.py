@@ -75,6 +75,15 @@ def check_heading(browser, found):
         found.append(f"the bars of the rates are {lengths} pixels long")
 
 
+def check_stages(browser, policies, found):
+    """Checks that the note on stages is shown if, and only if, a success lacks a stage."""
+    is_wanted = any(one["metrics"]["success"] and not all(one["metrics"].get("task_stage_reached", {}).values())
+                    for _, run in policies for one in episodes_of(run))
+    is_shown = browser.evaluate("document.querySelector('.ev-funnels').textContent.includes('Stages are not conditions of success')")
+    if is_shown != is_wanted:
+        found.append(f"the note on stages is {'' if is_shown else 'not '}shown")
+
+
 def check_narrow(browser, found):
     """Checks that rates and differences fit into narrow screens and that long names do not widen the table."""
     name = "document.querySelector('.ev-board-table tbody th a').textContent"
@@ -208,6 +217,12 @@ def check_links(browser, policies, found):
         found.append("the address does not name the episode")
     browser.evaluate("history.back()")
     wait_until(browser, f"{VIEWS}.name === 'board' && location.hash === '#/board'", "back does not lead to the overview")
+    # The failed episode is longer than the success beside which it is shown.
+    late_s = first["metrics"]["completion_time"] - 0.5
+    browser.evaluate(f"location.hash = '#view:run=0,episode={first['episode']},t={late_s:.3f},other=1/{first['episode']}'")
+    wait_until(browser, "evalbusViewer.tracks.length === 2 && evalbusViewer.tracks[0].run === 0"
+               f" && Math.abs(evalbusViewer.tick * evalbusViewer.tracks[0].tickSeconds - {late_s}) < 0.021",
+               "a pair does not open at a time after the end of its first episode")
 
 
 def check_keys(browser, policies, found):
@@ -328,6 +343,7 @@ def check_plan(browser, evalbus, plan, folder, found):
         check_table(browser, plan, policies, found)
         check_heading(browser, found)
         check_narrow(browser, found)
+        check_stages(browser, policies, found)
         check_seeds(browser, policies, found)
         check_arrows(browser, found)
         check_hover(browser, policies, found)

@@ -36,6 +36,7 @@ ACCEPTED = {
     "time<6": [0],
     "time>=20": [1, 2],
     "time!=20": [0, 2],  # a missing time matches no comparison
+    "success_time<25": [0],
     "moment<4": [1],
     "seed=9": [2],
     "seed:9": [2],
@@ -65,8 +66,8 @@ ACCEPTED = {
 
 REFUSED = {
     "slips>": "character 7: expected a value after slips>",
-    "sips>0": 'character 1: "sips" is not a field; the fields are time, moment, slips, grasps, collisions, stages, seed, '
-              "episode, policy, task, result, reason, note, text",
+    "sips>0": 'character 1: "sips" is not a field; the fields are time, success_time, moment, slips, grasps, collisions, stages, '
+              "seed, episode, policy, task, result, reason, note, text",
     "slips>many": 'character 7: slips is a number; "many" is not',
     "policy>a": "character 7: policy is a text; use : (contains), = or !=",
     "(slips>0": "character 1: the parenthesis is not closed",
@@ -78,7 +79,7 @@ REFUSED = {
     "not": "character 4: expected a condition, for example slips>0 or reason:slip",
     "()": "character 2: expected a condition, for example slips>0 or reason:slip",
     ">5": "character 1: expected a condition, for example slips>0 or reason:slip",
-    "__proto__=1": 'character 1: "__proto__" is not a field; the fields are time, moment, slips, grasps, collisions, stages, '
+    "__proto__=1": 'character 1: "__proto__" is not a field; the fields are time, success_time, moment, slips, grasps, collisions, stages, '
                    "seed, episode, policy, task, result, reason, note, text",
 }
 

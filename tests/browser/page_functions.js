@@ -61,7 +61,21 @@
     .map(Evalbus.runName), ["run 2", "lift_pot-position (noisy)", "noisy/lift_pot"]);
   expect("points", [-0.125, 0.125, 0.005, -0.004, 0, 0.375].map((share) => Evalbus.points(share)), ["−13", "+13", "+1", "0", "0", "+38"]);
   expect("points with a decimal", [0.0125, -0.0125].map((share) => Evalbus.points(share, 1)), ["+1.3", "−1.3"]);
+  expect("decimals of points", [[0.625, 1, 0.375], [1 / 3, 2 / 3, 1 / 3], [0.5, 0.75, 0.25], [-0.625, 0.375, 1]].map((one) => Evalbus.pointDecimals(...one)), [1, 1, 0, 1]);
+  const rounded = (k, n) => Math.floor((200 * k + n) / (2 * n));
+  const contradictions = [];
+  for (let n = 1; n <= 200; ++n) {
+    for (let a = 0; a <= n; ++a) {
+      for (let b = 0; b <= a; ++b) {
+        const expected = rounded(a - b, n) === rounded(a, n) - rounded(b, n) ? 0 : 1;
+        if (Evalbus.pointDecimals(a / n - b / n, a / n, b / n) !== expected) contradictions.push([a, b, n]);
+      }
+    }
+  }
+  expect("points that contradict the rates", contradictions, []);
   expect("p values", [0.0625, 0.3125, 0.0009, 0.001, 0.9996, 0.04996, 0.05].map(Evalbus.pText), ["p = 0.063", "p = 0.313", "p < 0.001", "p = 0.001", "p = 1.000", "p = 0.0499", "p = 0.050"]);
+  expect("values of conditions", [[1.0964, "m", 1.096], [-0.0001, "m", 0], [0.032, "deg", 20], [27.44, "deg", 20], [0.85, "1", 0.05], [NaN, "m", 1]]
+    .map((one) => Evalbus.measured(...one)), ["1.096", "0.000", "0.03", "27.4", "0.850", "–"]);
   expect("intervals", [[0.401, 0.892], [0.985, 1]].map(Evalbus.percentRange), ["40 to 89 %", "98.5 to 100.0 %"]);
   return wrong;
 })()

@@ -37,4 +37,23 @@ TEST(PercentagePoints, RoundHalvesAwayFromZero) {
   EXPECT_EQ(PercentagePoints(NAN), "-");
 }
 
+// Readers subtract the rates. Evalbus.pointDecimals in the browser has the same test.
+TEST(PointDecimals, WholePointsNeverContradictTheRates) {
+  EXPECT_EQ(PointDecimals(1, 3.0 / 8), 1);  // 100 % and 38 % (37.5), 62.5 points
+  EXPECT_EQ(PointDecimals(2.0 / 3, 1.0 / 3), 1);
+  EXPECT_EQ(PointDecimals(0.75, 0.25), 0);
+  EXPECT_EQ(PointDecimals(std::numeric_limits<double>::quiet_NaN(), 1), 0);
+  for (int n = 1; n <= 200; ++n) {
+    for (int a = 0; a <= n; ++a) {
+      for (int b = 0; b <= a; ++b) {
+        const auto rounded = [n](int k) { return (200 * k + n) / (2 * n); };
+        const int expected = rounded(a - b) == rounded(a) - rounded(b) ? 0 : 1;
+        const double high = static_cast<double>(a) / n, low = static_cast<double>(b) / n;
+        ASSERT_EQ(PointDecimals(high, low), expected) << a << ", " << b << " of " << n;
+        ASSERT_EQ(PointDecimals(low, high), expected) << b << ", " << a << " of " << n;
+      }
+    }
+  }
+}
+
 }  // namespace evalbus::percent_test

@@ -67,7 +67,7 @@ TEST_F(CircumstancesTest, TestsThePresenceOfDistractorsOnce) {
   EXPECT_THAT(CircumstanceSentences(found),
               testing::Contains(HasSubstr("Success falls from 100 % to 0 % where red mug is present (p")));
   EXPECT_EQ(NameOfParameter("red_mug_yaw_rad").label, "red mug yaw");
-  EXPECT_EQ(NameOfParameter("red_mug_yaw_rad").unit, "deg");
+  EXPECT_EQ(NameOfParameter("red_mug_yaw_rad").unit, "degrees");
 }
 
 TEST_F(CircumstancesTest, NamesTheChoicesWithWhichEpisodesFail) {

@@ -209,6 +209,13 @@ TEST_F(CompareTest, NothingHasASign) {
   EXPECT_THAT(text, testing::HasSubstr("a: 30 points, 95 % CI 0 to 45."));
 }
 
+// Whole points would contradict 100 % and 38 %.
+TEST_F(CompareTest, TheDifferenceAgreesWithTheRates) {
+  const Comparison result = CompareRuns(Run("b", Info(8), First(3, 8), 5), Run("a", Info(8), First(8, 8), 5));
+  EXPECT_EQ(DifferenceInPoints(result.success), "-62.5");
+  EXPECT_THAT(Conclusion(result), testing::HasSubstr("between b and a: -62.5 points, "));
+}
+
 TEST_F(CompareTest, LeavesOutWhatHasNoPartner) {
   RecordedRuns a = Run("a", Info(12), First(12, 12), 5);
   a.runs[0].episodes[2].complete = false;

@@ -106,7 +106,7 @@ TEST_F(OperatorResultsTest, TwoRunsAreComparedByTheOperatorsVerdicts) {
   EXPECT_DOUBLE_EQ(comparison->success.p, 0.125);
   const std::vector<std::string> lines = JudgmentLines({a, b});
   EXPECT_EQ(lines.rbegin()[3], "Difference by the verdicts of ann");
-  EXPECT_THAT(lines.rbegin()[2], StartsWith("  No difference shown between b and a: -44 points"));
+  EXPECT_THAT(lines.rbegin()[2], StartsWith("  No difference shown between b and a: -44.4 points"));
   const auto json = JudgmentJson({a, b});
   EXPECT_EQ(json["comparisons"][0]["comparison"]["comparisons"][0]["success"]["p"], 0.125);
 }

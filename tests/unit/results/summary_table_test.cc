@@ -104,6 +104,12 @@ TEST(SummaryTable, StatesThatCompletionTimeIsOfSuccesses) {
   EXPECT_TRUE(Has(table, "\n* over the 2 episodes that succeeded; everything else over all 5\n")) << table;
 }
 
+TEST(SummaryTable, StatesThatStagesAreNotConditionsOfSuccess) {
+  metrics::RunSummary summary = Summary(5, 2);
+  summary.successes_without_stage = 1;
+  EXPECT_TRUE(Has(SummaryTable(summary, 80), "\nNote: " + summary.StagesText() + "\n"));
+}
+
 // The table also lists a plugin's metric.
 TEST(SummaryTable, ShowsTargetDistances) {
   metrics::RunSummary summary = Summary(2, 1);
@@ -200,6 +206,35 @@ TEST(SummaryTable, StatesTheExclusions) {
             "from all numbers here\n");
   summary.invalid = 5;
   EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes invalid: excluded from all numbers here\n");
+}
+
+TEST(SuccessText, HasTheConditionsOfTheCause) {
+  const std::string cause = "Success at 6.18 s: height of pot 1.097 m, tilt of pot 0.31 degrees.";
+  EXPECT_EQ(SuccessText(cause), "height of pot 1.097 m, tilt of pot 0.31 degrees");
+  EXPECT_EQ(SuccessText(cause, 30), "height of pot 1.097 m");
+  EXPECT_EQ(SuccessText("Success at 6.18 s."), "");
+  EXPECT_EQ(SuccessText(""), "");
+}
+
+TEST(EpisodeLine, EndsWithTheConditionsOfASuccessIfThereIsRoom) {
+  nlohmann::ordered_json episode = {{"episode", 3},
+                                    {"failure_reason", ""},
+                                    {"end_reason", "success"},
+                                    {"end_detail", ""},
+                                    {"complete", true},
+                                    {"metrics", {{"completion_time", 5}}},
+                                    {"extended", nlohmann::ordered_json::object()},
+                                    {"cause", {{"text", "Success at 5.00 s: height of pot 1.097 m, x 1."}}}};
+  EXPECT_TRUE(EpisodeLine(episode, 200).ends_with("  height of pot 1.097 m, x 1"))
+      << EpisodeLine(episode, 200);
+  const std::string columns = EpisodeHeader(200);
+  const int width = static_cast<int>(columns.size() + 2 + std::string("height of pot 1.097 m").size());
+  EXPECT_TRUE(EpisodeLine(episode, width).ends_with("  height of pot 1.097 m"))
+      << EpisodeLine(episode, width);
+  EXPECT_FALSE(Has(EpisodeLine(episode, width - 1), "height"));
+  EXPECT_TRUE(EpisodeLine(episode, width, true).ends_with("  height of pot 1.097 m"));
+  episode["cause"] = nullptr;
+  EXPECT_FALSE(Has(EpisodeLine(episode, 200), "height"));
 }
 
 TEST(EpisodeLine, NamesTheFirstViolationOfAForceLimit) {

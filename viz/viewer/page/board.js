@@ -124,13 +124,15 @@ Evalbus.Board = class {
     if (!against || against.remark || against.difference === null) return "–";
     const [lower, upper] = against.interval;
     // Texts and rounding are the same as in results/conclusion.cc.
-    const points = (share) => Evalbus.points(share, upper - lower < 0.02 ? 1 : 0);
+    const isNarrow = upper - lower < 0.02, points = (share) => Evalbus.points(share, isNarrow ? 1 : 0);
+    const { policies, baseline } = this.head;
+    const decimals = isNarrow ? 1 : Evalbus.pointDecimals(against.difference, policies[k].all.rate, policies[baseline].all.rate);
     const word = against.judgment || (this.head.is_over && !this.head.is_sequential ? "not shown to differ" : "so far");
     // The number of pairs is given, because the rates next to the difference cover all episodes of each policy.
     const only = against.paired && against.trials < this.head.policies[k].all.judged ? `; over ${against.trials.toLocaleString("en")} ${against.trials === 1 ? "pair" : "pairs"}` : "";
-    return e("span", {}, e("b", { class: `ev-${against.judgment || "open"}` }, `${points(against.difference)} points`),
+    return e("span", {}, e("b", { class: `ev-${against.judgment || "open"}` }, `${Evalbus.points(against.difference, decimals)} points`),
       e("span", { class: "ev-counts" }, `${points(lower)} to ${points(upper)}`),
-      e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, ${Evalbus.pText(against.p)}`}${only}`));
+      e("span", { class: "ev-note" }, `${word}${against.p === null ? "" : `, ${against.is_adjusted ? "adjusted " : ""}${Evalbus.pText(against.p)}`}${only}`));
   }
 
   // Shows for each task one line per policy, with the share of its episodes that reached each stage.
@@ -159,6 +161,8 @@ Evalbus.Board = class {
           e("thead", {}, e("tr", {}, e("td", {}), indices.map(stage), e("th", { scope: "col" }, "success"))),
           e("tbody", {}, policies.map(line))));
     }).filter(Boolean));
+    if (policies.some((policy) => policy.cells.some((cell) => cell && cell.successes_without_stage)))
+      this.funnel.append(e("p", { class: "ev-note" }, "Stages are not conditions of success: some successes did not reach every stage."));
   }
 };
 

@@ -78,7 +78,7 @@ Evalbus.Conditions = class {
       const hasNumber = criterion.first_row !== undefined && criterion.first_row !== null;
       const value = e("span", { class: "ev-value" });
       const unit = hasNumber && criterion.unit && criterion.unit !== "1"
-        ? e("span", { class: "ev-target" }, ` ${Evalbus.words(criterion.unit)}`) : null;
+        ? e("span", { class: "ev-target" }, ` ${criterion.unit === "deg" ? "degrees" : Evalbus.words(criterion.unit)}`) : null;
       const fill = e("i", {}), bar = hasNumber ? e("span", { class: "ev-bar" }, fill) : null;
       const holds = e("span", { class: "ev-holds" });
       // The condition is shown as text, such as "height of pot at least 1.096 m".
@@ -158,7 +158,7 @@ Evalbus.Conditions = class {
       if (!row.hasNumber) continue;
       const values = track.criteria[row.criterion.first_row];
       const value = values && tick < track.ticks ? values.data[tick] : NaN;
-      Evalbus.setText(row.value, Evalbus.numberAmong(value, Math.abs(row.criterion.threshold) || Math.abs(value)));
+      Evalbus.setText(row.value, Evalbus.measured(value, row.criterion.unit, row.criterion.threshold));
       row.fill.style.transform = `scaleX(${this.partOf(values, value, row.criterion.threshold, holds).toFixed(4)})`;
     }
   }

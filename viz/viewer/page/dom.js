@@ -63,12 +63,24 @@ Evalbus.number = (value) => {
   return minus(value.toFixed(decimals));
 };
 
+// Formats a number with this many decimals. A number that rounds to zero has no sign.
+Evalbus.fixed = (value, decimals) => {
+  const text = value.toFixed(decimals);
+  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
+};
+
 // Formats a number with the number of decimals that suits values up to `most`. The width of the text is therefore constant.
 Evalbus.numberAmong = (value, most) => {
   if (!Number.isFinite(value) || !(most > 0) || most >= 1e7 || most < 1e-4) return Evalbus.number(value);
   const decimals = most >= 1000 ? 0 : most >= 100 ? 1 : most >= 10 ? 2 : most >= 0.01 ? 3 : 5;
-  const text = value.toFixed(decimals);
-  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
+  return Evalbus.fixed(value, decimals);
+};
+
+// Formats the value of a condition as Compared in metrics/task/predicate.h does: millimeters of a length, tenths of an angle
+// (hundredths below 1 degree).
+Evalbus.measured = (value, unit, threshold) => {
+  if (!Number.isFinite(value) || (unit !== "m" && unit !== "deg")) return Evalbus.numberAmong(value, Math.abs(threshold) || Math.abs(value));
+  return Evalbus.fixed(value, unit === "m" ? 3 : Math.abs(value) < 1 ? 2 : 1);
 };
 
 // Returns "1 episode" or "3 episodes".
@@ -85,6 +97,13 @@ Evalbus.points = (share, decimals = 0) => {
   const scale = 10 ** decimals;
   const size = Math.floor(100 * scale * Math.abs(share) + 0.5 + 1e-9) / scale;
   return `${size === 0 ? "" : share > 0 ? "+" : "−"}${size.toFixed(decimals)}`;
+};
+
+// Number of decimals for a difference of rates, as PointDecimals in base/percent.h returns it: 1 if whole points would contradict
+// the rates in whole percents.
+Evalbus.pointDecimals = (difference, rate, other) => {
+  const whole = (share) => Math.floor(100 * share + 0.5 + 1e-9);
+  return whole(Math.abs(difference)) === Math.abs(whole(rate) - whole(other)) ? 0 : 1;
 };
 
 // Formats p as PText in results/comparison_text.h does: halves up, but a p below 0.05 is not rounded to 0.05.

@@ -155,7 +155,7 @@ Evalbus.Episodes.COLUMNS = [
   { name: "task", title: "task", value: Evalbus.FILTER_TEXTS.task, text: (row) => Evalbus.spaced(Evalbus.FILTER_TEXTS.task(row)) },
   { name: "episode", title: "episode", value: (row) => row.episode, text: (row) => String(row.episode) },
   { name: "reason", title: "reason", value: Evalbus.FILTER_TEXTS.reason, text: (row) => Evalbus.reasonText(Evalbus.FILTER_TEXTS.reason(row)) },
-  { name: "time", title: "time", value: (row) => row.time_s, text: (row) => Evalbus.seconds(row.time_s) },
+  { name: "time", title: "end", value: (row) => row.time_s, text: (row) => Evalbus.seconds(row.time_s) },
   { name: "slips", title: "slips", value: (row) => row.slips, text: (row) => String(row.slips) },
   { name: "grasps", title: "grasps", value: (row) => row.grasps, text: (row) => String(row.grasps) },
   { name: "stages", title: "stages", value: (row) => row.stages, text: (row) => String(row.stages) },

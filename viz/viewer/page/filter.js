@@ -2,10 +2,11 @@
 // filter is parsed into a function of a row. Pure.
 "use strict";
 
-// Fields with numbers, by name. A row without a value matches no comparison. `time` and `moment` are in seconds.
+// Fields with numbers, by name. A row without a value matches no comparison. `time` (of the end), `success_time` and
+// `moment` are in seconds.
 Evalbus.FILTER_NUMBERS = {
-  time: (row) => row.time_s, moment: (row) => row.cause_time_s, slips: (row) => row.slips, grasps: (row) => row.grasps,
-  collisions: (row) => row.collisions, stages: (row) => row.stages, seed: (row) => row.seed, episode: (row) => row.episode,
+  time: (row) => row.time_s, success_time: (row) => (row.success ? row.time_s : null), moment: (row) => row.cause_time_s,
+  slips: (row) => row.slips, grasps: (row) => row.grasps, collisions: (row) => row.collisions, stages: (row) => row.stages, seed: (row) => row.seed, episode: (row) => row.episode,
 };
 Evalbus.FILTER_TEXTS = {
   policy: (row) => row.policy, task: (row) => `${row.task}/${row.variation}`,

@@ -726,8 +726,13 @@ Evalbus.Viewer = class {
     if (this.views && this.views.followHash()) return;
     const wanted = this.readHash();
     if (!wanted) return;
-    this.open(wanted.run, wanted.episode, wanted.time, false)
-      .then(() => wanted.other && this.compare(wanted.other[0], wanted.other[1], wanted.other[2]));
+    this.open(wanted.run, wanted.episode, wanted.time, false).then(async () => {
+      if (!wanted.other) return;
+      const turn = this.turn;
+      await this.compare(wanted.other[0], wanted.other[1], wanted.other[2]);
+      // The second episode may be longer than the first.
+      if (turn === this.turn && wanted.time !== undefined && this.tracks.length > 1) this.seek(wanted.time / this.tracks[0].tickSeconds);
+    });
   }
 
   writeHash() {

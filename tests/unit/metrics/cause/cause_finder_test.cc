@@ -141,7 +141,8 @@ TEST_F(CauseFinderTest, AGripperLosesTheObjectWhileItCloses) {
   Close(kRight, 0.2, false);
   Move(300);
   Expect("lost_object", 20,
-         "Right gripper lost the kitchen pot at 0.40 s while closing (2 of 3 stages) and never tried again; "
+         "Right gripper lost the kitchen pot at 0.40 s while closing (2 of 3 stages by then) and never tried "
+         "again; "
          "height "
          "of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "grasp_slip");
@@ -157,7 +158,8 @@ TEST_F(CauseFinderTest, AGripperOpens) {
   Close(kLeft, 1, false);
   Move(300);
   Expect("lost_object", 25,
-         "Left gripper let go of the kitchen pot at 0.50 s after lifting it by 0.05 m (2 of 3 stages) and "
+         "Left gripper let go of the kitchen pot at 0.50 s after lifting it by 0.05 m (2 of 3 stages by "
+         "then) and "
          "never tried "
          "again; height of kitchen pot reached 1.050 m, at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "dropped");
@@ -220,7 +222,7 @@ TEST_F(CauseFinderTest, TheLiftIsThatOfTheMoment) {
   Move(300);
   EXPECT_TRUE(
       Find().text.starts_with("Left gripper let go of the kitchen pot at 0.50 s after lifting it by "
-                              "0.02 m (2 of 3 stages)"))
+                              "0.02 m (2 of 3 stages by then)"))
       << Find().text;
 }
 
@@ -274,7 +276,8 @@ TEST_F(CauseFinderTest, AClosedHandThatBrushesTheObjectDidNotHoldIt) {
   touching_[kRight] = 0;
   Move(300);
   Expect("empty_grasp", 12,
-         "Right gripper closed on nothing at 0.24 s (0 of 3 stages); height of kitchen pot reached 1.000 m, "
+         "Right gripper closed on nothing at 0.24 s (0 of 3 stages by then); height of kitchen pot reached "
+         "1.000 m, "
          "at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "grasp_miss");
 }
@@ -288,10 +291,10 @@ TEST_F(CauseFinderTest, AHandThatClosesBesideTheObjectMissesIt) {
   Close(kRight, 0.08, true);  // tick 18
   Close(kRight, 0, false);
   Move(300);
-  Expect(
-      "empty_grasp", 18,
-      "Right gripper closed beside the kitchen pot at 0.36 s (1 of 3 stages) and never tried again; height "
-      "of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
+  Expect("empty_grasp", 18,
+         "Right gripper closed beside the kitchen pot at 0.36 s (1 of 3 stages by then) and never tried "
+         "again; height "
+         "of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
 }
 
 TEST_F(CauseFinderTest, StagesCountUntilTheMoment) {
@@ -301,7 +304,7 @@ TEST_F(CauseFinderTest, StagesCountUntilTheMoment) {
   touching_[kRight] = 1;
   opening_[kRight] = 0.4;
   Move(300);
-  EXPECT_NE(Find().text.find("(1 of 3 stages)"), std::string::npos) << Find().text;
+  EXPECT_NE(Find().text.find("(1 of 3 stages by then)"), std::string::npos) << Find().text;
 }
 
 // The blue cube is put where it should be, but the red cube is not brought to it.
@@ -396,7 +399,8 @@ TEST_F(CauseFinderTest, AnObjectThatSlidesOutOfAHandAtRestIsLostByTheStop) {
   touching_[kLeft] = 0;
   Move(300);
   Expect("stall", 20,
-         "Robot stopped moving at 0.40 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least "
+         "Robot stopped moving at 0.40 s (2 of 3 stages by then); height of kitchen pot reached 1.000 m, at "
+         "least "
          "1.1 m is "
          "needed.");
   EXPECT_EQ(Reason(), "stall");
@@ -449,7 +453,8 @@ TEST_F(CauseFinderTest, AGripperClosesOnNothing) {
   Close(kRight, 0.05, false);  // tick 12
   Move(300);
   Expect("empty_grasp", 12,
-         "Right gripper closed on nothing at 0.24 s (0 of 3 stages) and never tried again; height of kitchen "
+         "Right gripper closed on nothing at 0.24 s (0 of 3 stages by then) and never tried again; height of "
+         "kitchen "
          "pot reached "
          "1.000 m, at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "grasp_miss");
@@ -494,7 +499,8 @@ TEST_F(CauseFinderTest, AnObjectThatPushesTheFingersApartIsNotLetGo) {
   opening_[kLeft] = 0;
   Move(300);
   Expect("lost_object", 21,
-         "Left gripper lost the kitchen pot at 0.42 s while closing (1 of 3 stages); height of kitchen pot "
+         "Left gripper lost the kitchen pot at 0.42 s while closing (1 of 3 stages by then); height of "
+         "kitchen pot "
          "reached 1.000 m, at least 1.1 m is needed.");
 }
 
@@ -536,7 +542,8 @@ TEST_F(CauseFinderTest, AnArmPressesOnTheScene) {
   torque_[kLeft] = 80;
   Move(300);
   Expect("collision", 11,
-         "Left arm hit the big counter at 0.22 s (0 of 3 stages); height of kitchen pot reached 1.000 m, at "
+         "Left arm hit the big counter at 0.22 s (0 of 3 stages by then); height of kitchen pot reached "
+         "1.000 m, at "
          "least 1.1 m is needed.");
 }
 
@@ -552,7 +559,8 @@ TEST_F(CauseFinderTest, AHeavyArmPressesOnTheScene) {
   torque_[kLeft] = 50;
   Move(300);
   Expect("collision", 11,
-         "Left arm hit the big counter at 0.22 s (0 of 3 stages); height of kitchen pot reached 1.000 m, at "
+         "Left arm hit the big counter at 0.22 s (0 of 3 stages by then); height of kitchen pot reached "
+         "1.000 m, at "
          "least 1.1 m is needed.");
 }
 
@@ -603,7 +611,8 @@ TEST_F(CauseFinderTest, AnOpenHandPushesTheObject) {
   Move(300);
   // The contact begins at tick 11, the push after tick 15.
   Expect("collision", 15,
-         "Right arm hit the kitchen pot at 0.30 s and pushed it by 0.03 m (0 of 3 stages); height of kitchen "
+         "Right arm hit the kitchen pot at 0.30 s and pushed it by 0.03 m (0 of 3 stages by then); height of "
+         "kitchen "
          "pot reached 1.000 "
          "m, at least 1.1 m is needed.");
 }
@@ -612,7 +621,8 @@ TEST_F(CauseFinderTest, TheRobotStops) {
   HoldWithBoth();
   Tick(300);
   Expect("stall", 20,
-         "Robot stopped moving at 0.40 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least "
+         "Robot stopped moving at 0.40 s (2 of 3 stages by then); height of kitchen pot reached 1.000 m, at "
+         "least "
          "1.1 m is "
          "needed.");
 }
@@ -646,7 +656,8 @@ TEST_F(CauseFinderTest, AStopLongAfterTheLastProgressIsNotTheCause) {
   Move(100);
   Tick(300);
   Expect("missed_condition", 11,
-         "Last progress at 0.22 s (2 of 3 stages); height of kitchen pot reached 1.000 m, at least 1.1 m is "
+         "Last progress at 0.22 s (2 of 3 stages by then); height of kitchen pot reached 1.000 m, at least "
+         "1.1 m is "
          "needed.");
 }
 
@@ -657,7 +668,8 @@ TEST_F(CauseFinderTest, TimeRunsOut) {
     Move(1);
   }
   Expect("out_of_time", 220,
-         "Time ran out at 4.40 s (2 of 3 stages); height of kitchen pot reached 1.080 m, at least 1.1 m is "
+         "Time ran out at 4.40 s (2 of 3 stages by then); height of kitchen pot reached 1.080 m, at least "
+         "1.1 m is "
          "needed.");
 }
 
@@ -668,7 +680,8 @@ TEST_F(CauseFinderTest, ASlowRobotRunsOutOfTime) {
     Move(1);
   }
   Expect("out_of_time", 300,
-         "No progress until time ran out at 6.00 s (0 of 3 stages); height of kitchen pot reached 1.000 m, "
+         "No progress until time ran out at 6.00 s (0 of 3 stages by then); height of kitchen pot reached "
+         "1.000 m, "
          "at least 1.1 m is needed.");
   commands_[1] += 0.0051;
   Move(1);
@@ -710,7 +723,7 @@ TEST_F(CauseFinderTest, AnErrorOfThePolicyIsItsOwnCause) {
   const cause_t cause = Find(CauseEnd::By::kOther, "policy_error", "out of\nmemory");
   EXPECT_EQ(cause.kind, "policy_error");
   EXPECT_EQ(cause.tick, 70);
-  EXPECT_EQ(cause.text, "Policy error at 1.40 s: out of?memory (2 of 3 stages).");
+  EXPECT_EQ(cause.text, "Policy error at 1.40 s: out of?memory (2 of 3 stages by then).");
   EXPECT_EQ(Reason(CauseEnd::By::kOther, "policy_error"), "policy_error");
 }
 
@@ -726,7 +739,7 @@ TEST_F(CauseFinderTest, AFailureConditionDecidesWithoutAnEvent) {
                             .cause;
   EXPECT_EQ(Reason(CauseEnd::By::kFailure, "failure_condition"), "failure_condition");
   EXPECT_EQ(cause.kind, "failed_condition");
-  EXPECT_EQ(cause.text, "Failure at 2.00 s: kitchen pot touches world (0 of 3 stages).");
+  EXPECT_EQ(cause.text, "Failure at 2.00 s: kitchen pot touches world (0 of 3 stages by then).");
 }
 
 TEST_F(CauseFinderTest, ASuccessHasItsNumbers) {

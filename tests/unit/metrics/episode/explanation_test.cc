@@ -160,9 +160,21 @@ TEST_F(ExplanationTest, WrongPoseIsATiltOfAHeldObject) {
   EXPECT_FALSE(condition.holds);
 }
 
+TEST_F(ExplanationTest, AnglesHaveHundredthsBelowADegreeAndTenthsAbove) {
+  for (const auto& [angle, text] : {std::pair(0.032, "0.03 degrees <= 20"),
+                                    {0.5, "0.50 degrees <= 20"},
+                                    {12.345, "12.3 degrees <= 20"},
+                                    {20.01, "20.01 degrees > 20"}}) {
+    UseSuccess("{tilt_below: {object: pot, axis: y, max_deg: 20}}");
+    Tilt(angle);
+    Tick();
+    EXPECT_EQ(End().explanation.condition.at(0).text, "tilt of pot " + std::string(text));
+  }
+}
+
 // A threshold must not be rounded to another value when it is shown.
-TEST_F(ExplanationTest, ANumberNearItsLimitHasEnoughDigitsToDiffer) {
-  for (const auto& [limit, height, text] : {std::tuple("1.096", 1.0961, "1.0961 m >= 1.096"),
+TEST_F(ExplanationTest, ANumberNearItsLimitHasEnoughDigitsForTheComparison) {
+  for (const auto& [limit, height, text] : {std::tuple("1.096", 1.0961, "1.096 m >= 1.096"),
                                             {"1.096", 1.1034, "1.103 m >= 1.096"},
                                             {"1.096", 1.096, "1.096 m >= 1.096"},
                                             {"1.096", 1.09599996, "1.09599996 m < 1.096"},
@@ -170,10 +182,10 @@ TEST_F(ExplanationTest, ANumberNearItsLimitHasEnoughDigitsToDiffer) {
                                             {"1.096", 2.0, "2.000 m >= 1.096"},
                                             {"1.1", 1.1034, "1.103 m >= 1.1"},
                                             {"1.12345678", 1.12345679, "1.12345679 m >= 1.12345678"},
-                                            {"1.12345678", 1.12345677, "1.1234568 m < 1.123457"},
+                                            {"1.12345678", 1.12345677, "1.123 m < 1.12346"},
                                             {"0", -1e-9, "-1e-09 m < 0"},
                                             {"0", -0.0, "0 m >= 0"},
-                                            {"-2", 12345.6, "12346 m >= -2"}}) {
+                                            {"-2", 12345.6, "12345.600 m >= -2"}}) {
     SCOPED_TRACE(text);
     UseSuccess("{height_above: {object: pot, min_m: " + std::string(limit) + "}}");
     Height() = height;
@@ -189,7 +201,7 @@ TEST_F(ExplanationTest, TheSameConditionIsReportedOnce) {
       "pot, b: world}}, {height_above: {object: pot, min_m: 9}}]}");
   Tick();
   EXPECT_EQ(Text(),
-            "time limit at 0.02 s: pot does not touch world, height of pot 1.00 m < 9; no stage reached");
+            "time limit at 0.02 s: pot does not touch world, height of pot 1.000 m < 9; no stage reached");
   EXPECT_EQ(End().explanation.num_conditions, 3);
 }
 
@@ -224,7 +236,7 @@ TEST_F(ExplanationTest, SuccessExplainsWhatHeld) {
   const episode_summary_t summary = End("success");
   EXPECT_EQ(summary.failure_reason, "");
   EXPECT_EQ(summary.explanation.text,
-            "success at 0.02 s: pot does not touch counter, height of pot 1.13 m >= 1.1; highest stage 2 "
+            "success at 0.02 s: pot does not touch counter, height of pot 1.130 m >= 1.1; highest stage 2 "
             "(lifted) at "
             "0.02 s");
   ASSERT_EQ(summary.explanation.num_grasps, 1);
@@ -269,10 +281,10 @@ TEST_F(ExplanationTest, AsJson) {
   Tick({{kLeftLink, kTop}, {kLeftLink, kRightLink}});
   EXPECT_EQ(
       ExplanationJson(End().explanation).dump(),
-      R"({"text":"time limit at 0.04 s: height of pot 1.00 m < 1.1; highest stage 1 (held) at 0.02 s; )"
+      R"({"text":"time limit at 0.04 s: height of pot 1.000 m < 1.1; highest stage 1 (held) at 0.02 s; )"
       R"(first collision at 0.04 s, left/link with counter/top; pot slipped from left at 0.04 s",)"
       R"("last_stage":{"index":1,"name":"held","time_s":0.02},)"
-      R"("conditions":[{"text":"height of pot 1.00 m < 1.1","predicate":"height_above","subject":"pot",)"
+      R"("conditions":[{"text":"height of pot 1.000 m < 1.1","predicate":"height_above","subject":"pot",)"
       R"("holds":false,"value":1.0,"comparison":">=","threshold":1.1,"unit":"m","tick":2,"time_s":0.04}],)"
       R"("first_collision":{"robot_geom":"left/link","scene_geom":"counter/top","tick":2,"time_s":0.04},)"
       R"("collisions_per_geom":{"counter/top":1,"left/link + right/link":1},)"

@@ -273,6 +273,17 @@ TEST(RunStatistics, CountStartsSeenInTraining) {
   EXPECT_EQ(SummaryJson("lift_pot", "base", summary_of())["seen_in_training"], 0);
 }
 
+TEST(RunStatistics, CountSuccessesThatDidNotReachEveryStage) {
+  EpisodeResult whole = Episode(true, true, {}), early = whole, failure = Episode(true, false, {});
+  whole.stages = {{1, true}, {2, true}};
+  early.stages = failure.stages = {{1, false}, {2, true}};
+  EXPECT_EQ(StatisticsOf({whole, failure}).Summary(false).StagesText(), "");
+  EXPECT_EQ(StatisticsOf({whole, early, failure}).Summary(false).StagesText(),
+            "1 of 2 successes did not reach every stage: stages are not conditions of success");
+  EXPECT_EQ(StatisticsOf({early}).Summary(false).StagesText(),
+            "1 of 1 success did not reach every stage: stages are not conditions of success");
+}
+
 // Six poses are 1 mm and 0.01 rad from the middle, and six are 3 mm and 0.03 rad from it, half of them on
 // each side. The barycenter is therefore the middle, the mean deviation is 2, and its standard deviation is
 // sqrt(12 / 11).

@@ -81,6 +81,7 @@ ReportRun SomeRun() {
   summary.wilson = {0.2, 0.9};
   summary.clopper_pearson = {0.1, 0.95};
   summary.stages = {{1, 1}};
+  summary.successes_without_stage = 1;
   summary.failure_reasons = {{"timeout", 1}};
   summary.metrics = {Metric("completion_time", 9.25), Metric("extended.min_clearance_m", 0.125),
                      Metric("extended.contact_time_s", 5.25), Metric("slip_count", 0),
@@ -150,6 +151,13 @@ TEST(ReportPage, StatesTheRateAndTheExclusions) {
               HasSubstr("2 of 3 complete episodes succeeded: 67 % (95 % interval 20 to 90 %, Wilson)."));
   EXPECT_THAT(text, HasSubstr("time limit (1)"));
   EXPECT_THAT(text, HasSubstr("excluded from every rate and statistic: 3."));
+}
+
+TEST(ReportPage, StatesThatStagesAreNotConditionsOfSuccess) {
+  ReportRun run = SomeRun();
+  EXPECT_THAT(PageOf({run}), HasSubstr(">" + run.summary.StagesText() + ".</p>"));
+  run.summary.successes_without_stage = 0;
+  EXPECT_THAT(PageOf({run}), Not(HasSubstr("not conditions of success")));
 }
 
 TEST(ReportPage, NumbersHaveAllTheirDigits) {
@@ -224,6 +232,23 @@ TEST(ReportPage, StatesTheCauseOfAFailure) {
   EXPECT_THAT(TextOf(page.ById("curves-2")), Not(HasSubstr("27.4 deg")));
 }
 
+TEST(ReportPage, TheReasonOfAFailureLeadsToItsMoment) {
+  ReportRun run = SomeRun();
+  run.moments[2].url = "#view:run=0,episode=2,t=2.620";
+  const Page page(PageOf({run}));
+  const auto links = page.All("a", [](const XMLElement& a) {
+    return a.Attribute("href", "#view:run=0,episode=2,t=2.620") && TextOf(&a) == "time limit";
+  });
+  EXPECT_EQ(links.size(), 1u);
+  EXPECT_EQ(TextOf(page.ById("episode-2")), TextOf(Page(PageOf({SomeRun()})).ById("episode-2")));
+}
+
+TEST(ReportPage, StatesTheConditionsOfASuccess) {
+  ReportRun run = SomeRun();
+  run.run.episodes[0].cause = {"success", 4.25, "Success at 4.25 s: height of pot 1.097 m."};
+  EXPECT_THAT(TextOf(Page(PageOf({run})).ById("episode-0")), HasSubstr("successheight of pot 1.097 m4.25"));
+}
+
 TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
   const Page page(PageOf({SomeRun()}));
   const XMLElement* row = page.ById("episode-2");
@@ -234,6 +259,15 @@ TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
   EXPECT_TRUE(links.contains("episodes/0002/front.mp4"));
   EXPECT_TRUE(links.contains("episodes/0003/events.lcmlog"));
   EXPECT_TRUE(links.contains("#curves-2"));
+}
+
+// The failure reason "collision" may be a contact with an object, which the counter ignores.
+TEST(ReportPage, StatesWhichCollisionsAreCounted) {
+  const Page page(PageOf({SomeRun()}));
+  const auto notes = page.All("p", [](const XMLElement& p) {
+    return TextOf(&p).ends_with("contacts with the objects of the task are not counted.");
+  });
+  EXPECT_EQ(notes.size(), 1u);
 }
 
 // The histogram has bars for 4.25, 5.25 and 6.25, in bins of 0.2 from 4.2 on. The last one is not a success.

@@ -58,6 +58,7 @@ TEST_F(BoardTest, CountsAndDifferences) {
   EXPECT_EQ(expert["cells"][0]["judged"], 10);
   EXPECT_EQ(expert["cells"][0]["interval"][0], metrics::WilsonInterval(9, 10).lower);
   EXPECT_EQ(expert["cells"][0]["stages"], ordered_json::parse("[[1, 10], [2, 9]]"));
+  EXPECT_EQ(expert["cells"][0]["successes_without_stage"], 0);
   EXPECT_DOUBLE_EQ(expert["all"]["time_s"], 8);  // mean of 4 to 12
   EXPECT_EQ(expert["slips_per_grasp"], 0.0);
   EXPECT_EQ(noisy["all"]["rate"], 0.4);
@@ -70,6 +71,7 @@ TEST_F(BoardTest, CountsAndDifferences) {
   EXPECT_EQ(noisy["against"]["paired"], true);
   EXPECT_EQ(noisy["against"]["interval"][0], expected.difference_95.lower);
   EXPECT_EQ(noisy["against"]["p"], expected.p);
+  EXPECT_EQ(noisy["against"]["is_adjusted"], false);
   EXPECT_EQ(noisy["against"]["judgment"], results::Word(expected.judgment()));
 }
 
@@ -86,6 +88,7 @@ TEST_F(BoardTest, TheVerdictIsASentence) {
   EXPECT_EQ(Board(runs, {.baseline = "a", .is_sequential = true})["verdict"], "");
   runs.push_back({.number = 2, .policy = "c", .source = "x", .is_over = true, .run = &c});
   EXPECT_EQ(Board(runs)["verdict"], "a 100 % > c 10 % ≈ b 0 %; not shown to differ: c and b");
+  EXPECT_EQ(Board(runs)["policies"][2]["against"]["is_adjusted"], true);
   runs.back().is_over = false;
   EXPECT_EQ(Board(runs)["verdict"], "");
 }
