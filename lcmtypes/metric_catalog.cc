@@ -10,6 +10,7 @@
 namespace evalbus {
 namespace {
 
+using enum MetricInput;
 using enum MetricKind;
 using Values = metric_values_t;
 
@@ -43,7 +44,7 @@ constexpr JerkMembers kJointJerk = {&Values::avg_joint_jerk_radps3, &Values::rms
                                     &Values::overall_avg_joint_jerk_radps3,
                                     &Values::overall_rms_joint_jerk_radps3};
 
-// Attributes of a metric besides its name, label and unit.
+// Attributes of a metric besides its name, label, unit, kind, input and better direction.
 struct Main {
   int position;
 };
@@ -62,6 +63,7 @@ constexpr Signed kSigned{};
 constexpr void Set(MetricInfo* metric, MetricKind kind) { metric->kind = kind; }
 constexpr void Set(MetricInfo* metric, Better better) { metric->better = better; }
 constexpr void Set(MetricInfo* metric, bool MetricInfo::*flag) { metric->*flag = true; }
+constexpr void Set(MetricInfo* metric, MetricInput input) { metric->input = input; }
 constexpr void Set(MetricInfo* metric, Main main) { metric->main = main.position; }
 constexpr void Set(MetricInfo* metric, Signed) { metric->least = -kInfinity; }
 constexpr void Set(MetricInfo* metric, const TrackOption* track) { metric->track = track; }
@@ -91,17 +93,17 @@ constexpr MetricInfo kMetrics[] = {
     Row("success", "success", "1", kSuccess, kHigher),
     Row("completion_time", "completion time", "s", kLower, kEffort, Main{1}, &Values::completion_time_s),
     Row("task_stage_reached", "stage reached", "1", kByStage, kHigher),
-    Row("subtask_progress", "subtask progress", "1", kOfStages, kHigher, Main{2}, kPercent,
+    Row("subtask_progress", "subtask progress", "1", kOfStages, kHigher, kStages, Main{2}, kPercent,
         &Values::subtask_progress),
     Row("target_distance", "target distance", "m", kByName, Main{3}, kSigned, &Values::target_distance_m,
         &Values::target_distance_name),
     Row("object_pose_error", "pose error", "rad", kByName, kLower, kRisk, Main{4},
         &Values::object_pose_error_rad, &Values::pose_error_name),
-    Row("slip_count", "slips", "count", kCount, kLower, kRisk, Main{5}, Track("track_slippage"),
+    Row("slip_count", "slips", "count", kCount, kLower, kRisk, kObjects, Main{5}, Track("track_slippage"),
         &Values::slip_count),
     Row("slip_count_per_object", "slips", "count", kByObject, kLower, kRisk, Track("track_slippage")),
-    Row("env_collision_count", "collisions with the scene", "count", kCount, kLower, kRisk, Main{6},
-        Track("track_collisions"), &Values::env_collision_count),
+    Row("env_collision_count", "collisions with the scene", "count", kCount, kLower, kRisk,
+        kForbiddenContactGeoms, Main{6}, Track("track_collisions"), &Values::env_collision_count),
     Row("self_collision_count", "self collisions", "count", kCount, kLower, kRisk, Main{7},
         Track("track_collisions"), &Values::self_collision_count),
     Row("bimanual_arm_velocity_difference", "arm speed difference", "rad/s", kOfTwoArms, Main{15},
@@ -121,46 +123,51 @@ constexpr MetricInfo kMetrics[] = {
 
     // Metrics defined by evalbus.
     Row("extended.command_log_dimensionless_jerk", "log dimensionless jerk of commands", "1", kByArm, kHigher,
-        kSigned),
-    Row("extended.contact_time_s", "time touching the scene", "s", kLower, kRisk, Main{8}),
-    Row("extended.env_collision_events", "scene collision events", "count", kCount, kLower, kRisk),
+        kPhysics, kSigned),
+    Row("extended.contact_time_s", "time touching the scene", "s", kLower, kRisk, kForbiddenContactGeoms,
+        Main{8}),
+    Row("extended.env_collision_events", "scene collision events", "count", kCount, kLower, kRisk,
+        kForbiddenContactGeoms),
     Row("extended.self_collision_events", "self collision events", "count", kCount, kLower, kRisk),
-    Row("extended.first_touch_s", "time of first touch", "s", kLower),
-    Row("extended.grasp_count", "grasps", "count", kByGripper),
-    Row("extended.grasp_time_s", "grasp time", "s", kByGripper),
-    Row("extended.longest_grasp_s", "longest grasp", "s", kByGripper),
-    Row("extended.regrasp_count", "regrasps", "count", kByGripper, kLower, kRisk),
-    Row("extended.grip_force_mean_N", "mean grip force", "N", kByGripper),
-    Row("extended.grip_force_peak_N", "peak grip force", "N", kByGripper),
+    Row("extended.first_touch_s", "time of first touch", "s", kLower, kObjects),
+    Row("extended.grasp_count", "grasps", "count", kByGripper, kObjects),
+    Row("extended.grasp_time_s", "grasp time", "s", kByGripper, kObjects),
+    Row("extended.longest_grasp_s", "longest grasp", "s", kByGripper, kObjects),
+    Row("extended.regrasp_count", "regrasps", "count", kByGripper, kLower, kRisk, kObjects),
+    Row("extended.grip_force_mean_N", "mean grip force", "N", kByGripper, kPhysics),
+    Row("extended.grip_force_peak_N", "peak grip force", "N", kByGripper, kPhysics),
     Row("extended.idle_time_s", "idle time", "s", kByArm, kLower, kEffort),
     Row("extended.log_dimensionless_jerk", "log dimensionless jerk", "1", kByArm, kHigher, kAmplifiesNoise,
         kSigned),
-    Row("extended.mechanical_work_J", "servo work", "J", kSumByArm, kLower, kEffort, Main{14}),
-    Row("extended.min_clearance_m", "smallest clearance", "m", kHigher, kRisk, Main{9}, kMillimeters,
-        kSigned),
-    Row("extended.min_clearance_time_s", "time of smallest clearance", "s"),
+    Row("extended.mechanical_work_J", "servo work", "J", kSumByArm, kLower, kEffort, kPhysics, Main{14}),
+    Row("extended.min_clearance_m", "smallest clearance", "m", kHigher, kRisk, kForbiddenContactGeoms,
+        Main{9}, kMillimeters, kSigned),
+    Row("extended.min_clearance_time_s", "time of smallest clearance", "s", kForbiddenContactGeoms),
     Row("extended.min_joint_limit_margin_rad", "joint limit margin", "rad", kHigher, kRisk, kSigned),
-    Row("extended.min_joint_torque_margin", "joint torque margin", "1", kHigher, kRisk, kPercent, kSigned),
-    Row("extended.p95_object_force_N", "95th percentile of forces on objects", "N", kLower, kRisk),
-    Row("extended.p95_scene_force_N", "95th percentile of forces on the scene", "N", kLower, kRisk),
-    Row("extended.p95_self_force_N", "95th percentile of forces on itself", "N", kLower, kRisk),
-    Row("extended.peak_object_force_N", "peak force on objects", "N", kLower, kRisk, Main{23}),
-    Row("extended.peak_scene_force_N", "peak force on the scene", "N", kLower, kRisk, Main{22}),
-    Row("extended.peak_self_force_N", "peak force on itself", "N", kLower, kRisk),
-    Row("extended.peak_penetration_m", "deepest penetration", "m", kLower, kRisk, Main{10}, kMillimeters),
-    Row("extended.peak_touch_energy_J", "peak energy of an unwanted touch", "J", kLower, kRisk),
-    Row("extended.unwanted_impulse_Ns", "impulse of unwanted contacts", "N s", kLower, kRisk),
+    Row("extended.min_joint_torque_margin", "joint torque margin", "1", kHigher, kRisk, kPhysics, kPercent,
+        kSigned),
+    Row("extended.p95_object_force_N", "95th percentile of forces on objects", "N", kLower, kRisk, kPhysics),
+    Row("extended.p95_scene_force_N", "95th percentile of forces on the scene", "N", kLower, kRisk, kPhysics),
+    Row("extended.p95_self_force_N", "95th percentile of forces on itself", "N", kLower, kRisk, kPhysics),
+    Row("extended.peak_object_force_N", "peak force on objects", "N", kLower, kRisk, kPhysics, Main{23}),
+    Row("extended.peak_scene_force_N", "peak force on the scene", "N", kLower, kRisk, kPhysics, Main{22}),
+    Row("extended.peak_self_force_N", "peak force on itself", "N", kLower, kRisk, kPhysics),
+    Row("extended.peak_penetration_m", "deepest penetration", "m", kLower, kRisk, kObjects, Main{10},
+        kMillimeters),
+    Row("extended.peak_touch_energy_J", "peak energy of an unwanted touch", "J", kLower, kRisk, kPhysics),
+    Row("extended.unwanted_impulse_Ns", "impulse of unwanted contacts", "N s", kLower, kRisk, kPhysics),
     Row("extended.peak_wrist_acceleration_mps2", "peak wrist acceleration", "m/s²", kByArm, kLower,
         kAmplifiesNoise),
     Row("extended.peak_wrist_speed_mps", "peak wrist speed", "m/s", kByArm),
     Row("extended.spectral_arc_length", "spectral arc length", "1", kByArm, kHigher, kSigned),
-    Row("extended.tracking_error_rad", "tracking error", "rad", kByArm, kLower),
-    Row("extended.limit_violations", "violations of force limits", "count", kCount, kLower, kRisk, Main{24}),
-    Row("extended.squeeze_excess_N", "grip force above its limit", "N", kLower, kRisk, Main{25}),
-    Row("extended.squeeze_time_s", "time with a grip force above its limit", "s", kLower, kRisk),
-    Row("extended.success_once", "success at any time", "1", kHigher, Main{19}, kPercent),
-    Row("extended.success_end", "success at the end", "1", kHigher, Main{20}, kPercent),
-    Row("extended.success_held_s", "success held for", "s", kHigher, Main{21}),
+    Row("extended.tracking_error_rad", "tracking error", "rad", kByArm, kLower, kPhysics),
+    Row("extended.limit_violations", "violations of force limits", "count", kCount, kLower, kRisk, kPhysics,
+        Main{24}),
+    Row("extended.squeeze_excess_N", "grip force above its limit", "N", kLower, kRisk, kPhysics, Main{25}),
+    Row("extended.squeeze_time_s", "time with a grip force above its limit", "s", kLower, kRisk, kPhysics),
+    Row("extended.success_once", "success at any time", "1", kHigher, kVerdict, Main{19}, kPercent),
+    Row("extended.success_end", "success at the end", "1", kHigher, kVerdict, Main{20}, kPercent),
+    Row("extended.success_held_s", "success held for", "s", kHigher, kVerdict, Main{21}),
     Row("extended.stage_time_s", "stage time", "s", kByStage, kLower),
     Row("extended.stale_action_ratio", "ticks without a new action", "1", kLower, kPercent),
     Row("extended.effective_hz", "new actions per second", "1/s", kHigher),
@@ -169,12 +176,13 @@ constexpr MetricInfo kMetrics[] = {
         &extended_metrics_t::missing_ticks),
     Row("extended.refused_samples", "refused samples", "count", kCount, kLower,
         &extended_metrics_t::refused_samples),
-    Row("extended.action_clips", "action clips", "count", kCount, kLower, &extended_metrics_t::action_clips),
-    Row("extended.deadline_misses", "late actions", "count", kCount, kLower,
+    Row("extended.action_clips", "action clips", "count", kCount, kLower, kPhysics,
+        &extended_metrics_t::action_clips),
+    Row("extended.deadline_misses", "late actions", "count", kCount, kLower, kPhysics,
         &extended_metrics_t::deadline_misses),
-    Row("extended.unreachable_poses", "unreachable poses", "count", kCount, kLower,
+    Row("extended.unreachable_poses", "unreachable poses", "count", kCount, kLower, kPhysics,
         &extended_metrics_t::unreachable_poses),
-    Row("extended.singular_poses", "singular poses", "count", kCount, kLower,
+    Row("extended.singular_poses", "singular poses", "count", kCount, kLower, kPhysics,
         &extended_metrics_t::singular_poses),
 };
 
