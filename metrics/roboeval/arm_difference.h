@@ -34,19 +34,19 @@ class ArmDifference {
 };
 
 // Norm of the measured joint velocities, rad/s.
-inline double JointSpeed(const ArmSample& arm) {
+inline double SpeedOfJoints(const ArmSample& arm) {
   double sum = 0;
   for (double value : arm.joint_velocity) sum += value * value;
   return std::sqrt(sum);
 }
 
 // Height of the wrist, m.
-inline double WristHeight(const ArmSample& arm) { return arm.wrist_position[2]; }
+inline double HeightOfWrist(const ArmSample& arm) { return arm.wrist_position[2]; }
 
 // This is a difference of speeds, not of velocities.
-using ArmSpeedDifference = ArmDifference<JointSpeed, &metric_values_t::tracks_vel_sync,
+using ArmSpeedDifference = ArmDifference<SpeedOfJoints, &metric_values_t::tracks_vel_sync,
                                          &metric_values_t::bimanual_arm_velocity_difference_radps>;
-using GripperHeightDifference = ArmDifference<WristHeight, &metric_values_t::tracks_vertical_sync,
+using GripperHeightDifference = ArmDifference<HeightOfWrist, &metric_values_t::tracks_vertical_sync,
                                               &metric_values_t::bimanual_gripper_vertical_difference_m>;
 
 }  // namespace evalbus::metrics
