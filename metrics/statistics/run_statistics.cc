@@ -121,9 +121,6 @@ EpisodeResult ResultOf(const ordered_json& episode) {
                        .success = metrics.value(kSuccess, 0.0) == 1,
                        .failure_reason = episode.at("failure_reason").get<std::string>(),
                        .values = NumbersOf(metrics, episode.at("extended")),
-                       .stages = {},
-                       .slips = {},
-                       .collisions = {},
                        .parameters = FlattenedValues(Member(episode, "parameters")),
                        .is_start_known = episode.contains("parameters"),
                        .final_poses = PosesOf(Member(episode, "final_poses"))};
