@@ -266,15 +266,10 @@ void EpisodeScorer::EndAt(int64_t last_tick) {
 }
 
 int8_t EpisodeScorer::verdict() const {
-  switch (evaluator_.verdict()) {
-    case Verdict::kSuccess:
-      return partial_metrics_t::SUCCESS;
-    case Verdict::kFailure:
-      return partial_metrics_t::FAILURE;
-    case Verdict::kUndecided:
-      break;
-  }
-  return partial_metrics_t::UNDECIDED;
+  const Verdict verdict = evaluator_.verdict();
+  return verdict == Verdict::kSuccess   ? partial_metrics_t::SUCCESS
+         : verdict == Verdict::kFailure ? partial_metrics_t::FAILURE
+                                        : partial_metrics_t::UNDECIDED;
 }
 
 std::optional<int64_t> EpisodeScorer::verdict_time_us() const {
