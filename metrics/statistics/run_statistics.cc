@@ -1,12 +1,12 @@
 #include "metrics/statistics/run_statistics.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
 #include "base/errors.h"
 #include "base/interned.h"
+#include "base/number_from.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
 #include "metrics/statistics/clopper_pearson.h"
@@ -97,9 +97,7 @@ NamedPoses PosesOf(const ordered_json& json) {
 
 // key: key of the episode that contains the index.
 int IndexIn(const char* key, const std::string& text) {
-  int index = 0;
-  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), index);
-  if (parsed.ec == std::errc() && parsed.ptr == text.data() + text.size()) return index;
+  if (const auto index = NumberFrom<int>(text)) return *index;
   throw InputError(std::string(key) + ": expected a whole number, got '" + text + "'");
 }
 
