@@ -15,19 +15,11 @@ namespace {
 
 // Colors close to bluish green and vermilion of the Okabe-Ito palette, distinguishable for color-blind users.
 const char* Code(Style style) {
-  switch (style) {
-    case Style::kStrong:
-      return "\x1b[1m";
-    case Style::kQuiet:
-      return "\x1b[2m";
-    case Style::kGood:
-      return "\x1b[38;5;36m";
-    case Style::kBad:
-      return "\x1b[38;5;202m";
-    case Style::kPlain:
-      break;
-  }
-  return "";
+  return style == Style::kStrong  ? "\x1b[1m"
+         : style == Style::kQuiet ? "\x1b[2m"
+         : style == Style::kGood  ? "\x1b[38;5;36m"
+         : style == Style::kBad   ? "\x1b[38;5;202m"
+                                  : "";
 }
 
 }  // namespace

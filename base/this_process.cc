@@ -5,7 +5,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
+#include <string_view>
+
+#include "base/number_from.h"
 
 namespace evalbus {
 namespace {
@@ -23,11 +25,8 @@ std::string ThisProcess() { return HostPrefix() + std::to_string(getpid()); }
 bool HasEnded(const std::string& process) {
   const std::string prefix = HostPrefix();
   if (!process.starts_with(prefix)) return false;
-  const char* const end = process.data() + process.size();
-  pid_t pid = 0;
-  const auto number = std::from_chars(process.data() + prefix.size(), end, pid);
-  if (number.ec != std::errc() || number.ptr != end || pid <= 0) return false;
-  return kill(pid, 0) != 0 && errno == ESRCH;
+  const pid_t pid = NumberFrom<pid_t>(std::string_view(process).substr(prefix.size())).value_or(0);
+  return pid > 0 && kill(pid, 0) != 0 && errno == ESRCH;
 }
 
 }  // namespace evalbus

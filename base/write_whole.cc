@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstdlib>
 #include <utility>
 
 #include "base/file_errors.h"
+#include "base/number_from.h"
 #include "base/this_process.h"
 
 namespace evalbus {
@@ -100,10 +100,9 @@ std::optional<TemporaryName> ParseTemporaryName(const std::string& name) {
   TemporaryName parsed{rest.substr(0, dot), rest.substr(dot + 1)};
   const size_t dash = parsed.process.rfind('-');
   if (dash == 0) return std::nullopt;
-  const char* const end = parsed.process.data() + parsed.process.size();
-  const char* const digits = parsed.process.data() + (dash == std::string::npos ? 0 : dash + 1);
-  const auto number = std::from_chars(digits, end, parsed.pid);
-  if (number.ec != std::errc() || number.ptr != end || parsed.pid <= 0) return std::nullopt;
+  const std::string digits = parsed.process.substr(dash == std::string::npos ? 0 : dash + 1);
+  parsed.pid = NumberFrom<pid_t>(digits).value_or(0);
+  if (parsed.pid <= 0) return std::nullopt;
   std::ranges::replace(parsed.process, '_', '.');
   return parsed;
 }

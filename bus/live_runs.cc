@@ -8,12 +8,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 
 #include "base/errors.h"
+#include "base/number_from.h"
 #include "bus/private_network.h"
 
 namespace evalbus {
@@ -83,8 +83,8 @@ std::vector<LiveRun> FindLiveRuns(const fs::path& proc) {
   for (const auto& entry : fs::directory_iterator(proc, error)) {
     const std::string name = entry.path().filename();
     LiveRun run;
-    const auto parsed = std::from_chars(name.data(), name.data() + name.size(), run.pid);
-    if (parsed.ptr != name.data() + name.size() || run.pid == getpid()) continue;
+    run.pid = NumberFrom<pid_t>(name).value_or(0);
+    if (run.pid == 0 || run.pid == getpid()) continue;
     struct stat process {};
     if (stat(entry.path().c_str(), &process) != 0 || !IsOurs(process)) continue;
     const auto arguments = Strings(entry.path() / "cmdline");

@@ -22,10 +22,4 @@ void ForEachOption(Options& options, const F& f) {
              options, f);
 }
 
-// Throws InputError if an option is invalid.
-inline void CheckCollisionOptions(const CollisionOptions& options) {
-  if (options.contacts == contacts_from::kShapes || options.contacts == contacts_from::kSource) return;
-  throw InputError("--contacts: expected shapes or source, got '" + options.contacts + "'");
-}
-
 }  // namespace evalbus::collision

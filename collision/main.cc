@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
       "names.",
       [&](CLI::App* app) { evalbus::AddOptions(app, &options); },
       [&](evalbus::Bus* bus) {
-        CheckCollisionOptions(options);
+        evalbus::contacts_from::Check(options.contacts);
         return std::make_unique<evalbus::collision::CollisionComponent>(
             bus, options.contacts == evalbus::contacts_from::kSource);
       });

@@ -37,6 +37,17 @@ enum class MetricKind {
   kJerk,       // avg_NAME, rms_NAME like kByArm; for two arms also overall_avg_NAME, overall_rms_NAME
 };
 
+// What a source must provide for a metric besides joint positions (docs/metrics.md, "What a source must
+// know"). Velocities computed as differences of positions are sufficient.
+enum class MetricInput {
+  kNone,
+  kPhysics,                // quantities that only a physics engine provides (model_info_t.has_physics)
+  kObjects,                // the poses of all manipulated objects
+  kForbiddenContactGeoms,  // poses of objects with parts that must not be touched, which count as scene
+  kStages,                 // every stage of the task can be judged
+  kVerdict,                // success and failure can be judged
+};
+
 // A group of metrics that a task can switch off. `key` is its key in the task's `metrics` section; `member`
 // is the member of metric_values_t that shows whether it is tracked.
 struct TrackOption {
@@ -68,6 +79,7 @@ struct MetricInfo {
   // True for a second or third difference of positions, which amplifies the noise and jitter of a recording.
   // Such a metric cannot be compared between a recording and a simulation.
   bool amplifies_noise = false;
+  MetricInput input = MetricInput::kNone;
   // Position, from 1, among the main metrics, which tables show and comparisons test. 0: not a main metric.
   int main = 0;
   // Unit of the shown value, which is value * scale. If it is empty, no unit is shown.

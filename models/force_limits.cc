@@ -30,7 +30,6 @@ ForceLimit ParseForceLimit(const YamlValue& value) {
   }
   ForceLimit limit{.region = value.key(),
                    .bodies = map["bodies"].Texts(),
-                   .locations = {},
                    .quasi_static_force = force(kQuasiStatic),
                    .transient_force = force(kTransient),
                    .grip_force = force(kGrip),

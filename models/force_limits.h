@@ -17,7 +17,7 @@ struct ForceLimit {
   // Names of entities (which stand for all their bodies) or bodies of the model, and the location of each
   // name.
   std::vector<std::string> bodies;
-  std::vector<SourceLocation> locations;
+  std::vector<SourceLocation> locations = {};
   // Limits in N; infinite if the region has no such limit. Either both of the first two are given or neither.
   double quasi_static_force;
   double transient_force;

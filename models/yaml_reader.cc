@@ -3,12 +3,12 @@
 #include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <sstream>
 
 #include "base/angles.h"
 #include "base/errors.h"
+#include "base/number_from.h"
 #include "models/farthest.h"
 
 namespace evalbus {
@@ -31,16 +31,10 @@ std::string Describe(NumberRange range) {
   return "a number";
 }
 
-// Parses all of `text` as a T.
+// Parses all of `text` as a T; a plus sign is allowed.
 template <typename T>
-std::optional<T> Parse(const std::string& text) {
-  T value{};
-  const char* first = text.data();
-  const char* last = first + text.size();
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') ++first;
-  const auto [end, error] = std::from_chars(first, last, value);
-  if (error != std::errc() || end != last) return std::nullopt;
-  return value;
+std::optional<T> Parse(std::string_view text) {
+  return NumberFrom<T>(text.substr(text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0));
 }
 
 // yaml-cpp also reads other encodings. They are rejected, because messages carry the text unchanged and end

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <vector>
 
 #include "base/errors.h"
+#include "base/number_from.h"
 #include "base/suggestion.h"
 #include "policy_bridge/contract/contract.h"
 #include "policy_bridge/experts/expert.h"
@@ -48,8 +48,8 @@ PolicyMaker MakeScripted(const std::string& task) {
 PolicyMaker MakeNoisy(const std::string& text) {
   double amplitude = NoisyPolicy::kAmplitude;
   if (!text.empty()) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), amplitude);
-    if (error != std::errc() || end != text.data() + text.size() || !(amplitude >= 0 && amplitude <= 1)) {
+    amplitude = NumberFrom<double>(text).value_or(-1);
+    if (!(amplitude >= 0 && amplitude <= 1)) {
       throw InputError("noisy_expert:" + text + ": expected 0 to 1, the maximum deviation of a joint, rad");
     }
   }

@@ -4,7 +4,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -12,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/input_file.h"
+#include "base/number_from.h"
 #include "base/text.h"
 #include "export/hdf5_file.h"
 #include "models/yaml_reader.h"
@@ -64,14 +64,12 @@ class Csv : public TrajectoryTable {
         fail(fmt::format("expected {} values, one for each column, got {}", names_.size(), cells.size()));
       }
       for (size_t k = 0; k < cells.size(); ++k) {
-        double number = 0;
-        const char* last = cells[k].data() + cells[k].size();
-        const auto parsed = std::from_chars(cells[k].data(), last, number);
-        if (parsed.ec != std::errc() || parsed.ptr != last) {
+        const auto number = NumberFrom<double>(cells[k]);
+        if (!number) {
           fail(fmt::format("column '{}': expected a number, got '{}'", Printable(names_[k]),
                            Printable(Cut(cells[k], 40))));
         }
-        columns_[k].push_back(number);
+        columns_[k].push_back(*number);
       }
       lines_.push_back(line_number);
     }
@@ -100,10 +98,8 @@ class Csv : public TrajectoryTable {
 std::pair<std::string, std::optional<size_t>> SplitIndex(const std::string& name) {
   const size_t open = name.rfind('[');
   if (open == std::string::npos || !name.ends_with(']')) return {name, {}};
-  size_t index = 0;
-  const auto parsed = std::from_chars(name.data() + open + 1, name.data() + name.size() - 1, index);
-  if (parsed.ec != std::errc() || parsed.ptr != name.data() + name.size() - 1) return {name, {}};
-  return {name.substr(0, open), index};
+  const auto index = NumberFrom<size_t>(name.substr(open + 1, name.size() - open - 2));
+  return {index ? name.substr(0, open) : name, index};
 }
 
 class Arrays : public TrajectoryTable {

@@ -150,8 +150,7 @@ inline void CheckSeeds(const std::string& seed_stream, int64_t seed, int64_t epi
 // Throws InputError if the options are invalid or contradict each other.
 inline void CheckSimOptions(const SimOptions& options) {
   CheckRanges(options);
-  if (options.contacts != contacts_from::kShapes && options.contacts != contacts_from::kSource)
-    throw InputError("--contacts: expected shapes or source, got '" + options.contacts + "'");
+  contacts_from::Check(options.contacts);
   if (!IsSeedStream(options.seed_stream)) {
     throw InputError(fmt::format("--seed-stream: expected {}, {} or {}, got '{}'", kRunSeeds, kCollectSeeds,
                                  kRoboEvalSeeds, options.seed_stream));

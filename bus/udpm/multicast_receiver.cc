@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
@@ -15,6 +14,7 @@
 #include <variant>
 
 #include "base/errors.h"
+#include "base/number_from.h"
 #include "base/poll.h"
 #include "bus/udpm/channel_filter.h"
 
@@ -54,10 +54,8 @@ void CheckMulticastAddress(const std::string& url) {
   const std::string group = place.substr(0, colon);
   const std::string port = colon == std::string::npos ? "7667" : place.substr(colon + 1);
   in_addr address{};
-  int number = 0;
-  const auto parsed = std::from_chars(port.data(), port.data() + port.size(), number);
-  const bool is_port =
-      parsed.ec == std::errc() && parsed.ptr == port.data() + port.size() && number > 0 && number <= kMaxPort;
+  const int number = NumberFrom<int>(port).value_or(0);
+  const bool is_port = number > 0 && number <= kMaxPort;
   if ((group.empty() || inet_aton(group.c_str(), &address) != 0) && is_port) return;
   throw InputError("bus URL '" + url + "': '" + place +
                    "' is not ADDRESS:PORT, for example udpm://239.255.76.67:7667?ttl=0");

@@ -55,15 +55,7 @@ void AddOptions(CLI::App* app, GateCommandOptions* options) {
 }
 
 int ExitCode(results::GateVerdict verdict) {
-  switch (verdict) {
-    case results::GateVerdict::kPass:
-      return 0;
-    case results::GateVerdict::kFail:
-      return 10;
-    case results::GateVerdict::kCannotTell:
-      break;
-  }
-  return 11;
+  return verdict == results::GateVerdict::kPass ? 0 : verdict == results::GateVerdict::kFail ? 10 : 11;
 }
 
 // Returns 0 for PASS, 10 for FAIL, 11 for CANNOT TELL. Throws InputError, EnvironmentError.

@@ -53,19 +53,12 @@ struct PolicyCommandOptions {
 // Returns the exit code of `check`. Codes above 2 are specific to this command. All commands return 0 for
 // success, 1 for invalid usage or files, and 2 for an error of the environment.
 int ExitCode(CheckReport::Verdict verdict) {
-  switch (verdict) {
-    case CheckReport::Verdict::kGood:
-      return 0;
-    case CheckReport::Verdict::kUnreachable:
-      return 3;
-    case CheckReport::Verdict::kProtocol:
-      return 4;
-    case CheckReport::Verdict::kContract:
-      return 5;
-    case CheckReport::Verdict::kSuspicious:
-      return 6;
-  }
-  return 2;
+  using Verdict = CheckReport::Verdict;
+  return verdict == Verdict::kGood          ? 0
+         : verdict == Verdict::kUnreachable ? 3
+         : verdict == Verdict::kProtocol    ? 4
+         : verdict == Verdict::kContract    ? 5
+                                            : 6;
 }
 
 int ListContracts() {
@@ -220,24 +213,15 @@ void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
       fmt::print("{}{}\n", mark, Printable(part));
   }
   if (has_images) fmt::print("    images as they were sent: {}\n", (folder / "*.png").string());
-  const char* words = "";
-  switch (report.verdict) {
-    case CheckReport::Verdict::kGood:
-      words = "good: no problem was found";
-      break;
-    case CheckReport::Verdict::kUnreachable:
-      words = "unreachable: no server answers";
-      break;
-    case CheckReport::Verdict::kProtocol:
-      words = "protocol: the server does not support this wire protocol, or failed";
-      break;
-    case CheckReport::Verdict::kContract:
-      words = "contract: the server's answers contradict the contract";
-      break;
-    case CheckReport::Verdict::kSuspicious:
-      words = "suspicious: the server works, but a mistake is likely: see the lines with ?";
-      break;
-  }
+  using Verdict = CheckReport::Verdict;
+  const char* const words =
+      report.verdict == Verdict::kGood          ? "good: no problem was found"
+      : report.verdict == Verdict::kUnreachable ? "unreachable: no server answers"
+      : report.verdict == Verdict::kProtocol
+          ? "protocol: the server does not support this wire protocol, or failed"
+      : report.verdict == Verdict::kContract
+          ? "contract: the server's answers contradict the contract"
+          : "suspicious: the server works, but a mistake is likely: see the lines with ?";
   fmt::print("\n{}\n", words);
 }
 

@@ -16,10 +16,10 @@ namespace evalbus::metrics {
 // Names and sizes that do not change during an episode.
 struct CauseConfig {
   double dt = 0;  // s, time between ticks
-  std::vector<std::string> arms;
-  std::vector<int> joint_arm;  // by joint: index of its arm
-  std::vector<std::string> grippers;
-  std::vector<int> gripper_arm;  // by gripper: index of its arm
+  std::vector<std::string> arms = {};
+  std::vector<int> joint_arm = {};  // by joint: index of its arm
+  std::vector<std::string> grippers = {};
+  std::vector<int> gripper_arm = {};  // by gripper: index of its arm
   std::vector<std::string> objects;
   std::vector<std::string> entities;
   std::vector<int> object_entity;  // by object: index of its entity

@@ -11,10 +11,6 @@ namespace {
 
 CauseConfig MakeCauseConfig(const model_info_t& model) {
   CauseConfig config{.dt = ControlPeriod(model),
-                     .arms = {},
-                     .joint_arm = {},
-                     .grippers = {},
-                     .gripper_arm = {},
                      .objects = model.object_name,
                      .entities = model.entity_name,
                      .object_entity = {model.object_entity.begin(), model.object_entity.end()},

@@ -201,8 +201,7 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
     arms_[k] = {.joint_position = arm.joint_position_rad,
                 .joint_velocity = arm.joint_velocity_radps,
                 .wrist_position = {p[0], p[1], p[2]},
-                .wrist_quat = {q[0], q[1], q[2], q[3]},
-                .mechanical_work = {}};
+                .wrist_quat = {q[0], q[1], q[2], q[3]}};
     if (!model_.has_physics) continue;
     arms_[k].mechanical_work = arm.mechanical_work_J;
     arms_[k].joint_torque_peak = arm.joint_torque_peak_Nm;
@@ -222,8 +221,7 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
                 .gripper_opening = opening_,
                 .holding = holding_,
                 .pinched = pinched_,
-                .contacts = contacts_,
-                .clearance = {}};
+                .contacts = contacts_};
   if (contacts.has_clearance) sample.clearance = contacts.clearance_m;
   if (model_.has_physics) sample.forces = forces_.Read(state);
 
@@ -268,15 +266,10 @@ void EpisodeScorer::EndAt(int64_t last_tick) {
 }
 
 int8_t EpisodeScorer::verdict() const {
-  switch (evaluator_.verdict()) {
-    case Verdict::kSuccess:
-      return partial_metrics_t::SUCCESS;
-    case Verdict::kFailure:
-      return partial_metrics_t::FAILURE;
-    case Verdict::kUndecided:
-      break;
-  }
-  return partial_metrics_t::UNDECIDED;
+  const Verdict verdict = evaluator_.verdict();
+  return verdict == Verdict::kSuccess   ? partial_metrics_t::SUCCESS
+         : verdict == Verdict::kFailure ? partial_metrics_t::FAILURE
+                                        : partial_metrics_t::UNDECIDED;
 }
 
 std::optional<int64_t> EpisodeScorer::verdict_time_us() const {

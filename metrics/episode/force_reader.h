@@ -17,12 +17,8 @@ class ForceReader {
 
   // The result points into `state` and into this object; it is valid until the next call.
   ForceSample Read(const state_t& state) {
-    ForceSample sample{.scene = state.scene_force_N,
-                       .object = state.object_force_N,
-                       .self = state.self_force_N,
-                       .unwanted_impulse = 0,
-                       .unwanted_touch_energy = 0,
-                       .grip = {}};
+    ForceSample sample{
+        .scene = state.scene_force_N, .object = state.object_force_N, .self = state.self_force_N};
     for (const contact_force_t& force : state.contact_force) {
       if (force.kind != contact_force_t::SCENE && force.kind != contact_force_t::SELF) continue;
       sample.unwanted_impulse += force.mean_force_N * dt_;

@@ -1,11 +1,12 @@
 // Determines which values are available for a run from an external source. Metrics whose inputs the source
-// does not provide are omitted, not reported as zero (docs/metrics.md, "What a source must know"). A single
-// table lists the inputs that each metric needs. Pure.
+// does not provide are omitted, not reported as zero (docs/metrics.md, "What a source must know"). The
+// metric catalog lists the input that each metric needs. Pure.
 #pragma once
 
 #include "evalbus/extended_metrics_t.hpp"
 #include "evalbus/metric_values_t.hpp"
 #include "evalbus/model_info_t.hpp"
+#include "lcmtypes/metric_catalog.h"
 #include "lcmtypes/unavailable.h"
 #include "metrics/task/task_evaluator.h"
 
@@ -24,10 +25,7 @@ class MetricAvailability {
   bool everything_;
   std::vector<uint8_t> is_tracked_;
 
-  enum class Need;
-  bool Has(Need need) const;
-  struct Row;
-  static const Row kNeeds[];
+  bool Has(MetricInput input) const;
 };
 
 }  // namespace evalbus::metrics

@@ -246,9 +246,7 @@ EpisodeResult ResultOf(const episode_begin_t& begin, const episode_summary_t& su
       .success = summary.metrics.success != 0,
       .failure_reason = summary.failure_reason,
       .values = NumbersOf(ResultJson(summary.metrics), ExtendedJson(summary.extended, summary.metrics)),
-      .stages = {},
       .slips = summary.metrics.slip_count_per_object,
-      .collisions = {},
       .parameters = FlattenedValues(ParametersJson(begin)),
       .is_start_known = true,
       .final_poses = PosesOf(summary)};

@@ -1,6 +1,6 @@
 // All metrics of one episode, updated tick by tick and readable at any tick. Pure: no bus, no clock, no file.
-// Definitions: docs/metrics.md. Each formula is an accumulator in a header of its own: RoboEval's in
-// roboeval/, those defined by evalbus in extended/ (see extended_metric.h).
+// Definitions: docs/metrics.md. Each formula is an accumulator: RoboEval's are in roboeval/, those defined by
+// evalbus in extended/ (see extended_metric.h).
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,10 @@
 
 #include "evalbus/metric_values_t.hpp"
 #include "metrics/extended/extended_metrics.h"
-#include "metrics/roboeval/arm_speed_difference.h"
-#include "metrics/roboeval/env_collisions.h"
-#include "metrics/roboeval/gripper_height_difference.h"
+#include "metrics/roboeval/arm_difference.h"
+#include "metrics/roboeval/collisions.h"
 #include "metrics/roboeval/jerk.h"
-#include "metrics/roboeval/orientation_path_length.h"
 #include "metrics/roboeval/path_length.h"
-#include "metrics/roboeval/self_collisions.h"
 #include "metrics/roboeval/slips.h"
 #include "metrics/roboeval/stages.h"
 #include "metrics/sample/derived_sample.h"

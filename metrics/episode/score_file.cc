@@ -229,11 +229,7 @@ class Step {
       const size_t dof = arm.num_joints;
       keys_.push_back(arm.name);
       const std::vector<double>& joints = joints_.emplace_back(2 * dof);
-      arm_.push_back({.joint_position = {joints.data(), dof},
-                      .joint_velocity = {joints.data() + dof, dof},
-                      .wrist_position = {},
-                      .wrist_quat = {},
-                      .mechanical_work = {}});
+      arm_.push_back({.joint_position = {joints.data(), dof}, .joint_velocity = {joints.data() + dof, dof}});
     }
   }
 
@@ -278,9 +274,7 @@ class Step {
             .arm = arm_,
             .gripper_opening = opening_,
             .holding = holding_,
-            .pinched = {},
-            .contacts = contacts_,
-            .clearance = {}};
+            .contacts = contacts_};
   }
   const std::vector<double>& opening() const { return opening_; }
   const std::vector<uint8_t>& holding() const { return holding_; }

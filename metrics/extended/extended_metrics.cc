@@ -4,25 +4,10 @@
 #include <stdexcept>
 
 #include "lcmtypes/metric_catalog.h"
-#include "metrics/extended/collision_events.h"
-#include "metrics/extended/command_jerk.h"
-#include "metrics/extended/contact_forces.h"
-#include "metrics/extended/contact_time.h"
-#include "metrics/extended/first_touch.h"
-#include "metrics/extended/grasp_statistics.h"
-#include "metrics/extended/grip_force.h"
-#include "metrics/extended/idle_time.h"
-#include "metrics/extended/joint_limit_margin.h"
-#include "metrics/extended/joint_torque_margin.h"
-#include "metrics/extended/log_dimensionless_jerk.h"
-#include "metrics/extended/mechanical_work.h"
-#include "metrics/extended/min_clearance.h"
-#include "metrics/extended/peak_penetration.h"
-#include "metrics/extended/peak_wrist_acceleration.h"
-#include "metrics/extended/peak_wrist_speed.h"
+#include "metrics/extended/contact_metrics.h"
+#include "metrics/extended/grasp_metrics.h"
+#include "metrics/extended/motion_metrics.h"
 #include "metrics/extended/spectral_arc_length.h"
-#include "metrics/extended/tracking_error.h"
-#include "metrics/extended/unwanted_contact.h"
 
 namespace evalbus::metrics {
 namespace {

@@ -75,9 +75,7 @@ class WristSpectralArcLength : public ExtendedMetric {
     if (samples_++ == 0) return;
     for (size_t k = 0; k < speed_.size(); ++k) speed_[k].push_back(derived.wrist_speed[k]);
   }
-  void Values(std::span<double> values) const override {
-    std::fill(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN());
-  }
+  void Values(std::span<double> values) const override { std::fill(values.begin(), values.end(), kNone); }
   void FinalValues(int64_t last_tick, std::span<double> values) const override {
     Values(values);
     if (samples_ != last_tick) return;

@@ -7,7 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "metrics/roboeval/by_arm.h"
+#include "evalbus/metric_values_t.hpp"
+#include "metrics/roboeval/arm_quantities.h"
 
 namespace evalbus::metrics {
 
@@ -68,72 +69,53 @@ class Jerk {
   double sum_of_squares_ = 0;
 };
 
-// Mean and root mean square over the samples of all arms together; 0 without samples.
-inline double PooledMean(std::span<const Jerk> arms) {
-  double sum = 0;
-  int64_t count = 0;
-  for (const Jerk& arm : arms) sum += arm.sum(), count += arm.count();
-  return count > 0 ? sum / count : 0;
-}
-
-inline double PooledRms(std::span<const Jerk> arms) {
-  double sum = 0;
-  int64_t count = 0;
-  for (const Jerk& arm : arms) sum += arm.sum_of_squares(), count += arm.count();
-  return count > 0 ? std::sqrt(sum / count) : 0;
-}
-
-// Jerk of each wrist's position, m/s^3.
-class CartesianJerk {
+// Jerk by arm, and over the samples of all arms together.
+template <class Quantity, auto kFlag, auto kAvg, auto kRms, auto kOverallAvg, auto kOverallRms>
+class ArmJerk {
  public:
-  static constexpr auto kTracked = &metric_values_t::tracks_cartesian_jerk;
-  explicit CartesianJerk(const MetricsConfig& config)
-      : arms_(config.arms.size(), Jerk(3, config.control_dt)) {}
+  static constexpr auto kTracked = kFlag;
+  explicit ArmJerk(const MetricsConfig& config) {
+    for (const ArmConfig& arm : config.arms) arms_.emplace_back(Quantity::Dimension(arm), config.control_dt);
+  }
 
-  void Start(const ResetState&) { StartEach(&arms_); }
+  void Start(const ResetState&) {
+    for (Jerk& arm : arms_) arm.Start();
+  }
   void Add(const DerivedSample& derived) {
     for (size_t k = 0; k < arms_.size(); ++k) {
       if (!derived.in_a_row) arms_[k].RestartHistory();
-      arms_[k].Add(derived.sample.arm[k].wrist_position);
+      arms_[k].Add(Quantity::Of(derived, k));
     }
   }
   void Values(metric_values_t* values) const {
-    for (const Jerk& arm : arms_) values->num_jerk_samples = std::max(values->num_jerk_samples, arm.count());
-    FillEach(arms_, &Jerk::mean, &values->avg_cartesian_jerk_mps3);
-    FillEach(arms_, &Jerk::rms, &values->rms_cartesian_jerk_mps3);
-    values->overall_avg_cartesian_jerk_mps3 = PooledMean(arms_);
-    values->overall_rms_cartesian_jerk_mps3 = PooledRms(arms_);
+    (values->*kAvg).resize(arms_.size());
+    (values->*kRms).resize(arms_.size());
+    double sum = 0, sum_of_squares = 0;
+    int64_t count = 0;
+    for (size_t k = 0; k < arms_.size(); ++k) {
+      const Jerk& arm = arms_[k];
+      (values->*kAvg)[k] = arm.mean();
+      (values->*kRms)[k] = arm.rms();
+      sum += arm.sum();
+      sum_of_squares += arm.sum_of_squares();
+      count += arm.count();
+      values->num_jerk_samples = std::max(values->num_jerk_samples, arm.count());
+    }
+    values->*kOverallAvg = count > 0 ? sum / count : 0;
+    values->*kOverallRms = count > 0 ? std::sqrt(sum_of_squares / count) : 0;
   }
 
  private:
   std::vector<Jerk> arms_;
 };
 
-// Jerk of each arm's joint positions, rad/s^3.
-class JointJerk {
- public:
-  static constexpr auto kTracked = &metric_values_t::tracks_joint_jerk;
-  explicit JointJerk(const MetricsConfig& config) {
-    for (const ArmConfig& arm : config.arms) arms_.emplace_back(arm.num_joints, config.control_dt);
-  }
-
-  void Start(const ResetState&) { StartEach(&arms_); }
-  void Add(const DerivedSample& derived) {
-    for (size_t k = 0; k < arms_.size(); ++k) {
-      if (!derived.in_a_row) arms_[k].RestartHistory();
-      arms_[k].Add(derived.sample.arm[k].joint_position);
-    }
-  }
-  void Values(metric_values_t* values) const {
-    for (const Jerk& arm : arms_) values->num_jerk_samples = std::max(values->num_jerk_samples, arm.count());
-    FillEach(arms_, &Jerk::mean, &values->avg_joint_jerk_radps3);
-    FillEach(arms_, &Jerk::rms, &values->rms_joint_jerk_radps3);
-    values->overall_avg_joint_jerk_radps3 = PooledMean(arms_);
-    values->overall_rms_joint_jerk_radps3 = PooledRms(arms_);
-  }
-
- private:
-  std::vector<Jerk> arms_;
-};
+using CartesianJerk =
+    ArmJerk<WristPosition, &metric_values_t::tracks_cartesian_jerk, &metric_values_t::avg_cartesian_jerk_mps3,
+            &metric_values_t::rms_cartesian_jerk_mps3, &metric_values_t::overall_avg_cartesian_jerk_mps3,
+            &metric_values_t::overall_rms_cartesian_jerk_mps3>;
+using JointJerk =
+    ArmJerk<JointPositions, &metric_values_t::tracks_joint_jerk, &metric_values_t::avg_joint_jerk_radps3,
+            &metric_values_t::rms_joint_jerk_radps3, &metric_values_t::overall_avg_joint_jerk_radps3,
+            &metric_values_t::overall_rms_joint_jerk_radps3>;
 
 }  // namespace evalbus::metrics

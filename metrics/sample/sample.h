@@ -47,11 +47,11 @@ struct ResetState {
 };
 
 struct ArmSample {
-  std::span<const double> joint_position;  // rad
-  std::span<const double> joint_velocity;  // rad/s, measured
-  std::array<double, 3> wrist_position;    // m
-  std::array<double, 4> wrist_quat;        // (w, x, y, z), any positive norm
-  std::optional<double> mechanical_work;   // J since tick 0; empty if unknown
+  std::span<const double> joint_position;      // rad
+  std::span<const double> joint_velocity;      // rad/s, measured
+  std::array<double, 3> wrist_position = {};   // m
+  std::array<double, 4> wrist_quat = {};       // (w, x, y, z), any positive norm
+  std::optional<double> mechanical_work = {};  // J since tick 0; empty if unknown
   // Both empty if unknown: largest absolute torque of each joint during the tick (N m), and the commanded
   // position that was in force during it (rad).
   std::span<const double> joint_torque_peak = {};
@@ -72,9 +72,9 @@ struct ForceSample {
   std::span<const double> scene, object, self;
   // Integral over time of the forces of the robot's contacts with the scene and with itself (N s), and the
   // largest kinetic energy with which such a contact began in this tick (J).
-  double unwanted_impulse;
-  double unwanted_touch_energy;
-  std::span<const GripSample> grip;  // in the order of MetricsConfig::grippers
+  double unwanted_impulse = 0;
+  double unwanted_touch_energy = 0;
+  std::span<const GripSample> grip = {};  // in the order of MetricsConfig::grippers
 };
 
 struct Sample {
@@ -83,9 +83,9 @@ struct Sample {
   std::span<const ArmSample> arm;           // in the order of MetricsConfig::arms
   std::span<const double> gripper_opening;  // 0 closed, 1 open
   std::span<const uint8_t> holding;         // [object * number of grippers + gripper]
-  std::span<const uint8_t> pinched;         // same index: pads of both fingers touch it; empty if unknown
+  std::span<const uint8_t> pinched = {};    // same index: pads of both fingers touch it; empty if unknown
   std::span<const GeomContact> contacts;
-  std::optional<double> clearance;         // m, from robot to scene; empty if not evaluated
+  std::optional<double> clearance = {};    // m, from robot to scene; empty if not evaluated
   std::optional<ForceSample> forces = {};  // empty if unknown
 };
 

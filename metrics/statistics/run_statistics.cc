@@ -1,12 +1,12 @@
 #include "metrics/statistics/run_statistics.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
 #include "base/errors.h"
 #include "base/interned.h"
+#include "base/number_from.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
 #include "metrics/statistics/clopper_pearson.h"
@@ -97,9 +97,7 @@ NamedPoses PosesOf(const ordered_json& json) {
 
 // key: key of the episode that contains the index.
 int IndexIn(const char* key, const std::string& text) {
-  int index = 0;
-  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), index);
-  if (parsed.ec == std::errc() && parsed.ptr == text.data() + text.size()) return index;
+  if (const auto index = NumberFrom<int>(text)) return *index;
   throw InputError(std::string(key) + ": expected a whole number, got '" + text + "'");
 }
 
@@ -121,9 +119,6 @@ EpisodeResult ResultOf(const ordered_json& episode) {
                        .success = metrics.value(kSuccess, 0.0) == 1,
                        .failure_reason = episode.at("failure_reason").get<std::string>(),
                        .values = NumbersOf(metrics, episode.at("extended")),
-                       .stages = {},
-                       .slips = {},
-                       .collisions = {},
                        .parameters = FlattenedValues(Member(episode, "parameters")),
                        .is_start_known = episode.contains("parameters"),
                        .final_poses = PosesOf(Member(episode, "final_poses"))};

@@ -41,11 +41,11 @@ struct EpisodeResult {
   // Every number of the result by its name as in summary.json, except success and reached stages.
   NamedNumbers values;
   // Index of each stage, and whether it was reached.
-  std::vector<std::pair<int, bool>> stages;
+  std::vector<std::pair<int, bool>> stages = {};
   // Number of slips by object; -1: unknown.
-  std::vector<int64_t> slips;
+  std::vector<int64_t> slips = {};
   // New collisions by scene geom, or by pair of robot geoms ("left/hand + right/hand").
-  std::map<std::string, int64_t> collisions;
+  std::map<std::string, int64_t> collisions = {};
   // Randomized start parameters. Empty if nothing was randomized, or if the parameters are unknown (a run of
   // an older evalbus version, a recorded trajectory, an external source).
   NamedNumbers parameters;

@@ -16,6 +16,17 @@
 namespace evalbus::metrics {
 namespace {
 
+condition_t About(const char* predicate, int8_t kind, const std::string& subject = "",
+                  const std::string& other = "", const char* unit = "") {
+  condition_t condition{};
+  condition.predicate = predicate;
+  condition.kind = kind;
+  condition.subject = subject;
+  condition.other = other;
+  condition.unit = unit;
+  return condition;
+}
+
 // A pad of the gripper touches the object. `any` stands for any gripper. `first` stands for the gripper that
 // first held the object in this episode; if two began at the same tick, the first of them in the model.
 // `other` stands for any gripper except `first`, once the object has been held.
@@ -36,10 +47,7 @@ class Holding : public Relation {
     if (which_ == Which::kOther && num_grippers < 2) {
       throw InputError(where.ToString() + ": gripper 'other' needs a robot with two grippers");
     }
-    condition_.predicate = "holding";
-    condition_.kind = condition_t::HOLDING;
-    condition_.subject = object;
-    condition_.other = gripper;
+    condition_ = About("holding", condition_t::HOLDING, object, gripper);
     const std::string who = gripper == "first"             ? "the first gripper"
                             : gripper == "other"           ? "the other gripper"
                             : gripper.ends_with("gripper") ? gripper
@@ -73,26 +81,29 @@ class Holding : public Relation {
   size_t first_ = 0;
 };
 
-class Touching : public Relation {
- public:
-  Touching(const Expression& expression, const CompileContext& context) {
-    const YamlMap arguments = ArgumentsOf(expression, {"a", "b"});
-    a_ = context.names.Geoms(arguments["a"].Text(), arguments["a"].location());
-    b_ = context.names.Geoms(arguments["b"].Text(), arguments["b"].location());
-    condition_.predicate = "touching";
-    condition_.kind = condition_t::CONTACT;
-    condition_.subject = arguments["a"].Text();
-    condition_.other = arguments["b"].Text();
-    text_if_true_ = condition_.subject + " touches " + condition_.other;
-    text_if_false_ = condition_.subject + " does not touch " + condition_.other;
+// Relation of two bodies, which the arguments `subject` and `other` name.
+class RelationOfBodies : public Relation {
+ protected:
+  RelationOfBodies(const Expression& expression, const CompileContext& context, const char* subject,
+                   const char* other, const char* is, const char* is_not) {
+    const YamlMap arguments = ArgumentsOf(expression, {subject, other});
+    subject_ = context.names.Geoms(arguments[subject].Text(), arguments[subject].location());
+    other_ = context.names.Geoms(arguments[other].Text(), arguments[other].location());
+    condition_ = About(expression.name.c_str(), condition_t::CONTACT, arguments[subject].Text(),
+                       arguments[other].Text());
+    text_if_true_ = condition_.subject + is + condition_.other;
+    text_if_false_ = condition_.subject + is_not + condition_.other;
   }
+  std::vector<uint8_t> subject_, other_;
+};
+
+class Touching : public RelationOfBodies {
+ public:
+  Touching(const Expression& expression, const CompileContext& context)
+      : RelationOfBodies(expression, context, "a", "b", " touches ", " does not touch ") {}
 
  protected:
-  bool Holds(const WorldView& world) override { return Touch(world.contacts, a_, b_); }
-
- private:
-  std::vector<uint8_t> a_;
-  std::vector<uint8_t> b_;
+  bool Holds(const WorldView& world) override { return Touch(world.contacts, subject_, other_); }
 };
 
 // The world z coordinate of the object's origin is at least min_m.
@@ -102,10 +113,7 @@ class HeightAbove : public Within {
     const YamlMap arguments = ArgumentsOf(expression, {"object", "min_m"});
     body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
     lower_ = arguments["min_m"].Number();
-    condition_.predicate = "height_above";
-    condition_.kind = condition_t::PROGRESS;
-    condition_.subject = arguments["object"].Text();
-    condition_.unit = "m";
+    condition_ = About("height_above", condition_t::PROGRESS, arguments["object"].Text(), "", "m");
     quantity_ = "height of " + condition_.subject;
   }
 
@@ -118,34 +126,21 @@ class HeightAbove : public Within {
 
 // The object rests on the support: one of its geoms touches a geom of the support, and the contact normal is
 // within 45 degrees of vertical, pointing up.
-class On : public Relation {
+class On : public RelationOfBodies {
  public:
-  On(const Expression& expression, const CompileContext& context) {
-    const YamlMap arguments = ArgumentsOf(expression, {"object", "support"});
-    object_ = context.names.Geoms(arguments["object"].Text(), arguments["object"].location());
-    support_ = context.names.Geoms(arguments["support"].Text(), arguments["support"].location());
-    condition_.predicate = "on";
-    condition_.kind = condition_t::CONTACT;
-    condition_.subject = arguments["object"].Text();
-    condition_.other = arguments["support"].Text();
-    text_if_true_ = condition_.subject + " is on " + condition_.other;
-    text_if_false_ = condition_.subject + " is not on " + condition_.other;
-  }
+  On(const Expression& expression, const CompileContext& context)
+      : RelationOfBodies(expression, context, "object", "support", " is on ", " is not on ") {}
 
  protected:
   bool Holds(const WorldView& world) override {
     return std::ranges::any_of(world.contacts, [&](const contact_t& contact) {
       const std::span<const contact_t> one(&contact, 1);
-      if (!Touch(one, object_, support_)) return false;
+      if (!Touch(one, subject_, other_)) return false;
       // The contact normal points from geom_a to geom_b.
-      return (object_[static_cast<size_t>(contact.geom_b)] ? 1 : -1) * contact.normal[2] >=
+      return (subject_[static_cast<size_t>(contact.geom_b)] ? 1 : -1) * contact.normal[2] >=
              std::numbers::sqrt2 / 2;
     });
   }
-
- private:
-  std::vector<uint8_t> object_;
-  std::vector<uint8_t> support_;
 };
 
 // The stage was reached at this tick or earlier.
@@ -165,9 +160,7 @@ class Reached : public Relation {
           " is called '" + name + "'" + Suggestion(name, stages));
     }
     stage_ = static_cast<size_t>(stage - stages.begin());
-    condition_.predicate = "reached";
-    condition_.kind = condition_t::PROGRESS;
-    condition_.subject = name;
+    condition_ = About("reached", condition_t::PROGRESS, name);
     text_if_true_ = "stage " + name + " was reached";
     text_if_false_ = "stage " + name + " was not reached";
   }
@@ -214,10 +207,7 @@ class Inside : public Within {
     center_ = arguments["center_m"].Vector<3>();
     half_extents_ = arguments["half_extents_m"].Vector<3>(kNotNegative);
     upper_ = 0;
-    condition_.predicate = "inside";
-    condition_.kind = condition_t::POSE;
-    condition_.subject = arguments["object"].Text();
-    condition_.unit = "m";
+    condition_ = About("inside", condition_t::POSE, arguments["object"].Text(), "", "m");
   }
   Frame frame_;
   int body_;
@@ -239,10 +229,7 @@ class TiltBelow : public Within {
     }
     const YamlValue* degrees = arguments.Find("max_deg");
     upper_ = degrees ? degrees->Number() : ToDegrees(*max);
-    condition_.predicate = "tilt_below";
-    condition_.kind = condition_t::POSE;
-    condition_.subject = arguments["object"].Text();
-    condition_.unit = "deg";
+    condition_ = About("tilt_below", condition_t::POSE, arguments["object"].Text(), "", "deg");
     quantity_ = "tilt of " + condition_.subject;
   }
 
@@ -350,8 +337,7 @@ class Latched : public Combination {
  public:
   Latched(const Expression& expression, const CompileContext& context) : Combination(expression, context) {
     NeedOne(expression);
-    condition_.predicate = "latched";
-    condition_.kind = condition_t::PROGRESS;
+    condition_ = About("latched", condition_t::PROGRESS);
   }
   void Start() override {
     Combination::Start();
@@ -397,11 +383,9 @@ class Lasts : public Combination {
     NeedOne(expression);
     const YamlMap arguments(expression.arguments, {"min_s", "when"});
     min_us_ = std::llround(arguments["min_s"].Number({.min = 0, .max = context.task.time_limit}) * 1e6);
-    condition_.predicate = "lasts";
-    condition_.kind = condition_t::PROGRESS;
+    condition_ = About("lasts", condition_t::PROGRESS, "", "", "s");
     condition_.comparison = ">=";
     condition_.threshold_mixed = Seconds(min_us_);
-    condition_.unit = "s";
     condition_.has_value = true;
   }
   void Start() override {

@@ -205,62 +205,25 @@ class TiltOf : public Quantity {
   int axis_;
 };
 
-template <typename T>
-std::unique_ptr<Quantity> MakeQuantity(const YamlMap& arguments, const CompileContext& context) {
-  return std::make_unique<T>(arguments, context);
+template <class T>
+QuantityKind KindOf(const char* name, std::vector<const char*> required, std::vector<const char*> optional,
+                    const char* key, const char* unit, const NumberRange& range, int8_t kind) {
+  const auto make = [](const YamlMap& arguments, const CompileContext& context) {
+    return std::make_unique<T>(arguments, context);
+  };
+  return {name, std::move(required), std::move(optional), key, unit, range, kind, make};
 }
 
 std::vector<QuantityKind>& Quantities() {
+  using C = condition_t;
   static std::vector<QuantityKind> kinds = {
-      {"distance",
-       {"a", "b"},
-       {"b_point_m"},
-       "m",
-       "m",
-       kNotNegative,
-       condition_t::POSE,
-       MakeQuantity<Distance>},
-      {"joint_fraction",
-       {"joint"},
-       {},
-       "",
-       "1",
-       {.min = 0, .max = 1},
-       condition_t::PROGRESS,
-       MakeQuantity<JointFraction>},
-      {"joint_speed",
-       {"arm"},
-       {},
-       "radps",
-       "rad/s",
-       kNotNegative,
-       condition_t::PROGRESS,
-       MakeQuantity<JointSpeed>},
-      {"lift",
-       {"object"},
-       {"rest_height_m"},
-       "m",
-       "m",
-       kAnyNumber,
-       condition_t::PROGRESS,
-       MakeQuantity<Lift>},
-      {"position",
-       {"object", "axis"},
-       {"frame"},
-       "m",
-       "m",
-       kAnyNumber,
-       condition_t::POSE,
-       MakeQuantity<Position>},
-      {"speed", {"object"}, {}, "mps", "m/s", kNotNegative, condition_t::PROGRESS, MakeQuantity<Speed>},
-      {"tilt",
-       {"object"},
-       {"axis"},
-       "deg",
-       "deg",
-       {.min = 0, .max = 180},
-       condition_t::POSE,
-       MakeQuantity<TiltOf>},
+      KindOf<Distance>("distance", {"a", "b"}, {"b_point_m"}, "m", "m", kNotNegative, C::POSE),
+      KindOf<JointFraction>("joint_fraction", {"joint"}, {}, "", "1", {.min = 0, .max = 1}, C::PROGRESS),
+      KindOf<JointSpeed>("joint_speed", {"arm"}, {}, "radps", "rad/s", kNotNegative, C::PROGRESS),
+      KindOf<Lift>("lift", {"object"}, {"rest_height_m"}, "m", "m", kAnyNumber, C::PROGRESS),
+      KindOf<Position>("position", {"object", "axis"}, {"frame"}, "m", "m", kAnyNumber, C::POSE),
+      KindOf<Speed>("speed", {"object"}, {}, "mps", "m/s", kNotNegative, C::PROGRESS),
+      KindOf<TiltOf>("tilt", {"object"}, {"axis"}, "deg", "deg", {.min = 0, .max = 180}, C::POSE),
   };
   return kinds;
 }

@@ -231,15 +231,12 @@ ActionConverter::ArmPart ActionConverter::MakeArm(const ArmForm& form, const mjM
   ArmPart arm{
       .form = form,
       .index = index,
-      .first_joint = 0,
       .num_joints = arm_info.num_joints,
       .gripper_command = GripperCommand(form.gripper),
       .lower = Eigen::Map<const Eigen::VectorXd>(arm_info.joint_lower_rad.data(), arm_info.num_joints),
       .upper = Eigen::Map<const Eigen::VectorXd>(arm_info.joint_upper_rad.data(), arm_info.num_joints),
-      .chain = {},
       .base = Isometry3d::Identity(),
       .point = Isometry3d::Identity(),
-      .target = {},
       .first_rotation = Matrix3d::Identity()};
   for (int i = 0; i < index; ++i) arm.first_joint += info.arm[i].num_joints;
   for (size_t i = 0; i < info.gripper.size(); ++i) {

@@ -72,17 +72,17 @@ class ActionConverter {
  private:
   struct ArmPart {
     ArmForm form;
-    int index;        // index in MODEL
-    int first_joint;  // index in action_t.joint_position_rad
+    int index;            // index in MODEL
+    int first_joint = 0;  // index in action_t.joint_position_rad
     int num_joints;
     int gripper = -1;  // index in MODEL
     GripperCommand gripper_command;
-    JointVector lower, upper;       // rad
-    std::optional<ArmChain> chain;  // set for eef kinds only, like the members below
-    Eigen::Isometry3d base, point;  // base: world frame; point: wrist frame
-    double reach = 0;               // m, upper bound of the wrist's distance from the base's origin
+    JointVector lower, upper;            // rad
+    std::optional<ArmChain> chain = {};  // set for eef kinds only, like the members below
+    Eigen::Isometry3d base, point;       // base: world frame; point: wrist frame
+    double reach = 0;                    // m, upper bound of the wrist's distance from the base's origin
     // State of the episode: the target that the next delta is added to, and the initial orientation.
-    JointVector target;
+    JointVector target = {};
     Eigen::Matrix3d first_rotation;
   };
 

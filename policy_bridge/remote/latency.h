@@ -1,12 +1,12 @@
 // Simulated time that an inference of a policy takes.
 #pragma once
 
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <string>
 
 #include "base/errors.h"
+#include "base/number_from.h"
 #include "policy_bridge/actions/chunk_schedule.h"
 
 namespace evalbus::policy {
@@ -25,9 +25,8 @@ struct Latency {
 // values, for the error message. Throws InputError.
 inline Latency ParseDelay(const std::string& text, const std::string& option, const std::string& expected) {
   constexpr double kLongest = 60e3;  // ms
-  double ms = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ms);
-  if (error != std::errc() || end != text.data() + text.size() || !(ms >= 0 && ms <= kLongest))
+  const double ms = NumberFrom<double>(text).value_or(-1);
+  if (!(ms >= 0 && ms <= kLongest))
     throw InputError(option + ": expected " + expected + ", got '" + text + "'");
   return {Latency::Kind::kFixed, ms / 1e3};
 }

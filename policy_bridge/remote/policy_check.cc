@@ -287,19 +287,11 @@ class Check {
 }  // namespace
 
 const char* NameOf(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kGood:
-      return "good";
-    case Verdict::kUnreachable:
-      return "unreachable";
-    case Verdict::kProtocol:
-      return "protocol";
-    case Verdict::kContract:
-      return "contract";
-    case Verdict::kSuspicious:
-      return "suspicious";
-  }
-  return "";
+  return verdict == Verdict::kGood          ? "good"
+         : verdict == Verdict::kUnreachable ? "unreachable"
+         : verdict == Verdict::kProtocol    ? "protocol"
+         : verdict == Verdict::kContract    ? "contract"
+                                            : "suspicious";
 }
 
 CheckReport CheckPolicyServer(const Contract& contract, PolicyClient* client, const mjModel& model,

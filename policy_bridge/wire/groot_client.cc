@@ -145,17 +145,10 @@ class GrootClient : public PolicyClient {
   }
 
   std::string Name() const override {
-    switch (dialect_) {
-      case Dialect::kN15:
-        return "GR00T N1.5";
-      case Dialect::kN16:
-        return "GR00T N1.6";
-      case Dialect::kN16Flat:
-        return "GR00T N1.6 (flat)";
-      case Dialect::kDetect:
-        break;
-    }
-    return "GR00T";
+    return dialect_ == Dialect::kN15       ? "GR00T N1.5"
+           : dialect_ == Dialect::kN16     ? "GR00T N1.6"
+           : dialect_ == Dialect::kN16Flat ? "GR00T N1.6 (flat)"
+                                           : "GR00T";
   }
 
  private:

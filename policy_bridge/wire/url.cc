@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "base/errors.h"
+#include "base/number_from.h"
 #include "base/text.h"
 
 namespace evalbus::policy {
@@ -35,10 +35,8 @@ Url ParseUrl(const std::string& text, std::string_view scheme) {
   url.host = is_ipv6 ? authority.substr(1, colon - 2) : authority.substr(0, colon);
   if (url.host.empty()) refuse("no host");
   if (!is_ipv6 && url.host.find(':') != std::string::npos) refuse("an IPv6 address must be in []");
-  int port = 0;
-  const char* last = url.port.data() + url.port.size();
-  if (std::from_chars(url.port.data(), last, port).ptr != last || port < 1 || port > 65535)
-    refuse("not a valid port");
+  const int port = NumberFrom<int>(url.port).value_or(0);
+  if (port < 1 || port > 65535) refuse("not a valid port");
   return url;
 }
 
