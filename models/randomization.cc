@@ -13,7 +13,8 @@ namespace {
 constexpr NumberRange kFactor{.min = 1e-3, .max = 1e3};
 // Range of rotations, in degrees.
 constexpr NumberRange kTurn{.min = 0, .max = 180};
-constexpr NumberRange kPosition{.min = -kFarthest, .max = kFarthest}, kExtent{.min = 0, .max = kFarthest};
+constexpr NumberRange kPosition{.min = -kFarthestPart, .max = kFarthestPart},
+    kExtent{.min = 0, .max = kFarthestPart};
 
 // Context for reading an entry of the list.
 struct Context {

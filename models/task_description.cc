@@ -171,6 +171,9 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
       for (const Variation& other : task->variations) {
         if (variation.alias == other.alias)
           alias->Fail("variation '" + other.name + "' already has this alias");
+        if (variation.alias == other.name || other.alias == variation.name)
+          alias->Fail("variations '" + variation.name + "' and '" + other.name +
+                      "': an alias of one is the name of the other");
       }
     }
     // While the variation's keys are read, its parts belong to the task, because these keys may name the

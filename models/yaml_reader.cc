@@ -294,8 +294,8 @@ YamlValue ParseYaml(const std::string& text, const std::string& file) {
 Pose ReadPose(const YamlValue& value) {
   const YamlMap map(value, {"position_m"}, {"quaternion_wxyz", "yaw_deg", "yaw_rad"});
   Pose pose;
-  pose.position = map["position_m"].Vector<3>({.min = -kFarthest, .max = kFarthest});
-  const std::optional<double> yaw = map.Angle("yaw");
+  pose.position = map["position_m"].Vector<3>({.min = -kFarthestPart, .max = kFarthestPart});
+  const std::optional<double> yaw = map.Angle("yaw", {.min = -360, .max = 360});
   if (yaw) pose.quaternion = {std::cos(*yaw / 2), 0, 0, std::sin(*yaw / 2)};
   if (const YamlValue* quaternion = map.Find("quaternion_wxyz")) {
     if (yaw) quaternion->Fail("give either this or a yaw");

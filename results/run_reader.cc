@@ -287,7 +287,8 @@ std::vector<std::string> RecordedRun::Remarks() const {
         "collected demonstrations: only successes were kept, so its rates do not describe the policy");
   }
   const metrics::RunSummary summary = Statistics().Summary(false);
-  for (const std::string& note : {summary.SamplesText(), summary.TrainingText()}) {
+  for (const std::string& note :
+       {summary.StartText(), summary.ActionsText(), summary.SamplesText(), summary.TrainingText()}) {
     if (!note.empty()) remarks.push_back(note);
   }
   return remarks;

@@ -289,7 +289,8 @@ std::string RepeatabilityText(const metrics::RunSummary& summary) {
 std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors) {
   std::string text;
   if (summary.complete > 0) text += RateText(summary, width, colors);
-  for (const std::string& note : {summary.SamplesText(), summary.TrainingText(), summary.StagesText()}) {
+  for (const std::string& note : {summary.StartText(), summary.ActionsText(), summary.SamplesText(),
+                                  summary.TrainingText(), summary.StagesText()}) {
     if (!note.empty()) text += fmt::format("Note: {}\n", note);
   }
   if (summary.invalid > 0) {

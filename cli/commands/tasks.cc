@@ -13,6 +13,10 @@
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/scene_words.h"
+#include "collision/checker.h"
+#include "collision/clearance_watch.h"
+#include "collision/tick_contacts.h"
+#include "lcmtypes/clock.h"
 #include "metrics/task/task_evaluator.h"
 #include "models/scene.h"
 #include "models/task_family.h"
@@ -265,6 +269,23 @@ int New(const TasksOptions& options) {
   return 0;
 }
 
+// Throws InputError if success or failure already holds in the reset state, because the verdict then does not
+// depend on the policy.
+void CheckUndecided(const sim::World& world, const Composed& composed, const Variation& variation, int seed,
+                    collision::CollisionChecker* checker, metrics::TaskEvaluator* evaluator) {
+  state_t state{};
+  world.Fill(&state);
+  contacts_t contacts{};
+  collision::ClearanceWatch watch(checker, ControlPeriodUs(composed.scene.info));
+  collision::FillContacts(state, checker, &watch, &contacts);
+  evaluator->Start();
+  for (const int tick : {0, 1}) evaluator->Evaluate({state, contacts.contact}, tick);
+  if (evaluator->verdict() == metrics::Verdict::kUndecided) return;
+  throw InputError(fmt::format(
+      "{}: variation '{}': {} already holds after a reset with seed {}", variation.location.ToString(),
+      variation.name, evaluator->verdict() == metrics::Verdict::kSuccess ? "success" : "failure", seed));
+}
+
 int Check(const TasksOptions& options) {
   const std::filesystem::path& file = options.file;
   const TaskDescription described = LoadTask(file);
@@ -277,7 +298,8 @@ int Check(const TasksOptions& options) {
       for (const std::string& warning : composed.scene.warnings) fmt::print(stderr, "warning: {}\n", warning);
     }
     const ModelNames model_names(composed.scene.info);
-    const metrics::TaskEvaluator evaluator(composed.task, model_names);
+    metrics::TaskEvaluator evaluator(composed.task, model_names);
+    collision::CollisionChecker checker(composed.scene.physics.get(), composed.scene.info);
     sim::World world = composed.MakeWorld();
     RandomizeAppearance(variation, 0, composed.scene.visual.get());
     for (int seed = 0; seed < kCheckedSeeds; ++seed) {
@@ -286,6 +308,7 @@ int Check(const TasksOptions& options) {
         throw InputError(fmt::format("{}: variation '{}': after a reset with seed {}, {}",
                                      variation.location.ToString(), variation.name, seed, overlap));
       }
+      CheckUndecided(world, composed, variation, seed, &checker, &evaluator);
     }
     names.push_back(variation.name);
   }

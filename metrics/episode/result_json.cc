@@ -250,10 +250,12 @@ EpisodeResult ResultOf(const episode_begin_t& begin, const episode_summary_t& su
       .parameters = FlattenedValues(ParametersJson(begin)),
       .is_start_known = true,
       .final_poses = PosesOf(summary)};
+  const explanation_t& e = summary.explanation;
+  const bool is_decided = result.success || summary.end_reason == end_reason::kFailure;
+  result.decided_at_start = is_decided && !e.condition.empty() && e.condition[0].tick <= 1;
   const metric_values_t& v = summary.metrics;
   for (int k = 0; k < v.num_stages; ++k)
     result.stages.emplace_back(v.stage_index[k], v.stage_reached[k] != 0);
-  const explanation_t& e = summary.explanation;
   for (size_t k = 0; k < e.collision_name.size(); ++k) {
     result.collisions[e.collision_name[k]] = e.collision_count[k];
   }

@@ -124,6 +124,9 @@ EpisodeResult ResultOf(const ordered_json& episode) {
                        .final_poses = PosesOf(Member(episode, "final_poses"))};
   if (const auto seen = episode.find(kSeenInTraining); seen != episode.end())
     result.seen_in_training = seen->get<bool>();
+  const bool is_decided = result.success || episode.at("end_reason") == end_reason::kFailure;
+  const ordered_json& conditions = Member(Member(episode, "explanation"), "conditions");
+  result.decided_at_start = is_decided && !conditions.empty() && conditions[0].value("tick", 2) <= 1;
   const ordered_json& stages = Member(metrics, kStages);
   for (const auto& [index, reached] : stages.items()) {
     result.stages.emplace_back(IndexIn(kStages, index), reached.get<bool>());
@@ -188,6 +191,29 @@ std::string RunSummary::TrainingText() const {
          (complete == 1 ? " start was" : " starts were") + " seen in training";
 }
 
+std::string RunSummary::StartText() const {
+  if (decided_at_start == 0) return "";
+  return std::to_string(decided_at_start) + " of " + std::to_string(judged) +
+         (judged == 1 ? " episode was" : " episodes were") +
+         " decided at the first tick: success or failure holds at the start, whatever the policy does";
+}
+
+std::string RunSummary::ActionsText() const {
+  constexpr int kNotedPerSecond = 1;
+  std::string text;
+  const auto add = [&](const char* metric, const char* what) {
+    const MetricSummary* const count = Find(metric);
+    const double per_s = count && simulated_s > 0 ? count->mean * count->episodes / simulated_s : 0;
+    if (!(per_s >= kNotedPerSecond)) return;
+    text += (text.empty() ? "" : "; ") + std::to_string(std::lround(per_s)) + what;
+  };
+  add("extended.action_clips",
+      " commanded values per second were clipped to their limits: another unit or scale?");
+  add("extended.unreachable_poses",
+      " commanded wrist poses per second were out of reach: another frame or unit?");
+  return text;
+}
+
 std::string RunSummary::StagesText() const {
   if (successes_without_stage == 0) return "";
   return std::to_string(successes_without_stage) + " of " + std::to_string(successes) +
@@ -234,6 +260,7 @@ void RunStatistics::Add(int episode, const EpisodeResult& result, int task) {
   entry.invalid = result.invalid;
   if (!result.complete) return;
   entry.success = result.success;
+  entry.decided_at_start = result.decided_at_start;
   entry.failure_reason = result.failure_reason;
   entry.collisions = result.collisions;
   entry.stages = result.stages;
@@ -286,6 +313,8 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
     of_task[episode.task].push_back(&episode);
     summary.judged += episode.failure_reason != end_reason::kNotJudged;
     summary.successes += episode.success;
+    summary.decided_at_start += episode.decided_at_start;
+    summary.simulated_s += episode.time_s;
     summary.successes_without_stage +=
         episode.success &&
         std::ranges::any_of(episode.stages, [](const auto& stage) { return !stage.second; });

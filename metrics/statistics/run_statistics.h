@@ -33,6 +33,8 @@ struct EpisodeResult {
   // Incomplete because the policy's server failed, so that no conclusion about the policy can be drawn.
   bool invalid = false;
   bool success = false;
+  // True if success or failure was decided at the first tick that can decide, tick 1.
+  bool decided_at_start = false;
   // Reason of the failure; empty on success.
   std::string failure_reason;
   // False if the source does not provide what the success or failure condition needs; such an episode counts
@@ -134,6 +136,10 @@ struct RunSummary {
   // successful episodes among them.
   int judged = 0;
   int successes = 0;
+  // Number of judged episodes that were decided at the start (EpisodeResult::decided_at_start).
+  int decided_at_start = 0;
+  // Simulated time of the complete episodes.
+  double simulated_s = 0;
   // Number of successful episodes that did not reach every stage.
   int successes_without_stage = 0;
   // Number of complete episodes whose start parameters were in the training set; nullopt if no training set
@@ -165,6 +171,12 @@ struct RunSummary {
   std::string SamplesText() const;
   // Returns, for example, "3 of 50 starts were seen in training"; empty if no training set is known.
   std::string TrainingText() const;
+  // Warning that success or failure does not depend on the policy; empty if no episode was decided at the
+  // start.
+  std::string StartText() const;
+  // Warning about a policy whose commands are often clipped or out of reach, which suggests a wrong unit;
+  // empty otherwise.
+  std::string ActionsText() const;
   // Note for stages that are shown beside the success rate; empty if every success reached every stage.
   std::string StagesText() const;
 };
@@ -188,7 +200,7 @@ class RunStatistics {
  private:
   struct Entry {
     int task = 0;
-    bool complete = false, invalid = false, success = false;
+    bool complete = false, invalid = false, success = false, decided_at_start = false;
     std::string failure_reason;
     std::vector<std::pair<size_t, double>> values;  // index in names_, and value
     std::vector<std::pair<int, bool>> stages;

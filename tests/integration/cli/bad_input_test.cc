@@ -154,6 +154,8 @@ TEST_F(BadInput, TaskCheckTestsStartsAndLimits) {
   expect("center_m: [0.735, 0], half_extents_m: [0.02, 0.15]",
          "center_m: [0.1, 0.3], half_extents_m: [0.01, 0.01]", "  position:\n",
          "variation 'position': none of 1000 draws keeps all parts apart; in the last one, pot is ");
+  expect("min_m: 1.096", "min_m: 0.5", "  base:\n    alias",
+         "variation 'base': success already holds after a reset with seed 0");
   // This position is inside the left cabinet.
   expect(base, "base: {position_m: [0.8, 0, 0]}", "  base:\n    alias",
          "variation 'base': after a reset with seed 0, ");

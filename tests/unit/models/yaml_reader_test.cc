@@ -170,6 +170,11 @@ TEST(YamlReader, Angles) {
 }
 
 TEST(YamlReader, Poses) {
+  const auto error = [](const std::string& text) { return ErrorOf([&] { ReadPose(Parse(text)); }); };
+  EXPECT_NE(error("{position_m: [700, 0, 996]}").find("expected a number in [-10, 10], got '700'"),
+            std::string::npos);
+  EXPECT_NE(error("{position_m: [1, 2, 3], yaw_rad: -90}").find("key 'yaw_rad': expected a number in [-6.28"),
+            std::string::npos);
   const Pose turned = ReadPose(Parse("{position_m: [1, 2, 3], yaw_deg: 90}"));
   EXPECT_EQ(turned.position, (std::array<double, 3>{1, 2, 3}));
   EXPECT_NEAR(turned.quaternion[0], std::sqrt(0.5), 1e-15);

@@ -273,6 +273,31 @@ TEST(RunStatistics, CountStartsSeenInTraining) {
   EXPECT_EQ(SummaryJson("lift_pot", "base", summary_of())["seen_in_training"], 0);
 }
 
+TEST(RunStatistics, CountEpisodesThatWereDecidedAtTheStart) {
+  EpisodeResult later = Episode(true, true, {}), at_once = later, incomplete = Episode(false, true, {});
+  at_once.decided_at_start = incomplete.decided_at_start = true;
+  EXPECT_EQ(StatisticsOf({later, incomplete}).Summary(false).StartText(), "");
+  EXPECT_EQ(StatisticsOf({later, at_once}).Summary(false).StartText(),
+            "1 of 2 episodes were decided at the first tick: success or failure holds at the start, whatever "
+            "the policy does");
+}
+
+// Two episodes of 5 s.
+TEST(RunStatistics, NoteManyClippedValues) {
+  const auto text = [](int clips, int unreachable) {
+    const ordered_json metrics = {
+        {"completion_time", 5}, {"extended", {{"action_clips", clips}, {"unreachable_poses", unreachable}}}};
+    const EpisodeResult failure = Episode(true, false, metrics);
+    return StatisticsOf({failure, Episode(true, true, metrics)}).Summary(false).ActionsText();
+  };
+  const std::string clipped =
+      "40 commanded values per second were clipped to their limits: another unit or scale?";
+  EXPECT_EQ(text(4, 4), "");
+  EXPECT_EQ(text(200, 4), clipped);
+  EXPECT_EQ(text(200, 5),
+            clipped + "; 1 commanded wrist poses per second were out of reach: another frame or unit?");
+}
+
 TEST(RunStatistics, CountSuccessesThatDidNotReachEveryStage) {
   EpisodeResult whole = Episode(true, true, {}), early = whole, failure = Episode(true, false, {});
   whole.stages = {{1, true}, {2, true}};
@@ -372,6 +397,16 @@ TEST(ResultOf, TakesALineOfEpisodes) {
   EXPECT_TRUE(result.is_start_known);
   EXPECT_EQ(result.final_poses, (NamedPoses{{"pot", {{1, 2, 3}, {0.6, 0, 0, 0.8}}}}));
   EXPECT_EQ(PosesJson(result.final_poses), line["final_poses"]);
+
+  const auto decided_at_start = [&](const char* end_reason, int tick) {
+    line["end_reason"] = end_reason;
+    line["explanation"]["conditions"] = {{{"tick", tick}}};
+    return ResultOf(line).decided_at_start;
+  };
+  EXPECT_FALSE(result.decided_at_start);
+  EXPECT_TRUE(decided_at_start("failure", 1));
+  EXPECT_FALSE(decided_at_start("failure", 2));
+  EXPECT_FALSE(decided_at_start("time_limit", 1));
 
   EXPECT_EQ(result.seen_in_training, std::nullopt);
   line["seen_in_training"] = true;
