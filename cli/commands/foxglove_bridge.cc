@@ -186,7 +186,8 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
 }
 
 // Returns the exit code. Throws InputError, EnvironmentError.
-int Foxglove(FoxgloveOptions options) {
+int Foxglove(const FoxgloveOptions& given) {
+  FoxgloveOptions options = given;
   options.server.session = std::to_string(DrawId());
   auto reported = std::make_shared<std::set<std::string>>();
   options.server.on_refused = [reported](const std::string& text) {
@@ -202,10 +203,6 @@ int Foxglove(FoxgloveOptions options) {
 
 }  // namespace
 
-Action AddFoxgloveBridge(CLI::App* app) {
-  const auto options = std::make_shared<FoxgloveOptions>();
-  AddOptions(app, options.get());
-  return [options] { return Foxglove(*options); };
-}
+Action AddFoxgloveBridge(CLI::App* app) { return ActionOf<FoxgloveOptions>(app, AddOptions, Foxglove); }
 
 }  // namespace evalbus::commands

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 #include <vector>
 
 #include "base/arguments.h"
@@ -59,14 +58,15 @@ int ExitCode(results::GateVerdict verdict) {
 }
 
 // Returns 0 for PASS, 10 for FAIL, 11 for CANNOT TELL. Throws InputError, EnvironmentError.
-int DecideGate(GateCommandOptions options) {
+int DecideGate(const GateCommandOptions& options) {
   CheckFilesDiffer({{"--junit", options.junit}, {"--markdown", options.markdown}});
   std::vector<results::RecordedRuns> runs = {results::ReadForComparison(options.baseline),
                                              results::ReadForComparison(options.run)};
   results::NameApart(&runs);
   results::CheckSameEngine({&runs[0], &runs[1]});
-  options.gate.has_commanded_motion = std::ranges::any_of(runs[1].runs, results::ShowsCommandedMotion);
-  const results::Gate gate = results::Decide(runs[1], runs[0], options.gate);
+  results::GateOptions rule = options.gate;
+  rule.has_commanded_motion = std::ranges::any_of(runs[1].runs, results::ShowsCommandedMotion);
+  const results::Gate gate = results::Decide(runs[1], runs[0], rule);
   fmt::print("{}", results::GateText(gate));
   if (!options.junit.empty()) WriteWhole(options.junit, report::GateJunit(gate));
   if (!options.markdown.empty()) WriteWhole(options.markdown, report::GateMarkdown(gate));
@@ -75,10 +75,6 @@ int DecideGate(GateCommandOptions options) {
 
 }  // namespace
 
-Action AddGate(CLI::App* app) {
-  const auto options = std::make_shared<GateCommandOptions>();
-  AddOptions(app, options.get());
-  return [options] { return DecideGate(*options); };
-}
+Action AddGate(CLI::App* app) { return ActionOf<GateCommandOptions>(app, AddOptions, DecideGate); }
 
 }  // namespace evalbus::commands

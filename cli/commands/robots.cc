@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <string>
 #include <utility>
 
@@ -289,16 +288,15 @@ void AddOptions(CLI::App* app, RobotsOptions* options) {
   options->check = check;
 }
 
+// Returns the exit code. Throws InputError, EnvironmentError.
+int Robots(const RobotsOptions& options) {
+  if (options.list->parsed()) return List(options);
+  if (options.show->parsed()) return Show(options);
+  return Check(options);
+}
+
 }  // namespace
 
-Action AddRobots(CLI::App* app) {
-  const auto options = std::make_shared<RobotsOptions>();
-  AddOptions(app, options.get());
-  return [options] {
-    if (options->list->parsed()) return List(*options);
-    if (options->show->parsed()) return Show(*options);
-    return Check(*options);
-  };
-}
+Action AddRobots(CLI::App* app) { return ActionOf<RobotsOptions>(app, AddOptions, Robots); }
 
 }  // namespace evalbus::commands
