@@ -26,7 +26,7 @@ class ProgramError(EvalbusError, RuntimeError):
 
 
 class PolicyError(EvalbusError, RuntimeError):
-    """A policy that this process serves raised an exception, which is the __cause__ of this exception."""
+    """A policy that this process serves raised an exception (the __cause__ of this one), or did not answer in time."""
 
 
 def check_not_masked(action):

@@ -73,6 +73,7 @@ class _Active:
                 event = _event(line)
                 if event.kind == "begin":
                     self._folders[pathlib.Path(event.content["run"])] = event.content
+                self._check_answers(event)
                 return event
             self._finish()
         except BaseException:
@@ -104,6 +105,15 @@ class _Active:
                 raise
             # The server's address is omitted, because the user passed a function and knows of no server.
             raise ActionError(f"the policy contradicts its contract: {contradiction.partition(': ')[2]}") from None
+
+    def _check_answers(self, event: Event) -> None:
+        """Raises an error for an episode that is invalid because of the answers of a function. The program attributes
+        them to a server, and would exclude the episode from the rate."""
+        if not self._serving or not event.episode or event.episode.end_reason != "server_error":
+            return
+        detail = event.episode.line["end_detail"]
+        kind = ActionError if "the contract expects" in detail else PolicyError
+        raise kind(f"the policy failed in episode {event.episode.index}: {detail}")
 
     def _check_policy(self) -> None:
         error = self._serving.error if self._serving else None

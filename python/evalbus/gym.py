@@ -98,18 +98,19 @@ class EvalbusEnv(gymnasium.Env):
 
     def reset(self, *, seed: Optional[int] = None, options: Optional[dict] = None):
         super().reset(seed=seed)
-        if seed is not None or self._run_seed is None:
-            self._run_seed = int(self.np_random.integers(_SEEDS)) if seed is None else int(seed)
-            self._episode = 0
-        else:
-            self._episode += 1
+        run_seed, episode = self._run_seed, self._episode + 1
+        if seed is not None or run_seed is None:
+            run_seed = int(self.np_random.integers(_SEEDS)) if seed is None else int(seed)
+            episode = 0
         if options is not None and not isinstance(options, dict):
             raise InputError(f"reset: options: expected a dictionary, got {options!r}")
         for name in options or {}:
             if name != "episode":
                 raise InputError(f"reset: options: expected the key 'episode', got {name!r}")
-        self._episode = (options or {}).get("episode", self._episode)
-        step = self._environment.reset(self._run_seed, self._episode)
+        episode = (options or {}).get("episode", episode)
+        step = self._environment.reset(run_seed, episode)
+        # After a failure, the next reset() begins the episode that this one would have begun.
+        self._run_seed, self._episode = run_seed, episode
         return self._seen(step), _info(step)
 
     def step(self, action):

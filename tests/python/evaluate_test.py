@@ -9,6 +9,7 @@ support.need("numpy", "msgpack", "websockets")
 
 import contextlib
 import io
+import itertools
 import json
 import os
 import pathlib
@@ -225,6 +226,13 @@ class EvaluateTest(unittest.TestCase):
             evalbus.ActionError,
             "^the policy contradicts its contract: the answer has 1 steps of 7 values, the contract expects 16 values",
             policy=lambda _: np.zeros(7),
+        )
+        # Holds still, and gives a wrong number of values from the third call on.
+        numbers = itertools.count()
+        self.assert_fails(
+            evalbus.ActionError,
+            "^the policy failed in episode 0: the answer has 1 steps of 3 values, the contract expects 16 values",
+            policy=lambda seen: np.append(seen["state"][:14], [0, 0])[: 16 if next(numbers) < 2 else 3],
         )
         self.assert_fails(evalbus.ActionError, "an action of type <U3, expected numbers", policy=lambda _: "abc")
         self.assert_fails(evalbus.ActionError, "an action of type object, expected numbers", policy=lambda _: None)

@@ -134,8 +134,17 @@ class GymnasiumTest(unittest.TestCase):
         for options, words in (({"cameras": "head"}, "cameras: expected a list"), ({"cameras": None}, "expected a list")):
             with self.assertRaisesRegex(evalbus.InputError, words):
                 make(**options)
-        with make() as env, self.assertRaisesRegex(evalbus.InputError, "options: expected a dictionary, got 3"):
-            env.reset(seed=0, options=3)
+        with make() as env:
+            with self.assertRaisesRegex(evalbus.InputError, "options: expected a dictionary, got 3"):
+                env.reset(seed=0, options=3)
+            env.reset(seed=0)
+            for wrong in (1.0, "1", -1):
+                with self.subTest(wrong), self.assertRaises(evalbus.InputError):
+                    env.reset(options={"episode": wrong})
+            # The next episode is the one that follows the last successful reset.
+            _, second = env.reset()
+            _, same = env.reset(seed=0, options={"episode": 1})
+            self.assertEqual(second["metrics"], same["metrics"])
         with make() as env, self.assertRaisesRegex(evalbus.InputError, "there is no 'episodes', only 'episode'"):
             env.reset(seed=0, options={"episodes": 3})
 
