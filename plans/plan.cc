@@ -110,7 +110,7 @@ PlannedVideos ReadVideos(const YamlValue& value) {
       videos.which = PlannedVideos::Which::kAll;
     } else if (text == "failures") {
       videos.which = PlannedVideos::Which::kFailures;
-    } else if (std::sscanf(text.c_str(), "first %d%n", &first, &end) == 1 &&
+    } else if (std::sscanf(text.c_str(), "first %9d%n", &first, &end) == 1 &&
                end == static_cast<int>(text.size()) && first > 0) {
       videos.which = PlannedVideos::Which::kFirst;
       videos.first = first;
@@ -141,7 +141,7 @@ Until ReadUntil(const YamlValue& value, int least) {
     if (!(width > 0 && width < 1)) value.Fail("expected a width above 0 and below 1, of a rate from 0 to 1");
     until.width = width;
   };
-  if (std::sscanf(text.c_str(), "width(%lf, max %d)%n", &width, &until.max_episodes, &end) == 2 &&
+  if (std::sscanf(text.c_str(), "width(%lf, max %9d)%n", &width, &until.max_episodes, &end) == 2 &&
       is_whole()) {
     check_width();
   } else if (std::sscanf(text.c_str(), "width(%lf)%n", &width, &end) == 1 && is_whole()) {
@@ -150,11 +150,11 @@ Until ReadUntil(const YamlValue& value, int least) {
     if (needed > kMaxEpisodes)
       value.Fail(fmt::format("needs more than {} episodes, expected a larger width", kMaxEpisodes));
     until.max_episodes = std::max(needed, least);
-  } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %d, on progress)%n", &until.alpha,
+  } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %9d, on progress)%n", &until.alpha,
                          &until.max_episodes, &end) == 2 &&
              is_whole()) {
     until.on_progress = true;
-  } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %d)%n", &until.alpha, &until.max_episodes,
+  } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %9d)%n", &until.alpha, &until.max_episodes,
                          &end) != 2 ||
              !is_whole()) {
     value.Fail(

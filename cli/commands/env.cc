@@ -125,7 +125,7 @@ Value Answer(runner::Environment* environment, const Value& request) {
 int ServeEnvironment(EnvOptions options) {
   int end = 0;
   auto& form = options.environment.form;
-  if (std::sscanf(options.image_size.c_str(), "%dx%d%n", &form.width_px, &form.height_px, &end) != 2 ||
+  if (std::sscanf(options.image_size.c_str(), "%9dx%9d%n", &form.width_px, &form.height_px, &end) != 2 ||
       end != static_cast<int>(options.image_size.size())) {
     throw InputError("--image-size " + options.image_size + ": expected WIDTHxHEIGHT");
   }

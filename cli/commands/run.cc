@@ -147,7 +147,7 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
   slurm.cpus = options.workers;
   if (!plan_options.part.empty()) {
     int part = 0, parts = 0, end = 0;
-    if (std::sscanf(plan_options.part.c_str(), "%d/%d%n", &part, &parts, &end) != 2 ||
+    if (std::sscanf(plan_options.part.c_str(), "%9d/%9d%n", &part, &parts, &end) != 2 ||
         end != static_cast<int>(plan_options.part.size()) || part < 1 || part > parts) {
       throw InputError("--part " + plan_options.part + ": expected K/N, for example 3/16");
     }

@@ -74,7 +74,7 @@ std::vector<int> Indices(const YamlValue& value) {
   }
   const std::string text = value.Text();
   int first = 0, last = 0, end = 0;
-  if (std::sscanf(text.c_str(), "%d-%d%n", &first, &last, &end) != 2 ||
+  if (std::sscanf(text.c_str(), "%9d-%9d%n", &first, &last, &end) != 2 ||
       end != static_cast<int>(text.size()) || first < 0 || last < first || last > kMaxValues) {
     value.Fail("expected a list of indices or FIRST-LAST, for example 0-6, got '" + text + "'");
   }

@@ -11,7 +11,7 @@ namespace evalbus::viz {
 FrameSize ParseFrameSize(const std::string& text) {
   FrameSize size;
   int used = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%n", &size.width, &size.height, &used) != 2 ||
+  if (std::sscanf(text.c_str(), "%9dx%9d%n", &size.width, &size.height, &used) != 2 ||
       used != static_cast<int>(text.size())) {
     throw InputError("--size " + text + ": expected WIDTHxHEIGHT, for example 1280x720");
   }

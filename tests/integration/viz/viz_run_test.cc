@@ -154,6 +154,7 @@ TEST_F(VizRun, UnknownCameraIsOneLineAndInTheStatus) {
 TEST(VizInput, WrongInputIsOneLine) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{"--size", "640"}, "--size 640: expected WIDTHxHEIGHT, for example 1280x720"},
+      {{"--size", "4294967936x480"}, "--size 4294967936x480: expected WIDTHxHEIGHT, for example 1280x720"},
       {{"--size", "641x480"}, "images of 641x480: expected even numbers of pixels, 2 to 4096 per side"},
       {{"--fps", "0"}, "--fps: expected a number above 0, got 0"},
       {{"--gl", "metal"}, "--gl metal: expected software, osmesa, egl-software, egl or auto"},
