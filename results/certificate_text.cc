@@ -96,7 +96,7 @@ std::string Partings(const Certificate& certificate, const StageNames& stages) {
     }
     text += parts.empty()
                 ? "all reach the same stages\n"
-                : fmt::format("first stage reached on only one engine: {}\n", fmt::join(parts, "; "));
+                : fmt::format("first stage at which the engines differ: {}\n", fmt::join(parts, "; "));
   }
   return text;
 }

@@ -232,7 +232,8 @@ std::string SuiteTable(const Comparison& comparison, int width, bool colors) {
       WrappedToFit("Holm: p adjusted for the tasks. Intervals are not adjusted: each is for its row alone.",
                    0, width) +
       "\n";
-  if (!metrics.empty()) text += "\nMetrics that differ, p adjusted for those of a task\n" + metrics;
+  if (!metrics.empty())
+    text += "\nMetrics that differ (p adjusted for the number of metrics of each task)\n" + metrics;
   return text;
 }
 

@@ -319,8 +319,8 @@ int Check(const TasksOptions& options) {
 void AddOptions(CLI::App* app, TasksOptions* options) {
   app->require_subcommand(1);
   options->list = app->add_subcommand("list", "list all tasks and variations");
-  CLI::App* show =
-      app->add_subcommand("show", "show scene, randomization, stages and conditions as text, or an image");
+  CLI::App* show = app->add_subcommand(
+      "show", "show scene, randomization, stages and conditions as text, or an image of the scene");
   show->add_option("task", options->task, "TASK[/VARIATION], RoboEval's name, or a YAML file")->required();
   AddImageOptions(show, &options->image);
   show->add_option("--seed", options->seed, "seed of the reset")->capture_default_str();

@@ -119,7 +119,7 @@ bool EpisodeScorer::Fits(const state_t& state) const {
       state.num_grippers != model_.num_grippers || state.num_qpos < num_coordinates_) {
     return false;
   }
-  // 0 * x is NaN if x is NaN or infinite.
+  // The sum is 0 only if all numbers are finite, because 0 * x is NaN if x is NaN or infinite.
   double sum = 0;
   for (const body_pose_t& body : state.body) {
     for (double x : body.position_m) sum += 0 * x;

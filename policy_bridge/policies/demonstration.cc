@@ -43,7 +43,7 @@ Demonstration ReadDemonstration(const fs::path& file) {
     fail(fmt::format("{}: expected [steps, 16], 7 + 7 joints and 2 grippers, got [{}]", kActions,
                      fmt::join(actions->shape, ", ")));
   }
-  // The path of a file in RoboEval's archive ends with ROBOT/TASK/ACTIONS/OBSERVATIONS/...
+  // The path of a file in RoboEval's archive contains ROBOT/TASK/ACTIONS/OBSERVATIONS/
   const fs::path absolute = fs::absolute(file).lexically_normal();
   std::vector<std::string> folders;
   for (const fs::path& part : absolute.parent_path()) folders.push_back(part.string());

@@ -259,7 +259,7 @@ void Measure(const Setting& setting, int calls, const fs::path& folder) {
   std::fflush(stdout);
 }
 
-// Writes the pot's task with an episode of `ticks` ticks.
+// Writes the task lift_pot with a time limit of `ticks` ticks.
 void WriteTask(const fs::path& file, int ticks) {
   std::ifstream stream(fs::path(EVALBUS_SOURCE_DIR) / "models/tasks/lift_pot.yaml");
   const std::string models = (fs::path(EVALBUS_SOURCE_DIR) / "models").string() + "/";

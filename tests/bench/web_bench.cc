@@ -123,7 +123,7 @@ uint16_t PortIn(const std::filesystem::path& log, runner::Processes* processes) 
   throw EnvironmentError("evalbus web printed no address");
 }
 
-// Microseconds per physics step.
+// Returns the microseconds per physics step.
 double TimeRun(int viewers, int episodes, uint32_t round, const std::filesystem::path& folder) {
   runner::RunOptions options;
   options.sim.task = "lift_pot/position_and_orientation";

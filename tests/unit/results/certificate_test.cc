@@ -121,7 +121,7 @@ TEST_F(CertificateTest, NamesTheFirstStageThatDiffers) {
   const StageNames names = {{"lift_pot/position", {{1, "grasped"}, {2, "lifted"}}}};
   EXPECT_THAT(
       CertificateText(certificate, names),
-      HasSubstr("3 of 4 episodes differ in some number; first stage reached on only one engine: stage 1 of "
+      HasSubstr("3 of 4 episodes differ in some number; first stage at which the engines differ: stage 1 of "
                 "lift_pot/position, grasped, in 1 episode"));
   EXPECT_EQ(CertificateJson(certificate, names)["comparisons"][0]["partings"][1]["name"], "lifted");
 }

@@ -52,9 +52,10 @@ TEST(PolicyCalls, AsynchronousActionsAreOlderAndFewTicksAreHeld) {
   const ordered_json json = calls.Json(schedule, 9);
   EXPECT_EQ(json["held_ticks"], 2);
   EXPECT_EQ(json["age_ticks"], 25);
-  // Without chunk_steps, all 10 rows of each answer are used, so ticks 9 and 10 have commands, too.
+  // The second chunk, from tick 5, has rows for ticks 5 to 10. Without chunk_steps, it has 10 rows.
+  EXPECT_EQ(calls.Json(schedule, 12)["held_ticks"], 3);
   schedule.chunk_steps = 0;
-  EXPECT_EQ(calls.Json(schedule, 11)["held_ticks"], 2);
+  EXPECT_EQ(calls.Json(schedule, 12)["held_ticks"], 2);
 }
 
 TEST(PolicyCalls, ALostCallIsNoticedAndARepeatedOneIgnored) {

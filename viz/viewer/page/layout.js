@@ -1,4 +1,4 @@
-// Creates the elements of the page, which do not depend on runs or episodes.
+// Creates those elements of the page that do not depend on runs or episodes.
 "use strict";
 
 Evalbus.ICONS = {

@@ -79,7 +79,7 @@ TEST_F(RestClient, UnderstandsAnArrayAListOfArraysAndEitherInAText) {
   EXPECT_EQ(Actions(kRow), one);
   EXPECT_EQ(Actions(std::string("[") + kRow + "]"), one);
   EXPECT_EQ(Actions(rows), two);
-  EXPECT_EQ(Actions(EncodeJsonNumpy(kRow)), one);  // the JSON text is encoded as JSON again
+  EXPECT_EQ(Actions(EncodeJsonNumpy(kRow)), one);  // The JSON text is encoded as JSON again.
   EXPECT_EQ(Actions(EncodeJsonNumpy(rows)), two);
   EXPECT_EQ(Actions(EncodeJsonNumpy(two)), two);  // all rows in one array (H, D)
 }

@@ -166,7 +166,7 @@ TEST(VlaEvalClient, ExpectsAnAnnouncement) {
   check(Value(Map{{"protocol_version", 2}}), Kind::kProtocol,
         "uses version 2 of vla-eval's protocol, evalbus uses 1");
   check(Double::Close{1011, "no"}, Kind::kUnreachable, "no)");
-  // The other server is an openpi server, which sends first.
+  // An openpi server sends its metadata, here an empty map, before the client has sent anything.
   check(Double::Message{FromHex("80")}, Kind::kProtocol,
         "sends map of 0; vla-eval's messages have type, payload and seq");
 }

@@ -390,7 +390,7 @@ class FakeFfmpeg : public testing::Test {
     setenv("EVALBUS_PATH", program.parent_path().c_str(), 1);
   }
   ~FakeFfmpeg() override { unsetenv("EVALBUS_PATH"); }
-  // Returns the error of making a video of 1000 frames.
+  // Makes a video of 1000 frames, and returns the error message.
   template <class Error>
   std::string MakeVideo(std::chrono::milliseconds timeout = std::chrono::seconds(60)) {
     return MessageOf<Error>([&] {

@@ -142,8 +142,9 @@ TEST_F(SceneChanges, OtherCamerasLightsAndCountsAreNotComparable) {
   EXPECT_FALSE(lit.IsComparable(other));
 }
 
-// A light shines from above with a map of 4 m, so the texel is 1 + 1022 (x + 2) / 4. -0.1 to 0.3 m are 486.4
-// to 588.7, and +-0.1 m are 486.4 to 537.6. Three texels are added on each side.
+// A light shines from above with a map of 4 m, so a point at x has the texel 1 + 1022 (x + 2) / 4. The box of
+// half width 0.1 m moves from x = 0 to 0.2 m. Its two places cover x from -0.1 to 0.3 m (texels 486.4 to
+// 588.7) and y from -0.1 to 0.1 m (486.4 to 537.6). Three texels are added on each side.
 TEST_F(SceneChanges, MapChangesWhereSomethingMoved) {
   const LightView light = {LookAlong({0, 0, 3}, {0, 0, -1}, {0, 1, 0}), kClip, kPlaces};
   const SceneOf was({Floor(), Box(0)}), is({Floor(), Box(0.2f)});
