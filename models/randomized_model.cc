@@ -232,6 +232,15 @@ std::vector<Parameter> RandomizeAppearance(const Variation& variation, int64_t s
   return ChangeAll(variation.appearance, AppearanceRandom(seed), model);
 }
 
+void CheckDistinct(const std::vector<Parameter>& parameters, const Variation& variation) {
+  std::set<std::string> names;
+  for (const Parameter& parameter : parameters) {
+    if (names.insert(parameter.name).second) continue;
+    throw InputError(variation.location.ToString() + ": variation '" + variation.name +
+                     "': two entries of 'randomize' draw '" + parameter.name + "'");
+  }
+}
+
 std::map<std::string, std::vector<std::string>> ParameterChoices(const Variation& variation) {
   std::map<std::string, std::vector<std::string>> choices;
   for (const AppearanceChange& change : variation.appearance) {

@@ -33,6 +33,9 @@ std::vector<Parameter> RandomizePhysics(const Variation& variation, int64_t seed
 // Changes colors, lights, textures and cameras of a visual model.
 std::vector<Parameter> RandomizeAppearance(const Variation& variation, int64_t seed, mjModel* model);
 
+// Throws InputError at the variation if two entries of its 'randomize' draw parameters of the same name.
+void CheckDistinct(const std::vector<Parameter>& parameters, const Variation& variation);
+
 // Returns the lists of choices from which a variation's "_choice" parameters are drawn, by the parameter's
 // name.
 std::map<std::string, std::vector<std::string>> ParameterChoices(const Variation& variation);

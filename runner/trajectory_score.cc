@@ -211,7 +211,7 @@ std::vector<sim::Sample> Kinematics::Read(const fs::path& file) const {
     }
   }
   for (size_t row = 0; row < rows; ++row) {
-    const std::string fault = scene_->SampleFault(samples[row]);
+    const std::string fault = scene_->SampleFault(samples[row], row == 0);
     if (!fault.empty()) throw InputError(table->Place(row) + ": " + fault);
     for (size_t k = 0; k < measured_.objects.size(); ++k) {
       body_pose_t& pose = samples[row].object[k];

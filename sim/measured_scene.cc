@@ -138,7 +138,8 @@ std::string MeasuredScene::PositionFault(size_t joint, double position) const {
                      !slides(joint) && is_within(position * kDegree) ? "; are these degrees?" : "");
 }
 
-std::string MeasuredScene::SampleFault(const Sample& sample) const {
+std::string MeasuredScene::SampleFault(const Sample& sample, bool is_first) const {
+  const double farthest = is_first ? kFarthestPart : kFarthest;
   for (size_t k = 0; k < sample.position.size(); ++k) {
     if (const std::string fault = PositionFault(k, sample.position[k]); !fault.empty()) return fault;
   }
@@ -149,10 +150,10 @@ std::string MeasuredScene::SampleFault(const Sample& sample) const {
   }
   for (size_t k = 0; k < sample.object.size(); ++k) {
     const auto& [position, quat] = sample.object[k];
-    if (!std::ranges::all_of(position, [](double at) { return std::abs(at) <= kFarthest; })) {
+    if (!std::ranges::all_of(position, [&](double at) { return std::abs(at) <= farthest; })) {
       return fmt::format(
           "the position of {} is {:.4g}, {:.4g}, {:.4g} m, expected at most {:g} m from the origin",
-          measured_.objects[k], position[0], position[1], position[2], kFarthest);
+          measured_.objects[k], position[0], position[1], position[2], farthest);
     }
     const double norm = std::hypot(std::hypot(quat[0], quat[1]), std::hypot(quat[2], quat[3]));
     if (std::abs(norm - 1) <= 0.01) continue;

@@ -70,6 +70,8 @@ class SampleTicks {
     return std::nullopt;
   }
 
+  // Number of the next tick that Next() returns, unless it is missing.
+  int64_t next() const { return next_; }
   // Number of pairs of neighboring samples that were too far apart.
   int gaps() const { return gaps_; }
   // True if a refused sample has not yet caused a missing tick.

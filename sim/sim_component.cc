@@ -143,6 +143,7 @@ void SimComponent::BeginNext() {
     const std::vector<Parameter> seen = RandomizeAppearance(variation, command_.seed, drawn.get());
     parameters.insert(parameters.end(), seen.begin(), seen.end());
   }
+  CheckDistinct(parameters, variation);
   for (const Parameter& parameter : parameters) {
     begin_.parameter_name.push_back(parameter.name);
     begin_.parameter_value_mixed.push_back(parameter.value);

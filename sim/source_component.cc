@@ -313,7 +313,7 @@ std::string SourceComponent::FaultOf(const source_state_t& message, Sample* samp
     sample->position[k] = joint_maps_[k].Position(sample->position[k]) * unit;
     if (!sample->velocity.empty()) sample->velocity[k] *= joint_maps_[k].sign * unit;
   }
-  const std::string fault = scene_->SampleFault(*sample);
+  const std::string fault = scene_->SampleFault(*sample, !newest_->first_stamp_us);
   if (!fault.empty()) return fault;
   // Frames are converted last, because this requires valid quaternions, which were checked above.
   for (size_t k = 0; map_ && k < object_frames_.size(); ++k)
@@ -657,10 +657,11 @@ void SourceComponent::End(std::string reason, std::string detail, bool lacks_tic
       detail += (detail.empty() ? "" : "; ") + faults;
     }
     const bool is_broken = running_->after_refused || running_->ticks.is_broken();
-    if (lacks_tick || (reason == end_reason::kEndOfData && is_broken)) {
-      ++end_.header.tick;
-      end_.header.sim_time_us = TimeOf(end_.header.tick);
-    }
+    // The header names the last tick of the episode, so metrics counts the missing ticks before it.
+    if (reason == end_reason::kEndOfData)
+      end_.header.tick = std::max(end_.header.tick, running_->ticks.next() - 1);
+    if (lacks_tick || (reason == end_reason::kEndOfData && is_broken)) ++end_.header.tick;
+    end_.header.sim_time_us = TimeOf(end_.header.tick);
     finished_ = running_->episode;
     running_.reset();
   }

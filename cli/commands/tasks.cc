@@ -301,7 +301,10 @@ int Check(const TasksOptions& options) {
     metrics::TaskEvaluator evaluator(composed.task, model_names);
     collision::CollisionChecker checker(composed.scene.physics.get(), composed.scene.info);
     sim::World world = composed.MakeWorld();
-    RandomizeAppearance(variation, 0, composed.scene.visual.get());
+    std::vector<Parameter> parameters = world.Reset(0, variation);
+    const std::vector<Parameter> seen = RandomizeAppearance(variation, 0, composed.scene.visual.get());
+    parameters.insert(parameters.end(), seen.begin(), seen.end());
+    CheckDistinct(parameters, variation);
     for (int seed = 0; seed < kCheckedSeeds; ++seed) {
       world.Reset(seed, variation);
       if (const std::string overlap = world.Overlap(); !overlap.empty()) {

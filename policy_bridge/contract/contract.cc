@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "base/input_file.h"
 #include "models/task_description.h"
@@ -236,12 +235,16 @@ ObservationEntry ReadEntry(const YamlValue& value) {
 
 std::vector<ObservationEntry> ReadObservation(const YamlValue& value) {
   std::vector<ObservationEntry> entries;
-  std::set<std::string> keys;
   for (const YamlValue& element : value.List()) {
-    entries.push_back(ReadEntry(element));
-    if (!keys.insert(entries.back().KeyText()).second) {
-      element.Fail("key '" + entries.back().KeyText() + "' given twice");
+    const ObservationEntry entry = ReadEntry(element);
+    for (const ObservationEntry& other : entries) {
+      if (entry.KeyText() == other.KeyText()) element.Fail("key '" + entry.KeyText() + "' given twice");
+      const auto [own, its] = std::ranges::mismatch(entry.key, other.key);
+      if (own != entry.key.end() && its != other.key.end()) continue;
+      element.Fail("keys '" + other.KeyText() + "' and '" + entry.KeyText() +
+                   "': one is the map that contains the other");
     }
+    entries.push_back(entry);
   }
   if (entries.empty()) value.Fail("expected at least one entry");
   return entries;
@@ -511,7 +514,7 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
     }
     contract.batch_size = batch->Integer(1, kLargestBatch);
   }
-  contract.rate_hz = map["rate_hz"].Number({.min = 1, .max = 500});
+  contract.rate_hz = map["rate_hz"].Number({.min = 5, .max = 500});
   if (const YamlValue* settle = map.Find("settle_steps"))
     contract.settle_steps = settle->Integer(0, kMaxSteps);
   if (const YamlValue* window = map.Find("answer_window")) {

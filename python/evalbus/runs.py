@@ -127,7 +127,7 @@ class Run:
     folder: pathlib.Path
     # Content of run.json.
     options: Dict[str, Any] = dataclasses.field(repr=False)
-    # None unless the run has finished.
+    # Statistics of the finished episodes; None while the run is active, and if it was killed.
     summary: Optional[Summary]
     # Finished episodes, in order.
     episodes: List[Episode] = dataclasses.field(repr=False)

@@ -156,6 +156,11 @@ TEST_F(BadInput, TaskCheckTestsStartsAndLimits) {
          "variation 'position': none of 1000 draws keeps all parts apart; in the last one, pot is ");
   expect("min_m: 1.096", "min_m: 0.5", "  base:\n    alias",
          "variation 'base': success already holds after a reset with seed 0");
+  expect("      - spawn_yaw: &yaw {object: pot, bound_deg: 30}",
+         "      - mass: {of: [pot], min_factor: 1, max_factor: 2}\n"
+         "      - mass: {of: [pot], min_factor: 1, max_factor: 2}\n"
+         "      - spawn_yaw: &yaw {object: pot, bound_deg: 30}",
+         "  orientation:\n", "variation 'orientation': two entries of 'randomize' draw 'pot_mass_factor'");
   // This position is inside the left cabinet.
   expect(base, "base: {position_m: [0.8, 0, 0]}", "  base:\n    alias",
          "variation 'base': after a reset with seed 0, ");

@@ -475,6 +475,35 @@ TEST_F(SourceComponentTest, ARefusedLastSampleDoesToo) {
   EXPECT_EQ(Ticks(), std::vector<int64_t>{0});
 }
 
+// A source sends each sample twice. All ticks after the first are missing, also those at the end.
+TEST_F(SourceComponentTest, TicksThatAreMissingAtTheEndCount) {
+  Start();
+  for (int64_t k = 0; k < 10; ++k) {
+    source_state_t sample = Sample(k);
+    sample.stamp_us = Sample(k / 2).stamp_us;
+    sample.is_last = k == 9;
+    Send(sample);
+    ScoreAll();
+  }
+  EXPECT_EQ(Ticks(), std::vector<int64_t>{0});
+  ASSERT_EQ(ends_.size(), 1u);
+  // Ticks 1 to 4, and one for the last sample, which was refused.
+  EXPECT_EQ(ends_[0].header.tick, 5);
+  EXPECT_THAT(ends_[0].detail, HasSubstr("5 samples refused, the first: sample 1: the time changes from"));
+}
+
+TEST_F(SourceComponentTest, ObjectsOfTheFirstSampleAreNearTheOrigin) {
+  Start();
+  source_state_t sample = Sample(0);
+  sample.object[0].position_m[0] = 716;
+  try {
+    Send(sample);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the position of pot is 716, 0, 1 m, expected at most 10 m from"));
+  }
+}
+
 TEST_F(SourceComponentTest, LostSamplesAreCountedAndAGapIsMissing) {
   Start();
   for (const int64_t k : {0, 1, 2, 12, 13}) {

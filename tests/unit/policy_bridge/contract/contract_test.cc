@@ -85,7 +85,7 @@ TEST(Contract, MistakesAreReportedWithLineAndKey) {
       {"ws://127.0.0.1:8000", "ws://127.0.0.1:99999",
        "mine.yaml:3: key 'url': ws://127.0.0.1:99999: not a valid port; expected ws://HOST:PORT"},
       {"rate_hz: 20", "rate_hz: fast",
-       "mine.yaml:4: key 'rate_hz': expected a number in [1, 500], got 'fast'"},
+       "mine.yaml:4: key 'rate_hz': expected a number in [5, 500], got 'fast'"},
       {"rate_hz: 20\n", "", "mine.yaml:1: key 'rate_hz': required here, but missing"},
       {"execute_steps: 5", "execute_steps: 11",
        "mine.yaml:15: key 'execute_steps': expected at most 'chunk_steps', 10"},
@@ -108,6 +108,9 @@ TEST(Contract, MistakesAreReportedWithLineAndKey) {
        "requests of their connections themselves"},
       {"mirror: true", "rotate_deg: 45", "mine.yaml:6: key 'rotate_deg': expected 0, 90, 180 or 270"},
       {"key: prompt", "key: state", "mine.yaml:8: key 'observation[2]': key 'state' given twice"},
+      {"key: prompt", "key: [state, x]",
+       "mine.yaml:8: key 'observation[2]': keys 'state' and 'state.x': one is the map that contains the "
+       "other"},
       {"prompt: true", "prompt: true, mirror: true",
        "mine.yaml:8: key 'mirror': only allowed for a camera or depth"},
       {"index: 7", "index: 8", "mine.yaml:18: key 'index': expected a whole number from 0 to 7, got '8'"},
