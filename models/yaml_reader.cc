@@ -9,7 +9,6 @@
 #include "base/angles.h"
 #include "base/errors.h"
 #include "base/number_from.h"
-#include "models/farthest.h"
 
 namespace evalbus {
 namespace {
@@ -291,10 +290,10 @@ YamlValue ParseYaml(const std::string& text, const std::string& file) {
   }
 }
 
-Pose ReadPose(const YamlValue& value) {
+Pose ReadPose(const YamlValue& value, double farthest) {
   const YamlMap map(value, {"position_m"}, {"quaternion_wxyz", "yaw_deg", "yaw_rad"});
   Pose pose;
-  pose.position = map["position_m"].Vector<3>({.min = -kFarthestPart, .max = kFarthestPart});
+  pose.position = map["position_m"].Vector<3>({.min = -farthest, .max = farthest});
   const std::optional<double> yaw = map.Angle("yaw", {.min = -360, .max = 360});
   if (yaw) pose.quaternion = {std::cos(*yaw / 2), 0, 0, std::sin(*yaw / 2)};
   if (const YamlValue* quaternion = map.Find("quaternion_wxyz")) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/suggestion.h"
+#include "models/farthest.h"
 #include "models/pose.h"
 #include "models/source_location.h"
 
@@ -105,7 +106,8 @@ class YamlMap {
 // Parses a whole document. `file` is only used in messages.
 YamlValue ParseYaml(const std::string& text, const std::string& file);
 
-// Reads {position_m: [x, y, z], and at most one of quaternion_wxyz, yaw_deg, yaw_rad}.
-Pose ReadPose(const YamlValue& value);
+// Reads {position_m: [x, y, z], and at most one of quaternion_wxyz, yaw_deg, yaw_rad}. farthest: limit of the
+// position along each axis, m.
+Pose ReadPose(const YamlValue& value, double farthest = kFarthestPart);
 
 }  // namespace evalbus

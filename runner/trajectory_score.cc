@@ -152,6 +152,8 @@ std::vector<sim::Sample> Kinematics::Read(const fs::path& file) const {
     }
   }
   const size_t rows = samples.size();
+  // An episode of one sample has no tick to score.
+  if (rows == 1) throw InputError(table->Place(0) + ": expected two rows or more, got one");
   if (map_.time_column.empty()) {
     for (size_t row = 0; row < rows; ++row) samples[row].time_s = static_cast<double>(row) / map_.rate_hz;
   } else {
@@ -211,12 +213,14 @@ std::vector<sim::Sample> Kinematics::Read(const fs::path& file) const {
     }
   }
   for (size_t row = 0; row < rows; ++row) {
-    const std::string fault = scene_->SampleFault(samples[row], row == 0);
+    const std::string fault = scene_->SampleFault(samples[row]);
     if (!fault.empty()) throw InputError(table->Place(row) + ": " + fault);
     for (size_t k = 0; k < measured_.objects.size(); ++k) {
       body_pose_t& pose = samples[row].object[k];
       pose = sim::PoseInFrame(pose, map_.objects.at(measured_.objects[k]).frame);
     }
+    const std::string first_fault = row == 0 ? scene_->FirstSampleFault(samples[row]) : "";
+    if (!first_fault.empty()) throw InputError(table->Place(row) + ": " + first_fault);
   }
   return samples;
 }
@@ -340,7 +344,7 @@ TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file
       const YamlMap columns(entry, {"position_m", "quaternion_wxyz"}, {"frame"});
       TrajectoryMap::Object& object = map.objects[entry.key()];
       object.where = entry;
-      if (const YamlValue* frame = columns.Find("frame")) object.frame = ReadPose(*frame);
+      if (const YamlValue* frame = columns.Find("frame")) object.frame = ReadPose(*frame, kFarthest);
       const auto read = [](const YamlValue& value, auto* names) {
         const std::vector<std::string> texts = value.Texts();
         if (texts.size() != names->size()) value.Fail(fmt::format("expected {} columns", names->size()));

@@ -51,6 +51,13 @@ bool IsTracked(const PreparedScene& prepared, const Measured& measured, const st
   return tracked;
 }
 
+std::string DistanceFault(const std::string& object, const double (&position)[3], double farthest) {
+  if (std::ranges::all_of(position, [&](double at) { return std::abs(at) <= farthest; })) return "";
+  return fmt::format(
+      "the position of {} is {:.4g}, {:.4g}, {:.4g} m, expected at most {:g} m from the origin", object,
+      position[0], position[1], position[2], farthest);
+}
+
 }  // namespace
 
 std::optional<MeasuredScene::Fault> MeasuredScene::FindFault(const PreparedScene& prepared,
@@ -138,8 +145,7 @@ std::string MeasuredScene::PositionFault(size_t joint, double position) const {
                      !slides(joint) && is_within(position * kDegree) ? "; are these degrees?" : "");
 }
 
-std::string MeasuredScene::SampleFault(const Sample& sample, bool is_first) const {
-  const double farthest = is_first ? kFarthestPart : kFarthest;
+std::string MeasuredScene::SampleFault(const Sample& sample) const {
   for (size_t k = 0; k < sample.position.size(); ++k) {
     if (const std::string fault = PositionFault(k, sample.position[k]); !fault.empty()) return fault;
   }
@@ -150,14 +156,19 @@ std::string MeasuredScene::SampleFault(const Sample& sample, bool is_first) cons
   }
   for (size_t k = 0; k < sample.object.size(); ++k) {
     const auto& [position, quat] = sample.object[k];
-    if (!std::ranges::all_of(position, [&](double at) { return std::abs(at) <= farthest; })) {
-      return fmt::format(
-          "the position of {} is {:.4g}, {:.4g}, {:.4g} m, expected at most {:g} m from the origin",
-          measured_.objects[k], position[0], position[1], position[2], farthest);
-    }
+    if (const std::string fault = DistanceFault(measured_.objects[k], position, kFarthest); !fault.empty())
+      return fault;
     const double norm = std::hypot(std::hypot(quat[0], quat[1]), std::hypot(quat[2], quat[3]));
     if (std::abs(norm - 1) <= 0.01) continue;
     return fmt::format("the quaternion of '{}' has norm {:.3g}, expected 1", measured_.objects[k], norm);
+  }
+  return "";
+}
+
+std::string MeasuredScene::FirstSampleFault(const Sample& sample) const {
+  for (size_t k = 0; k < sample.object.size(); ++k) {
+    const std::string fault = DistanceFault(measured_.objects[k], sample.object[k].position_m, kFarthestPart);
+    if (!fault.empty()) return fault;
   }
   return "";
 }

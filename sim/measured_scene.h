@@ -63,9 +63,11 @@ class MeasuredScene {
   // beyond its range by 0.05 rad or m, and a joint of an object also by up to 5 % of its range.
   std::string PositionFault(size_t joint, double position) const;
   // Describes the first implausible position, velocity or object pose of a sample; empty if there is none.
-  // The numbers of the sample must be finite and their counts correct. is_first: true for the first sample of
-  // an episode, in which objects must be near the origin; later, they may have fallen out of the scene.
-  std::string SampleFault(const Sample& sample, bool is_first) const;
+  // The numbers of the sample must be finite and their counts correct.
+  std::string SampleFault(const Sample& sample) const;
+  // Describes an object that is too far from the world's origin in the first sample of an episode, which is
+  // probably in another unit; empty if there is none. Later, objects may have fallen out of the scene.
+  std::string FirstSampleFault(const Sample& sample) const;
   // Describes the joint of an object that is furthest beyond its range ("first_valve/wheel is beyond its
   // range by 0.051 rad"). Empty if no joint exceeds its range by more than 0.001 rad or m. Such positions are
   // used unchanged.

@@ -313,12 +313,12 @@ std::string SourceComponent::FaultOf(const source_state_t& message, Sample* samp
     sample->position[k] = joint_maps_[k].Position(sample->position[k]) * unit;
     if (!sample->velocity.empty()) sample->velocity[k] *= joint_maps_[k].sign * unit;
   }
-  const std::string fault = scene_->SampleFault(*sample, !newest_->first_stamp_us);
+  const std::string fault = scene_->SampleFault(*sample);
   if (!fault.empty()) return fault;
   // Frames are converted last, because this requires valid quaternions, which were checked above.
   for (size_t k = 0; map_ && k < object_frames_.size(); ++k)
     sample->object[k] = PoseInFrame(sample->object[k], object_frames_[k]);
-  return "";
+  return newest_->first_stamp_us ? "" : scene_->FirstSampleFault(*sample);
 }
 
 void SourceComponent::OnContacts(const source_contacts_t& contacts) {

@@ -62,7 +62,7 @@ SourceMap ReadSourceMap(const std::string& text, const std::string& file) {
       const YamlMap keys(entry, {}, {"name", "frame"});
       SourceMap::Object object{entry.key(), {}, entry};
       if (const YamlValue* name = keys.Find("name")) object.name = name->Text();
-      if (const YamlValue* frame = keys.Find("frame")) object.frame = ReadPose(*frame);
+      if (const YamlValue* frame = keys.Find("frame")) object.frame = ReadPose(*frame, kFarthest);
       if (const auto [other, is_new] = taken.emplace(object.name, entry.key()); !is_new)
         entry.Fail("'" + object.name + "' is already the name of '" + other->second + "'");
       map.objects.emplace(entry.key(), object);

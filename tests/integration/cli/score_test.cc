@@ -88,6 +88,12 @@ TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
     EXPECT_NEAR(std::sqrt(distance), found[i].clearance_m, kTolerance) << i;
   }
   EXPECT_GE(with_clearance, 3);
+
+  const std::string table = ReadText(table_);
+  WriteText(table_, table.substr(0, table.find('\n', table.find('\n') + 1) + 1));
+  const Result one_row = RunProgram({"evalbus", "score", map_, table_, "--out", folder_.path() / "one"});
+  EXPECT_EQ(one_row.code, 1);
+  EXPECT_NE(one_row.err.find("expected two rows or more, got one\n"), std::string::npos) << one_row.err;
 }
 
 // The recording has another zero and direction of a joint, and another frame of the pot.
