@@ -83,6 +83,8 @@ class Check {
       Add(Level::kNote, "it has no metadata, so only its answers can be checked");
     }
     for (const std::string& line : FindContradictions(contract_, metadata)) Bad(Verdict::kContract, line);
+    if (!contract_.prompts.empty() && !contract_.prompts.contains(info_.task))
+      Doubt("the contract has 'prompts', but none for the task " + info_.task);
     client_->BeginEpisode(contract_.PromptFor(info_.task, info_.instruction), 0);
   }
 

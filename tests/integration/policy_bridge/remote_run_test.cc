@@ -431,6 +431,13 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   EXPECT_TRUE(fs::exists(folder_.path() / "check/image.png"));
   EXPECT_EQ(SchemaError("check", folder_.path() / "check/check.json"), "");
   EXPECT_EQ(nlohmann::json::parse(ReadText(folder_.path() / "check/check.json"))["verdict"], "good");
+  const std::string with_typo = Contract();
+  WriteText(with_typo, ReadText(with_typo) + "prompts: {lift_pt: pick it up}\n");
+  result = check(with_typo);
+  EXPECT_EQ(result.code, 6) << result.out;
+  EXPECT_NE(result.out.find("the contract has 'prompts', but none for the task lift_pot\n"),
+            std::string::npos)
+      << result.out;
   // Interpreted as deltas, these values are half a turn.
   result = check(Contract("joint_delta"));
   EXPECT_EQ(result.code, 6) << result.out;
