@@ -10,7 +10,8 @@
 namespace evalbus::results {
 namespace {
 
-// Random stream of the order. Its number differs from all streams in base/random.h.
+// Random stream of the order. kLightStream (base/random.h) has the same number, which is harmless, because
+// lights do not depend on the order. Another number would make verdicts of started judgments invalid.
 constexpr uint32_t kOrderStream = 0x10003;
 
 // Fisher-Yates shuffle.

@@ -103,7 +103,7 @@ ImageForm ReadImage(const YamlMap& map, bool is_depth) {
     map.value().Fail("expected 'size_px': [WIDTH, HEIGHT], the size in which the camera's image is rendered");
   std::tie(form.view.width_px, form.view.height_px) = Size(*size);
   if (const YamlValue* fovy = map.Find("fovy_deg")) {
-    form.view.fovy_deg = fovy->Number({.min = 1, .max = 175});
+    form.view.fovy_deg = fovy->Number({.min = 1, .max = 170});
   }
   form.view.shadows = true;
   if (const YamlValue* shadows = map.Find("shadows")) form.view.shadows = shadows->Bool();
