@@ -70,11 +70,13 @@ std::string OneSided(const std::vector<results::ComparedPair>& flipped, bool of_
 }
 
 // Writes the images of the pairs that have them. `evalbus verify` does not draw images, so it ignores them.
-void StillCards(const ComparisonPageParts& parts, const results::Comparison& comparison,
-                const results::TaskComparison& task, const std::vector<results::ComparedPair>& flipped,
-                Markup* html) {
+// Returns the number of these pairs.
+size_t StillCards(const ComparisonPageParts& parts, const results::Comparison& comparison,
+                  const results::TaskComparison& task, const std::vector<results::ComparedPair>& flipped,
+                  Markup* html) {
   const auto has_stills = [&](const auto& pair) { return parts.stills(task, pair) != nullptr; };
-  if (std::ranges::none_of(flipped, has_stills)) return;
+  const auto count = static_cast<size_t>(std::ranges::count_if(flipped, has_stills));
+  if (count == 0) return 0;
   html->Element("p", {{"class", "note"}, {kUnchecked, ""}},
                 fmt::format("At the decisive moment: {} on the left, {} on the right.",
                             comparison.baseline.name, comparison.run.name));
@@ -111,6 +113,7 @@ void StillCards(const ComparisonPageParts& parts, const results::Comparison& com
       });
     }
   });
+  return count;
 }
 
 void FlippedRow(const ComparisonPageParts& parts, const results::Comparison& comparison,
@@ -177,11 +180,11 @@ void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& com
     if (!text.empty()) html->Element("p", {}, text + ".");
   }
   if (flipped.empty()) return;
-  StillCards(parts, comparison, task, flipped, html);
-  // A table of at most kFew rows is open by default.
+  const size_t shown = StillCards(parts, comparison, task, flipped, html);
+  // A table of at most kFew rows is open by default, unless the images already show all of them.
   constexpr size_t kFew = 4;
   html->Open("details", {});
-  if (flipped.size() <= kFew) html->Attribute("open", "");
+  if (flipped.size() <= kFew && shown < flipped.size()) html->Attribute("open", "");
   html->Element("summary", {}, "Why: " + Plural(flipped.size(), "seed") + " where only one policy succeeds");
   FlippedTable(parts, comparison, task, flipped, html);
   const bool any_video = std::ranges::any_of(flipped, [&](const results::ComparedPair& pair) {
