@@ -130,7 +130,8 @@ TEST_F(Collect, KilledAtItsEndIsCompletedByResume) {
   ASSERT_EQ(collect(reference_, "rename:0:kill").code, 0);
   int renames = 0;
   ASSERT_EQ(std::sscanf(ReadText(folder_.path() / "calls").c_str(), "rename %d", &renames), 1);
-  // The last six renames happen at the end: episodes.jsonl three times, summary.json twice, collect.json once.
+  // The last six renames happen at the end: episodes.jsonl three times, summary.json twice, collect.json
+  // once.
   const fs::path at_the_end = folder_.path() / "at_the_end";
   ASSERT_EQ(collect(at_the_end, "rename:" + std::to_string(renames - 5) + ":kill").code, 128 + SIGKILL);
   EXPECT_EQ(Lines(at_the_end), kNumTried);

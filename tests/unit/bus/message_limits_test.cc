@@ -63,7 +63,8 @@ TEST(MessageLimits, NoiseBehindTheFingerprintIsHarmless) {
 
 TEST(MessageLimits, ARefusedCountAllocatesNothing) {
   std::vector<uint8_t> bytes = Encode(state_t{});
-  // num_qpos follows the fingerprint and the header. It is set to one more than the number of remaining bytes.
+  // num_qpos follows the fingerprint and the header. It is set to one more than the number of remaining
+  // bytes.
   const size_t count_at = 8 + static_cast<size_t>(header_t{}._getEncodedSizeNoHash());
   const auto left = static_cast<uint8_t>(bytes.size() - count_at - 4);
   bool decoded = true;

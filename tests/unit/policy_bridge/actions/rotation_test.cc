@@ -193,8 +193,8 @@ TEST(Rotation, RoundTripsInEachForm) {
         for (const auto& [name, form] : kRotationForms) {
           if (form == RotationForm::kNone) continue;
           const std::vector<double> values = Written(form, q);
-          // If half the angle is near 0 or pi, its sine in robosuite's formula is the square root of a rounding
-          // error.
+          // If half the angle is near 0 or pi, its sine in robosuite's formula is the square root of a
+          // rounding error.
           const double tolerance = form == RotationForm::kAxisAngleRobosuite ? 1e-7 : 1e-12;
           EXPECT_LT((Read(form, values) - q.toRotationMatrix()).norm(), tolerance)
               << name << ", " << angle << " rad about " << axis.transpose();
