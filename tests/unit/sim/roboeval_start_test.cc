@@ -15,7 +15,7 @@ Variation LiftPot() {
 
 std::string Refusal(const Variation& variation) {
   const std::string error = ErrorOf([&] { CheckRoboEvalStart(variation); });
-  return error.substr(error.find("has no start"));
+  return error.substr(error.find("cannot start"));
 }
 
 TEST(RoboEvalStart, VariationsThatRandomizeNothingHaveOne) {

@@ -346,7 +346,8 @@ TEST_F(GrootFaults, ConnectingEndsInOneLineWhateverAnswers) {
   EXPECT_THAT(FailureOf([&] { client_->Connect(); }),
               FailsAs(Kind::kServer, "get_modality_config with list of 0"));
   server_->AnswerNextWith("get_modality_config", EncodeGroot(Map{{"video", "front"}}));
-  EXPECT_THAT(FailureOf([&] { client_->Connect(); }), FailsAs(Kind::kReply, "video is text \"front\""));
+  EXPECT_THAT(FailureOf([&] { client_->Connect(); }),
+              FailsAs(Kind::kReply, "video: expected a map with a list modality_keys, got text \"front\""));
 
   // One address is a web server that answers the handshake with a page, and the other host does not exist.
   const doubles::RestServer web([](const std::string&) { return "{}"; });

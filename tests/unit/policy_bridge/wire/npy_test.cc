@@ -90,7 +90,7 @@ TEST(Npy, RefusesWhatItCannotRead) {
       FailsAs(Kind::kProtocol, "array <f4 [2] has 12 bytes of data, which do not fit its type and shape"));
   EXPECT_THAT(of_shape("(-1, -1)", 4), FailsAs(Kind::kProtocol, "[-1, -1]"));
   EXPECT_THAT(of_shape("(1073741824, 1073741824, 16)", 0),
-              FailsAs(Kind::kProtocol, "of 0 bytes"));  // needs 4 * 2^64 bytes
+              FailsAs(Kind::kProtocol, "has 0 bytes of data"));  // needs 4 * 2^64 bytes
   EXPECT_THAT(of_shape("(99999999999999999999,)", 4), FailsAs(Kind::kProtocol, "header"));
   // These headers are invalid or have another notation.
   for (const char* header : {"", "{", "{}", "{'descr': '<f4', 'fortran_order': False}",

@@ -481,7 +481,7 @@ TEST(RoboArena, HasOneAnswerToAReset) {
   EXPECT_EQ(failure_with(Double::Text{"reset successful "}).kind, Kind::kServer);
   failure = failure_with(Value(Map{}));
   EXPECT_EQ(failure.kind, Kind::kProtocol);
-  EXPECT_EQ(failure.what, "answers a reset with map of 0");
+  EXPECT_EQ(failure.what, "answers a reset with map of 0, expected \"reset successful\"");
 }
 
 // vLLM-Omni has an endpoint for robot policies (vllm_omni/entrypoints/openpi/connection.py). This is its
