@@ -68,15 +68,19 @@ class MomentStills {
           if (drawn == of_each || left == 0) break;
           const results::Cause& cause = pair.failed().cause;
           if (cause.text.empty()) continue;
-          if (!renderer) renderer.emplace();
           ++drawn;
           --left;
           try {
+            if (!renderer) renderer.emplace();
             stills_[{task.folder, pair.run.episode}] = {
                 renderer->DrawMoment(task.baseline_folder, pair.baseline.episode, cause.time_s),
                 renderer->DrawMoment(task.folder, pair.run.episode, cause.time_s)};
           } catch (const InputError& error) {
             remarks->push_back(fmt::format("no images of episode {}: {}", pair.run.episode, error.what()));
+          } catch (const EnvironmentError& error) {
+            // A plan on a machine without OpenGL still writes its pages.
+            remarks->push_back(std::string("no images of the decisive moments: ") + error.what());
+            return;
           }
         }
       }
