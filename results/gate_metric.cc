@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <set>
 
 #include "base/errors.h"
+#include "base/number_from.h"
 #include "base/suggestion.h"
 #include "metrics/statistics/bounds_of_mean.h"
 #include "metrics/statistics/power.h"
@@ -34,16 +34,15 @@ std::optional<double> ValueOf(const RecordedEpisode& episode, const MetricNumber
 
 // Parses a margin such as "0.2" or "10%".
 GateMargin ParseMargin(const std::string& text, const std::string& option) {
-  GateMargin margin{.value = 0, .is_percent = text.ends_with('%')};
-  const char* const end = text.data() + text.size() - (margin.is_percent ? 1 : 0);
-  const auto [rest, error] = std::from_chars(text.data(), end, margin.value);
-  if (error != std::errc() || rest != end || !std::isfinite(margin.value) || margin.value < 0) {
+  const bool is_percent = text.ends_with('%');
+  const auto value = NumberFrom<double>(text.substr(0, text.size() - is_percent));
+  if (!value || !std::isfinite(*value) || *value < 0) {
     throw InputError(
         fmt::format("--on {}: margin '{}', expected a number in the metric's unit, such as 0.2, "
                     "or percent of the baseline, such as 10%",
                     option, text));
   }
-  return margin;
+  return {.value = *value, .is_percent = is_percent};
 }
 
 // Values of the pairs in which both episodes have a value.

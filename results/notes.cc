@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/number_from.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "results/run_files_lock.h"
@@ -19,11 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 
 std::optional<int> EpisodeOfKey(const std::string& key) {
-  int episode = 0;
-  const char* end = key.data() + key.size();
-  const auto parsed = std::from_chars(key.data(), end, episode);
-  if (parsed.ec != std::errc() || parsed.ptr != end || episode < 0) return std::nullopt;
-  return episode;
+  const auto episode = NumberFrom<int>(key);
+  return episode && *episode >= 0 ? episode : std::nullopt;
 }
 
 }  // namespace

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/number_from.h"
 
 namespace evalbus::viz {
 namespace {
@@ -41,13 +41,10 @@ std::vector<Stretch> Stretches(const VideoTiming& timing, double from_us, double
 
 // Parses the whole text as a number of at least 0.
 double ReadSeconds(const std::string& text, const std::string& option) {
-  double seconds = 0;
-  const char* const end = text.data() + text.size();
-  const auto [used, error] = std::from_chars(text.data(), end, seconds);
-  if (error != std::errc() || used != end || !std::isfinite(seconds) || seconds < 0) {
+  const auto seconds = NumberFrom<double>(text);
+  if (!seconds || !std::isfinite(*seconds) || *seconds < 0)
     throw InputError(option + ": expected FROM..TO in seconds, for example 2.5..6");
-  }
-  return seconds;
+  return *seconds;
 }
 
 }  // namespace

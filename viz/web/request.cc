@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "base/number_from.h"
 #include "base/run_layout.h"
 
 namespace evalbus::viz {
@@ -16,11 +16,8 @@ constexpr size_t kMaxName = 64, kIdLength = 64;
 constexpr uint64_t kMaxRun = 1'000'000;
 
 std::optional<int> WholeNumber(std::string_view text) {
-  int number = 0;
-  const char* end = text.data() + text.size();
-  const auto parsed = std::from_chars(text.data(), end, number);
-  if (text.empty() || parsed.ec != std::errc() || parsed.ptr != end || number < 0) return std::nullopt;
-  return number;
+  const auto number = NumberFrom<int>(text);
+  return number && *number >= 0 ? number : std::nullopt;
 }
 
 bool IsFileName(std::string_view name) {
