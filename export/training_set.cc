@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "base/errors.h"
 #include "base/json_file.h"
@@ -281,20 +282,26 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
   if (drawn) drawn->RemoveAll();
 }
 
-std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
-                                       const std::function<void(double)>& progress) {
-  // All logs are read before the first file is written, so that an unusable log is reported early.
-  for (const fs::path& log : logs) ReadSteps(log);
-  std::vector<fs::path> files;
-  std::string starts;
-  for (size_t i = 0; i < logs.size(); ++i) {
-    const EpisodeSteps episode = ReadSteps(logs[i]);
+void WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
+                      const std::function<void(double)>& progress) {
+  // All logs are read before the first file is written, so that an unusable log leaves no files behind.
+  std::set<int64_t> known;
+  for (const fs::path& log : logs) {
+    const EpisodeSteps episode = ReadSteps(log);
     const model_info_t& model = episode.model;
     const bool fits = model.num_arms == 2 && model.num_grippers == 2 && model.arm[0].num_joints == 7 &&
                       model.arm[1].num_joints == 7;
     if (!fits)
-      throw InputError(logs[i].string() +
+      throw InputError(log.string() +
                        ": RoboEval's layout requires two arms with 7 joints and a gripper each");
+    if (!known.insert(episode.begin.header.episode).second)
+      throw InputError(log.string() + ": its episode number occurs in another log, too");
+  }
+  fs::create_directories(folder);
+  std::string starts;
+  for (size_t i = 0; i < logs.size(); ++i) {
+    const EpisodeSteps episode = ReadSteps(logs[i]);
+    const model_info_t& model = episode.model;
     const auto steps = static_cast<int64_t>(episode.actions.size());
     const RobotIndices indices = IndicesOfRobot(model);
     std::vector<double> actions, proprioception, grippers, rewards(episode.actions.size());
@@ -342,16 +349,11 @@ std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const 
                         {"control_frequency", fmt::format("{:g}", 1 / ControlPeriod(model))},
                         {"success", episode.success() ? "true" : "false"}};
     const fs::path file = folder / fmt::format("{:04}.safetensors", episode.begin.header.episode);
-    if (std::ranges::find(files, file) != files.end())
-      throw InputError(logs[i].string() + ": its episode number occurs in another log, too");
-    fs::create_directories(folder);
     WriteWhole(file, EncodeSafetensors(content));
-    files.push_back(file);
     starts += StartLine(episode) + "\n";
     progress(static_cast<double>(i + 1) / static_cast<double>(logs.size()));
   }
   WriteWhole(folder / (std::string(kStarts) + ".jsonl"), starts);
-  return files;
 }
 
 }  // namespace evalbus::exports

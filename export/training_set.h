@@ -43,10 +43,9 @@ inline constexpr char kStarts[] = "evalbus_starts";
 // and EnvironmentError, and leave no partially written files.
 void WriteRobomimic(const std::vector<std::filesystem::path>& logs, const std::filesystem::path& file,
                     const ImageOptions& images, const std::function<void(double)>& progress);
-// Writes one file per episode and returns their paths. Also writes the file of kStarts. Supports only robots
-// with two grippers and two arms of seven joints each. `progress` receives the finished fraction of the logs.
-std::vector<std::filesystem::path> WriteSafetensors(const std::vector<std::filesystem::path>& logs,
-                                                    const std::filesystem::path& folder,
-                                                    const std::function<void(double)>& progress);
+// Writes one file per episode, and the file of kStarts. Supports only robots with two grippers and two arms
+// of seven joints each. `progress` receives the finished fraction of the logs.
+void WriteSafetensors(const std::vector<std::filesystem::path>& logs, const std::filesystem::path& folder,
+                      const std::function<void(double)>& progress);
 
 }  // namespace evalbus::exports

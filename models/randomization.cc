@@ -166,6 +166,8 @@ void ReadCamera(const YamlValue& value, const Context& context) {
   camera.name = ReadName(map["name"]);
   if (const YamlValue* shift = map.Find("shift_m")) camera.shift = shift->Vector<3>(kNotNegative);
   camera.turn = map.Angle("turn", kTurn).value_or(0);
+  if (camera.turn == 0 && camera.shift == std::array<double, 3>{})
+    value.Fail("expected shift_m, turn_deg or turn_rad above 0");
   context.into->appearance.push_back(camera);
 }
 

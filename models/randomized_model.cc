@@ -53,11 +53,14 @@ double Draw(const Span& range, Random* random) { return random->Uniform(range.mi
 void Change(const RandomMass& mass, Random* random, mjModel* model, Parameters* parameters) {
   const double factor = Draw(mass.factor, random);
   const std::vector<bool> bodies = Bodies(*model, mass.of);
+  bool moves = false;
   for (int body = 0; body < model->nbody; ++body) {
     if (!bodies[static_cast<size_t>(body)]) continue;
+    moves |= model->body_weldid[body] != 0;
     model->body_mass[body] *= factor;
     for (int i = 0; i < 3; ++i) model->body_inertia[3 * body + i] *= factor;
   }
+  if (!moves) Refuse("part", mass.of[0], "is fixed, so its mass has no effect");
   parameters->push_back({mass.of[0].text + "_mass_factor", factor});
 }
 

@@ -286,11 +286,7 @@ std::vector<std::string> RecordedRun::Remarks() const {
     remarks.emplace_back(
         "collected demonstrations: only successes were kept, so its rates do not describe the policy");
   }
-  const metrics::RunSummary summary = Statistics().Summary(false);
-  for (const std::string& note :
-       {summary.StartText(), summary.ActionsText(), summary.SamplesText(), summary.TrainingText()}) {
-    if (!note.empty()) remarks.push_back(note);
-  }
+  for (const std::string& note : Statistics().Summary(false).Notes()) remarks.push_back(note);
   return remarks;
 }
 

@@ -89,6 +89,7 @@ Environment::Environment(EnvironmentOptions options) : sim_(std::move(options.si
     const sim::PreparedScene scene = sim::ComposeScene(sim_);
     model_ = scene.info;
     contract_ = ContractOf(options, model_);
+    changed_rate_ = sim::MakeControlRateReal(model_.timestep_us, &sim_);
     sim::WriteModels(scene, folder_.path());
     sim_.physics_sha256 = model_.physics_sha256;
     sim_.visual_sha256 = model_.visual_sha256;

@@ -50,6 +50,8 @@ class Environment {
 
   const policy::Contract& contract() const { return contract_; }
   const model_info_t& model() const { return model_; }
+  // Reports that the control rate is not the requested one; otherwise empty.
+  const std::string& changed_rate() const { return changed_rate_; }
 
   // Starts episode `episode` of a run with this seed, and abandons the current one. Returns the first
   // observation.
@@ -70,6 +72,7 @@ class Environment {
   sim::SimOptions sim_;
   policy::Contract contract_;
   model_info_t model_{};
+  std::string changed_rate_;
   std::vector<std::string> required_;
   Bus bus_{"memq://"};
   // The policy's thread may outlive this member, because it co-owns the shared state.

@@ -321,9 +321,7 @@ TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file
   }
   const YamlMap joints(yaml["joints"], {"unit", "columns"});
   map.joint_scale = sim::ReadAngleUnit(joints["unit"]);
-  for (const YamlValue& entry : joints["columns"].Entries()) {
-    map.joints.emplace(entry.key(), sim::ReadJointMap(entry));
-  }
+  map.joints = sim::ReadJointMaps(joints["columns"]);
   if (map.joints.empty()) joints["columns"].Fail("expected a column for each joint");
   if (const YamlValue* grippers = yaml.Find("grippers")) {
     for (const YamlValue& entry : grippers->Entries()) {

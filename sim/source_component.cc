@@ -209,8 +209,15 @@ void SourceComponent::Meet(const source_announcement_t& announcement) {
     throw InputError("SOURCE_ANNOUNCEMENT of '" + name + "': " + error.what());
   }
   for (size_t k = 0; k < opening_.size(); ++k) {
-    if (opening_[k] || !scene_->FingersOf(k).empty()) continue;
     const std::string& gripper = prepared_.info.gripper[k].name;
+    const bool is_measured = !scene_->FingersOf(k).empty();
+    if (is_measured && opening_[k]) {
+      throw InputError(
+          fmt::format("--gripper: the source '{}' measures finger joints of gripper '{}'; omit "
+                      "this option for it",
+                      name, gripper));
+    }
+    if (is_measured || opening_[k]) continue;
     throw InputError(
         fmt::format("SOURCE_ANNOUNCEMENT of '{}': no finger joint of gripper '{}' is measured; state its "
                     "constant position with --gripper {}=open or {}=closed",

@@ -6,6 +6,7 @@
 #include "base/angles.h"
 
 namespace evalbus::sim {
+namespace {
 
 JointMap ReadJointMap(const YamlValue& value) {
   JointMap joint;
@@ -23,6 +24,20 @@ JointMap ReadJointMap(const YamlValue& value) {
   }
   if (const YamlValue* zero = map.Find("zero")) joint.zero = zero->Number();
   return joint;
+}
+
+}  // namespace
+
+std::map<std::string, JointMap> ReadJointMaps(const YamlValue& value) {
+  std::map<std::string, JointMap> joints;
+  std::map<std::string, std::string> taken;
+  for (const YamlValue& entry : value.Entries()) {
+    const JointMap joint = ReadJointMap(entry);
+    if (const auto [other, is_new] = taken.emplace(joint.name, entry.key()); !is_new)
+      entry.Fail("'" + joint.name + "' is already the column of '" + other->second + "'");
+    joints.emplace(entry.key(), joint);
+  }
+  return joints;
 }
 
 double ReadAngleUnit(const YamlValue& value) {
@@ -47,16 +62,9 @@ SourceMap ReadSourceMap(const std::string& text, const std::string& file) {
   if (const YamlValue* value = yaml.Find("joints")) {
     const YamlMap joints(*value, {"unit"}, {"columns"});
     map.angle_unit = ReadAngleUnit(joints["unit"]);
-    if (const YamlValue* columns = joints.Find("columns")) {
-      for (const YamlValue& entry : columns->Entries()) map.joints.emplace(entry.key(), ReadJointMap(entry));
-    }
+    if (const YamlValue* columns = joints.Find("columns")) map.joints = ReadJointMaps(*columns);
   }
   std::map<std::string, std::string> taken;
-  for (const auto& [name, joint] : map.joints) {
-    if (const auto [other, is_new] = taken.emplace(joint.name, name); !is_new)
-      joint.where.Fail("'" + joint.name + "' is already the column of '" + other->second + "'");
-  }
-  taken.clear();
   if (const YamlValue* objects = yaml.Find("objects")) {
     for (const YamlValue& entry : objects->Entries()) {
       const YamlMap keys(entry, {}, {"name", "frame"});

@@ -25,8 +25,9 @@ struct JointMap {
   double Position(double its) const { return sign * (its - zero); }
 };
 
-// Reads `NAME` or `{column: NAME, sign: -1, zero: NUMBER}`. Throws InputError with file, line and key.
-JointMap ReadJointMap(const YamlValue& value);
+// Reads a map from joints of the task to `NAME` or `{column: NAME, sign: -1, zero: NUMBER}`. Throws
+// InputError with file, line and key, also if two joints have the same name in the source.
+std::map<std::string, JointMap> ReadJointMaps(const YamlValue& value);
 // Reads `rad` or `deg`, and returns the factor from this unit to rad.
 double ReadAngleUnit(const YamlValue& value);
 // Converts the pose of an object's frame as defined by the source (`its`) to the pose of the frame as defined

@@ -85,6 +85,7 @@ Value Description(const runner::Environment& environment, const std::string& gl)
   const runner::ActionBounds bounds = runner::BoundsOf(contract.actions, model);
   const auto size = static_cast<int64_t>(bounds.lower.size());
   const viz::GlChoice renderer = contract.needs_images() ? viz::ChooseGl(gl) : viz::GlChoice();
+  const std::string& rate = environment.changed_rate();
   return Map{{"schema_version", runner::kEventsVersion},
              {"evalbus_version", kVersion},
              {"task", model.task},
@@ -95,7 +96,7 @@ Value Description(const runner::Environment& environment, const std::string& gl)
              {"time_limit_s", Seconds(model.time_limit_us)},
              {"contract", contract.text},
              {"renderer", contract.needs_images() ? viz::Described(renderer) : ""},
-             {"warning", renderer.warning},
+             {"warning", renderer.warning + (renderer.warning.empty() || rate.empty() ? "" : "; ") + rate},
              {"action_lower", policy::FloatArray(bounds.lower, {size})},
              {"action_upper", policy::FloatArray(bounds.upper, {size})}};
 }

@@ -286,9 +286,22 @@ void CheckUndecided(const sim::World& world, const Composed& composed, const Var
       variation.name, evaluator->verdict() == metrics::Verdict::kSuccess ? "success" : "failure", seed));
 }
 
+// Warns about entries of `other_robots` that no robot in models/robots uses, because a robot of another name
+// keeps the task's own target distances.
+void WarnOfOtherRobots(const TaskDescription& task) {
+  Lines known;
+  for (const std::filesystem::path& robot : AllRobots()) known.push_back(robot.stem());
+  for (const OtherRobot& other : task.other_robots) {
+    if (!other.arms.empty() || std::ranges::count(known, other.name) > 0) continue;
+    fmt::print(stderr, "warning: other_robots: no robot of evalbus has the name '{}'{}\n", other.name,
+               Suggestion(other.name, known));
+  }
+}
+
 int Check(const TasksOptions& options) {
   const std::filesystem::path& file = options.file;
   const TaskDescription described = LoadTask(file);
+  WarnOfOtherRobots(described);
   Lines names;
   for (const Variation& variation : described.variations) {
     TaskDescription task = described;
@@ -301,12 +314,11 @@ int Check(const TasksOptions& options) {
     metrics::TaskEvaluator evaluator(composed.task, model_names);
     collision::CollisionChecker checker(composed.scene.physics.get(), composed.scene.info);
     sim::World world = composed.MakeWorld();
-    std::vector<Parameter> parameters = world.Reset(0, variation);
     const std::vector<Parameter> seen = RandomizeAppearance(variation, 0, composed.scene.visual.get());
-    parameters.insert(parameters.end(), seen.begin(), seen.end());
-    CheckDistinct(parameters, variation);
     for (int seed = 0; seed < kCheckedSeeds; ++seed) {
-      world.Reset(seed, variation);
+      std::vector<Parameter> parameters = world.Reset(seed, variation);
+      parameters.insert(parameters.end(), seen.begin(), seen.end());
+      CheckDistinct(parameters, variation);
       if (const std::string overlap = world.Overlap(); !overlap.empty()) {
         throw InputError(fmt::format("{}: variation '{}': after a reset with seed {}, {}",
                                      variation.location.ToString(), variation.name, seed, overlap));

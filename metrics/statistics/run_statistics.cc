@@ -214,6 +214,12 @@ std::string RunSummary::ActionsText() const {
   return text;
 }
 
+std::vector<std::string> RunSummary::Notes() const {
+  std::vector<std::string> notes = {StartText(), ActionsText(), SamplesText(), TrainingText()};
+  std::erase(notes, "");
+  return notes;
+}
+
 std::string RunSummary::StagesText() const {
   if (successes_without_stage == 0) return "";
   return std::to_string(successes_without_stage) + " of " + std::to_string(successes) +

@@ -177,6 +177,8 @@ struct RunSummary {
   // Warning about a policy whose commands are often clipped or out of reach, which suggests a wrong unit;
   // empty otherwise.
   std::string ActionsText() const;
+  // The four texts above that are not empty; most important first.
+  std::vector<std::string> Notes() const;
   // Note for stages that are shown beside the success rate; empty if every success reached every stage.
   std::string StagesText() const;
 };

@@ -89,6 +89,8 @@ class RelationOfBodies : public Relation {
     const YamlMap arguments = ArgumentsOf(expression, {subject, other});
     subject_ = context.names.Geoms(arguments[subject].Text(), arguments[subject].location());
     other_ = context.names.Geoms(arguments[other].Text(), arguments[other].location());
+    if (subject_ == other_)
+      arguments[other].Fail("expected something other than '" + std::string(subject) + "'");
     condition_ = About(expression.name.c_str(), condition_t::CONTACT, arguments[subject].Text(),
                        arguments[other].Text());
     text_if_true_ = condition_.subject + is + condition_.other;

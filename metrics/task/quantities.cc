@@ -29,6 +29,8 @@ class Distance : public Quantity {
       if (b_.is_wrist) point->Fail("needs a body, '" + arguments["b"].Text() + "' is a gripper");
       b_point_ = point->Vector<3>();
       has_b_point_ = true;
+    } else if (a_ == b_) {
+      arguments["b"].Fail("expected something other than 'a'");
     }
   }
   double Evaluate(const WorldView& world) override {
@@ -42,6 +44,7 @@ class Distance : public Quantity {
   struct Point {
     bool is_wrist;
     int index;  // arm or body
+    bool operator==(const Point&) const = default;
   };
   static Point CompilePoint(const YamlValue& argument, const CompileContext& context) {
     // If an arm and its gripper share a name, the name refers to the wrist.

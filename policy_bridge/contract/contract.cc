@@ -138,7 +138,10 @@ Signal ReadSignal(const YamlValue& value) {
     const YamlMap map(value, {"signal"}, {"indices", "scale", "offset", "decimals", "frame", "point"});
     signal.name = map["signal"].Text();
     if (const YamlValue* indices = map.Find("indices")) signal.indices = Indices(*indices);
-    if (const YamlValue* scale = map.Find("scale")) signal.scale = scale->Number();
+    if (const YamlValue* scale = map.Find("scale")) {
+      signal.scale = scale->Number();
+      if (signal.scale == 0) scale->Fail("expected a number other than 0");
+    }
     if (const YamlValue* offset = map.Find("offset")) signal.offset = offset->Number();
     if (const YamlValue* decimals = map.Find("decimals")) signal.decimals = decimals->Integer(0, 9);
     Choose(map, "frame", kActionFrames, &signal.frame);
@@ -212,7 +215,14 @@ ObservationEntry ReadEntry(const YamlValue& value) {
       entry.signals.push_back(ReadSignal(signal));
     }
     if (entry.signals.empty()) state->Fail("expected at least one signal");
-    if (const YamlValue* type = map.Find("type")) entry.dtype = Choose(*type, kTypes);
+    if (const YamlValue* type = map.Find("type")) {
+      entry.dtype = Choose(*type, kTypes);
+      // Otherwise meters and radians would be cut to 0.
+      if (entry.dtype == "|u1" &&
+          !std::ranges::all_of(entry.signals, [](const Signal& signal) { return signal.decimals == 0; })) {
+        type->Fail("requires 'decimals: 0' for each signal, and usually a 'scale', for example 255");
+      }
+    }
     if (const YamlValue* shape = map.Find("shape")) {
       entry.shape.emplace();
       for (const int size : Integers(*shape, 1, kMaxValues)) entry.shape->push_back(size);

@@ -38,6 +38,12 @@ Array StateArray(const ObservationEntry& entry, const std::vector<double>& value
     throw InputError(fmt::format("observation '{}': its signals have {} values, but its shape has {}",
                                  entry.KeyText(), size, wanted));
   }
+  if (entry.dtype == "|u1") {
+    const auto [least, most] = std::ranges::minmax(values);
+    if (least < 0 || most > 255)
+      throw InputError(fmt::format("observation '{}': uint8 takes values from 0 to 255, got {:g}",
+                                   entry.KeyText(), least < 0 ? least : most));
+  }
   array.data = entry.dtype == "<f8"   ? BytesOf<double>(values)
                : entry.dtype == "|u1" ? BytesOf<uint8_t>(values)
                                       : BytesOf<float>(values);

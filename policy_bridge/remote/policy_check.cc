@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "policy_bridge/actions/action_converter.h"
 #include "policy_bridge/remote/chunk.h"
@@ -115,9 +116,21 @@ class Check {
         report_.most[i] = std::max(report_.most[i], row[i]);
       }
     }
+    NoteUnusedValues();
     LookAtGrippers();
     LookAtClips();
     Move();
+  }
+
+  void NoteUnusedValues() {
+    std::set<int> unused;
+    for (int i = 0; i < contract_.actions.num_values; ++i) unused.insert(i);
+    for (const ArmForm& arm : contract_.actions.arms) {
+      for (const int index : arm.indices) unused.erase(index);
+      if (arm.gripper.index) unused.erase(*arm.gripper.index);
+    }
+    if (!unused.empty())
+      Add(Level::kNote, fmt::format("the contract uses no value at index {}", fmt::join(unused, ", ")));
   }
 
   void LookAtGrippers() {
@@ -165,8 +178,9 @@ class Check {
     converter.Begin();
     const double step_s = 1 / contract_.rate_hz;
     action_t action{};
-    double largest = 0;
-    std::string largest_joint, beyond;
+    double largest = 0, largest_later = 0;
+    std::string largest_joint, later, beyond;
+    std::vector<double> last;
     int unreachable = 0;
     try {
       for (int k = 0; k < contract_.execute_steps; ++k) {
@@ -182,6 +196,12 @@ class Check {
               largest = step;
               largest_joint = arm.joint_name[j];
             }
+            const double from_last = k == 0 ? 0 : std::abs(target - last[next]);
+            if (from_last > largest_later) {
+              largest_later = from_last;
+              later = fmt::format("step {} changes the target of joint {} by {:.3g} rad", k,
+                                  arm.joint_name[j], from_last);
+            }
             if (beyond.empty() && (target < arm.joint_lower_rad[j] - kBeyondLimit ||
                                    target > arm.joint_upper_rad[j] + kBeyondLimit)) {
               beyond =
@@ -190,6 +210,7 @@ class Check {
             }
           }
         }
+        last = action.joint_position_rad;
       }
     } catch (const std::runtime_error& error) {
       return Doubt(error.what());
@@ -212,6 +233,8 @@ class Check {
     } else {
       Good(step);
     }
+    if (largest_later > limit)
+      Doubt(fmt::format("{}; expected at most {:g} rad: are the rows steps of one chunk?", later, limit));
     if (!beyond.empty()) Doubt(beyond + ": other joints, another unit?");
     if (unreachable > 0) {
       Doubt(fmt::format("{} of the {} steps' wrist poses are out of reach: another frame or unit?",

@@ -286,6 +286,9 @@ with tempfile.TemporaryDirectory() as name:
     next_event = blob.index(b"\xed\xa1\xda\x01", len(blob) // 2)
     blob[next_event - 100 : next_event + 100] = bytes(200)
     log.write_bytes(blob)
+    doubled = here / "doubled"
+    shutil.copytree(several, doubled)
+    shutil.copy(several / "episodes/0000/events.lcmlog", doubled / "episodes/0001/events.lcmlog")
     exports = [
         (run, ["--hdf5", here / "set.hdf5"], "set.hdf5: exists; choose another name"),
         (run, ["--hdf5", out, "--camera", "hed"], "no camera 'hed'"),
@@ -298,6 +301,7 @@ with tempfile.TemporaryDirectory() as name:
         (run, ["--hdf5", here / "no/such/set.hdf5"], "no/such"),
         (damaged, ["--hdf5", out], "events.lcmlog: "),
         (damaged, ["--safetensors", out], "events.lcmlog: "),
+        (doubled, ["--safetensors", out], "0001/events.lcmlog: its episode number occurs in another log, too"),
         (here / "scored", ["--hdf5", out], "no action for tick 0: a training set needs an action for every tick"),
         (here / "blind", ["--hdf5", out, "--successes"], "no successful episode to export"),
         (here / "nothing", ["--hdf5", out], "nothing"),

@@ -451,6 +451,11 @@ class EnvironmentTest(unittest.TestCase):
             self.assertEqual(environment.renderer, "")
             self.assertEqual(environment.contract, (support.SOURCE / "models/policies/plain.yaml").read_text())
 
+    def test_an_impossible_control_rate(self):
+        with self.assertWarnsRegex(UserWarning, r"control rate: 29\.412 Hz instead of 30 Hz"):
+            with evalbus.Environment("lift_pot", control_hz=30) as environment:
+                self.assertAlmostEqual(environment.control_hz, 1 / 0.034)
+
     def test_wrong_input(self):
         for words, options in (
             ("unknown task 'nothing'", {"task": "nothing"}),

@@ -170,6 +170,16 @@ TEST_F(BadInput, TaskCheckTestsStartsAndLimits) {
          "nothing has the name 'pott'; did you mean 'pot'?");
 }
 
+TEST_F(BadInput, TaskCheckWarnsOfUnknownRobots) {
+  const std::string file =
+      Task("success:", "other_robots: {singel_panda: {target_distance: {lift: {object: pot}}}}\nsuccess:");
+  const Result result = RunProgram({"evalbus", "tasks", "check", file});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.err,
+            "warning: other_robots: no robot of evalbus has the name 'singel_panda'; did you mean "
+            "'single_panda'?\n");
+}
+
 TEST_F(BadInput, ModelFiles) {
   const std::string pot = std::string(EVALBUS_SOURCE_DIR) + "/models/props/pot/pot.xml";
   const std::string text = ReadText(pot);

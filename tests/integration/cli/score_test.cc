@@ -155,6 +155,12 @@ TEST_F(Score, ZerosAndFramesOfTheRecordingAreConverted) {
   EXPECT_EQ(RunProgram({"evalbus", "score", map_, table_, "--out", folder_.path() / "refused"}).err,
             "error: " + map_.string() +
                 ":1: key 'task': unknown task 'lift_pt/base'; did you mean 'lift_pot/base'?\n");
+  WriteText(map_,
+            "task: lift_pot/base\nrate_hz: 50\njoints: {unit: rad, columns: {left/joint1: q, "
+            "left/joint2: q}}\n");
+  EXPECT_EQ(
+      RunProgram({"evalbus", "score", map_, table_, "--out", folder_.path() / "refused"}).err,
+      "error: " + map_.string() + ":3: key 'left/joint2': 'q' is already the column of 'left/joint1'\n");
 }
 
 // Spreadsheet programs begin their files with such a mark.

@@ -466,6 +466,29 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
                        (folder_.path() / "check").string()});
   EXPECT_EQ(result.code, 0) << result.out << result.err;
 
+  // The third row is a step of 1 rad, and no arm uses its ninth value.
+  Serve([](const Value& observation) -> Value {
+    std::vector<double> row = Numbers(*observation.Find("state")->As<Array>());
+    row.insert(row.end(), {0.5, 0});
+    std::vector<double> rows;
+    for (int k = 0; k < kSteps; ++k) {
+      if (k == 2) row[0] += 1;
+      rows.insert(rows.end(), row.begin(), row.end());
+    }
+    return Map{{"actions", FloatArray(rows, {kSteps, 9})}};
+  });
+  const std::string nine = Contract();
+  std::string text = ReadText(nine);
+  text.replace(text.find("values: 8"), 9, "values: 9");
+  WriteText(nine, text);
+  result = check(nine);
+  EXPECT_EQ(result.code, 6) << result.out;
+  EXPECT_NE(result.out.find("the contract uses no value at index 8\n"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("step 2 changes the target of joint left/joint1 by 1 rad; expected at most 0.5 "
+                            "rad: are the rows steps of one chunk?"),
+            std::string::npos)
+      << result.out;
+
   Serve(Forward);
   const std::string contract = Contract();
   server_->Stop();

@@ -658,6 +658,13 @@ TEST_F(SourceComponentTest, AnUnmeasuredGripperHasTheGivenState) {
   EXPECT_EQ(states_.at(0).gripper[1].opening, 0);
 }
 
+TEST_F(SourceComponentTest, AMeasuredGripperHasNoGivenState) {
+  options_.gripper = {"right=closed"};
+  EXPECT_EQ(Error([&] { Start(); }),
+            "--gripper: the source 'two Frankas' measures finger joints of gripper 'right'; omit this option "
+            "for it");
+}
+
 TEST_F(SourceComponentTest, AGripperHasOneState) {
   options_.gripper = {"left=open", "left=closed"};
   EXPECT_EQ(Error([&] { MakeSource(); }), "--gripper left=closed: 'left' is given twice");

@@ -392,6 +392,11 @@ TEST_F(PredicatesTest, RefusesWhatCanNeverHold) {
             "key 'max_m': expected a number >= 0, got '-0.1'");
   EXPECT_EQ(Error("{inside: {object: pot, center_m: [0, 0, 0], half_extents_m: [0.1, -0.1, 0.1]}}"),
             "key 'half_extents_m[1]': expected a number >= 0, got '-0.1'");
+  EXPECT_EQ(Error("{touching: {a: pot, b: pot}}"), "key 'b': expected something other than 'a'");
+  EXPECT_EQ(Error("{on: {object: pot, support: pot}}"),
+            "key 'support': expected something other than 'object'");
+  EXPECT_EQ(Error("{distance: {a: pot, b: pot, min_m: 0.1}}"), "key 'b': expected something other than 'a'");
+  EXPECT_EQ(Error("{distance: {a: pot, b: pot, b_point_m: [0, 0, 1], min_m: 0.1}}"), "accepted");
   EXPECT_EQ(Error("{lasts: {min_s: 6, when: {touching: {a: pot, b: counter}}}}"),
             "key 'min_s': expected a number in [0, 5], got '6'");
   model_info_t one_gripper = ModelWithJoints();

@@ -118,6 +118,10 @@ TEST(Contract, MistakesAreReportedWithLineAndKey) {
       {"closed: 1", "closed: -1", "mine.yaml:18: key 'closed': expected a number other than 'open'"},
       {"indices: 0-6", "indices: []", "mine.yaml:18: key 'indices': expected at least one index"},
       {"scale: -1", "indices: []", "mine.yaml:7: key 'indices': expected at least one index"},
+      {"scale: -1", "scale: 0", "mine.yaml:7: key 'scale': expected a number other than 0"},
+      {"offset: 1}]", "offset: 1}], type: uint8",
+       "mine.yaml:7: key 'type': requires 'decimals: 0' for each signal, and usually a 'scale', for example "
+       "255"},
       {"key: image", "key: []", "mine.yaml:6: key 'key': expected at least one key"},
       {"scale: 0.1\n", "scale: 0.1\n  first_step_rad: 1e308\n",
        "mine.yaml:17: key 'first_step_rad': expected a number in (0, 100], got '1e308'"},

@@ -167,6 +167,20 @@ TEST_F(RemotePolicyTest, ShowsItsHistory) {
   EXPECT_FLOAT_EQ(state_of(1)[7], 0.02);
 }
 
+TEST_F(RemotePolicyTest, BytesHoldTheirRangeOnly) {
+  Serve([](const Value&) { return ChunkOf(2, 0); });
+  ObservationEntry& state = contract_.observation.at(0);
+  state.dtype = "|u1";
+  state.signals.at(0).scale = 100;
+  state.signals.at(0).decimals = 0;
+  Make();
+  Begin();
+  Act(2);
+  const Value request = server_->Requests().at(0);
+  EXPECT_EQ(request.Find("state")->As<Array>()->data[0], 2);
+  EXPECT_THROW(policy_->Compute(State(300)), InputError);
+}
+
 TEST_F(RemotePolicyTest, AChunkEndsWithItsEpisode) {
   Serve([calls = 0](const Value&) mutable { return ChunkOf(5, 0.2 * ++calls); });
   Make();
