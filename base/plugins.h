@@ -18,7 +18,8 @@ inline constexpr const char* kPolicyPlugins = "EVALBUS_POLICIES";
 std::vector<std::filesystem::path> PluginsOf(const char* variable);
 
 // Loads the libraries and lets them register. Returns the program's exit code after one line on stderr if a
-// library is missing, is not a plugin, was built for another version, or registers a name that is taken.
+// library is missing, is not a plugin, was built with other messages or headers, or registers a name that is
+// taken.
 std::optional<int> LoadPlugins(const char* variable);
 
 }  // namespace evalbus

@@ -129,7 +129,12 @@ void RegisterPolicy(const std::string& name, const std::string& help, const Poli
   for (const Row& row : Policies()) {
     if (row.name == name) refuse("is taken");
   }
-  Policies().push_back({name, "", help, [make](const std::string&) { return make; }});
+  const auto checked = [name, make](const mjModel& model, const model_info_t& info) {
+    std::unique_ptr<Policy> policy = make(model, info);
+    if (!policy) throw InputError("policy '" + name + "': its plugin returned none");
+    return policy;
+  };
+  Policies().push_back({name, "", help, [checked](const std::string&) { return checked; }});
 }
 
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info) {

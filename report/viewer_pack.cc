@@ -90,9 +90,10 @@ void ViewerPack::Pack(const std::vector<std::vector<Wanted>>& wanted, size_t pag
 }
 
 std::string ViewerPack::Note() const {
-  if (packed_.empty())
-    return is_full_ ? "No episode fits into the page in 3D: increase --mb."
-                    : "No episode can be played in 3D.";
+  if (packed_.empty()) {
+    if (is_full_) return "No episode fits into the page in 3D: increase --mb.";
+    return "No episode can be played in 3D" + (remarks_.empty() ? "." : ": " + remarks_.front());
+  }
   if (packed_.size() < episodes_)
     return fmt::format("{} of {} episodes can be played in 3D.", packed_.size(), episodes_);
   return fmt::format("{} can be played in 3D.", Plural(episodes_, "episode"));

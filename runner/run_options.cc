@@ -112,6 +112,16 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
                                    Plural(demos, "demonstration")));
     }
   }
+  if (const std::filesystem::path recording = policy::RecordingPath(options.policy.policy);
+      std::filesystem::is_directory(recording)) {
+    const auto check = [&](int episode) {
+      if (std::filesystem::exists(EpisodeLog(recording, episode))) return;
+      throw InputError(
+          fmt::format("--policy: {} contains no episode {} to replay", recording.string(), episode));
+    };
+    for (const int episode : options.only) check(episode);
+    for (int episode = 0; options.only.empty() && episode < options.episodes; ++episode) check(episode);
+  }
   if (num_tasks > 1 && !options.url.empty()) {
     throw InputError("--url: expected one task; each run of a suite has its own bus");
   }

@@ -216,6 +216,8 @@ Action AddRun(CLI::App* app) {
        {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
   return [options, plan, like, output, app] {
     if (options->tasks.empty()) options->tasks = *like;
+    // A new number of episodes replaces the selection of the old run.
+    if (!like->empty() && app->count("--episodes") > 0 && app->count("--only") == 0) options->only.clear();
     if (output->partial_hz > 0 && !output->json) throw InputError("--partial-hz requires --json");
     if (options->worker >= 0) {
       runner::RunWorker(*options);

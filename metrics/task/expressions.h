@@ -27,6 +27,8 @@ class Quantity {
   // Discards the state of the previous episode.
   virtual void Start() {}
   virtual double Evaluate(const WorldView& world) = 0;
+  // Returns Evaluate(). Throws InputError if it is NaN, which only a plugin can return.
+  double Number(const WorldView& world);
 
   // Description of the number: "tilt of pot".
   const std::string& words() const { return words_; }

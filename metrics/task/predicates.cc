@@ -482,7 +482,10 @@ std::vector<std::string> PredicateNames() {
 
 std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const CompileContext& context) {
   const auto maker = Predicates().find(expression.name);
-  if (maker != Predicates().end()) return maker->second(expression, context);
+  if (maker != Predicates().end()) {
+    if (auto predicate = maker->second(expression, context)) return predicate;
+    throw InputError("predicate '" + expression.name + "': its plugin returned none");
+  }
   if (auto within = CompileWithin(expression, context)) return within;
   throw InputError(expression.location().ToString() + ": there is no predicate '" + expression.name + "'" +
                    Suggestion(expression.name, PredicateNames()));

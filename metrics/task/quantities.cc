@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -236,6 +238,13 @@ const QuantityKind* Find(const std::string& name) {
   return kind == Quantities().end() ? nullptr : &*kind;
 }
 
+std::unique_ptr<Quantity> Make(const QuantityKind& kind, const YamlMap& arguments,
+                               const CompileContext& context) {
+  std::unique_ptr<Quantity> quantity = kind.make(arguments, context);
+  if (!quantity) throw InputError("quantity '" + kind.name + "': its plugin returned none");
+  return quantity;
+}
+
 // True if a quantity is within its limits, at least one of which is given.
 class QuantityWithin : public Within {
  public:
@@ -246,7 +255,7 @@ class QuantityWithin : public Within {
     optional.insert(optional.end(), {min.c_str(), max.c_str()});
     if (kind.key == "deg") optional.insert(optional.end(), {"min_rad", "max_rad"});
     const YamlMap arguments = ArgumentsOf(expression, kind.required_arguments, optional);
-    quantity_of_ = kind.make(arguments, context);
+    quantity_of_ = Make(kind, arguments, context);
     scale_ = kind.key == "deg" ? ToDegrees(1) : 1;
 
     const std::optional<double> lower = Limit(arguments, "min", kind), upper = Limit(arguments, "max", kind);
@@ -272,7 +281,7 @@ class QuantityWithin : public Within {
   }
 
  protected:
-  double Value(const WorldView& world) override { return quantity_of_->Evaluate(world) * scale_; }
+  double Value(const WorldView& world) override { return quantity_of_->Number(world) * scale_; }
 
  private:
   // Rejects a limit outside the range of the number, because the predicate would be always true or never
@@ -295,6 +304,12 @@ class QuantityWithin : public Within {
 
 }  // namespace
 
+double Quantity::Number(const WorldView& world) {
+  const double number = Evaluate(world);
+  if (!std::isnan(number)) return number;
+  throw InputError(fmt::format("{} is NaN at tick {}", words_, world.state.header.tick));
+}
+
 void RegisterQuantity(const QuantityKind& kind) {
   const std::vector<std::string> taken = PredicateNames();
   if (std::ranges::find(taken, kind.name) != taken.end()) {
@@ -311,7 +326,7 @@ std::vector<std::string> QuantityNames() {
 
 std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const CompileContext& context) {
   if (const QuantityKind* kind = Find(expression.name)) {
-    return kind->make(ArgumentsOf(expression, kind->required_arguments, kind->optional_arguments), context);
+    return Make(*kind, ArgumentsOf(expression, kind->required_arguments, kind->optional_arguments), context);
   }
   throw InputError(expression.location().ToString() + ": there is no quantity '" + expression.name + "'" +
                    Suggestion(expression.name, QuantityNames()));

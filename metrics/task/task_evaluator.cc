@@ -94,8 +94,8 @@ int TaskEvaluator::BodyOutOfBounds(const state_t& state) const {
 
 void TaskEvaluator::Evaluate(WorldView world, int64_t tick) {
   world.stage_reached = stage_reached_;
-  for (size_t k = 0; k < distances_.size(); ++k) target_distance_[k] = distances_[k]->Evaluate(world);
-  for (size_t k = 0; k < errors_.size(); ++k) pose_error_[k] = errors_[k]->Evaluate(world);
+  for (size_t k = 0; k < distances_.size(); ++k) target_distance_[k] = distances_[k]->Number(world);
+  for (size_t k = 0; k < errors_.size(); ++k) pose_error_[k] = errors_[k]->Number(world);
   if (tick == 0) return;
   judged_ = true;
   for (size_t k = 0; k < stages_.size(); ++k) {

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -57,11 +58,16 @@ with tempfile.TemporaryDirectory() as folder:
     assert "other plugins" in call(evalbus, "run", "--resume", "--out", run, f"{task}/base", "--policy", "waving", "--episodes",
                                    "2", code=1, env={**plugins, "EVALBUS_PREDICATES": ""})
 
+    other = here / "libother.so"
+    library = pathlib.Path(plugins["EVALBUS_POLICIES"]).read_bytes()
+    version = re.search(rb"\d+\.\d+\.\d+-[0-9a-f]{12}\0", library)[0]
+    other.write_bytes(library.replace(version, b"0.3.0-000000000000\0"))
     for named, words in (
+        (other, "was built for evalbus 0.3.0-000000000000, this is 0.3.0-"),
         ("/nowhere.so", "cannot open shared object file"),
         ("waving.so", "expected an absolute path"),
         ("/lib/x86_64-linux-gnu/libz.so.1", "is not a plugin of evalbus"),
         (plugins["EVALBUS_POLICIES"] + ":" + plugins["EVALBUS_POLICIES"], "policy name 'waving': is taken"),
     ):
-        said = call(evalbus, "tasks", "list", code=1, env={**os.environ, "EVALBUS_POLICIES": named})
+        said = call(evalbus, "tasks", "list", code=1, env={**os.environ, "EVALBUS_POLICIES": str(named)})
         assert words in said and said.count("\n") == 1, said

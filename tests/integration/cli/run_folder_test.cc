@@ -252,6 +252,18 @@ TEST(Like, RunsAnOlderRunAgain) {
     EXPECT_EQ(refused.err, "error: " + (folder.path() / "old/run.json").string() + ": " + key +
                                ": required key is missing\n");
   }
+  // A new number of episodes replaces the selection of the old run.
+  ordered_json selection = ordered_json::parse(ReadText(run / "run.json"));
+  selection["episodes"] = 5;
+  selection["only"] = {4};
+  fs::create_directories(folder.path() / "selection");
+  WriteText(folder.path() / "selection/run.json", selection.dump());
+  Evaluate({"--like", folder.path() / "selection", "--episodes", "1"}, folder.path() / "first");
+  EXPECT_EQ(ReadText(folder.path() / "first/episodes.jsonl"), ReadText(run / "episodes.jsonl"));
+  EXPECT_EQ(RunProgram({"evalbus", "run", "--like", run, "--policy", "replay:" + run.string(), "--episodes",
+                        "2", "--out", folder.path() / "refused"})
+                .err,
+            "error: --policy: " + run.string() + " contains no episode 1 to replay\n");
   // An older run cannot be resumed, because the hashes of its files are unknown.
   ordered_json info = ordered_json::parse(ReadText(again / "run.json"));
   info.erase("physics_sha256");

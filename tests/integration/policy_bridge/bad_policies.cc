@@ -54,4 +54,7 @@ EVALBUS_PLUGIN {
   Register("says_more_joints_than_it_has", [](action_t* action) { action->num_joints = 1'000'000; });
   Register("says_fewer_grippers_than_it_has", [](action_t* action) { action->num_grippers = 1; });
   Register("exits", [](action_t*) { std::exit(0); });
+  policy::RegisterPolicy("missing", "returns no policy", [](const mjModel&, const model_info_t&) {
+    return std::unique_ptr<policy::Policy>();
+  });
 }

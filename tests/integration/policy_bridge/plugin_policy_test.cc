@@ -59,6 +59,12 @@ TEST_F(PluginPolicy, SizesThatDisagreeEndTheEpisode) {
             "policy_error: the policy set num_grippers to 1, but gripper_closing has 2 values");
 }
 
+TEST_F(PluginPolicy, AMissingOneIsAnError) {
+  const Result result = RunProgram(Command("missing", folder_.path() / "missing", true));
+  EXPECT_EQ(result.code, 1) << result.out;
+  EXPECT_EQ(result.err, "error: policy 'missing': its plugin returned none\n");
+}
+
 TEST_F(PluginPolicy, ExitFailsTheRun) {
   const std::string line =
       "error: exit(0) was called before the end of the program; a plugin must return or throw instead\n";

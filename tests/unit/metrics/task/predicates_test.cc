@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <limits>
+#include <memory>
 #include <numbers>
 #include <regex>
 #include <set>
@@ -428,6 +430,37 @@ TEST_F(PredicatesTest, DescribeThemselvesInWords) {
             (Lines{"x of pot not between 0 and 1 m"}));
   EXPECT_EQ(Compile("{latched: {touching: {a: pot, b: counter}}}")->Describe(true),
             (Lines{"at any time so far", "  pot touches counter"}));
+}
+
+// This test is the last one, because its quantities stay registered.
+TEST_F(PredicatesTest, ReportWhatAPluginReturns) {
+  class Odd : public Quantity {
+   public:
+    Odd() { words_ = "odd number"; }
+    double Evaluate(const WorldView&) override { return std::numeric_limits<double>::quiet_NaN(); }
+  };
+  QuantityKind kind{.name = "odd",
+                    .required_arguments = {},
+                    .optional_arguments = {},
+                    .key = "m",
+                    .unit = "m",
+                    .range = {},
+                    .kind = condition_t::POSE,
+                    .make = {}};
+  kind.make = [](const YamlMap&, const CompileContext&) { return std::make_unique<Odd>(); };
+  RegisterQuantity(kind);
+  try {
+    Evaluate(Compile("{not: {odd: {max_m: 1}}}").get());
+    FAIL() << "must throw";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "odd number is NaN at tick 1");
+  }
+  kind.name = "missing";
+  kind.make = [](const YamlMap&, const CompileContext&) { return std::unique_ptr<Quantity>(); };
+  RegisterQuantity(kind);
+  EXPECT_EQ(ErrorWithLine("{missing: {max_m: 1}}"), "quantity 'missing': its plugin returned none");
+  RegisterPredicate("absent", [](const Expression&, const CompileContext&) { return nullptr; });
+  EXPECT_EQ(ErrorWithLine("{absent: {}}"), "predicate 'absent': its plugin returned none");
 }
 
 }  // namespace evalbus::metrics::predicates_test
