@@ -546,12 +546,12 @@ TEST_F(RandomizedTest, MistakesNameTheLine) {
   EXPECT_EQ(ErrorOfList("      - camera: {name: overview}\n"),
             "t.yaml:20: key 'camera': expected shift_m, turn_deg or turn_rad above 0");
   EXPECT_EQ(ErrorOf([&] {
-              const TaskDescription heavy =
-                  TaskWith("      - mass: {of: [box], min_factor: 1, max_factor: 2}\n");
+              TaskDescription heavy = TaskWith("      - mass: {of: [red], min_factor: 1, max_factor: 2}\n");
+              std::ranges::find(heavy.parts, "red", &ScenePart::name)->free = false;
               const Scene still = BuildScene(heavy, LoadRobot(heavy.robot_file));
               RandomizePhysics(heavy.variation("drawn"), 0, still.physics.get());
             }),
-            "t.yaml:20: part 'box' is fixed, so its mass has no effect");
+            "t.yaml:20: part 'red' is fixed, so its mass has no effect");
   EXPECT_EQ(ErrorOfList("      - texture: {of: [red], choices: [checker]}\n"),
             "t.yaml:20: key 'choices': expected at least two textures");
   EXPECT_EQ(ErrorOfList("      - texture: {of: [red], choices: [checker, checker]}\n"),
