@@ -1,12 +1,11 @@
 #include "base/arguments.h"
 
-#include <cerrno>
 #include <cmath>
 #include <csignal>
-#include <cstdlib>
 #include <iostream>
 
 #include "base/help.h"
+#include "base/number_from.h"
 
 namespace evalbus {
 
@@ -34,10 +33,10 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
 CLI::Validator FitsInt64() {
   return CLI::Validator(
       [](const std::string& text) {
-        char* end = nullptr;
-        errno = 0;
-        std::strtoll(text.c_str(), &end, 0);
-        if (!text.empty() && *end == '\0' && errno == 0) return std::string();
+        // CLI11 would read a number with a leading zero as octal.
+        const size_t digit = text.starts_with('-') ? 1 : 0;
+        const bool is_decimal = text.size() == digit + 1 || text.substr(digit, 1) != "0";
+        if (is_decimal && NumberFrom<int64_t>(text)) return std::string();
         return "expected a whole number of at most 64 bits, not '" + text + "'";
       },
       "");

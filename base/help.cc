@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
+#include <regex>
 #include <sstream>
 
 #include "base/suggestion.h"
@@ -191,7 +192,10 @@ std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
     const std::string name = option->substr(0, option->find('='));
     return "there is no option '" + name + "'" + Suggestion(name, OptionNames(app), "");
   }
-  return error.what();
+  static const std::regex conversion(R"(Could not convert: (\S+) = (.*))");
+  static const std::regex count(R"((\S+): At Most (\d+) required but received (\d+))");
+  const std::string text = std::regex_replace(error.what(), conversion, "$1: expected a number, not '$2'");
+  return std::regex_replace(text, count, "$1: expected at most $2, got $3");
 }
 
 }  // namespace evalbus

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <iterator>
+#include <map>
 #include <set>
 
 #include "base/errors.h"
@@ -251,6 +253,21 @@ void CheckPlan(const Plan& plan, const std::string& file) {
   if (plan.until->width) check_share("width", *plan.until->width, 1);
 }
 
+// Throws InputError if policies would run at different control rates, because their results could not be
+// compared.
+void CheckRates(const Plan& plan, const YamlValue& policies) {
+  std::map<double, std::string> names;
+  for (const PlannedPolicy& policy : plan.policies)
+    names.emplace(plan.OptionsOf(policy).sim.control_hz, policy.name);
+  if (names.size() < 2) return;
+  const auto& [low, first] = *names.begin();
+  const auto& [high, second] = *std::next(names.begin());
+  policies.Fail(
+      fmt::format("'{}' would run at {:g} Hz and '{}' at {:g} Hz, so they cannot be compared; set the "
+                  "rate of all, for example 'options: {{control_hz: {:g}}}'",
+                  first, low, second, high, low));
+}
+
 }  // namespace
 
 bool IsPlanFile(const std::string& name) {
@@ -324,6 +341,7 @@ Plan ReadPlan(const fs::path& file) {
   if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
   if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
   if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);
+  CheckRates(plan, map["policies"]);
   if (const YamlValue* value = map.Find("video")) plan.videos = ReadVideos(*value);
   if (const YamlValue* value = map.Find("shard_episodes"))
     plan.shard_episodes = value->Integer(1, kMaxEpisodes);

@@ -64,15 +64,6 @@ void AddEpisodes(const RecordedRun& recorded, size_t run, const ReportWithEpisod
   }
 }
 
-// Returns the result in one sentence.
-std::string VerdictOf(const PlanResults& results) {
-  if (!results.ranking.empty()) return results::RankingHeadline(results.ranking);
-  std::vector<std::string> parts;
-  for (const results::Comparison& comparison : results.comparisons)
-    parts.push_back(results::Headline(comparison));
-  return fmt::format("{}", fmt::join(parts, "; "));
-}
-
 }  // namespace
 
 PlanResults ReadPlanResults(const PlanFolder& folder) {
@@ -197,7 +188,7 @@ std::map<fs::path, std::string> PlanPages(const PlanFolder& folder, const PlanRe
     report.verdict_note = "p values are adjusted by Holm for the policies that are compared.";
   }
   report.ranking = results.ranking;
-  report.verdict = VerdictOf(results);
+  report.verdict = results::RankingHeadline(results.ranking, results.comparisons);
   pages[folder.path() / kReportHtml] = report::PlanPage(report, made_by);
   return pages;
 }

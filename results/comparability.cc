@@ -95,6 +95,8 @@ std::string MadeDifferently(const RecordedRun& run, const RecordedRun& baseline)
         other == baseline.info.end() || *other == value) {
       continue;
     }
+    // A run without "renderer" rendered nothing.
+    if (key == "gl" && !(run.info.contains("renderer") && baseline.info.contains("renderer"))) continue;
     if (key != "policy_contract") {
       add(fmt::format("{} {} against {}", key, ToText(value), ToText(*other)));
     } else if (value.is_object() && other->is_object()) {  // otherwise the policies' names differ

@@ -1,6 +1,7 @@
 #include "results/conclusion.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -52,6 +53,12 @@ std::string OutlookText(const SuccessComparison& success) {
                      outlook.needed ? fmt::format("about {}", *outlook.needed)
                                     : fmt::format("more than {}", metrics::kMaxTrials),
                      kind);
+}
+
+// Joins names to "a, b and c".
+std::string Enumerated(const std::vector<std::string>& names) {
+  if (names.size() < 2) return names.empty() ? "" : names.front();
+  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
 }
 
 }  // namespace
@@ -112,6 +119,25 @@ std::string Headline(const Comparison& comparison) {
   }
   return fmt::format("{} is {} points {} than {}, {}", run, PointsOf(success, std::abs(success.difference)),
                      success.difference > 0 ? "better" : "worse", baseline, interval);
+}
+
+std::string Headline(const std::vector<Comparison>& comparisons) {
+  if (comparisons.empty()) return "";
+  if (comparisons.size() == 1) return Headline(comparisons.front());
+  const std::string& baseline = comparisons.front().baseline.name;
+  std::vector<std::string> parts;
+  const auto add = [&](Judgment judgment, const char* one, const char* several) {
+    std::vector<std::string> names;
+    for (const Comparison& comparison : comparisons) {
+      if (comparison.success.judgment() == judgment) names.push_back(comparison.run.name);
+    }
+    if (names.empty()) return;
+    parts.push_back(fmt::format("{} {} {}", Enumerated(names), names.size() == 1 ? one : several, baseline));
+  };
+  add(Judgment::kBetter, "is better than", "are better than");
+  add(Judgment::kWorse, "is worse than", "are worse than");
+  add(Judgment::kNone, "is not shown to differ from", "are not shown to differ from");
+  return fmt::format("{}", fmt::join(parts, "; "));
 }
 
 std::string Evidence(const Comparison& comparison) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "results/comparison.h"
 
@@ -9,6 +10,9 @@ namespace evalbus::results {
 
 // Returns the result without a period, for example "B is 24 points better than A, 95 % CI 8 to 39".
 std::string Headline(const Comparison& comparison);
+// Returns the results of comparisons with one baseline, for example "a and b are better than c; d is not
+// shown to differ from c". For one comparison, returns its headline; for none, an empty string.
+std::string Headline(const std::vector<Comparison>& comparisons);
 // Returns the data behind the headline, for example "43 of 50 against 31 of 50 on the same seeds, exact
 // McNemar p = 0.008." If the difference is not significant, adds which difference the episodes can detect,
 // except for a sequential test. If two variations are compared, the text begins with this fact.

@@ -35,11 +35,8 @@ std::vector<MetricNumber> FindNumbers(const std::string& name, const std::set<st
   if (found.empty()) found = Matching(name, all);
   if (!found.empty()) return found;
   std::vector<std::string> known;
-  for (const MetricNumber& number : all) {
-    known.push_back(number.metric->is_extended() ? number.name.substr(kExtended.size()) : number.name);
-  }
-  throw InputError("--on " + name + ": no such metric in both runs" +
-                   Suggestion(name, known, "; expected one of 'metrics' in summary.json that both have"));
+  for (const MetricNumber& number : all) known.emplace_back(number.metric->wire_name());
+  throw InputError("--on " + name + ": no such metric in both runs" + Suggestion(name, known));
 }
 
 }  // namespace evalbus::results

@@ -10,13 +10,13 @@
 #include "base/percent.h"
 #include "base/text.h"
 #include "metrics/statistics/letters.h"
-#include "results/comparison.h"
+#include "results/conclusion.h"
 
 namespace evalbus::results {
 namespace {
 
-// Maximum number of policies and of pairs of policies that a headline names.
-constexpr size_t kMaxInOrder = 6, kMaxNamedPairs = 3;
+// Maximum number of policies whose rates are in a headline.
+constexpr size_t kMaxInOrder = 6;
 
 std::string Rate(const RankedRun& run) {
   return run.trials > 0 ? Percent(static_cast<double>(run.successes) / run.trials) : "–";
@@ -65,31 +65,12 @@ std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& run
   return result;
 }
 
-std::string RankingHeadline(const std::vector<RankedRun>& ranking) {
-  if (ranking.empty()) return "";
-  const auto differ = [](const RankedRun& a, const RankedRun& b) {
-    return a.letters.find_first_of(b.letters) == std::string::npos;
-  };
-  const RankedRun& first = ranking.front();
-  if (ranking.size() > kMaxInOrder) {
-    const auto worse =
-        std::ranges::count_if(ranking, [&](const RankedRun& run) { return differ(first, run); });
-    return fmt::format("{} {} succeeds most often; {} of {} others are shown to be worse", first.name,
-                       Rate(first), worse, ranking.size() - 1);
-  }
-  std::string order = first.name + " " + Rate(first);
-  std::vector<std::string> open;
-  size_t pairs = 0;
-  for (size_t i = 1; i < ranking.size(); ++i) {
-    order += (differ(ranking[i - 1], ranking[i]) ? " > " : " ≈ ") + ranking[i].name + " " + Rate(ranking[i]);
-    for (size_t k = 0; k < i; ++k, ++pairs) {
-      if (!differ(ranking[k], ranking[i])) open.push_back(ranking[k].name + " and " + ranking[i].name);
-    }
-  }
-  if (open.empty()) return order + "; all differ";
-  if (open.size() > kMaxNamedPairs)
-    return fmt::format("{}; {} of {} pairs not shown to differ", order, open.size(), pairs);
-  return fmt::format("{}; not shown to differ: {}", order, fmt::join(open, ", "));
+std::string RankingHeadline(const std::vector<RankedRun>& ranking,
+                            const std::vector<Comparison>& comparisons) {
+  if (ranking.empty() || ranking.size() > kMaxInOrder) return Headline(comparisons);
+  std::vector<std::string> rates;
+  for (const RankedRun& run : ranking) rates.push_back(run.name + " " + Rate(run));
+  return fmt::format("{}; {}", fmt::join(rates, ", "), Headline(comparisons));
 }
 
 std::string RankingText(const std::vector<RankedRun>& ranking, int width) {

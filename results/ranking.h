@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "results/comparison.h"
 #include "results/run_reader.h"
 
 namespace evalbus::results {
@@ -22,10 +23,11 @@ struct RankedRun {
 // whenever CompareRuns() does.
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
-// Returns the order in one sentence, for example "a 90 % > b 56 % ≈ c 52 %; not shown to differ: b and c" or
-// "a 90 % > b 56 % > c 20 %; all differ". With more than six policies, it names only the first: "a 90 %
-// succeeds most often; 5 of 7 others are shown to be worse". Empty for an empty ranking.
-std::string RankingHeadline(const std::vector<RankedRun>& ranking);
+// Returns the rates of up to six policies in their order, and the results of the comparisons with the
+// baseline, for example "a 90 %, b 56 %, c 52 %; b and c are worse than a". For an empty ranking or more
+// policies, returns only the results.
+std::string RankingHeadline(const std::vector<RankedRun>& ranking,
+                            const std::vector<Comparison>& comparisons);
 // Returns a table and a sentence that explains it, wrapped at `width`; empty for an empty ranking.
 std::string RankingText(const std::vector<RankedRun>& ranking, int width = std::numeric_limits<int>::max());
 inline constexpr char kRankingNote[] =

@@ -289,9 +289,7 @@ std::string RepeatabilityText(const metrics::RunSummary& summary) {
 std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors) {
   std::string text;
   if (summary.complete > 0) text += RateText(summary, width, colors);
-  std::vector<std::string> notes = summary.Notes();
-  if (const std::string stages = summary.StagesText(); !stages.empty()) notes.push_back(stages);
-  for (const std::string& note : notes) text += fmt::format("Note: {}\n", note);
+  for (const std::string& note : summary.NotesWithStages()) text += fmt::format("Note: {}\n", note);
   if (summary.invalid > 0) {
     text += fmt::format("{} of {} episodes invalid: excluded from all numbers here\n", summary.invalid,
                         summary.episodes);

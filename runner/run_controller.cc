@@ -355,8 +355,9 @@ std::string RunController::DroppedMessages() const {
     if (dropped.decode_errors + dropped.foreign_messages > 0) by += (by.empty() ? "" : ", ") + name;
   }
   if (by.empty()) return "";
-  return "messages dropped by " + by + ": " + std::to_string(undecoded) + " could not be decoded, " +
-         std::to_string(foreign) + " were repeated or belong to another episode or run";
+  const std::string others = std::to_string(foreign) + " were repeated or belong to another episode or run";
+  if (undecoded == 0) return "messages ignored by " + by + ": " + others + " (no effect on results)";
+  return "messages dropped by " + by + ": " + std::to_string(undecoded) + " could not be decoded, " + others;
 }
 
 void RunController::Retry(const std::string& why) {

@@ -98,7 +98,8 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
     if (moment.displacement >= 0.01) text += fmt::format(" and pushed it by {:.2f} m", moment.displacement);
     return text;
   }
-  if (moment.kind == cause_kind::kStall) return "Robot stopped moving" + at;
+  if (moment.kind == cause_kind::kStall)
+    return moment.tick == 0 ? "Robot never moved" : "Robot stopped moving" + at;
   if (moment.kind == cause_kind::kOutOfTime) {
     return (moment.made_progress ? "Time ran out" : "No progress until time ran out") + at;
   }

@@ -401,10 +401,17 @@ ordered_json RatesJson(const RunSummary& summary) {
   return json;
 }
 
+std::vector<std::string> RunSummary::NotesWithStages() const {
+  std::vector<std::string> notes = Notes();
+  if (const std::string stages = StagesText(); !stages.empty()) notes.push_back(stages);
+  return notes;
+}
+
 ordered_json SummaryJson(const std::string& task, const std::string& variation, const RunSummary& summary) {
   ordered_json json = {{"task", task}, {"variation", variation}};
   json.update(RatesJson(summary));
   json["success_rate_clopper_pearson_95"] = Json(summary.clopper_pearson);
+  if (const std::vector<std::string> notes = summary.NotesWithStages(); !notes.empty()) json["notes"] = notes;
   ordered_json& stages = json["stages"] = ordered_json::object();
   for (const StageSummary& stage : summary.stages) {
     stages[std::to_string(stage.index)] = {

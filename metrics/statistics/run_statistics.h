@@ -177,10 +177,13 @@ struct RunSummary {
   // Warning about a policy whose commands are often clipped or out of reach, which suggests a wrong unit;
   // empty otherwise.
   std::string ActionsText() const;
-  // The four texts above that are not empty; most important first.
+  // Notes for the reader of the summary: those of the four texts above that are not empty, most important
+  // first.
   std::vector<std::string> Notes() const;
   // Note for stages that are shown beside the success rate; empty if every success reached every stage.
   std::string StagesText() const;
+  // Notes(), and StagesText() if it is not empty.
+  std::vector<std::string> NotesWithStages() const;
 };
 
 // Statistics that are updated episode by episode. Summary() processes all values added so far, which takes

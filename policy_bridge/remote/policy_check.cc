@@ -256,6 +256,11 @@ class Check {
     Good(fmt::format("time: first call {:.3g} s, then {:.3g} s; the executed steps last {:.3g} s",
                      report_.first_call_s, report_.steady_call_s,
                      contract_.execute_steps / contract_.rate_hz));
+    if (report_.steady_call_s > contract_.execute_steps / contract_.rate_hz) {
+      Add(Level::kNote,
+          "the answer takes longer than its steps last: a real robot would wait or drift, but a run waits in "
+          "simulated time; --latency measured or --realtime includes the delay");
+    }
     if (report_.repeat_difference == 0) {
       Good(fmt::format("the same observation {} times: the same answer", kRepeats + 1));
     } else {

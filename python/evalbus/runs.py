@@ -97,6 +97,8 @@ class Summary:
     # Wilson's 95 % interval.
     success_rate_95: Interval
     failure_reasons: Dict[str, int]
+    # Sentences to read with the rates, for example that successes did not reach every stage.
+    notes: List[str]
     metrics: Dict[str, Metric] = dataclasses.field(repr=False)
     # Contents of the whole file.
     content: Dict[str, Any] = dataclasses.field(repr=False)
@@ -115,6 +117,7 @@ class Summary:
             success_rate=content["success_rate"],
             success_rate_95=_interval(content["success_rate_wilson_95"]),
             failure_reasons=content["failure_reasons"],
+            notes=content.get("notes", []),
             metrics=metrics,
             content=content,
         )

@@ -10,31 +10,6 @@
 namespace evalbus::report {
 namespace {
 
-// Joins names to "a, b and c".
-std::string Enumerated(const std::vector<std::string>& names) {
-  if (names.size() < 2) return names.empty() ? "" : names.front();
-  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
-}
-
-// Returns the verdicts of all comparisons in one sentence.
-std::string Title(const std::vector<results::Comparison>& comparisons) {
-  if (comparisons.size() == 1) return results::Headline(comparisons.front());
-  const std::string& baseline = comparisons.front().baseline.name;
-  std::vector<std::string> parts;
-  const auto add = [&](results::Judgment judgment, const char* one, const char* several) {
-    std::vector<std::string> names;
-    for (const results::Comparison& comparison : comparisons) {
-      if (comparison.success.judgment() == judgment) names.push_back(comparison.run.name);
-    }
-    if (names.empty()) return;
-    parts.push_back(fmt::format("{} {} {}", Enumerated(names), names.size() == 1 ? one : several, baseline));
-  };
-  add(results::Judgment::kBetter, "is better than", "are better than");
-  add(results::Judgment::kWorse, "is worse than", "are worse than");
-  add(results::Judgment::kNone, "is not shown to differ from", "are not shown to differ from");
-  return fmt::format("{}", fmt::join(parts, "; "));
-}
-
 void Write(const ComparisonPageParts& parts, const results::Comparison& comparison, Markup* html) {
   // Sections are below the page's heading. Several comparisons have headings of their own, and so have
   // several tasks; each moves the sections one level down.
@@ -87,7 +62,7 @@ std::string ComparisonPage(const ComparisonPageParts& parts) {
     for (const std::string& note : parts.viewer_notes)
       html->Element("p", {{"class", "note"}, {kUnchecked, ""}}, note);
   };
-  return Page(WithMinus(Title(parts.comparisons)), parts.made_by, parts.source, content,
+  return Page(WithMinus(results::Headline(parts.comparisons)), parts.made_by, parts.source, content,
               parts.viewer ? &*parts.viewer : nullptr);
 }
 

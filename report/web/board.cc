@@ -155,13 +155,18 @@ std::vector<ordered_json> Comparisons(const std::vector<Policy>& policies, size_
 
 // Returns the result in one sentence; empty if there is nothing to compare.
 std::string VerdictOf(const std::vector<Policy>& policies, size_t baseline) {
+  std::vector<results::Comparison> comparisons;
+  std::vector<const results::RecordedRuns*> all;
   try {
-    if (policies.size() == 2)
-      return WithMinus(
-          results::Headline(results::CompareVerdicts(policies[1 - baseline].runs, policies[baseline].runs)));
-    std::vector<const results::RecordedRuns*> all;
-    for (const Policy& policy : policies) all.push_back(&policy.runs);
-    return results::RankingHeadline(results::RankBySuccess(all));
+    for (size_t i = 0; i < policies.size(); ++i) {
+      all.push_back(&policies[i].runs);
+      if (i != baseline)
+        comparisons.push_back(results::CompareVerdicts(policies[i].runs, policies[baseline].runs));
+    }
+    std::vector<results::SuccessComparison*> family;
+    for (results::Comparison& comparison : comparisons) family.push_back(&comparison.success);
+    results::AdjustByHolm(family);
+    return WithMinus(results::RankingHeadline(results::RankBySuccess(all), comparisons));
   } catch (const InputError&) {
     return "";  // Comparisons() reports the reason.
   }

@@ -121,7 +121,7 @@ TEST_F(UdpFaults, WorkersReportWhatTheyDropped) {
   Program launcher(Command(run_, {"--workers", "2"}), {{}, On("repeat 2")});
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
   const std::string& out = launcher.out();
-  const std::string dropped = "\nmessages dropped by collision, metrics";
+  const std::string dropped = "\nmessages ignored by collision, metrics";
   const size_t first = out.find(dropped);
   ASSERT_NE(first, std::string::npos) << out;
   EXPECT_NE(out.find(dropped, first + 1), std::string::npos) << out;

@@ -74,10 +74,12 @@ TEST_F(BadInput, CommandLine) {
   ExpectRun(1, {"lift_pot", "--episodes", "2147483647"}, {"--episodes: expected 1 to 10000000"});
   ExpectRun(1, {"lift_pot", "--workers", "1000000000"}, {"--workers: expected 1 to 1024"});
   ExpectRun(1, {"lift_pot", "--seed", "x"}, {"--seed"});
-  for (const char* large : {"9223372036854775808", "-9223372036854775809", ""}) {
-    ExpectRun(1, {"lift_pot", "--seed", large},
+  ExpectRun(1, {"lift_pot", "--seed", "3", "--seed", "4"}, {"--seed: expected at most 1, got 2 (see "});
+  ExpectRun(1, {"lift_pot", "--realtime", "--rtf", "fast"}, {"--rtf: expected a number, not 'fast' (see "});
+  for (const char* wrong : {"9223372036854775808", "-9223372036854775809", "", "0x10", "010"}) {
+    ExpectRun(1, {"lift_pot", "--seed", wrong},
               {"--seed: expected a whole number of at most 64 bits, not '"});
-    Expect(1, {"evalbus-sim", "lift_pot", "--seed", large}, {"--seed: expected a whole number"});
+    Expect(1, {"evalbus-sim", "lift_pot", "--seed", wrong}, {"--seed: expected a whole number"});
   }
   ExpectRun(1, {"lift_pot", "--only", ""}, {"--only"});
   Expect(1, {"evalbus", "run", "lift_pot", "--in-process", "--resume"}, {"--resume requires --out"});

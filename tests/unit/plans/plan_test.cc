@@ -65,7 +65,7 @@ policies:
 tasks: [lift_pot/position, LiftPotOrientation]
 episodes: 30
 seed: 4
-options: {after_success_s: 1}
+options: {after_success_s: 1, control_hz: 20}
 video: {episodes: first 3, cameras: [overview, head]}
 compare: {baseline: shaky}
 until: decided(alpha 0.01, max 200)
@@ -85,9 +85,7 @@ until: decided(alpha 0.01, max 200)
   ASSERT_TRUE(plan.until);
   EXPECT_EQ(plan.until->alpha, 0.01);
   EXPECT_EQ(plan.until->max_episodes, 200);
-  // The rate comes from the policy's contract, unless the plan specifies another.
-  EXPECT_EQ(plan.OptionsOf(plan.policies[0]).sim.control_hz, 50);
-  EXPECT_EQ(plan.OptionsOf(plan.policies[2]).sim.control_hz, 20);
+  for (const PlannedPolicy& policy : plan.policies) EXPECT_EQ(plan.OptionsOf(policy).sim.control_hz, 20);
   EXPECT_EQ(plan.OptionsOf(plan.policies[2]).policy_name, "pi0");
 }
 
@@ -96,6 +94,16 @@ TEST_F(PlanTest, ARateThatThePlanNamesGoesBeforeTheContracts) {
       "policies: [{name: a, policy: 'ws://127.0.0.1:1', contract: roboeval}]\n"
       "tasks: lift_pot\noptions: {control_hz: 50}\n");
   EXPECT_EQ(plan.OptionsOf(plan.policies[0]).sim.control_hz, 50);
+}
+
+TEST_F(PlanTest, DifferentRatesAreRefused) {
+  const std::string pi0 = "{name: pi0, policy: 'ws://127.0.0.1:1', contract: roboeval}";
+  const Plan plan = Read("policies: [" + pi0 + "]\ntasks: lift_pot\n");
+  EXPECT_EQ(plan.OptionsOf(plan.policies[0]).sim.control_hz, 20);
+  EXPECT_THAT(
+      ErrorOf("policies: [expert, " + pi0 + "]\ntasks: lift_pot\n"),
+      HasSubstr(":1: key 'policies': 'pi0' would run at 20 Hz and 'expert' at 50 Hz, so they cannot be "
+                "compared; set the rate of all, for example 'options: {control_hz: 20}'"));
 }
 
 // Another version of MuJoCo needs its own process. A version that is not built is reported before anything

@@ -440,6 +440,19 @@ TEST_F(CompareTest, RemarksOnDifferencesOfContracts) {
       MadeDifferently(other.runs[0], a.runs[0]),
       "contract: action.kind \"joint_position\" against \"joint_delta\", contract: action.first_step_rad 0.5 "
       "against none, contract: action.arms.1 none against 2");
+  // A run without a renderer rendered nothing, so its `gl` changes nothing.
+  ordered_json drew = info;
+  drew["gl"] = "osmesa";
+  drew["renderer"] = "osmesa (llvmpipe)";
+  ordered_json drew_nothing = info;
+  drew_nothing["gl"] = "software";
+  EXPECT_EQ(
+      MadeDifferently(Run("e", drew, First(1, 3), 1).runs[0], Run("f", drew_nothing, First(1, 3), 1).runs[0]),
+      "");
+  drew_nothing["renderer"] = "osmesa (llvmpipe)";
+  EXPECT_EQ(
+      MadeDifferently(Run("e", drew, First(1, 3), 1).runs[0], Run("f", drew_nothing, First(1, 3), 1).runs[0]),
+      "gl \"osmesa\" against \"software\"");
   info["policy_contract"] = nullptr;
   const RecordedRuns scripted = Run("d", info, First(1, 3), 1);
   EXPECT_EQ(MadeDifferently(scripted.runs[0], a.runs[0]), "");

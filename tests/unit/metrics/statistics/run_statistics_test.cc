@@ -305,6 +305,10 @@ TEST(RunStatistics, CountSuccessesThatDidNotReachEveryStage) {
   EXPECT_EQ(StatisticsOf({whole, failure}).Summary(false).StagesText(), "");
   EXPECT_EQ(StatisticsOf({whole, early, failure}).Summary(false).StagesText(),
             "1 of 2 successes did not reach every stage: stages are not conditions of success");
+  EXPECT_FALSE(SummaryJson("a", "b", StatisticsOf({whole, failure}).Summary(false)).contains("notes"));
+  EXPECT_EQ(
+      SummaryJson("a", "b", StatisticsOf({whole, early, failure}).Summary(false))["notes"],
+      ordered_json({"1 of 2 successes did not reach every stage: stages are not conditions of success"}));
   EXPECT_EQ(StatisticsOf({early}).Summary(false).StagesText(),
             "1 of 1 success did not reach every stage: stages are not conditions of success");
 }
