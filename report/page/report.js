@@ -92,10 +92,14 @@ for (const button of document.querySelectorAll("[data-seek]")) {
   });
 }
 
-// Marks tables that are wider than their containers, because phones show no scroll bars.
+// Marks tables that are wider than their containers, because phones show no scroll bars. The Tab key skips
+// other tables.
 function markWide() {
   for (const place of document.querySelectorAll(".scroll")) {
-    place.classList.toggle("wide", place.scrollWidth > place.clientWidth);
+    const isWide = place.classList.toggle("wide", place.scrollWidth > place.clientWidth);
+    place.tabIndex = isWide ? 0 : -1;
+    place.role = isWide ? "group" : null;
+    place.ariaLabel = isWide ? "wide table" : null;
   }
 }
 markWide();

@@ -185,4 +185,4 @@ Evalbus.Seeds = class {
 };
 
 Evalbus.Seeds.PAGE = 200;  // seeds that are shown at first
-Evalbus.Seeds.CELL = 20;  // px; as in board.css
+Evalbus.Seeds.CELL = 24;  // px; as in board.css
