@@ -154,7 +154,7 @@ Evalbus.Conditions = class {
       const holds = known === 1;
       const state = row.criterion.failure ? (holds ? "failed" : "open") : holds ? "holds" : "open";
       if (row.node.dataset.state !== state) row.node.dataset.state = state;
-      Evalbus.setText(row.holds, ["no", "yes", "–"][known]);
+      Evalbus.setText(row.holds, ["not met", "met", "–"][known]);
       if (!row.hasNumber) continue;
       const values = track.criteria[row.criterion.first_row];
       const value = values && tick < track.ticks ? values.data[tick] : NaN;

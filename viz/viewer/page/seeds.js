@@ -127,7 +127,8 @@ Evalbus.Seeds = class {
       this.most += 5 * Evalbus.Seeds.PAGE;
       this.redraw();
     };
-    return e("div", { class: "ev-matrix" }, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, bySeed.size ? "no such seed" : "no episode yet"),
+    const isLoading = policies.some((policy) => policy.all.done > 0);
+    return e("div", { class: "ev-matrix" }, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, bySeed.size ? "no such seed" : isLoading ? "loading" : "no episode yet"),
       more > 0 ? e("p", { class: "ev-segments" }, e("button", { type: "button", onclick: showMore }, `${more.toLocaleString("en")} more seeds`)) : null);
   }
 
