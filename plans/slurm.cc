@@ -147,8 +147,10 @@ void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options) {
   }
   const fs::path own = folder.path() / kSlurmFolder;
   if (options.dry_run) {
-    fmt::print("{}:\n{}\n{}:\n{}", (own / "array.sh").string(), scripts.array, (own / "merge.sh").string(),
-               scripts.merge);
+    const std::string array = (own / "array.sh").string(), merge = (own / "merge.sh").string();
+    fmt::print("{}:\n{}\n{}:\n{}\ncommands:\n{}\n{}\n", array, scripts.array, merge, scripts.merge,
+               ShellWords({"sbatch", "--parsable", array}),
+               ShellWords({"sbatch", "--parsable", "--dependency=afterany:JOB", merge}));
     return;
   }
   fs::create_directories(own);

@@ -26,6 +26,7 @@
 #include "results/no_return.h"
 #include "results/run_reader.h"
 #include "runner/no_return_finder.h"
+#include "runner/progress_line.h"
 
 namespace evalbus::commands {
 namespace {
@@ -74,7 +75,11 @@ void FindNoReturns(const results::RecordedRun& run, const WhyOptions& options) {
   for (const results::RecordedEpisode& episode : run.episodes)
     if (options.failures && has_failed(episode)) wanted.push_back(episode.episode);
   runner::NoReturnFinder finder(run);
-  for (const int episode : wanted) results::AddNoReturns(run.folder, {{episode, finder.Find(episode)}});
+  runner::ProgressLine line(wanted.size(), "searching");
+  for (size_t k = 0; k < wanted.size(); ++k) {
+    line.Show(static_cast<double>(k));
+    results::AddNoReturns(run.folder, {{wanted[k], finder.Find(wanted[k])}});
+  }
 }
 
 void PrintNoReturns(const results::RecordedRun& run, const results::RunCircumstances& found) {
