@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <functional>
 #include <limits>
 
 #include "base/percent.h"
@@ -32,16 +31,6 @@ std::string PointsText(double share) { return WithMinus(PercentagePoints(share))
 
 // Title and CSS class of the table's columns. Columns of the class "minor" are hidden on phones.
 using Columns = std::vector<std::pair<std::string, std::string>>;
-
-void ComparisonTable(const std::string& id, const std::function<void()>& titles,
-                     const std::function<void()>& rows, Markup* html) {
-  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-    html->Element("table", {{"class", "sortable comparison"}, {"id", id}}, [&] {
-      html->Element("thead", {}, [&] { html->Element("tr", {}, titles); });
-      html->Element("tbody", {}, rows);
-    });
-  });
-}
 
 void ColumnTitles(const Columns& columns, Markup* html) {
   for (const auto& [title, css_class] : columns) html->Element("th", {{"class", css_class}}, title);
@@ -175,7 +164,7 @@ void WriteSuccess(const results::Comparison& comparison, Markup* html) {
     for (const results::TaskComparison& task : comparison.tasks) TaskRow(task.name(), task.success, html);
     TaskRow("all", success, html);
   };
-  ComparisonTable("", titles, rows, html);
+  ScrollingTable({{"class", "sortable comparison"}, {"id", ""}}, titles, rows, html);
 }
 
 void WriteMetrics(const results::Comparison& comparison, const results::TaskComparison& task,
@@ -206,7 +195,7 @@ void WriteMetrics(const results::Comparison& comparison, const results::TaskComp
   const auto rows = [&] {
     for (const results::MetricComparison* metric : tested) MetricRow(*metric, axis, html);
   };
-  if (!tested.empty()) ComparisonTable("", titles, rows, html);
+  if (!tested.empty()) ScrollingTable({{"class", "sortable comparison"}, {"id", ""}}, titles, rows, html);
   EqualMetrics(equal, html);
 }
 

@@ -160,17 +160,12 @@ void StatisticsTable(const RunSection& section) {
       html->Element("th", {{"class", "number"}, {"data-statistic", statistic.name}}, Words(statistic.name));
     }
   };
-  const auto table = [&] {
-    html->Element("thead", {}, [&] { html->Element("tr", {}, titles); });
-    html->Element("tbody", {}, [&] {
-      for (const metrics::MetricSummary& metric : metrics) StatisticsRow(metric, html);
-    });
+  const auto rows = [&] {
+    for (const metrics::MetricSummary& metric : metrics) StatisticsRow(metric, html);
   };
   html->Element("details", {}, [&] {
     html->Element("summary", {}, fmt::format("All {} metrics in numbers", metrics.size()));
-    html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-      html->Element("table", {{"class", "sortable"}, {"id", section.id + "statistics"}}, table);
-    });
+    ScrollingTable({{"class", "sortable"}, {"id", section.id + "statistics"}}, titles, rows, html);
   });
 }
 

@@ -54,4 +54,12 @@ void Data(double value, Markup* html);
 void NumberCell(double value, const std::string& text, Markup* html);
 void NumberCell(double value, Markup* html);
 
+// Writes a table that scrolls sideways if it is wider than the page. titles: writes the cells of the head.
+// rows: writes the rows of the body.
+void ScrollingTable(Markup::Attributes attributes, const std::function<void()>& titles,
+                    const std::function<void()>& rows, Markup* html);
+
+// Writes the meaning of a color in a figure's legend.
+void LegendKey(const char* css_class, const std::string& text, Markup* html);
+
 }  // namespace evalbus::report

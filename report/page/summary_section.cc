@@ -142,16 +142,10 @@ void Strip(const RunSection& section) {
                         .url = "#" + EpisodeId(section, episode)}});
   }
   WriteStrip(columns, html);
-  const auto key = [&](const char* css_class, const std::string& text) {
-    html->Element("span", {{"class", "key"}}, [&] {
-      html->Element("i", {{"class", css_class}}, "");
-      html->Text(text);
-    });
-  };
   html->Element("p", {{"class", "legend"}}, [&] {
-    key("good", "success");
-    key("bad", "no success");
-    if (run.summary.complete < run.summary.episodes) key("incomplete", "not complete");
+    LegendKey("good", "success", html);
+    LegendKey("bad", "no success", html);
+    if (run.summary.complete < run.summary.episodes) LegendKey("incomplete", "not complete", html);
     if (const size_t size = ColumnsPerSquare(columns.size()); size > 1) {
       html->Text(fmt::format("{} episodes per square", size));
     }
