@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "base/plural.h"
+#include "base/text.h"
 #include "report/episode_trace.h"
 #include "report/episode_tracks.h"
 #include "report/page/page_check.h"

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <set>
 
-#include "base/percent.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "metrics/statistics/wilson.h"

@@ -5,16 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/plural.h"
 #include "base/text.h"
 #include "metrics/statistics/interval.h"
 
 namespace evalbus::results {
 namespace {
-
-std::string WithUnit(const std::string& number, const std::string& unit) {
-  return unit.empty() ? number : number + " " + unit;
-}
 
 enum class BoundFrom { kAbove, kBelow };
 

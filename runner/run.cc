@@ -9,7 +9,6 @@
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/json_file.h"
-#include "base/plural.h"
 #include "base/realtime.h"
 #include "base/reserved_stdout.h"
 #include "base/run_layout.h"

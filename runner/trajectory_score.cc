@@ -9,7 +9,6 @@
 
 #include "base/errors.h"
 #include "base/input_file.h"
-#include "base/plural.h"
 #include "base/random.h"
 #include "base/run_layout.h"
 #include "base/text.h"

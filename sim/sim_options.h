@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "base/options.h"
-#include "base/plural.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/contacts_from.h"
 #include "models/model_sources.h"

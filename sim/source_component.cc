@@ -9,7 +9,6 @@
 
 #include "base/errors.h"
 #include "base/input_file.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "bus/channels.h"
 #include "lcmtypes/clock.h"

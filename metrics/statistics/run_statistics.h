@@ -60,6 +60,8 @@ struct EpisodeResult {
   // versions.
   NamedPoses final_poses;
 
+  // Returns the value with this name as in summary.json, if the episode has it.
+  std::optional<double> Find(std::string_view name) const;
   // True if the results agree in every number, including the start parameters (see RunSummary::samples).
   bool operator==(const EpisodeResult&) const = default;
 };

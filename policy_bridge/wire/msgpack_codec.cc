@@ -8,7 +8,7 @@
 #include <msgpack.hpp>
 #include <string>
 
-#include "base/plural.h"
+#include "base/text.h"
 #include "policy_bridge/wire/checked_array.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/tree_builder.h"

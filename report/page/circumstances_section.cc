@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "base/percent.h"
+#include "base/text.h"
 #include "report/page/folded.h"
 #include "report/page/report_sections.h"
 #include "results/circumstances_text.h"

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/percent.h"
 #include "base/text.h"
 #include "metrics/statistics/wilson.h"
 #include "report/page/comparison_sections.h"
@@ -128,9 +127,7 @@ void EqualMetrics(const std::vector<const results::MetricComparison*>& equal, Ma
   if (equal.empty()) return;
   std::vector<std::string> parts;
   for (const results::MetricComparison* metric : equal) {
-    const std::string unit(metric->number.shown_unit());
-    parts.push_back(metric->number.label() + " " + ShownValue(*metric->number.metric, metric->mean) +
-                    (unit.empty() ? "" : " " + unit));
+    parts.push_back(metric->number.label() + " " + ShownWithUnit(*metric->number.metric, metric->mean));
   }
   html->Element("p", {{"class", "note"}},
                 fmt::format("Equal in all compared episodes: {}.", fmt::join(parts, ", ")));

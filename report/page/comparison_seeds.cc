@@ -4,7 +4,7 @@
 #include <functional>
 #include <map>
 
-#include "base/plural.h"
+#include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/comparison_sections.h"
 #include "report/page/page.h"

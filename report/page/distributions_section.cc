@@ -98,9 +98,8 @@ void Constants(const std::vector<Distribution>& constant, Markup* html) {
     html->Text("Equal in all complete episodes that have the value: ");
     for (size_t i = 0; i < constant.size(); ++i) {
       const MetricNumber& number = constant[i].number;
-      const std::string& unit = constant[i].figure.unit;
       html->Text((i == 0 ? "" : ", ") + number.label() + " ");
-      html->Text(Number(constant[i].low * number.scale()) + (unit.empty() ? "" : " " + unit));
+      html->Text(WithUnit(Number(constant[i].low * number.scale()), constant[i].figure.unit));
     }
     html->Text(".");
   });

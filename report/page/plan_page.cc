@@ -8,8 +8,7 @@
 #include <numeric>
 #include <set>
 
-#include "base/percent.h"
-#include "base/plural.h"
+#include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/figures.h"
 #include "report/page/page_check.h"

@@ -4,8 +4,7 @@
 
 #include <cmath>
 
-#include "base/percent.h"
-#include "base/plural.h"
+#include "base/text.h"
 #include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"

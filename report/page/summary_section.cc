@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/percent.h"
-#include "base/plural.h"
+#include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
 #include "report/page/page.h"

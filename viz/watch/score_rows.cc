@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/percent.h"
 #include "base/text.h"
 #include "lcmtypes/extended_value.h"
 #include "lcmtypes/unavailable.h"
