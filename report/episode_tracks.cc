@@ -8,7 +8,7 @@
 #include "base/run_layout.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 #include "metrics/episode/criteria_pace.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/physics_model.h"

@@ -13,7 +13,6 @@
 #include "metrics/statistics/noninferiority.h"
 #include "results/comparison.h"
 #include "results/gate_metric.h"
-#include "results/gate_text.h"
 
 namespace evalbus::results {
 namespace {

@@ -1,5 +1,3 @@
-#include "results/gate_text.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "base/text.h"
 #include "metrics/statistics/interval.h"
+#include "results/gate.h"
 
 namespace evalbus::results {
 namespace {

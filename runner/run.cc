@@ -17,7 +17,7 @@
 #include "bus/host.h"
 #include "bus/private_network.h"
 #include "lcmtypes/clock.h"
-#include "lcmtypes/contacts_from.h"
+#include "lcmtypes/source.h"
 #include "report/web/judge.h"
 #include "results/operator_results.h"
 #include "results/pacing.h"

@@ -14,7 +14,7 @@
 #include "base/random.h"
 #include "base/text.h"
 #include "lcmtypes/clock.h"
-#include "lcmtypes/contacts_from.h"
+#include "lcmtypes/source.h"
 #include "models/model_sources.h"
 
 namespace evalbus::sim {

@@ -13,7 +13,7 @@
 #include "bus/channels.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 #include "sim/jpeg_check.h"
 #include "sim/repeat_periods.h"
 

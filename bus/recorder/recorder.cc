@@ -11,7 +11,7 @@
 #include "evalbus/state_t.hpp"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 
 namespace evalbus {
 namespace {

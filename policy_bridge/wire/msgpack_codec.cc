@@ -1,5 +1,3 @@
-#include "policy_bridge/wire/msgpack_codec.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +7,7 @@
 #include <string>
 
 #include "base/text.h"
-#include "policy_bridge/wire/checked_array.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/tree_builder.h"
 

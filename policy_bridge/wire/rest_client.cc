@@ -16,8 +16,7 @@
 #include <optional>
 
 #include "policy_bridge/wire/clients.h"
-#include "policy_bridge/wire/json_numpy.h"
-#include "policy_bridge/wire/resolve.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/server_words.h"
 #include "policy_bridge/wire/url.h"
 

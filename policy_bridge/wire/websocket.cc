@@ -17,7 +17,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "policy_bridge/wire/resolve.h"
+#include "policy_bridge/wire/url.h"
 
 namespace evalbus::policy {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/text.h"
-#include "report/page/folded.h"
+#include "report/page/page.h"
 #include "report/page/report_sections.h"
 #include "results/circumstances_text.h"
 #include "results/comparison_text.h"

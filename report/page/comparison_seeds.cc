@@ -8,7 +8,6 @@
 #include "lcmtypes/end_reason.h"
 #include "report/page/comparison_sections.h"
 #include "report/page/page.h"
-#include "report/page/strip.h"
 
 namespace evalbus::report {
 namespace {

@@ -6,9 +6,7 @@
 
 #include "base/text.h"
 #include "lcmtypes/metric_catalog.h"
-#include "report/page/folded.h"
 #include "report/page/page.h"
-#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
 

@@ -7,7 +7,6 @@
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/page.h"
-#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
 #include "results/summary_table.h"

@@ -5,7 +5,6 @@
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/page.h"
-#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 
 namespace evalbus::report {

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "base/text.h"
-#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
 

@@ -7,10 +7,8 @@
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
 #include "report/page/page.h"
-#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
-#include "report/page/strip.h"
 #include "results/pacing.h"
 #include "results/summary_table.h"
 

@@ -8,7 +8,7 @@
 
 #include "base/text.h"
 #include "lcmtypes/extended_value.h"
-#include "lcmtypes/unavailable.h"
+#include "lcmtypes/source.h"
 
 namespace evalbus::viz {
 namespace {
