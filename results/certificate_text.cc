@@ -8,7 +8,7 @@
 
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
-#include "metrics/statistics/wilson.h"
+#include "metrics/statistics/interval.h"
 #include "results/comparison_json.h"
 #include "results/comparison_text.h"
 

@@ -15,15 +15,13 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "metrics/statistics/fisher.h"
+#include "metrics/statistics/exact_tests.h"
 #include "metrics/statistics/holm.h"
 #include "metrics/statistics/interval_of_mean.h"
-#include "metrics/statistics/mann_whitney.h"
-#include "metrics/statistics/mcnemar.h"
 #include "metrics/statistics/power.h"
+#include "metrics/statistics/rank_tests.h"
 #include "metrics/statistics/run_statistics.h"
 #include "metrics/statistics/ties.h"
-#include "metrics/statistics/wilcoxon.h"
 #include "results/comparability.h"
 #include "results/metric_choice.h"
 

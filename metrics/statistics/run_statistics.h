@@ -15,7 +15,6 @@
 #include "lcmtypes/end_reason.h"
 #include "metrics/statistics/interval.h"
 #include "metrics/statistics/pose_repeatability.h"
-#include "metrics/statistics/wilson.h"
 #include "models/pose.h"
 
 namespace evalbus::metrics {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "base/text.h"
-#include "metrics/statistics/wilson.h"
+#include "metrics/statistics/interval.h"
 #include "report/page/comparison_sections.h"
 #include "report/page/figures.h"
 #include "report/page/page.h"
