@@ -49,6 +49,10 @@ Url ParseUrl(const std::string& text, std::string_view scheme) {
   return url;
 }
 
+std::string HostAndPort(const std::string& host, const std::string& port) {
+  return (host.find(':') == std::string::npos ? host : '[' + host + ']') + ':' + port;
+}
+
 std::vector<std::string> LookUp(const std::string& host) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;

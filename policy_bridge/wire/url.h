@@ -18,6 +18,9 @@ struct Url {
 // Parses a URL of this scheme. Throws InputError with the reason and an example of a valid URL.
 Url ParseUrl(const std::string& text, std::string_view scheme);
 
+// Returns HOST:PORT, with an IPv6 address in brackets.
+std::string HostAndPort(const std::string& host, const std::string& port);
+
 // Returns the numeric addresses of a host in the order in which to try them. Throws std::runtime_error.
 using Lookup = std::function<std::vector<std::string>(const std::string& host)>;
 
