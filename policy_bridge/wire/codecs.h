@@ -11,8 +11,8 @@
 namespace evalbus::policy {
 
 // Checks that every decoder applies to an array before returning it. Returns the array with its numbers in
-// little-endian order. Throws ServerError (kProtocol) if no wire supports the dtype, or if the number of bytes
-// does not match the shape.
+// little-endian order. Throws ServerError (kProtocol) if no wire supports the dtype, or if the number of
+// bytes does not match the shape.
 Array CheckedArray(Array array);
 
 // MessagePack (https://github.com/msgpack/msgpack/blob/master/spec.md), with arrays in one of two forms.

@@ -1,7 +1,7 @@
+#include "report/page/report_sections.h"
+
 #include <cmath>
 #include <limits>
-
-#include "report/page/report_sections.h"
 
 namespace evalbus::report {
 namespace {
