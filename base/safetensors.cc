@@ -10,7 +10,6 @@
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/json_file.h"
-#include "base/plural.h"
 #include "base/text.h"
 
 namespace evalbus {

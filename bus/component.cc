@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "base/plural.h"
+#include "base/text.h"
 #include "bus/channels.h"
 #include "bus/message.h"
 

@@ -14,7 +14,6 @@
 #include <optional>
 
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "bus/bus.h"
 

@@ -6,7 +6,7 @@
 #include <type_traits>
 
 #include "base/options.h"
-#include "lcmtypes/contacts_from.h"
+#include "lcmtypes/source.h"
 
 namespace evalbus::collision {
 

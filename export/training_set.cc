@@ -14,7 +14,7 @@
 #include "bus/episode_reader.h"
 #include "export/hdf5_file.h"
 #include "lcmtypes/clock.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 #include "metrics/episode/result_json.h"
 #include "models/task_description.h"
 

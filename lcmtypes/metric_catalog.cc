@@ -273,4 +273,8 @@ std::string ShownValue(const MetricInfo& metric, double value, double error) {
                                                 : Number(shown, error * metric.scale);
 }
 
+std::string ShownWithUnit(const MetricInfo& metric, double value) {
+  return WithUnit(ShownValue(metric, value), std::string(metric.shown_unit));
+}
+
 }  // namespace evalbus

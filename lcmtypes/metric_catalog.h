@@ -148,5 +148,7 @@ std::vector<MetricNumber> MainMetrics(const std::vector<std::string>& names);
 // Formats a value in SI units as a number in the shown unit; "-" if it is not finite. error: standard error
 // of the value, which limits the digits shown; 0 or NaN if the value is exact.
 std::string ShownValue(const MetricInfo& metric, double value, double error = 0);
+// Appends the shown unit to ShownValue().
+std::string ShownWithUnit(const MetricInfo& metric, double value);
 
 }  // namespace evalbus

@@ -1,6 +1,6 @@
 #include "metrics/metrics_component.h"
 
-#include "base/plural.h"
+#include "base/text.h"
 #include "bus/channels.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/errors.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 #include "models/yaml_reader.h"
 
 namespace evalbus {

@@ -11,7 +11,6 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/options_json.h"
-#include "base/plural.h"
 #include "base/scratch.h"
 #include "base/text.h"
 #include "base/write_whole.h"

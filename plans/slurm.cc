@@ -11,7 +11,6 @@
 #include <cstring>
 
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "plans/probe.h"

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "base/input_file.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "results/run_reader.h"

@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "base/percent.h"
+#include "base/text.h"
 #include "results/comparison_text.h"
 #include "results/conclusion.h"
 

@@ -8,7 +8,7 @@
 #include "base/run_layout.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 #include "metrics/episode/criteria_pace.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/physics_model.h"
@@ -143,21 +143,25 @@ std::unique_ptr<viz::EpisodeTrack> BlindTrack(const std::filesystem::path& log, 
   return track;
 }
 
+viz::RunNumbers NumbersOf(const results::RecordedRun& run, int planned, const metrics::RunSummary& summary,
+                          bool is_over) {
+  const metrics::Interval& interval = is_over ? summary.wilson : summary.anytime;
+  return {.task = run.task,
+          .variation = run.variation,
+          .clock = run.clock(),
+          .planned = planned,
+          .done = summary.episodes,
+          .complete = summary.complete,
+          .successes = summary.successes,
+          .lower = interval.lower,
+          .upper = interval.upper,
+          .is_over = is_over,
+          .failure_reasons = {summary.failure_reasons.begin(), summary.failure_reasons.end()}};
+}
+
 std::string RunBlock(const results::RecordedRun& run, int number) {
-  const metrics::RunSummary summary = run.Statistics().Summary(false);
-  viz::RunNumbers numbers;
-  numbers.task = run.task;
-  numbers.variation = run.variation;
-  numbers.clock = run.clock();
-  numbers.planned = run.planned;
-  numbers.done = summary.episodes;
-  numbers.complete = summary.complete;
-  numbers.successes = summary.successes;
-  numbers.lower = summary.wilson.lower;
-  numbers.upper = summary.wilson.upper;
-  numbers.failure_reasons.assign(summary.failure_reasons.begin(), summary.failure_reasons.end());
   return viz::RunBlock(
-      numbers,
+      NumbersOf(run, run.planned, run.Statistics().Summary(false), true),
       {.run = number, .name = run.name, .policy = run.policy, .is_live = false, .remarks = run.Remarks()});
 }
 

@@ -48,6 +48,10 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
 // number of the episode. Throws InputError if the log cannot be read or contains no episode.
 std::unique_ptr<viz::EpisodeTrack> BlindTrack(const std::filesystem::path& log, int number, Scenes* scenes);
 
+// is_over: true selects the Wilson interval, false the anytime-valid one.
+viz::RunNumbers NumbersOf(const results::RecordedRun& run, int planned, const metrics::RunSummary& summary,
+                          bool is_over);
+
 // RunBlock() returns the block "run" of a recorded run; RowOf() and EpisodeRows() return rows of its block
 // "episodes".
 std::string RunBlock(const results::RecordedRun& run, int number);

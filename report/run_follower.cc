@@ -122,23 +122,9 @@ RunFollower::News RunFollower::Update() {
   const bool is_over = next_waiting_ == waiting_.size() && fs::exists(folder_ / kSummaryJson);
   news.is_changed |= !news.rows.empty() || is_over != numbers_.is_over;
   numbers_.is_over = is_over;
-  if (news.is_changed && info_) Count();
+  if (news.is_changed && info_)
+    numbers_ = NumbersOf(*info_, info_->num_planned(), statistics_.Summary(false), is_over);
   return news;
-}
-
-void RunFollower::Count() {
-  const metrics::RunSummary summary = statistics_.Summary(false);
-  numbers_.task = info_->task;
-  numbers_.variation = info_->variation;
-  numbers_.clock = info_->clock();
-  numbers_.planned = info_->num_planned();
-  numbers_.done = summary.episodes;
-  numbers_.complete = summary.complete;
-  numbers_.successes = summary.successes;
-  const metrics::Interval& interval = numbers_.is_over ? summary.wilson : summary.anytime;
-  numbers_.lower = interval.lower;
-  numbers_.upper = interval.upper;
-  numbers_.failure_reasons.assign(summary.failure_reasons.begin(), summary.failure_reasons.end());
 }
 
 }  // namespace evalbus::report

@@ -51,7 +51,6 @@ class RunFollower {
   void ReadInfo();
   void SetModel();
   void StartAgain();
-  void Count();
 
   std::filesystem::path folder_;
   std::optional<results::RecordedRun> info_;

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
 #include "base/errors.h"
-#include "base/plural.h"
-#include "report/episode_trace.h"
+#include "base/text.h"
 #include "report/episode_tracks.h"
 #include "report/page/page_check.h"
 #include "report/page/report_page.h"
@@ -56,11 +57,80 @@ std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failu
   return chosen;
 }
 
+// Smaller changes, in SI units, are ignored. Larger than the simulated jitter of resting objects.
+constexpr double kChange = 1e-5;
+
+bool Changes(const viz::EpisodeTrack& track, size_t row) {
+  double first = std::numeric_limits<double>::quiet_NaN();
+  for (int64_t tick = 0; tick < track.ticks(); ++tick) {
+    const double value = track.Value(row, tick);
+    if (!std::isfinite(value)) continue;
+    if (std::isnan(first)) first = value;
+    if (std::abs(value - first) > kChange) return true;
+  }
+  return false;
+}
+
+CurveFigure Figure(const viz::EpisodeTrack& track, const viz::Curve& curve) {
+  CurveFigure figure{.name = curve.label, .unit = curve.unit, .time = {}, .lines = {}, .events = {}};
+  for (const std::string& part : curve.parts) figure.lines.push_back({part, {}});
+  // A single line has points only at its own samples. Several lines share their times, with NaN for missing
+  // values.
+  const bool is_single = figure.lines.size() == 1;
+  for (int64_t tick = 0; tick < track.ticks(); ++tick) {
+    if (!track.has_tick(tick)) continue;
+    if (is_single && curve.is_sparse && std::isnan(track.Value(curve.first_row, tick))) continue;
+    figure.time.push_back(track.Time(tick));
+    for (size_t part = 0; part < figure.lines.size(); ++part) {
+      figure.lines[part].value.push_back(track.Value(curve.first_row + part, tick) * curve.scale);
+    }
+  }
+  return figure;
+}
+
+// Returns stages reached, slips, collisions with the scene, self-collisions, force limits exceeded, and the
+// end, in order of time.
+std::vector<EpisodeEvent> Events(const viz::EpisodeTrack& track) {
+  using From = viz::TrackEvent::Kind;
+  using Kind = EpisodeEvent::Kind;
+  std::vector<EpisodeEvent> events;
+  for (const viz::TrackEvent& event : track.Events()) {
+    if (event.kind == From::kGrasp || event.kind == From::kRelease || event.kind == From::kCause ||
+        event.kind == From::kNoReturn)
+      continue;
+    const Kind kind = event.kind == From::kStage  ? Kind::kStage
+                      : event.kind == From::kSlip ? Kind::kSlip
+                      : event.kind == From::kEnd  ? Kind::kEnd
+                                                  : Kind::kCollision;
+    events.push_back({kind, event.time, event.text});
+  }
+  return events;
+}
+
+// Returns one figure for each metric that changes over the ticks of the episode, with a line for each of its
+// parts (arms, distances), the most informative first, and the events.
+ReportCurves CurvesOf(const viz::EpisodeTrack& track) {
+  ReportCurves curves;
+  curves.events = Events(track);
+  for (const viz::Curve& curve : track.curves().curves()) {
+    bool changes = false;
+    for (size_t part = 0; part < curve.parts.size(); ++part) {
+      changes = changes || Changes(track, curve.first_row + part);
+    }
+    if (!changes) continue;
+    curves.figures.push_back(Figure(track, curve));
+    curves.figures.back().events = curves.events;
+  }
+  return curves;
+}
+
 void AddCurves(const std::vector<Choice>& choices, bool asked_for, ReportRun* report) {
   for (const Choice& choice : choices) {
     try {
       const auto track = TrackEpisode(results::EpisodeLogs(report->run.folder, {choice.episode}).front(), {});
-      EpisodeTrace trace = Trace(*track);
+      ReportCurves curves = CurvesOf(*track);
+      curves.episode = choice.episode;
+      curves.why = choice.why;
       // These values are stored only in the logs.
       if (report->curves.empty()) {
         const metric_values_t& metrics = track->summary()->metrics;
@@ -70,10 +140,7 @@ void AddCurves(const std::vector<Choice>& choices, bool asked_for, ReportRun* re
         report->model_hashes = {{"physics_sha256", track->model().physics_sha256},
                                 {"visual_sha256", track->model().visual_sha256}};
       }
-      report->curves.push_back({.episode = choice.episode,
-                                .why = choice.why,
-                                .figures = std::move(trace.figures),
-                                .events = std::move(trace.events)});
+      report->curves.push_back(std::move(curves));
     } catch (const InputError& error) {
       if (asked_for) throw;
       report->remarks.push_back(fmt::format("no curves of episode {}: {}", choice.episode, error.what()));

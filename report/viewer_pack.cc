@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "base/errors.h"
-#include "base/plural.h"
+#include "base/text.h"
 #include "results/episode_logs.h"
 
 namespace evalbus::report {

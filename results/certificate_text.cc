@@ -6,11 +6,9 @@
 #include <algorithm>
 #include <set>
 
-#include "base/percent.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
-#include "metrics/statistics/wilson.h"
+#include "metrics/statistics/interval.h"
 #include "results/comparison_json.h"
 #include "results/comparison_text.h"
 

@@ -12,7 +12,7 @@
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "metrics/statistics/holm.h"
-#include "metrics/statistics/wilson.h"
+#include "metrics/statistics/interval.h"
 
 namespace evalbus::results {
 namespace {

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/percent.h"
-#include "base/plural.h"
 #include "base/styled_text.h"
 #include "base/text.h"
 #include "results/comparison_text.h"
@@ -19,10 +17,6 @@ using nlohmann::ordered_json;
 constexpr char kPresent[] = " present";
 
 bool IsPresence(const ParameterName& name) { return name.label.ends_with(kPresent); }
-
-std::string WithUnit(const std::string& number, const ParameterName& name) {
-  return name.unit.empty() ? number : number + " " + name.unit;
-}
 
 // Joins names, for example to "a, b or c".
 std::string JoinedByOr(const std::vector<std::string>& names) {
@@ -53,11 +47,11 @@ std::string WhereItFails(const Circumstance& parameter) {
   const auto text = [&](double value) { return ParameterText(parameter, value); };
   if (has_lower && has_upper) {
     return fmt::format("{} is {} {}", name.label, fails_inside ? "within" : "outside",
-                       WithUnit(text(parameter.from) + " to " + text(parameter.to), name));
+                       WithUnit(text(parameter.from) + " to " + text(parameter.to), name.unit));
   }
   const bool is_above = has_lower == fails_inside;
   return fmt::format("{} is {} {}", name.label, is_above ? "above" : "below",
-                     WithUnit(text(has_lower ? parameter.from : parameter.to), name));
+                     WithUnit(text(has_lower ? parameter.from : parameter.to), name.unit));
 }
 
 std::string Sentence(const Circumstance& parameter, int tested) {
@@ -151,7 +145,7 @@ std::string BinText(const Circumstance& parameter, const CircumstanceBin& bin) {
   const ParameterName name = NameOfParameter(parameter.name);
   if (IsPresence(name)) return bin.to > 0 ? "present" : "absent";
   const std::string from = ParameterText(parameter, bin.from), to = ParameterText(parameter, bin.to);
-  return WithUnit(from == to ? from : from + " to " + to, name);
+  return WithUnit(from == to ? from : from + " to " + to, name.unit);
 }
 
 std::vector<std::string> CircumstanceSentences(const RunCircumstances& run) {

@@ -14,17 +14,14 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/text.h"
-#include "metrics/statistics/fisher.h"
+#include "metrics/statistics/exact_tests.h"
 #include "metrics/statistics/holm.h"
 #include "metrics/statistics/interval_of_mean.h"
-#include "metrics/statistics/mann_whitney.h"
-#include "metrics/statistics/mcnemar.h"
 #include "metrics/statistics/power.h"
+#include "metrics/statistics/rank_tests.h"
 #include "metrics/statistics/run_statistics.h"
 #include "metrics/statistics/ties.h"
-#include "metrics/statistics/wilcoxon.h"
 #include "results/comparability.h"
 #include "results/metric_choice.h"
 
@@ -52,7 +49,7 @@ struct Side {
     for (const auto& [seed, episode] : episodes) {
       results.push_back(&episode->result);
       successes += episode->success;
-      sum += Value(*episode, kProgress).value_or(0);
+      sum += episode->result.Find(kProgress).value_or(0);
     }
     num_samples = metrics::NumSamples(results);
     if (episodes.empty()) return;
@@ -60,11 +57,6 @@ struct Side {
     progress = sum / static_cast<double>(episodes.size());
   }
 
-  static std::optional<double> Value(const RecordedEpisode& episode, std::string_view name) {
-    const auto found = std::ranges::find(
-        episode.result.values, name, [](const auto& named) -> const auto& { return named.first; });
-    return found == episode.result.values.end() ? std::nullopt : std::optional(found->second);
-  }
   // True if this side has a lower success rate, or an equal one and less progress (mean subtask_progress).
   bool GotLessFarThan(const Side& other) const {
     return std::pair(success_rate, progress) < std::pair(other.success_rate, other.progress);
@@ -200,7 +192,7 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
   for (const MetricNumber& number : numbers) {
     const auto value = [&](const RecordedEpisode* scored) {
       const bool counts = !number.metric->effort || scored->success;
-      return counts ? Side::Value(*scored, number.name) : std::nullopt;
+      return counts ? scored->result.Find(number.name) : std::nullopt;
     };
     std::vector<double> values, baseline_values;
     for (const auto& [seed, scored] : run.episodes) {
@@ -253,7 +245,7 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
 // Key that orders episodes by success, then by the stages reached, then, if successful, by time. A greater
 // key is better.
 std::tuple<bool, double, double> HowFar(const RecordedEpisode& episode) {
-  return {episode.success, Side::Value(episode, Side::kProgress).value_or(0),
+  return {episode.success, episode.result.Find(Side::kProgress).value_or(0),
           episode.success ? -episode.completion_time : 0};
 }
 

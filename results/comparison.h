@@ -9,7 +9,6 @@
 
 #include "lcmtypes/metric_catalog.h"
 #include "metrics/statistics/interval.h"
-#include "metrics/statistics/newcombe.h"
 #include "metrics/statistics/sequential_mcnemar.h"
 #include "results/run_reader.h"
 

@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "base/help.h"
-#include "base/percent.h"
-#include "base/plural.h"
 #include "base/styled_text.h"
 #include "base/text.h"
 #include "results/conclusion.h"
@@ -162,9 +160,7 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
     const auto scaled = [&](double value) { return value * metric.number.scale(); };
     const int decimals = metric.decimals();
     if (!metric.p) {
-      const std::string unit(metric.number.shown_unit());
-      equal.push_back(metric.number.label() + " " + ShownValue(*metric.number.metric, metric.mean) +
-                      (unit.empty() ? "" : " " + unit));
+      equal.push_back(metric.number.label() + " " + ShownWithUnit(*metric.number.metric, metric.mean));
       continue;
     }
     rows.push_back(
@@ -217,12 +213,12 @@ std::string SuiteTable(const Comparison& comparison, int width, bool colors) {
     for (const MetricComparison& metric : task.metrics) {
       if (!metric.differs()) continue;
       const std::string unit(metric.number.shown_unit());
-      const int decimals = metric.decimals();
+      const auto shown = [&](double value) {
+        return FixedOrDash(value * metric.number.scale(), metric.decimals());
+      };
       const std::string what =
-          fmt::format("{} {} against {}{}, {}  {}", metric.number.label(),
-                      FixedOrDash(metric.mean * metric.number.scale(), decimals),
-                      FixedOrDash(metric.baseline_mean * metric.number.scale(), decimals),
-                      unit.empty() ? "" : " " + unit, PEquals(metric.p_holm), metric.word());
+          fmt::format("{} {} against {}, {}  {}", metric.number.label(), shown(metric.mean),
+                      WithUnit(shown(metric.baseline_mean), unit), PEquals(metric.p_holm), metric.word());
       metrics += Pad(name, -label_width) + "  " + WrappedToFit(what, label_width + 2, width) + "\n";
     }
   }

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/percent.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "metrics/statistics/power.h"
 #include "results/comparison_text.h"

@@ -8,12 +8,11 @@
 #include <set>
 
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "metrics/statistics/noninferiority.h"
 #include "results/comparison.h"
 #include "results/gate_metric.h"
-#include "results/gate_text.h"
 
 namespace evalbus::results {
 namespace {

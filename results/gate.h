@@ -1,7 +1,7 @@
 // Decides whether a run may replace its baseline, with non-inferiority tests on episodes with equal seeds.
 // PASS and FAIL each have an error probability of at most 5 % (more for few pairs of strongly skewed
-// metrics); otherwise the verdict is CANNOT TELL. Has no side effects; gate_text.h and report/gate_files.h
-// generate text and files. docs/gate.md describes the rules and their measured errors.
+// metrics); otherwise the verdict is CANNOT TELL. Has no side effects; report/gate_files.h writes files.
+// docs/gate.md describes the rules and their measured errors.
 #pragma once
 
 #include <optional>
@@ -85,5 +85,13 @@ struct Gate {
 // contains only collected demonstrations, or stopped depending on its results. The same holds if a metric of
 // `on` is unknown or has no better direction.
 Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOptions& options);
+
+// Returns GateCriterion::why, for example "success 90.0 -> 88.0 % in 200 pairs: a loss of at most 4.2 points
+// (one-sided 95 % bound), margin 5 points".
+std::string WhyText(const GateCriterion& criterion);
+
+// Returns the output of `evalbus gate`: one line with the verdict and its reason, one line per criterion if
+// there are several, and the remarks.
+std::string GateText(const Gate& gate);
 
 }  // namespace evalbus::results

@@ -25,11 +25,8 @@ constexpr int kEqualPairsNeeded = 59;
 constexpr int kDifferingPairsNeeded = 10;
 
 std::optional<double> ValueOf(const RecordedEpisode& episode, const MetricNumber& number) {
-  if (number.metric->effort && !episode.success) return std::nullopt;
-  for (const auto& [name, value] : episode.result.values) {
-    if (name == number.name) return value;
-  }
-  return std::nullopt;
+  const bool counts = episode.success || !number.metric->effort;
+  return counts ? episode.result.Find(number.name) : std::nullopt;
 }
 
 // Parses a margin such as "0.2" or "10%".

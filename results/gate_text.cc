@@ -1,20 +1,14 @@
-#include "results/gate_text.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "base/plural.h"
 #include "base/text.h"
 #include "metrics/statistics/interval.h"
+#include "results/gate.h"
 
 namespace evalbus::results {
 namespace {
-
-std::string WithUnit(const std::string& number, const std::string& unit) {
-  return unit.empty() ? number : number + " " + unit;
-}
 
 enum class BoundFrom { kAbove, kBelow };
 

@@ -6,8 +6,6 @@
 #include <set>
 
 #include "base/errors.h"
-#include "base/percent.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "metrics/statistics/cohen_kappa.h"
 #include "results/comparison_json.h"

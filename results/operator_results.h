@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "metrics/statistics/newcombe.h"
+#include "metrics/statistics/interval.h"
 #include "metrics/statistics/run_statistics.h"
 #include "results/comparison.h"
 #include "results/run_reader.h"

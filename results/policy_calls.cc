@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "base/json_file.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "policy_bridge/remote/latency.h"
 
 namespace evalbus::results {

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "base/help.h"
-#include "base/percent.h"
 #include "base/text.h"
 #include "metrics/statistics/letters.h"
 #include "results/conclusion.h"

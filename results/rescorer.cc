@@ -11,7 +11,7 @@
 #include "bus/channels.h"
 #include "bus/message.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 #include "results/episode_json.h"
 
 namespace evalbus::results {

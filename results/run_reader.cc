@@ -12,7 +12,7 @@
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "lcmtypes/clock.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 #include "results/notes.h"
 #include "results/pacing.h"
 #include "results/run_folder.h"

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "base/json_file.h"
-#include "base/percent.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "base/write_whole.h"
 #include "metrics/statistics/describe.h"
 #include "results/pacing.h"

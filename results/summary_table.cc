@@ -10,8 +10,6 @@
 #include <numbers>
 
 #include "base/help.h"
-#include "base/percent.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/styled_text.h"
 #include "base/text.h"
@@ -59,7 +57,7 @@ std::string Value(const nlohmann::ordered_json& values, const char* key, int dec
                   const std::string& unit = "", double scale = 1) {
   const auto found = values.find(key);
   if (found == values.end() || !found->is_number()) return "-";
-  return Fixed(found->get<double>() * scale, decimals) + (unit.empty() ? "" : " ") + unit;
+  return WithUnit(Fixed(found->get<double>() * scale, decimals), unit);
 }
 
 // A column for a statistic of a metric. Columns for intervals are wider.
@@ -105,9 +103,7 @@ std::string ConstantsText(const std::vector<MetricNumber>& constants, const metr
                           int width) {
   std::vector<std::string> parts;
   for (const MetricNumber& number : constants) {
-    const std::string unit(number.shown_unit());
-    parts.push_back(number.label() + " " + ShownValue(*number.metric, summary.Find(number.name)->mean) +
-                    (unit.empty() ? "" : " " + unit));
+    parts.push_back(number.label() + " " + ShownWithUnit(*number.metric, summary.Find(number.name)->mean));
   }
   if (parts.empty()) return "";
   return Wrapped(fmt::format("equal in every episode: {}", fmt::join(parts, ", ")), 2,

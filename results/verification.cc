@@ -8,9 +8,9 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
+#include "base/text.h"
 #include "base/write_whole.h"
 #include "results/kept_results.h"
 #include "results/manifest.h"

@@ -5,7 +5,7 @@
 
 #include "bus/recorder/recorder.h"
 #include "collision/collision_component.h"
-#include "lcmtypes/contacts_from.h"
+#include "lcmtypes/source.h"
 #include "metrics/episode/part_of_run.h"
 #include "metrics/metrics_component.h"
 #include "policy_bridge/policy_component.h"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/plural.h"
 #include "base/styled_text.h"
 #include "base/text.h"
 #include "results/summary_table.h"

@@ -8,7 +8,6 @@
 
 #include "base/disk.h"
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/text.h"

@@ -12,7 +12,6 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/options_json.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/styled_text.h"
 #include "base/text.h"

@@ -9,7 +9,6 @@
 
 #include "base/errors.h"
 #include "base/input_file.h"
-#include "base/plural.h"
 #include "base/random.h"
 #include "base/run_layout.h"
 #include "base/text.h"
@@ -20,7 +19,7 @@
 #include "collision/tick_contacts.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 #include "metrics/episode/episode_scorer.h"
 #include "models/robot_description.h"
 #include "models/task_description.h"

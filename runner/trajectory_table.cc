@@ -15,7 +15,7 @@
 #include "base/text.h"
 #include "export/hdf5_file.h"
 #include "models/yaml_reader.h"
-#include "policy_bridge/wire/npy.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 
 namespace evalbus::runner {

@@ -7,7 +7,6 @@
 
 #include "base/angles.h"
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "lcmtypes/clock.h"
 #include "models/farthest.h"

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "base/plural.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "models/mujoco_errors.h"
 #include "sim/repeat_periods.h"
 

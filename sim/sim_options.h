@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "base/options.h"
-#include "base/plural.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "lcmtypes/clock.h"
-#include "lcmtypes/contacts_from.h"
+#include "lcmtypes/source.h"
 #include "models/model_sources.h"
 
 namespace evalbus::sim {

@@ -9,12 +9,11 @@
 
 #include "base/errors.h"
 #include "base/input_file.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "bus/channels.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 #include "sim/jpeg_check.h"
 #include "sim/repeat_periods.h"
 

@@ -3,15 +3,15 @@
 #include <algorithm>
 
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/source_name.h"
+#include "lcmtypes/source.h"
 
 namespace evalbus {
 namespace {

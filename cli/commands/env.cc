@@ -19,7 +19,7 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/scene_words.h"
 #include "lcmtypes/clock.h"
-#include "policy_bridge/wire/msgpack_codec.h"
+#include "policy_bridge/wire/codecs.h"
 #include "runner/environment.h"
 #include "runner/json_events.h"
 #include "runner/version.h"

@@ -11,8 +11,8 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"

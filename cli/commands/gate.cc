@@ -17,7 +17,6 @@
 #include "results/commanded_motion.h"
 #include "results/comparability.h"
 #include "results/compared_runs.h"
-#include "results/gate_text.h"
 
 namespace evalbus::commands {
 namespace {

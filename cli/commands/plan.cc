@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "cli/commands/commands.h"

@@ -12,7 +12,6 @@
 #include "base/arguments.h"
 #include "base/errors.h"
 #include "base/json_file.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"

@@ -12,8 +12,8 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/video_timing_options.h"

@@ -10,7 +10,6 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/plan_layout.h"
-#include "base/plural.h"
 #include "base/text.h"
 #include "cli/commands/commands.h"
 #include "plans/page_verification.h"

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "base/plural.h"
+#include "base/text.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/violation_text.h"

@@ -7,7 +7,7 @@
 #include "evalbus/metric_values_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "lcmtypes/metric_catalog.h"
-#include "lcmtypes/unavailable.h"
+#include "lcmtypes/source.h"
 #include "metrics/task/task_evaluator.h"
 
 namespace evalbus::metrics {

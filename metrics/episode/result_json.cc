@@ -8,7 +8,7 @@
 #include "base/interned.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
-#include "lcmtypes/unavailable.h"
+#include "lcmtypes/source.h"
 
 namespace evalbus::metrics {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "metrics/statistics/newcombe.h"
+#include "metrics/statistics/interval.h"
 
 namespace evalbus::metrics {
 

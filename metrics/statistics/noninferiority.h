@@ -7,7 +7,7 @@
 // score that is at least as high, maximized over all shares of discordant pairs that have the tested
 // difference.
 // Source: Hsueh, Liu and Chen 2001, "Unconditional exact tests for equivalence or noninferiority for paired
-// binary endpoints", Biometrics 57. Newcombe's interval (newcombe.h) is a two-sided approximation and is not
+// binary endpoints", Biometrics 57. Newcombe's interval (interval.h) is a two-sided approximation and is not
 // used here.
 #pragma once
 

@@ -227,6 +227,12 @@ std::string RunSummary::StagesText() const {
          " did not reach every stage: stages are not conditions of success";
 }
 
+std::optional<double> EpisodeResult::Find(std::string_view name) const {
+  const auto found = std::ranges::find(
+      values, name, [](const auto& named) -> const auto& { return named.first; });
+  return found == values.end() ? std::nullopt : std::optional(found->second);
+}
+
 const MetricSummary* RunSummary::Find(const std::string& metric) const {
   for (const MetricSummary& summary : metrics) {
     if (summary.name == metric) return &summary;

@@ -15,7 +15,6 @@
 #include "lcmtypes/end_reason.h"
 #include "metrics/statistics/interval.h"
 #include "metrics/statistics/pose_repeatability.h"
-#include "metrics/statistics/wilson.h"
 #include "models/pose.h"
 
 namespace evalbus::metrics {
@@ -60,6 +59,8 @@ struct EpisodeResult {
   // versions.
   NamedPoses final_poses;
 
+  // Returns the value with this name as in summary.json, if the episode has it.
+  std::optional<double> Find(std::string_view name) const;
   // True if the results agree in every number, including the start parameters (see RunSummary::samples).
   bool operator==(const EpisodeResult&) const = default;
 };

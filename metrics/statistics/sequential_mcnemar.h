@@ -24,7 +24,7 @@
 #include <numbers>
 #include <optional>
 
-#include "metrics/statistics/mcnemar.h"
+#include "metrics/statistics/exact_tests.h"
 
 namespace evalbus::metrics {
 

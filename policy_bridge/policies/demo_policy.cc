@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/errors.h"
-#include "base/plural.h"
+#include "base/text.h"
 #include "lcmtypes/clock.h"
 
 namespace evalbus::policy {

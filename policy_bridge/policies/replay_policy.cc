@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "lcmtypes/clock.h"
 #include "policy_bridge/planning/robot.h"
 

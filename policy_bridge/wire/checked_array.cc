@@ -1,9 +1,8 @@
-#include "policy_bridge/wire/checked_array.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 
 namespace evalbus::policy {

@@ -18,8 +18,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "policy_bridge/wire/clients.h"
-#include "policy_bridge/wire/groot_codec.h"
-#include "policy_bridge/wire/resolve.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/server_words.h"
 #include "policy_bridge/wire/url.h"
 #include "policy_bridge/wire/zeromq.h"
@@ -169,10 +168,9 @@ class GrootClient : public PolicyClient {
     const Url url = ParseUrl(options_.url, "tcp");
     const std::vector<std::string> addresses = Resolve(url, options_.connect_s);
     for (const std::string& address : addresses) {
-      const bool is_ipv6 = address.find(':') != std::string::npos;
       try {
-        connection_.emplace(fmt::format("tcp://{}:{}", is_ipv6 ? '[' + address + ']' : address, url.port),
-                            options_.connect_s, options_.max_reply_bytes);
+        connection_.emplace("tcp://" + HostAndPort(address, url.port), options_.connect_s,
+                            options_.max_reply_bytes);
         return;
       } catch (const ServerError& error) {
         if (error.kind() != Kind::kUnreachable || &address == &addresses.back()) throw;
@@ -204,10 +202,7 @@ class GrootClient : public PolicyClient {
     constexpr std::string_view kError = "ERROR";
     if (std::equal(reply.begin(), reply.end(), kError.begin(), kError.end())) throw ErrorFromServer("ERROR");
     Value answer = DecodeGroot(reply);
-    if (const Value* error = answer.Find("error")) {
-      const auto* words = error->As<std::string>();
-      throw ErrorFromServer(words ? *words : Describe(*error));
-    }
+    if (const Value* error = answer.Find("error")) throw ErrorFromServer(TextOrDescription(*error));
     return answer;
   }
 

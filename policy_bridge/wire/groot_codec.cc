@@ -1,8 +1,4 @@
-#include "policy_bridge/wire/groot_codec.h"
-
-#include "policy_bridge/wire/json_numpy.h"
-#include "policy_bridge/wire/msgpack_codec.h"
-#include "policy_bridge/wire/npy.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 
 namespace evalbus::policy {

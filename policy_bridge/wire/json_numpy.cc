@@ -1,5 +1,3 @@
-#include "policy_bridge/wire/json_numpy.h"
-
 #include <fmt/format.h>
 #include <openssl/evp.h>
 
@@ -9,7 +7,7 @@
 
 #include "base/base64.h"
 #include "base/errors.h"
-#include "policy_bridge/wire/checked_array.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/tree_builder.h"
 

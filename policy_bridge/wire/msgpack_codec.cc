@@ -1,5 +1,3 @@
-#include "policy_bridge/wire/msgpack_codec.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,8 +6,8 @@
 #include <msgpack.hpp>
 #include <string>
 
-#include "base/plural.h"
-#include "policy_bridge/wire/checked_array.h"
+#include "base/text.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/tree_builder.h"
 

@@ -1,12 +1,10 @@
-#include "policy_bridge/wire/npy.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 
 #include "base/text.h"
-#include "policy_bridge/wire/checked_array.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 
 namespace evalbus::policy {

@@ -15,7 +15,7 @@
 #include <zmq.hpp>
 
 #include "base/errors.h"
-#include "policy_bridge/wire/msgpack_codec.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/zeromq.h"
 
 namespace evalbus::policy {

@@ -16,8 +16,7 @@
 #include <optional>
 
 #include "policy_bridge/wire/clients.h"
-#include "policy_bridge/wire/json_numpy.h"
-#include "policy_bridge/wire/resolve.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/server_words.h"
 #include "policy_bridge/wire/url.h"
 
@@ -108,8 +107,7 @@ class RestClient : public PolicyClient {
     stream.expires_after(Duration(limit_s));
 
     http::request<http::string_body> request{http::verb::post, url_.target, 11, body};
-    const bool is_ipv6 = url_.host.find(':') != std::string::npos;
-    request.set(http::field::host, (is_ipv6 ? '[' + url_.host + ']' : url_.host) + ':' + url_.port);
+    request.set(http::field::host, HostAndPort(url_.host, url_.port));
     request.set(http::field::user_agent, "evalbus");
     request.set(http::field::content_type, "application/json");
     if (!options_.api_key.empty()) request.set(http::field::authorization, "Api-Key " + options_.api_key);
@@ -168,10 +166,7 @@ class RestClient : public PolicyClient {
       }
       if (answer.Is<std::string>()) throw ErrorFromServer(*answer.As<std::string>());
     }
-    if (const Value* error = answer.Find("error")) {
-      const auto* words = error->As<std::string>();
-      throw ErrorFromServer(words ? *words : Describe(*error));
-    }
+    if (const Value* error = answer.Find("error")) throw ErrorFromServer(TextOrDescription(*error));
     return answer;
   }
 

@@ -67,6 +67,11 @@ std::string Describe(const Value& value) {
       value.variant());
 }
 
+std::string TextOrDescription(const Value& value) {
+  const auto* text = value.As<std::string>();
+  return text ? *text : Describe(value);
+}
+
 size_t ItemSize(std::string_view dtype) {
   if (dtype.size() != 3) return 0;
   const char order = dtype[0], kind = dtype[1], size = dtype[2];

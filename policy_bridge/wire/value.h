@@ -72,6 +72,9 @@ class Value {
 // pot\"".
 std::string Describe(const Value& value);
 
+// Returns a text as it is, and describes another value.
+std::string TextOrDescription(const Value& value);
+
 // Number of bytes per number of this dtype; 0 if no wire supports the dtype (objects, complex numbers,
 // texts).
 size_t ItemSize(std::string_view dtype);

@@ -27,8 +27,7 @@ double WallTime() {
 
 std::string ErrorText(const Envelope& envelope) {
   const Value* error = envelope.payload.Find("error");
-  if (!error) return Describe(envelope.payload);
-  return error->Is<std::string>() ? *error->As<std::string>() : Describe(*error);
+  return error ? TextOrDescription(*error) : Describe(envelope.payload);
 }
 
 class VlaEvalClient : public WebsocketClient {

@@ -17,7 +17,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "policy_bridge/wire/resolve.h"
+#include "policy_bridge/wire/url.h"
 
 namespace evalbus::policy {
 namespace {
@@ -92,9 +92,8 @@ struct Websocket::Connection {
     stream.binary(true);
     stream.auto_fragment(false);
     stream.write_buffer_bytes(64 << 10);
-    const bool is_ipv6 = url.host.find(':') != std::string::npos;
-    const std::string host = (is_ipv6 ? "[" + url.host + "]" : url.host) + ":" + url.port;
-    stream.async_handshake(response, host, url.target.starts_with('/') ? url.target : "/" + url.target,
+    stream.async_handshake(response, HostAndPort(url.host, url.port),
+                           url.target.starts_with('/') ? url.target : "/" + url.target,
                            [this](error_code error) {
                              if (error) return FailHandshake(error);
                              {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "policy_bridge/wire/msgpack_codec.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/websocket.h"
 

@@ -43,10 +43,7 @@ constexpr std::pair<std::string_view, const char*> kErrorCodes[] = {
 
 [[noreturn]] void FailReply(const std::string& what) { throw ServerError(Kind::kReply, what); }
 
-std::string TextOf(const Value* value) {
-  if (!value) return "";
-  return value->Is<std::string>() ? *value->As<std::string>() : Describe(*value);
-}
+std::string TextOf(const Value* value) { return value ? TextOrDescription(*value) : ""; }
 
 // Converts a number or a list of numbers in an action to an array with one axis. Returns other values
 // unchanged.

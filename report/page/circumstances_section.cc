@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
-#include "base/percent.h"
-#include "report/page/folded.h"
+#include "base/text.h"
+#include "report/page/page.h"
 #include "report/page/report_sections.h"
 #include "results/circumstances_text.h"
 #include "results/comparison_text.h"

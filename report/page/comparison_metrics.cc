@@ -2,12 +2,10 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <functional>
 #include <limits>
 
-#include "base/percent.h"
 #include "base/text.h"
-#include "metrics/statistics/wilson.h"
+#include "metrics/statistics/interval.h"
 #include "report/page/comparison_sections.h"
 #include "report/page/figures.h"
 #include "report/page/page.h"
@@ -32,16 +30,6 @@ std::string PointsText(double share) { return WithMinus(PercentagePoints(share))
 
 // Title and CSS class of the table's columns. Columns of the class "minor" are hidden on phones.
 using Columns = std::vector<std::pair<std::string, std::string>>;
-
-void ComparisonTable(const std::string& id, const std::function<void()>& titles,
-                     const std::function<void()>& rows, Markup* html) {
-  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-    html->Element("table", {{"class", "sortable comparison"}, {"id", id}}, [&] {
-      html->Element("thead", {}, [&] { html->Element("tr", {}, titles); });
-      html->Element("tbody", {}, rows);
-    });
-  });
-}
 
 void ColumnTitles(const Columns& columns, Markup* html) {
   for (const auto& [title, css_class] : columns) html->Element("th", {{"class", css_class}}, title);
@@ -139,9 +127,7 @@ void EqualMetrics(const std::vector<const results::MetricComparison*>& equal, Ma
   if (equal.empty()) return;
   std::vector<std::string> parts;
   for (const results::MetricComparison* metric : equal) {
-    const std::string unit(metric->number.shown_unit());
-    parts.push_back(metric->number.label() + " " + ShownValue(*metric->number.metric, metric->mean) +
-                    (unit.empty() ? "" : " " + unit));
+    parts.push_back(metric->number.label() + " " + ShownWithUnit(*metric->number.metric, metric->mean));
   }
   html->Element("p", {{"class", "note"}},
                 fmt::format("Equal in all compared episodes: {}.", fmt::join(parts, ", ")));
@@ -175,7 +161,7 @@ void WriteSuccess(const results::Comparison& comparison, Markup* html) {
     for (const results::TaskComparison& task : comparison.tasks) TaskRow(task.name(), task.success, html);
     TaskRow("all", success, html);
   };
-  ComparisonTable("", titles, rows, html);
+  ScrollingTable({{"class", "sortable comparison"}, {"id", ""}}, titles, rows, html);
 }
 
 void WriteMetrics(const results::Comparison& comparison, const results::TaskComparison& task,
@@ -206,7 +192,7 @@ void WriteMetrics(const results::Comparison& comparison, const results::TaskComp
   const auto rows = [&] {
     for (const results::MetricComparison* metric : tested) MetricRow(*metric, axis, html);
   };
-  if (!tested.empty()) ComparisonTable("", titles, rows, html);
+  if (!tested.empty()) ScrollingTable({{"class", "sortable comparison"}, {"id", ""}}, titles, rows, html);
   EqualMetrics(equal, html);
 }
 

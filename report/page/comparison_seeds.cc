@@ -4,11 +4,10 @@
 #include <functional>
 #include <map>
 
-#include "base/plural.h"
+#include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/comparison_sections.h"
 #include "report/page/page.h"
-#include "report/page/strip.h"
 
 namespace evalbus::report {
 namespace {
@@ -20,13 +19,6 @@ StripCell CellOf(const results::PairedEpisode& episode, const std::string& run, 
           .title = fmt::format("{}, episode {}, seed {}: {}", run, episode.episode, seed,
                                end_reason::Outcome(episode.failure_reason)),
           .url = url};
-}
-
-void LegendKey(const char* css_class, const std::string& text, Markup* html) {
-  html->Element("span", {{"class", "key"}}, [&] {
-    html->Element("i", {{"class", css_class}}, "");
-    html->Text(text);
-  });
 }
 
 void SeedsStrip(const ComparisonPageParts& parts, const results::Comparison& comparison,
@@ -148,22 +140,17 @@ void FlippedRow(const ComparisonPageParts& parts, const results::Comparison& com
 void FlippedTable(const ComparisonPageParts& parts, const results::Comparison& comparison,
                   const results::TaskComparison& task, const std::vector<results::ComparedPair>& flipped,
                   Markup* html) {
-  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-    html->Element("table", {{"class", "sortable"}}, [&] {
-      html->Element("thead", {}, [&] {
-        html->Element("tr", {}, [&] {
-          html->Element("th", {{"class", "number"}}, "episode");
-          html->Element("th", {}, "failed");
-          html->Element("th", {}, "why");
-          html->Element("th", {{"class", "unsorted files"}}, "videos");
-          html->Element("th", {{"class", "number"}}, "seed");
-        });
-      });
-      html->Element("tbody", {}, [&] {
-        for (const results::ComparedPair& pair : flipped) FlippedRow(parts, comparison, task, pair, html);
-      });
-    });
-  });
+  const auto titles = [&] {
+    html->Element("th", {{"class", "number"}}, "episode");
+    html->Element("th", {}, "failed");
+    html->Element("th", {}, "why");
+    html->Element("th", {{"class", "unsorted files"}}, "videos");
+    html->Element("th", {{"class", "number"}}, "seed");
+  };
+  const auto rows = [&] {
+    for (const results::ComparedPair& pair : flipped) FlippedRow(parts, comparison, task, pair, html);
+  };
+  ScrollingTable({{"class", "sortable"}}, titles, rows, html);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "base/plural.h"
+#include "base/text.h"
 #include "report/page/report_sections.h"
 
 namespace evalbus::report {

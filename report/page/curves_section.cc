@@ -3,8 +3,7 @@
 #include <algorithm>
 
 #include "lcmtypes/end_reason.h"
-#include "report/page/folded.h"
-#include "report/page/report_numbers.h"
+#include "report/page/page.h"
 #include "report/page/report_sections.h"
 
 namespace evalbus::report {

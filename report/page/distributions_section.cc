@@ -6,9 +6,7 @@
 
 #include "base/text.h"
 #include "lcmtypes/metric_catalog.h"
-#include "report/page/folded.h"
 #include "report/page/page.h"
-#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
 
@@ -98,9 +96,8 @@ void Constants(const std::vector<Distribution>& constant, Markup* html) {
     html->Text("Equal in all complete episodes that have the value: ");
     for (size_t i = 0; i < constant.size(); ++i) {
       const MetricNumber& number = constant[i].number;
-      const std::string& unit = constant[i].figure.unit;
       html->Text((i == 0 ? "" : ", ") + number.label() + " ");
-      html->Text(Number(constant[i].low * number.scale()) + (unit.empty() ? "" : " " + unit));
+      html->Text(WithUnit(Number(constant[i].low * number.scale()), constant[i].figure.unit));
     }
     html->Text(".");
   });
@@ -160,17 +157,12 @@ void StatisticsTable(const RunSection& section) {
       html->Element("th", {{"class", "number"}, {"data-statistic", statistic.name}}, Words(statistic.name));
     }
   };
-  const auto table = [&] {
-    html->Element("thead", {}, [&] { html->Element("tr", {}, titles); });
-    html->Element("tbody", {}, [&] {
-      for (const metrics::MetricSummary& metric : metrics) StatisticsRow(metric, html);
-    });
+  const auto rows = [&] {
+    for (const metrics::MetricSummary& metric : metrics) StatisticsRow(metric, html);
   };
   html->Element("details", {}, [&] {
     html->Element("summary", {}, fmt::format("All {} metrics in numbers", metrics.size()));
-    html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-      html->Element("table", {{"class", "sortable"}, {"id", section.id + "statistics"}}, table);
-    });
+    ScrollingTable({{"class", "sortable"}, {"id", section.id + "statistics"}}, titles, rows, html);
   });
 }
 

@@ -7,7 +7,6 @@
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/page.h"
-#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
 #include "results/summary_table.h"
@@ -133,20 +132,16 @@ void WriteEpisodes(const RunSection& section) {
   const bool explained = std::ranges::any_of(run.run.episodes, HasReason);
   const bool noted =
       std::ranges::any_of(run.run.episodes, [](const auto& episode) { return !episode.note.empty(); });
-  const auto table = [&] {
-    html->Element("thead", {}, [&] { html->Element("tr", {}, [&] { Titles(explained, noted, html); }); });
-    html->Element("tbody", {}, [&] {
-      for (size_t i = 0; i < run.run.episodes.size(); ++i) {
-        EpisodeRow(section, i, explained, noted, drawn.contains(run.run.episodes[i].episode));
-      }
-    });
+  const auto rows = [&] {
+    for (size_t i = 0; i < run.run.episodes.size(); ++i)
+      EpisodeRow(section, i, explained, noted, drawn.contains(run.run.episodes[i].episode));
   };
   html->Element("section", {}, [&] {
     html->Element(section.heading, {{"id", section.id + "episodes"}}, "Episodes");
     OnlyFailures(section);
-    html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-      html->Element("table", {{"class", "sortable episodes"}, {"id", section.id + "episode-table"}}, table);
-    });
+    ScrollingTable(
+        {{"class", "sortable episodes"}, {"id", section.id + "episode-table"}},
+        [&] { Titles(explained, noted, html); }, rows, html);
     html->Element(
         "p", {{"class", "note"}},
         "Collisions are contacts with the scene + contacts of the robot with itself; contacts with the "

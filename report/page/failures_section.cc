@@ -2,10 +2,9 @@
 
 #include <algorithm>
 
-#include "base/plural.h"
+#include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/page.h"
-#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 
 namespace evalbus::report {

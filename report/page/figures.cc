@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-#include "base/percent.h"
+#include "base/text.h"
 #include "report/page/page.h"
 #include "report/page/scale.h"
 
@@ -25,10 +25,6 @@ std::string Px(double pixels) {
 }
 
 std::string CssPercent(double share) { return fmt::format("{:.2f}%", std::clamp(share, 0.0, 1.0) * 100); }
-
-std::string WithUnit(const std::string& number, const std::string& unit) {
-  return unit.empty() ? number : number + " " + unit;
-}
 
 // Formats the label of an axis tick, with as many decimals as the tick step.
 std::string TickLabel(double value, double step) {

@@ -1,6 +1,6 @@
-#include "report/page/folded.h"
-
 #include <fmt/format.h>
+
+#include "report/page/page.h"
 
 namespace evalbus::report {
 

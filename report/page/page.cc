@@ -108,4 +108,21 @@ void NumberCell(double value, const std::string& text, Markup* html) {
 }
 void NumberCell(double value, Markup* html) { NumberCell(value, Number(value), html); }
 
+void ScrollingTable(Markup::Attributes attributes, const std::function<void()>& titles,
+                    const std::function<void()>& rows, Markup* html) {
+  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
+    html->Element("table", attributes, [&] {
+      html->Element("thead", {}, [&] { html->Element("tr", {}, titles); });
+      html->Element("tbody", {}, rows);
+    });
+  });
+}
+
+void LegendKey(const char* css_class, const std::string& text, Markup* html) {
+  html->Element("span", {{"class", "key"}}, [&] {
+    html->Element("i", {{"class", css_class}}, "");
+    html->Text(text);
+  });
+}
+
 }  // namespace evalbus::report

@@ -54,4 +54,35 @@ void Data(double value, Markup* html);
 void NumberCell(double value, const std::string& text, Markup* html);
 void NumberCell(double value, Markup* html);
 
+// Writes a table that scrolls sideways if it is wider than the page. titles: writes the cells of the head.
+// rows: writes the rows of the body.
+void ScrollingTable(Markup::Attributes attributes, const std::function<void()>& titles,
+                    const std::function<void()>& rows, Markup* html);
+
+// Writes the meaning of a color in a figure's legend.
+void LegendKey(const char* css_class, const std::string& text, Markup* html);
+
+// A square of a row of squares, one per episode or per pair of episodes.
+struct StripCell {
+  // CSS class: "good", "bad" or "incomplete"; see Outcome() in report_sections.h.
+  std::string css_class;
+  std::string text;   // a few characters in the square
+  std::string title;  // tooltip of the square
+  std::string url;
+};
+
+// Writes the columns from left to right, each with its cells from top to bottom. All columns must have the
+// same number of cells. If there are more than 200 columns, neighbors are combined, and the filled part of a
+// square shows their share of successes. The strip is hidden from assistive technology, which uses the table
+// of episodes instead.
+void WriteStrip(const std::vector<std::vector<StripCell>>& columns, Markup* html);
+
+// Returns the number of neighbors that a square combines; 1 for up to 200 columns.
+size_t ColumnsPerSquare(size_t columns);
+
+// Shows the first `shown` figures in an element of class css_class. The others are in an expandable element
+// with the label `what`; if there are at most two others, all are shown.
+void Folded(const std::vector<std::function<void()>>& figures, size_t shown, const std::string& what,
+            const char* css_class, Markup* html);
+
 }  // namespace evalbus::report

@@ -8,8 +8,7 @@
 #include <numeric>
 #include <set>
 
-#include "base/percent.h"
-#include "base/plural.h"
+#include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/figures.h"
 #include "report/page/page_check.h"
@@ -89,10 +88,6 @@ void PolicyRow(const PlanReport& report, size_t rank, size_t policy, Markup* htm
   });
 }
 
-void PolicyTitles(const PlanReport& report, Markup* html) {
-  for (const std::string& policy : report.policies) html->Element("th", {{"class", "number"}}, policy);
-}
-
 // Writes a task's name, with possible line breaks after "_" and "/".
 void TaskTitle(const std::string& task, Markup* html) {
   html->Element("th", {{"class", "number"}}, [&] {
@@ -109,24 +104,19 @@ void Rates(const PlanReport& report, Markup* html) {
   // The narrow style lets eight tasks fit on a page.
   const char* const kind = report.tasks.size() > 4 ? "sortable stacked narrow" : "sortable stacked";
   html->Element("h2", {{"id", "success"}}, "Success");
-  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-    html->Element("table", {{"class", kind}, {"id", "rates"}}, [&] {
-      html->Element("thead", {}, [&] {
-        html->Element("tr", {}, [&] {
-          html->Element("th", {{"class", "number"}}, "rank");
-          html->Element("th", {}, "policy");
-          html->Element("th", {{"class", "number"}}, "all");
-          html->Element("th", {}, "against " + report.baseline);
-          for (const PlanRow& task : report.tasks) TaskTitle(task.name, html);
-          if (report.tasks.size() > 1) html->Element("th", {{"class", "number"}}, "mean of tasks");
-        });
-      });
-      html->Element("tbody", {}, [&] {
-        size_t rank = 0;
-        for (const size_t policy : ByRank(report)) PolicyRow(report, ++rank, policy, html);
-      });
-    });
-  });
+  const auto titles = [&] {
+    html->Element("th", {{"class", "number"}}, "rank");
+    html->Element("th", {}, "policy");
+    html->Element("th", {{"class", "number"}}, "all");
+    html->Element("th", {}, "against " + report.baseline);
+    for (const PlanRow& task : report.tasks) TaskTitle(task.name, html);
+    if (report.tasks.size() > 1) html->Element("th", {{"class", "number"}}, "mean of tasks");
+  };
+  const auto rows = [&] {
+    size_t rank = 0;
+    for (const size_t policy : ByRank(report)) PolicyRow(report, ++rank, policy, html);
+  };
+  ScrollingTable({{"class", kind}, {"id", "rates"}}, titles, rows, html);
   std::string note =
       "Share of the complete episodes that succeeded, with its 95 % interval (Wilson). A rate links to its "
       "run. An episode links to its playback in 3D: the first failure or, if no failure can be played, the "
@@ -156,38 +146,31 @@ void Failures(const PlanReport& report, Markup* html) {
   }
   if (reasons.empty()) return;
   html->Element("h2", {{"id", "failures"}}, "Failure reasons");
-  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-    html->Element("table", {{"class", "sortable"}}, [&] {
-      html->Element("thead", {}, [&] {
-        html->Element("tr", {}, [&] {
-          html->Element("th", {}, "episodes that failed with");
-          PolicyTitles(report, html);
-        });
-      });
-      html->Element("tbody", {}, [&] {
-        for (const std::string& reason : reasons) {
-          html->Element("tr", {}, [&] {
-            html->Element("th", {{"scope", "row"}}, end_reason::Text(reason));
-            for (size_t policy = 0; policy < report.all.cells.size(); ++policy) {
-              double count = 0;
-              for (const auto& [name, number] : report.all.cells[policy].summary.failure_reasons)
-                count += name == reason ? number : 0;
-              const auto& episodes = report.failed_episodes[policy];
-              const auto episode = episodes.find(reason);
-              if (episode == episodes.end()) {
-                NumberCell(count, fmt::format("{:.0f}", count), html);
-                continue;
-              }
-              html->Element("td", {{"class", "number"}}, [&] {
-                html->Element("a", {{"href", episode->second}, {"title", "one of them in 3D"}},
-                              [&] { Data(count, fmt::format("{:.0f}", count), html); });
-              });
-            }
-          });
-        }
-      });
+  const auto titles = [&] {
+    html->Element("th", {}, "episodes that failed with");
+    for (const std::string& policy : report.policies) html->Element("th", {{"class", "number"}}, policy);
+  };
+  const auto cell = [&](size_t policy, const std::string& reason) {
+    double count = 0;
+    for (const auto& [name, number] : report.all.cells[policy].summary.failure_reasons)
+      count += name == reason ? number : 0;
+    const auto& episodes = report.failed_episodes[policy];
+    const auto episode = episodes.find(reason);
+    if (episode == episodes.end()) return NumberCell(count, fmt::format("{:.0f}", count), html);
+    html->Element("td", {{"class", "number"}}, [&] {
+      html->Element("a", {{"href", episode->second}, {"title", "one of them in 3D"}},
+                    [&] { Data(count, fmt::format("{:.0f}", count), html); });
     });
-  });
+  };
+  const auto rows = [&] {
+    for (const std::string& reason : reasons) {
+      html->Element("tr", {}, [&] {
+        html->Element("th", {{"scope", "row"}}, end_reason::Text(reason));
+        for (size_t policy = 0; policy < report.all.cells.size(); ++policy) cell(policy, reason);
+      });
+    }
+  };
+  ScrollingTable({{"class", "sortable"}}, titles, rows, html);
 }
 
 // Returns the number of judged episodes of each policy and task, for example "20 episodes each". A plan can

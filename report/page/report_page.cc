@@ -4,9 +4,7 @@
 
 #include <cmath>
 
-#include "base/percent.h"
-#include "base/plural.h"
-#include "report/page/report_numbers.h"
+#include "base/text.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
 
@@ -60,17 +58,13 @@ void SuiteRow(const ReportRun& run, const std::string& id, Markup* html) {
 }
 
 void SuiteTable(const Report& report, Markup* html) {
-  const auto table = [&] {
-    html->Element("thead", {}, [&] { html->Element("tr", {}, [&] { SuiteTitles(html); }); });
-    html->Element("tbody", {}, [&] {
-      for (size_t i = 0; i < report.runs.size(); ++i) {
-        html->Element("tr", {}, [&] { SuiteRow(report.runs[i], Id(i), html); });
-      }
-    });
+  const auto rows = [&] {
+    for (size_t i = 0; i < report.runs.size(); ++i) {
+      html->Element("tr", {}, [&] { SuiteRow(report.runs[i], Id(i), html); });
+    }
   };
-  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
-    html->Element("table", {{"class", "sortable"}, {"id", "suite"}}, table);
-  });
+  ScrollingTable(
+      {{"class", "sortable"}, {"id", "suite"}}, [&] { SuiteTitles(html); }, rows, html);
   html->Element(
       "p", {{"class", "note"}},
       "Progress, slips and collisions are means over complete episodes; time over those that succeeded.");

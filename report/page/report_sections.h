@@ -1,6 +1,7 @@
-// Functions that write the sections of a run's report.
+// Functions that write the sections of a run's report, and that several of them use to derive values.
 #pragma once
 
+#include <initializer_list>
 #include <string>
 
 #include "report/page/markup.h"
@@ -23,6 +24,22 @@ struct RunSection {
 inline std::string EpisodeId(const RunSection& section, const results::RecordedEpisode& episode) {
   return section.id + "episode-" + std::to_string(episode.episode);
 }
+
+// Returns NaN if the episode does not have the metric.
+double ValueOf(const results::RecordedEpisode& episode, const std::string& metric);
+// Returns the first of these metrics that the episode has. Robots with one arm and with two arms have
+// different metric names.
+double FirstOf(const results::RecordedEpisode& episode, std::initializer_list<const char*> metrics);
+
+// Returns NaN if no episode has the metric.
+double MeanOf(const ReportRun& run, const std::string& metric);
+
+// Returns the sentence that explains how the episode ended: its cause or, in runs of older versions, its
+// explanation.
+const std::string& WhyOf(const results::RecordedEpisode& episode);
+
+// Returns the CSS class of an episode's outcome: "good", "bad" or "incomplete".
+const char* Outcome(const results::RecordedEpisode& episode);
 
 // Writes sentences on success rate, failures and exclusions, the main numbers, and one square per episode.
 void WriteSummary(const RunSection& section);

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/percent.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "report/page/page.h"

@@ -1,9 +1,9 @@
-#include "report/page/strip.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <span>
+
+#include "report/page/page.h"
 
 namespace evalbus::report {
 namespace {

@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/percent.h"
-#include "base/plural.h"
+#include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
 #include "report/page/page.h"
-#include "report/page/report_numbers.h"
 #include "report/page/report_sections.h"
 #include "report/page/scale.h"
-#include "report/page/strip.h"
 #include "results/pacing.h"
 #include "results/summary_table.h"
 
@@ -142,16 +139,10 @@ void Strip(const RunSection& section) {
                         .url = "#" + EpisodeId(section, episode)}});
   }
   WriteStrip(columns, html);
-  const auto key = [&](const char* css_class, const std::string& text) {
-    html->Element("span", {{"class", "key"}}, [&] {
-      html->Element("i", {{"class", css_class}}, "");
-      html->Text(text);
-    });
-  };
   html->Element("p", {{"class", "legend"}}, [&] {
-    key("good", "success");
-    key("bad", "no success");
-    if (run.summary.complete < run.summary.episodes) key("incomplete", "not complete");
+    LegendKey("good", "success", html);
+    LegendKey("bad", "no success", html);
+    if (run.summary.complete < run.summary.episodes) LegendKey("incomplete", "not complete", html);
     if (const size_t size = ColumnsPerSquare(columns.size()); size > 1) {
       html->Text(fmt::format("{} episodes per square", size));
     }

@@ -14,8 +14,8 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "bus/host.h"
 #include "report/page/page.h"
 #include "report/run_follower.h"

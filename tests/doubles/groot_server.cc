@@ -8,8 +8,7 @@
 #include <stdexcept>
 #include <zmq.hpp>
 
-#include "policy_bridge/wire/groot_codec.h"
-#include "policy_bridge/wire/json_numpy.h"
+#include "policy_bridge/wire/codecs.h"
 
 namespace evalbus::doubles {
 

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "base/overloaded.h"
-#include "policy_bridge/wire/msgpack_codec.h"
+#include "policy_bridge/wire/codecs.h"
 
 namespace evalbus::policy {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "policy_bridge/wire/groot_codec.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "tests/fuzz/fuzz_target.h"
 

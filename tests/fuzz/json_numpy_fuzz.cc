@@ -1,7 +1,7 @@
 // Decodes any text as JSON with arrays. Encoding and decoding a decoded value again does not change it.
 #include <cstdlib>
 
-#include "policy_bridge/wire/json_numpy.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "tests/fuzz/fuzz_target.h"
 

@@ -2,7 +2,7 @@
 // change it.
 #include <cstdlib>
 
-#include "policy_bridge/wire/msgpack_codec.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "tests/fuzz/fuzz_target.h"
 

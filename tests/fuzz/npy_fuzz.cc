@@ -1,7 +1,7 @@
 // Reads any bytes as a .npy file. Writing and reading the array again does not change it.
 #include <cstdlib>
 
-#include "policy_bridge/wire/npy.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "tests/fuzz/fuzz_target.h"
 

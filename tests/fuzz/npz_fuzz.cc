@@ -2,7 +2,7 @@
 #include <cstdlib>
 
 #include "base/errors.h"
-#include "policy_bridge/wire/npy.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "runner/trajectory_table.h"
 #include "tests/fuzz/fuzz_target.h"

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "base/errors.h"
-#include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "lcmtypes/clock.h"
 #include "models/physics_model.h"
 

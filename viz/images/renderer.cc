@@ -7,13 +7,14 @@
 #include <list>
 #include <mutex>
 
+#include "base/environment_choice.h"
 #include "base/errors.h"
 #include "base/suggestion.h"
 #include "models/mujoco_errors.h"
 #include "models/randomized_model.h"
 #include "models/task_description.h"
 #include "viz/images/painter/gl_context.h"
-#include "viz/images/painter/mujoco_painter.h"
+#include "viz/images/painter/gl_functions.h"
 #include "viz/images/painter/scene_painter.h"
 
 namespace evalbus::viz {
@@ -82,7 +83,32 @@ void HalveRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom,
   }
 }
 
+// Draws with MuJoCo's mjr_render into the lower left corner of MuJoCo's offscreen buffer. The buffer must be
+// large enough for the image.
+class MujocoPainter : public Painter {
+ public:
+  // context: created by mjr_makeContext. Throws EnvironmentError if OpenGL has no glReadPixels.
+  explicit MujocoPainter(const mjrContext& context) : context_(context) {}
+
+  bool Supports(const mjvScene&) const override { return true; }
+  std::unique_ptr<PaintedImage> NewImage(int width, int height) const override {
+    return std::make_unique<PaintedImage>(width, height);
+  }
+  Part Paint(const mjvScene& scene, PaintedImage* image) override {
+    // MuJoCo 2.2 takes a non-const scene, because it stores the order of transparent geoms there.
+    mjr_render({0, 0, image->width, image->height}, const_cast<mjvScene*>(&scene), &context_);
+    read_pixels_(0, 0, image->width, image->height, GL_RGBA, GL_UNSIGNED_BYTE, image->rgba.data());
+    return {0, 0, image->width, image->height};
+  }
+
+ private:
+  const mjrContext& context_;
+  decltype(glReadPixels)* const read_pixels_ = FindGl<decltype(glReadPixels)>("glReadPixels");
+};
+
 }  // namespace
+
+bool MujocoPaints() { return EnvironmentSelects("EVALBUS_PAINTER", "mujoco", "evalbus"); }
 
 int FindCamera(const mjModel& model, const std::string& name) {
   const int camera = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());

@@ -23,12 +23,6 @@ constexpr double kCollisionShown = 0.5, kSlipShown = 1.0;
 // Metrics of distance, effort and smoothness.
 constexpr const char* kCurves[] = {"cartesian_path_length", "extended.mechanical_work_J", "cartesian_jerk"};
 
-std::string WithUnit(const MetricInfo& metric, double value) {
-  std::string text = ShownValue(metric, value);
-  if (!metric.shown_unit.empty()) text += fmt::format(" {}", metric.shown_unit);
-  return text;
-}
-
 void AddCurves(const EpisodeMessages& episode, VideoFacts* facts) {
   for (const partial_metrics_t& partial : episode.partials) {
     facts->time_s.push_back(Seconds(partial.header.sim_time_us));
@@ -222,7 +216,7 @@ VideoFacts FactsOf(const EpisodeMessages& episode, const std::vector<size_t>& sc
     facts.stages = StageRows(*metrics, *extended);
     for (StageRow& stage : facts.stages) stage.name = Words(stage.name);
     for (const ScoreRow& row : FirstRows(*metrics, *extended)) {
-      facts.numbers.emplace_back(row.label, WithUnit(*row.metric, row.value()));
+      facts.numbers.emplace_back(row.label, ShownWithUnit(*row.metric, row.value()));
     }
   }
   AddMarks(episode, &facts);

@@ -13,7 +13,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <initializer_list>
+#include <iterator>
+#include <sstream>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -34,65 +36,34 @@ constexpr int kLoopRate = 10;
 
 // Uses a single thread, and no metadata with version or date, so that equal frames give equal bytes.
 std::vector<std::string> Command(FrameSize size, int frames_per_second, const std::string& ending) {
-  std::vector<std::string> command = {"ffmpeg",
-                                      "-nostdin",
-                                      "-loglevel",
-                                      "error",
-                                      "-y",
-                                      "-f",
-                                      "rawvideo",
-                                      "-pixel_format",
-                                      "bgr0",
-                                      "-video_size",
-                                      fmt::format("{}x{}", size.width, size.height),
-                                      "-framerate",
-                                      std::to_string(frames_per_second),
-                                      "-i",
-                                      "pipe:0"};
-  const auto add = [&command](std::initializer_list<std::string> words) {
-    command.insert(command.end(), words);
-  };
+  std::string command = fmt::format(
+      "ffmpeg -nostdin -loglevel error -y -f rawvideo -pixel_format bgr0 -video_size {}x{} -framerate {} -i "
+      "pipe:0",
+      size.width, size.height, frames_per_second);
   if (ending == ".gif") {
     // A palette of 256 colors is computed for this video. Ordered dithering is used, because it does not
     // change where nothing moves, which keeps the file small.
-    add({"-vf",
-         fmt::format("fps={},split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=bayer:"
-                     "bayer_scale=5:diff_mode=rectangle",
-                     kLoopRate),
-         "-loop", "0", "-f", "gif"});
+    command += fmt::format(
+        " -vf "
+        "fps={},split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=bayer:bayer_scale=5:"
+        "diff_mode=rectangle -loop 0 -f gif",
+        kLoopRate);
   } else if (ending == ".webp") {
-    add({"-vf", fmt::format("fps={}", kLoopRate), "-pix_fmt", "yuv420p", "-c:v", "libwebp_anim", "-quality",
-         "60", "-loop", "0", "-f", "webp"});
+    command +=
+        fmt::format(" -vf fps={} -pix_fmt yuv420p -c:v libwebp_anim -quality 60 -loop 0 -f webp", kLoopRate);
   } else {
     // There is one fragment per second, so that a truncated video plays up to its last complete fragment.
     // Colors are BT.709 and tagged as BT.709.
-    add({"-vf",
-         "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact",
-         "-pix_fmt",
-         "yuv420p",
-         "-c:v",
-         "libx264",
-         "-preset",
-         "veryfast",
-         "-crf",
-         "20",
-         "-g",
-         std::to_string(frames_per_second),
-         "-colorspace",
-         "bt709",
-         "-color_primaries",
-         "bt709",
-         "-color_trc",
-         "bt709",
-         "-color_range",
-         "tv",
-         "-movflags",
-         "frag_keyframe+empty_moov+default_base_moof",
-         "-f",
-         "mp4"});
+    command += fmt::format(
+        " -vf scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact -pix_fmt yuv420p -c:v "
+        "libx264 -preset veryfast -crf 20 -g {} -colorspace bt709 -color_primaries bt709 -color_trc bt709 "
+        "-color_range tv -movflags frag_keyframe+empty_moov+default_base_moof -f mp4",
+        frames_per_second);
   }
-  add({"-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1", "pipe:1"});
-  return command;
+  command += " -threads 1 -fflags +bitexact -flags:v +bitexact -map_metadata -1 pipe:1";
+  std::istringstream words(command);
+  using Word = std::istream_iterator<std::string>;
+  return std::vector<std::string>(Word(words), Word());
 }
 
 }  // namespace

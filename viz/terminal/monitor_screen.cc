@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "base/percent.h"
 #include "base/text.h"
 #include "bus/channels.h"
 #include "bus/log.h"

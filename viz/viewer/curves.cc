@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "base/text.h"
-#include "lcmtypes/unavailable.h"
+#include "lcmtypes/source.h"
 
 namespace evalbus::viz {
 namespace {

@@ -6,10 +6,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/percent.h"
 #include "base/text.h"
 #include "lcmtypes/extended_value.h"
-#include "lcmtypes/unavailable.h"
+#include "lcmtypes/source.h"
 
 namespace evalbus::viz {
 namespace {

@@ -1,8 +1,8 @@
-#include "base/percent.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "base/text.h"
 
 namespace evalbus::percent_test {
 

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "metrics/statistics/confidence_sequence.h"
-#include "metrics/statistics/wilson.h"
+#include "metrics/statistics/interval.h"
 #include "tests/unit/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
 

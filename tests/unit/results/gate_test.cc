@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "results/gate_text.h"
 #include "tests/unit/results/compare_fixture.h"
 
 namespace evalbus::results::gate_test {

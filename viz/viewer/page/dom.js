@@ -88,18 +88,18 @@ Evalbus.plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 
 Evalbus.seconds = (value) => (value === null || !Number.isFinite(value) ? "–" : `${value.toFixed(2)} s`);
 
-// Formats a share as in base/percent.h: whole percents, halves up. 1e-9 is added, because k / n may be up to 1e-16 below the
+// Formats a share as in base/text.h: whole percents, halves up. 1e-9 is added, because k / n may be up to 1e-16 below the
 // exact share.
 Evalbus.percent = (share) => (Number.isFinite(share) ? `${Math.floor(100 * share + 0.5 + 1e-9)} %` : "–");
 
-// Formats a difference as PercentagePoints in base/percent.h does: halves away from zero, "+" before differences above zero.
+// Formats a difference as PercentagePoints in base/text.h does: halves away from zero, "+" before differences above zero.
 Evalbus.points = (share, decimals = 0) => {
   const scale = 10 ** decimals;
   const size = Math.floor(100 * scale * Math.abs(share) + 0.5 + 1e-9) / scale;
   return `${size === 0 ? "" : share > 0 ? "+" : "−"}${size.toFixed(decimals)}`;
 };
 
-// Number of decimals for a difference of rates, as PointDecimals in base/percent.h returns it: 1 if whole points would contradict
+// Number of decimals for a difference of rates, as PointDecimals in base/text.h returns it: 1 if whole points would contradict
 // the rates in whole percents.
 Evalbus.pointDecimals = (difference, rate, other) => {
   const whole = (share) => Math.floor(100 * share + 0.5 + 1e-9);

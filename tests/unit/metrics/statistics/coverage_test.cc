@@ -9,11 +9,11 @@
 #include <functional>
 #include <random>
 
+#include "metrics/statistics/exact_tests.h"
 #include "metrics/statistics/interval_of_mean.h"
-#include "metrics/statistics/mcnemar.h"
+#include "metrics/statistics/rank_tests.h"
 #include "metrics/statistics/run_statistics.h"
 #include "metrics/statistics/sequential_mcnemar.h"
-#include "metrics/statistics/wilcoxon.h"
 
 namespace evalbus::metrics::coverage_test {
 

@@ -4,8 +4,7 @@
 
 #include <cmath>
 
-#include "metrics/statistics/fisher.h"
-#include "metrics/statistics/mcnemar.h"
+#include "metrics/statistics/exact_tests.h"
 #include "metrics/statistics/sequential_mcnemar.h"
 
 namespace evalbus::metrics::power_test {

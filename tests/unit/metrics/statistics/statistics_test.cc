@@ -10,14 +10,11 @@
 #include "metrics/statistics/clopper_pearson.h"
 #include "metrics/statistics/confidence_sequence.h"
 #include "metrics/statistics/describe.h"
-#include "metrics/statistics/fisher.h"
+#include "metrics/statistics/exact_tests.h"
 #include "metrics/statistics/holm.h"
+#include "metrics/statistics/interval.h"
 #include "metrics/statistics/interval_of_mean.h"
-#include "metrics/statistics/mann_whitney.h"
-#include "metrics/statistics/mcnemar.h"
-#include "metrics/statistics/newcombe.h"
-#include "metrics/statistics/wilcoxon.h"
-#include "metrics/statistics/wilson.h"
+#include "metrics/statistics/rank_tests.h"
 
 namespace evalbus::metrics::statistics_test {
 

@@ -4,7 +4,7 @@
 
 #include "base/errors.h"
 #include "policy_bridge/wire/clients.h"
-#include "policy_bridge/wire/groot_codec.h"
+#include "policy_bridge/wire/codecs.h"
 #include "tests/doubles/groot_server.h"
 #include "tests/doubles/rest_server.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"

@@ -1,8 +1,6 @@
-#include "policy_bridge/wire/groot_codec.h"
-
 #include <gtest/gtest.h>
 
-#include "policy_bridge/wire/npy.h"
+#include "policy_bridge/wire/codecs.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
 namespace evalbus::policy::groot_codec_test {

@@ -1,10 +1,9 @@
-#include "policy_bridge/wire/json_numpy.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/errors.h"
+#include "policy_bridge/wire/codecs.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
 namespace evalbus::policy::json_numpy_test {

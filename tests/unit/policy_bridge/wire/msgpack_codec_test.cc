@@ -1,9 +1,8 @@
-#include "policy_bridge/wire/msgpack_codec.h"
-
 #include <gmock/gmock.h>
 
 #include <limits>
 
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/policy_client.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/policy_bridge/wire/hex.h"

@@ -1,7 +1,6 @@
-#include "policy_bridge/wire/npy.h"
-
 #include <gtest/gtest.h>
 
+#include "policy_bridge/wire/codecs.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
 namespace evalbus::policy::npy_test {

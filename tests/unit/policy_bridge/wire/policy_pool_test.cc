@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "base/errors.h"
-#include "policy_bridge/wire/msgpack_codec.h"
+#include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/zeromq.h"
 #include "tests/doubles/groot_server.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"

@@ -1,5 +1,3 @@
-#include "policy_bridge/wire/resolve.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <memory>
 #include <mutex>
 
+#include "policy_bridge/wire/url.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
 namespace evalbus::policy::resolve_test {

@@ -2,7 +2,7 @@
 
 #include "base/errors.h"
 #include "policy_bridge/wire/clients.h"
-#include "policy_bridge/wire/json_numpy.h"
+#include "policy_bridge/wire/codecs.h"
 #include "tests/doubles/rest_server.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 

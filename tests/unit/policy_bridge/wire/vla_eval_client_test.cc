@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "policy_bridge/wire/clients.h"
-#include "policy_bridge/wire/msgpack_codec.h"
+#include "policy_bridge/wire/codecs.h"
 #include "tests/doubles/policy_server.h"
 #include "tests/unit/policy_bridge/wire/double_client.h"
 #include "tests/unit/policy_bridge/wire/hex.h"

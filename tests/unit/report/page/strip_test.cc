@@ -1,6 +1,6 @@
-#include "report/page/strip.h"
-
 #include <gmock/gmock.h>
+
+#include "report/page/page.h"
 
 namespace evalbus::report::strip_test {
 

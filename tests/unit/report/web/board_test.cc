@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "metrics/statistics/confidence_sequence.h"
-#include "metrics/statistics/wilson.h"
+#include "metrics/statistics/interval.h"
 #include "results/comparison.h"
 #include "tests/unit/results/compare_fixture.h"
 #include "viz/viewer/block.h"

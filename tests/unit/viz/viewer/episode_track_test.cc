@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "lcmtypes/unavailable.h"
+#include "lcmtypes/source.h"
 #include "tests/unit/small_world.h"
 
 namespace evalbus::viz::episode_track_test {

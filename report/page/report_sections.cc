@@ -1,4 +1,4 @@
-#include "report/page/report_numbers.h"
+#include "report/page/report_sections.h"
 
 #include <cmath>
 #include <limits>
@@ -11,10 +11,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 
 double ValueOf(const results::RecordedEpisode& episode, const std::string& metric) {
-  for (const auto& [name, value] : episode.result.values) {
-    if (name == metric) return value;
-  }
-  return kNaN;
+  return episode.result.Find(metric).value_or(kNaN);
 }
 
 double FirstOf(const results::RecordedEpisode& episode, std::initializer_list<const char*> metrics) {
