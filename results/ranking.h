@@ -29,7 +29,7 @@ std::string RankingHeadline(const std::vector<RankedRun>& ranking);
 // Returns a table and a sentence that explains it, wrapped at `width`; empty for an empty ranking.
 std::string RankingText(const std::vector<RankedRun>& ranking, int width = std::numeric_limits<int>::max());
 inline constexpr char kRankingNote[] =
-    "Policies that share a letter are not shown to differ (all pairs tested, p adjusted by Holm, "
+    "Policies that share a letter are not shown to differ (all pairs tested, p adjusted with Holm's method, "
     "which is stricter than comparisons with the baseline only).";
 
 }  // namespace evalbus::results

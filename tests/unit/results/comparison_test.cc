@@ -672,7 +672,7 @@ TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   result.success.SetSequential(0.06, 0.12, false);
   EXPECT_EQ(result.success.judgment(), Judgment::kNone);
   EXPECT_THAT(Conclusion(result),
-              testing::EndsWith("McNemar valid at any look, adjusted by Bonferroni, p = 0.120."));
+              testing::EndsWith("McNemar valid at any look, adjusted with Bonferroni's method, p = 0.120."));
   // A plan may choose another level than 5 %.
   result.success.SetSequential(0.03, 0.06, true);
   EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
@@ -688,7 +688,7 @@ TEST_F(CompareTest, SeveralAreAdjusted) {
   // Every adjusted p is called adjusted, also the largest, which Holm leaves as it is.
   EXPECT_EQ(results[1].success.p_adjusted, results[1].success.p);
   for (const Comparison& result : results)
-    EXPECT_THAT(Evidence(result), testing::HasSubstr(", exact McNemar, adjusted by Holm, p = "));
+    EXPECT_THAT(Evidence(result), testing::HasSubstr(", exact McNemar, adjusted with Holm's method, p = "));
 }
 
 TEST_F(CompareTest, OnlyTheChosenMetrics) {
