@@ -16,10 +16,10 @@ struct RankedRun {
   std::string letters;
 };
 
-// Compares all pairs of runs, with p adjusted by Holm for all pairs. The probability that any two equal
-// policies are reported as different is therefore at most 5 %. The result is ordered by descending success.
-// It is empty for fewer than three policies, and if not all of them ran the same tasks. Throws InputError
-// whenever CompareRuns() does.
+// Compares all pairs of runs, with p adjusted with Holm's method for all pairs. The probability that any two
+// equal policies are reported as different is therefore at most 5 %. The result is ordered by descending
+// success. It is empty for fewer than three policies, and if not all of them ran the same tasks. Throws
+// InputError whenever CompareRuns() does.
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
 // Returns the order in one sentence, for example "a 90 % > b 56 % ≈ c 52 %; not shown to differ: b and c" or

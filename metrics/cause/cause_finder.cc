@@ -298,8 +298,8 @@ bool CauseFinder::IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& 
     if (!IsOfHold(*u.condition) || IsNegated(*u.condition) || !IsOf(u.condition->subject, object)) continue;
     const std::string& asked = u.condition->other;
     if (!IsAnyGripper(asked) && asked != config_.grippers[closing.gripper]) continue;
-    // If no gripper held the object at that time, it was lost before the handover, so this closing did not
-    // miss it.
+    // "other" stands for a handover. If no gripper held the object when this gripper closed, the object had
+    // been lost before the handover, so this gripper did not miss it.
     if (asked == "other" && !IsHeldAt(closing.tick, index)) continue;
     const bool by_any = asked == "any" || asked == "first";
     if (!HeldAfter(asked == "other" ? -1 : closing.tick, index, by_any ? -1 : closing.gripper)) return true;

@@ -297,7 +297,8 @@ void AddLog(const RunWatch& watch, bool spacious, std::vector<RankedLine>* scree
   if (warning != watch.log().rend()) add(*warning, 6);
 }
 
-// spacious: components, episodes and so on have a line each.
+// Returns the lines of the screen. spacious: each component and each recent episode has its own line, and the
+// last lines of the log are shown; otherwise these parts are shortened.
 std::vector<RankedLine> Screen(const RunWatch& watch, const std::string& url, int width, bool spacious,
                                SteadyTime now) {
   constexpr int kBlank = 8;

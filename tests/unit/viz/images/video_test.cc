@@ -1,4 +1,4 @@
-// Tests number, size and time of a video's frames, and errors.
+// Tests the number, the size and the timestamps of a video's frames, and error handling.
 #include "viz/images/video.h"
 
 #include <gtest/gtest.h>
