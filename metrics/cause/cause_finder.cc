@@ -323,7 +323,8 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
   }
 }
 
-// Whether a gripper of this arm held the object until at most kInterruption before this contact.
+// Whether a gripper of this arm held the object when this contact began, or until at most kInterruption
+// before.
 bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return config_.object_entity[hold.object] == touch.pair.entity &&
