@@ -488,7 +488,7 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
     gaps.Set(gap);
     return 0;
   }
-  // Keeps its memory.
+  // thread_local, so that its memory is reused.
   thread_local Expansion expansion;
   Penetration penetration;
   if (!expansion.Run(&first, &second, &penetration, &separation.direction)) return 0;
