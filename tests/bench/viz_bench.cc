@@ -141,7 +141,7 @@ void Frames(benchmark::State& state, const char* camera_name) {
     state.SetIterationTime(middle - begin);
   }
 
-  // Both must show the same scene, so the mean color of the middle third, which no overlay covers, is
+  // Both images must show the same scene, so the mean color of the middle third, which no overlay covers, is
   // compared.
   double mean[2] = {0, 0};
   for (int row = 160; row < 320; ++row) {

@@ -261,7 +261,7 @@ void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<Ran
 
 void AddRates(const RunWatch& watch, std::vector<RankedLine>* screen) {
   Line line = Heading("per second");
-  // These channels come first, in the order in which they are published within a tick. All others follow.
+  // These channels come first, in this order. All others follow.
   std::vector<std::string> names = {channels::kState.name,   channels::kContacts.name, channels::kAction.name,
                                     channels::kPartial.name, channels::kStatus.name,   channels::kModel.name};
   for (const auto& [name, channel] : watch.channels()) {
