@@ -25,7 +25,7 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
     std::cerr << "error: " << ParseErrorText(*app, error) << " (see --help)\n";
     return 1;
   } catch (const std::exception& error) {
-    // This error means that a file that an option names could not be read.
+    // The error means that a file that an option names could not be read.
     return ReportError(error);
   }
 }

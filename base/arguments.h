@@ -43,7 +43,8 @@ CLI::Option* AddList(CLI::App* app, const std::string& name, std::vector<Value>*
   return option;
 }
 
-// Adds --options FILE, which `evalbus run` passes to the processes of a run.
+// Adds the option --options FILE. When it is parsed, `read` is called with the name of the file. `evalbus
+// run` uses the option to pass run.json to the processes of a run.
 void AddOptionsFile(CLI::App* app, const std::function<void(const std::string& file)>& read);
 
 // Adds the options of a table, and --options FILE, which reads all of them from a JSON file (run.json of a

@@ -28,7 +28,7 @@ inline constexpr char kSummaryJson[] = "summary.json";
 // Summary of a collection of demonstrations.
 inline constexpr char kCollectJson[] = "collect.json";
 
-// The composed scene.
+// Folder of a run with the composed scene: the compiled models and its XML text.
 inline constexpr char kModelFolder[] = "model";
 inline constexpr char kPhysicsModel[] = "physics.mjb";
 inline constexpr char kVisualModel[] = "visual.mjb";

@@ -49,9 +49,9 @@ class Bus {
   // url: "memq://" (this process only) or "udpm://ADDRESS:PORT?ttl=0". A receive buffer of
   // kReceiveBufferBytes is requested unless the URL specifies one.
   //
-  // session: session of this process's run, as in MODEL. Every message with a session field is published with
-  // this value, and received only if it has this value. 0: messages are published unchanged, and all are
-  // received.
+  // session: session of this process's run, as in MODEL. Publish() sets this value in every message with a
+  // session field. Messages with another value are dropped, except on channels of a source, which does not
+  // know the session. 0: messages are published unchanged, and all are received.
   //
   // instance: as in STATUS. 0: each component draws its own instance.
   //
@@ -70,7 +70,8 @@ class Bus {
   // arrive within a second.
   void SelfCheck();
 
-  // Throws EnvironmentError if the message cannot be sent.
+  // Publish() and PublishRaw() throw EnvironmentError if the message cannot be sent. PublishRaw() does not
+  // set the session.
   template <class Message>
   void Publish(const Channel<Message>& channel, const std::type_identity_t<Message>& message) {
     Note(Trace::Event::kEncode, channel, {});
@@ -121,6 +122,7 @@ class Bus {
 
   // Handles one message if one arrives before the deadline. Returns false if no message arrived, after a
   // signal, or if wake_event() was set while no message was queued. Rethrows the exception of a handler.
+  // Throws EnvironmentError if receiving fails.
   bool Handle(SteadyTime deadline);
   // Handles one message that has already arrived. Returns false if there is none; does not wait.
   bool Handle() { return Handle(SteadyTime::min()); }
@@ -132,6 +134,7 @@ class Bus {
   // Bytes of the message that is being handled. Valid only inside its handler.
   std::span<const uint8_t> handled() const { return handled_; }
 
+  // Number of messages that could not be decoded, and of messages of which only some fragments arrived.
   int64_t decode_errors() const;
   // Number of dropped messages of other sessions.
   int64_t foreign_messages() const { return foreign_messages_; }

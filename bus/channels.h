@@ -42,9 +42,9 @@ inline constexpr std::string_view kSource = "source";
 
 enum class Recorded {
   kYes,
-  // Recorded once per tick; repeated messages are not recorded again.
+  // Published once per tick. A message that repeats the previous message on its channel is not recorded.
   kOncePerTick,
-  // Not recorded: diagnostic traffic that differs between identical runs.
+  // Not recorded, because the messages differ between identical runs, or follow from recorded messages.
   kNo,
 };
 
@@ -91,7 +91,7 @@ inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo}
 inline constexpr Channel<image_t> kSourceImage{"EVALBUS_SOURCE_IMAGE_", kSource, Recorded::kNo};
 inline constexpr Channel<image_t> kCameraImage{"EVALBUS_CAMERA_", "sim"};
 
-// All channels: first the channels of a tick in the order of publication, then the others.
+// All channels: first the channels with one message per tick, then the others.
 inline constexpr std::tuple kAll{
     kState,        kContacts,       kAction,       kPartial,     kRequestImage,    kObservation,
     kPolicyAction, kModel,          kEpisodeBegin, kEpisodeEnd,  kEpisodeSummary,  kRunSummary,

@@ -45,7 +45,7 @@ class Component {
   bool HasEntered(const episode_begin_t& begin) const;
   // Enters the episode. EPISODE_BEGIN is repeated until all components are ready. For the first
   // EPISODE_BEGIN, returns true; the component must then prepare the episode and call PublishReady(). For a
-  // repetition, returns false.
+  // repetition, publishes STATUS and returns false.
   bool EnterEpisode(const episode_begin_t& begin);
   void PublishReady();
   // True if a message with this header belongs to the current episode and IsPlausible(). Otherwise counts the

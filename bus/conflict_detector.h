@@ -16,7 +16,7 @@ class ConflictDetector {
  public:
   enum class Answer { kNew, kRepeated, kConflicting };
 
-  // Begins an episode and forgets the previous one.
+  // Begins an episode and discards the messages of the previous one.
   void Start() {
     received_.clear();
     conflict_.clear();

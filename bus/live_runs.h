@@ -23,8 +23,9 @@ struct LiveRun {
 // Option of a replay's metrics process that names the replayed folder or log. Only this file reads it.
 inline constexpr char kReplayOption[] = "--replay";
 
-// Returns one entry per bus, found through the command lines and environments of the component processes that
-// this user has started. Observers are not listed.
+// Returns one entry per bus, found through the command lines and environments of this user's component
+// processes. Buses with the same URL in this and in another network namespace are two entries. Observers are
+// not listed.
 std::vector<LiveRun> FindLiveRuns(const std::filesystem::path& proc = "/proc");
 
 // Returns the runs whose folder is this run folder, log or suite.

@@ -12,7 +12,7 @@
 #include "collision/pair_filter.h"
 #include "collision/penetration.h"
 
-// Only this file includes FCL's headers, which take long to compile.
+// In the libraries, only this file includes FCL's headers, which take long to compile.
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
@@ -99,7 +99,7 @@ Shape::Kind KindOf(int mujoco_type, const std::string& who) {
   }
 }
 
-// Corners and faces of a mesh's convex hull, from the graph of the compiled model: numvert, numface,
+// Returns a mesh's convex hull, read from the graph of the compiled model: numvert, numface,
 // vert_edgeadr[numvert], vert_globalid[numvert], edge_localid[numvert + 3 numface], face_globalid[3 numface].
 std::shared_ptr<fcl::Convexd> MakeHull(const mjModel& m, int mesh, const std::string& who) {
   if (m.mesh_graphadr[mesh] < 0)

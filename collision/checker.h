@@ -49,7 +49,7 @@ class CollisionChecker {
 
   // Sets the pose of a body frame in the world: position in m, quaternion w x y z (normalized here). The pose
   // of every body must be set once before the first check, and remains until it is set again. Throws
-  // InputError if the pose is invalid (IsPose).
+  // InputError if there is no such body or the pose is invalid (IsPose).
   void SetBodyPose(int body, const double position[3], const double quat_wxyz[4]);
 
   // Returns all touching pairs, sorted by (geom_a, geom_b), geom_a < geom_b. Each has its deepest point,

@@ -1,5 +1,5 @@
-// Measures the robot's clearance over an episode: at every tick with a new minimum, and at regular intervals
-// for display. Pure.
+// Measures the robot's clearance over an episode: at every tick with a new minimum or with a contact of robot
+// and scene, and at regular intervals for display. Pure.
 #pragma once
 
 #include <algorithm>

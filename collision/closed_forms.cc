@@ -110,8 +110,8 @@ Proximity CapsuleToBox(const Shape& capsule, const Shape& box) {
   const Vector3d c = box.rotation.transpose() * (capsule.position - box.position);
   const Vector3d d = box.rotation.transpose() * HalfAxis(capsule);
 
-  // Half the derivative of the squared distance along the axis. It is monotone, and linear between the points
-  // where the axis crosses the plane of a face.
+  // Half the derivative, with respect to t, of the squared distance between the box and the point c + t d. It
+  // never decreases with t, and it is linear between the points where the axis crosses the plane of a face.
   const auto slope = [&](double t) {
     double sum = 0;
     for (int i = 0; i < 3; ++i) {

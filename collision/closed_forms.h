@@ -7,8 +7,8 @@
 
 namespace evalbus::collision {
 
-// The plane's shape includes everything below its local z = 0. If a whole face or edge of the other shape is
-// equally deep, its center is the contact point.
+// The shape of the plane is the half-space below its local z = 0. If a whole face or edge of the other shape
+// is equally deep, its center is the contact point.
 Proximity PlaneToShape(const Shape& plane, const Shape& other);
 
 // A sphere is treated as a capsule of length zero. The contact point of parallel capsules is in the middle of

@@ -1,6 +1,5 @@
-// Finds the nearest of many pairs of moving bodies without measuring pairs that cannot be the nearest. Each
-// pair stores a lower bound of its distance at the last query, and how far its two bodies have moved since.
-// Pure.
+// Finds the nearest of many pairs of moving bodies without measuring pairs that cannot be the nearest. For
+// each pair, it stores a lower bound of the distance, which decreases by the motion of the two bodies. Pure.
 #pragma once
 
 #include <algorithm>

@@ -31,8 +31,8 @@ struct Proximity {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 };
 
-// Directions this close to perpendicular count as perpendicular when a point is chosen, but never when a
-// distance is computed.
+// Directions this close to perpendicular count as perpendicular when a point is chosen. The effect on a
+// distance is of the order of this fraction of the shape's size.
 inline constexpr double kFlat = 1e-9;
 
 // Sign of the direction: -1, 0 or 1.

@@ -40,8 +40,8 @@ inline const char* Of(int8_t verdict) {
                                                  : "";
 }
 
-// Returns the words that users see for an end reason or a failure reason. viz/viewer/page/dom.js has the same
-// words for the page in the browser. Files and messages contain the names instead.
+// Returns the text that users see for an end reason or a failure reason, which are identifiers such as
+// "grasp_slip". viz/viewer/page/dom.js has the same texts. Files and messages contain the identifiers.
 inline std::string Text(std::string reason) {
   if (reason == "grasp_slip") return "slipped from the gripper";
   if (reason == "grasp_miss") return "missed the grasp";

@@ -41,8 +41,8 @@ class Part {
   // Returns the <default> sections, merged into one section of class "main".
   tinyxml2::XMLElement* MainDefault();
 
-  // Replaces attributes of position servos that MuJoCo 2.2 does not know (such as kv) by equivalent
-  // attributes that it knows. Servos named in `stiffness` get that stiffness (N m / rad, N / m) and no
+  // Replaces attributes of position servos that MuJoCo 2.2 does not support (such as kv) by equivalent
+  // attributes that it supports. Servos named in `stiffness` get that stiffness (N m / rad, N / m) and no
   // velocity gain. Motors named in it become position servos. Must be called before CheckSchema().
   void WriteServos(const std::map<std::string, double>& stiffness);
   // Checks every element and attribute against the installed MuJoCo.

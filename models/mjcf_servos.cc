@@ -10,7 +10,7 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-// Attributes of <position> that MuJoCo 2.2 does not know.
+// Attributes of <position> that MuJoCo 2.2 does not support.
 constexpr const char* kLater[] = {"kv", "dampratio", "inheritrange"};
 
 // force = gain * command - stiffness * length - velocity_gain * velocity

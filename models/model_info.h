@@ -10,9 +10,10 @@
 namespace evalbus {
 
 // model: the physics model composed of task and robot. Fills names, entities, arms, grippers, objects,
-// timestep, time limit, task and robot. Leaves the fields of the run (run_id, variation, files, hashes,
-// clock, substeps) for the sim. Elements without a name are named "<body>/geom<N>" or "<body>/joint<N>",
-// where N counts within the body. Throws InputError if the model does not fit the task or the robot.
+// timestep, time limit, task, instruction and robot. Leaves the fields of the run (such as session, run_id,
+// variation, files, hashes, clock and substeps) for the sim. Elements without a name are named
+// "<body>/geom<N>" or "<body>/joint<N>", where N counts within the body. Throws InputError if the model does
+// not fit the task or the robot.
 model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& robot, const mjModel& model);
 
 // Name of a number in the <custom> section of a model. It is 0 if the robot's controller does not compensate

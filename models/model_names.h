@@ -32,7 +32,8 @@ class ModelNames {
   // For an unknown name, functions with the parameter `where` throw an InputError that names this location,
   // and suggests a similar name or lists the valid names.
 
-  // Mask by geom id: 1 for the geoms of the operand (all geoms of an entity or body).
+  // Mask by geom id: 1 for the geoms of the operand (a gripper's pads, all geoms of an entity or a body, or
+  // one geom).
   std::vector<uint8_t> Geoms(const std::string& operand, const SourceLocation& where) const;
   // Body whose frame represents the operand; for an entity, this is its first body. Geoms are not accepted,
   // because their poses are not in STATE.

@@ -488,7 +488,7 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
     gaps.Set(gap);
     return 0;
   }
-  // Keeps its memory.
+  // thread_local, so that its memory is reused.
   thread_local Expansion expansion;
   Penetration penetration;
   if (!expansion.Run(&first, &second, &penetration, &separation.direction)) return 0;
@@ -529,9 +529,9 @@ bool IsInside(const mjModel& model, const mjData& data, int geom, const mjtNum* 
   return true;
 }
 
-// Finds the contacts of two boxes, without the contacts that MuJoCo 3.3 would not find: those that lie
-// outside one box and less than 1 % of the size inside the other. This limit was found by comparing the
-// contacts of random poses in MuJoCo 2.2.2 and 3.3.3.
+// Finds the contacts of two boxes. In marked models without a margin, it removes contacts that MuJoCo 3.3
+// would not report: those that are outside one box enlarged by 1 %, and outside the other box shrunk by 1 %.
+// This tolerance was found by comparing the contacts of random poses in MuJoCo 2.2.2 and 3.3.3.
 int FindBoxContacts(const mjModel* model, const mjData* data, mjContact* contacts, int geom1, int geom2,
                     mjtNum margin) {
   const int number = original[mjGEOM_BOX][mjGEOM_BOX](model, data, contacts, geom1, geom2, margin);

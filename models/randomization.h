@@ -75,6 +75,7 @@ struct RandomMass {
   Span factor;
 };
 
+// Multiplies the friction coefficients of geoms by a factor.
 struct RandomFriction {
   std::vector<NameInFile> of;
   Span factor;

@@ -12,7 +12,7 @@
 namespace evalbus {
 namespace {
 
-// Searches a file in `sources`, whose model_path also contains the folders that are always searched.
+// Searches for a file in `sources`, whose model_path also contains the folders that are always searched.
 std::filesystem::path FindModelFile(const YamlValue& value, const ModelSources& sources) {
   if (IsAssetFile(value.Text())) return AssetFile(value.Text(), value.location(), sources);
   std::string looked_in;

@@ -227,7 +227,10 @@ void SceneComposer::Impl::Place(mjcf::Part* part, const std::string& name, const
   const std::string source = SourceOf(part->root());
   XMLElement* parent =
       parent_body.empty() ? sections["worldbody"] : Find(sections["worldbody"], "body", parent_body);
-  if (!parent) throw InputError(source + ": cannot be attached: there is no body '" + parent_body + "'");
+  if (!parent) {
+    throw InputError(source + ": cannot be attached to body '" + parent_body +
+                     "': the scene has no such body");
+  }
   if (mount != Mount::kFixed && !parent_body.empty()) {
     throw InputError(source + ": a part on a body cannot be free or placed");
   }

@@ -170,13 +170,13 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
 // Search for tasks (find_task.cc).
 
 struct TaskSelection {
+  // The task with the selected variation applied.
   TaskDescription task;
-  // The selected variation of the task.
   std::string variation;
 };
 // Finds a task by a name of one of these forms:
 //   - "lift_pot", "lift_pot/position" or RoboEval's "LiftPotPosition", for YAML files of models/tasks;
-//   - one of these names with the prefix "roboeval/", for files of the folder models/tasks/roboeval;
+//   - one of these names with the prefix "roboeval/" or "roboeval_", for files of models/tasks/roboeval;
 //   - the path of a YAML file, optionally with a variation ("my_task.yaml/position").
 // Without a variation, selects the first one. Throws InputError, which suggests a similar name or lists the
 // available tasks, if there is no such task.

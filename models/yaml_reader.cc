@@ -307,8 +307,8 @@ Pose ReadPose(const YamlValue& value, double farthest) {
       x /= norm;
       unit += (unit.empty() ? "" : ", ") + Format(x);
     }
-    // Four digits are precise enough. A larger deviation is a typing error, or relies on MJCF's
-    // normalization.
+    // Quaternions that are written with four digits are accepted. A larger deviation is a typing error, or
+    // relies on MJCF's normalization.
     if (!(std::abs(norm - 1) <= 1e-3)) {
       quaternion->Fail("expected a unit quaternion, got norm " + Format(norm) +
                        (norm > 0 ? "; of norm 1 it is [" + unit + "]" : ""));

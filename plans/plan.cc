@@ -160,8 +160,9 @@ Until ReadUntil(const YamlValue& value, int least) {
                          &end) != 2 ||
              !is_whole()) {
     value.Fail(
-        "expected decided(alpha A, max EPISODES), decided(alpha A, max EPISODES, on progress), "
-        "width(W) or width(W, max EPISODES), for example decided(alpha 0.05, max 200), got '" +
+        "expected decided(alpha A, max N), decided(alpha A, max N, on progress), width(W) or "
+        "width(W, max N), with error probability A, interval width W and at most N episodes, for example "
+        "decided(alpha 0.05, max 200), got '" +
         text + "'");
   }
   if (!(until.alpha > 0 && until.alpha <= kMaxAlpha)) value.Fail("expected alpha above 0 and at most 0.5");

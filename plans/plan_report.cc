@@ -183,9 +183,9 @@ std::map<fs::path, std::string> PlanPages(const PlanFolder& folder, const PlanRe
     report.verdict_note = fmt::format(
         "Tested after every {} episodes of each task, at most {}: p values are valid at any look{}.",
         plan.options.episodes, plan.until->max_episodes,
-        is_adjusted ? ", adjusted by Bonferroni for the policies that are compared" : "");
+        is_adjusted ? ", adjusted with Bonferroni's method for the policies that are compared" : "");
   } else if (is_adjusted) {
-    report.verdict_note = "p values are adjusted by Holm for the policies that are compared.";
+    report.verdict_note = "p values are adjusted with Holm's method for the policies that are compared.";
   }
   report.ranking = results.ranking;
   report.verdict = results::RankingHeadline(results.ranking, results.comparisons);

@@ -62,8 +62,9 @@ Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const
 
 std::string Stop::Text(const std::string& baseline, const Until& until) const {
   std::string counts = fmt::format("{} pairs won and {} lost", success.a, success.b);
-  if (until.on_progress) counts += fmt::format(" by success, {} ahead and {} behind", progress.a, progress.b);
-  counts += fmt::format(", {} at any look", results::PEquals(p_adjusted));
+  if (until.on_progress)
+    counts += fmt::format(" by success; by progress, ahead in {} and behind in {}", progress.a, progress.b);
+  counts += fmt::format("; {} at any look", results::PEquals(p_adjusted));
   if (is_hopeless) {
     return fmt::format(
         "not decided against {} after {} of {} episodes of each task, and the rest would decide it with a "

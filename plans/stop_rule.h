@@ -19,7 +19,7 @@ struct Stop {
   metrics::Wins success, progress;
   // Smallest p of all looks so far. p: for all tested quantities together. success_p: for success alone.
   double p = 1, success_p = 1;
-  // p and success_p, adjusted by Bonferroni for the number of comparisons.
+  // p and success_p, adjusted with Bonferroni's method for the number of comparisons.
   double p_adjusted = 1, success_p_adjusted = 1;
   bool is_decided = false;
   // True if the comparison of success alone is decided.

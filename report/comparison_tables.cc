@@ -38,7 +38,7 @@ std::string HowTested(const std::vector<Comparison>& comparisons) {
   }
   return fmt::format(
       "Difference of the success rates in percentage points, with its 95 % interval. Test: {}; p is adjusted "
-      "by Holm for the tasks of a run, or for the runs.",
+      "with Holm's method for the tasks of a run, or for the runs.",
       fmt::join(tests, " or "));
 }
 

@@ -26,7 +26,7 @@ class ViewerPack {
   // Adds a run and returns its number on the page.
   int Add(const results::RecordedRun& run);
 
-  // An episode of a run.
+  // An episode to pack. run: number that Add() returned.
   struct Wanted {
     int run, episode;
   };

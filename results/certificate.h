@@ -37,7 +37,7 @@ struct StageParting {
 struct PolicyOnEngine {
   std::string policy, engine;
   // `run` has the results on this engine, `baseline` the results on the reference. p of success is adjusted
-  // by Holm for all policies and engines.
+  // with Holm's method for all policies and engines.
   Comparison comparison;
   // Stages at which pairs diverge, ordered by task and stage.
   std::vector<StageParting> partings;
@@ -50,8 +50,8 @@ struct PolicyOnEngine {
 // Two policies, compared on each engine.
 struct PolicyPair {
   std::string policy, baseline;
-  // One comparison per engine, in the order of the engines. p is adjusted by Holm for all pairs of policies
-  // on the engine.
+  // One comparison per engine, in the order of the engines. p is adjusted with Holm's method for all pairs of
+  // policies on the engine.
   std::vector<SuccessComparison> on_engine;
 
   // True if one policy has the higher rate on one engine, and the other policy on another.

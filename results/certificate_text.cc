@@ -144,7 +144,9 @@ std::string Ranking(const Certificate& certificate) {
     text += fmt::format("{} against {}{}: {}\n", pair.policy, pair.baseline,
                         pair.order_reverses() ? " (order reverses)" : "", fmt::join(on, "; "));
   }
-  return text + "p: as in the ranking of 'evalbus compare', adjusted by Holm for all pairs of policies.\n";
+  return text +
+         "p: as in the ranking of 'evalbus compare', adjusted with Holm's method for all pairs of "
+         "policies.\n";
 }
 
 ordered_json JsonOf(const PolicyOnEngine& one, const StageNames& stages) {

@@ -1,6 +1,6 @@
 // Determines which randomized start parameters influence success (docs/why.md). Each parameter of each run is
-// tested by permutations (metrics/statistics/range_scan.h). p-values are adjusted by Holm for all parameters
-// of all runs.
+// tested by permutations (metrics/statistics/range_scan.h). p-values are adjusted with Holm's method for all
+// parameters of all runs.
 #pragma once
 
 #include <string>

@@ -50,8 +50,9 @@ struct SuccessComparison : SuccessCounts {
   metrics::Interval difference_95{};
   SuccessTest test = SuccessTest::kMcNemar;
   double p = 1;
-  // p adjusted by Holm for a family of comparisons, such as the runs compared with the same baseline or the
-  // tasks of a suite (AdjustByHolm()). In a plan with `until`, p adjusted by Bonferroni.
+  // p adjusted with Holm's method for a family of comparisons, such as the runs compared with the same
+  // baseline or the tasks of a suite (AdjustByHolm()). In a plan with `until`, p adjusted with Bonferroni's
+  // method.
   double p_adjusted = 1;
   // True if p_adjusted is significant or, in a plan with `until`, if the sequential test has decided.
   bool is_shown = false;
@@ -67,7 +68,7 @@ struct SuccessComparison : SuccessCounts {
   Judgment judgment() const;
 };
 
-// Adjusts the p values of a family of comparisons by Holm.
+// Adjusts the p values of a family of comparisons with Holm's method.
 void AdjustByHolm(const std::vector<SuccessComparison*>& family);
 
 // Statistical power of a number of pairs or, for independent samples, of a number of episodes per side.
@@ -103,7 +104,7 @@ struct MetricComparison {
   // p of the difference; nullopt if the two values of each pair are equal or, if not paired, if all values
   // are equal.
   std::optional<double> p;
-  // p adjusted by Holm for the metrics that have a p.
+  // p adjusted with Holm's method for the metrics that have a p.
   double p_holm = 1;
   // Reason why a difference in favor of the run (no_merit) or of the baseline (baseline_no_merit) must not be
   // called better; null if there is none.
@@ -186,7 +187,7 @@ Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
 // Compares only success; the result has no metrics.
 Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline);
 // Compares the success of each pair of runs, in the order (0, 1), (0, 2), ..., (1, 2), ... The second run of
-// a pair is its baseline. p is adjusted by Holm for all pairs.
+// a pair is its baseline. p is adjusted with Holm's method for all pairs.
 std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedRuns*>& runs);
 // Compares each run with the baseline, with p of success adjusted for the number of runs. on: names of the
 // metrics to compare (FindNumbers()), of which "success" is always compared; empty: the main metrics.

@@ -36,7 +36,7 @@ constexpr std::array kDifferenceColumns = {DifferenceColumn{"difference", 9},
                                            DifferenceColumn{"95 % CI of difference", 21},
                                            DifferenceColumn{"p", 6}, DifferenceColumn{"Holm", 6}};
 // Indices of these columns in the order in which they are omitted if the terminal is too narrow. The verdict
-// follows from Holm.
+// follows from Holm's method.
 constexpr std::array<size_t, kDifferenceColumns.size()> kOmittedFirst = {2, 1, 3, 0};
 
 struct ComparedRow {

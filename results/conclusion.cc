@@ -152,8 +152,8 @@ std::string Evidence(const Comparison& comparison) {
   std::string test = TestName(success.test);
   // Also if adjusting did not change p, as for the largest p of a family.
   if (success.family > 1) {
-    test +=
-        success.test == SuccessTest::kSequentialMcNemar ? ", adjusted by Bonferroni," : ", adjusted by Holm,";
+    test += success.test == SuccessTest::kSequentialMcNemar ? ", adjusted with Bonferroni's method,"
+                                                            : ", adjusted with Holm's method,";
   }
   text += fmt::format("{} of {} against {} of {}{}, {} {}.", success.successes, success.trials,
                       success.baseline_successes, success.baseline_trials,

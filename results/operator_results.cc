@@ -171,7 +171,8 @@ std::vector<std::string> OperatorSentences(const OperatorResult& result) {
       result.abstentions == 0 ? "" : ", " + Plural(result.abstentions, "abstention");
   std::vector<std::string> sentences;
   if (rates.judged == 0) {
-    sentences.push_back(fmt::format("Operator {}: no success or failure{}.", name, abstained));
+    sentences.push_back(
+        fmt::format("Operator {} judged no episode a success or a failure{}.", name, abstained));
   } else {
     sentences.push_back(fmt::format("Operator {}: success in {} of {}, {} (95 % interval {}){}.", name,
                                     rates.successes, Plural(rates.judged, "episode"),
@@ -179,8 +180,8 @@ std::vector<std::string> OperatorSentences(const OperatorResult& result) {
   }
   sentences.push_back(AgreementSentence(result));
   if (result.mean_stages)
-    sentences.push_back(
-        fmt::format("Mean number of stages reached, by the operator: {:.2f}.", *result.mean_stages));
+    sentences.push_back(fmt::format("Mean number of stages reached, as counted by the operator: {:.2f}.",
+                                    *result.mean_stages));
   if (result.mean_rubric)
     sentences.push_back(fmt::format("Mean rubric score: {:.2f} of 10.", *result.mean_rubric));
   return sentences;

@@ -17,10 +17,10 @@ struct RankedRun {
   std::string letters;
 };
 
-// Compares all pairs of runs, with p adjusted by Holm for all pairs. The probability that any two equal
-// policies are reported as different is therefore at most 5 %. The result is ordered by descending success.
-// It is empty for fewer than three policies, and if not all of them ran the same tasks. Throws InputError
-// whenever CompareRuns() does.
+// Compares all pairs of runs, with p adjusted with Holm's method for all pairs. The probability that any two
+// equal policies are reported as different is therefore at most 5 %. The result is ordered by descending
+// success. It is empty for fewer than three policies, and if not all of them ran the same tasks. Throws
+// InputError whenever CompareRuns() does.
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
 // Returns the rates of up to six policies in their order, and the results of the comparisons with the
@@ -31,7 +31,7 @@ std::string RankingHeadline(const std::vector<RankedRun>& ranking,
 // Returns a table and a sentence that explains it, wrapped at `width`; empty for an empty ranking.
 std::string RankingText(const std::vector<RankedRun>& ranking, int width = std::numeric_limits<int>::max());
 inline constexpr char kRankingNote[] =
-    "Policies that share a letter are not shown to differ (all pairs tested, p adjusted by Holm, "
+    "Policies that share a letter are not shown to differ (all pairs tested, p adjusted with Holm's method, "
     "which is stricter than comparisons with the baseline only).";
 
 }  // namespace evalbus::results

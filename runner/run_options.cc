@@ -107,8 +107,9 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
     const std::string path = name.substr(sizeof kDemo - 1);
     const size_t demos = policy::DemonstrationFiles(path).size();
     if (static_cast<size_t>(options.episodes) > demos) {
-      throw InputError(fmt::format("--episodes {}: {} holds {}, one for each episode", options.episodes, path,
-                                   Plural(demos, "demonstration")));
+      throw InputError(
+          fmt::format("--episodes {}: {} holds {}; expected at most {}, because each episode replays one",
+                      options.episodes, path, Plural(demos, "demonstration"), demos));
     }
   }
   if (const std::filesystem::path recording = policy::RecordingPath(options.policy.policy);

@@ -62,7 +62,7 @@ class ForceSums {
     int64_t steps = 0;
   };
 
-  // Returns the pair of the point's bodies. Adds the pair if the bodies have not touched in this tick yet.
+  // Returns the pair of the point's bodies, and adds it if it is not in pairs_ yet.
   Pair& Find(const ContactPoint& point);
   // Adds the grip forces of the current step.
   void AddGrips();
@@ -70,6 +70,7 @@ class ForceSums {
   std::vector<int> fingers_;
   size_t objects_;
   double timestep_;
+  // Pairs that have touched in this tick or in the last step of the previous tick.
   std::vector<Pair> pairs_;
   int64_t steps_ = 0;
   // By contact kind (SCENE, OBJECT, SELF): the largest force in each physics step (state_t.scene_force_N).

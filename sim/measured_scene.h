@@ -1,7 +1,7 @@
 // Converts the measurements of an external source to STATE. Poses of links and wrists are computed from joint
-// positions by forward kinematics. Velocities that were not measured are differences of positions. Objects
-// are placed at their tracked poses. The scene comes from a task; nothing in it moves by itself. This class
-// uses no bus and no clock. Both live sources and files are converted here.
+// positions by forward kinematics. Joint velocities that were not measured are differences of positions.
+// Objects are placed at their tracked poses. The scene comes from a task; nothing in it moves by itself. This
+// class uses no bus and no clock. Both live sources and files are converted here.
 #pragma once
 
 #include <optional>
@@ -62,14 +62,14 @@ class MeasuredScene {
   // 1.763; are these degrees?"). Empty if it can. Limits of physics engines are soft, so every joint may be
   // beyond its range by 0.05 rad or m, and a joint of an object also by up to 5 % of its range.
   std::string PositionFault(size_t joint, double position) const;
-  // Describes the first implausible position, velocity or object pose of a sample; empty if there is none.
-  // The numbers of the sample must be finite and their counts correct.
+  // Describes the first number of a sample's positions, velocities and object poses that is not finite or
+  // implausible; empty if there is none. The counts of the sample must be correct.
   std::string SampleFault(const Sample& sample) const;
   // Describes an object that is too far from the world's origin in the first sample of an episode, which is
   // probably in another unit; empty if there is none. Later, objects may have fallen out of the scene.
   std::string FirstSampleFault(const Sample& sample) const;
   // Describes the joint of an object that is furthest beyond its range ("first_valve/wheel is beyond its
-  // range by 0.051 rad"). Empty if no joint exceeds its range by more than 0.001 rad or m. Such positions are
+  // range by 0.051 rad"). Empty if none exceeds its range by more than 0.001 rad or m. Such positions are
   // used unchanged.
   std::string BeyondRange(const Sample& sample) const;
 

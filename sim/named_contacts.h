@@ -13,8 +13,9 @@ namespace evalbus::sim {
 
 class NamedContacts {
  public:
-  // A name is looked up first among objects, fixtures and "world", then among bodies, then among geoms. A
-  // body is represented by its first pad geom or, without pads, by its first geom.
+  // A name is looked up first among objects, fixtures and "world", then among bodies, then among geoms. An
+  // object, a fixture or the world is represented by its first geom, a body by its first pad geom or, without
+  // pads, by its first geom.
   explicit NamedContacts(const model_info_t& info);
 
   // True if a contact can have this name.

@@ -18,8 +18,8 @@ class ReadinessTracker {
   // sim itself.
   void Begin(const command_t& start, int64_t own_instance);
 
-  // Handles a STATUS. Returns false if it was ignored, because another process is known under this name or
-  // there are too many names.
+  // Handles a STATUS. Returns false if it was ignored, because another process is known under the name of the
+  // sim or of a required component, or because there are too many names.
   bool Update(const component_status_t& status);
 
   // Names of the required components that are not ready for this episode, separated by commas. Empty if all
@@ -47,8 +47,8 @@ class ReadinessTracker {
   int32_t episode_ = -1, attempt_ = -1;
   std::vector<std::string> required_;
   std::map<std::string, Member> members_;
-  // Instance of each component's process: the instance that the command requires, otherwise the first one
-  // that was ready for this episode.
+  // Instance of the sim and of each required component: the instance that the command requires, otherwise the
+  // first one that was ready for this episode.
   std::map<std::string, int64_t> instances_;
   std::string twice_;
 };

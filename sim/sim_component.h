@@ -3,8 +3,8 @@
 // Lockstep: STATE(k+1) is published when ACTION(k) and PARTIAL(k) have arrived and no component exceeds its
 // lag window. The physics of tick k+1 is computed as soon as ACTION(k) has arrived, in parallel with
 // collision checking and metrics of tick k in their own processes. If PARTIAL(k) ends the episode, that step
-// is dropped and tick k is the last. After a success, the episode continues for MODEL's after_success_us. The
-// reason for which it then ends does not change the verdict.
+// is dropped and tick k is the last. After a success, the episode continues for MODEL's after_success_us. Its
+// end reason remains `success`, unless it is aborted or the policy's server fails.
 //
 // Real time: the wall clock decides. If an action is late, the previous action is held and a deadline miss is
 // counted.

@@ -56,7 +56,7 @@ struct SimOptions {
   std::filesystem::path out;
   // True if ticks are times of a source or a file; nothing is simulated.
   bool is_source = false;
-  // Maximum wall-clock time to wait for a score in lockstep.
+  // Maximum wall-clock time to wait for a score, or for a component that lags behind, in lockstep.
   double metrics_timeout_s = 10;
   // If not zero, runs this many episodes without waiting for a COMMAND, then exits.
   int episodes = 0;
@@ -123,8 +123,8 @@ void ForEachOption(Options& options, const F& f) {
 }
 
 // Replaces the requested rate by a possible one. For a sim, the tick is rounded to whole physics steps; for a
-// source, to whole microseconds. If the rate was changed, returns a line that reports
-// the change; otherwise an empty string. Throws InputError.
+// source, to whole microseconds. If the rate was changed, returns a line that reports the change; otherwise
+// an empty string. Throws InputError if an option is out of range.
 inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options) {
   CheckRanges(*options);
   const double asked = options->control_hz;

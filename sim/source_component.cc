@@ -342,7 +342,8 @@ std::string SourceComponent::TakeContacts(const source_state_t& message, Sample*
     for (std::string* name : {&contact.name_a, &contact.name_b}) {
       if (map_ && map_->contacts.contains(*name)) *name = map_->contacts.at(*name).name;
       if (names_->Has(*name)) continue;
-      // All later contacts of this body would have the same fault.
+      // An unknown name would recur in every later contact of this body. Therefore it ends the run, whereas
+      // the faults below reject only this sample.
       throw InputError(fmt::format("source '{}', sample {}: contacts: {}", source(), message.sample,
                                    names_->Unknown(*name)));
     }

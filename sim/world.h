@@ -31,11 +31,12 @@ class World {
   World(const mjModel* model, const model_info_t& info, const RobotDescription& robot,
         const TaskDescription& task, int substeps);
 
-  // Moves the robot to its home and the parts to their poses, then applies the variation's randomizations, in
-  // order, and its distractors. All are drawn again until no movable part penetrates anything by more than
-  // 1 mm (except as in Overlap()) and min_distance is satisfied. Nothing of the previous episode remains.
-  // Throws InputError if no valid draw is found or a name does not exist. With seed_stream kRoboEvalSeeds,
-  // the parts start where RoboEval places them, without these checks.
+  // Changes masses and friction as the variation requires, moves the robot to its home and the parts to their
+  // poses, and applies the variation's randomizations, in order, and its distractors. If there are any, they
+  // are drawn again until no movable part penetrates anything by more than 1 mm (except as in Overlap()) and
+  // min_distance is satisfied. Nothing of the previous episode remains. Returns the drawn parameters. Throws
+  // InputError if no valid draw is found or a name does not exist. With seed_stream kRoboEvalSeeds, the parts
+  // start where RoboEval places them, without these checks.
   std::vector<Parameter> Reset(int64_t seed, const Variation& variation,
                                std::string_view seed_stream = kRunSeeds);
 
@@ -81,7 +82,7 @@ class World {
     int wrist_site = -1;
     // Work since Reset(), J.
     double work = 0;
-    // Largest absolute torque of each joint since the last control tick, N m.
+    // Largest absolute torque of each joint in the physics steps of the current control tick, N m.
     std::vector<double> torque_peak;
   };
   struct Gripper {

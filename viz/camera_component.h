@@ -1,5 +1,5 @@
 // Answers each REQUEST_IMAGE with one IMAGE_<camera> per requested view. Images are lossless and show exactly
-// the STATE that the request names. No other images are drawn.
+// the STATE that the request names. No other images are rendered.
 //
 // A REQUEST_IMAGE received before its STATE is held until the STATE arrives. If a REQUEST_IMAGE of the last
 // answered tick is repeated, the cached images are published again. The last kKeptStates ticks can be
@@ -28,11 +28,11 @@ class CameraComponent : public Component {
   static constexpr size_t kKeptStates = 64;
 
   // gl: see UseGl. Throws EnvironmentError if the selected library is missing. If a REQUEST_IMAGE of this
-  // episode cannot be drawn (e.g. unknown camera, more than 2048 pixels per side), Bus::Handle throws
+  // episode cannot be rendered (e.g. unknown camera, more than 2048 pixels per side), Bus::Handle throws
   // InputError.
   explicit CameraComponent(Bus* bus, const std::string& gl = kDefaultGl);
 
-  // Number of images that this component has drawn.
+  // Number of images that this component has rendered.
   int64_t num_drawn() const { return num_drawn_; }
 
  private:
@@ -41,7 +41,7 @@ class CameraComponent : public Component {
   void OnState(const state_t& state);
   void OnImageRequest(const image_request_t& request);
   void Answer(const image_request_t& request);
-  // Returns the cached image, or draws it. Returns null if the tick is no longer kept.
+  // Returns the cached image, or renders it. Returns null if the tick is no longer kept.
   const image_t* Find(const header_t& header, const view_t& view);
   void Draw(const state_t& state, const view_t& view, image_t* image);
 

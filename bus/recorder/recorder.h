@@ -1,5 +1,5 @@
-// Records the messages of an episode into a standard LCM event log, one log per episode. Images that can be
-// rendered again and repeated messages of a tick are omitted. The log is
+// Records the messages of an episode into a standard LCM event log, one log per episode. Channels with
+// Recorded::kNo (for example rendered images) and repeated messages of a tick are omitted. The log is
 // DIR/episodes/0007.partial/events.lcmlog while it grows, and DIR/episodes/0007/events.lcmlog (or .zst) once
 // it is complete and synced.
 #pragma once
@@ -40,9 +40,9 @@ class Recorder : public Component {
   bool MayBegin(const episode_begin_t& begin);
   void Open(const episode_begin_t& begin);
   void CloseEpisode();
-  // Returns the number of ticks, up to the tick of EPISODE_END, that the log lacks: STATEs and, unless in
-  // real time, CONTACTS, PARTIALs and (without a source) ACTIONs; the largest of these numbers. 0 if the
-  // episode was aborted.
+  // Returns the number of ticks, up to the tick of EPISODE_END, whose messages the log lacks: the largest of
+  // the numbers of missing STATEs and, unless in real time, CONTACTS, PARTIALs and (without a source)
+  // ACTIONs. The ACTION of the last tick may be missing. Returns 0 if the episode was aborted.
   int64_t MissingTicks() const;
 
   std::filesystem::path run_;

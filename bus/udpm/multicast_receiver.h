@@ -27,8 +27,8 @@ struct MulticastAddress {
   int receive_buffer_bytes = 0;
 };
 
-// Throws InputError if ADDRESS:PORT of a udpm:// URL is malformed; both parts are optional. This check exists
-// because a failure of liblcm has many possible causes.
+// Throws InputError if ADDRESS:PORT of a udpm:// URL is malformed; both parts are optional. Without this
+// check, liblcm would fail without stating the cause.
 void CheckMulticastAddress(const std::string& url);
 
 // Parses "udpm://ADDRESS:PORT?ttl=0&recv_buf_size=BYTES" as liblcm does. The URL must be one that liblcm has

@@ -172,8 +172,8 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
   progress.Clear();
   PrintVideo(file);
   if (episodes.size() < known) {
-    fmt::print("shows {} of {} episodes, from {} to {}; use --episode to choose others\n", episodes.size(),
-               known, episodes.front().name, episodes.back().name);
+    fmt::print("The video shows {} of {} episodes (first: {}, last: {}); use --episode to choose others.\n",
+               episodes.size(), known, episodes.front().name, episodes.back().name);
   }
 }
 

@@ -122,7 +122,7 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
   const bool is_shared = !plan_options.part.empty() || plan_options.slurm.submit;
   const bool has_slurm = plan_options.slurm.submit || plan_options.slurm.dry_run;
   if (!plan_options.part.empty() && has_slurm)
-    throw InputError("--part excludes --slurm and --slurm-dry-run, which are for all parts");
+    throw InputError("--part cannot be combined with --slurm or --slurm-dry-run, which submit all parts");
   if (!has_slurm && (!plan_options.slurm.partition.empty() || !plan_options.slurm.time.empty() ||
                      plan_options.slurm.array_size > 0)) {
     throw InputError("--partition, --time, --array-size: require --slurm or --slurm-dry-run");

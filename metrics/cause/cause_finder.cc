@@ -298,8 +298,8 @@ bool CauseFinder::IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& 
     if (!IsOfHold(*u.condition) || IsNegated(*u.condition) || !IsOf(u.condition->subject, object)) continue;
     const std::string& asked = u.condition->other;
     if (!IsAnyGripper(asked) && asked != config_.grippers[closing.gripper]) continue;
-    // If no gripper held the object at that time, it was lost before the handover, so this closing did not
-    // miss it.
+    // "other" stands for a handover. If no gripper held the object when this gripper closed, the object had
+    // been lost before the handover, so this gripper did not miss it.
     if (asked == "other" && !IsHeldAt(closing.tick, index)) continue;
     const bool by_any = asked == "any" || asked == "first";
     if (!HeldAfter(asked == "other" ? -1 : closing.tick, index, by_any ? -1 : closing.gripper)) return true;
@@ -323,7 +323,8 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
   }
 }
 
-// Whether a gripper of this arm held the object until at most kInterruption before this contact.
+// Whether a gripper of this arm held the object when this contact began, or until at most kInterruption
+// before.
 bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return config_.object_entity[hold.object] == touch.pair.entity &&

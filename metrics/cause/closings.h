@@ -19,8 +19,9 @@ struct EmptyClosing {
 };
 
 // A gripper closes on nothing if its opening falls from at least kOpen to at most Holds::kShut and pads of
-// both fingers never touch an object meanwhile. After such a touch, the gripper must reopen by kReopened, or
-// to kWide, before a closing counts. Otherwise, an object that slips out would look like an empty closing.
+// both fingers never touch an object meanwhile. After such a touch, the gripper must reopen by kReopened (at
+// least to kOpen), or to kWide, before a closing counts. Otherwise, an object that slips out would look like
+// an empty closing.
 class Closings {
  public:
   static constexpr double kOpen = 0.25, kReopened = 0.05, kWide = 0.9;  // fractions of the gripper's travel
@@ -79,7 +80,7 @@ class Closings {
 
   std::vector<int> arm_;  // by gripper
   std::vector<uint8_t>
-      was_open_;  // by gripper: open, with nothing between its fingers, since the last closing
+      was_open_;  // by gripper: it has been open, and its next closing is empty unless it pinches an object
   std::vector<double> pinched_at_;  // by gripper: its opening at the last touch by both fingers
   std::vector<double> nearest_;
   std::vector<EmptyClosing> closings_;

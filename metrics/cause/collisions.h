@@ -27,10 +27,11 @@ struct ArmTouch {
   std::array<double, 3> start{};
 };
 
-// The torques of a joint while its arm touches nothing define the joint's free range, which always contains
-// 0. Without gravity compensation, the free range includes the torques that carry the arm's weight. An arm
-// presses while the torque of one of its joints exceeds the free range by at least kMinExcess and by at least
-// the width of the range. Contacts of an arm with an object that its gripper holds are ignored.
+// The torques of a joint while its arm has touched nothing for at least kInterruption define the joint's free
+// range, which always contains 0. Without gravity compensation, the free range includes the torques that
+// carry the arm's weight. An arm presses while the torque of one of its joints exceeds the free range by at
+// least kMinExcess and by at least the width of the range. Contacts of an arm with an object that its gripper
+// holds are ignored.
 class CauseCollisions {
  public:
   static constexpr double kMinExcess = 10;    // N m

@@ -99,7 +99,8 @@ class Rest {
   }
 
   int64_t since() const { return since_; }
-  // Largest change (rad) of a joint's commanded position, or of its position, between two ticks.
+  // Largest change (rad) of a joint's commanded position between two ticks; if commands are unknown, of its
+  // measured position.
   double largest_step() const { return largest_step_; }
 
  private:

@@ -19,7 +19,7 @@ class ExtendedMetric {
   virtual ~ExtendedMetric() = default;
   // Begins an episode and discards all state of the previous one.
   virtual void Start() = 0;
-  // Adds one sample. Must not allocate.
+  // Adds one sample. Must not allocate in episodes of usual length; reserve the memory in the constructor.
   virtual void Add(const DerivedSample& sample) = 0;
   // Writes the values so far, in the order of their names; kNone for a value that does not exist. Must not
   // allocate.

@@ -245,7 +245,8 @@ class JointMargin : public ExtendedMetric {
 };
 
 // Smallest distance (rad) of any arm joint to its nearer limit; negative beyond the limit. A joint with lower
-// >= upper has no limits. There is no value before the first sample, or if no joint has limits.
+// >= upper has no limits and is ignored. There is no value before the first sample, or if no joint has
+// limits.
 class JointLimitMargin : public JointMargin {
  public:
   static constexpr const char* kNames[] = {"min_joint_limit_margin_rad"};

@@ -43,7 +43,7 @@ inline double SpeedOfJoints(const ArmSample& arm) {
 // Height of the wrist, m.
 inline double HeightOfWrist(const ArmSample& arm) { return arm.wrist_position[2]; }
 
-// This is a difference of speeds, not of velocities.
+// Despite RoboEval's name of the metric, the value is a difference of speeds, not of velocities.
 using ArmSpeedDifference = ArmDifference<SpeedOfJoints, &metric_values_t::tracks_vel_sync,
                                          &metric_values_t::bimanual_arm_velocity_difference_radps>;
 using GripperHeightDifference = ArmDifference<HeightOfWrist, &metric_values_t::tracks_vertical_sync,

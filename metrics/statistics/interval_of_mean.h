@@ -1,4 +1,5 @@
-// Confidence intervals of means. The method depends on the number of values:
+// Confidence intervals of means. The method depends on the number of values (for two samples, on the number
+// of values of the smaller one):
 //  - Below 20 values: Student's t (Student 1908, "The probable error of a mean", Biometrika 6; for two
 // samples Welch 1947, "The generalization of 'Student's' problem", Biometrika 34), because the bootstrap's
 // coverage is far below 95 % for such small samples.

@@ -12,7 +12,8 @@
 namespace evalbus::metrics {
 
 // differs[i][j]: whether policies i and j differ significantly; symmetric. Returns the letters of each
-// policy. The letter "a" is assigned first, to the group with the lowest indices.
+// policy. The letter "a" is assigned first, to the group with the lowest indices. After "z", groups have
+// numbers instead of letters.
 inline std::vector<std::string> CompactLetters(const std::vector<std::vector<bool>>& differs) {
   const size_t n = differs.size();
   std::set<size_t> all;

@@ -1,17 +1,19 @@
 // Test for equality of two policies on paired data that may be evaluated several times while pairs are added
 // ("looks"). The first look that decides ends the comparison.
 //
-// Looks: if the two policies are equal, each wins half of the pairs in which one of them is better. The
-// average of the likelihood over all other shares, divided by the likelihood of one half, is then a
-// martingale that starts at 1 (an e-process). The probability that it ever reaches 1 / alpha is at most alpha
-// (Ville 1939). The average uses the weights of Krichevsky and Trofimov 1981 (Jeffreys' prior), which decide
-// clear differences after few pairs. The mean of several e-processes is an e-process (Vovk and Wang 2021,
-// "E-values: Calibration, combination and applications", Annals of Statistics 49), so success and progress
-// can be tested together.
+// Looks: a pair is discordant if one policy is better. Let q be the probability that policy a is the better
+// one in a discordant pair. If the policies are equal, q = 1/2. Take the likelihood of the discordant pairs,
+// averaged over q (weights: Jeffreys' prior, as in Krichevsky and Trofimov 1981), and divide it by their
+// likelihood for q = 1/2. If the policies are equal, this ratio is a martingale that starts at 1 (an
+// e-process), and the probability that it ever reaches 1 / alpha is at most alpha (Ville 1939). With these
+// weights, few pairs suffice to decide clear differences. The mean of several e-processes is an e-process
+// (Vovk and Wang 2021, "E-values: Calibration, combination and applications", Annals of Statistics 49), so
+// success and progress can be tested together.
 //
 // Last look: an exact McNemar test of success. It is evaluated only once, after a number of pairs that was
-// fixed beforehand. The looks use the share kLooksShare of alpha, and this test uses the rest. By Bonferroni,
-// both together err with probability at most alpha.
+// fixed beforehand. The looks use the share kLooksShare of alpha, and this test uses the rest. If the
+// policies are equal, the looks and this test together report a difference with probability at most alpha
+// (Bonferroni).
 //
 // STEP (Snyder et al. 2025, "Is Your Imitation Learning Policy Better than Mine? Policy Comparison with
 // Near-Optimal Stopping") needs fewer pairs if only success is tested. The method of arXiv 2603.13616 also

@@ -22,8 +22,8 @@ inline double LargestMagnitude(std::span<const double> x) {
                          [](double largest, double value) { return std::max(largest, std::abs(value)); });
 }
 
-// Returns the values after values whose magnitudes differ by at most kTie * largest have been made equal in
-// magnitude, and values that are this near to 0 have been set to 0.
+// Returns the values, with two changes: values whose magnitudes differ by at most kTie * largest get the same
+// magnitude, and values that are this near to 0 become 0.
 inline std::vector<double> WithTies(std::span<const double> x, double largest) {
   std::vector<double> values(x.begin(), x.end());
   std::vector<size_t> order(values.size());

@@ -59,7 +59,8 @@ std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const Co
 using PredicateMaker = std::function<std::unique_ptr<Predicate>(const Expression&, const CompileContext&)>;
 void RegisterPredicate(const std::string& name, const PredicateMaker& make);
 
-// A quantity that tasks may use as a metric under `target_distance` and, with limits, as a predicate.
+// A quantity that tasks may use as a metric under `target_distance` or `pose_error` and, with limits, as a
+// predicate.
 struct QuantityKind {
   std::string name;
   std::vector<const char*> required_arguments;

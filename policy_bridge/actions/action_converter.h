@@ -56,7 +56,8 @@ class ActionConverter {
   // arm stays near that target. If a position is beyond the arm's length, it is first moved to within it. A
   // pose out of reach is then replaced by the nearest pose that the search finds (least sum of squares of
   // meters and radians). If the search misses an eef_pose by more than 5 cm or 0.2 rad, it is repeated from
-  // home. unreachable_poses and singular_poses count the poses of this row.
+  // home, and the second result is used if it is much nearer. unreachable_poses and singular_poses count the
+  // poses of this row.
   //
   // Throws std::runtime_error (one line with the index and value) if the policy's numbers are invalid (NaN,
   // infinity, not a rotation, a row of the wrong length), or if `state` belongs to another robot. After an

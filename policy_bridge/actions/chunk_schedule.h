@@ -1,5 +1,5 @@
 // Decides which row of which action chunk commands the robot at each control tick if an inference takes time.
-// It knows only ticks and row numbers; it uses no clock and does not see the actions.
+// It uses only ticks and row numbers, neither a clock nor the actions themselves.
 #pragma once
 
 #include <cstdint>

@@ -14,8 +14,8 @@ double ValueOf(const GripperForm& form, double closing);
 // Applies the threshold and sticky_steps of a form to the values of one gripper during an episode.
 class GripperCommand {
  public:
-  // Throws InputError if open equals closed, if the threshold is below 0 or at least 1, or if sticky_steps is
-  // set without a threshold.
+  // Throws InputError if open and closed are equal or not finite, if the threshold is below 0 or at least 1,
+  // or if sticky_steps is below 1, or above 1 without a threshold.
   explicit GripperCommand(const GripperForm& form);
 
   // Begins an episode: the gripper is open and no change is pending.

@@ -217,7 +217,7 @@ ObservationEntry ReadEntry(const YamlValue& value) {
     if (entry.signals.empty()) state->Fail("expected at least one signal");
     if (const YamlValue* type = map.Find("type")) {
       entry.dtype = Choose(*type, kTypes);
-      // Otherwise meters and radians would be cut to 0.
+      // Without `decimals: 0`, a user may not notice that meters and radians are truncated to whole numbers.
       if (entry.dtype == "|u1" &&
           !std::ranges::all_of(entry.signals, [](const Signal& signal) { return signal.decimals == 0; })) {
         type->Fail("requires 'decimals: 0' for each signal, and usually a 'scale', for example 255");

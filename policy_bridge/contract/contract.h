@@ -39,7 +39,7 @@ struct ObservationEntry {
   ImageForm image;
   // Used if `source` is kState: signals whose values are concatenated.
   std::vector<Signal> signals;
-  // Used if `source` is kState or kDepth: "<f4", "<f8" or "|u1".
+  // Used if `source` is kState: "<f4", "<f8" or "|u1".
   std::string dtype = "<f4";
   // Used if `source` is kState: shape of the array. Unset: one dimension with all values. Empty ([] in the
   // file): a scalar.
@@ -59,7 +59,7 @@ struct ObservationEntry {
 
 struct Deadlines {
   // Deadlines in seconds for the connection, for the first answer after it, and for later answers. return_s:
-  // how long the run waits for a server that has gone away.
+  // how long the run waits for a server that cannot be reached or does not answer.
   double connect_s = 10, first_reply_s = 600, reply_s = 30, return_s = 120;
 };
 

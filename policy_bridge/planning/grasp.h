@@ -27,11 +27,11 @@ Eigen::Isometry3d GripFrame(const Eigen::Vector3d& position, const Eigen::Vector
 inline constexpr double kGraspApproach = 0.09;
 
 // Returns grasps of a box whose object has the pose `object` (world frame). There is one grasp for each
-// approach to a face that does not point down, each pair of faces that fits between the fingers, each finger
-// in front, and each angle of `leans`. The point between the pads is at the box's center, or as deep as the
-// fingers reach. leans: angles (rad) by which the hand is tilted about the closing axis, to reach farther.
-// The grasps with the smallest sum of their lean and of the rotation from the hand's pose `grip` (world
-// frame) come first.
+// approach to a face that does not come from below, each pair of faces that fits between the fingers, each of
+// the two orientations of the fingers, and each angle of `leans`. The point between the pads is at the box's
+// center, or as deep as the fingers reach. leans: angles (rad) by which the hand is tilted about the closing
+// axis, to reach farther. The grasps with the smallest sum of |lean| and of the angle of rotation from the
+// hand's pose `grip` (world frame) come first.
 std::vector<Grasp> BoxGrasps(const GraspBox& box, const Eigen::Isometry3d& object,
                              const Eigen::Isometry3d& grip, const std::vector<double>& leans = {0});
 

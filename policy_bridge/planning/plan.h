@@ -83,10 +83,10 @@ struct PlanningContext {
   std::vector<Arm> arms;
   Configuration home;
   ContactProbe probe;
-  // Number of knots that may still be solved (2 microseconds each) or checked for contacts (20 microseconds
-  // each). At 0, every plan is infeasible. An Expert resets it to kEffort at each call of Next(), which
-  // bounds the computing time of a tick.
   static constexpr int kEffort = 3'000;
+  // Remaining planning budget of the tick. Each solution of the inverse kinematics (about 2 microseconds) and
+  // each check of a knot for contacts (about 20 microseconds) costs 1. At 0, arm motions are infeasible.
+  // Expert::Act() resets it to kEffort before it calls Next(), which bounds the computing time of a tick.
   int effort_left = kEffort;
 
   // Obstacle of the infeasible plan that got farthest (had the most motions) since `obstacle` was cleared,

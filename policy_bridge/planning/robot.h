@@ -55,7 +55,7 @@ Eigen::Isometry3d BodyPose(const state_t& state, int body);
 int BodyId(const mjModel& model, const std::string& name);
 
 // Pose of a site in the frame of a body that it is rigidly attached to. Throws InputError if the site does
-// not exist.
+// not exist, or if it is not rigidly attached to the body.
 Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int body);
 
 // The hinge on which a body turns, in a given state.
@@ -82,6 +82,7 @@ class ContactProbe {
   // model.
   void Set(const state_t& state);
   void SetArm(int arm, const JointVector& q);
+  // Throws InputError unless the body has a free joint.
   void SetObject(int body, const Eigen::Isometry3d& pose);
   void SetAngle(const Hinge& hinge, double angle);
 
@@ -94,7 +95,7 @@ class ContactProbe {
   std::optional<Touch> FindTouch(const std::vector<int>& arms,
                                  const std::vector<int>& allowed_contact_bodies);
 
-  // Describes a contact, such as "left/link0 is 0.99 mm from left/link1, expected 3 mm".
+  // Describes a contact, such as "left/link0 is 0.99 mm from left/link1, expected a distance of 3 mm".
   std::string InWords(const Touch& touch) const;
 
  private:

@@ -43,7 +43,8 @@ Demonstration ReadDemonstration(const fs::path& file) {
     fail(fmt::format("{}: expected [steps, 16], 7 + 7 joints and 2 grippers, got [{}]", kActions,
                      fmt::join(actions->shape, ", ")));
   }
-  // The path of a file in RoboEval's archive contains ROBOT/TASK/ACTIONS/OBSERVATIONS/
+  // Paths in RoboEval's archive end in ROBOT/TASK/ACTIONS/OBSERVATIONS/FILE. The name of the folder ACTIONS
+  // contains "ActionMode".
   const fs::path absolute = fs::absolute(file).lexically_normal();
   std::vector<std::string> folders;
   for (const fs::path& part : absolute.parent_path()) folders.push_back(part.string());

@@ -29,8 +29,9 @@ struct Demonstration {
   double seconds() const { return static_cast<double>(steps.size()) / hz; }
 };
 
-// Throws InputError (one line) if the file or its tensor is missing, or if the tensor has another shape or
-// contains NaN, delta actions, pose actions or angles in degrees.
+// Throws InputError (one line) if the file or its tensor is missing; if the tensor has another shape, numbers
+// that are not finite, or numbers that are too large to be angles in radians; if the path or the metadata
+// states that the actions are deltas or poses; or if the metadata has an invalid rate.
 Demonstration ReadDemonstration(const std::filesystem::path& file);
 
 // Returns the file `path`, or the *.safetensors files below the folder `path`, sorted. Throws InputError if

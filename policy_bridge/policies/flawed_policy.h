@@ -18,8 +18,8 @@ enum class Flaw {
   kSlip,     // the grippers open for 0.1 s of every half second once an object has moved
   kEarly,    // the grippers open as soon as an object has moved
   kDrop,     // the grippers open when an object has risen by 2 cm
-  kStop,     // the arms stop as soon as an object has moved
-  kCollide,  // the hands press down from the home position
+  kStop,     // arms and grippers stop as soon as an object has moved
+  kCollide,  // the hands press down and outward from the home position
   kSlow,     // everything takes ten times as long
   kError,    // the policy reports an error as soon as an object has moved
   kNan,      // the policy commands NaN as soon as an object has moved
@@ -41,7 +41,7 @@ class FlawedPolicy : public Policy {
   // Sets wrong_ if the flaw becomes active in this state.
   void CheckTrigger(const state_t& state, const action_t& action);
   // Shifts the grip targets of all arms in `action`: by `back` (m) along the hand's own axis toward the
-  // wrist, and by `down` (m) downward in the world frame, with a small outward component. An arm whose
+  // wrist, and by `down` (m) downward and 0.7 `down` outward in the world frame. An arm whose
   // shifted target is out of reach keeps its last target.
   void Shift(double back, double down, action_t* action);
 

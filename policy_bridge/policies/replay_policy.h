@@ -19,7 +19,7 @@ struct RecordedActions {
 using Recording = std::function<RecordedActions(int episode)>;
 
 // Opens a run folder or an LCM event log. The actions of an episode are read when they are requested. Throws
-// InputError if the path is neither.
+// InputError if the path does not exist, or if it is a folder other than a run folder.
 Recording OpenRecording(const std::string& path);
 
 // Returns PATH for a policy named "replay:PATH" or "replay_anyway:PATH", and an empty text for other
@@ -30,8 +30,9 @@ std::string RecordingPath(const std::string& policy);
 // simulated time has been reached, so a recording can be replayed at another control rate.
 class ReplayPolicy : public Policy {
  public:
-  // anyway: accepts a recording of another task, variation, robot, seed, control rate or physics model,
-  // although the actions then have other effects. Otherwise, such a recording is rejected.
+  // anyway: accepts a recording of another task, variation, robot (with the same numbers of joints and
+  // grippers), seed, control rate or physics model, although the actions then have other effects. Otherwise,
+  // such a recording is rejected.
   ReplayPolicy(Recording recording, const model_info_t& info, bool anyway);
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;

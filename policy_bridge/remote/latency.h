@@ -11,9 +11,9 @@
 
 namespace evalbus::policy {
 
-// In lockstep, an inference takes no simulated time (the simulation stands still), its measured wall-clock
-// time, or a fixed time. `execution` defines what the robot does during the inference, with a realtime clock,
-// too.
+// Simulated time that an inference takes in lockstep: none (the simulation stands still), the measured
+// wall-clock time, or a fixed time. `execution`, which also applies in real time, defines what the robot does
+// during the inference.
 struct Latency {
   enum class Kind { kNone, kMeasured, kFixed };
   Kind kind = Kind::kNone;

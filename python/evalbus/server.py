@@ -46,8 +46,8 @@ except ImportError:
 # metadata.
 _RELEASE_S = 5
 _BUSY = (
-    "this policy has reset(), so it remembers its episode and serves one connection at a time, and another connection "
-    "is open: use one worker, or pass the policy's class to evalbus.serve()"
+    "another connection is open, and a policy with reset() keeps state during an episode, so it "
+    "serves one connection at a time: use one worker, or pass the policy's class to evalbus.serve()"
 )
 # Maximum size of a request, which is held in memory as a whole.
 _MAX_BYTES = 256 << 20

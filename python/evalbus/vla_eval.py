@@ -19,7 +19,7 @@ class EvalbusBenchmark(StepBenchmark):
     must pass while the policy computes, and simulated time stands still here.
     """
 
-    # evalbus draws images in software unless `gl` selects a GPU.
+    # evalbus renders images in software unless `gl` selects a GPU.
     render_backends = frozenset({"gpu", "cpu"})
 
     def __init__(

@@ -91,7 +91,8 @@ void WriteCircumstances(const RunSection& section) {
     html->Element(
         "p", {{"class", "note"}},
         "Success rate by the start's random parameters, with 95 % intervals; most significant first. "
-        "Shaded, or bold: the values that differ most from the rest. Permutation tests, p adjusted by Holm.");
+        "Shaded, or bold: the values that differ most from the rest. Permutation tests, p adjusted with "
+        "Holm's method.");
     Folded(figures, kParametersShown, "more parameters", "cards", html);
   });
 }

@@ -61,7 +61,7 @@ std::string OneSided(const std::vector<results::ComparedPair>& flipped, bool of_
   return text.substr(0, text.size() - 2);
 }
 
-// Writes the images of the pairs that have them. `evalbus verify` does not draw images, so it ignores them.
+// Writes the images of the pairs that have them. `evalbus verify` does not render images, so it ignores them.
 // Returns the number of these pairs.
 size_t StillCards(const ComparisonPageParts& parts, const results::Comparison& comparison,
                   const results::TaskComparison& task, const std::vector<results::ComparedPair>& flipped,

@@ -2,7 +2,7 @@
 
 usage: environment_speed.py BIN [STEPS]   (the folder of evalbus' programs; steps per measurement, default 390)
 
-Prints wall-clock time and the processor time of both processes. Each is the difference of two measurements,
+Prints wall-clock time and the CPU time of both processes. Each is the difference of two measurements,
 so the start of the program does not count.
 """
 
@@ -25,7 +25,7 @@ def processor_s():
 
 
 def measure(cameras, steps):
-    """Returns the wall-clock time of the steps and the processor time of everything, in seconds."""
+    """Returns the wall-clock time of the steps and the CPU time of everything, in seconds."""
     used = processor_s()
     with evalbus.Environment("lift_pot/position", cameras=cameras) as environment:
         action = np.append(environment.reset(0).observation["state"][:14], [0, 0])

@@ -105,7 +105,8 @@ class Server {
   int num_calls() const { return num_calls_; }
   // Median over the calls after the warm-up.
   double step_s() const { return Median(steps_s_); }
-  // Fraction of the time in which no thread was busy.
+  // 1 - (busy time summed over all threads) / (elapsed time), at least 0. If no two threads are busy at the
+  // same time, this is the fraction of the time in which no thread is busy.
   std::optional<double> idle_share() const {
     if (!busy_from_s_ || !busy_to_s_) return std::nullopt;
     return std::max(0.0, 1 - (*busy_to_s_ - *busy_from_s_) / SecondsBetween(from_, last_));

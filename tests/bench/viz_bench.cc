@@ -29,7 +29,7 @@ constexpr viz::FrameSize kSize{640, 480};
 // Size at which Renderer draws an image of kSize before it scales the image down.
 constexpr mjrRect kDrawn{0, 0, 960, 720};
 
-// Returns the processor time of all threads of this process, because Mesa may draw in its own threads.
+// Returns the CPU time of all threads of this process, because Mesa may draw in its own threads.
 double CpuSeconds() {
   timespec time;
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
@@ -141,7 +141,7 @@ void Frames(benchmark::State& state, const char* camera_name) {
     state.SetIterationTime(middle - begin);
   }
 
-  // Both must show the same scene, so the mean color of the middle third, which no overlay covers, is
+  // Both images must show the same scene, so the mean color of the middle third, which no overlay covers, is
   // compared.
   double mean[2] = {0, 0};
   for (int row = 160; row < 320; ++row) {

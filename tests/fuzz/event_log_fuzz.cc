@@ -87,7 +87,7 @@ FUZZ_TARGET(event_log) {
   // Rescores with a task of the user, which determines when the episode ends.
   Try([&] { results::Rescorer(task).Rescore(file); });
   Try([&] { policy::OpenRecording(file)(0); });
-  // Rendering reads the log until it finds that it has no model to draw.
+  // Rendering reads the log until it finds that it has no model to render.
   Try([&] {
     viz::ParallelFrameRenderer frame_renderer({}, 1);
     viz::MakeLogVideos(file, {"overview"}, &frame_renderer, folder.path());

@@ -105,7 +105,7 @@ with tempfile.TemporaryDirectory() as name:
     evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--episodes", "1", "--after-success-s", "0.5",
             "--in-process", "--video", "none", "--out", here / "played")  # fmt: skip
     said = evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--out", here / "never", code=1)
-    assert said == f"error: --episodes 10: {demo} holds 1 demonstration, one for each episode\n", said
+    assert said == f"error: --episodes 10: {demo} holds 1 demonstration; expected at most 1, because each episode replays one\n", said
     played, recorded = lines(here / "played")[0], lines(run)[0]
     assert played["metrics"]["completion_time"] == recorded["metrics"]["completion_time"], played
     assert played["extended"]["success_once"] == played["extended"]["success_end"] == 1, played["extended"]

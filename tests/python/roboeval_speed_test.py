@@ -4,7 +4,7 @@ usage: PYTHON roboeval_speed_test.py BIN ROBOEVAL OUT [--families A,B] [--rates 
 
 Records episodes of the expert per family and rate. The same commands are then played, alternately, in RoboEval's
 environment (env.step, which computes its metrics), in evalbus's own scene, and in RoboEval's scene composed by evalbus,
-with its checks, metrics and log. Prints processor time per control step and ratios, which are medians over the rounds.
+with its checks, metrics and log. Prints CPU time per control step and ratios, which are medians over the rounds.
 The start of programs and environments does not count, so evalbus's time begins with the end of the first episode. Takes
 3 minutes.
 """
@@ -24,7 +24,7 @@ _EPISODES = 6
 
 
 def processor_s(process):
-    """Returns the processor time that a process and its child processes have used so far, s."""
+    """Returns the CPU time that a process and its child processes have used so far, s."""
     children = pathlib.Path(f"/proc/{process}/task/{process}/children").read_text().split()
     ticks = 0
     for each in [str(process), *children]:
@@ -73,7 +73,7 @@ def measure(args, family, rate):
 
 
 def roboeval_s(environment):
-    """Returns the processor time of a step of RoboEval's environment, s."""
+    """Returns the CPU time of a step of RoboEval's environment, s."""
     episode = environment.episodes[0]
     environment.reset(episode)
     began = time.process_time()
@@ -84,13 +84,13 @@ def roboeval_s(environment):
 
 
 def evalbus_s(args, task, rate, source, options):
-    """Returns the processor time of a control step of evalbus, s, of all its processes, after the first episode."""
+    """Returns the CPU time of a control step of evalbus, s, of all its processes, after the first episode."""
     used, steps = run(args, task, rate, f"replay_anyway:{source}", 1 + _EPISODES, options, args.out / "run")
     return (used[-1] - used[0]) / sum(steps[1:])
 
 
 def run(args, task, rate, policy, episodes, options, out):
-    """Returns the processor time at the end of each episode, and the episodes' numbers of control steps."""
+    """Returns the CPU time at the end of each episode, and the episodes' numbers of control steps."""
     shutil.rmtree(out, ignore_errors=True)
     command = [args.bin / "evalbus", "run", f"{task}/base", "--policy", policy, "--episodes", str(episodes), "--seed", "1"]
     command += ["--control-hz", str(rate), "--video", "none", "--json", "--out", out, *options]

@@ -195,7 +195,8 @@ with tempfile.TemporaryDirectory() as name:
         demo = f["data/demo_1"]
         tensors = check_roboeval(here / "demos/0001.safetensors", len(demo["actions"]))
         assert (tensors["info_demo_action"] == demo["actions_raw"][:]).all()
-        # Positions are followed by velocities, each for left arm 7, left fingers 2, right arm 7 and right fingers 2.
+        # Positions, then velocities. Each has 7 values for the left arm, 2 for its fingers, 7 for the right arm and
+        # 2 for its fingers.
         seen = tensors["obs_proprioception"]
         arms = [*range(7), *range(9, 16)]
         assert (seen[:, arms] == demo["obs/joint_position"][:]).all()

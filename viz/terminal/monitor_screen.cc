@@ -260,7 +260,7 @@ void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<Ran
 
 void AddRates(const RunWatch& watch, std::vector<RankedLine>* screen) {
   Line line = Heading("per second");
-  // These channels come first, in the order in which they are published within a tick. All others follow.
+  // These channels come first, in this order. All others follow.
   std::vector<std::string> names = {channels::kState.name,   channels::kContacts.name, channels::kAction.name,
                                     channels::kPartial.name, channels::kStatus.name,   channels::kModel.name};
   for (const auto& [name, channel] : watch.channels()) {
@@ -296,7 +296,8 @@ void AddLog(const RunWatch& watch, bool spacious, std::vector<RankedLine>* scree
   if (warning != watch.log().rend()) add(*warning, 6);
 }
 
-// spacious: components, episodes and so on have a line each.
+// Returns the lines of the screen. spacious: each component and each recent episode has its own line, and the
+// last lines of the log are shown; otherwise these parts are shortened.
 std::vector<RankedLine> Screen(const RunWatch& watch, const std::string& url, int width, bool spacious,
                                SteadyTime now) {
   constexpr int kBlank = 8;

@@ -128,7 +128,7 @@ TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {
   ASSERT_EQ(run.code, 0) << run.err;
   const std::string headline = "flawed_expert-miss is 100 points worse than expert, 95 % CI ";
   const std::string evidence =
-      "0 of 8 against 8 of 8 on the same seeds, exact McNemar, adjusted by Holm, p = 0.016.";
+      "0 of 8 against 8 of 8 on the same seeds, exact McNemar, adjusted with Holm's method, p = 0.016.";
   EXPECT_THAT(run.out, HasSubstr(headline + "-100 to -54.\n" + evidence));
   EXPECT_THAT(Page("report.html"), HasSubstr(headline + "−100 to −54. " + evidence));
   const std::string page = Page("flawed_expert-miss/against_expert.html");

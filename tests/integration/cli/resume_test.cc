@@ -578,7 +578,7 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
       RunProgram({"evalbus", "run", "lift_pot/position", "--partition", "cpu"}).err,
       "error: --part and the options of Slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)\n");
   expect({"--part", "1/2", "--slurm"},
-         "--part excludes --slurm and --slurm-dry-run, which are for all parts");
+         "--part cannot be combined with --slurm or --slurm-dry-run, which submit all parts");
   EXPECT_EQ(RunProgram({"evalbus", "run", plan, "--out", out, "--workers", "2", "--log-level", "warn"}).code,
             0);
 }

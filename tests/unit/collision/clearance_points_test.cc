@@ -51,7 +51,7 @@ const std::vector<Kind> kKinds = {
        const Vector3d slope(p.x() / (.05 * .05), p.y() / (.08 * .08), p.z() / (.1 * .1));
        return std::abs(scaled.squaredNorm() - 1) / (2 * slope.norm());
      }},
-    // Its principal axes in the order of decreasing inertia, as MuJoCo sorts them, are its own axes.
+    // The mesh's principal axes, which MuJoCo sorts by decreasing inertia, are its own axes.
     {R"(type="mesh" mesh="block")",
      [](const Vector3d& p) {
        return ToBox(p, {.05, .08, .1});

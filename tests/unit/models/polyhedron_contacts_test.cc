@@ -236,7 +236,7 @@ TEST(PolyhedronContacts, OtherScenesKeepMujocosContacts) {
   EXPECT_EQ(unmarked.Contacts().size(), 1u);
 }
 
-// One simulation remembers gaps, the other does not: the contacts are equal bit by bit.
+// One simulation caches the distances of geoms, the other does not: the contacts are equal bit by bit.
 TEST(PolyhedronContacts, DoNotDependOnRememberedGaps) {
   World plain, remembering;
   ReserveKnownGaps(remembering.model.get());

@@ -407,7 +407,7 @@ TEST(SceneComposer, AttachingWhereItCannotBe) {
   EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "post/", Pose{}); }),
             part.string() + ":1: cannot be attached as 'post': a body of this name already exists");
   EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, {.parent_body = "p/no"}); }),
-            part.string() + ":1: cannot be attached: there is no body 'p/no'");
+            part.string() + ":1: cannot be attached to body 'p/no': the scene has no such body");
   EXPECT_EQ(
       ErrorOf([&] { composer.Attach(part, "q/", Pose{}, {.mount = Mount::kFree, .parent_body = "p"}); }),
       part.string() + ":1: a part on a body cannot be free or placed");

@@ -309,8 +309,7 @@ TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
               HasSubstr("expected none, all, failures or 'first N', got 'some'"));
   EXPECT_THAT(ErrorOf(small + "compare: {baseline: hold}\n"), HasSubstr("no policy 'hold' in this plan"));
   for (const char* wrong : {"soon", "decided(alpha 0.05, max 4294967396)"}) {
-    EXPECT_THAT(ErrorOf(small + "until: " + wrong + "\n"),
-                HasSubstr("expected decided(alpha A, max EPISODES)"));
+    EXPECT_THAT(ErrorOf(small + "until: " + wrong + "\n"), HasSubstr("expected decided(alpha A, max N)"));
   }
   EXPECT_THAT(ErrorOf(small + "until: decided(alpha 0.05, max 200)\n"),
               HasSubstr("expected at least two policies"));

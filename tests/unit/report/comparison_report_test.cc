@@ -87,7 +87,7 @@ TEST_F(ComparisonReportTest, TheMostFrequentReasonComesFirst) {
               HasSubstr("3 seeds where only a succeeds: 2 robot stopped, 1 collision."));
 }
 
-// The runs have no logs to draw.
+// The runs have no logs from which images could be rendered.
 TEST_F(ComparisonReportTest, NamesTheEpisodesWithoutImages) {
   Comparison comparison =
       CompareRuns(Run("b", Info(2), {true, false}, 5), Run("a", Info(2), {true, true}, 6));

@@ -48,7 +48,7 @@ TEST(ComparisonMarkdown, IsATableWithEscapedNames) {
       "|---|---:|---:|---:|---:|---:|---:|---:|\n"
       "| lift\\_pot/base | new\\_&lt;1\\> | 43/50 | 50 % & more | 31/50 | 24.0 | 14.0 to 36.5 | &lt;0.001 |\n"
       "\nDifference of the success rates in percentage points, with its 95 % interval. Test: exact McNemar; "
-      "p is adjusted by Holm for the tasks of a run, or for the runs.\n");
+      "p is adjusted with Holm's method for the tasks of a run, or for the runs.\n");
 }
 
 TEST(ComparisonLatex, IsATabularWithEscapedNames) {

@@ -332,9 +332,9 @@ TEST_F(EqualEpisodesTest, EqualNumbersFromDifferentStartsAreAllSamples) {
   EXPECT_THAT(Conclusion(result),
               testing::MatchesRegex("half is 50 points better than none, 95 % CI .*\\. 15 of "
                                     "30 against 0 of 30 on the same seeds, .*"));
-  // They all count, too, if the episodes of both runs are equal except for the initial state.
+  // All pairs count as samples, too, if the episodes of both runs are equal except for the initial states.
   EXPECT_EQ(CompareRuns(Equal("never", none, true), Equal("none", none, true)).success.samples.trials, 30);
-  // They also count if the initial states are equal and the policy is not deterministic.
+  // All pairs also count as samples if the initial states are equal but the policy is not deterministic.
   for (Each& each : half) each.yaw_rad = 0;
   for (Each& each : none) each.yaw_rad = 0;
   EXPECT_EQ(CompareRuns(Equal("half", half, true), Equal("none", none, true)).success.samples.trials, 30);
@@ -685,7 +685,7 @@ TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   result.success.SetSequential(0.06, 0.12, false);
   EXPECT_EQ(result.success.judgment(), Judgment::kNone);
   EXPECT_THAT(Conclusion(result),
-              testing::EndsWith("McNemar valid at any look, adjusted by Bonferroni, p = 0.120."));
+              testing::EndsWith("McNemar valid at any look, adjusted with Bonferroni's method, p = 0.120."));
   // A plan may choose another level than 5 %.
   result.success.SetSequential(0.03, 0.06, true);
   EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
@@ -701,7 +701,7 @@ TEST_F(CompareTest, SeveralAreAdjusted) {
   // Every adjusted p is called adjusted, also the largest, which Holm leaves as it is.
   EXPECT_EQ(results[1].success.p_adjusted, results[1].success.p);
   for (const Comparison& result : results)
-    EXPECT_THAT(Evidence(result), testing::HasSubstr(", exact McNemar, adjusted by Holm, p = "));
+    EXPECT_THAT(Evidence(result), testing::HasSubstr(", exact McNemar, adjusted with Holm's method, p = "));
 }
 
 TEST_F(CompareTest, OnlyTheChosenMetrics) {

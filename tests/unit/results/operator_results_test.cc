@@ -51,7 +51,8 @@ TEST_F(OperatorResultsTest, CountRatesAndAgreement) {
       ElementsAre("Operator ann: success in 6 of 9 episodes, 67 % (95 % interval 35 to 88 %), 1 abstention.",
                   "The automatic verdict is equal in 7 of 9 episodes; Cohen's kappa 0.50. Success only for "
                   "the operator: 1; only automatic: 1.",
-                  "Mean number of stages reached, by the operator: 3.50.", "Mean rubric score: 2.50 of 10."));
+                  "Mean number of stages reached, as counted by the operator: 3.50.",
+                  "Mean rubric score: 2.50 of 10."));
 }
 
 TEST_F(OperatorResultsTest, SayWhenKappaIsUndefined) {
@@ -63,7 +64,7 @@ TEST_F(OperatorResultsTest, SayWhenKappaIsUndefined) {
   EXPECT_EQ(json["runs"][0]["operators"][0]["operator_success_rate"], 1);
   const JudgedRun none = Judged("b", First(3, 3), "aa");
   EXPECT_THAT(OperatorSentences(OperatorResults(none.run, none.verdicts)[0]),
-              ElementsAre("Operator ann: no success or failure, 2 abstentions.",
+              ElementsAre("Operator ann judged no episode a success or a failure, 2 abstentions.",
                           "No episode has both this operator's and an automatic verdict."));
 }
 

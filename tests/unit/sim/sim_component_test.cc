@@ -572,7 +572,7 @@ TEST_F(SimComponentTest, ContinuesForAGivenTimeAfterASuccess) {
     for (int64_t k = 0; k <= 7; ++k) {
       action_t action = Action(k);
       action.joint_position_rad[0] = 0.02 * static_cast<double>(k);
-      // This also holds if the physics of the next tick is computed before the verdict arrives.
+      // The action arrives before the verdict, so the sim has already computed the physics of the next tick.
       Act(action);
       Score(k, k >= 2 ? verdict : int8_t{partial_metrics_t::UNDECIDED});
       ASSERT_EQ(ends_.size(), verdict == partial_metrics_t::SUCCESS && k == 7 ? 1u : 0u) << k;

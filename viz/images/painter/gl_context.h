@@ -4,7 +4,7 @@
 // A process uses only one of these libraries, because MuJoCo looks up the OpenGL functions in whichever
 // library is loaded. Software rendering of equal models and states gives identical bits on all machines with
 // the same Mesa version and vector instructions. Results of graphics processors vary. Images for policies are
-// therefore drawn in software unless the user selects EGL, and run.json records the selection.
+// therefore rendered in software unless the user selects EGL, and run.json records the selection.
 #pragma once
 
 #include <string>
@@ -40,7 +40,7 @@ bool IsGlInMemory();
 // Returns a description of the renderer in use, e.g. "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))". Throws as
 // UseGl does.
 std::string GlInUse();
-// Help text of the --gl option of drawing commands.
+// Help text of the --gl option of commands that render images.
 inline constexpr char kGlHelp[] =
     "renderer: software (equal bytes on every machine, with OSMesa or, where it is not installed, EGL);\n"
     "egl (on the GPU if there is one); auto (egl if it can use a GPU, otherwise software);\n"

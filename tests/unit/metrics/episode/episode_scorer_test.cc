@@ -87,7 +87,7 @@ TEST_F(EpisodeScorerTest, ScoresAnEpisodeByHand) {
   EXPECT_EQ(ExtendedValue(summary.extended, "mechanical_work_J.right"), 2.5);
 }
 
-// Every time is the number nearest to 4.6, whereas the product 0.02 * 230 is 4.6000000000000005.
+// Every time is the double nearest to 4.6, whereas the product 0.02 * 230 is 4.6000000000000005.
 TEST_F(EpisodeScorerTest, ATickHasOneTimeEverywhere) {
   dut_.Start();
   for (int64_t tick = 0; tick <= 230; ++tick) {

@@ -400,7 +400,8 @@ TEST(OpenpiClient, IsNotConnectedBeforeItConnects) {
   EXPECT_EQ(failure.what, "not connected");
 }
 
-// Some servers reset the state of an episode when a connection begins, because the wire has no other signal.
+// Some servers reset the state of an episode when a connection opens, because openpi's protocol has no
+// message for the start of an episode.
 TEST(OpenpiClient, EachEpisodeHasAConnectionOfItsOwn) {
   Double server(Answering(kChunk));
   const auto client = MakePolicyClient(To(server.url()));

@@ -13,7 +13,7 @@ using doubles::HttpAnswer;
 using doubles::RestServer;
 using testing::HasSubstr;
 
-// An array <f8 (2) with the values 0.5 and -1.0.
+// The float64 array [0.5, -1.0] in json_numpy's encoding, and its bytes (little-endian).
 constexpr const char* kRow = R"({"__numpy__":"AAAAAAAA4D8AAAAAAADwvw==","dtype":"<f8","shape":[2]})";
 const Bytes kRowBytes = FromHex("000000000000e03f000000000000f0bf");
 

@@ -177,7 +177,7 @@ TEST(RoboEvalCameras, AreInEveryTaskWhereRoboEvalHasThem) {
       ExpectNear(place(front), {base.position[0] + 1.4, base.position[1], base.position[2] + 1.6});
       ExpectNear(right(front), {0, 1, 0}, 1e-3);
       ExpectNear(up(front), {-0.5, 0, std::sqrt(0.75)}, 1e-3);
-      // This camera views the scene from the robot's right, wherever the robot is, and points 45 degrees
+      // This camera is fixed in the world. It views the scene from the robot's right and points 45 degrees
       // down.
       ExpectNear(place(external), {0, -2, 3});
       ExpectNear(right(external), {1, 0, 0}, 1e-3);

@@ -87,7 +87,8 @@ TEST(Marker, FieldOfViewIsTheVerticalOne) {
     EXPECT_EQ(PixelAt(narrow, {64, 64}, pixel, 32)[1] == 255, is_white) << pixel;
     EXPECT_EQ(PixelAt(narrow, {64, 64}, 32, pixel)[1] == 255, is_white) << pixel;
   }
-  // The camera's own field of view is unchanged.
+  // A field of view of 90 degrees, which equals the camera's own, and the default 0 give the same image as no
+  // field of view.
   renderer.RenderRgb({0, {64, 64}, 90}, &asked);
   EXPECT_TRUE(asked == own);
   renderer.RenderRgb({0, {64, 64}, 0}, &asked);

@@ -1,4 +1,4 @@
-// Tests number, size and time of a video's frames, and errors.
+// Tests the number, the size and the timestamps of a video's frames, and error handling.
 #include "viz/images/video.h"
 
 #include <gtest/gtest.h>
@@ -116,7 +116,7 @@ TEST(VideoSchedule, FrameShowsTheLastStateAtOrBeforeItsTime) {
     const std::vector<size_t> shown = Schedule(times);
     ASSERT_EQ(shown.size(), static_cast<size_t>(times.back() * 30 / 1000000 + 1)) << tick_us;
     for (size_t n = 0; n < shown.size(); ++n) {
-      // This is floor(n / 30 s / tick), in integers.
+      // The expected index is floor((n / 30 s) / tick), computed with integers.
       ASSERT_EQ(shown[n], n * 1000000 / (30 * static_cast<size_t>(tick_us))) << tick_us << " frame " << n;
     }
   }

@@ -22,8 +22,8 @@ namespace evalbus::viz::scene_painter_test {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-// Both compute the light at the vertices, but their shaders may round differently. Colors differ by at most
-// this much, except at the edges of shadows, where a few pixels may be on the other side.
+// Both painters compute the light at the vertices, but their shaders may round differently. Colors differ by
+// at most this much, except at the edges of shadows, where a few pixels may be on the other side.
 constexpr int kTolerance = 4;
 constexpr double kDiffering = 0.002;
 
