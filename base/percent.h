@@ -1,5 +1,5 @@
-// Rates as text. Everything that shows a rate uses this function, so that it is rounded in the same way
-// everywhere; viz/viewer/page/dom.js has the same rule for the page in the browser.
+// Rates as text. Texts and pages format whole percents with Percent(), so that a rate is rounded in the same
+// way everywhere; viz/viewer/page/dom.js has the same rule for the page in the browser.
 #pragma once
 
 #include <cmath>
