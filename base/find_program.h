@@ -12,8 +12,9 @@ namespace evalbus {
 // PATH.
 std::filesystem::path FindProgram(const std::string& name);
 
-// Returns the path of ffmpeg as found by FindProgram() or, if it is not found, the value of EVALBUS_FFMPEG.
-// The Python package sets this variable to the ffmpeg of PyPI's imageio-ffmpeg. Empty if there is none.
+// Returns the path of ffmpeg as found by FindProgram() or, if it is not found, the value of EVALBUS_FFMPEG if
+// that is an executable file; otherwise empty. The Python package sets this variable to the ffmpeg of PyPI's
+// imageio-ffmpeg.
 std::filesystem::path FindFfmpeg();
 inline constexpr char kInstallFfmpeg[] = "'apt-get install ffmpeg' or 'pip install imageio-ffmpeg'";
 

@@ -52,7 +52,7 @@ class ForkedWork {
 
   const std::string what_;
   const SharedMemory memory_{sizeof(Failure)};
-  // Process id; -1 after the process has ended, with status_.
+  // Process id; -1 after HasEnded() has found that the process has ended, and has set status_.
   pid_t process_ = -1;
   int status_ = 0;
 };

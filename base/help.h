@@ -11,8 +11,8 @@
 namespace evalbus {
 
 // Returns the width of the terminal on standard output. If standard output is not a terminal, returns COLUMNS
-// from the environment or, if that is not a number, 100. The terminal's width and COLUMNS are limited to 60
-// to 140.
+// from the environment or, if that is not a positive number, 100. The terminal's width and COLUMNS are
+// limited to 60 to 140.
 size_t TerminalWidth();
 
 // Wraps lines at `width` and indents all but the first, which begins at column `indent`. A line break in the

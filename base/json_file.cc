@@ -92,7 +92,7 @@ class Builder : public nlohmann::json_sax<Json> {
   }
 
   const std::string& what() const { return what_; }
-  // Position of a syntax error; unknown for other errors.
+  // Position of an error that the parser reported; nothing for a repeated key and for excessive nesting.
   std::optional<size_t> position() const { return position_; }
 
  private:

@@ -9,8 +9,8 @@
 namespace evalbus {
 
 // Files of users are read with these functions; Json is nlohmann::json or nlohmann::ordered_json. They throw
-// InputError with file, reason and, for a syntax error, line; and the errors of InputFile. They refuse NaN,
-// infinities, numbers that do not fit a double, repeated keys and excessive nesting.
+// InputError with file, reason and, for an error that the parser reports, line; and the errors of InputFile.
+// They refuse NaN, infinities, numbers that do not fit a double, repeated keys and excessive nesting.
 template <class Json = nlohmann::json>
 Json ReadJsonFile(const std::filesystem::path& file);
 // Streaming variant for files of any length. For each object in the array at `key` of the outermost object,

@@ -34,8 +34,8 @@ nlohmann::ordered_json OptionsJson(const Options& options) {
   return json;
 }
 
-// Reads all options from an object, which may also contain other keys. Throws an InputError that names file
-// and key or, if a number is out of its range, the command-line option.
+// Reads all options from an object, which may also contain other keys. Throws an InputError that names the
+// file and, if there is an object, the key; or, if a number is out of its range, the command-line option.
 template <class Options>
 void ReadOptions(const nlohmann::json& json, const std::string& file, Options* options) {
   if (!json.is_object()) throw InputError(file + ": expected a JSON object");

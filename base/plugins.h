@@ -9,8 +9,8 @@
 namespace evalbus {
 
 // Environment variables that name plugins as absolute paths, separated by colons. Child processes inherit
-// them and load the same plugins. Programs that read tasks load predicates; programs that run tasks also load
-// policies.
+// them and load the same plugins. evalbus-metrics loads predicates, evalbus-policy loads policies, and
+// evalbus loads both.
 inline constexpr const char* kPredicatePlugins = "EVALBUS_PREDICATES";
 inline constexpr const char* kPolicyPlugins = "EVALBUS_POLICIES";
 

@@ -56,8 +56,8 @@ inline std::string NameOfRun(const std::filesystem::path& folder) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-// Suffix of the name of a folder with ten thousand episodes; the name begins with the number of ten
-// thousands.
+// Suffix of the name of a folder with up to ten thousand episodes; the name begins with the episodes' number
+// of ten thousands.
 inline constexpr std::string_view kManyEnding = "xxxx";
 
 // Returns the folder of an episode: RUN/episodes/0007 or, from episode 10000 on, RUN/episodes/1xxxx/10007,

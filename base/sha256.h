@@ -7,7 +7,7 @@
 
 namespace evalbus {
 
-// Throws InputError if the file cannot be read.
+// Throws the errors of InputFile (base/input_file.h).
 std::string Sha256File(const std::filesystem::path& file);
 std::string Sha256Text(std::string_view text);
 

@@ -12,8 +12,8 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
 // Returns "a, b, c": each name once, in alphabetical order, without empty names.
 std::string ListOf(std::vector<std::string> names);
 
-// Returns "; did you mean 'x'?" if a candidate is similar. Otherwise returns "; expected one of a, b, c", or
-// `otherwise` if it is given.
+// Returns "; did you mean 'x'?" if a candidate is similar. Otherwise returns "; expected one of a, b, c"
+// (empty if there are no candidates), or `otherwise` if it is given.
 std::string Suggestion(const std::string& name, const std::vector<std::string>& candidates);
 std::string Suggestion(const std::string& name, const std::vector<std::string>& candidates,
                        const std::string& otherwise);

@@ -17,10 +17,9 @@ std::string Cut(const std::string& text, int width);
 // Pads a text with spaces to a width: right-aligned, or left-aligned if the width is negative.
 std::string Pad(const std::string& text, int width);
 
-// Replaces each control character, each byte that is not UTF-8, and U+FFFE and U+FFFF of each plane by a
-// question mark. Texts of other
-// processes and names in files may be arbitrary bytes. Terminals execute control characters, and XML does not
-// allow them.
+// Replaces each control character, each byte that is not UTF-8, and the last two codes of each plane, such as
+// U+FFFE and U+FFFF, by a question mark. Texts of other processes and names in files may be arbitrary bytes.
+// Terminals execute control characters, and XML does not allow all of them.
 std::string Printable(const std::string& text);
 
 // Returns a command as typed into a shell. Words that the shell would interpret are quoted.

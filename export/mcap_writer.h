@@ -13,7 +13,7 @@ namespace evalbus::exports {
 
 class McapWriter {
  public:
-  // A chunk is closed when it reaches this size.
+  // A chunk is closed when its records reach this size before compression.
   static constexpr size_t kChunkBytes = size_t{1} << 20;
 
   // library: name and version of the writing program.

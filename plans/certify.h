@@ -15,7 +15,7 @@ namespace evalbus::plans {
 inline constexpr char kCertificateJson[] = "certificate.json";
 
 // Finds the engines of --engines, for example {"2.2", "3.3.3"}. The first engine is the reference. Throws
-// InputError if an engine is not built, or if there are fewer than two different engines.
+// InputError if an engine is not built or given twice, or if there are fewer than two engines.
 std::vector<std::string> FindEngines(const std::vector<std::string>& wanted);
 
 struct Certified {

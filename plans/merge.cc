@@ -320,8 +320,8 @@ void RemovePart(const PlanFolder& folder, const Shard& shard) {
   if (rename(part.c_str(), hidden.c_str()) == 0) fs::remove_all(hidden, ignored);
 }
 
-// True if the process that wrote a file or folder has ended. A process of another machine counts as ended if
-// it has not modified the file or folder for kLongestMerge.
+// True if the process that wrote a file or folder has ended. Any process counts as ended if it has not
+// modified the file or folder for kLongestMerge; for a process of another machine, this is the only sign.
 bool IsLeft(const std::string& process, const fs::path& path) {
   constexpr auto kLongestMerge = std::chrono::hours(24);
   if (HasEnded(process)) return true;

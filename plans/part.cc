@@ -24,7 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Retry interval and time limit for copying to a full disk, on which space may become available.
+// Retry interval and time limit for copying a shard, for example to a full disk, on which space may become
+// available.
 constexpr auto kTryAgain = std::chrono::seconds(5);
 constexpr auto kGiveUp = std::chrono::minutes(10);
 
@@ -51,8 +52,8 @@ void PrintLine(const std::string& text) {
   std::clearerr(stdout);
 }
 
-// Copies the shard into the plan's folder. While the disk is full, retries at intervals of kTryAgain for up
-// to kGiveUp.
+// Copies the shard into the plan's folder. After an EnvironmentError, such as a full disk, retries at
+// intervals of kTryAgain for up to kGiveUp.
 void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::path& finished) {
   const auto give_up = std::chrono::steady_clock::now() + kGiveUp;
   for (bool is_printed = false;; is_printed = true) {
@@ -79,7 +80,7 @@ class Shards {
     }
   }
 
-  // Returns false when all shards have finished.
+  // Returns false when all shards have finished or failed.
   bool Poll() {
     while (running_.size() < at_once_ && !waiting_.empty()) Begin();
     for (auto running = running_.begin(); running != running_.end();) {

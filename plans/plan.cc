@@ -41,7 +41,7 @@ constexpr const char* kNotOptions[] = {"policy",  "contract", "policy_name", "ep
 bool IsOption(const std::string& key) { return std::ranges::find(kNotOptions, key) == std::end(kNotOptions); }
 
 // Resolves the path of a YAML file, or of a variation in it ("my_task.yaml/position"), relative to the plan's
-// folder.
+// folder if the file exists there. Returns other names unchanged.
 std::string FromPlan(const std::string& name, const fs::path& plan) {
   if (!IsTaskFile(name)) return name;
   const fs::path path(name), folder = fs::absolute(plan).parent_path();

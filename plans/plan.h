@@ -31,12 +31,12 @@ struct PlannedVideos {
 
 // Rule that tests the results while the plan runs, and stops a policy early. A policy stops when its
 // comparison with the baseline is decided or has become hopeless (Stop::is_hopeless) or, if `width` is set,
-// when the interval of its success rate on each task is at most this wide.
+// when the interval of its success rate on each task is at most this wide; at the latest, after max_episodes.
 struct Until {
   double alpha = 0.05;
   // Maximum number of episodes per task.
   int max_episodes = 0;
-  // True if the comparison also uses stages and time to success, in addition to success.
+  // True if the comparison uses stages and time to success in addition to success.
   bool on_progress = false;
   // Largest accepted width of the 95 % interval, from 0 to 1.
   std::optional<double> width = std::nullopt;

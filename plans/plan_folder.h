@@ -8,8 +8,8 @@
 //   slurm/                          scripts and logs of the jobs
 //   stops.json, report.html         decisions of a plan with `until`; the plan's page
 //
-// The folder needs no locks: every file appears atomically by rename, and processes that write plan.json
-// write the same contents. If two processes run the same shard, its results are stored once.
+// plan.json and parts/ need no locks: every file and shard appears atomically by rename, and processes that
+// write plan.json write the same contents. If two processes run the same shard, its results are stored once.
 #pragma once
 
 #include <chrono>
@@ -24,7 +24,7 @@
 
 namespace evalbus::plans {
 
-// File with the results of the sequential comparisons (Plan::until).
+// File with the decisions of a plan with Plan::until.
 inline constexpr char kStopsJson[] = "stops.json";
 inline constexpr char kSlurmFolder[] = "slurm";
 // File with the plan's page.

@@ -16,7 +16,8 @@ void RunPlan(const PlanFolder& folder, int workers, const runner::RunOutput& out
 void RunAllEpisodes(const PlanFolder& folder, int workers);
 
 // Completes a plan whose runs have all finished, for example after a merge. Records the videos, writes the
-// pages, and prints the comparisons to stdout. Returns the results.
+// pages, and prints the comparisons to stdout. Returns the results. Throws InputError, and EnvironmentError,
+// for example after everything else is done if videos could not be recorded.
 PlanResults FinishPlan(const PlanFolder& folder, int workers);
 
 }  // namespace evalbus::plans

@@ -27,8 +27,8 @@ policy::Contract MakeContract(const ContractForm& form, double rate_hz, const mo
 
 // Usual range of each value of an action. Joint and gripper positions have their limits, positions of poses
 // -2 to 2 m, and angles -pi to pi. Steps and velocities correspond to at most 2 rad/s and 0.5 m/s. All values
-// are unlimited if the contract has a scale or an offset, and so are poses whose rotations do not have three
-// values.
+// are unlimited if the contract has a scale or an offset, and so are the values of poses and pose steps whose
+// rotations do not have three values.
 struct ActionBounds {
   std::vector<double> lower, upper;
 };

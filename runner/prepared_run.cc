@@ -48,7 +48,8 @@ constexpr std::array kFixedFacts = {
     Fact{"painter"},
 };
 
-// Finds task and robot, and makes all paths absolute, so that every process of the run uses the same files.
+// Finds task and robot, and makes the paths of task, robot, assets and contracts absolute, so that every
+// process of the run uses the same files.
 TaskSelection Resolve(RunOptions* options) {
   TaskSelection selection = FindTask(options->sim.task);
   options->sim.task = (fs::absolute(selection.task.file) / selection.variation).string();
@@ -57,7 +58,7 @@ TaskSelection Resolve(RunOptions* options) {
   options->sim.assets = AbsoluteAssets(options->sim.assets);
   if (!options->sim.engine.empty()) options->sim.engine = FindEngine(options->sim.engine);
   FollowRecording(options);
-  // Contract files also get absolute paths, because processes may have other working directories.
+  // Processes may have other working directories.
   for (std::string* name : {&options->policy.policy, &options->policy.contract}) {
     if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
   }
@@ -154,7 +155,7 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   return plan;
 }
 
-// Chooses and prints the run's bus. A bus that the user requested is never replaced.
+// Chooses the run's bus. A bus that the user requested is never replaced; another bus is printed.
 void DecideBus(PreparedRun* run) {
   RunOptions& options = run->options;
   if (options.in_process) return;

@@ -25,13 +25,13 @@ struct PreparedRun {
   results::RunFolder folder;
   RunPlan plan;
   // Lines of episodes.jsonl that are kept when resuming, in order. Lines of invalid episodes are kept only if
-  // --only excludes them, because the others are run again.
+  // --only excludes them, because the others are run again. Empty in a worker.
   std::vector<nlohmann::ordered_json> finished;
   // The run's bus. Announce() sets it; in a worker, it is already set. Not set if all components are in one
   // process, or if there are several workers, which have their own buses.
   ReservedBus bus{};
 
-  // Total number of episodes, including finished ones.
+  // Total number of episodes, including finished ones. Must not be called in a worker.
   int num_wanted() const { return static_cast<int>(finished.size() + plan.episodes.size()); }
 };
 
@@ -42,8 +42,8 @@ PreparedRun PrepareRun(RunOptions options);
 // Prepares a worker's share of the episodes of a run that another process has prepared.
 PreparedRun PrepareWorker(RunOptions options);
 
-// Chooses and prints the run's bus, unless there are several workers. Writes the models and run.json. Removes
-// summary.json if there are episodes to run.
+// Chooses the run's bus, unless there are several workers; prints it unless options.url selects it. Writes
+// the models and run.json. Removes summary.json if there are episodes to run.
 void Announce(PreparedRun* run);
 
 // Throws an InputError that names the option if a fixed option differs from its value in `file`. before:
@@ -52,7 +52,7 @@ void CheckFixedOptions(const std::filesystem::path& file, const nlohmann::ordere
                        const RunOptions& options);
 
 // Returns the policy's name for folder names: policy_name if it is set; otherwise, for example, "expert" for
-// "expert" and "replay" for "replay:runs/a".
+// "expert" and "replay" for "replay:runs/a". Slashes become dashes.
 std::string ShortPolicyName(const RunOptions& options);
 
 }  // namespace evalbus::runner

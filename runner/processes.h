@@ -17,8 +17,8 @@ namespace evalbus::runner {
 
 class Processes {
  public:
-  // A child that is not scheduled at all for longer than `timeout` is killed, because it is stopped or
-  // deadlocked. Working and polling processes are scheduled regularly.
+  // A child whose main thread is not scheduled at all for longer than `timeout` is killed, because it is
+  // stopped or deadlocked. Working and polling threads are scheduled regularly.
   explicit Processes(std::chrono::milliseconds timeout = std::chrono::seconds(60)) : timeout_(timeout) {}
   ~Processes() { KillAll(); }
   Processes(const Processes&) = delete;
@@ -34,7 +34,7 @@ class Processes {
     pid_t pid = -1;
     // Exit code, or 128 + the signal's number.
     int code = 0;
-    // Description of the exit, for example "evalbus-sim exited with code 1: <last line of its log>".
+    // Description of the exit, for example "sim exited with code 1: <last line of its log>".
     std::string description;
     // Returns the error message without the program's name.
     std::string Error() const;

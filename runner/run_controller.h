@@ -162,7 +162,7 @@ class RunController : public Component {
   // Path of the physics model in the run's folder. A MODEL with another path comes from the sim of another
   // run, which may have answered the COMMAND.
   std::string own_model_;
-  // Instance of the last sim that published STATUS.
+  // Instance of the last sim that published STATUS before an episode began.
   int64_t sim_ = 0;
   // First MODEL of this run's sim.
   std::optional<model_info_t> model_;

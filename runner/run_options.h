@@ -35,7 +35,7 @@ struct RunOptions {
   bool in_process = false;
   bool by_hand = false;
   std::vector<std::string> video;
-  // Renderer of a policy's images and of videos. run.json contains the library that "auto" selected.
+  // Renderer of a policy's images and of videos. run.json of a run with images contains the selected library.
   std::string gl = viz::kDefaultGl;
   // True for `evalbus watch`, where a source replaces sim and policy.
   bool watch = false;
@@ -103,13 +103,13 @@ inline const std::string& PolicyName(const RunOptions& options) {
 }
 
 // Reads the options of a run.json. Options that are missing because the file is older get their default
-// values. Returns these missing options in command-line syntax. Task, policy, episodes, seed and rate must be
-// present. Throws InputError.
+// values, except for the seed stream, which is then kSharedSeeds. Returns the missing options that --help
+// lists, in command-line syntax. Task, policy, episodes, seed and rate must be present. Throws InputError.
 std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std::string& file,
                                           RunOptions* options);
 
-// Sets options from the policy's contract if the user did not set them: control rate, the sim's timeout for
-// an action, the policy's name. Throws InputError.
+// Sets options from the policy's contract if the user did not set them: control rate, policy's name, and the
+// sim's timeout for an action, which is only increased. Throws InputError.
 void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* options);
 
 // If the policy replays a run, sets the seed stream to that run's seed stream, so that the episodes begin as

@@ -20,8 +20,9 @@ class WorkerLog : public RunListener {
   void OnRemark(const std::string& text) override;
 };
 
-// Runs the episodes as EvaluateInProcess() does, but with n = options.workers workers at the same time, each
-// of which runs every n-th episode. A worker that dies is restarted and resumes. run.json must exist.
+// Runs the episodes as the functions in runner/launch.h do, but with n = options.workers workers at the same
+// time. Worker k runs the episodes whose number leaves the remainder k when divided by n. A worker that is
+// killed or hangs is restarted and resumes (JobPool::Poll). run.json must exist.
 void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
                      RunListener* listener);
 

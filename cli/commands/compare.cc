@@ -54,7 +54,8 @@ struct CompareOptions {
   // Video file to write, with both runs on one seed side by side; empty: none.
   std::filesystem::path video;
   viz::VideoTiming timing;
-  // Seed of the video's episodes; nullopt: the first seed on which only one of the runs succeeded.
+  // Seed of the video's episodes; nullopt: the first seed on which only one of the runs succeeded or, if
+  // there is none, the first common seed.
   std::optional<int64_t> seed;
   // True if runs may be compared although different versions of MuJoCo simulated them.
   bool across_engines = false;
@@ -133,7 +134,7 @@ void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& ba
   fmt::print("\nvideo    {}  (seed {})\n", options.video.string(), pair->seed);
 }
 
-// Returns the exit code, which is 0 for any result of the comparison. Throws InputError.
+// Returns the exit code, which is 0 for any result of the comparison. Throws InputError, EnvironmentError.
 int Compare(const CompareOptions& options) {
   std::vector<results::RecordedRuns> runs;
   for (const fs::path& folder : options.runs) runs.push_back(results::ReadForComparison(folder));

@@ -28,11 +28,13 @@ struct Facts {
   int demos = 0;
   size_t steps = 0;
   double seconds = 0, shortest = INFINITY, longest = 0;
-  std::array<double, 2> path{};  // rad: sums of |change| of all joints of an arm
+  // Joint path length of each arm, rad: sum of the Euclidean norms of the changes of its joint positions.
+  std::array<double, 2> path{};
   std::array<int, 2> closings{}, openings{};
   std::array<double, policy::kDemoWidth> min, max;
   double hz = 0;
-  // Seeds of RoboEval's scenes, in the order of the files; null for a file without a seed in its metadata.
+  // Seeds of RoboEval's scenes, in the order of the files; null for a file whose metadata have no whole
+  // number as seed.
   nlohmann::json seeds = nlohmann::json::array();
 
   Facts() {

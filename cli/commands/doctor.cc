@@ -38,7 +38,7 @@ std::string LibraryOf(const char* symbol) {
 
 // Prints which libraries and programs are used for videos, and which of them are missing.
 void PrintVideos() {
-  // Each line describes a library. A machine needs only one of them for software rendering.
+  // software: the renderer in use and its library; empty if there is none. missing: the reason.
   std::string software, missing;
   try {
     const viz::GlChoice choice = viz::ChooseGl(viz::kDefaultGl);
@@ -61,7 +61,8 @@ void PrintVideos() {
         kInstallFfmpeg);
 }
 
-// Prints one line per check. Returns 0 if runs with separate processes work; otherwise 2.
+// Prints the result of each check. Returns 0 if multicast works, all programs of components are executable,
+// and the task descriptions can be read; otherwise 2.
 int Doctor() {
   const std::string mujoco = LibraryOf("mj_versionString");
   fmt::print("evalbus {} ({}{}), MuJoCo {} ({})\n", kVersion, kGitCommit, kGitDirty ? ", modified" : "",

@@ -39,7 +39,8 @@ struct EnvOptions {
   std::string image_size = "224x224";
 };
 
-// Returns false if the input has ended before the first byte. Throws InputError if it ends later.
+// Returns false if the input has ended before the first byte. Throws InputError if it ends later, and
+// EnvironmentError if it cannot be read.
 bool ReadInputBytes(void* data, size_t size) {
   size_t filled = 0;
   while (filled < size) {

@@ -32,7 +32,7 @@ std::string Size(double bytes) {
 }
 
 // Returns the smallest true difference between success rates over this number of tasks that the plan's test
-// detects with 80 % power.
+// detects with 80 % power, as text; "none" if no difference is detected with this power.
 std::string FindableText(const Plan& plan, int tasks) {
   const double alpha =
       (plan.until ? plan.until->alpha : metrics::kAlpha) / static_cast<double>(plan.policies.size() - 1);

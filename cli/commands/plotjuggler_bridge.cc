@@ -33,7 +33,7 @@ struct BridgeOptions {
 // Sends datagrams without waiting. They are lost if nothing receives them.
 class UdpSender {
  public:
-  // Throws InputError if the address is not HOST:PORT, or if there is no such host.
+  // Throws InputError if the address is not HOST:PORT, or if the host is unknown or cannot be reached.
   explicit UdpSender(const std::string& address) {
     const size_t colon = address.rfind(':');
     addrinfo hints{}, *found = nullptr;

@@ -44,9 +44,9 @@ struct RenderOptions {
   // Size of the video; empty: the default size of the kind of video.
   std::string size;
   bool has_grid = false;
-  // Rows and columns of the grid; empty: one cell per episode.
+  // Columns and rows of the grid; empty: one cell per episode.
   std::string grid;
-  // File or folder to write; empty: next to the log, or in the run's folder.
+  // File to write; empty: beside the log or, for a grid, in the folder `recording`.
   std::filesystem::path out;
   std::string format;
   std::string gl = viz::kDefaultGl;
@@ -128,7 +128,7 @@ void PrintVideo(const fs::path& file) {
   std::fflush(stdout);
 }
 
-// Renders a video with a grid of many episodes, in the order of their numbers.
+// Renders a video with a grid of many episodes, in the order of the logs.
 void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs, viz::FrameSize size,
                 const std::string& ending) {
   if (options.cameras.size() > 1) throw InputError("--grid: expected one camera");

@@ -75,8 +75,8 @@ fs::path FindPlayer() {
   throw EnvironmentError("lcm-logplayer is not in PATH; fix: apt-get install liblcm-bin");
 }
 
-// Channels to which metrics, viz and monitors subscribe. The recorded scores are not played, because the new
-// metrics process publishes its own scores. COMMAND is not played, because there is no sim.
+// Channels that metrics, viz and monitors need. The recorded scores are not played, because the new metrics
+// process publishes its own scores. COMMAND is not played, because there is no sim.
 constexpr std::array<std::string_view, 5> kPlayedChannels = {
     channels::kModel.name, channels::kEpisodeBegin.name, channels::kState.name, channels::kContacts.name,
     channels::kEpisodeEnd.name};
@@ -101,7 +101,8 @@ void CheckWaits(const fs::path& log, double speed) {
   }
 }
 
-// A file in memory for a program's output. It disappears when this process ends, even if it is killed.
+// A file in memory, for a program's output or an unpacked log. It disappears when this process ends, even if
+// it is killed.
 class MemoryFile {
  public:
   MemoryFile() : fd_(memfd_create("log", MFD_CLOEXEC)) {
@@ -110,7 +111,8 @@ class MemoryFile {
   ~MemoryFile() { close(fd_); }
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
-  // path() is valid in this process and its children, path_from_outside() in any process.
+  // path() is valid in this process and, until they call exec(), in its children. path_from_outside() is
+  // valid in all processes of this user.
   fs::path path() const { return "/proc/self/fd/" + std::to_string(fd_); }
   fs::path path_from_outside() const { return fmt::format("/proc/{}/fd/{}", getpid(), fd_); }
 
@@ -159,7 +161,8 @@ class Player : public Component {
     bus->SetMaxBatchDelay(std::chrono::milliseconds(3));
   }
 
-  // Starts the metrics process. Throws InputError if a run is active on this bus.
+  // Starts the metrics process. Throws InputError if the user selected a bus on which a run or replay is
+  // active, and EnvironmentError if metrics does not start.
   void Start(bool url_was_named) {
     if (url_was_named && HandleUntil([this] { return metrics_heard_ || sim_heard_; }, kListen)) {
       throw InputError(bus().url() +

@@ -55,8 +55,8 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
       ->capture_default_str();
 }
 
-// Prints the page's path, its size and the number of packed episodes. Returns the exit code. Throws
-// InputError, EnvironmentError.
+// Prints the page's path and, if the page of a run or suite has a note (BuiltPage::note), the note and the
+// page's size. Returns the exit code. Throws InputError, EnvironmentError.
 int WriteReport(const ReportOptions& options) {
   if (fs::exists(options.run / kPlanJson)) {
     if (!options.out.empty() || !options.episodes.empty()) {

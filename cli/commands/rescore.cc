@@ -137,8 +137,9 @@ void AddOptions(CLI::App* app, RescoreOptions* options) {
       ->type_name("FILE");
 }
 
-// Returns 0 if every score equals the recorded score, or if --task is given; otherwise 2. Throws InputError,
-// EnvironmentError.
+// Returns 2 if a log of an episode in episodes.jsonl is missing. Without --task, also returns 2 if a score
+// differs from the log or from episodes.jsonl, or if a log has no episode. Otherwise returns 0. Throws
+// InputError, EnvironmentError.
 int Rescore(const RescoreOptions& options) {
   const bool new_rules = !options.task.empty();
   results::Rescorer rescorer(new_rules ? std::optional(ReadTask(options.task)) : std::nullopt);

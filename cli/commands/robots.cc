@@ -135,8 +135,9 @@ action_t HomeAction(const RobotDescription& robot, double closing) {
   return action;
 }
 
-// Finds collisions of the robot at home, and pairs of links that are so close that scripted experts do not
-// check them.
+// Finds pairs of geoms that are closer than kPlanningClearance at home. A pair is wrong if it overlaps or
+// belongs to different entities, such as two arms. For other pairs, adds the note that scripted experts do
+// not check them.
 void CheckHome(const Alone& alone, Lines* wrong, Lines* notes) {
   const ModelPtr model(mj_copyModel(nullptr, alone.scene.physics.get()));
   std::fill_n(model->geom_margin, model->ngeom, kPlanningClearance);

@@ -286,8 +286,8 @@ void CheckUndecided(const sim::World& world, const Composed& composed, const Var
       variation.name, evaluator->verdict() == metrics::Verdict::kSuccess ? "success" : "failure", seed));
 }
 
-// Warns about entries of `other_robots` that no robot in models/robots uses, because a robot of another name
-// keeps the task's own target distances.
+// Warns about entries of `other_robots` that name no robot in models/robots and no arms, because such an
+// entry applies only to a robot of its name. Other robots keep the task's own target distances.
 void WarnOfOtherRobots(const TaskDescription& task) {
   Lines known;
   for (const std::filesystem::path& robot : AllRobots()) known.push_back(robot.stem());

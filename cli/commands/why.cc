@@ -60,7 +60,7 @@ std::vector<results::RecordedRun> ReadAll(const std::vector<fs::path>& folders) 
   return runs;
 }
 
-// Finds points of no return, adds them to the run's no_return.json, and prints them. Throws InputError.
+// Finds points of no return and adds them to the run's no_return.json. Throws InputError, EnvironmentError.
 void FindNoReturns(const results::RecordedRun& run, const WhyOptions& options) {
   const auto has_failed = [](const results::RecordedEpisode& episode) {
     return episode.complete && episode.judged() && !episode.success;
@@ -94,7 +94,7 @@ void PrintNoReturns(const results::RecordedRun& run, const results::RunCircumsta
     fmt::print("{:>7}  {}\n", episode, results::NoReturnText(point));
 }
 
-// Returns the exit code, which is always 0. Throws InputError.
+// Returns the exit code, which is always 0. Throws InputError, EnvironmentError.
 int Explain(const WhyOptions& options) {
   const std::vector<results::RecordedRun> runs = ReadAll(options.runs);
   std::vector<const results::RecordedRun*> all;
