@@ -54,8 +54,8 @@ inline std::string Plural(int64_t count, const std::string& noun) {
 }
 
 // Returns a share as text, rounded to whole percents, halves up: "83 %" for 0.825. "-" if it is NaN or
-// infinite. Everything that shows a rate uses this function, so that it is rounded in the same way
-// everywhere; viz/viewer/page/dom.js has the same rule for the page in the browser.
+// infinite. Texts and pages format whole percents with this function, so that a rate is rounded in the same
+// way everywhere; viz/viewer/page/dom.js has the same rule for the page in the browser.
 inline std::string Percent(double share) {
   if (!std::isfinite(share)) return "-";
   // The double nearest to k / n may be up to 1e-16 too small. Half percents must nevertheless be rounded up.
