@@ -68,7 +68,7 @@ void AddAddressOptions(CLI::App* app, Address* address) {
 
 Attached Attach(const Address& address) {
   if (!address.run.empty() && !address.url.empty()) {
-    throw InputError("a run folder and --url exclude each other");
+    throw InputError("a run folder cannot be combined with --url");
   }
   std::vector<LiveRun> runs = FindLiveRuns();
   LiveRun run;

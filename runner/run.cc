@@ -218,7 +218,7 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
 void Watch(RunOptions options) {
   if (!options.judged_by.empty()) results::CheckOperatorName(options.judged_by);
   if (options.web && !options.judged_by.empty())
-    throw InputError("--web and --operator exclude each other: the page of --web shows the scores");
+    throw InputError("--web cannot be combined with --operator: the page of --web shows the scores");
   if (options.video == std::vector<std::string>{"none"}) options.video.clear();
   if (options.url.empty()) options.url = UrlOfEnvironment();
   if (options.url.empty()) options.url = kLcmUrl;

@@ -70,9 +70,9 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
     throw InputError("--resume requires --out: the folder of the run to continue");
   }
   if (options.in_process && !options.url.empty())
-    throw InputError("--in-process and --url exclude each other");
+    throw InputError("--in-process cannot be combined with --url");
   if (options.in_process && !options.sim.engine.empty())
-    throw InputError("--in-process and --engine exclude each other: another MuJoCo needs its own process");
+    throw InputError("--in-process cannot be combined with --engine: another MuJoCo needs its own process");
   if (options.by_hand &&
       (options.in_process || options.url.empty() || num_tasks > 1 || options.workers > 1)) {
     throw InputError(
@@ -83,11 +83,11 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
     throw InputError("--policy-name: expected text without control characters");
   }
   if (options.workers > 1 && !options.url.empty()) {
-    throw InputError("--workers and --url exclude each other: each worker has its own bus");
+    throw InputError("--workers cannot be combined with --url: each worker has its own bus");
   }
   if (options.sim.realtime && options.policy.latency != "none") {
     throw InputError(
-        "--latency and --realtime exclude each other: in real time, an inference takes its actual time");
+        "--latency cannot be combined with --realtime: in real time, an inference takes its actual time");
   }
   if (options.policy.policy == policy::kExternalPolicy) {
     if (options.policy.latency != "none" || options.policy.execution != "synchronous") {

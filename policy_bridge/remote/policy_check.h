@@ -37,8 +37,8 @@ struct CheckReport {
 const char* NameOf(CheckReport::Verdict verdict);
 
 // Calls the server several times with the observation of this state. The images must be in the order of
-// observations->views(). Blocks at most until the contract's deadlines. Throws InputError if the contract
-// does not fit the robot.
+// observations->views(). Each call blocks at most until the contract's deadline. Throws InputError if the
+// contract does not fit the robot.
 CheckReport CheckPolicyServer(const Contract& contract, PolicyClient* client, const mjModel& model,
                               const model_info_t& info, const state_t& state,
                               const std::vector<image_t>& images, ObservationBuilder* observations);

@@ -293,7 +293,7 @@ class WebPage {
   // Finds the runs to show and joins their networks. Must be called while this process has only one thread.
   void Begin() {
     if (!options_.runs.empty() && !options_.url.empty()) {
-      throw InputError("run folders and --url exclude each other");
+      throw InputError("run folders cannot be combined with --url");
     }
     const std::vector<LiveRun> live = FindLiveRuns();
     if (!options_.runs.empty()) {

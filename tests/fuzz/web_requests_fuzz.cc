@@ -77,7 +77,7 @@ std::string Answer(const std::string& bytes) {
   setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   setsockopt(fd, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
   if (connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-    Fail("the server is gone");
+    Fail("the server no longer runs");
   // The server may close the connection before everything is sent.
   for (size_t sent = 0; sent < bytes.size();) {
     const ssize_t n = send(fd, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);

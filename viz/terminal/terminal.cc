@@ -24,7 +24,7 @@ termios g_before{};
 
 void Write(const char* text, size_t size) {
   if (write(g_fd, text, size) < 0) {
-    // An error is ignored. If the terminal is gone, no recovery is possible.
+    // An error is ignored. If the terminal no longer exists, no recovery is possible.
   }
 }
 

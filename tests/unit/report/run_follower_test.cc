@@ -111,7 +111,7 @@ TEST_F(Followed, OtherLinesAreReadFromTheBegin) {
   EXPECT_EQ(news.from, 0u);
   EXPECT_THAT(Numbers(news), ElementsAre(0, 1));
   EXPECT_EQ(follower_.numbers().done, 2);
-  // The run is resumed, and the line of the episode that it repeats is gone.
+  // The run is resumed, and the line of the episode that it repeats has been removed.
   WriteAnew(Line(0, true));
   news = follower_.Update();
   EXPECT_EQ(news.from, 0u);
