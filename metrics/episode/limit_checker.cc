@@ -63,6 +63,8 @@ void LimitChecker::Add(const state_t& state) {
   const auto is_body = [this](int body) { return body >= 0 && body < model_.num_bodies; };
   for (const contact_force_t& force : state.contact_force) {
     if (!is_body(force.body_a) || !is_body(force.body_b)) continue;
+    // A pair that touched only in the last step of the previous tick is listed with force 0.
+    if (force.peak_force_N == 0) continue;
     for (size_t region = 0; region < regions_.size(); ++region) {
       for (const auto& [body, other] :
            {std::pair(force.body_a, force.body_b), std::pair(force.body_b, force.body_a)}) {

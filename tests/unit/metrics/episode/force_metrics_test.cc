@@ -189,6 +189,16 @@ TEST_F(ForceLimits, AnInterruptionOfATenthOfASecondBeginsANewContact) {
   EXPECT_EQ(Violations()[2].limit, "transient");
 }
 
+TEST_F(ForceLimits, APairThatIsListedWithoutForceIsNoContact) {
+  PressOnCounter({120, 120});
+  state_t parted = State(++tick_);
+  Press(&parted, {Force(contact_force_t::SCENE, kLeftBase, kCounter, 0)});
+  Tick(parted);
+  PressOnCounter({0, 0, 0, 0, 101});  // after 0.1 s a new, transient contact begins
+  ASSERT_EQ(Violations().size(), 2u);
+  EXPECT_EQ(Violations()[1].limit, "transient");
+}
+
 TEST_F(ForceLimits, ConcernTheRobotOnly) {
   state_t state = State(++tick_);
   Press(&state, {Force(contact_force_t::OTHER, kCounter, kPot, 1000),
