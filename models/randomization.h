@@ -81,7 +81,8 @@ struct RandomFriction {
   Span factor;
 };
 
-// Draws each of red, green and blue uniformly between min and max.
+// Sets the color of materials, or of geoms without a material. Each of red, green and blue is uniform between
+// min and max.
 struct RandomColor {
   std::vector<NameInFile> of;
   std::array<double, 3> min{}, max{};

@@ -43,10 +43,10 @@ struct Attachment {
 //
 // Each file keeps its own <compiler> settings: angles, Euler sequences and folders are converted. A setting
 // that MuJoCo has only once per document and that differs from the base file's is an InputError. Only the
-// base file's <option>, <visual>, <statistic> and <size> are used; keyframes of attached files are dropped,
-// and so are their lights unless keep_lights is true. Attributes that MuJoCo 2.2 does not support are dropped
-// with a line in warnings() if the physics stays meaningful; otherwise they are an InputError. All errors
-// name file and line.
+// base file's <option>, <visual>, <statistic> and <size> are used; keyframes and skyboxes of attached files
+// are dropped, and so are their lights unless keep_lights is true. Attributes that MuJoCo 2.2 does not
+// support are dropped with a line in warnings() if the physics stays meaningful; otherwise they are an
+// InputError. All errors name file and line.
 class SceneComposer {
  public:
   // base_file: MJCF file with options, floor, lights and cameras. Its names are not prefixed.

@@ -17,7 +17,7 @@ struct RankedRun {
   std::string letters;
 };
 
-// Compares all pairs of runs, with p adjusted with Holm's method for all pairs. The probability that any two
+// Compares all pairs of runs; p is adjusted with Holm's method for all pairs. The probability that any two
 // equal policies are reported as different is therefore at most 5 %. The result is ordered by descending
 // success. It is empty for fewer than three policies, and if not all of them ran the same tasks. Throws
 // InputError whenever CompareRuns() does.

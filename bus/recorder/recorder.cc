@@ -127,8 +127,8 @@ void Recorder::Open(const episode_begin_t& begin) {
 }
 
 void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us) {
-  // Rendered images are not recorded, because they can be rendered again from the log and because observers
-  // must not change the recorded data.
+  // Channels with kNo are not recorded. For example, rendered images can be rendered again from the log, and
+  // observers, which cause them, must not change the recorded data.
   const Recorded recorded = channels::RecordedOf(channel);
   if (recorded == Recorded::kNo) return;
   if (!channels::MatchesChannelType(channel, data, &decoded_)) return bus().CountDecodeError();

@@ -30,8 +30,9 @@ class Expert : public Policy {
   void Act(const state_t& state, action_t* action) override;
 
   // Continues an episode that another policy has begun. Must be called after Begin() and before the first
-  // Act(). The expert first opens the grippers, retreats and goes home, because plans begin with free hands.
-  // state: the state that the first Act() receives. closing: the grippers' last commands, 0 open to 1 closed.
+  // Act(). If an arm is away from home or a gripper is closed, the expert first opens the grippers, retreats
+  // and goes home, because plans begin at home with free hands. state: the state that the first Act()
+  // receives. closing: the grippers' last commands, 0 open to 1 closed.
   void TakeOver(const state_t& state, const std::vector<double>& closing);
   // Whether all attempts are used up and their motions have been executed.
   bool has_given_up() const { return gives_up() && player_.done(); }
@@ -83,7 +84,8 @@ bool HasExpert(const std::string& task);
 void CheckExpert(const std::string& task);
 
 // Creates the scripted expert for a task, which is selected by the name of the task's family. `model` may be
-// a copy of the task under another name. Throws as CheckExpert() does.
+// a copy of the task under another name. Throws InputError as CheckExpert() does, or if the model does not
+// fit the expert.
 std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info);
 
 }  // namespace evalbus::policy

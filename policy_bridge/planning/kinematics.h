@@ -21,8 +21,8 @@ Eigen::Isometry3d ToPose(const mjtNum* position, const mjtNum* quat);
 
 class ArmChain {
  public:
-  // Throws InputError unless the joints between the world and the wrist site are exactly the arm's joints, in
-  // their order, and each is a hinge.
+  // Throws InputError unless the arm has 1 to kMaxArmJoints joints, which are exactly the joints between the
+  // world and the wrist site, in their order, and each is a hinge.
   ArmChain(const mjModel& model, const arm_info_t& arm);
 
   int num_joints() const { return static_cast<int>(joints_.size()); }

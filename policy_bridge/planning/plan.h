@@ -3,9 +3,10 @@
 //   Plan plan(&context, now, state);
 //   plan.Take({{kLeft, cube, grasp}}).Lift(cube, 0.1).Place(cube, there).Release({kLeft}).GoHome({kLeft});
 //
-// A plan is computed completely before it is executed. The grip frames move along straight lines and arcs.
-// Joint positions are computed at knots of these paths, and timed so that no joint and no hand exceeds its
-// speed limit. A plan reports whether it is feasible, so an expert can try several plans one after the other.
+// A plan is computed completely before it is executed. The grip frames move along straight lines and arcs,
+// except that Swing() and GoHome() move the arms straight in joint space. Joint positions are computed at
+// knots of these paths, and timed so that no joint and, on lines and arcs, no hand exceeds its speed limit. A
+// plan reports whether it is feasible, so an expert can try several plans one after the other.
 #pragma once
 
 #include <optional>

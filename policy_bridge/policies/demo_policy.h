@@ -11,9 +11,9 @@
 namespace evalbus::policy {
 
 // Episode i plays the i-th file. The steps of the demonstration that fall into a tick are combined by
-// RoboEval's own rule: the mean of the joint targets and the last gripper commands. After the end of the
-// demonstration, the last step is held. The scene is drawn from evalbus' seed, because the file does not
-// contain RoboEval's scene.
+// RoboEval's own rule: the mean of the joint targets and the last gripper commands, of which values above 0.5
+// close the gripper. After the end of the demonstration, the last step is held. The scene is drawn from
+// evalbus' seed, because the file does not contain RoboEval's scene.
 class DemoPolicy : public Policy {
  public:
   // Throws InputError unless the robot has two arms with 7 joints and a gripper each.

@@ -29,7 +29,8 @@ class ObservationBuilder {
   // Whether every tick must be added, because the contract has a history of images or of signals.
   bool needs_every_tick() const { return needs_every_tick_; }
 
-  // Adds the state of a tick and, if needed, its images in the order of views().
+  // Adds the state of a tick and, if needed, its images in the order of views(). Throws InputError if values
+  // do not fit the shape or the dtype of their entry.
   void Add(const state_t& state, const std::vector<image_t>& images);
 
   // Rows that the robot executes while the policy computes (see ObservationEntry::Committed).
