@@ -8,7 +8,7 @@
 namespace evalbus::report {
 namespace {
 
-// Smaller changes, in SI units, are ignored. Larger than the simulated jitter of resting objects.
+// Smaller changes, in SI units, are ignored. This limit is above the simulated jitter of resting objects.
 constexpr double kChange = 1e-5;
 
 bool Changes(const viz::EpisodeTrack& track, size_t row) {
