@@ -39,13 +39,13 @@ class Scenes {
 };
 
 // Returns the last episode of the log, with poses if `scenes` is given. Throws InputError if the log cannot
-// be read or contains no episode.
+// be read or contains no episode, and whenever Scenes::Of() does.
 std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log,
                                                 viz::EpisodeTrack::About about, Scenes* scenes = nullptr);
 
 // Returns the last episode of the log with only its poses, gripper openings, images and the score at tick 0.
 // It contains no outcome, later scores, events, seed, or names of policy and run. number: displayed as the
-// number of the episode. Throws InputError if the log cannot be read or contains no episode.
+// number of the episode. Throws the errors of TrackEpisode().
 std::unique_ptr<viz::EpisodeTrack> BlindTrack(const std::filesystem::path& log, int number, Scenes* scenes);
 
 // is_over: true selects the Wilson interval, false the anytime-valid one.

@@ -46,7 +46,8 @@ class RunFollower {
 
  private:
   std::filesystem::path File() const { return folder_ / kEpisodesJsonl; }
-  // Returns false if episodes.jsonl was replaced by a file that does not start with the lines read so far.
+  // Returns false if episodes.jsonl was removed, or replaced by a file that does not start with the lines
+  // that were processed.
   bool ReadLines();
   void ReadInfo();
   void SetModel();
@@ -57,7 +58,8 @@ class RunFollower {
   std::filesystem::file_time_type info_time_{};
   results::NewLines lines_;
   uint64_t inode_ = 0;
-  // waiting_: lines that were read but not yet processed. The hashes cover all lines read so far.
+  // waiting_: lines that were read; those from next_waiting_ on were not processed yet. hashes_: hash of each
+  // processed line.
   std::vector<std::string> waiting_;
   size_t next_waiting_ = 0;
   std::vector<size_t> hashes_;

@@ -57,7 +57,7 @@ std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failu
   return chosen;
 }
 
-// Smaller changes, in SI units, are ignored. Larger than the simulated jitter of resting objects.
+// Smaller changes, in SI units, are ignored. This limit is above the simulated jitter of resting objects.
 constexpr double kChange = 1e-5;
 
 bool Changes(const viz::EpisodeTrack& track, size_t row) {

@@ -20,9 +20,9 @@ struct JudgedEpisode {
 // InputError if the runs have different tasks or variations, or no seed in common.
 std::vector<std::pair<int, int>> EpisodesOfEqualSeeds(const RecordedRun& a, const RecordedRun& b);
 
-// The pairs in random order; run 0 comes first in a random half of the pairs (one pair more or fewer if their
-// number is odd). The two episodes of a pair follow each other, so both runs are shown equally often. Equal
-// seeds give equal orders.
+// The pairs in random order; run 0 comes first in a random half of the pairs (if their number is odd, half of
+// it is rounded up or down at random). The two episodes of a pair follow each other, so both runs are shown
+// equally often. Equal seeds give equal orders.
 std::vector<JudgedEpisode> BlindOrder(const std::vector<std::pair<int, int>>& pairs, int64_t seed);
 
 }  // namespace evalbus::results

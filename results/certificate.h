@@ -41,7 +41,8 @@ struct PolicyOnEngine {
   Comparison comparison;
   // Stages at which pairs diverge, ordered by task and stage.
   std::vector<StageParting> partings;
-  // pairs: number of pairs of episodes. different: number of pairs whose results differ in any value.
+  // pairs: number of pairs of complete episodes. different: number of these pairs whose results differ in any
+  // value.
   int pairs = 0, different = 0;
 
   int flipped() const { return comparison.success.pairs.only_a + comparison.success.pairs.only_b; }

@@ -9,9 +9,10 @@
 
 namespace evalbus::results {
 
-// Returns the log of an episode, or the logs of the finished episodes of a run or a suite, in order.
-// `recording` is the folder of a suite, a run or an episode, or a log file. If `episodes` is not empty, only
-// the logs of these episodes of each run are returned; it is ignored for an episode's folder and a log file.
+// Returns the log of an episode, or the logs of the finished episodes of a run or a suite, ordered by run and
+// episode. `recording` is the folder of a suite, a run or an episode, or a log file. If `episodes` is not
+// empty, only the logs of these episodes of each run are returned, in the order of `episodes`; it is ignored
+// for an episode's folder and a log file.
 // Throws InputError if there is no log, or if a run with finished episodes lacks one of `episodes`.
 std::vector<std::filesystem::path> EpisodeLogs(const std::filesystem::path& recording,
                                                const std::vector<int>& episodes = {});

@@ -25,15 +25,16 @@ struct FoundRuns {
   std::vector<FoundRun> runs;
   // Name of the plan's baseline; empty if there is no plan.
   std::string baseline;
-  // True if the plan stops when its comparisons are decided. Other tests of its success rates are then not
-  // valid.
+  // True for a plan with `until`, which stops depending on its results. Tests of its success rates that
+  // assume a fixed number of episodes are then not valid.
   bool is_sequential = false;
 };
 
 // Returns whether the folder contains a run, a suite or a plan, which need not have finished.
 bool IsEvaluation(const std::filesystem::path& folder);
 
-// Returns the runs in a folder. Throws InputError if suite.json or plan.json cannot be read.
+// Returns the runs in a folder. Throws InputError if the folder does not exist, or if suite.json or plan.json
+// cannot be read.
 FoundRuns FindRuns(const std::filesystem::path& folder);
 
 }  // namespace evalbus::results

@@ -172,8 +172,8 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
   const auto needed = PairsNeeded(excesses, metrics::Mean(excesses) < 0 ? metrics::kAlpha : fail_alpha);
   if (differing < kDifferingPairsNeeded) {
     if (differing > 0 && needed) {
-      // Enough pairs differ with a probability of about 80 % in this total, the 0.84 quantile of a normal
-      // distribution.
+      // Enough pairs differ with a probability of about 80 % in this total. 0.84 is the 80 % quantile of the
+      // normal distribution.
       const double enough = kDifferingPairsNeeded + 0.84 * std::sqrt(kDifferingPairsNeeded);
       const int total = static_cast<int>(std::ceil(static_cast<double>(n) * enough / differing));
       result.more_pairs = std::max(total, *needed) - static_cast<int>(n);

@@ -72,8 +72,8 @@ class RunFolder {
   std::filesystem::path shown() const;
   std::filesystem::path log_file(const std::string& component) const { return LogFile(path_, component); }
 
-  // The functions below throw EnvironmentError if writing fails. They remove only files and folders that
-  // evalbus created.
+  // The functions below throw the errors of WriteWhole() if writing fails. They remove only files and folders
+  // that evalbus created.
 
   void WriteJson(const std::string& name, const nlohmann::ordered_json& json) const;
   // Writes episodes/0007/policy_calls.json.

@@ -123,8 +123,8 @@ RecordedRun ReadRun(const std::filesystem::path& folder);
 RecordedRuns ReadRuns(const std::filesystem::path& folder);
 // Reads a folder with run.json; the run may have no finished episode yet.
 RecordedRun ReadRunAsFarAsItGot(const std::filesystem::path& folder);
-// Parses a line of this run's episodes.jsonl. `where`: file and line for errors. The result's `text` is not
-// set.
+// Parses a line of this run's episodes.jsonl. `where`: file and line for errors. The result's `text`, `line`
+// and `note` are not set.
 RecordedEpisode ReadEpisode(const nlohmann::ordered_json& json, const std::string& where,
                             const RecordedRun& run);
 // Reads only run.json.

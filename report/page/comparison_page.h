@@ -30,8 +30,8 @@ struct ComparisonPageParts {
   // Returns the images of a pair; null if it has none.
   std::function<const PairStills*(const results::TaskComparison& task, const results::ComparedPair& pair)>
       stills;
-  // viewer: nullopt if the page has no 3D viewer. viewer_notes: one sentence for each kind of content that
-  // the viewer omits.
+  // viewer: nullopt if the page has no 3D viewer. viewer_notes: notes on images and episodes that are
+  // omitted, one sentence each.
   std::optional<viz::PackedViewer> viewer;
   std::vector<std::string> viewer_notes;
   // Version and commit of the program that wrote the page.

@@ -12,7 +12,7 @@ void WriteSuccess(const results::Comparison& comparison, Markup* html);
 // causes and links to the 3D viewer. heading: HTML element of the heading, for example "h2".
 void WriteSeeds(const ComparisonPageParts& parts, const results::Comparison& comparison,
                 const results::TaskComparison& task, const char* heading, Markup* html);
-// Writes the main metrics with their relative changes on one axis.
+// Writes the compared metrics with their relative changes on one axis.
 void WriteMetrics(const results::Comparison& comparison, const results::TaskComparison& task,
                   const char* heading, Markup* html);
 

@@ -29,7 +29,7 @@ struct PlanVerdict {
   std::string text;
   // Difference from the baseline, for example "-47 points (-64 to -27)".
   std::string difference;
-  // "better", "worse" or "differs"; empty if there is no significant difference.
+  // "better" or "worse"; empty if there is no significant difference.
   std::string judgment;
   std::string url;  // comparison page
 };

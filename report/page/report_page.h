@@ -58,7 +58,7 @@ struct ReportRun {
   nlohmann::ordered_json pacing;
   // Command line that repeats the run; empty if there is none.
   std::string command;
-  // Decisive moments by episode, only for the first failures.
+  // Decisive moments of failures, by episode. Only the first ones have images.
   std::map<int, ReportMoment> moments;
   // Files of each episode, in the order of run.episodes.
   std::vector<EpisodeFiles> files;

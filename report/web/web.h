@@ -19,7 +19,7 @@ struct WebOptions {
   // Folders of runs, suites or plans, or a log that is being played; empty: the active run or replay on this
   // machine.
   std::vector<std::filesystem::path> runs;
-  // Episode of the one run in `runs` that the page opens first, at its decisive moment.
+  // Episode of the one run in `runs` that the page opens first, one second before its decisive moment.
   std::optional<int> episode;
   // Bus of a run without a known folder, instead of `runs`.
   std::string url;
