@@ -230,7 +230,7 @@ void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine
   }
 }
 
-// Adds one line for all healthy components, and one line for each component with a problem.
+// Adds one line for all components, and one more line for each component with a problem.
 void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   Line line = Heading("components");
   line.push_back({"", Style::kQuiet});  // placeholder for the largest lag, filled in below
@@ -261,7 +261,8 @@ void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<Ran
 
 void AddRates(const RunWatch& watch, std::vector<RankedLine>* screen) {
   Line line = Heading("per second");
-  // These channels come first, in the order in which they are published within a tick. All others follow.
+  // These channels come first: those of a tick in the order of their messages, then STATUS and MODEL. All
+  // others follow.
   std::vector<std::string> names = {channels::kState.name,   channels::kContacts.name, channels::kAction.name,
                                     channels::kPartial.name, channels::kStatus.name,   channels::kModel.name};
   for (const auto& [name, channel] : watch.channels()) {
