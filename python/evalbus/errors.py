@@ -1,4 +1,4 @@
-"""Exceptions of evalbus. Each message is one line that states what is wrong and what to do."""
+"""Exceptions of evalbus. Each message is one line that states what is wrong."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ class InputError(EvalbusError, ValueError):
 
 
 class ActionError(InputError):
-    """An action has the wrong shape or type, or is not finite."""
+    """An action has the wrong shape or type, or contains values that are masked or not finite."""
 
 
 class ProgramError(EvalbusError, RuntimeError):

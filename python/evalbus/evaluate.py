@@ -230,12 +230,12 @@ class Comparison:
 
     # The result in one or two sentences.
     verdict: str
-    # Success rates, their difference (a minus b) and its 95 % interval; None if no episode is complete.
+    # Difference of the success rates (a minus b) and its 95 % interval; None if no episode is complete.
     difference: Optional[float]
     difference_95: Any
     # p of the test of equal success rates, e.g. the exact McNemar test for pairs of equal seeds.
     p: Optional[float]
-    # Entries of the task's "metrics" in `evalbus compare --json`, by metric.
+    # Entries of the task's "metrics" in `evalbus compare --json`, by metric; empty for several tasks.
     metrics: Dict[str, Dict[str, Any]] = dataclasses.field(repr=False)
     # The whole output of `evalbus compare --json`.
     content: Dict[str, Any] = dataclasses.field(repr=False)

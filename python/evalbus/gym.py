@@ -109,7 +109,7 @@ class EvalbusEnv(gymnasium.Env):
                 raise InputError(f"reset: options: expected the key 'episode', got {name!r}")
         episode = (options or {}).get("episode", episode)
         step = self._environment.reset(run_seed, episode)
-        # After a failure, the next reset() begins the episode that this one would have begun.
+        # A reset() that fails changes neither of them.
         self._run_seed, self._episode = run_seed, episode
         return self._seen(step), _info(step)
 

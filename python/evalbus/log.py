@@ -44,7 +44,7 @@ class Log(dict):
 def read_log(file):
     """Reads the messages of a log as numpy arrays (see Log). Damaged parts are skipped, counted and warned about.
 
-    Raises InputError if the file cannot be read.
+    Raises InputError if the file cannot be read, and ProgramError if zstd is needed but not installed.
     """
     log = Log()
     times, found, names = {}, {}, {}
@@ -64,7 +64,7 @@ def read_log(file):
 def events(file):
     """Yields (time in microseconds, channel, message) for each message of a log; a message is a dictionary.
 
-    Raises InputError if the file cannot be read. At the end, it warns about damaged parts as read_log does.
+    Raises InputError and ProgramError as read_log() does. At the end, it warns about damaged parts as read_log does.
     """
     for time_us, channel, _, message in _messages(file, Log()):
         yield time_us, channel, message

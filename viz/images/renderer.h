@@ -2,7 +2,7 @@
 // (painter/gl_context.h). Needs no display.
 //
 // A renderer may be used by only one thread at a time. Several renderers may draw concurrently in different
-// threads. An image depends only on the model, the state and the shot.
+// threads. An image depends only on the model, its look and appearance, the state and the shot.
 #pragma once
 
 #include <memory>

@@ -26,7 +26,8 @@ struct Shown {
   OverlayText text;
 };
 
-// Returns one entry per frame. The last entry shows the end of the episode and is repeated kVideoHold times.
+// Returns one entry per frame. If the video shows the end of the episode, the last entry is repeated
+// kVideoHold times.
 std::vector<Shown> WhatIsShown(const EpisodeMessages& episode, const VideoOptions& options) {
   OverlayText text;
   text.title = episode.model->task + "/" + episode.model->variation;

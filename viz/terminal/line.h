@@ -21,7 +21,7 @@ struct RankedLine {
   Line line;
 };
 
-// Return a line's width in characters, and its text without styles.
+// Return a line's width in characters, and its text without styles and without trailing spaces.
 int LineWidth(const Line& line);
 std::string LineText(const Line& line);
 

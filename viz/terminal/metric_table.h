@@ -9,7 +9,7 @@
 
 namespace evalbus::viz {
 
-// are_current: false if the scores are from a previous attempt. Each number is then shown as "-".
+// are_current: false if the scores are from a previous episode or attempt. Each number is then shown as "-".
 std::vector<RankedLine> MetricTable(const partial_metrics_t& scores, bool are_current, int width);
 
 }  // namespace evalbus::viz

@@ -6,7 +6,8 @@
 namespace evalbus::viz {
 
 // Shows a screen if stdout is a terminal; otherwise prints lines. Ends after q, SIGINT or SIGTERM or, if it
-// prints lines, when the run has ended. Returns the exit code. Throws InputError and EnvironmentError.
+// prints lines, when the run has ended or is silent, or when stdout is closed. Returns the exit code.
+// Throws InputError and EnvironmentError.
 int Monitor(const Address& address);
 
 }  // namespace evalbus::viz

@@ -229,7 +229,7 @@ void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine
   }
 }
 
-// Adds one line for all healthy components, and one line for each component with a problem.
+// Adds one line for all components, and one more line for each component with a problem.
 void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   Line line = Heading("components");
   line.push_back({"", Style::kQuiet});  // placeholder for the largest lag, filled in below

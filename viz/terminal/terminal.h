@@ -1,6 +1,6 @@
 // Full-screen terminal output with alternate screen, hidden cursor and key input without Enter. The terminal
-// is restored when the program ends or is suspended, also by a signal (except SIGKILL). Writes never block,
-// because a frame that the terminal cannot accept is dropped.
+// is restored when the program ends or is suspended, also by a signal (except SIGKILL and SIGSTOP). Writes do
+// not block if the terminal can be opened again: what the terminal cannot accept of a frame is dropped.
 #pragma once
 
 #include <termios.h>

@@ -29,7 +29,7 @@
 
 namespace evalbus::viz {
 
-// An event. Gripper and object are empty as long as they are unknown.
+// An event. Gripper and object are empty if they are unknown or if the event concerns none.
 struct TrackEvent {
   enum class Kind {
     kStage,
@@ -75,8 +75,9 @@ class EpisodeTrack {
   // Throws InputError if MODEL is inconsistent.
   EpisodeTrack(std::shared_ptr<const model_info_t> model, const header_t& episode, About about);
 
-  // Processes a message. Ignores messages of another episode or attempt, repeated ticks, and messages that do
-  // not match MODEL or that contain non-finite numbers. appearance: SceneBlocks::Appearance() for this seed.
+  // Processes a message. Ignores messages of another episode or attempt, repeated messages, and STATE and
+  // CONTACTS that do not match MODEL or whose positions or directions are not finite. appearance:
+  // SceneBlocks::Appearance() for this seed.
   void Receive(const episode_begin_t& begin, nlohmann::ordered_json appearance = nullptr);
   void Receive(const state_t& state);
   void Receive(const contacts_t& contacts);

@@ -420,7 +420,8 @@ Json SceneBlocks::Appearance(int64_t seed) const {
   };
   appearance["materials"] = differences(a.nmat, [this](const mjModel& m, int id) { return Material(m, id); });
   appearance["cameras"] = differences(a.ncam, Camera);
-  // Lights and cameras are identified by their indices in the scene's lists.
+  // Lights and geoms are identified by their indices in the scene's lists, which contain neither inactive
+  // lights nor invisible geoms.
   int place = 0;
   for (int light = 0; light < a.nlight; ++light) {
     if (!a.light_active[light]) continue;

@@ -27,8 +27,8 @@ struct ScoreRow {
   double value() const { return each.size() == 1 ? each[0] : whole; }
 };
 
-// Returns the tracked metrics in the order of the catalog. Success and stages are not numbers and have no
-// row.
+// Returns the tracked metrics in the order of the catalog. Success and the individual stages are not numbers
+// and have no row.
 std::vector<ScoreRow> ScoreRows(const metric_values_t& values, const extended_metrics_t& extended);
 
 // Returns the most important of these rows.

@@ -9,8 +9,8 @@ namespace evalbus::viz {
 namespace {
 
 // Per-vertex lighting of OpenGL's fixed-function pipeline. `plain` is the sum over the lights without a
-// shadow, and `shaded` is the contribution of the light with a shadow. LIGHTS, SHADOWS and one of the texture
-// macros are prepended as #defines.
+// shadow, and `shaded` is the contribution of the light with a shadow. LIGHTS, SHADOWS, TEXEL and one of the
+// texture macros are prepended as #defines.
 constexpr char kVertexShader[] = R"(
 uniform vec3 light_direction[LIGHTS + 1], light_ambient[LIGHTS + 1], light_diffuse[LIGHTS + 1],
     light_specular[LIGHTS + 1];
