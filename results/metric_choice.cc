@@ -34,9 +34,13 @@ std::vector<MetricNumber> FindNumbers(const std::string& name, const std::set<st
   std::vector<MetricNumber> found = Matching(name, MainMetrics({available.begin(), available.end()}));
   if (found.empty()) found = Matching(name, all);
   if (!found.empty()) return found;
-  std::vector<std::string> known;
-  for (const MetricNumber& number : all) known.emplace_back(number.metric->wire_name());
-  throw InputError("--on " + name + ": no such metric in both runs" + Suggestion(name, known));
+  std::vector<std::string> numbers, metrics;
+  for (const MetricNumber& number : all) {
+    numbers.push_back(number.metric->is_extended() ? number.name.substr(kExtended.size()) : number.name);
+    metrics.emplace_back(number.metric->wire_name());
+  }
+  throw InputError("--on " + name + ": no such metric in both runs" +
+                   Suggestion(name, numbers, "; expected one of " + ListOf(metrics)));
 }
 
 }  // namespace evalbus::results
