@@ -2,8 +2,9 @@
 
 Writes the run's options as the tracker's configuration, the numbers of each complete episode at the step that is the
 episode's index, and success rate and means of metrics as the summary. A run has the same id whenever it is sent:
-sending it again, for example after --resume, adds only missing episodes (TensorBoard: writes the files again). Server
-addresses, keys and offline modes are set as the tracker's own documentation describes.
+sending it again, for example after --resume, adds the episodes after the last one sent, because steps of wandb and
+trackio only increase (MLflow: all missing ones; TensorBoard: writes the files again). Server addresses, keys and
+offline modes are set as the tracker's own documentation describes.
 """
 
 import hashlib
@@ -63,9 +64,9 @@ def to_mlflow(run: Run, experiment: str) -> None:
         if not found:
             mlflow.log_params(_flat(run.options))
         client = mlflow.MlflowClient()
-        last = [point.step for point in client.get_metric_history(active.info.run_id, "success")]
+        sent = {point.step for point in client.get_metric_history(active.info.run_id, "success")}
         for episode in _complete(run):
-            if episode.index > max(last, default=-1):
+            if episode.index not in sent:
                 mlflow.log_metrics(_values(episode), step=episode.index)
         mlflow.log_metrics({f"summary.{key}": value for key, value in _summary(run).items()})
 
