@@ -1,5 +1,5 @@
-# Sourced by ./run, ./test and scripts/check: installs missing Debian packages and configures the build. Sets `root`
-# (the source folder) and `build`; targets are built with `build_targets NAME...`.
+# Sourced by ./run, ./test and the scripts that build: installs missing Debian packages. Sets `root` (the source folder)
+# and `build`. `build_targets NAME...` configures the build if necessary, and builds these targets.
 
 # Only Debian's tools are used, because compilers, CMake files and libraries of conda, pyenv or a module system are
 # incompatible with the packages below.

@@ -7,8 +7,8 @@ import runpy
 import sys
 
 if __name__ == "__main__":
-    # Removes the folder of this file from the import path, because its modules would hide others with the same name,
-    # such as gym.
+    # Replaces the folder of this file in the import path by the current folder, as `python -m` does, because the
+    # modules of this folder would hide others with the same name, such as gym.
     sys.path[0] = ""
     del sys.argv[0]
     try:

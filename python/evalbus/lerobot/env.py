@@ -66,8 +66,9 @@ class LeRobotEnv(gymnasium.ObservationWrapper):
 class EvalbusEnvConfig(EnvConfig):
     """Options of --env.type=evalbus.
 
-    task: "lift_pot/position", or several tasks, separated by commas. fps: steps per simulated second. run_seed, robot,
-    control, cameras, image_size (width, height), gl: as in evalbus.Environment. State and action are the joint positions
+    task: "lift_pot/position", or several tasks, separated by commas. fps: steps per simulated second. run_seed: as in
+    LeRobotEnv. robot, control, cameras, image_size (width, height), gl: as in evalbus.Environment. With the default of
+    control, state and action are the joint positions
     of all arms (rad), then all grippers (state: 1 open; action: 1 closed), as in data sets of
     `evalbus export --lerobot`. render_mode: None draws no images for videos, which policies without cameras do not need.
     """

@@ -51,7 +51,8 @@ Evalbus.reasonText = (reason) => (Object.hasOwn(Evalbus.REASON_TEXTS, reason) ? 
 // error) and the deciding condition.
 Evalbus.reasonOf = (head) => head.cause_text ? Evalbus.words(head.cause_text) : [Evalbus.words(head.end_detail), Evalbus.spaced(head.explanation)].filter(Boolean).join("; ");
 
-// Formats a number with four significant digits. The number of characters changes as little as possible.
+// Formats a number: integers exactly, very large and very small numbers as a power of ten, all others with a number of
+// decimals that suits their size. The number of characters changes as little as possible.
 Evalbus.number = (value) => {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
@@ -69,7 +70,7 @@ Evalbus.fixed = (value, decimals) => {
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
 };
 
-// Formats a number with the number of decimals that suits values up to `most`. The width of the text is therefore constant.
+// Formats a number with the number of decimals that suits values up to `most`, so that it is the same for all of them.
 Evalbus.numberAmong = (value, most) => {
   if (!Number.isFinite(value) || !(most > 0) || most >= 1e7 || most < 1e-4) return Evalbus.number(value);
   const decimals = most >= 1000 ? 0 : most >= 100 ? 1 : most >= 10 ? 2 : most >= 0.01 ? 3 : 5;

@@ -104,7 +104,7 @@ Evalbus.Marks = class {
       this.point.fromArray(track.contactPosition.data, 3 * c);
       this.along.fromArray(track.contactNormal.data, 3 * c).normalize();
       this.turn.setFromUnitVectors(up, this.along);
-      // The length is 2 cm, plus 1 cm per 0.5 mm of penetration depth.
+      // The length is 2 cm, plus 1 cm per 0.5 mm of penetration depth, but at most 10 cm.
       const length = 0.02 + Math.min(0.08, 20 * Math.max(0, track.contactDepth.data[c]));
       this.pins[kind].head.setMatrixAt(k, this.matrix.compose(this.point, this.turn, this.size.set(1, 1, 1)));
       this.pins[kind].shaft.setMatrixAt(k, this.matrix.compose(this.point, this.turn, this.size.set(1, length, 1)));
