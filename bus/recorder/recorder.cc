@@ -146,7 +146,9 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
   const bool is_run_summary = channel == channels::kRunSummary;
   if (is_run_summary && !closing_) return;
   Received* received = nullptr;
-  if (recorded == Recorded::kOncePerTick) {
+  const bool is_of_episode = channel == channels::kEpisodeBegin || channel == channels::kEpisodeEnd ||
+                             channel == channels::kEpisodeSummary;
+  if (recorded == Recorded::kOncePerTick || is_of_episode) {
     auto found = received_.find(channel);
     if (found == received_.end()) found = received_.emplace(channel, Received{}).first;
     received = &found->second;

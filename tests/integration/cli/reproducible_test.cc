@@ -136,8 +136,8 @@ TEST(RecordedActions, DoTheSameInTheirWorldAndAreRefusedInAnother) {
   ExpectSameScores(again, recorded);
   for (int i = 0; i < 2; ++i) ExpectSameTicks(ReadLog(LogFile(again, i)), ReadLog(LogFile(recorded, i)));
 
-  const Result refused = RunProgram(
-      {"evalbus", "run", task + "/base", "--policy", "replay" + actions, "--in-process", "--out", other});
+  const Result refused = RunProgram({"evalbus", "run", task + "/base", "--policy", "replay" + actions,
+                                     "--episodes", "2", "--in-process", "--out", other});
   EXPECT_EQ(refused.code, 1);
   EXPECT_NE(refused.err.find("was recorded with variation position, not base;"), std::string::npos)
       << refused.err;

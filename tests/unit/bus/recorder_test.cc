@@ -221,10 +221,16 @@ TEST_F(RecorderTest, BytesThatAreNoMessageOfTheirChannelAreNotWritten) {
 
 TEST_F(RecorderTest, RepeatedMessagesAreRecordedOnce) {
   for (int attempt = 0; attempt < 2; ++attempt) {
-    Begin(0, attempt);
+    for (int i = 0; i < 2; ++i) Begin(0, attempt);
     for (const int tick : {0, 0, 1, 1, 1, 2}) Tick(0, tick);
     for (int i = 0; i < 2; ++i) bus_.PublishRaw("OTHER", Encode(header_t{}));
   }
+  episode_end_t end{};
+  end.header.attempt = attempt_;
+  bus_.Publish(channels::kEpisodeEnd, end);
+  episode_summary_t summary{};
+  summary.header = end.header;
+  bus_.Publish(channels::kEpisodeSummary, summary);
   End(0);
   HandleAll();
   const auto events = Log(0);
@@ -232,6 +238,9 @@ TEST_F(RecorderTest, RepeatedMessagesAreRecordedOnce) {
     return std::ranges::count_if(events, [&](const auto& event) { return event.first == channel; });
   };
   EXPECT_EQ(count(channels::kState), 3);
+  for (const char* name :
+       {channels::kEpisodeBegin.name, channels::kEpisodeEnd.name, channels::kEpisodeSummary.name})
+    EXPECT_EQ(count(name), 1) << name;
   EXPECT_EQ(count("OTHER"), 2);
 }
 
