@@ -42,8 +42,10 @@ inline constexpr std::string_view kSource = "source";
 
 enum class Recorded {
   kYes,
-  // Published once per tick. A message that repeats the previous message on its channel is not recorded.
+  // Published once per tick or episode. A message that repeats the previous message on its channel is not
+  // recorded.
   kOncePerTick,
+  kOncePerEpisode,
   // Not recorded, because the messages differ between identical runs, or follow from recorded messages.
   kNo,
 };
@@ -62,8 +64,9 @@ struct Channel {
 namespace channels {
 
 inline constexpr Channel<model_info_t> kModel{"EVALBUS_MODEL", "sim"};
-inline constexpr Channel<episode_begin_t> kEpisodeBegin{"EVALBUS_EPISODE_BEGIN", "sim"};
-inline constexpr Channel<episode_end_t> kEpisodeEnd{"EVALBUS_EPISODE_END", "sim"};
+inline constexpr Channel<episode_begin_t> kEpisodeBegin{"EVALBUS_EPISODE_BEGIN", "sim",
+                                                        Recorded::kOncePerEpisode};
+inline constexpr Channel<episode_end_t> kEpisodeEnd{"EVALBUS_EPISODE_END", "sim", Recorded::kOncePerEpisode};
 inline constexpr Channel<state_t> kState{"EVALBUS_STATE", "sim", Recorded::kOncePerTick};
 inline constexpr Channel<contacts_t> kContacts{"EVALBUS_CONTACTS", "collision", Recorded::kOncePerTick};
 // Contacts of a source at a tick. The collision component converts them to CONTACTS (`evalbus watch
@@ -75,7 +78,8 @@ inline constexpr Channel<observation_t> kObservation{"EVALBUS_OBSERVATION", "pol
 inline constexpr Channel<policy_action_t> kPolicyAction{"EVALBUS_POLICY_ACTION", "policy"};
 inline constexpr Channel<partial_metrics_t> kPartial{"EVALBUS_PARTIAL", "metrics", Recorded::kOncePerTick};
 inline constexpr Channel<criteria_t> kCriteria{"EVALBUS_CRITERIA", "metrics", Recorded::kNo};
-inline constexpr Channel<episode_summary_t> kEpisodeSummary{"EVALBUS_EPISODE_SUMMARY", "metrics"};
+inline constexpr Channel<episode_summary_t> kEpisodeSummary{"EVALBUS_EPISODE_SUMMARY", "metrics",
+                                                            Recorded::kOncePerEpisode};
 inline constexpr Channel<run_summary_t> kRunSummary{"EVALBUS_RUN_SUMMARY", "metrics"};
 inline constexpr Channel<component_status_t> kStatus{"EVALBUS_STATUS", kEverybody};
 inline constexpr Channel<command_t> kCommand{"EVALBUS_COMMAND", "run"};

@@ -146,9 +146,7 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
   const bool is_run_summary = channel == channels::kRunSummary;
   if (is_run_summary && !closing_) return;
   Received* received = nullptr;
-  const bool is_of_episode = channel == channels::kEpisodeBegin || channel == channels::kEpisodeEnd ||
-                             channel == channels::kEpisodeSummary;
-  if (recorded == Recorded::kOncePerTick || is_of_episode) {
+  if (recorded == Recorded::kOncePerTick || recorded == Recorded::kOncePerEpisode) {
     auto found = received_.find(channel);
     if (found == received_.end()) found = received_.emplace(channel, Received{}).first;
     received = &found->second;

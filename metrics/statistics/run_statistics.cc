@@ -170,6 +170,12 @@ NamedNumbers FlattenedValues(const ordered_json& metrics, const std::string& bef
   return values;
 }
 
+std::optional<double> EpisodeResult::Find(std::string_view name) const {
+  const auto found = std::ranges::find(
+      values, name, [](const auto& named) -> const auto& { return named.first; });
+  return found == values.end() ? std::nullopt : std::optional(found->second);
+}
+
 double RunSummary::InSamples(int count) const {
   return samples == complete ? count : static_cast<double>(count) * samples / complete;
 }
@@ -225,12 +231,6 @@ std::string RunSummary::StagesText() const {
   return std::to_string(successes_without_stage) + " of " + std::to_string(successes) +
          (successes == 1 ? " success" : " successes") +
          " did not reach every stage: stages are not conditions of success";
-}
-
-std::optional<double> EpisodeResult::Find(std::string_view name) const {
-  const auto found = std::ranges::find(
-      values, name, [](const auto& named) -> const auto& { return named.first; });
-  return found == values.end() ? std::nullopt : std::optional(found->second);
 }
 
 const MetricSummary* RunSummary::Find(const std::string& metric) const {

@@ -55,6 +55,7 @@ TEST(Channels, WhatIsForLookersOnIsNotRecorded) {
   EXPECT_EQ(channels::RecordedOf("EVALBUS_CAMERA_front"), Recorded::kYes);
   EXPECT_EQ(channels::RecordedOf("EVALBUS_LOG"), Recorded::kNo);
   EXPECT_EQ(channels::RecordedOf("EVALBUS_STATE"), Recorded::kOncePerTick);
+  EXPECT_EQ(channels::RecordedOf("EVALBUS_EPISODE_END"), Recorded::kOncePerEpisode);
   EXPECT_EQ(channels::RecordedOf("EVALBUS_MODEL"), Recorded::kYes);
   EXPECT_EQ(channels::RecordedOf("SOMEBODY_ELSES"), Recorded::kYes);
 }
