@@ -123,11 +123,16 @@ std::string Headline(const std::vector<Comparison>& comparisons) {
   if (comparisons.empty()) return "";
   if (comparisons.size() == 1) return Headline(comparisons.front());
   const std::string& baseline = comparisons.front().baseline.name;
-  std::vector<std::string> parts;
+  std::vector<std::string> parts, without_episode;
+  for (const Comparison& comparison : comparisons) {
+    if (comparison.success.baseline_trials == 0) return Headline(comparison);
+    if (comparison.success.trials == 0) without_episode.push_back(comparison.run.name);
+  }
   const auto add = [&](Judgment judgment, const char* one, const char* several) {
     std::vector<std::string> names;
     for (const Comparison& comparison : comparisons) {
-      if (comparison.success.judgment() == judgment) names.push_back(comparison.run.name);
+      const SuccessComparison& success = comparison.success;
+      if (success.trials > 0 && success.judgment() == judgment) names.push_back(comparison.run.name);
     }
     if (names.empty()) return;
     parts.push_back(fmt::format("{} {} {}", Enumerated(names), names.size() == 1 ? one : several, baseline));
@@ -135,6 +140,10 @@ std::string Headline(const std::vector<Comparison>& comparisons) {
   add(Judgment::kBetter, "is better than", "are better than");
   add(Judgment::kWorse, "is worse than", "are worse than");
   add(Judgment::kNone, "is not shown to differ from", "are not shown to differ from");
+  if (!without_episode.empty()) {
+    parts.push_back(fmt::format("{} {} no complete episode", Enumerated(without_episode),
+                                without_episode.size() == 1 ? "has" : "have"));
+  }
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 

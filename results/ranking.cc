@@ -21,9 +21,12 @@ std::string Rate(const RankedRun& run) {
   return run.trials > 0 ? Percent(static_cast<double>(run.successes) / run.trials) : "–";
 }
 
-}  // namespace
+struct Ordered {
+  RankedRun counts;
+  const RecordedRuns* run;
+};
 
-std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs) {
+std::vector<Ordered> InOrder(const std::vector<const RecordedRuns*>& runs) {
   const auto tasks = [](const RecordedRuns& of) {
     std::set<std::string> names;
     for (const RecordedRun& run : of.runs) names.insert(run.task_name());
@@ -34,33 +37,45 @@ std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& run
   for (const RecordedRuns* run : runs) {
     if (tasks(*run) != tasks(*runs[0])) return {};
   }
-  std::vector<std::pair<RankedRun, const RecordedRuns*>> ranked;
+  std::vector<Ordered> result;
   for (const RecordedRuns* run : runs) {
-    RankedRun entry{.name = run->name, .letters = {}};
+    RankedRun counts{.name = run->name, .letters = {}};
     for (const RecordedRun& task : run->runs) {
       const metrics::RunSummary summary = task.Statistics().Summary(false);
-      entry.successes += summary.successes;
-      entry.trials += summary.judged;
+      counts.successes += summary.successes;
+      counts.trials += summary.judged;
     }
-    ranked.emplace_back(entry, run);
+    result.push_back({counts, run});
   }
-  std::ranges::stable_sort(ranked, [](const auto& a, const auto& b) {
-    return int64_t{a.first.successes} * b.first.trials > int64_t{b.first.successes} * a.first.trials;
+  std::ranges::stable_sort(result, [](const Ordered& a, const Ordered& b) {
+    return int64_t{a.counts.successes} * b.counts.trials > int64_t{b.counts.successes} * a.counts.trials;
   });
+  return result;
+}
+
+}  // namespace
+
+std::vector<RankedRun> OrderBySuccess(const std::vector<const RecordedRuns*>& runs) {
+  std::vector<RankedRun> result;
+  for (const Ordered& ordered : InOrder(runs)) result.push_back(ordered.counts);
+  return result;
+}
+
+std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs) {
+  std::vector<RankedRun> result;
   std::vector<const RecordedRuns*> in_order;
-  for (const auto& [entry, run] : ranked) in_order.push_back(run);
+  for (const Ordered& ordered : InOrder(runs)) {
+    result.push_back(ordered.counts);
+    in_order.push_back(ordered.run);
+  }
   const std::vector<SuccessComparison> pairs = CompareEachPair(in_order);
-  std::vector<std::vector<bool>> differs(ranked.size(), std::vector<bool>(ranked.size()));
+  std::vector<std::vector<bool>> differs(result.size(), std::vector<bool>(result.size()));
   auto next = pairs.begin();
-  for (size_t i = 0; i < ranked.size(); ++i) {
-    for (size_t j = i + 1; j < ranked.size(); ++j) differs[i][j] = differs[j][i] = next++->is_shown;
+  for (size_t i = 0; i < result.size(); ++i) {
+    for (size_t j = i + 1; j < result.size(); ++j) differs[i][j] = differs[j][i] = next++->is_shown;
   }
   const std::vector<std::string> letters = metrics::CompactLetters(differs);
-  std::vector<RankedRun> result;
-  for (size_t i = 0; i < ranked.size(); ++i) {
-    result.push_back(ranked[i].first);
-    result.back().letters = letters[i];
-  }
+  for (size_t i = 0; i < result.size(); ++i) result[i].letters = letters[i];
   return result;
 }
 

@@ -17,10 +17,13 @@ struct RankedRun {
   std::string letters;
 };
 
-// Compares all pairs of runs; p is adjusted with Holm's method for all pairs. The probability that any two
-// equal policies are reported as different is therefore at most 5 %. The result is ordered by descending
-// success. It is empty for fewer than three policies, and if not all of them ran the same tasks. Throws
-// InputError whenever CompareRuns() does.
+// Returns the counts of the policies, ordered by descending success, without letters. The result is empty for
+// fewer than three policies, and if not all of them ran the same tasks.
+std::vector<RankedRun> OrderBySuccess(const std::vector<const RecordedRuns*>& runs);
+
+// Returns the result of OrderBySuccess() with letters. Compares all pairs of runs; p is adjusted with Holm's
+// method for all pairs. The probability that any two equal policies are reported as different is therefore
+// at most 5 %. Throws InputError whenever CompareRuns() does.
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
 // Returns the rates of up to six policies in their order, and the results of the comparisons with the

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
 #include "base/errors.h"
@@ -115,7 +116,40 @@ ordered_json Stages(const metrics::RunSummary& summary) {
   return stages;
 }
 
-ordered_json Against(const results::SuccessComparison& success, bool is_final) {
+bool HasJudged(const Policy& policy) {
+  return std::ranges::any_of(policy.runs.runs, [](const RecordedRun& run) {
+    return std::ranges::any_of(run.episodes,
+                               [](const auto& episode) { return episode.complete && episode.judged(); });
+  });
+}
+
+// Comparison of a policy with the baseline. Without a comparison, remark is the reason, or empty for the
+// baseline and for policies without a judged episode.
+struct WithBaseline {
+  std::optional<results::Comparison> comparison;
+  std::string remark;
+};
+
+std::vector<WithBaseline> CompareWithBaseline(const std::vector<Policy>& policies, size_t baseline) {
+  std::vector<WithBaseline> compared(policies.size());
+  std::vector<results::SuccessComparison*> family;
+  for (size_t i = 0; i < policies.size(); ++i) {
+    if (i == baseline || !HasJudged(policies[i]) || !HasJudged(policies[baseline])) continue;
+    try {
+      compared[i].comparison = results::CompareVerdicts(policies[i].runs, policies[baseline].runs);
+      family.push_back(&compared[i].comparison->success);
+    } catch (const InputError& error) {
+      compared[i].remark = error.what();
+    }
+  }
+  results::AdjustByHolm(family);
+  return compared;
+}
+
+ordered_json Against(const WithBaseline& compared, bool is_final) {
+  if (!compared.remark.empty()) return {{"remark", compared.remark}};
+  if (!compared.comparison) return nullptr;
+  const results::SuccessComparison& success = compared.comparison->success;
   return {{"difference", viz::NumberOrNull(success.difference)},
           {"interval",
            {viz::NumberOrNull(success.difference_95.lower), viz::NumberOrNull(success.difference_95.upper)}},
@@ -126,50 +160,18 @@ ordered_json Against(const results::SuccessComparison& success, bool is_final) {
           {"judgment", is_final ? results::Word(success.judgment()) : ""}};
 }
 
-bool HasJudged(const Policy& policy) {
-  return std::ranges::any_of(policy.runs.runs, [](const RecordedRun& run) {
-    return std::ranges::any_of(run.episodes,
-                               [](const auto& episode) { return episode.complete && episode.judged(); });
-  });
-}
-
-// Compares each policy with the baseline. If this is not possible, the policy's entry contains the reason as
-// "remark".
-std::vector<ordered_json> Comparisons(const std::vector<Policy>& policies, size_t baseline, bool is_final) {
-  std::vector<ordered_json> entries(policies.size());
-  std::vector<std::pair<size_t, results::SuccessComparison>> compared;
-  for (size_t i = 0; i < policies.size(); ++i) {
-    if (i == baseline || !HasJudged(policies[i]) || !HasJudged(policies[baseline])) continue;
-    try {
-      compared.emplace_back(i, results::CompareVerdicts(policies[i].runs, policies[baseline].runs).success);
-    } catch (const InputError& error) {
-      entries[i] = {{"remark", error.what()}};
-    }
-  }
-  std::vector<results::SuccessComparison*> family;
-  for (auto& [i, success] : compared) family.push_back(&success);
-  results::AdjustByHolm(family);
-  for (const auto& [i, success] : compared) entries[i] = Against(success, is_final);
-  return entries;
-}
-
-// Returns the result in one sentence; empty if there is nothing to compare.
-std::string VerdictOf(const std::vector<Policy>& policies, size_t baseline) {
-  std::vector<results::Comparison> comparisons;
+// Returns the result in one sentence; empty unless all policies could be compared with the baseline.
+std::string VerdictOf(const std::vector<Policy>& policies, const std::vector<WithBaseline>& compared,
+                      size_t baseline) {
   std::vector<const results::RecordedRuns*> all;
-  try {
-    for (size_t i = 0; i < policies.size(); ++i) {
-      all.push_back(&policies[i].runs);
-      if (i != baseline)
-        comparisons.push_back(results::CompareVerdicts(policies[i].runs, policies[baseline].runs));
-    }
-    std::vector<results::SuccessComparison*> family;
-    for (results::Comparison& comparison : comparisons) family.push_back(&comparison.success);
-    results::AdjustByHolm(family);
-    return WithMinus(results::RankingHeadline(results::RankBySuccess(all), comparisons));
-  } catch (const InputError&) {
-    return "";  // Comparisons() reports the reason.
+  std::vector<results::Comparison> comparisons;
+  for (size_t i = 0; i < policies.size(); ++i) {
+    all.push_back(&policies[i].runs);
+    if (i == baseline) continue;
+    if (!compared[i].comparison) return "";
+    comparisons.push_back(*compared[i].comparison);
   }
+  return WithMinus(results::RankingHeadline(results::OrderBySuccess(all), comparisons));
 }
 
 std::vector<std::string> TasksOf(const std::vector<Policy>& policies) {
@@ -216,7 +218,7 @@ std::string BoardBlock(const std::vector<BoardRun>& runs, const BoardFacts& fact
   const auto named = std::ranges::find(policies, facts.baseline, &Policy::name);
   const auto baseline = named == policies.end() ? size_t{0} : static_cast<size_t>(named - policies.begin());
   const bool is_final = is_over && !facts.is_sequential;
-  const std::vector<ordered_json> against = Comparisons(policies, baseline, is_final);
+  const std::vector<WithBaseline> compared = CompareWithBaseline(policies, baseline);
 
   viz::BlockWriter block("board");
   ordered_json& head = block.head();
@@ -226,7 +228,7 @@ std::string BoardBlock(const std::vector<BoardRun>& runs, const BoardFacts& fact
   head["waiting_runs"] = facts.waiting_runs;
   head["is_sequential"] = facts.is_sequential;
   head["baseline"] = baseline;
-  head["verdict"] = is_final && std::ranges::all_of(policies, HasJudged) ? VerdictOf(policies, baseline) : "";
+  head["verdict"] = is_final ? VerdictOf(policies, compared, baseline) : "";
   head["tasks"] = ordered_json::array();
   for (const std::string& task : tasks) {
     std::map<int, std::string> names;
@@ -240,7 +242,7 @@ std::string BoardBlock(const std::vector<BoardRun>& runs, const BoardFacts& fact
   head["policies"] = ordered_json::array();
   for (size_t i = 0; i < policies.size(); ++i) {
     head["policies"].push_back(PolicyJson(policies[i], tasks));
-    head["policies"].back()["against"] = against[i];
+    head["policies"].back()["against"] = Against(compared[i], is_final);
   }
   return block.Bytes();
 }

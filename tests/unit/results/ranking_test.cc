@@ -83,6 +83,17 @@ TEST(Ranking, HeadlineHasTheRatesAndTheComparisons) {
   EXPECT_EQ(RankingHeadline({}, {}), "");
 }
 
+TEST(Ranking, HeadlineNamesPoliciesWithoutACompleteEpisode) {
+  RecordedRuns nothing = Policy("nothing", First(0, 50));
+  for (RecordedEpisode& episode : nothing.runs[0].episodes)
+    episode.complete = episode.result.complete = false;
+  const RecordedRuns base = Policy("base", First(10, 50)), better = Policy("a", First(45, 50));
+  EXPECT_EQ(RankingHeadline(Rank({base, better, nothing}), CompareAll({better, nothing}, base)),
+            "a 90 %, base 20 %, nothing –; a is better than base; nothing has no complete episode");
+  EXPECT_EQ(RankingHeadline({}, CompareAll({base, better}, nothing)),
+            "No conclusion: nothing has no complete episode");
+}
+
 // The probability that any two of several equal policies are separated is at most 5 %.
 TEST(Ranking, ErrsInFivePercentAtMost) {
   const char* const asked = std::getenv("EVALBUS_SIMULATIONS");
