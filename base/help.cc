@@ -194,8 +194,10 @@ std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
   }
   static const std::regex conversion(R"(Could not convert: (\S+) = (.*))");
   static const std::regex count(R"((\S+): At Most (\d+) required but received (\d+))");
-  const std::string text = std::regex_replace(error.what(), conversion, "$1: expected a number, not '$2'");
-  return std::regex_replace(text, count, "$1: expected at most $2, got $3");
+  static const std::regex excludes(R"((\S+) excludes (\S+))");
+  std::string text = std::regex_replace(error.what(), conversion, "$1: expected a number, not '$2'");
+  text = std::regex_replace(text, count, "$1: expected at most $2, got $3");
+  return std::regex_replace(text, excludes, "$1 cannot be combined with $2");
 }
 
 }  // namespace evalbus

@@ -1,6 +1,7 @@
 // Converts the options of a table to JSON, in which a run stores them, and back.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -52,10 +53,13 @@ void ReadOptions(const nlohmann::json& json, const std::string& file, Options* o
           value.emplace_back(path);
       } else {
         // The JSON library would convert true and 1.5 to 1.
-        const bool fits = std::is_same_v<Value, bool>       ? found->is_boolean()
-                          : std::is_integral_v<Value>       ? found->is_number_integer()
-                          : std::is_floating_point_v<Value> ? found->is_number()
-                                                            : true;
+        const bool fits =
+            std::is_same_v<Value, bool>       ? found->is_boolean()
+            : std::is_integral_v<Value>       ? found->is_number_integer()
+            : std::is_floating_point_v<Value> ? found->is_number()
+            : std::is_same_v<Value, std::vector<int>>
+                ? std::ranges::all_of(*found, [](const auto& item) { return item.is_number_integer(); })
+                : true;
         if (!fits) throw nlohmann::json::type_error::create(302, "", nullptr);
         value = found->template get<Value>();
       }
@@ -65,6 +69,7 @@ void ReadOptions(const nlohmann::json& json, const std::string& file, Options* o
                         : std::is_integral_v<Value>                 ? "a whole number"
                         : std::is_floating_point_v<Value>           ? "a number"
                         : std::is_convertible_v<Value, std::string> ? "a string"
+                        : std::is_same_v<Value, std::vector<int>>   ? "a list of whole numbers"
                                                                     : "a list") +
                        ", got " +
                        found->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).substr(0, 40));

@@ -82,6 +82,7 @@ TEST_F(BadInput, CommandLine) {
     Expect(1, {"evalbus-sim", "lift_pot", "--seed", wrong}, {"--seed: expected a whole number"});
   }
   ExpectRun(1, {"lift_pot", "--only", ""}, {"--only"});
+  Expect(1, {"evalbus", "verify", "run", "--write", "--hashes"}, {" cannot be combined with --"});
   Expect(1, {"evalbus", "run", "lift_pot", "--in-process", "--resume"}, {"--resume requires --out"});
   Expect(1, {"evalbus", "run", "lift_pot/all", "--resume"}, {"--resume requires --out"});
   ExpectRun(1, {"lift_pot", "--realtime", "--rtf", "0"}, {"--rtf"});

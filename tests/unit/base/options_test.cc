@@ -132,6 +132,8 @@ TEST(Options, WrongJsonIsNamedWithFileAndKey) {
   EXPECT_EQ(read("fast", 1), "run.json: fast: expected true or false, got 1");
   EXPECT_EQ(read("name", 1), "run.json: name: expected a string, got 1");
   EXPECT_EQ(read("words", "x"), "run.json: words: expected a list, got \"x\"");
+  EXPECT_EQ(read("only", {1, 2.5}), "run.json: only: expected a list of whole numbers, got [1,2.5]");
+  EXPECT_EQ(read("only", {true}), "run.json: only: expected a list of whole numbers, got [true]");
   EXPECT_EQ(read("rate_hz", 1e300), "--rate-hz: expected 20 to 500, got 1e+300");
 }
 
