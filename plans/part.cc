@@ -54,7 +54,8 @@ void PrintLine(const std::string& text) {
 
 // Copies the shard into the plan's folder. After an EnvironmentError, such as a full disk, retries at
 // intervals of kTryAgain for up to kGiveUp.
-void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::path& finished) {
+void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::path& finished,
+                        AtWork* at_work) {
   const auto give_up = std::chrono::steady_clock::now() + kGiveUp;
   for (bool is_printed = false;; is_printed = true) {
     try {
@@ -63,6 +64,7 @@ void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::
       if (stop_requested() || std::chrono::steady_clock::now() > give_up) throw;
       if (!is_printed) PrintLine(fmt::format("{}: {}: retrying", shard.name(), error.what()));
       std::this_thread::sleep_for(kTryAgain);
+      at_work->Refresh();
     }
   }
 }
@@ -116,7 +118,7 @@ class Shards {
       running->at_work->Refresh();
       running->pool->Poll();
       if (!running->pool->done()) return false;
-      PutWhenThereIsRoom(folder_, shard, made);
+      PutWhenThereIsRoom(folder_, shard, made, running->at_work.get());
       WriteFailure(folder_, shard, "");
       PrintLine(fmt::format("{}: {}", shard.name(), Plural(shard.size(), "episode")));
     } catch (const std::exception& error) {

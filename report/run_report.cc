@@ -41,7 +41,7 @@ std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failu
   std::vector<Choice> chosen;
   std::vector<std::pair<double, int>> successes;  // time, episode
   for (const results::RecordedEpisode& episode : run.episodes) {
-    if (!episode.complete) continue;
+    if (!episode.complete || !episode.judged()) continue;
     if (episode.success) {
       successes.emplace_back(episode.completion_time, episode.episode);
     } else if (chosen.size() < failures) {

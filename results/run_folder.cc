@@ -168,7 +168,7 @@ RunFolder::RunFolder(const fs::path& out, const std::string& name, bool resume, 
                                        "--resume to continue an interrupted run"));
   }
   Make(path_, &made_);
-  lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY);
+  lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (lock_ < 0) ThrowFileError(shown + ": cannot be opened", errno);
   const auto deadline = std::chrono::steady_clock::now() + kLockWait;
   while (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) != 0) {

@@ -102,8 +102,8 @@ class RunFolder {
   std::filesystem::path path_;
   // Folders that were created for this run, the deepest last.
   std::vector<std::filesystem::path> made_;
-  // Lock on the folder. Child processes inherit it, so that it is released when the last of them ends: a run
-  // cannot be resumed while its old recorder is still writing.
+  // Lock on the folder. The processes of a run end with the process that holds the lock, so a run cannot be
+  // resumed while its old recorder is still writing.
   int lock_ = -1;
 };
 

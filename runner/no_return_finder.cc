@@ -64,10 +64,10 @@ class NoReturnFinder::Impl {
     if (Succeeds(last, 1)) return PointAt(last, NoReturn::Kind::kOpen, true);
     int64_t good = 0, bad = last;
     bool is_monotone = true;
-    for (int restart = 0; restart <= kMaxRestarts; ++restart) {
+    for (int restart = 0;; ++restart) {
       Bisect(&good, &bad);
       const int64_t later = bad + kNeighbor;
-      if (later >= last || !Succeeds(later, 1)) break;
+      if (restart == kMaxRestarts || later >= last || !Succeeds(later, 1)) break;
       is_monotone = false;
       good = later;
       bad = last;

@@ -21,13 +21,13 @@ std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std:
   const RunOptions defaults;
   nlohmann::json all = OptionsJson(defaults);
   for (const char* always : {"task_path", "policy", "episodes", "seed", "control_hz"}) all.erase(always);
+  // Default for runs from before this option existed.
+  all["seed_stream"] = kSharedSeeds;
   std::vector<std::string> newer;
   ForEachOption(defaults, [&](const auto& row, const auto&) {
     if (row.help.empty() || !all.contains(row.key) || json.contains(row.key)) return;
     newer.push_back(fmt::format("{} {}", OptionName(row.key), ToText(all[row.key])));
   });
-  // Default for runs from before this option existed.
-  all["seed_stream"] = kSharedSeeds;
   if (json.is_object()) all.update(json);
   ReadOptions(json.is_object() ? all : json, file, options);
   return newer;

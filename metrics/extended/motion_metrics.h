@@ -245,8 +245,8 @@ class JointMargin : public ExtendedMetric {
 };
 
 // Smallest distance (rad) of any arm joint to its nearer limit; negative beyond the limit. A joint with lower
-// >= upper has no limits and is ignored. There is no value before the first sample, or if no joint has
-// limits.
+// >= upper is ignored. (In a model, a joint without limits has a range of one turn in each direction.) There
+// is no value before the first sample, or if no joint has a range.
 class JointLimitMargin : public JointMargin {
  public:
   static constexpr const char* kNames[] = {"min_joint_limit_margin_rad"};

@@ -57,8 +57,9 @@ void Listener::Accept() {
     error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
-    take_(std::move(socket));
+    // Called before take_, which may throw: the next connections must be accepted also then.
     Accept();
+    take_(std::move(socket));
   });
 }
 

@@ -245,6 +245,8 @@ TEST(Like, RunsAnOlderRunAgain) {
             std::string::npos)
       << older.out;
   EXPECT_EQ(ReadText(again / "episodes.jsonl"), ReadText(run / "episodes.jsonl"));
+  const auto oldest = like({"seed_stream"}, {"--out", folder.path() / "oldest"});
+  EXPECT_NE(oldest.out.find("their default values: --seed-stream \"\"\n"), std::string::npos) << oldest.out;
   // These options have no default value.
   for (const char* key : {"task_path", "policy", "episodes", "seed", "control_hz"}) {
     const auto refused = like({key}, {"--out", folder.path() / "refused"});
