@@ -102,7 +102,7 @@ class OpenSet {
     CheckInput(name);
     return H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   }
-  // Forbids external links, because they may lead to other files, including pipes.
+  // Returns access properties that forbid external links, which may lead to other files, including pipes.
   static hid_t WithoutExternalLinks() {
     const hid_t access = H5Pcreate(H5P_DATASET_ACCESS);
     H5Pset_elink_cb(

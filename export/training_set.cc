@@ -222,8 +222,8 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
     const std::string name = NameOf(ReadSteps(log).model);
     if (task.empty()) task = name;
     if (name != task)
-      throw InputError(log.string() + ": recorded on " + name + ", but the first log was recorded on " +
-                       task);
+      throw InputError(log.string() + ": recorded on " + name + ", expected " + task +
+                       ", as in the first log");
   }
   std::optional<DrawnImages> drawn;
   if (!images.cameras.empty()) {

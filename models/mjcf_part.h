@@ -43,7 +43,8 @@ class Part {
 
   // Replaces attributes of position servos that MuJoCo 2.2 does not support (such as kv) by equivalent
   // attributes that it supports. Servos named in `stiffness` get that stiffness (N m / rad, N / m) and no
-  // velocity gain. Motors named in it become position servos. Must be called before CheckSchema().
+  // velocity gain. Motors named in it become position servos. Must be called before CheckSchema(). Throws
+  // InputError if this is impossible, for example for dampratio.
   void WriteServos(const std::map<std::string, double>& stiffness);
   // Checks every element and attribute against the installed MuJoCo.
   void CheckSchema();

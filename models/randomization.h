@@ -104,7 +104,7 @@ struct RandomLight {
 // in it that has a material gets one. All choices are equally likely.
 struct RandomTexture {
   std::vector<NameInFile> of;
-  // Names as in models/texture_files.h.
+  // Names of the scene's textures, names or files as in TextureFile(), or kPlain (models/texture_files.h).
   std::vector<NameInFile> choices;
 };
 

@@ -190,7 +190,7 @@ void Change(const RandomTexture& texture, AppearanceRandom* random, mjModel* mod
   }
   if (all.empty()) {
     throw InputError(texture.of[0].location.ToString() + ": '" + texture.of[0].text +
-                     "' has no material, which a texture belongs to");
+                     "' has no material, which a texture requires");
   }
   const auto chosen = static_cast<size_t>(random->texture.Index(static_cast<int>(ids.size())));
   for (const int material : textured.empty() ? all : textured) TextureOf(model, material) = ids[chosen];

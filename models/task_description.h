@@ -50,7 +50,7 @@ struct ScenePart {
   SourceLocation location;
 };
 
-// Initial position of a joint of a part or of the robot, rad or m.
+// Initial position (rad or m) of a joint of a scene part or of the robot.
 struct JointStart {
   std::string joint;
   bool is_angle = false;

@@ -115,8 +115,9 @@ void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::str
   const auto policy = std::ranges::find(plan.policies, policy_name, &PlannedPolicy::name);
   const double planned = RealControlHz(plan.OptionsOf(*policy).sim.control_hz, model.timestep_us);
   if (run.info.at("control_hz") == planned) return;
-  throw InputError(fmt::format("{}: \"control_hz\" is {}, but {:g} in {}", (run.folder / kRunJson).string(),
-                               ToText(run.info.at("control_hz")), planned, kPlanJson));
+  throw InputError(fmt::format("{}: \"control_hz\" is {}, expected {:g} as in {}",
+                               (run.folder / kRunJson).string(), ToText(run.info.at("control_hz")), planned,
+                               kPlanJson));
 }
 
 // Collects the names of the checked shards, and shows the progress.

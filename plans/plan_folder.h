@@ -83,7 +83,8 @@ class AtWork {
   ~AtWork();
   AtWork(const AtWork&) = delete;
   AtWork& operator=(const AtWork&) = delete;
-  // Updates the marker's time stamp, at most once per kRefreshPeriod. Must be called frequently.
+  // Updates the marker's time stamp, at most once per kRefreshPeriod. Must be called at least that often;
+  // otherwise, other machines consider the process stopped after kGone.
   void Refresh();
 
  private:

@@ -58,9 +58,9 @@ std::vector<std::string> ChoicesOf(const std::string& name, const RecordedRun& r
 void CheckChoice(const Values& values, double value, const RecordedRun& run) {
   const size_t count = values.choices.size();
   if (count == 0 || (value >= 0 && value < static_cast<double>(count) && value == std::floor(value))) return;
-  throw InputError(fmt::format("{}: {} is {}, but \"{}\" in {} has {} for it",
-                               (run.folder / kEpisodesJsonl).string(), values.name, value, kParameterChoices,
-                               kRunJson, count));
+  throw InputError(fmt::format(
+      "{}: {} is {}, expected a whole number from 0 to {}, an index into its \"{}\" in {}",
+      (run.folder / kEpisodesJsonl).string(), values.name, value, count - 1, kParameterChoices, kRunJson));
 }
 
 // Returns the parameters of a run that vary, in the order in which they first occur. If some episodes lack a

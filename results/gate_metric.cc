@@ -35,8 +35,8 @@ GateMargin ParseMargin(const std::string& text, const std::string& option) {
   const auto value = NumberFrom<double>(text.substr(0, text.size() - is_percent));
   if (!value || !std::isfinite(*value) || *value < 0) {
     throw InputError(
-        fmt::format("--on {}: margin '{}', expected a number in the metric's unit, such as 0.2, "
-                    "or percent of the baseline, such as 10%",
+        fmt::format("--on {}: margin '{}': expected a number in the metric's unit, such as 0.2, "
+                    "or a percentage of the baseline, such as 10%",
                     option, text));
   }
   return {.value = *value, .is_percent = is_percent};

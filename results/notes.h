@@ -1,4 +1,4 @@
-// Notes of users on episodes, one per episode, in notes.json of the run's folder.
+// Users' notes on episodes: at most one per episode, stored in notes.json in the run folder.
 #pragma once
 
 #include <cstddef>

@@ -134,7 +134,7 @@ void CheckRun(const fs::path& folder, Verification* result) {
   for (const RecordedEpisode& episode : run->episodes) scored.insert(episode.episode);
   for (const fs::path& other : EpisodeFolders(folder)) {
     if (!IsUnfinished(other) && !scored.contains(*EpisodeOfFolder(other)))
-      result->findings.push_back(fmt::format("{}: {} has no line for it", other.string(), kEpisodesJsonl));
+      result->findings.push_back(fmt::format("{}: {} lacks this episode", other.string(), kEpisodesJsonl));
   }
   const fs::path summary = folder / kSummaryJson;
   if (!fs::exists(summary)) {

@@ -29,7 +29,8 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  // done: number of episodes, including fractions. Must be called often.
+  // Prints at most once per kInPlace or kBetweenLines, and must be called at least that often. done: number
+  // of episodes, including fractions.
   void Show(double done) { Show(done, std::chrono::steady_clock::now()); }
   void Show(double done, Time now);
   // Must be called before anything else is printed.
@@ -62,7 +63,7 @@ class JobsProgress {
   JobsProgress(const JobsProgress&) = delete;
   JobsProgress& operator=(const JobsProgress&) = delete;
 
-  // Redraws the line at most once per ProgressLine::kInPlace. Must be called often.
+  // Redraws the line at most once per ProgressLine::kInPlace. Must be called at least that often.
   void Show(size_t done) { Show(done, std::chrono::steady_clock::now()); }
   void Show(size_t done, Time now);
   // Must be called before anything else is printed.

@@ -27,7 +27,7 @@ class ContactPoints {
   std::span<const ContactPoint> AfterStep(const mjModel& model, const mjData& data);
 
  private:
-  // Kind of the contact of two geoms as in contact_force_t; -1 if it is not counted.
+  // Returns the kind (contact_force_t) of a contact of two geoms; -1 if such contacts are ignored.
   int8_t Kind(int geom_a, int geom_b) const;
   // Returns the kinetic energy of the approach, 1/2 m v^2. v is the speed at which the two surfaces approach
   // along the normal. m is the effective mass, the inverse of J M^-1 J^T. 0 if the surfaces move apart.

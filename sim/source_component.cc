@@ -198,7 +198,7 @@ void SourceComponent::Meet(const source_announcement_t& announcement) {
   }
   if (has_contacts_ != (announcement.has_contacts != 0)) {
     throw InputError("SOURCE_ANNOUNCEMENT of '" + name + "': it publishes " +
-                     (has_contacts_ ? "no contacts, but --contacts source scores with them"
+                     (has_contacts_ ? "no contacts, but --contacts source requires them"
                                     : "contacts; score with them with --contacts source"));
   }
   const Measured measured = NamesOf(announcement, name);

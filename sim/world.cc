@@ -27,7 +27,7 @@ void CheckCommand(const mjModel& model, int actuator, const std::string& gripper
   if (!model.actuator_ctrllimited[actuator] ||
       (command >= range[0] - tolerance && command <= range[1] + tolerance))
     return;
-  throw InputError(fmt::format("gripper '{}': {} is {:g}, but the range of its actuator is {:g} to {:g}",
+  throw InputError(fmt::format("gripper '{}': {} is {:g}, expected {:g} to {:g}, the range of its actuator",
                                gripper, key, command, range[0], range[1]));
 }
 

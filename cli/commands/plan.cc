@@ -156,7 +156,8 @@ Action AddMerge(CLI::App* app) {
     std::vector<fs::path> parts;
   };
   const auto options = std::make_shared<Options>();
-  app->add_option("folder", options->folder, "folder of a plan; with RUNs: run folder to write")->required();
+  app->add_option("folder", options->folder, "folder of a plan; if RUN is given: run folder to write")
+      ->required();
   app->add_option("run", options->parts, "run folders that each hold some of the episodes, made with --only");
   return [options] { return Merge(options->folder, options->parts); };
 }

@@ -1,6 +1,7 @@
 // Implements `evalbus policy`, which lists and shows contracts, checks whether a server fulfills a contract,
-// and serves checkpoints of LeRobot.
+// and serves LeRobot checkpoints.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -131,8 +132,7 @@ int Show(const PolicyCommandOptions& options) {
   Lines lines = {
       fmt::format("{}, {} values", policy::NameOf(contract.actions.kind), contract.actions.num_values)};
   for (const policy::ArmForm& arm : contract.actions.arms) {
-    std::string words =
-        fmt::format("arm {}: values {} to {}", arm.arm, arm.indices.front(), arm.indices.back());
+    std::string words = fmt::format("arm {}: values {}", arm.arm, fmt::join(arm.indices, ", "));
     if (arm.gripper.index) {
       words += fmt::format(", gripper value {} ({:g} open, {:g} closed)", *arm.gripper.index,
                            arm.gripper.open, arm.gripper.closed);
@@ -220,7 +220,7 @@ void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
           ? "protocol: the server does not support this wire protocol, or failed"
       : report.verdict == Verdict::kContract
           ? "contract: the server's answers contradict the contract"
-          : "suspicious: the server works, but a mistake is likely: see the lines with ?";
+          : "suspicious: the server works, but a mistake is likely; see the lines with '?'";
   fmt::print("\n{}\n", words);
 }
 
@@ -288,7 +288,7 @@ Action AddPolicy(CLI::App* app) {
   check->add_flag("--json", options->json, "print check.json instead of text");
   options->check = check;
   CLI::App* serve = app->add_subcommand(
-      "serve", "serve a checkpoint of LeRobot; requires LeRobot; --contract FILE writes a proposed contract");
+      "serve", "serve a LeRobot checkpoint; requires LeRobot; --contract FILE writes a proposed contract");
   serve->add_option("--lerobot", options->lerobot, "folder of the checkpoint")
       ->type_name("CHECKPOINT")
       ->required();

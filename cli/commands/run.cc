@@ -198,7 +198,7 @@ Action AddRun(CLI::App* app) {
                   "rate\nprints every tick; default: only finished episodes")
       ->check(InRange(0.001, 1000.0));
   app->add_flag("--quiet", output->quiet,
-                "print errors and invalid episodes only; with --json, also the events");
+                "print only errors and the number of invalid episodes; with --json, also the events");
   AddLogLevel(app);
   AddPlanOptions(app, plan.get());
   // This option is hidden, because it is only for worker processes.

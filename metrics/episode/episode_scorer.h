@@ -109,7 +109,7 @@ class EpisodeScorer {
   int64_t deadline_misses_ = 0;
   // Header of the tick at which the verdict was reached.
   std::optional<header_t> decided_;
-  // Poses of the last tick scored, in the order of episode_summary_t; the names never change.
+  // Poses at the last scored tick, in the order of episode_summary_t. The names never change.
   std::vector<std::string> final_pose_name_;
   std::vector<body_pose_t> final_pose_;
   // Number of ticks after the verdict at which success held, and whether it holds at the last of them.

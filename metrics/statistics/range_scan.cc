@@ -124,7 +124,7 @@ std::vector<int> RankBins(std::span<const double> values, int most) {
   size_t quantile = 0;
   for (size_t first = 0, end = 0; first < order.size(); first = end) {
     while (end < order.size() && values[order[end]] == values[order[first]]) ++end;
-    // Bin in which the middle of this group of equal values lies by its rank.
+    // Bin that contains the mean rank of this group of equal values, if ranks are divided into `most` bins.
     const size_t now = (first + end - 1) * static_cast<size_t>(most) / (2 * order.size());
     if (bin < 0 || now > quantile || has_few) {
       ++bin;

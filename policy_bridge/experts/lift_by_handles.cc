@@ -96,7 +96,8 @@ LiftByHandlesExpert::LiftByHandlesExpert(const HandledObject& object, const mjMo
       body_(ObjectBody(info, object.name)),
       velocity_(model.body_dofadr[body_]) {
   NeedTwoArms(info);
-  if (model.body_dofnum[body_] != 6) throw InputError("object \"" + object.name + "\" is not free");
+  if (model.body_dofnum[body_] != 6)
+    throw InputError("object \"" + object.name + "\": expected a free scene part, which can be lifted");
   handles_[kLeft] = SiteInBody(model, object.name + "/left_handle", body_).translation();
   handles_[kRight] = SiteInBody(model, object.name + "/right_handle", body_).translation();
 }

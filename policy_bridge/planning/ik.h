@@ -6,7 +6,7 @@
 namespace evalbus::policy {
 
 struct IkOptions {
-  // Joint positions that a redundant arm stays near to. If empty, the start of the search.
+  // Joint positions near which a redundant arm stays. If empty, the initial joint positions of the search.
   JointVector posture;
   double tolerance = 1e-6;  // m and rad
   int max_iterations = 60;

@@ -35,7 +35,7 @@ Array StateArray(const ObservationEntry& entry, const std::vector<double>& value
   if (const auto wanted =
           std::accumulate(array.shape.begin(), array.shape.end(), int64_t{1}, std::multiplies());
       wanted != size) {
-    throw InputError(fmt::format("observation '{}': its signals have {} values, but its shape has {}",
+    throw InputError(fmt::format("observation '{}': its signals have {} values, expected {} as in its shape",
                                  entry.KeyText(), size, wanted));
   }
   if (entry.dtype == "|u1") {

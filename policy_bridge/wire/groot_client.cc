@@ -72,21 +72,21 @@ Value Checked(const std::string& key, const Value& value) {
   const Array* array = value.As<Array>();
   if (key.starts_with(kVideo)) {
     if (!array || array->dtype != "|u1" || array->shape.size() != 4 || array->shape[3] != 3) {
-      throw InputError(fmt::format("observation {}: {}, but GR00T expects |u1 [frames, height, width, 3]",
-                                   key, Describe(value)));
+      throw InputError(
+          fmt::format("observation {}: {}, expected |u1 [frames, height, width, 3]", key, Describe(value)));
     }
     return value;
   }
   if (key.starts_with(kState)) {
     if (!array || array->shape.size() != 2 || ItemSize(array->dtype) == 0) {
       throw InputError(
-          fmt::format("observation {}: {}, but GR00T expects <f4 [times, length]", key, Describe(value)));
+          fmt::format("observation {}: {}, expected numbers [times, length]", key, Describe(value)));
     }
     return array->dtype == "<f4" ? *array : FloatArray(Numbers(*array), array->shape);
   }
   if (!value.Is<std::string>()) {
     throw InputError(
-        fmt::format("observation {}: {}, but GR00T expects \"video.NAME\", \"state.NAME\" and texts", key,
+        fmt::format("observation {}: {}, expected a string, or a key \"video.NAME\" or \"state.NAME\"", key,
                     Describe(value)));
   }
   return value;

@@ -195,7 +195,7 @@ class Judgment {
                                    options_.seed, options_.operator_name, *verdict.order_seed));
     }
     throw InputError(fmt::format(
-        "--operator {}: episode {} of {} has this operator's verdict from a judgment {}; expected "
+        "--operator {}: episode {} of {} already has a verdict of this operator, from a judgment {}; use "
         "another name",
         options_.operator_name, verdict.episode, run.string(),
         !verdict.order_seed ? "of this run alone"

@@ -39,7 +39,8 @@ class ReaderThreads {
   // not throw, and returns a function that is then called on that thread. give_up: called in Poll() if the
   // job is abandoned.
   bool Add(std::function<Report()> work, GiveUp give_up);
-  // Abandons jobs that take too long, and starts waiting jobs. Must be called regularly.
+  // Abandons jobs that take too long, and starts waiting jobs. Must be called regularly, because both happen
+  // only here.
   void Poll(SteadyTime now);
   // Sleeps in a job that waits for a file; returns false after Stop() was called.
   bool Pause(std::chrono::milliseconds duration);

@@ -93,7 +93,8 @@ class ShownRun {
   // True if the run has not begun.
   bool is_waiting() const { return follower_ && !follower_->info() && suffix_.empty() && !is_replaced_; }
   int planned() const { return found_.planned; }
-  // Must be called about once a second.
+  // Publishes whether a process evaluates into the run's folder, if this has changed. Must be called about
+  // once a second.
   void UpdateActivity() {
     const bool is_active = follower_ && !follower_->is_over() && results::IsInUse(folder());
     if (std::exchange(is_active_, is_active) != is_active) Publish();
@@ -415,8 +416,8 @@ class WebPage {
     }
   }
 
-  // Adds the runs of suites and plans, and the buses of active runs; a run with several workers has several
-  // buses.
+  // Adds new runs of the folders, and follows the buses of active runs (a run with several workers has
+  // several buses). Marks runs that other runs have replaced, and detaches runs from buses that have ended.
   void Discover(const std::vector<LiveRun>& live) {
     for (const fs::path& folder : folders_) {
       if (folder.empty()) continue;

@@ -101,7 +101,7 @@ def check(browser, evalbus, folder, processes, found):
     run, run_out, web_out = folder / "run<b>", folder / "run.out", folder / "web.out"
     command = [evalbus, "run", "lift_pot/position", "--policy", "expert", "--policy-name", POLICY_NAME, "--realtime",
                "--rtf", "4", "--video", "none", "--out", str(run)]
-    # The run is killed before it finishes so many episodes. The resumed run makes only two more.
+    # The run is killed long before it has finished 200 episodes. The resumed run evaluates only two more.
     processes.append(start([*command, "--episodes", "200"], run_out))
     group, port = wait_for_line(r"udpm://([\d.]+:\d+)", run_out, processes[0]).split(":")
     wait_for_line(r"(?s)\n +0 +(\w+)", run_out, processes[0])

@@ -27,8 +27,8 @@
   expect("zoom beyond the least span", Evalbus.zoomed({ from: 4, to: 6 }, 10, 5, 0.01, 1), { from: 4.5, to: 5.5 });
   expect("zoom out", Evalbus.zoomed({ from: 3, to: 8 }, 10, 6, 2, 0.2), null);
 
-  // Two bodies are compared. Body 7 of B moves by 0.01 m per tick along y. Its point is 1 m along x, and B is rotated by 180 deg
-  // about x, which does not move the point. Body 3 does not move.
+  // Tracks A and B contain the bodies 3 and 7. In the first B, body 7 moves by 0.01 m per tick along y and is rotated by
+  // 180 deg about x, which does not move its point at x = 1 m. Body 3 does not move.
   const head = { bodies: [3, 7], tick_s: 0.02 };
   const track = (step, quat, ticks, tick_s = 0.02) => ({ head: { ...head, tick_s }, tickSeconds: tick_s, ticks, hasPoses: () => true,
     position: { data: Float32Array.from({ length: 6 * ticks }, (_, k) => (k % 6 === 4 ? step * Math.floor(k / 6) : 0)) },

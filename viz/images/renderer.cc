@@ -222,8 +222,8 @@ Renderer::Renderer(ModelPtr model, FrameSize size, Look look, std::vector<bool> 
   CheckFrameSize(size);
   InstallMujocoHandlers();
   if (!outlined_bodies_.empty() && outlined_bodies_.size() != static_cast<size_t>(model_->nbody)) {
-    throw InputError(fmt::format("MODEL has {} bodies, but the visual model has {}", outlined_bodies_.size(),
-                                 model_->nbody));
+    throw InputError(fmt::format("MODEL has {} bodies, expected {} as in the visual model",
+                                 outlined_bodies_.size(), model_->nbody));
   }
   model_->vis.global.offwidth = size.width / kShown * kDrawn;
   model_->vis.global.offheight = size.height / kShown * kDrawn;

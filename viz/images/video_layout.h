@@ -9,7 +9,7 @@
 
 namespace evalbus::viz {
 
-// Returns the number of pixels per layout unit: 1 at 1280x720, and at least so much that text is readable.
+// Returns the number of pixels per layout unit: 1 at 1280x720, and never so few that text becomes unreadable.
 double VideoScale(FrameSize size);
 // Throws InputError if the image is too small for panels and text.
 void CheckPanelSize(FrameSize size);

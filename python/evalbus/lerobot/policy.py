@@ -1,4 +1,4 @@
-"""Serves a checkpoint of LeRobot (ACT, diffusion, SmolVLA, pi0, ...) to evalbus.
+"""Serves a LeRobot checkpoint (ACT, diffusion, SmolVLA, pi0, ...) to evalbus.
 
 CHECKPOINT is a folder with config.json, model.safetensors and the processors, as lerobot-train writes it
 (.../pretrained_model). LeRobot's processors normalize observations and unnormalize actions. --contract writes a

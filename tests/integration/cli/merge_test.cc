@@ -223,7 +223,7 @@ TEST_F(Merge, RefusesPartsOfAnotherPlan) {
   ExpectRefused("/run.json: \"seed\" is 5, but 6 in plan.json");
   Replace(results_ / "plan.json", "\"seed\": 6", "\"seed\": 5");
   Replace(results_ / "plan.json", "\"control_hz\": 50.0", "\"control_hz\": 100.0");
-  ExpectRefused("/run.json: \"control_hz\" is 50.0, but 100 in plan.json");
+  ExpectRefused("/run.json: \"control_hz\" is 50.0, expected 100 as in plan.json");
   Replace(results_ / "plan.json", "\"control_hz\": 100.0", "\"control_hz\": 50.0");
   Replace(results_ / "plan.json", "\"after_success_s\": 0.0", "\"after_success_s\": 1.0");
   ExpectRefused("/run.json: \"after_success_s\" is 0.0, but 1.0 in plan.json");

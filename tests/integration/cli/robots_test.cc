@@ -71,7 +71,7 @@ TEST(Robots, ACommandBeyondTheActuatorsRangeIsRefused) {
   const Result result = RunProgram(
       {"evalbus", "robots", "check", Robot(folder.path(), "command_open: 0.04", "command_open: 40")});
   EXPECT_EQ(result.code, 1) << result.out;
-  EXPECT_NE(result.err.find("command_open is 40, but the range of its actuator is 0 to 0.04\n"),
+  EXPECT_NE(result.err.find("command_open is 40, expected 0 to 0.04, the range of its actuator\n"),
             std::string::npos)
       << result.err;
 }

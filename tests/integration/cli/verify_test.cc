@@ -115,7 +115,7 @@ TEST_F(Verify, ARemovedLineIsNamed) {
   WriteText(run_ / "episodes.jsonl", lines);
   const Result result = Of(run_);
   EXPECT_EQ(result.code, 1);
-  EXPECT_SAYS(result.out, (run_ / "episodes/0002").string() + ": episodes.jsonl has no line for it\n");
+  EXPECT_SAYS(result.out, (run_ / "episodes/0002").string() + ": episodes.jsonl lacks this episode\n");
   EXPECT_SAYS(result.out, "note: " + run_.string() + ": 2 of 3 episodes have finished\n");
 }
 

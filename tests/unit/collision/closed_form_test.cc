@@ -166,8 +166,8 @@ TEST(CollisionClosedForm, CapsuleAgainstBox) {
   dut.Expect({0.2, 0, 0.14}, Turn(90, Vector3d::UnitY()), -0.01, {0.05, 0, 0.095}, {0, 0, 1}, 1e-9);
   // The capsule stands on the top face.
   dut.Expect({0.03, 0.02, 0.34}, kUnit, -0.01, {0.03, 0.02, 0.095}, {0, 0, 1});
-  // The capsule lies across an edge, in the plane at 45 degrees to both faces. The edge (x = z = 0.1) is 0.03
-  // from the axis.
+  // The capsule lies across an edge, with its axis at 45 degrees to both faces. The edge (x = z = 0.1) is
+  // 0.03 from the axis.
   const double diagonal = std::sqrt(0.5);
   dut.Expect({0.1 + 0.03 * diagonal, 0, 0.1 + 0.03 * diagonal}, Turn(135, Vector3d::UnitY()), -0.02,
              {0.1 - 0.01 * diagonal, 0, 0.1 - 0.01 * diagonal}, {diagonal, 0, diagonal});

@@ -13,8 +13,8 @@ namespace evalbus::metric_catalog_test {
 
 using Units = std::map<std::string, std::string>;
 
-// Returns names and units in the tables of a section of docs/metrics.md. A row is | `a`, `b` | meaning | unit
-// of both, or of each |
+// Returns the names and units in the tables of a section of docs/metrics.md. A row lists names,
+// their meaning, and either one unit for all names or one for each: | `a`, `b` | meaning | m, s |
 Units UnitsOfSection(const std::string& heading, const std::string& prefix) {
   std::ifstream page(EVALBUS_SOURCE_DIR "/docs/metrics.md");
   Units units;

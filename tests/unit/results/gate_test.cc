@@ -233,8 +233,8 @@ TEST_F(GateTest, UnusableMetricsAreRefused) {
   EXPECT_THAT(refusal("idle_time_s:1"),
               HasSubstr("matches several metrics: extended.idle_time_s.left, extended.idle_time_s.right"));
   EXPECT_THAT(refusal("idle_time.left"), HasSubstr("did you mean 'idle_time_s.left'"));
-  EXPECT_THAT(refusal("slips:x"), HasSubstr("margin 'x', expected a number"));
-  EXPECT_THAT(refusal("slips:-1"), HasSubstr("margin '-1', expected a number"));
+  EXPECT_THAT(refusal("slips:x"), HasSubstr("margin 'x': expected a number"));
+  EXPECT_THAT(refusal("slips:-1"), HasSubstr("margin '-1': expected a number"));
   EXPECT_THAT(refusal("success:3"), HasSubstr("--margin is the margin of success"));
 }
 

@@ -61,7 +61,7 @@ TEST_F(TrainingStartsTest, AreThoseOfCompleteEpisodesOfTheSameVariation) {
   EXPECT_FALSE(training.Contain("lift_pot/position", {{"pot_x_m", 0.1}}));
   EXPECT_FALSE(training.Contain("lift_pot/position", {{"pot_x_m", 0.5}}));
   EXPECT_FALSE(training.Contain("lift_pot/orientation", {{"pot_x_m", 0.1 + 0.2}}));
-  // Nothing was drawn, so all initial states of the variation are equal.
+  // Run b has an episode without drawn parameters, so this start is among the training starts.
   EXPECT_TRUE(training.Contain("lift_pot/position", ordered_json::object()));
   EXPECT_FALSE(training.Contain("lift_pot/base", ordered_json::object()));
   EXPECT_EQ(training.Json()["sets"], (std::vector<std::string>{"a", "b"}));

@@ -875,10 +875,9 @@ TEST_F(ContactsOfTheSource, AnUnknownNameEndsTheWatch) {
 TEST_F(ContactsOfTheSource, MustBeAnnouncedIffTheyAreAskedFor) {
   MakeSource();
   announcement_.has_contacts = 0;
-  EXPECT_EQ(
-      Error([&] { Announce(); }),
-      "SOURCE_ANNOUNCEMENT of 'two Frankas': it publishes no contacts, but --contacts source scores with "
-      "them");
+  EXPECT_EQ(Error([&] { Announce(); }),
+            "SOURCE_ANNOUNCEMENT of 'two Frankas': it publishes no contacts, but --contacts source requires "
+            "them");
   options_.contacts = contacts_from::kShapes;
   MakeSource();
   announcement_.has_contacts = 1;

@@ -414,7 +414,7 @@ TEST_F(RandomizedTest, ATextureIsThatOfTheSeed) {
             "plain, stripes, tiles, and files that end in .png");
   EXPECT_EQ(error("[backdrop, checker]", "table"),
             "t.yaml:20: texture 'backdrop' is a cube or a sky: only textures of type 2d can be exchanged");
-  EXPECT_EQ(error("[plain, checker]", "box"), "t.yaml:20: 'box' has no material, which a texture belongs to");
+  EXPECT_EQ(error("[plain, checker]", "box"), "t.yaml:20: 'box' has no material, which a texture requires");
   EXPECT_TRUE(error("[plain, none.png]", "table").ends_with("none.png does not exist"));
 }
 

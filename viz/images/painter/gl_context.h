@@ -50,8 +50,8 @@ inline constexpr char kDefaultGl[] = "software";
 // library and the reason. Throws as UseGl does.
 std::string UseGlAndDescribe(const std::string& name);
 
-// An OpenGL context. It is current in the thread that constructed it or last called MakeCurrent. All members
-// throw EnvironmentError.
+// An OpenGL context. It is current in the thread that constructed it or last called MakeCurrent. The
+// constructor and MakeCurrent throw EnvironmentError.
 class GlContext {
  public:
   GlContext();

@@ -20,7 +20,7 @@ Evalbus.CurvePlots = class {
     if (low > high) return null;
     // The axis begins at zero if no value is negative and the lowest value is below 60 % of the highest.
     if (low >= 0 && low < 0.6 * high) low = 0;
-    // An almost constant curve is drawn as a straight line, so that rounding errors are not enlarged.
+    // The axis of an almost constant curve is widened, so that rounding errors are not magnified.
     const size = Math.max(Math.abs(low), Math.abs(high));
     if (size < Evalbus.CurvePlots.NOTHING) return { low: 0, high: this.isWhole(card) ? 1 : Evalbus.CurvePlots.NOTHING };
     if (high - low < 1e-3 * size) {

@@ -20,8 +20,8 @@ namespace evalbus::metrics::predicates_test {
 
 using namespace small_world;
 
-// Returns the small world with a wheel without limits and a hinge from -2 to 3 rad, which has the second
-// coordinate.
+// Returns the small world with two joints: pot/wheel, without limits, at index 0 of qpos, and pot/lid_hinge,
+// from -2 to 3 rad, at index 1.
 model_info_t ModelWithJoints() {
   model_info_t model = Model();
   model.joint_name = {"pot/lid_hinge", "pot/wheel"};
@@ -361,7 +361,7 @@ TEST_F(PredicatesTest, FirstAndOtherGripperKeepTheirRolesForAnEpisode) {
   EXPECT_EQ(evaluate({{kLeftPad, kWall}}), Pair(false, true));
   EXPECT_EQ(evaluate({}), Pair(false, false));
   EXPECT_EQ(evaluate({{kLeftPad, kWall}}), Pair(false, true));
-  // The next episode begins with the other gripper.
+  // In the next episode, the left gripper touches the pot first.
   first->Start();
   other->Start();
   EXPECT_EQ(evaluate({{kLeftPad, kWall}}), Pair(true, false));

@@ -109,7 +109,7 @@ class Stage {
     last_part_ = painter_->Paint(scene_, kept.get());
     return RgbOf(*kept);
   }
-  // Returns the part that UpToDate() drew, as a share of the image.
+  // Returns the fraction of the image that the last call of UpToDate() has redrawn.
   double last_share() const {
     return last_part_.is_empty() ? 0 : last_part_.width() * last_part_.height() / double{kWidth * kHeight};
   }
