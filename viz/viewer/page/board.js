@@ -23,17 +23,12 @@ Evalbus.Board = class {
     this.head = head;
   }
 
-  // Number of combinations of policy and task, with those of a plan whose runs have not begun.
+  // Number of combinations of policy and task, including those of a plan whose runs have not begun.
   get cells() {
     return this.head ? this.head.policies.reduce((sum, policy) => sum + policy.cells.filter(Boolean).length, this.head.waiting_runs) : 0;
   }
 
-  // Index of the policy to which a run belongs; -1 if there is none.
-  policyOf(run) {
-    return this.head ? this.head.policies.findIndex((policy) => policy.runs.includes(run)) : -1;
-  }
-
-  // Returns the rows of a policy's episodes, to which the policy's name and the note are added.
+  // Returns the rows of a policy's episodes, extended by the policy's name and the note on the episode.
   rowsOf(k) {
     const policy = this.head.policies[k];
     return policy.runs.flatMap((run) => (this.viewer.runs.has(run) ? this.viewer.runs.get(run).episodes : []))
@@ -123,7 +118,7 @@ Evalbus.Board = class {
     if (k === this.head.baseline) return e("span", { class: "ev-note" }, "baseline");
     if (!against || against.remark || against.difference === null) return "–";
     const [lower, upper] = against.interval;
-    // Texts and rounding are the same as in results/conclusion.cc.
+    // The rounding is the same as in results/conclusion.cc.
     const isNarrow = upper - lower < 0.02, points = (share) => Evalbus.points(share, isNarrow ? 1 : 0);
     const { policies, baseline } = this.head;
     const decimals = isNarrow ? 1 : Evalbus.pointDecimals(against.difference, policies[k].all.rate, policies[baseline].all.rate);

@@ -28,11 +28,10 @@ Evalbus.EpisodeList = class extends Evalbus.RowList {
     this.apply();
   }
 
-  // current, other: keys of the episodes that are shown. live: number of the episode in progress, or null.
-  show(rows, current, other, live) {
+  // current, other: keys of the episodes that are shown.
+  show(rows, current, other) {
     this.current = current;
     this.other = other;
-    this.live = live;
     this.all_rows = rows;
     this.apply();
     const row = current !== this.revealed && this.rows.find((one) => `${one.run}/${one.episode}` === current);
@@ -129,7 +128,8 @@ Evalbus.RunPanel = class {
       this.pacing, this.healthTitle, this.health, this.logTitle, this.log);
   }
 
-  // runs: all runs. run: the run to show, as {info, episodes, lines}.
+  // runs: runs that can be chosen. run: the run to show, as {info, episodes, lines}. current, other: keys of the episodes that
+  // are shown.
   show(runs, run, current, other) {
     const info = run.info;
     this.showRuns(runs, info.run);
@@ -161,7 +161,7 @@ Evalbus.RunPanel = class {
     this.showPacing(info);
     this.showHealth(info);
     this.showLog(run.lines);
-    this.list.show(run.episodes, current, other, info.episode);
+    this.list.show(run.episodes, current, other);
   }
 
   showRuns(runs, shown) {

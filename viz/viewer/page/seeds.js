@@ -1,9 +1,10 @@
-// The matrix of seeds. Rows are policies and columns are seeds. A cell contains a check mark or the letter of the failure
-// reason. A click shows the episode next to the best episode of another policy with this seed.
+// The matrix of seeds. Rows are policies and columns are seeds. A cell contains a check mark, the letter of the failure
+// reason, or a dash for an incomplete episode. A click shows the episode next to the best episode of another policy with this
+// seed.
 "use strict";
 
-// Returns a letter for each reason. reasons: the most frequent first. The letter is the initial of one of the reason's words
-// if that is free, otherwise the first free letter.
+// Returns a letter for each reason. reasons: the most frequent first. The letter is the first free one among the initials of
+// the reason's words, its other letters, and the alphabet; "?" if none is free.
 Evalbus.lettersOf = (reasons) => {
   const letters = new Map(), used = new Set();
   for (const reason of reasons) {
@@ -52,8 +53,9 @@ Evalbus.Seeds = class {
 
   show(board) {
     this.board = board;
+    const { runs, notes } = this.viewer;
     const state = JSON.stringify([board.head.policies.map((policy) => [policy.name, policy.runs.map((run) =>
-      (this.viewer.runs.has(run) ? this.viewer.runs.get(run).episodes.length : 0))]), board.head.tasks.length]);
+      [runs.has(run) ? runs.get(run).episodes.length : 0, ...(notes.byRun.get(run) || [])])]), board.head.tasks.length]);
     if (state === this.state) return;
     this.state = state;
     this.redraw();
