@@ -11,7 +11,7 @@ function valueOf(cell) {
   return Number.isNaN(number) ? text : number;
 }
 
-// Sorts numbers before texts.
+// Orders numbers before texts.
 function compare(a, b) {
   if (typeof a === typeof b) return typeof a === "number" ? a - b : a.localeCompare(b);
   return typeof a === "number" ? -1 : 1;

@@ -11,7 +11,7 @@ Evalbus.Board = class {
     this.title = e("h1", { class: "ev-board-title" }, "Overview");
     this.progress = e("p", { class: "ev-note" });
     this.table = e("table", { class: "ev-board-table" });
-    this.remarks = e("div", { class: "ev-board-notes" });
+    this.remarks = e("div");
     this.seeds = new Evalbus.Seeds(viewer, hover);
     this.funnel = e("div", { class: "ev-funnels" });
     place.append(this.title, this.progress,
@@ -92,8 +92,8 @@ Evalbus.Board = class {
       cell(many ? "all" : "success", this.rate(policy.all, policy, many ? null : tasks[0].name), "ev-all"),
       this.head.policies.length > 1 ? cell("difference", this.difference(against, k), "ev-against") : null,
       many ? policy.cells.map((one, t) => cell(Evalbus.spaced(tasks[t].name), this.rate(one, policy, tasks[t].name))) : null,
-      many ? null : cell("time to success", policy.all.time_s === null ? "–" : `${policy.all.time_s.toFixed(2)} s`, "ev-figure"),
-      cell("slips per grasp", policy.slips_per_grasp === null ? "–" : policy.slips_per_grasp.toFixed(2), "ev-figure"));
+      many ? null : cell("time to success", policy.all.time_s === null ? "–" : `${policy.all.time_s.toFixed(2)} s`),
+      cell("slips per grasp", policy.slips_per_grasp === null ? "–" : policy.slips_per_grasp.toFixed(2)));
   }
 
   // Creates a success rate with its counts, and a bar with its interval.
@@ -141,7 +141,7 @@ Evalbus.Board = class {
       const bar = (share) => {
         const fill = e("i", {});
         fill.style.transform = `scaleX(${share})`;
-        return e("td", {}, e("span", { class: "ev-funnel-bar" }, fill), e("span", { class: "ev-figure" }, Evalbus.percent(share)));
+        return e("td", {}, e("span", { class: "ev-funnel-bar" }, fill), e("span", {}, Evalbus.percent(share)));
       };
       const line = (policy) => {
         const counted = policy.cells[t];

@@ -77,8 +77,8 @@ Evalbus.numberAmong = (value, most) => {
   return Evalbus.fixed(value, decimals);
 };
 
-// Formats the value of a condition as Compared in metrics/task/predicate.h does: millimeters of a length, tenths of an angle
-// (hundredths below 1 degree).
+// Formats the value of a condition as Compared in metrics/task/predicate.h does: lengths to millimeters, angles to tenths of a
+// degree (hundredths below 1 degree). Unlike Compared, adds no digits if the rounded value would contradict the outcome.
 Evalbus.measured = (value, unit, threshold) => {
   if (!Number.isFinite(value) || (unit !== "m" && unit !== "deg")) return Evalbus.numberAmong(value, Math.abs(threshold) || Math.abs(value));
   return Evalbus.fixed(value, unit === "m" ? 3 : Math.abs(value) < 1 ? 2 : 1);
@@ -184,7 +184,7 @@ Evalbus.RowList = class {
     const e = Evalbus.element;
     this.rows = [];
     this.pool = [];
-    this.filler = e("div", { class: "ev-filler", role: "presentation" });
+    this.filler = e("div", { role: "presentation" });
     this.window = e("div", { class: "ev-rows", ...rows });
     this.box = e("div", { tabindex: "0", "aria-label": "episodes", ...box }, this.filler, this.window);
     this.box.addEventListener("scroll", () => this.draw(), { passive: true });

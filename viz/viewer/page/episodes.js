@@ -16,7 +16,9 @@ Evalbus.Episodes = class extends Evalbus.RowList {
       actions.changed(this.filter.value);
     });
     this.filter.addEventListener("keydown", (event) => {
-      if (event.key === "Escape" || event.key === "Enter") this.box.focus();
+      if (event.key !== "Escape" && event.key !== "Enter") return;
+      if (this.isWall) this.filter.blur();
+      else this.box.focus();
     });
     this.problem = e("p", { class: "ev-filter-problem", role: "status" });
     this.count = e("span", { class: "ev-note" });
@@ -178,7 +180,11 @@ Evalbus.Wall = class {
 
   show(rows) {
     const layout = rows.map(Evalbus.keyOf).join();
-    if (layout === this.layout) return;
+    if (layout === this.layout) {
+      // Drawing stops while the wall is hidden.
+      this.drawNext();
+      return;
+    }
     this.layout = layout;
     this.hasTasks = new Set(rows.map(Evalbus.FILTER_TEXTS.task)).size > 1;
     const groups = new Map();
@@ -214,6 +220,7 @@ Evalbus.Wall = class {
     return card;
   }
 
+  // Draws the images of the cards one after another, until all are drawn, an image is played, or the wall is hidden.
   async drawNext() {
     if (this.isDrawing) return;
     this.isDrawing = true;

@@ -38,7 +38,7 @@ Evalbus.Seeds = class {
     this.onlyDifferent.addEventListener("change", () => this.redraw());
     this.legend = e("p", { class: "ev-legend" });
     this.tasks = e("div", { class: "ev-matrices" });
-    this.place = e("div", { class: "ev-seeds" }, e("div", { class: "ev-seed-tools" }, this.legend,
+    this.place = e("div", {}, e("div", { class: "ev-seed-tools" }, this.legend,
       e("label", {}, this.onlyDifferent, " only seeds on which the policies differ")), this.tasks);
     this.rowOf = new WeakMap();  // by cell
     for (const kind of ["pointerover", "focusin"]) {
@@ -130,7 +130,7 @@ Evalbus.Seeds = class {
       this.redraw();
     };
     const isLoading = policies.some((policy) => policy.all.done > 0);
-    return e("div", { class: "ev-matrix" }, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, bySeed.size ? "no such seed" : isLoading ? "loading" : "no episode yet"),
+    return e("div", { class: "ev-matrix" }, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, bySeed.size ? "no seed on which the policies differ" : isLoading ? "loading" : "no episode yet"),
       more > 0 ? e("p", { class: "ev-segments" }, e("button", { type: "button", onclick: showMore }, `${more.toLocaleString("en")} more seeds`)) : null);
   }
 

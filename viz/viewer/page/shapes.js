@@ -14,7 +14,7 @@ Evalbus.shapes = {
       case "cylinder": return upright(new THREE.CylinderBufferGeometry(x, x, 2 * y, 40));
       case "capsule": return upright(Evalbus.shapes.capsule(x, y));
       case "plane": return new THREE.PlaneBufferGeometry(2 * (x || far), 2 * (y || far));
-      default: throw new Error(`a geom of an unknown shape, ${Evalbus.words(shape)}`);
+      default: throw new Error(`the scene has a geom of the unknown shape ${Evalbus.words(shape)}`);
     }
   },
 

@@ -178,7 +178,7 @@ Evalbus.Viewer = class {
       if (this.missed) this.open(...this.missed);
       this.showEmpty();
     }
-    if (state === "unsupported") this.complain(new Error("this browser cannot unpack the episodes (it has no DecompressionStream); newer ones can"));
+    if (state === "unsupported") this.complain(new Error("this browser cannot unpack the episodes (it has no DecompressionStream); newer browsers can"));
     this.showHead();
     if (this.tracks.length === 0) this.showEmpty();
   }
@@ -257,7 +257,7 @@ Evalbus.Viewer = class {
       this.player.isFollowing = false;
       this.setTracks([this.tracks[0], track]);
     } catch (error) {
-      this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+      if (turn === this.turn) this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
     }
     this.showAll();
   }
@@ -523,7 +523,7 @@ Evalbus.Viewer = class {
     const labels = this.tracks.map((track, k) => {
       const run = this.runs.get(track.run);
       const name = this.tracks.length > 1 && this.runs.size > 1 && run ? `${Evalbus.runName(run.info)} · ` : "";
-      const letter = this.tracks.length > 1 ? Evalbus.element("b", { class: k === 0 ? "ev-a" : "ev-b" }, k === 0 ? "A" : "B") : null;
+      const letter = this.tracks.length > 1 ? Evalbus.element("b", { class: k === 0 ? null : "ev-b" }, k === 0 ? "A" : "B") : null;
       const ghost = k > 0 && !this.isBeside ? " · ghost" : "";
       return Evalbus.element("span", { class: "ev-label-chip" }, letter, `${name}${track.title()}${ghost}`);
     });

@@ -1,7 +1,7 @@
 // The bodies of one episode as a scene graph. Static bodies are merged into a few meshes, and each moving body is a group.
 "use strict";
 
-// Cache of geometries and textures for all episodes, because the robots of a run do not change.
+// Cache of geometries and textures, which the episodes share.
 Evalbus.Assets = class {
   constructor(source) {
     this.source = source;
