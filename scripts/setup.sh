@@ -54,7 +54,7 @@ install_missing() {
   say "installing with apt: $missing"
   local log began=$SECONDS
   log=$(mktemp)
-  # The package list is updated only if the installation fails because the list is missing or outdated.
+  # The package list is updated only if the installation fails, because the list may be missing or outdated.
   if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $missing \
       >"$log" 2>&1; then
     "${as_root[@]}" apt-get update -qq >>"$log" 2>&1 || true

@@ -7,12 +7,13 @@ from typing import Callable
 from evalbus.errors import EvalbusError, InputError
 
 
-# Errors that are caused by the name of a file. All other errors, such as a full disk, are failures of the machine.
+# Errors that a wrong file name causes. All other errors, such as a full disk, are failures of the machine.
 _OF_THE_NAME = (FileExistsError, FileNotFoundError, IsADirectoryError, NotADirectoryError, PermissionError)
 
 
 def run_module(main: Callable[[], None]) -> None:
-    """Calls main(). Exit codes: 1 for wrong input, 2 for other failures. start_module reports missing packages."""
+    """Calls main(). Exit codes: 1 for wrong input, 130 for Ctrl-C, 2 for other failures. start_module reports missing
+    packages."""
     try:
         main()
     except EvalbusError as error:

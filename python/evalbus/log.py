@@ -64,7 +64,7 @@ def read_log(file):
 def events(file):
     """Yields (time in microseconds, channel, message) for each message of a log; a message is a dictionary.
 
-    Raises InputError and ProgramError as read_log() does. At the end, it warns about damaged parts as read_log does.
+    Raises InputError and ProgramError as read_log() does. At the end, it warns about damaged parts as read_log() does.
     """
     for time_us, channel, _, message in _messages(file, Log()):
         yield time_us, channel, message
@@ -112,7 +112,7 @@ def _events(file, log):
 
 @contextlib.contextmanager
 def _bytes(file):
-    """Returns the content of a log, decompressed if necessary."""
+    """Provides the content of a log, decompressed if necessary."""
     try:
         stream = open(file, "rb")
     except OSError as error:

@@ -11,7 +11,7 @@ from typing import IO, Any, List, Optional, Sequence
 
 from evalbus.errors import EvalbusError, InputError, ProgramError
 
-# Time after which the program is killed. It usually stops the processes of a run within two seconds.
+# Time after which close() kills the program. It usually stops the processes of a run within two seconds.
 _STOP_S = 10
 
 
@@ -26,8 +26,8 @@ def find_program() -> str:
         candidates = [pathlib.Path(named), pathlib.Path(named) / "evalbus"]
     else:
         # Folders in a wheel, in the source tree, and in an installation (PREFIX/share/evalbus/python/evalbus).
-        folders = [package / "bin", package.parents[1] / "build" / "bin", package.parents[3] / "bin"]
-        candidates = [folder / "evalbus" for folder in folders]
+        folders = [package / name for name in ("bin", "../../build/bin", "../../../../bin")]
+        candidates = [pathlib.Path(os.path.normpath(folder / "evalbus")) for folder in folders]
         in_path = shutil.which("evalbus")
         candidates += [pathlib.Path(in_path)] if in_path else []
     for candidate in candidates:
@@ -76,7 +76,7 @@ def words(options: dict) -> List[str]:
 
 
 class Program:
-    """A running evalbus whose standard input and output are pipes. It exits when this process ends."""
+    """A running evalbus whose standard input and output are pipes. If this process ends, the pipes close and it exits."""
 
     def __init__(self, arguments: Sequence[Any]):
         self._errors: IO[bytes] = tempfile.TemporaryFile()

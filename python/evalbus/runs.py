@@ -277,7 +277,7 @@ def _episodes(file):
         try:
             episode = Episode.of(json.loads(line, parse_constant=_refuse_constant))
         except (RecursionError, ValueError, TypeError, KeyError, AttributeError) as error:
-            if number == len(lines):  # The run was killed while it wrote this line.
+            if number == len(lines):  # The run is writing this line, or was killed while it wrote it.
                 warnings.warn(f"{file}:{number}: the last line is truncated and ignored", stacklevel=4)
                 break
             raise InputError(f"{file}:{number}: not the line of an episode: {_reason(error)}") from None

@@ -3,8 +3,8 @@
 The first frame from the server is a map with its metadata. After that, each binary request contains an observation
 and receives one binary reply, a map with "actions". If the policy raises an exception, the reply is the traceback as
 text, and the connection is closed with code 1011.
-GET /healthz returns OK. Frames are uncompressed and at most 256 MiB. Requests from web pages are rejected; otherwise
-any site open in a browser on this machine could read the metadata and call the policy.
+GET /healthz returns OK. Frames are uncompressed, and requests have at most 256 MiB. Requests from web pages are rejected;
+otherwise any site open in a browser on this machine could read the metadata and call the policy.
 """
 
 import asyncio
@@ -66,7 +66,7 @@ def serve(act, port=8000, host="127.0.0.1", metadata={}):
     host: use "0.0.0.0" to accept clients on other machines.
     metadata: sent to each client; evalbus compares it with its contract.
 
-    Raises InputError if act cannot be called, ProgramError if the port cannot be opened.
+    Raises InputError if act is not callable, ProgramError if the port cannot be opened.
     """
     if not callable(act):
         raise InputError(f"policy: expected a function or a class, got {type(act).__name__}")

@@ -15,7 +15,7 @@ import numpy as np
 from evalbus import messages
 
 _USUAL_URL = "udpm://239.255.76.67:7667?ttl=0"
-# Maximum number of message bytes per datagram; longer messages are fragmented.
+# Maximum number of bytes of channel name and message per datagram; longer messages are fragmented.
 _PART = 60_000
 
 
@@ -23,9 +23,9 @@ class Source:
     """A robot, or a scene of an external simulator.
 
     name: shown to users. joints: joint names of the task ("left/joint1"), in the order in which positions are
-    published. objects: names of tracked objects. period_s: time between two samples. url: the bus of `evalbus watch`;
-    by default EVALBUS_URL, or LCM's default bus if it is not set. has_contacts: each sample has the source's own
-    contacts; requires `evalbus watch --contacts source`.
+    published. objects: names of tracked objects. period_s: time between two samples. has_velocity: each sample has joint
+    velocities. url: the bus of `evalbus watch`; by default EVALBUS_URL, or LCM's default bus if it is not set.
+    has_contacts: each sample has the source's own contacts; requires `evalbus watch --contacts source`.
     """
 
     def __init__(self, name, joints, period_s, objects=(), has_velocity=False, url=None, has_contacts=False):
@@ -60,7 +60,7 @@ class Source:
                 self._publish("EVALBUS_SOURCE_ANNOUNCEMENT", "source_announcement_t", self.announcement)
             try:
                 packet = self._in.recv(65536)
-            except TimeoutError:
+            except socket.timeout:  # TimeoutError since Python 3.10
                 pass
 
     def begin_episode(self):
@@ -70,7 +70,8 @@ class Source:
     def publish(self, stamp_s, positions, objects=(), velocities=(), is_last=False, contacts=()):
         """Publishes a sample: joint positions (rad, m), and (position in m, quaternion wxyz) of each object, world frame.
 
-        stamp_s: time of the measurement on any monotonic clock. is_last: the episode ends with this sample. contacts:
+        stamp_s: time of the measurement on any monotonic clock. velocities: of the joints (rad/s, m/s), if the source
+        was created with has_velocity. is_last: the episode ends with this sample. contacts:
         (a, b, penetration in m, position in m, unit normal from a to b) of each contact, world frame; a and b are names
         of bodies or geoms of the task.
         """

@@ -1,10 +1,10 @@
 """Sends a run, or each run of a suite, to an experiment tracker, through its own installed package.
 
-Writes the run's options as the tracker's configuration, the numbers of each complete episode at the step that is the
-episode's index, and success rate and means of metrics as the summary. A run has the same id whenever it is sent:
-sending it again, for example after --resume, adds the episodes after the last one sent, because steps of wandb and
-trackio only increase (MLflow: all missing ones; TensorBoard: writes the files again). Server addresses, keys and
-offline modes are set as the tracker's own documentation describes.
+Writes the run's options as the tracker's configuration (not TensorBoard), the numbers of each complete episode at the
+step that is the episode's index, and success rate and means of metrics as the summary. A run has the same id whenever
+it is sent: sending it again, for example after --resume, adds the episodes after the last one sent, because steps of
+wandb and trackio only increase (MLflow: all missing ones; TensorBoard: writes the files again). Server addresses, keys
+and offline modes are set as the tracker's own documentation describes.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ from evalbus.command import parser, run_module
 from evalbus.errors import InputError
 from evalbus.runs import Episode, Run, read_runs
 
-# Options that may change when a run is resumed.
+# Options that often change when a run is resumed, so that they are not part of its id.
 _VARIABLE = {"episodes", "workers", "url", "until"}
 
 

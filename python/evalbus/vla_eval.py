@@ -16,7 +16,7 @@ class EvalbusBenchmark(StepBenchmark):
     tasks: "lift_pot/position", ... seed: episode K of a task is episode K of `evalbus run --seed SEED`. The other
     arguments are those of evalbus.Environment. Observations: "images" by camera, "state" and "task_description";
     an action's "actions" has the numbers that `control` describes. Only mode "sync" is supported: in mode "live", time
-    must pass while the policy computes, and simulated time stands still here.
+    must pass while the policy computes, but simulated time does not advance then.
     """
 
     # evalbus renders images in software unless `gl` selects a GPU.

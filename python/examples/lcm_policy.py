@@ -26,14 +26,14 @@ class Policy:
             "episode": -1,
             "attempt": -1,
         }
-        for channel, heard in (
+        for channel, handle in (
             ("EVALBUS_MODEL", self.on_model),
             ("EVALBUS_EPISODE_BEGIN", self.on_begin),
             ("EVALBUS_STATE", self.on_state),
         ):
             # 0 makes the queue unlimited, so that no message is dropped.
             self.bus.subscribe(
-                channel, lambda _, data, heard=heard: heard(messages.decode(data)[1])
+                channel, lambda _, data, handle=handle: handle(messages.decode(data)[1])
             ).set_queue_capacity(0)
 
     def act(self, state):
@@ -55,7 +55,7 @@ class Policy:
             "episode": header["episode"],
             "attempt": header["attempt"],
         }
-        self.say_status()
+        self.publish_status()
 
     def on_state(self, state):
         joints, grippers = self.act(state)
@@ -67,7 +67,7 @@ class Policy:
         }
         self.bus.publish("EVALBUS_ACTION", messages.encode("action_t", action))
 
-    def say_status(self):
+    def publish_status(self):
         self.bus.publish("EVALBUS_STATUS", messages.encode("component_status_t", self.status))
 
     def run(self):
@@ -76,7 +76,7 @@ class Policy:
 
         def repeat():
             while not stopped.wait(0.4):
-                self.say_status()
+                self.publish_status()
 
         threading.Thread(target=repeat, daemon=True).start()
         print("policy ready", flush=True)

@@ -1,6 +1,7 @@
-// Sorts tables by the clicked column; a second click reverses the order. Shows long tables in
-// pages. Marks tables that can be scrolled. A click on an event's time moves the video to this
-// time. This file must not contain characters that XML or HTML would interpret as markup.
+// Sorts tables by the clicked column; a second click reverses the order. Shows long tables of
+// episodes in pages. Marks tables that can be scrolled. A click on an event's time moves the video
+// to this time. Expands folded parts for printing. This file must not contain characters that XML or
+// HTML would interpret as markup.
 "use strict";
 
 function valueOf(cell) {
@@ -10,7 +11,7 @@ function valueOf(cell) {
   return Number.isNaN(number) ? text : number;
 }
 
-// Sorts numbers before texts.
+// Orders numbers before texts.
 function compare(a, b) {
   if (typeof a === typeof b) return typeof a === "number" ? a - b : a.localeCompare(b);
   return typeof a === "number" ? -1 : 1;
@@ -53,7 +54,7 @@ function makePages(table) {
     page = Math.max(0, Math.min(page, Math.ceil(rows.length / ROWS_OF_PAGE) - 1));
     const first = page * ROWS_OF_PAGE, end = Math.min(first + ROWS_OF_PAGE, rows.length);
     rows.forEach((row, i) => row.classList.toggle("elsewhere", Math.floor(i / ROWS_OF_PAGE) !== page));
-    text.textContent = `rows ${first + 1} to ${end} of ${rows.length}`;
+    text.textContent = rows.length ? `rows ${first + 1} to ${end} of ${rows.length}` : "no rows";
   };
   const button = (label, step) => {
     const element = document.createElement("button");
@@ -92,8 +93,8 @@ for (const button of document.querySelectorAll("[data-seek]")) {
   });
 }
 
-// Marks tables that are wider than their containers, because phones show no scroll bars. The Tab key skips
-// other tables.
+// Marks tables that are wider than their containers, because phones show no scroll bars. The Tab key stops only
+// at these.
 function markWide() {
   for (const place of document.querySelectorAll(".scroll")) {
     const isWide = place.classList.toggle("wide", place.scrollWidth > place.clientWidth);

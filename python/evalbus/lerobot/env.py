@@ -22,7 +22,7 @@ from evalbus.lerobot import keys
 class LeRobotEnv(gymnasium.ObservationWrapper):
     """EvalbusEnv with the observation keys, attributes and seeds that LeRobot expects.
 
-    reset(seed=K) starts episode K of `evalbus run --seed RUN_SEED`: lerobot-eval counts its seeds up from --seed.
+    reset(seed=K) starts episode K of `evalbus run --seed RUN_SEED`, because lerobot-eval counts its seeds up from --seed.
     """
 
     def __init__(self, run_seed: int, cameras: List[str], render_mode: Optional[str] = "rgb_array", **options):
@@ -68,9 +68,9 @@ class EvalbusEnvConfig(EnvConfig):
 
     task: "lift_pot/position", or several tasks, separated by commas. fps: steps per simulated second. run_seed: as in
     LeRobotEnv. robot, control, cameras, image_size (width, height), gl: as in evalbus.Environment. With the default of
-    control, state and action are the joint positions
-    of all arms (rad), then all grippers (state: 1 open; action: 1 closed), as in data sets of
-    `evalbus export --lerobot`. render_mode: None draws no images for videos, which policies without cameras do not need.
+    control, state and action are the joint positions of all arms (rad), then all grippers (state: 1 open; action:
+    1 closed), as in data sets of `evalbus export --lerobot`. render_mode: None draws no images for videos, which policies
+    without cameras do not need.
     """
 
     task: str = "lift_pot/position"

@@ -4,7 +4,7 @@
 Evalbus.Block = class {
   // Throws Error if the bytes are not a valid block.
   constructor(buffer) {
-    if (buffer.byteLength < 4) throw new Error("a block of less than four bytes");
+    if (buffer.byteLength < 4) throw new Error("a block has less than four bytes");
     const length = new DataView(buffer).getUint32(0, true);
     if (4 + length > buffer.byteLength) throw new Error("the head of a block is truncated");
     this.head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));

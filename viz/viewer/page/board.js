@@ -11,7 +11,7 @@ Evalbus.Board = class {
     this.title = e("h1", { class: "ev-board-title" }, "Overview");
     this.progress = e("p", { class: "ev-note" });
     this.table = e("table", { class: "ev-board-table" });
-    this.remarks = e("div", { class: "ev-board-notes" });
+    this.remarks = e("div");
     this.seeds = new Evalbus.Seeds(viewer, hover);
     this.funnel = e("div", { class: "ev-funnels" });
     place.append(this.title, this.progress,
@@ -23,17 +23,12 @@ Evalbus.Board = class {
     this.head = head;
   }
 
-  // Number of combinations of policy and task, with those of a plan whose runs have not begun.
+  // Number of combinations of policy and task, including those of a plan whose runs have not begun.
   get cells() {
     return this.head ? this.head.policies.reduce((sum, policy) => sum + policy.cells.filter(Boolean).length, this.head.waiting_runs) : 0;
   }
 
-  // Index of the policy to which a run belongs; -1 if there is none.
-  policyOf(run) {
-    return this.head ? this.head.policies.findIndex((policy) => policy.runs.includes(run)) : -1;
-  }
-
-  // Returns the rows of a policy's episodes, to which the policy's name and the note are added.
+  // Returns the rows of a policy's episodes, extended by the policy's name and the note on the episode.
   rowsOf(k) {
     const policy = this.head.policies[k];
     return policy.runs.flatMap((run) => (this.viewer.runs.has(run) ? this.viewer.runs.get(run).episodes : []))
@@ -97,8 +92,8 @@ Evalbus.Board = class {
       cell(many ? "all" : "success", this.rate(policy.all, policy, many ? null : tasks[0].name), "ev-all"),
       this.head.policies.length > 1 ? cell("difference", this.difference(against, k), "ev-against") : null,
       many ? policy.cells.map((one, t) => cell(Evalbus.spaced(tasks[t].name), this.rate(one, policy, tasks[t].name))) : null,
-      many ? null : cell("time to success", policy.all.time_s === null ? "–" : `${policy.all.time_s.toFixed(2)} s`, "ev-figure"),
-      cell("slips per grasp", policy.slips_per_grasp === null ? "–" : policy.slips_per_grasp.toFixed(2), "ev-figure"));
+      many ? null : cell("time to success", policy.all.time_s === null ? "–" : `${policy.all.time_s.toFixed(2)} s`),
+      cell("slips per grasp", policy.slips_per_grasp === null ? "–" : policy.slips_per_grasp.toFixed(2)));
   }
 
   // Creates a success rate with its counts, and a bar with its interval.
@@ -123,7 +118,7 @@ Evalbus.Board = class {
     if (k === this.head.baseline) return e("span", { class: "ev-note" }, "baseline");
     if (!against || against.remark || against.difference === null) return "–";
     const [lower, upper] = against.interval;
-    // Texts and rounding are the same as in results/conclusion.cc.
+    // The rounding is the same as in results/conclusion.cc.
     const isNarrow = upper - lower < 0.02, points = (share) => Evalbus.points(share, isNarrow ? 1 : 0);
     const { policies, baseline } = this.head;
     const decimals = isNarrow ? 1 : Evalbus.pointDecimals(against.difference, policies[k].all.rate, policies[baseline].all.rate);
@@ -146,7 +141,7 @@ Evalbus.Board = class {
       const bar = (share) => {
         const fill = e("i", {});
         fill.style.transform = `scaleX(${share})`;
-        return e("td", {}, e("span", { class: "ev-funnel-bar" }, fill), e("span", { class: "ev-figure" }, Evalbus.percent(share)));
+        return e("td", {}, e("span", { class: "ev-funnel-bar" }, fill), e("span", {}, Evalbus.percent(share)));
       };
       const line = (policy) => {
         const counted = policy.cells[t];

@@ -47,9 +47,9 @@ Evalbus.partingOf = (track, other, points, limit_m) => {
   return null;
 };
 
-// Returns how much a metric changes, from 0 to 1. Without `other`: its range relative to its largest absolute value. With
-// `other`: the mean difference between the two episodes relative to their common range; the part with the largest result
-// counts. rows, other: one array of values per part. NaN stands for no value.
+// Returns how much a metric changes, from 0 to 1. Without `other`, this is its range relative to its largest absolute value.
+// With `other`, it is the mean absolute difference between the episodes at equal ticks, relative to the range of both, for
+// the part with the largest mean difference. rows, other: one array of values per part. NaN stands for no value.
 Evalbus.changeOf = (rows, other) => {
   let low = Infinity, high = -Infinity;
   for (const values of [...rows, ...(other || [])]) {

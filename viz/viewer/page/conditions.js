@@ -10,7 +10,7 @@ Evalbus.Conditions = class {
     this.other = e("p", { class: "ev-reason ev-b" });
     this.stages = e("ol", { class: "ev-stages" });
     this.stagesTitle = e("h2", {}, "Stages");
-    this.criteria = e("div", { class: "ev-criteria" });
+    this.criteria = e("div");
     this.criteriaTitle = e("h2", {}, "Conditions");
     this.events = e("ol", { class: "ev-events" });
     this.eventsTitle = e("summary", {}, "Events");
@@ -19,7 +19,8 @@ Evalbus.Conditions = class {
       this.eventsPlace);
   }
 
-  // tracks: the episode and, if it is compared, the second episode. isReceived: whether the first episode's run is active.
+  // tracks: the episode and, if it is compared, the second episode. isReceived: false if the first episode's run is not on a
+  // bus, so that no more messages of this episode arrive.
   show(tracks, isReceived) {
     this.tracks = tracks;
     const [track, other] = tracks;
@@ -94,8 +95,8 @@ Evalbus.Conditions = class {
     this.criteriaTitle.hidden = this.criteria.hidden = criteria.length === 0;
   }
 
-  // Creates the rows of the success or failure conditions, grouped as in the task. A tree is an index into the rows, or {all
-  // | any: [trees]}.
+  // Creates the rows of the success or failure conditions, grouped as in the task. A tree is an index into the rows, or
+  // {all | any | latched | lasts: [trees]}. places: indices of the rows, for a task whose tree is not known.
   group(outcome, tree, places) {
     if (!places.length) return [];
     const e = Evalbus.element;
@@ -121,7 +122,7 @@ Evalbus.Conditions = class {
     this.eventsLayout = layout;
     Evalbus.setText(this.eventsTitle, `Events (${events.length})`);
     this.eventsPlace.hidden = events.length === 0;
-    // Only the first 400 events are shown, because a list of thousands of contacts would not be readable.
+    // Only the first 400 events are shown, because a list of thousands of collisions would not be readable.
     const shown = events.slice(0, 400);
     this.events.replaceChildren(...shown.map((event) => Evalbus.element("li", {},
       Evalbus.element("button", { type: "button", onclick: () => this.onSeek(event.tick) },
@@ -149,7 +150,7 @@ Evalbus.Conditions = class {
       if (row.otherTime) Evalbus.setText(row.otherTime, other ? time(other, (other.head.stages || [])[k]) : "");
     });
     for (const row of this.criteriaRows || []) {
-      // 0: false, 1: true, 2: not known, as at the first ticks
+      // 0: false, 1: true, 2: not known, as at tick 0
       const known = track.holds[row.index] && tick < track.ticks ? track.holds[row.index].data[tick] : 2;
       const holds = known === 1;
       const state = row.criterion.failure ? (holds ? "failed" : "open") : holds ? "holds" : "open";

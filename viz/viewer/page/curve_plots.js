@@ -20,7 +20,7 @@ Evalbus.CurvePlots = class {
     if (low > high) return null;
     // The axis begins at zero if no value is negative and the lowest value is below 60 % of the highest.
     if (low >= 0 && low < 0.6 * high) low = 0;
-    // The axis of an almost constant curve is widened, so that rounding errors are not magnified.
+    // The range of an almost constant curve is extended, so that rounding errors are not enlarged.
     const size = Math.max(Math.abs(low), Math.abs(high));
     if (size < Evalbus.CurvePlots.NOTHING) return { low: 0, high: this.isWhole(card) ? 1 : Evalbus.CurvePlots.NOTHING };
     if (high - low < 1e-3 * size) {
@@ -123,7 +123,8 @@ Evalbus.CurvePlots = class {
     context.globalAlpha = 1;
   }
 
-  // Draws at most two points per pixel, the minimum and the maximum, so that peaks remain visible.
+  // Draws the minimum and the maximum of each group of ticks, so that peaks remain visible. There is about one group per
+  // pixel.
   line(context, track, part, x, y, width, isSparse) {
     const values = track.rows[part.row].data;
     const [first, last] = this.timeline.ticksSeen(track);
@@ -157,7 +158,7 @@ Evalbus.CurvePlots = class {
     context.lineWidth = 1;
   }
 
-  // Returns whether all values are integers. They are then shown without decimals.
+  // Returns whether all values of A are integers. They are then shown without decimals.
   isWhole(card) {
     return card.parts.every(({ row }) => {
       const { data } = this.tracks[0].rows[row];
@@ -173,5 +174,6 @@ Evalbus.CurvePlots = class {
   }
 };
 
-// Values below this count as zero in every unit that is used (m, rad, s, mm).
+// If all values of a curve are closer to zero than this, its axis ends here. This applies to every displayed unit, such as m,
+// rad, s and mm.
 Evalbus.CurvePlots.NOTHING = 1e-3;

@@ -51,8 +51,8 @@ Evalbus.reasonText = (reason) => (Object.hasOwn(Evalbus.REASON_TEXTS, reason) ? 
 // error) and the deciding condition.
 Evalbus.reasonOf = (head) => head.cause_text ? Evalbus.words(head.cause_text) : [Evalbus.words(head.end_detail), Evalbus.spaced(head.explanation)].filter(Boolean).join("; ");
 
-// Formats a number: integers exactly, very large and very small numbers as a power of ten, all others with a number of
-// decimals that suits their size. The number of characters changes as little as possible.
+// Formats a number: integers below 1e9 exactly, very large and very small numbers with a power of ten, all others with a
+// number of decimals that suits their size. The number of characters changes as little as possible.
 Evalbus.number = (value) => {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
@@ -77,8 +77,8 @@ Evalbus.numberAmong = (value, most) => {
   return Evalbus.fixed(value, decimals);
 };
 
-// Formats the value of a condition as Compared in metrics/task/predicate.h does: millimeters of a length, tenths of an angle
-// (hundredths below 1 degree).
+// Formats the value of a condition as Compared in metrics/task/predicate.h does: lengths to millimeters, angles to tenths of a
+// degree (hundredths below 1 degree). Unlike Compared, adds no digits if the rounded value would contradict the outcome.
 Evalbus.measured = (value, unit, threshold) => {
   if (!Number.isFinite(value) || (unit !== "m" && unit !== "deg")) return Evalbus.numberAmong(value, Math.abs(threshold) || Math.abs(value));
   return Evalbus.fixed(value, unit === "m" ? 3 : Math.abs(value) < 1 ? 2 : 1);
@@ -107,7 +107,7 @@ Evalbus.pointDecimals = (difference, rate, other) => {
   return whole(Math.abs(difference)) === Math.abs(whole(rate) - whole(other)) ? 0 : 1;
 };
 
-// Formats p as PText in results/comparison_text.h does: halves up, but a p below 0.05 is not rounded to 0.05.
+// Formats p as PEquals in results/comparison_text.h does: halves up, but a p below 0.05 is not rounded to 0.05.
 Evalbus.pText = (p) => {
   if (p < 0.001) return "p < 0.001";
   const rounded = Math.floor(1000 * p + 0.5 + 1e-9) / 1000;
@@ -133,7 +133,7 @@ Evalbus.ticksOf = (low, high, count) => {
   return ticks;
 };
 
-// Returns the labels of an axis. All ticks have as many decimals as the tick that needs most; zero has none.
+// Returns the labels of an axis. All labels have as many decimals as the tick that needs most; zero has none.
 Evalbus.axisTexts = (ticks) => {
   const exact = ticks.map((tick) => Number(tick.toPrecision(6)));
   const most = Math.max(...exact.map(Math.abs));
@@ -142,7 +142,7 @@ Evalbus.axisTexts = (ticks) => {
   return exact.map((tick) => (tick === 0 ? "0" : tick.toFixed(decimals).replace("-", "−")));
 };
 
-// Resizes the canvas to its size in device pixels, and calls draw(context, width, height), which uses CSS pixels.
+// Sets the canvas's resolution to its size in device pixels, and calls draw(context, width, height), which uses CSS pixels.
 Evalbus.drawOn = (canvas, draw) => {
   const width = canvas.clientWidth, height = canvas.clientHeight;
   if (!width || !height) return;
@@ -184,7 +184,7 @@ Evalbus.RowList = class {
     const e = Evalbus.element;
     this.rows = [];
     this.pool = [];
-    this.filler = e("div", { class: "ev-filler", role: "presentation" });
+    this.filler = e("div", { role: "presentation" });
     this.window = e("div", { class: "ev-rows", ...rows });
     this.box = e("div", { tabindex: "0", "aria-label": "episodes", ...box }, this.filler, this.window);
     this.box.addEventListener("scroll", () => this.draw(), { passive: true });

@@ -16,7 +16,9 @@ Evalbus.Episodes = class extends Evalbus.RowList {
       actions.changed(this.filter.value);
     });
     this.filter.addEventListener("keydown", (event) => {
-      if (event.key === "Escape" || event.key === "Enter") this.box.focus();
+      if (event.key !== "Escape" && event.key !== "Enter") return;
+      if (this.isWall) this.filter.blur();
+      else this.box.focus();
     });
     this.problem = e("p", { class: "ev-filter-problem", role: "status" });
     this.count = e("span", { class: "ev-note" });
@@ -28,7 +30,7 @@ Evalbus.Episodes = class extends Evalbus.RowList {
     }));
     this.none = e("p", { class: "ev-note", role: "status" });
     this.table = e("div", { class: "ev-table", role: "table", "aria-label": "episodes" }, e("div", { role: "rowgroup" }, this.head), this.box);
-    this.wall = new Evalbus.Wall(thumbnails);
+    this.wall = new Evalbus.Wall(thumbnails, () => this.setWall(false));
     place.append(e("h1", { class: "ev-hidden" }, "Episodes"), e("div", { class: "ev-filter-bar" }, this.filter, this.count, e("span", { class: "ev-segments" }, this.asList, this.asWall)),
       this.problem, this.none, this.table, this.wall.place);
     this.setWall(false);
@@ -49,7 +51,7 @@ Evalbus.Episodes = class extends Evalbus.RowList {
     this.apply();
   }
 
-  // Takes the current rows of the board.
+  // Shows the current rows of the board.
   show() {
     this.all = this.board.rows();
     this.apply();
@@ -90,7 +92,7 @@ Evalbus.Episodes = class extends Evalbus.RowList {
     this.apply();
   }
 
-  // The wall shows the failures among the rows that the filter accepts.
+  // Shows the rows that the filter accepts or, on the wall, the failures among them.
   showRows() {
     const accepted = this.isWall ? (list) => list.filter((row) => Evalbus.FILTER_TEXTS.result(row) === "failure") : (list) => list;
     const shown = accepted(this.rows), all = accepted(this.all || []);
@@ -130,7 +132,8 @@ Evalbus.Episodes = class extends Evalbus.RowList {
     this.draw();
   }
 
-  // Returns the next row in this direction from the episode `key` ("run/episode") for which `accepts` returns true.
+  // Returns the next row after the episode `key` ("run/episode") for which `accepts` returns true, or null if there is none.
+  // way: 1 for down, -1 for up.
   neighbor(key, way, accepts) {
     const at = this.rows.findIndex((row) => Evalbus.keyOf(row) === key);
     for (let k = at < 0 && way < 0 ? this.rows.length - 1 : at + way; k >= 0 && k < this.rows.length; k += way) {
@@ -166,7 +169,9 @@ Evalbus.Episodes.COLUMNS = [
 // Shows failures as images of their decisive moments, grouped by reason. The image under the pointer or with the keyboard
 // focus is animated.
 Evalbus.Wall = class {
-  constructor(thumbnails) {
+  // showList(): shows the list instead of the wall.
+  constructor(thumbnails, showList) {
+    this.showList = showList;
     this.thumbnails = thumbnails;
     this.place = Evalbus.element("div", { class: "ev-wall" });
     this.waiting = [];
@@ -175,13 +180,18 @@ Evalbus.Wall = class {
 
   show(rows) {
     const layout = rows.map(Evalbus.keyOf).join();
-    if (layout === this.layout) return;
+    if (layout === this.layout) {
+      // Drawing stops while the wall is hidden.
+      this.drawNext();
+      return;
+    }
     this.layout = layout;
     this.hasTasks = new Set(rows.map(Evalbus.FILTER_TEXTS.task)).size > 1;
     const groups = new Map();
     for (const row of rows) {
       const reason = Evalbus.FILTER_TEXTS.reason(row);
-      groups.set(reason, [...(groups.get(reason) || []), row]);
+      if (!groups.has(reason)) groups.set(reason, []);
+      groups.get(reason).push(row);
     }
     this.waiting = [];
     const e = Evalbus.element;
@@ -189,7 +199,7 @@ Evalbus.Wall = class {
       const more = list.length - Evalbus.Wall.PER_REASON;
       return [e("h2", {}, `${Evalbus.reasonText(reason)} (${list.length.toLocaleString("en")})`),
         e("div", { class: "ev-cards" }, list.slice(0, Evalbus.Wall.PER_REASON).map((row) => this.card(row))),
-        more > 0 ? e("p", {}, e("a", { href: Evalbus.listLink(`reason=${Evalbus.filterValue(reason)}`) }, `${more.toLocaleString("en")} more in the list`)) : null];
+        more > 0 ? e("p", {}, e("a", { href: Evalbus.listLink(`reason=${Evalbus.filterValue(reason)}`), onclick: this.showList }, `${more.toLocaleString("en")} more in the list`)) : null];
     }).filter(Boolean));
     this.drawNext();
   }
@@ -210,6 +220,7 @@ Evalbus.Wall = class {
     return card;
   }
 
+  // Draws the images of the cards one after another, until all are drawn, an image is played, or the wall is hidden.
   async drawNext() {
     if (this.isDrawing) return;
     this.isDrawing = true;

@@ -43,8 +43,8 @@ Evalbus.filterTokens = (text) => {
   return tokens;
 };
 
-// Parses terms joined by "and" (which may be omitted) and "or", with "not" and parentheses. A term is FIELD
-// OPERATOR VALUE, or a word that any text of the row contains. Returns a function of a row; throws FilterError.
+// Parses terms joined by "and" (which may be omitted) and "or", with "not" and parentheses. A term is FIELD OPERATOR VALUE, or
+// a word or quoted text, which accepts rows with a text that contains it. Returns a function of a row; throws FilterError.
 Evalbus.parseFilter = (text) => {
   const tokens = Evalbus.filterTokens(text);
   let next = 0;
@@ -133,5 +133,5 @@ Evalbus.filterTerm = (name, operator, value) => {
   return (row) => compare(Evalbus.plainTexts(key, row));
 };
 
-// Returns a value in quotes, as a filter's term requires it.
+// Returns a value in quotes, as in a term of a filter. Quotes within the value are removed.
 Evalbus.filterValue = (text) => `"${String(text).replace(/"/g, "")}"`;

@@ -9,7 +9,7 @@ Evalbus.Judge = class {
     this.item = null;  // number of the episode that is shown
     this.outcome = null;
     this.stages = null;
-    this.saved = null;  // number of the episode whose verdict was sent last
+    this.saved = null;  // number of the shown episode if its verdict was sent, otherwise null
     const button = (text, key, action) => e("button", { type: "button", title: `key ${key}`, onclick: action }, text, " ", e("kbd", {}, key));
     this.outcomes = new Map([["success", "Success", "s"], ["failure", "Failure", "f"], ["abstain", "Abstain", "a"]].map(
       ([name, text, key]) => [name, button(text, key, () => this.choose(name))]));
@@ -69,7 +69,7 @@ Evalbus.Judge = class {
     });
   }
 
-  // Whether the episode is shown. False while it is being loaded, or if loading it has failed.
+  // Whether the episode to judge is shown. False while it is being loaded, or if loading it has failed.
   get isShown() {
     const track = this.viewer.tracks[0];
     return Boolean(track) && track.episode === this.item;

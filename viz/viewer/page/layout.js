@@ -10,18 +10,22 @@ Evalbus.KEYS = [
   ["space", "play, pause"], ["← →", "step back, forward; with shift ten ticks"], ["[ ]", "previous, next event"],
   ["Home End", "first, last tick"], ["< >", "slower, faster"], ["+ −", "zoom the timeline (also with the mouse wheel)"],
   ["0", "show the whole episode"], ["l", "follow live"], ["p n", "previous, next episode"], ["j k", "next, previous failure"],
-  ["1 … 9", "same seed of another policy"], ["/", "filter the episodes"], ["b", "overview"], ["m", "note on the episode"],
+  ["1 … 9", "same seed of another policy; in the overview and the list, its episodes"], ["/", "filter the episodes"], ["b", "overview"], ["m", "note on the episode"],
   ["s", "save an image"], ["c", "next camera"], ["v", "ghost or side by side, when two episodes are compared"],
   ["x", "close comparison"], ["?", "keyboard shortcuts"],
 ];
 
+// Keys that have no effect in a report.
+Evalbus.SERVER_KEYS = ["l", "j k", "1 … 9", "/", "b", "m", "s"];
+
 Evalbus.makeLayout = (place) => {
+  const isReport = place.dataset.from === "page";
   const e = Evalbus.element, icon = Evalbus.icon;
   const button = (name, title, isFilled) => e("button", { type: "button", class: "ev-icon", title, "aria-label": title },
     icon(Evalbus.ICONS[name], isFilled));
   const parts = {};
   // In a report, the title is an h2, because the report has its own h1.
-  parts.title = e(place.dataset.from === "page" ? "h2" : "h1", { class: "ev-title" });
+  parts.title = e(isReport ? "h2" : "h1", { class: "ev-title" });
   parts.subtitle = e("p", { class: "ev-subtitle" });
   parts.state = e("span", { class: "ev-state-pill", role: "status" });
   parts.rate = e("span", { class: "ev-head-rate" });
@@ -69,7 +73,8 @@ Evalbus.makeLayout = (place) => {
   parts.episode = e("section", { class: "ev-episode", "aria-label": "episode" }, parts.empty, parts.episodeBody);
   parts.run = e("section", { class: "ev-run", "aria-label": "run" });
 
-  parts.keys = e("dialog", { class: "ev-keys" }, e("h2", {}, "Keyboard shortcuts"), e("dl", {}, Evalbus.KEYS.flatMap(([key, what]) =>
+  const keys = Evalbus.KEYS.filter(([key]) => !isReport || !Evalbus.SERVER_KEYS.includes(key));
+  parts.keys = e("dialog", { class: "ev-keys" }, e("h2", {}, "Keyboard shortcuts"), e("dl", {}, keys.flatMap(([key, what]) =>
     [e("dt", {}, key.split(" ").flatMap((one, k) => (k ? [" ", e("kbd", {}, one)] : [e("kbd", {}, one)]))), e("dd", {}, what)])),
   e("button", { type: "button", onclick: () => parts.keys.close() }, "Close"));
 

@@ -14,8 +14,8 @@ Evalbus.Marks = class {
       return one;
     };
 
-    // There is one pin per contact. Its head is at the contact point. Its shaft is along the normal, and is longer for
-    // deeper contacts.
+    // There is one pin per contact, up to a limit for each kind. Its head is at the contact point. Its shaft is along the
+    // normal, and is longer for deeper contacts.
     const limit = Evalbus.Marks.MOST_CONTACTS;
     const colors = { wanted: palette.o2, collision: palette.bad, other: palette.none };
     this.pins = {};
@@ -72,11 +72,14 @@ Evalbus.Marks = class {
     return slot < 0 ? null : { slot, offset: new THREE.Vector3(...(wrist ? wrist.position_m : [0, 0, 0])) };
   }
 
+  // Uses the data of another track, which must have the same bodies and arms.
   follow(track) {
     this.track = track;
     for (const trail of this.trails) trail.filled = 0;
   }
 
+  // Returns the kind of a contact between two geoms: "wanted" (robot and manipulated object), "collision" (all others of the
+  // robot), or "other".
   kindOf(a, b) {
     const kinds = [this.kindOfGeom.get(a), this.kindOfGeom.get(b)];
     const robots = kinds.filter((kind) => kind === "robot").length;

@@ -9,7 +9,7 @@ Evalbus.Player = class {
     this.rate = 1;
     this.isPlaying = false;
     this.isFollowing = false;
-    // Time for which the end has been shown.
+    // Wall time for which the end has been shown.
     this.rested_s = 0;
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   }
@@ -52,8 +52,9 @@ Evalbus.Player = class {
     this.rate = 1;
   }
 
-  // Advances by seconds of wall time. Returns whether the current time has changed. After a slow frame or while the page is
-  // hidden, playback does not skip the lost time. Following skips it, because it could not catch up otherwise.
+  // Advances by seconds of wall time. Returns whether the current time has changed. Playback advances by at most 0.25 s of wall
+  // time, so that it does not skip what a slow frame or a hidden page has missed. Following has no such limit, because it
+  // could not catch up otherwise.
   advance(elapsed_s) {
     const before = this.tick;
     if (this.isFollowing) {

@@ -28,11 +28,10 @@ Evalbus.EpisodeList = class extends Evalbus.RowList {
     this.apply();
   }
 
-  // current, other: keys of the episodes that are shown. live: number of the episode in progress, or null.
-  show(rows, current, other, live) {
+  // current, other: keys of the episodes that are shown.
+  show(rows, current, other) {
     this.current = current;
     this.other = other;
-    this.live = live;
     this.all_rows = rows;
     this.apply();
     const row = current !== this.revealed && this.rows.find((one) => `${one.run}/${one.episode}` === current);
@@ -112,10 +111,10 @@ Evalbus.RunPanel = class {
     this.done = e("i", {});
     this.progress = e("div", { class: "ev-progress", role: "progressbar", "aria-label": "episodes done" }, this.done);
     this.progressText = e("p", { class: "ev-note" });
-    this.remarks = e("div", { class: "ev-remarks" });
+    this.remarks = e("div");
     this.reasonsTitle = e("h2", {}, "Failure reasons");
-    this.reasons = e("div", { class: "ev-reasons" });
-    this.health = e("div", { class: "ev-health" });
+    this.reasons = e("div");
+    this.health = e("div");
     this.healthTitle = e("h2", {}, "Components");
     this.pacing = e("dl", { class: "ev-pacing" });
     this.pacingTitle = e("h2", {}, "Real time");
@@ -129,7 +128,8 @@ Evalbus.RunPanel = class {
       this.pacing, this.healthTitle, this.health, this.logTitle, this.log);
   }
 
-  // runs: all runs. run: the run to show, as {info, episodes, lines}.
+  // runs: runs that can be chosen. run: the run to show, as {info, episodes, lines}. current, other: keys of the episodes that
+  // are shown.
   show(runs, run, current, other) {
     const info = run.info;
     this.showRuns(runs, info.run);
@@ -161,7 +161,7 @@ Evalbus.RunPanel = class {
     this.showPacing(info);
     this.showHealth(info);
     this.showLog(run.lines);
-    this.list.show(run.episodes, current, other, info.episode);
+    this.list.show(run.episodes, current, other);
   }
 
   showRuns(runs, shown) {

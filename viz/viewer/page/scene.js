@@ -8,7 +8,7 @@ Evalbus.SceneView = class {
     this.place = place;
     this.assets = assets;
     this.palette = palette;
-    this.canvas = Evalbus.element("canvas", { class: "ev-canvas", tabindex: "-1", "aria-label": "the scene in 3D" });
+    this.canvas = Evalbus.element("canvas", { class: "ev-canvas", "aria-label": "the scene in 3D" });
     // The context is requested here, because three.js would log errors to the console if WebGL is missing.
     const options = { antialias: true, alpha: false, powerPreference: "high-performance", stencil: false };
     const context = this.canvas.getContext("webgl2", options) || this.canvas.getContext("webgl", options);
@@ -64,7 +64,7 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
-  // In a page that scrolls, the wheel zooms only after a click into the image.
+  // Lets the wheel zoom only while the image has the keyboard focus, as after a click. For pages that scroll.
   zoomOnFocus() {
     this.controls.enableZoom = false;
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
@@ -154,7 +154,8 @@ Evalbus.SceneView = class {
     return view && view.world.cameras.find((camera) => camera.name === name);
   }
 
-  // Moves the free camera to the pose of the video camera "overview".
+  // Moves the free camera to the pose of the camera "overview" or, if the scene has none, of its first camera. In a scene
+  // without cameras, it looks at the center from one corner.
   home() {
     const view = this.views[0];
     if (!view) return;
@@ -173,7 +174,7 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
-  // Takes over the camera of another view.
+  // Copies the camera of another view.
   lookLike(other) {
     this.cameraName = other.cameraName;
     this.isFreed = true;
@@ -253,7 +254,7 @@ Evalbus.SceneView = class {
     this.isDirty = true;
   }
 
-  // ticks: current ticks of A and of B. lit: for A and B, index of the current stage's object.
+  // ticks: current ticks of A and of B. lit: for A and B, index of the object to highlight; -1 for none.
   update(ticks, lit) {
     this.views.forEach(({ world, marks }, k) => {
       world.update(ticks[k]);
@@ -263,7 +264,7 @@ Evalbus.SceneView = class {
     this.isDirty = true;
   }
 
-  // Called for each animation frame. Draws if something has changed.
+  // Must be called for each animation frame. Draws if something has changed. Returns whether it has drawn.
   draw() {
     if (this.isGone || this.isLost || !this.views.length) return false;
     if (this.cameraName === null) {
@@ -306,8 +307,8 @@ Evalbus.SceneView = class {
       `translate(${((middle.x + 1) / 2 * width + 8).toFixed(1)}px, ${((1 - middle.y) / 2 * this.height).toFixed(1)}px)`;
   }
 
-  // Adapts the quality to the time that the last drawn frame took. On machines that render in software, this keeps the frame
-  // rate: the resolution is reduced first, and shadows are switched off last.
+  // Lowers the quality if frames take long, as on machines that render in software: the resolution is reduced in two steps,
+  // then shadows are switched off. The quality is not raised again. took_ms: duration of the last drawn frame.
   adapt(took_ms) {
     this.slow = took_ms > 70 ? this.slow + Math.min(3, took_ms / 70) : Math.max(0, this.slow - 1);
     if (this.slow < 8) return;

@@ -1,9 +1,10 @@
-// The matrix of seeds. Rows are policies and columns are seeds. A cell contains a check mark or the letter of the failure
-// reason. A click shows the episode next to the best episode of another policy with this seed.
+// The matrix of seeds. Rows are policies and columns are seeds. A cell contains a check mark, the letter of the failure
+// reason, or a dash for an incomplete episode. A click shows the episode next to the best episode of another policy with this
+// seed.
 "use strict";
 
-// Returns a letter for each reason. reasons: the most frequent first. The letter is the initial of one of the reason's words
-// if that is free, otherwise the first free letter.
+// Returns a letter for each reason. reasons: the most frequent first. The letter is the first free one among the initials of
+// the reason's words, its other letters, and the alphabet; "?" if none is free.
 Evalbus.lettersOf = (reasons) => {
   const letters = new Map(), used = new Set();
   for (const reason of reasons) {
@@ -37,7 +38,7 @@ Evalbus.Seeds = class {
     this.onlyDifferent.addEventListener("change", () => this.redraw());
     this.legend = e("p", { class: "ev-legend" });
     this.tasks = e("div", { class: "ev-matrices" });
-    this.place = e("div", { class: "ev-seeds" }, e("div", { class: "ev-seed-tools" }, this.legend,
+    this.place = e("div", {}, e("div", { class: "ev-seed-tools" }, this.legend,
       e("label", {}, this.onlyDifferent, " only seeds on which the policies differ")), this.tasks);
     this.rowOf = new WeakMap();  // by cell
     for (const kind of ["pointerover", "focusin"]) {
@@ -52,8 +53,9 @@ Evalbus.Seeds = class {
 
   show(board) {
     this.board = board;
+    const { runs, notes } = this.viewer;
     const state = JSON.stringify([board.head.policies.map((policy) => [policy.name, policy.runs.map((run) =>
-      (this.viewer.runs.has(run) ? this.viewer.runs.get(run).episodes.length : 0))]), board.head.tasks.length]);
+      [runs.has(run) ? runs.get(run).episodes.length : 0, ...(notes.byRun.get(run) || [])])]), board.head.tasks.length]);
     if (state === this.state) return;
     this.state = state;
     this.redraw();
@@ -128,7 +130,7 @@ Evalbus.Seeds = class {
       this.redraw();
     };
     const isLoading = policies.some((policy) => policy.all.done > 0);
-    return e("div", { class: "ev-matrix" }, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, bySeed.size ? "no such seed" : isLoading ? "loading" : "no episode yet"),
+    return e("div", { class: "ev-matrix" }, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, bySeed.size ? "no seed on which the policies differ" : isLoading ? "loading" : "no episode yet"),
       more > 0 ? e("p", { class: "ev-segments" }, e("button", { type: "button", onclick: showMore }, `${more.toLocaleString("en")} more seeds`)) : null);
   }
 

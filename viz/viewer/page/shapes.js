@@ -2,7 +2,8 @@
 "use strict";
 
 Evalbus.shapes = {
-  // size: MuJoCo's half sizes. Capsules and cylinders are aligned with z. far: size with which an infinite plane is drawn.
+  // size: MuJoCo's half sizes. Capsules and cylinders are aligned with z. far: half size with which an
+  // infinite plane is drawn.
   primitive(shape, size, far) {
     const [x, y, z] = size;
     const upright = (geometry) => geometry.rotateX(Math.PI / 2);
@@ -13,7 +14,7 @@ Evalbus.shapes = {
       case "cylinder": return upright(new THREE.CylinderBufferGeometry(x, x, 2 * y, 40));
       case "capsule": return upright(Evalbus.shapes.capsule(x, y));
       case "plane": return new THREE.PlaneBufferGeometry(2 * (x || far), 2 * (y || far));
-      default: throw new Error(`a geom of an unknown shape, ${Evalbus.words(shape)}`);
+      default: throw new Error(`the scene has a geom of the unknown shape ${Evalbus.words(shape)}`);
     }
   },
 
@@ -48,8 +49,8 @@ Evalbus.shapes = {
       new THREE.Vector3(1, 1, 1));
   },
 
-  // Merges many {geometry, matrix, repeat} into one geometry. repeat: texture repetitions per meter. The texture of a mesh
-  // without texture coordinates is projected from above, as in MuJoCo.
+  // Merges many {geometry, matrix, repeat} into one geometry. repeat: texture repetitions per meter. The texture of a shape
+  // without texture coordinates of its own is projected along its z axis, as in MuJoCo.
   merge(parts) {
     let vertices = 0, corners = 0;
     for (const { geometry } of parts) {

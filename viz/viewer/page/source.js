@@ -1,5 +1,5 @@
-// Sources of blocks: a server (LiveSource) or the page itself (PackedSource). Both call {run, episodes, log, track, ticks,
-// connection} of `listener`; a server also calls {board, notes, judge}. Blocks and episodes are loaded on demand.
+// Sources of blocks: a server (LiveSource) or the page itself (PackedSource). Both call {run, episodes, connection} of
+// `listener`; LiveSource also calls {log, track, ticks, board, notes, judge}. Scenes and finished episodes are loaded on demand.
 "use strict";
 
 // Cache of asynchronously created values by key. Failures are not cached.
@@ -22,7 +22,6 @@ Evalbus.Once = class {
 Evalbus.LiveSource = class {
   constructor(listener) {
     this.listener = listener;
-    this.isLive = true;
     this.tracks = new Map();  // tracks of the episodes in progress, by run
     this.pause_ms = 500;
     this.blocks = new Evalbus.Once((id) => this.fetchBlock(`block/${encodeURIComponent(id)}`));
@@ -118,7 +117,6 @@ Evalbus.LiveSource = class {
 Evalbus.PackedSource = class {
   constructor(listener) {
     this.listener = listener;
-    this.isLive = false;
     this.places = new Map();
     for (const script of document.querySelectorAll("script[type='application/x-evalbus']")) {
       this.places.set(script.dataset.block, script);

@@ -9,7 +9,7 @@ Evalbus.momentOf = (row) => (Number.isFinite(row.cause_time_s) ? row.cause_time_
 Evalbus.startOf = (row) => Math.max(0, (Evalbus.momentOf(row) || 0) - 1);
 
 Evalbus.Thumbnails = class {
-  // load(run, episode): resolves to a Track.
+  // load(run, episode): resolves to a Track. palette(): returns the current colors.
   constructor(source, load, palette) {
     this.source = source;
     this.load = load;
@@ -86,7 +86,7 @@ Evalbus.Thumbnails = class {
   }
 
   // Draws the decisive moment of a row into a canvas with the aspect ratio of the images. Resolves to false if there is no
-  // image, and to null if present() was called meanwhile.
+  // image, and to null if an image is played or the canvas is no longer on the page.
   still(row, canvas) {
     if (!this.begin()) return Promise.resolve(false);
     return this.enqueue(async () => {

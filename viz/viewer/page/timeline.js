@@ -12,7 +12,7 @@ Evalbus.axisEnd = (track) => {
 };
 
 // Returns the part of [0, end] (s) that is shown after zooming `view` by `factor` around the time `center`, or null if all
-// of it is shown. Pure.
+// of it is shown. least: minimum length of the part, s. Pure.
 Evalbus.zoomed = (view, end, center, factor, least) => {
   const { from, to } = view || { from: 0, to: end };
   const span = Math.max(least, (to - from) * factor);
@@ -263,7 +263,8 @@ Evalbus.Timeline = class {
     this.mark(null, x - 2, x + 2, this.parting.text, true);
   }
 
-  // Registers the text of the tooltip between two x coordinates. isPoint: whether the text contains the time.
+  // Registers the text of the tooltip between two x coordinates; lane null: in all lanes. isPoint: whether the text contains
+  // the time.
   mark(lane, from, to, text, isPoint = false) {
     this.marks.push({ lane, from, to, text, isPoint });
   }

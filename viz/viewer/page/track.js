@@ -94,10 +94,11 @@ Evalbus.Track = class {
       images.ticks.push(ticks[k]);
       images.jpegs.push(jpeg.slice(from[k], from[k + 1]));
     });
-    // Whenever a long episode exceeds the limit, every second image is dropped.
+    // Whenever the images of an episode exceed 64 MB, every second image of each camera is dropped.
     const bytes = () => this.images.flatMap((one) => one.jpegs).reduce((sum, one) => sum + one.length, 0);
     while (bytes() > 64e6 && this.images.some((one) => one.ticks.length > 2)) {
-      for (const images of this.images) {
+      // A camera without images has no element.
+      for (const images of this.images.filter(Boolean)) {
         images.ticks = images.ticks.filter((_, k) => k % 2 === 0);
         images.jpegs = images.jpegs.filter((_, k) => k % 2 === 0);
       }

@@ -51,7 +51,7 @@ Evalbus.Viewer = class {
     if (this.views) this.views.followHash();
     this.player.isFollowing = !this.isPacked && !this.wanted;
     this.player.isPlaying = this.player.isFollowing;
-    // The viewer renders only while it is visible, so that several viewers on a page do not all hold GPU resources.
+    // The viewer renders only while it is visible. In a report, it also frees its GPU memory while it is not.
     new IntersectionObserver((entries) => this.setSeen(entries[entries.length - 1].isIntersecting)).observe(this.parts.view);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.palette = Evalbus.paletteOf(place);
@@ -178,12 +178,12 @@ Evalbus.Viewer = class {
       if (this.missed) this.open(...this.missed);
       this.showEmpty();
     }
-    if (state === "unsupported") this.complain(new Error("this browser cannot unpack the episodes (it has no DecompressionStream); newer ones can"));
+    if (state === "unsupported") this.complain(new Error("this browser cannot unpack the episodes (it has no DecompressionStream); newer browsers can"));
     this.showHead();
     if (this.tracks.length === 0) this.showEmpty();
   }
 
-  // While following, switches to a new episode after the end of the previous one has been shown.
+  // While following, switches to a new episode after the end of the previous one has been shown for 0.9 s.
   followNewest() {
     if (!this.player.isFollowing) return;
     const run = this.runs.get(this.shownRun);
@@ -257,12 +257,12 @@ Evalbus.Viewer = class {
       this.player.isFollowing = false;
       this.setTracks([this.tracks[0], track]);
     } catch (error) {
-      this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+      if (turn === this.turn) this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
     }
     this.showAll();
   }
 
-  // Returns the episode with the same seed in another run, or null if there is none.
+  // Returns the episode with the same task, variation and seed in another run, or null if there is none.
   twin() {
     const track = this.tracks[0];
     if (!track || this.runs.size < 2) return null;
@@ -305,8 +305,8 @@ Evalbus.Viewer = class {
     this.showAll();
   }
 
-  // Opens the episode that the URL selects. If it selects none, opens the first failure in a report, or the first episode of
-  // a finished run.
+  // Opens an episode if none is shown: the episode that the URL or data-open selects. Without a selection, this is the live
+  // episode while following, otherwise the first failure or, if there is none, the first episode.
   openFirst() {
     if (this.tracks.length || this.isOpening !== null || (this.views && !this.views.isPlayer)) return;
     if (this.wanted) {
@@ -422,7 +422,7 @@ Evalbus.Viewer = class {
     clearTimeout(this.pointTimer);
     this.thumbnails.stop();
     if (!place || !this.isSceneReady) return;
-    // A delay avoids this for a pointer that only crosses the timeline.
+    // The delay avoids drawing images for a pointer that only crosses the timeline.
     this.pointTimer = setTimeout(() => {
       place.hidden = false;
       this.thumbnails.follow(this.scene, this.tracks, this.scene.isBeside, place, () => this.timeline.pointed);
@@ -471,7 +471,7 @@ Evalbus.Viewer = class {
     const task = [Evalbus.words(info.task), Evalbus.words(info.variation)].filter(Boolean).join("/");
     Evalbus.setText(p.subtitle, [task, Evalbus.words(info.policy), Evalbus.words(info.clock)].filter(Boolean).join(" · "));
     Evalbus.setText(p.rate, info.complete ? `${info.successes} of ${info.complete} · ${Evalbus.percent(info.rate)}` : "");
-    // If other runs of the page have not finished, their state is shown instead of "finished run".
+    // If the shown run has finished and others have not, the state of all runs together is shown.
     const several = Boolean(this.views) && this.views.board.cells > 1;
     const shown = several && info.is_over ? this.views.info() : info;
     const states = {
@@ -523,7 +523,7 @@ Evalbus.Viewer = class {
     const labels = this.tracks.map((track, k) => {
       const run = this.runs.get(track.run);
       const name = this.tracks.length > 1 && this.runs.size > 1 && run ? `${Evalbus.runName(run.info)} · ` : "";
-      const letter = this.tracks.length > 1 ? Evalbus.element("b", { class: k === 0 ? "ev-a" : "ev-b" }, k === 0 ? "A" : "B") : null;
+      const letter = this.tracks.length > 1 ? Evalbus.element("b", { class: k === 0 ? null : "ev-b" }, k === 0 ? "A" : "B") : null;
       const ghost = k > 0 && !this.isBeside ? " · ghost" : "";
       return Evalbus.element("span", { class: "ev-label-chip" }, letter, `${name}${track.title()}${ghost}`);
     });
@@ -686,7 +686,7 @@ Evalbus.Viewer = class {
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const at = event.target;
-    if (at instanceof HTMLInputElement && at.type !== "checkbox" || at instanceof HTMLSelectElement || at instanceof HTMLTextAreaElement || this.parts.keys.open) return;
+    if (at instanceof HTMLInputElement && at.type !== "checkbox" || at instanceof HTMLSelectElement || at instanceof HTMLTextAreaElement || this.parts.app.querySelector("dialog[open]")) return;
     if (this.judge.key(event)) return;
     if (this.views && (this.views.key(event) || (!this.views.isPlayer && event.key !== "?"))) return;
     // Space and Enter activate the focused control, so they are not handled here.
@@ -704,13 +704,13 @@ Evalbus.Viewer = class {
     actions[event.key]();
   }
 
-  // ---- URL fragment: #view:run=0,episode=3,t=1.24,other=1/3
+  // ---- URL fragment: #view:run=0,episode=3,t=1.24,other=1/3 (ghost) or other=1/3/beside (side by side)
 
   readHash(hash = location.hash) {
     try {
       hash = decodeURIComponent(hash);
     } catch (error) {
-      // Ignores fragments that are not validly percent-encoded, because the viewer does not write them.
+      // A fragment that is not validly percent-encoded is used as it is. The viewer does not write such fragments.
     }
     const match = /^#view:(.*)$/.exec(hash);
     if (!match) return null;

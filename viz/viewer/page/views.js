@@ -1,5 +1,5 @@
 // The views of the page: overview, list of episodes, and player. The URL fragment selects one: #/board, #/episodes:FILTER,
-// or #view:...
+// #/player, or #view:... for an episode in the player.
 "use strict";
 
 Evalbus.Views = class {
@@ -33,7 +33,8 @@ Evalbus.Views = class {
     const isFirst = !this.board.head;
     this.board.hear(head);
     this.nav.hidden = false;
-    // A page with several runs opens with the overview, unless its URL or the user has selected another view.
+    // A page with several combinations of policy and task opens with the overview, unless its URL selects another view or an
+    // episode is already shown.
     if (isFirst && this.board.cells > 1 && !location.hash && !this.viewer.tracks.length) {
       history.replaceState(null, "", "#/board");
       this.choose("board");
@@ -90,7 +91,7 @@ Evalbus.Views = class {
     try {
       hash = decodeURIComponent(hash);
     } catch (error) {
-      // Ignores fragments that are not validly percent-encoded, as the player does.
+      // The fragment is used as it is, as in Viewer.readHash().
     }
     const match = /^#\/(board|episodes|player)(?::(.*))?$/.exec(hash);
     if (!match) {
@@ -154,12 +155,13 @@ Evalbus.Views = class {
 
   search() {
     if (this.name !== "episodes") location.hash = Evalbus.listLink(this.episodes.filter.value);
-    this.episodes.filter.focus();
     this.choose("episodes");
+    this.episodes.filter.focus();
     this.episodes.filter.select();
   }
 
-  // Finds the next failure that the filter accepts. In the player, opens it; in other views, selects it in the list.
+  // Finds the next failure that the filter accepts, and selects it in the list. The player opens it; the overview is replaced by
+  // the list.
   goToFailure(way) {
     this.episodes.show();
     const shown = this.isPlayer && this.viewer.tracks[0] ? this.viewer.tracks[0].key : this.episodes.selected;

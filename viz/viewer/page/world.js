@@ -1,7 +1,7 @@
 // The bodies of one episode as a scene graph. Static bodies are merged into a few meshes, and each moving body is a group.
 "use strict";
 
-// Cache of geometries and textures for all episodes, because the robots of a run do not change.
+// Cache of geometries and textures, which the episodes share.
 Evalbus.Assets = class {
   constructor(source) {
     this.source = source;
@@ -109,9 +109,7 @@ Evalbus.World = class {
       const mesh = new THREE.Mesh(geometry, materials.get(key));
       this.made.push(geometry, materials.get(key));
       mesh.matrixAutoUpdate = false;
-      mesh.castShadow = !this.isGhost && place >= 0 || place < 0 && !this.isGhost;
-      mesh.receiveShadow = !this.isGhost;
-      mesh.isOfVisual = true;
+      mesh.castShadow = mesh.receiveShadow = !this.isGhost;
       mesh.object = object;
       (place >= 0 ? this.bodies[place] : this.root).add(mesh);
       meshes.push(mesh);
@@ -119,7 +117,8 @@ Evalbus.World = class {
     return meshes;
   }
 
-  // Creates a material that looks as in MuJoCo's OpenGL shading. There, the maximum of a specular highlight is light times
+  // Returns {key, make, object, repeat}, where make() creates a material that looks as in MuJoCo's OpenGL shading. There, the
+  // maximum of a specular highlight is light times
   // material for any shininess. In three.js, the maximum increases with the shininess.
   materialOf(geom) {
     if (this.look) return { key: "ghost", make: () => this.ghostMaterial() };
@@ -141,7 +140,8 @@ Evalbus.World = class {
     return { key, make, object, repeat: texture ? (one) => this.repeatOf(own, one) : null };
   }
 
-  // Returns the number of texture repetitions: per shape (given by two half sizes) or, if `uniform`, per meter.
+  // Returns the texture repetitions per meter along x and y. material.repeat is their number over the shape's size or, if
+  // `uniform`, over 2 m.
   repeatOf(material, geom) {
     const [x, y] = geom.size_m || [1, 1];
     return material.repeat.map((times, k) => 0.5 * times / (material.uniform ? 1 : (k === 0 ? x : y) || 1));
