@@ -103,7 +103,7 @@ Evalbus.Judge = class {
     const rubric = this.rubric.value === "" ? null : Number(this.rubric.value);
     this.rubric.blur();
     this.saved = this.item;
-    const isSent = this.viewer.source.sendVerdict({ episode: this.item, outcome: this.outcome, stages: this.stages, rubric });
+    const isSent = this.viewer.source.send({ verdict: { episode: this.item, outcome: this.outcome, stages: this.stages, rubric } });
     Evalbus.setText(this.problem, isSent ? "" : "There is no connection to the server. Save again when the connection is back.");
   }
 

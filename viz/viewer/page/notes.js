@@ -2,7 +2,7 @@
 "use strict";
 
 Evalbus.Notes = class {
-  // send(run, episode, text): sends a note to the server.
+  // send({ run, episode, text }): sends a note to the server; returns false if there is no connection.
   constructor(send) {
     const e = Evalbus.element;
     this.send = send;
@@ -16,7 +16,8 @@ Evalbus.Notes = class {
         this.save();
       }
     });
-    this.dialog = e("dialog", { class: "ev-keys ev-note-dialog", "aria-label": "note" }, this.title, this.input,
+    this.error = e("p", { class: "ev-judge-problem", role: "alert" });
+    this.dialog = e("dialog", { class: "ev-keys ev-note-dialog", "aria-label": "note" }, this.title, this.input, this.error,
       e("p", { class: "ev-note" }, "Kept as notes.json in the run’s folder; an empty note is removed."),
       e("span", { class: "ev-segments" }, e("button", { type: "button", onclick: () => this.save() }, "Save"),
         e("button", { type: "button", onclick: () => this.dialog.close() }, "Cancel")));
@@ -37,14 +38,15 @@ Evalbus.Notes = class {
     this.edited = [run, episode];
     Evalbus.setText(this.title, `Note on ${title}`);
     this.input.value = this.of(run, episode);
+    Evalbus.setText(this.error, "");
     this.dialog.showModal();
     this.input.focus();
   }
 
   save() {
     const [run, episode] = this.edited;
-    this.dialog.close();
     const text = Evalbus.words(this.input.value);
-    if (text !== this.of(run, episode)) this.send(run, episode, text);
+    if (text === this.of(run, episode) || this.send({ run, episode, text })) this.dialog.close();
+    else Evalbus.setText(this.error, "There is no connection to the server. Save again when the connection is back.");
   }
 };

@@ -75,17 +75,13 @@ Evalbus.LiveSource = class {
   }
 
   watch(run) {
-    if (this.socket && this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ watch: run }));
+    this.send({ watch: run });
   }
 
-  sendNote(run, episode, text) {
-    if (this.socket && this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ note: { run, episode, text } }));
-  }
-
-  // Sends a verdict. Returns false if there is no connection.
-  sendVerdict(verdict) {
+  // Sends a message. Returns false if there is no connection.
+  send(message) {
     if (!this.socket || this.socket.readyState !== WebSocket.OPEN) return false;
-    this.socket.send(JSON.stringify({ verdict }));
+    this.socket.send(JSON.stringify(message));
     return true;
   }
 

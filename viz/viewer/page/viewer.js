@@ -42,7 +42,8 @@ Evalbus.Viewer = class {
     this.thumbnails = new Evalbus.Thumbnails(this.source, (run, episode) => this.trackOf(run, episode), () => this.palette);
     this.parts.app.append(this.thumbnails.home);
     this.judge = new Evalbus.Judge(this);
-    this.notes = new Evalbus.Notes((run, episode, text) => this.source.sendNote(run, episode, text));
+    this.comparison = 0;  // number of calls of compare()
+    this.notes = new Evalbus.Notes((note) => this.source.send({ note }));
     // A report has neither an overview nor a list of several runs.
     this.views = this.isPacked ? null : new Evalbus.Views(this);
     this.bindParts();
@@ -244,20 +245,22 @@ Evalbus.Viewer = class {
   // Shows a second episode for comparison. compare(null) ends the comparison.
   async compare(run, episode, isBeside) {
     if (run === null) {
+      ++this.comparison;
       this.setTracks(this.tracks.slice(0, 1));
       this.showAll();
       return;
     }
-    const turn = this.turn;
+    const turn = this.turn, comparison = ++this.comparison;
+    // The user may open or compare another episode in the meantime.
+    const isOutdated = () => turn !== this.turn || comparison !== this.comparison;
     try {
       const track = await this.trackOf(run, episode);
-      // Another episode may have been opened in the meantime.
-      if (turn !== this.turn || !this.tracks.length) return;
+      if (isOutdated() || !this.tracks.length) return;
       if (isBeside !== undefined) this.isBeside = isBeside;
       this.player.isFollowing = false;
       this.setTracks([this.tracks[0], track]);
     } catch (error) {
-      if (turn === this.turn) this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+      if (!isOutdated()) this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
     }
     this.showAll();
   }
@@ -596,6 +599,8 @@ Evalbus.Viewer = class {
   }
 
   frame(now) {
+    // Requested first, because an exception below must not end the animation.
+    requestAnimationFrame((next) => this.frame(next));
     const elapsed_s = (now - this.last) / 1000;
     if (this.hasDrawn && this.scene) this.scene.adapt(now - this.last);
     this.last = now;
@@ -610,7 +615,6 @@ Evalbus.Viewer = class {
     if (this.parts.play.dataset.playing !== String(this.isPlaying())) this.showTransport();
     if (this.player.isFollowing) this.followNewest();
     this.hasDrawn = Boolean(this.scene && this.isSeen && this.scene.draw());
-    requestAnimationFrame((next) => this.frame(next));
   }
 
   // ---- user actions
