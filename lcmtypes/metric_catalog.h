@@ -73,8 +73,8 @@ struct MetricInfo {
   // True if the metric measures effort. Effort is meaningful only for successful episodes, because a policy
   // that gives up at once has the shortest path.
   bool effort = false;
-  // True if the metric measures undesired events. A policy that makes less progress has fewer occasions for
-  // them, so a lower value alone does not make it better.
+  // True if the metric measures undesired events or motion. A policy that makes less progress, or whose
+  // episodes end earlier, has fewer occasions for them, so a better value alone does not make it better.
   bool risk = false;
   // True for a second or third difference of positions, which amplifies the noise and jitter of a recording.
   // Such a metric cannot be compared between a recording and a simulation.

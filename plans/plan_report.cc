@@ -106,12 +106,16 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
                                      of_success("success_p", "p"),
                                      of_success("is_success_decided", "is_decided"));
     results.stops.push_back(stop->at("text"));
-    comparison.remarks.clear();
-    comparison.remarks.push_back(
+    // The p values of single tasks do not account for the repeated tests.
+    if (comparison.tasks.size() > 1) {
+      for (results::TaskComparison& task : comparison.tasks) task.success.is_shown = false;
+    }
+    for (const RecordedRuns* suite : all) std::erase(comparison.remarks, results::FixedNumberNote(*suite));
+    comparison.remarks.insert(
+        comparison.remarks.begin(),
         "The plan tested its results during the evaluation, and the number of episodes depends on them. p of "
-        "success accounts for this. The difference shown is on average larger than the true one, and p "
-        "values of "
-        "metrics assume a single test.");
+        "success over all tasks accounts for this. The difference shown is on average larger than the true "
+        "one, and p values of single tasks and of metrics assume a single test.");
   }
   return results;
 }

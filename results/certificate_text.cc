@@ -200,7 +200,7 @@ std::string Headline(const Certificate& certificate) {
   const char* const ranking = certificate.pairs.empty()        ? ""
                               : certificate.ranking_survives() ? "; the ranking of the policies is the same"
                                                                : "; the ranking of the policies changes";
-  return fmt::format("Verdicts {} on the engine: {}{}.", any ? "depend" : "do not depend",
+  return fmt::format("{}: {}{}.", any ? "Verdicts depend on the engine" : "No verdict flips",
                      fmt::join(flips, ", "), ranking);
 }
 

@@ -75,7 +75,7 @@ const NoMerit* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side
   static constexpr NoMerit kGotNowhere{"reached no stage", "baseline reached no stage",
                                        "succeeded in no episode and reached no stage"};
   static constexpr NoMerit kGotLessFar{"made less progress", "made more progress",
-                                       "made less progress, so fewer errors were possible"};
+                                       "made less progress, which alone can improve a metric"};
   static constexpr NoMerit kOwnSuccesses{
       "own successes only", "own successes only",
       "is compared over its own successes only, which may have been the easier starts"};
@@ -252,18 +252,20 @@ std::tuple<bool, double, double> HowFar(const RecordedEpisode& episode) {
 SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired) {
   SuccessCounts counts;
   for (const auto& [seed, scored] : run.episodes) {
-    if (!scored->judged()) continue;
+    if (!scored->judged() || (paired && !baseline.episodes.at(seed)->judged())) continue;
     ++counts.trials;
     counts.successes += scored->success;
     if (!paired) continue;
     const RecordedEpisode& partner = *baseline.episodes.at(seed);
-    if (!partner.judged()) continue;
+    ++counts.baseline_trials;
+    counts.baseline_successes += partner.success;
     const bool a = scored->success, b = partner.success;
     ++(a && b ? counts.pairs.both : a ? counts.pairs.only_a : b ? counts.pairs.only_b : counts.pairs.neither);
     const auto order = HowFar(*scored) <=> HowFar(partner);
     counts.ahead.a += order > 0;
     counts.ahead.b += order < 0;
   }
+  if (paired) return counts;
   for (const auto& [seed, scored] : baseline.episodes) {
     counts.baseline_trials += scored->judged();
     counts.baseline_successes += scored->judged() && scored->success;
@@ -327,6 +329,10 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
                  fmt::format("excluded because the other run lacks them: {}",
                              Counted("episode", task.unmatched, run, task.baseline_unmatched, baseline)));
   }
+  if (task.without_verdict > 0) {
+    remarks->Add(name, fmt::format("excluded from the success rates because an episode has no verdict: {}",
+                                   Plural(task.without_verdict, "pair")));
+  }
   if (task.success.samples.trials < task.success.trials ||
       task.success.samples.baseline_trials < task.success.baseline_trials) {
     const auto all_equal = [&](int count, const std::string& of) {
@@ -355,16 +361,24 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
                           : own.is_simulated                       ? baseline
                                                                    : run));
   }
-  std::vector<std::string> disagreeing;
+  std::vector<std::string> only_interval, only_test;
   for (const MetricComparison& metric : task.metrics) {
     if (metric.p && *metric.p >= metrics::kAlpha && metric.difference_95.excludes_0())
-      disagreeing.push_back(metric.number.label());
+      only_interval.push_back(metric.number.label());
+    if (metric.differs() && !metric.is_higher() && !metric.is_lower())
+      only_test.push_back(metric.number.label());
   }
-  if (!disagreeing.empty()) {
+  if (!only_interval.empty()) {
     remarks->Add(name,
                  fmt::format("the interval of the mean difference excludes 0, but the test, which compares "
                              "ranks, shows no difference: {}",
-                             fmt::join(disagreeing, ", ")));
+                             fmt::join(only_interval, ", ")));
+  }
+  if (!only_test.empty()) {
+    remarks->Add(name,
+                 fmt::format("the test, which compares ranks, shows a difference, but the interval of the "
+                             "mean difference contains 0: {}",
+                             fmt::join(only_test, ", ")));
   }
   MeritRemarks merits;
   for (const MetricComparison& metric : task.metrics) {
@@ -396,6 +410,7 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
                         .paired = false,
                         .unmatched = 0,
                         .baseline_unmatched = 0,
+                        .without_verdict = 0,
                         .pairs = {},
                         .success = {},
                         .metrics = {}};
@@ -419,7 +434,10 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
   static_cast<SuccessCounts&>(success) = CountSuccesses(own, other, result.paired);
   success.samples = CountSamples(success, own, other, result.paired);
   success.Test();
-  if (result.paired) result.pairs = PairsOf(own, other);
+  if (result.paired) {
+    result.pairs = PairsOf(own, other);
+    result.without_verdict = static_cast<int>(own.episodes.size() - result.pairs.size());
+  }
   result.metrics =
       CompareMetrics(own, other, result.paired,
                      options.metrics ? *options.metrics : MainMetricsOf(own.episodes, other.episodes));
@@ -440,7 +458,8 @@ ComparedRuns About(const RecordedRuns& runs) {
 void AddRemarks(const RecordedRuns& runs, std::vector<std::string>* remarks) {
   NamedRemarks named;
   for (const RecordedRun& run : runs.runs) {
-    for (const std::string& remark : run.Remarks()) named.Add(run.name, remark);
+    const std::string name = runs.is_suite ? runs.name + "/" + run.name : runs.name;
+    for (const std::string& remark : run.Remarks()) named.Add(name, remark);
   }
   named.AddTo(remarks);
 }
@@ -525,15 +544,8 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline,
   AdjustByHolm(family);
   AddRemarks(baseline, &result.remarks);
   AddRemarks(run, &result.remarks);
-  const auto until = [](const RecordedRun& of) { return of.info.value("until", ""); };
   for (const RecordedRuns* of : {&baseline, &run}) {
-    const auto stopped =
-        std::ranges::find_if(of->runs, [&](const RecordedRun& r) { return !until(r).empty(); });
-    if (stopped == of->runs.end()) continue;
-    result.remarks.push_back(
-        fmt::format("{}: its plan stopped depending on its results (until: {}): p values here assume a fixed "
-                    "number of episodes; use those of the plan's report",
-                    of->name, until(*stopped)));
+    if (std::string note = FixedNumberNote(*of); !note.empty()) result.remarks.push_back(std::move(note));
   }
   return result;
 }
@@ -721,6 +733,16 @@ std::vector<ComparedPair> TaskComparison::flipped() const {
 std::string TaskComparison::name() const {
   const std::string own = task + "/" + variation;
   return variation == baseline_variation ? own : own + " against " + task + "/" + baseline_variation;
+}
+
+std::string FixedNumberNote(const RecordedRuns& runs) {
+  const auto until = [](const RecordedRun& run) { return run.info.value("until", ""); };
+  const auto stopped = std::ranges::find_if(runs.runs, [&](const auto& run) { return !until(run).empty(); });
+  if (stopped == runs.runs.end()) return "";
+  return fmt::format(
+      "{}: its plan stopped depending on its results (until: {}): p values here assume a fixed number of "
+      "episodes; use those of the plan's report",
+      runs.name, until(*stopped));
 }
 
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline) {

@@ -153,6 +153,9 @@ struct TaskComparison {
   bool paired = false;
   // If paired: number of complete episodes without a counterpart, which are excluded. Otherwise 0.
   int unmatched = 0, baseline_unmatched = 0;
+  // If paired: number of pairs in which an episode has no verdict. They are excluded from `pairs` and
+  // `success`, but not from the metrics. Otherwise 0.
+  int without_verdict = 0;
   // Ordered by the run's episodes; empty if not paired.
   std::vector<ComparedPair> pairs;
   SuccessComparison success;
@@ -180,6 +183,10 @@ struct Comparison {
   // Notes on the comparison, for example on what was excluded, one sentence each.
   std::vector<std::string> remarks;
 };
+
+// Returns the note that p values assume a fixed number of episodes, if the runs are from a plan that stopped
+// depending on its results; otherwise an empty string.
+std::string FixedNumberNote(const RecordedRuns& runs);
 
 // Compares the main metrics of two runs or suites. Episodes are paired if task, variation and seed are equal.
 // Throws InputError if the runs have no common task, or whenever CheckComparable() does.

@@ -77,9 +77,14 @@ std::string WrappedToFit(const std::string& text, int indent, int width) {
   return Wrapped(text, static_cast<size_t>(indent), static_cast<size_t>(width));
 }
 
+// Returns the label, with "*" for a metric of effort.
+std::string MarkedLabel(const MetricNumber& number) {
+  return number.label() + (number.metric->effort ? " *" : "");
+}
+
 std::string Label(const MetricNumber& number) {
   const std::string unit(number.shown_unit());
-  return number.label() + (number.metric->effort ? " *" : "") + (unit.empty() ? "" : ", " + unit);
+  return MarkedLabel(number) + (unit.empty() ? "" : ", " + unit);
 }
 
 // Returns the layout of a table in a terminal of this width. If it is too narrow, shortens names and omits
@@ -174,10 +179,12 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
   }
   std::string text = ComparedTable("", label_width, rows, comparison, width, colors);
   if (!equal.empty())
-    text += WrappedToFit(fmt::format("equal everywhere: {}", fmt::join(equal, ", ")), 2, width) + "\n";
-  const std::string adjusted =
-      fmt::format("Holm: p of metrics adjusted for {}. {}",
-                  Plural(static_cast<int64_t>(rows.size()) - 1, "metric"), kIntervalsAreSingle);
+    text += WrappedToFit(fmt::format("{}: {}", EqualTitle(task), fmt::join(equal, ", ")), 2, width) + "\n";
+  std::string adjusted = kIntervalsAreSingle;
+  if (rows.size() > 1) {
+    adjusted = fmt::format("Holm: p of metrics adjusted for {}. {}",
+                           Plural(static_cast<int64_t>(rows.size()) - 1, "metric"), adjusted);
+  }
   return text + "\n" + WrappedToFit(WhatIsCounted(task), 0, width) + "\n" + WrappedToFit(adjusted, 0, width) +
          "\n";
 }
@@ -217,19 +224,23 @@ std::string SuiteTable(const Comparison& comparison, int width, bool colors) {
         return FixedOrDash(value * metric.number.scale(), metric.decimals());
       };
       const std::string what =
-          fmt::format("{} {} against {}, {}  {}", metric.number.label(), shown(metric.mean),
+          fmt::format("{} {} against {}, {}  {}", MarkedLabel(metric.number), shown(metric.mean),
                       WithUnit(shown(metric.baseline_mean), unit), PEquals(metric.p_holm), metric.word());
       metrics += Pad(name, -label_width) + "  " + WrappedToFit(what, label_width + 2, width) + "\n";
     }
   }
   rows.push_back(SuccessRow("all", comparison.success));
   std::string text = ComparedTable("success", label_width, rows, comparison, width, colors) + "\n";
-  text +=
-      WrappedToFit("Holm: p adjusted for the tasks. Intervals are not adjusted: each is for its row alone.",
-                   0, width) +
-      "\n";
+  text += WrappedToFit(
+              "Holm: p adjusted for the tasks; in the row 'all', for the runs that are compared. "
+              "Intervals are not adjusted: each is for its row alone.",
+              0, width) +
+          "\n";
   if (!metrics.empty())
-    text += "\nMetrics that differ (p adjusted for the number of metrics of each task)\n" + metrics;
+    text +=
+        "\nMetrics that differ (p adjusted for the number of metrics of each task; *: over successes or, in "
+        "pairs, over pairs of successes)\n" +
+        metrics;
   return text;
 }
 

@@ -38,13 +38,17 @@ std::string OutlookText(const SuccessComparison& success) {
                                : fmt::format("{} and {} episodes", counts.trials, counts.baseline_trials);
   const Outlook outlook = OutlookOf(success);
   if (!outlook.findable) {
-    return fmt::format("{} {} too few to detect any difference.", what,
-                       success.paired && counts.trials == 1 ? "is" : "are");
+    return fmt::format("{} like {} too few to detect any difference.", what,
+                       success.paired && counts.trials == 1 ? "this is" : "these are");
   }
   const std::string text =
       fmt::format("{} like these detect a true difference of {:.0f} points with 80 % power", what,
                   std::ceil(*outlook.findable * 100));
-  if (success.difference == 0) return text + ".";
+  // If the episodes of a task count as one sample, the samples have another difference than the rates.
+  if (success.difference == 0 || counts.trials < success.trials ||
+      counts.baseline_trials < success.baseline_trials) {
+    return text + ".";
+  }
   const char* const kind = success.paired ? "pairs" : "episodes each";
   return fmt::format("{}; detecting one of {} points requires {} {}.", text,
                      PointsOf(success, std::abs(success.difference)),
@@ -57,6 +61,24 @@ std::string OutlookText(const SuccessComparison& success) {
 std::string Enumerated(const std::vector<std::string>& names) {
   if (names.size() < 2) return names.empty() ? "" : names.front();
   return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+}
+
+// Returns the tasks of a suite on which a difference is shown, for example "better on a, worse on b and c";
+// empty if there are none. Of more than three tasks, only the number is returned.
+std::string TasksThatDiffer(const Comparison& comparison) {
+  if (comparison.tasks.size() < 2) return "";
+  std::vector<std::string> parts;
+  for (const Judgment judgment : {Judgment::kBetter, Judgment::kWorse}) {
+    std::vector<std::string> names;
+    for (const TaskComparison& task : comparison.tasks) {
+      if (task.success.judgment() == judgment) names.push_back(task.name());
+    }
+    if (names.empty()) continue;
+    parts.push_back(fmt::format(
+        "{} on {}", Word(judgment),
+        names.size() > 3 ? Plural(static_cast<int64_t>(names.size()), "task") : Enumerated(names)));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 }  // namespace
@@ -80,13 +102,17 @@ std::string WhatIsCounted(const TaskComparison& task) {
         "Means over the {} with equal seeds; *: over the {} in which both succeeded. p: Wilcoxon's "
         "signed-rank "
         "test.",
-        Plural(success.trials, "pair"), Plural(success.pairs.both, "pair"));
+        Plural(success.trials + task.without_verdict, "pair"), Plural(success.pairs.both, "pair"));
   }
   return fmt::format(
       "Means over {} of the baseline and {} of the run; *: over their {} and {} successes. p: Mann-Whitney's "
       "test.",
       Plural(success.baseline_trials, "episode"), success.trials, success.baseline_successes,
       success.successes);
+}
+
+std::string EqualTitle(const TaskComparison& task) {
+  return task.paired ? "equal in each pair (means)" : "equal in all episodes";
 }
 
 std::string DifferenceInPoints(const SuccessComparison& success) {
@@ -111,9 +137,11 @@ std::string Headline(const Comparison& comparison) {
   if (!success.is_shown) {
     // The interval is approximate and not adjusted, so it can exclude 0 although the test shows no
     // difference.
-    return fmt::format("No difference shown between {} and {}: {} points, {}{}", run, baseline,
-                       DifferenceInPoints(success), interval,
-                       success.difference_95.excludes_0() ? ", but " + PEquals(success.p_adjusted) : "");
+    const std::string tasks = TasksThatDiffer(comparison);
+    return fmt::format("No difference shown between {} and {}{}: {} points, {}{}{}", run, baseline,
+                       tasks.empty() ? "" : " over all tasks", DifferenceInPoints(success), interval,
+                       success.difference_95.excludes_0() ? ", but " + PEquals(success.p_adjusted) : "",
+                       tasks.empty() ? "" : "; " + tasks);
   }
   return fmt::format("{} is {} points {} than {}, {}", run, PointsOf(success, std::abs(success.difference)),
                      success.difference > 0 ? "better" : "worse", baseline, interval);
@@ -132,7 +160,11 @@ std::string Headline(const std::vector<Comparison>& comparisons) {
     std::vector<std::string> names;
     for (const Comparison& comparison : comparisons) {
       const SuccessComparison& success = comparison.success;
-      if (success.trials > 0 && success.judgment() == judgment) names.push_back(comparison.run.name);
+      if (success.trials == 0 || success.judgment() != judgment) continue;
+      names.push_back(comparison.run.name);
+      if (judgment != Judgment::kNone) continue;
+      if (const std::string tasks = TasksThatDiffer(comparison); !tasks.empty())
+        names.back() += " (" + tasks + ")";
     }
     if (names.empty()) return;
     parts.push_back(fmt::format("{} {} {}", Enumerated(names), names.size() == 1 ? one : several, baseline));

@@ -171,7 +171,8 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
   }
   const auto needed = PairsNeeded(excesses, metrics::Mean(excesses) < 0 ? metrics::kAlpha : fail_alpha);
   if (differing < kDifferingPairsNeeded) {
-    if (differing > 0 && needed) {
+    // From a single pair, nothing can be estimated. Pairs that are all equal are reduced to one.
+    if (n > 1 && differing > 0 && needed) {
       // Enough pairs differ with a probability of about 80 % in this total. 0.84 is the 80 % quantile of the
       // normal distribution.
       const double enough = kDifferingPairsNeeded + 0.84 * std::sqrt(kDifferingPairsNeeded);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/errors.h"
+#include "base/text.h"
 #include "policy_bridge/remote/latency.h"
 
 namespace evalbus::results {
@@ -37,6 +38,12 @@ std::string Cell(const MeasuredMean& value, double scale, int decimals) {
   if (!std::isfinite(value.interval.lower)) return mean;
   return fmt::format("{} ({:.{}f} to {:.{}f})", mean, value.interval.lower * scale, decimals,
                      value.interval.upper * scale, decimals);
+}
+
+std::string SuccessCell(const MeasuredMean& success) {
+  if (!std::isfinite(success.mean)) return "-";
+  return fmt::format("{} ({} to {})", PercentagePoints(success.mean),
+                     PercentagePoints(success.interval.lower), PercentagePoints(success.interval.upper));
 }
 
 ordered_json Json(const MeasuredMean& value) {
@@ -72,11 +79,11 @@ DelayPoint ReadDelayPoint(const RecordedRun& run) {
 
 std::string DelayTable(const std::vector<DelayPoint>& points) {
   std::string text = fmt::format("{:<12}  {:>8}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6}  {:>6}  {:>7}\n",
-                                 "execution", "delay ms", "episodes", "success %", "time s",
+                                 "execution", "delay ms", "episodes", "success %", "time s (successes)",
                                  "joint jerk rad/s3", "stale%", "new/s", "age ms");
   for (const DelayPoint& point : points) {
     text += fmt::format("{:<12}  {:>8.4g}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6.1f}  {:>6.1f}  {:>7.0f}\n",
-                        point.execution, point.applied_ms, point.complete, Cell(point.success, 100, 0),
+                        point.execution, point.applied_ms, point.complete, SuccessCell(point.success),
                         Cell(point.completion_time_s, 1, 2), Cell(point.joint_jerk_radps3, 1, 1),
                         100 * point.stale_action_ratio, point.effective_hz, 1e3 * point.action_age_s);
   }

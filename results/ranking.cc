@@ -87,6 +87,19 @@ std::string RankingHeadline(const std::vector<RankedRun>& ranking,
   return fmt::format("{}; {}", fmt::join(rates, ", "), Headline(comparisons));
 }
 
+std::string RankingNote(const std::vector<RankedRun>& ranking) {
+  std::string note =
+      "Policies that share a letter are not shown to differ (all pairs tested, p adjusted with Holm's "
+      "method, which is stricter than comparisons with the baseline only).";
+  const auto has_other_trials = [&](const RankedRun& run) { return run.trials != ranking.front().trials; };
+  if (std::ranges::any_of(ranking, has_other_trials)) {
+    note +=
+        " Rates cover all episodes of a policy; comparisons and letters cover the starts that two policies "
+        "have in common.";
+  }
+  return note;
+}
+
 std::string RankingText(const std::vector<RankedRun>& ranking, int width) {
   if (ranking.empty()) return "";
   size_t longest = 0;
@@ -96,7 +109,7 @@ std::string RankingText(const std::vector<RankedRun>& ranking, int width) {
     text += fmt::format("{}  {:>14}  {:>5}  {}\n", Pad(run.name, -static_cast<int>(longest)),
                         fmt::format("{} of {}", run.successes, run.trials), Rate(run), run.letters);
   }
-  return text + Wrapped(kRankingNote, 0, static_cast<size_t>(width)) + "\n";
+  return text + Wrapped(RankingNote(ranking), 0, static_cast<size_t>(width)) + "\n";
 }
 
 }  // namespace evalbus::results

@@ -33,8 +33,7 @@ std::string RankingHeadline(const std::vector<RankedRun>& ranking,
                             const std::vector<Comparison>& comparisons);
 // Returns a table and a sentence that explains it, wrapped at `width`; empty for an empty ranking.
 std::string RankingText(const std::vector<RankedRun>& ranking, int width = std::numeric_limits<int>::max());
-inline constexpr char kRankingNote[] =
-    "Policies that share a letter are not shown to differ (all pairs tested, p adjusted with Holm's method, "
-    "which is stricter than comparisons with the baseline only).";
+// Explains the letters and, if the policies have different numbers of episodes, the rates.
+std::string RankingNote(const std::vector<RankedRun>& ranking);
 
 }  // namespace evalbus::results

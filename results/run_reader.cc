@@ -273,7 +273,8 @@ std::vector<std::string> RecordedRun::Remarks() const {
   }
   if (const std::vector<int> numbers = incomplete(); !numbers.empty()) {
     remarks.push_back(
-        fmt::format("excluded from all rates because ticks are missing or samples were refused: {} {}",
+        fmt::format("excluded from all rates because they are incomplete (aborted, or with missing ticks or "
+                    "refused samples): {} {}",
                     Episodes(numbers.size()), List(numbers)));
   }
   if (cut_line > 0) {

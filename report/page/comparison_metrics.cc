@@ -122,15 +122,16 @@ void MetricRow(const results::MetricComparison& metric, const RatioAxis& axis, M
   });
 }
 
-// Writes a paragraph that lists the metrics that are equal on both sides.
-void EqualMetrics(const std::vector<const results::MetricComparison*>& equal, Markup* html) {
+// Writes a paragraph that lists the metrics without a difference.
+void EqualMetrics(const results::TaskComparison& task,
+                  const std::vector<const results::MetricComparison*>& equal, Markup* html) {
   if (equal.empty()) return;
   std::vector<std::string> parts;
   for (const results::MetricComparison* metric : equal) {
     parts.push_back(metric->number.label() + " " + ShownWithUnit(*metric->number.metric, metric->mean));
   }
   html->Element("p", {{"class", "note"}},
-                fmt::format("Equal in all compared episodes: {}.", fmt::join(parts, ", ")));
+                fmt::format("Metrics {}: {}.", results::EqualTitle(task), fmt::join(parts, ", ")));
 }
 
 }  // namespace
@@ -193,7 +194,7 @@ void WriteMetrics(const results::Comparison& comparison, const results::TaskComp
     for (const results::MetricComparison* metric : tested) MetricRow(*metric, axis, html);
   };
   if (!tested.empty()) ScrollingTable({{"class", "sortable comparison"}, {"id", ""}}, titles, rows, html);
-  EqualMetrics(equal, html);
+  EqualMetrics(task, equal, html);
 }
 
 }  // namespace evalbus::report

@@ -38,14 +38,18 @@ void Cell(const PlanCell& cell, const std::string& label, Markup* html) {
   });
 }
 
+// Returns the success rate over all tasks; -1 without a judged episode.
+double Rate(const PlanReport& report, size_t policy) {
+  const metrics::RunSummary& all = report.all.cells[policy].summary;
+  return all.judged > 0 ? static_cast<double>(all.successes) / all.judged : -1.0;
+}
+
 // Returns the indices of the policies by descending success over all tasks.
-std::vector<size_t> ByRank(const PlanReport& report) {
+std::vector<size_t> ByRate(const PlanReport& report) {
   std::vector<size_t> order(report.policies.size());
   std::iota(order.begin(), order.end(), size_t{0});
-  std::ranges::stable_sort(order, std::ranges::greater{}, [&](size_t policy) {
-    const metrics::RunSummary& all = report.all.cells[policy].summary;
-    return all.judged > 0 ? static_cast<double>(all.successes) / all.judged : -1.0;
-  });
+  std::ranges::stable_sort(order, std::ranges::greater{},
+                           [&](size_t policy) { return Rate(report, policy); });
   return order;
 }
 
@@ -66,15 +70,18 @@ void VerdictCell(const PlanReport& report, const std::string& policy, Markup* ht
   });
 }
 
+// rank: not shown if the report has no ranking.
 void PolicyRow(const PlanReport& report, size_t rank, size_t policy, Markup* html) {
   const std::string& name = report.policies[policy];
   const auto labeled = [&](const PlanCell& cell, const std::string& label) { Cell(cell, label, html); };
   html->Element("tr", {}, [&] {
-    html->Element("td", {{"class", "number rank"}}, [&] {
-      Data(static_cast<double>(rank), std::to_string(rank), html);
-      if (const std::string letters = LettersOf(report, name); !letters.empty())
-        html->Element("div", {{"class", "note"}}, letters);
-    });
+    if (!report.ranking.empty()) {
+      html->Element("td", {{"class", "number rank"}}, [&] {
+        Data(static_cast<double>(rank), std::to_string(rank), html);
+        if (const std::string letters = LettersOf(report, name); !letters.empty())
+          html->Element("div", {{"class", "note"}}, letters);
+      });
+    }
     html->Element("th", {{"scope", "row"}}, [&] {
       if (policy >= report.reports.size()) return html->Text(name);
       html->Element("a", {{"href", report.reports[policy].url}}, name);
@@ -105,7 +112,7 @@ void Rates(const PlanReport& report, Markup* html) {
   const char* const kind = report.tasks.size() > 4 ? "sortable stacked narrow" : "sortable stacked";
   html->Element("h2", {{"id", "success"}}, "Success");
   const auto titles = [&] {
-    html->Element("th", {{"class", "number"}}, "rank");
+    if (!report.ranking.empty()) html->Element("th", {{"class", "number"}}, "rank");
     html->Element("th", {}, "policy");
     html->Element("th", {{"class", "number"}}, "all");
     html->Element("th", {}, "against " + report.baseline);
@@ -113,15 +120,20 @@ void Rates(const PlanReport& report, Markup* html) {
     if (report.tasks.size() > 1) html->Element("th", {{"class", "number"}}, "mean of tasks");
   };
   const auto rows = [&] {
+    const std::vector<size_t> order = ByRate(report);
     size_t rank = 0;
-    for (const size_t policy : ByRank(report)) PolicyRow(report, ++rank, policy, html);
+    for (size_t i = 0; i < order.size(); ++i) {
+      // Equal rates have equal ranks.
+      if (i == 0 || Rate(report, order[i]) < Rate(report, order[i - 1])) rank = i + 1;
+      PolicyRow(report, rank, order[i], html);
+    }
   };
   ScrollingTable({{"class", kind}, {"id", "rates"}}, titles, rows, html);
   std::string note =
       "Share of the complete episodes that succeeded, with its 95 % interval (Wilson). A rate links to its "
       "run. An episode links to its playback in 3D: the first failure or, if no failure can be played, the "
       "first success.";
-  if (!report.ranking.empty()) note += std::string(" ") + results::kRankingNote;
+  if (!report.ranking.empty()) note += " " + results::RankingNote(report.ranking);
   html->Element("p", {{"class", "note"}}, note);
 }
 

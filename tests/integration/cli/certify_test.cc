@@ -45,9 +45,8 @@ TEST_F(Certify, TheSameEngineUnderTwoNamesFlipsNothing) {
                                             "2",          "--out",       out_};
   const Result result = Run(command);
   ASSERT_EQ(result.code, 0) << result.out << result.err;
-  EXPECT_THAT(result.out,
-              HasSubstr("Verdicts do not depend on the engine: 0 of 4 episodes flip between MuJoCo " + own_ +
-                        " and " + stand_in_ + "; the ranking of the policies is the same.\n"));
+  EXPECT_THAT(result.out, HasSubstr("No verdict flips: 0 of 4 episodes flip between MuJoCo " + own_ +
+                                    " and " + stand_in_ + "; the ranking of the policies is the same.\n"));
   EXPECT_EQ(SchemaError("certificate", fs::path(out_) / "certificate.json"), "");
   const auto json = ordered_json::parse(ReadText(fs::path(out_) / "certificate.json"));
   EXPECT_EQ(json["engines"], (std::vector{own_, stand_in_}));

@@ -47,7 +47,7 @@ TEST_F(CertificateTest, NoFlipIsStatedFirst) {
   const Certificate certificate =
       Certify({{"2.2.2", {Policy("2.2.2", "expert", all)}}, {"3.3.3", {Policy("3.3.3", "expert", all)}}});
   EXPECT_EQ(Headline(certificate),
-            "Verdicts do not depend on the engine: 0 of 100 episodes flip between MuJoCo 2.2.2 and 3.3.3.");
+            "No verdict flips: 0 of 100 episodes flip between MuJoCo 2.2.2 and 3.3.3.");
   const std::string text = CertificateText(certificate, {});
   EXPECT_TRUE(text.starts_with(Headline(certificate) + "\n")) << text;
   // Wilson's upper bound of 0 in 100: z^2 / (n + z^2) = 3.8415 / 103.8415.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
+#include "lcmtypes/end_reason.h"
 #include "results/comparability.h"
 #include "results/comparison_json.h"
 #include "results/comparison_text.h"
@@ -130,7 +131,7 @@ TEST_F(CompareTest, StatesThatNothingCanBeConcluded) {
             "points with 80 % power; detecting one of 30 points requires about 25 pairs.");
   const std::string few =
       Conclusion(CompareRuns(Run("c", Info(4), First(4, 4), 5), Run("d", Info(4), First(0, 4), 5)));
-  EXPECT_TRUE(few.ends_with("4 pairs are too few to detect any difference.")) << few;
+  EXPECT_TRUE(few.ends_with("4 pairs like these are too few to detect any difference.")) << few;
 }
 
 TEST_F(CompareTest, UnpairedIsStated) {
@@ -166,6 +167,25 @@ TEST_F(CompareTest, DisagreementOfTestAndIntervalIsStated) {
       "shows no difference: completion time";
   EXPECT_THAT(CompareRuns(runs("b", {5, 5.1, 5.2, 5.3, 5.4}), baseline).remarks, Contains(remark));
   EXPECT_THAT(CompareRuns(runs("c", {5, 3.1, 5.2, 3.3, 5.4}), baseline).remarks, Not(Contains(remark)));
+}
+
+// Nineteen pairs fall by about 1, and one rises by 50: the ranks differ, the mean does not.
+TEST_F(CompareTest, ADifferenceOfRanksWithoutOneOfMeansIsStated) {
+  const auto run = [this](const std::string& name, double step, double last) {
+    std::vector<ordered_json> lines;
+    for (int i = 0; i < 20; ++i) {
+      lines.push_back(
+          EpisodeLine(i, true, {{"completion_time", i == 19 ? last : 100 - step * (1 + 0.01 * i)}}));
+      lines.back()["seed"] = EpisodeSeed(7, i);
+    }
+    WriteRun(folder_.path() / name, Info(20), lines);
+    return ReadRuns(folder_.path() / name);
+  };
+  const Comparison result = CompareRuns(run("b", 1, 150), run("a", 0, 100));
+  EXPECT_LT(result.tasks[0].metrics[0].p_holm, 0.05);
+  EXPECT_THAT(result.remarks,
+              Contains("lift_pot/position: the test, which compares ranks, shows a difference, "
+                       "but the interval of the mean difference contains 0: completion time"));
 }
 
 TEST_F(CompareTest, RemarksThatAllPairsAreEqual) {
@@ -242,6 +262,23 @@ TEST_F(CompareTest, RemarksThatEpisodesContinuedAfterSuccess) {
           "b and a were made with after_success_s 1.0 against 0.0, which alone may cause differences"));
 }
 
+// Of the pairs, 6 have a verdict on both sides: 6 of 6 against 5 of 6.
+TEST_F(CompareTest, PairsWithoutAVerdictAreInNoRate) {
+  const RecordedRuns baseline = Run("a", Info(30), First(6, 30), 5);
+  RecordedRuns judged = Run("b", Info(30), First(5, 30), 6);
+  for (size_t i = 6; i < 30; ++i) judged.runs[0].episodes[i].failure_reason = end_reason::kNotJudged;
+  for (const bool is_swapped : {false, true}) {
+    const Comparison result = is_swapped ? CompareRuns(baseline, judged) : CompareRuns(judged, baseline);
+    const SuccessComparison& success = result.success;
+    EXPECT_EQ(success.trials, 6);
+    EXPECT_EQ(success.baseline_trials, 6);
+    EXPECT_NEAR(success.difference, is_swapped ? 1.0 / 6 : -1.0 / 6, 1e-12);
+    EXPECT_THAT(result.remarks, Contains("lift_pot/position: excluded from the success rates because an "
+                                         "episode has no verdict: 24 pairs"));
+    EXPECT_THAT(WhatIsCounted(result.tasks[0]), testing::StartsWith("Means over the 30 pairs"));
+  }
+}
+
 TEST_F(CompareTest, RefusesWhatCannotBeCompared) {
   const RecordedRuns a = Run("a", Info(2), First(2, 2), 5);
   EXPECT_EQ(Refusal(Run("b", Info(2, 7, 100), First(2, 2), 5), a),
@@ -299,7 +336,7 @@ TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
             metrics::NewcombePairedInterval({.both = 0, .only_a = 1, .only_b = 0, .neither = 0}).lower);
   EXPECT_THAT(result.remarks, testing::Contains("lift_pot/position: all 20 pairs have equal starts and equal "
                                                 "numbers: interval and test count them as one"));
-  EXPECT_TRUE(Conclusion(result).ends_with(" 1 pair is too few to detect any difference."))
+  EXPECT_TRUE(Conclusion(result).ends_with(" 1 pair like this is too few to detect any difference."))
       << Conclusion(result);
   // If a single episode differs, all count.
   std::vector<Each> some(20, {false, 20});
@@ -577,7 +614,7 @@ TEST_F(MeritTest, LessProgressIsNotBetterInWhatCanGoWrong) {
   EXPECT_EQ(WordOf(less, "slip_count"), "lower (made less progress)");
   EXPECT_THAT(less.remarks,
               testing::ElementsAre(
-                  "lift_pot/position: careful made less progress, so fewer errors were possible: not "
+                  "lift_pot/position: careful made less progress, which alone can improve a metric: not "
                   "called better in slips"));
   // This policy has as many successes but reaches fewer stages.
   careful[0].success = true;
@@ -753,6 +790,26 @@ TEST_F(CompareTest, SuitesByTask) {
 }
 
 // Five pairs that only one policy wins have p = 2 / 32.
+// The differences of two tasks cancel each other out in the sum.
+TEST_F(CompareTest, HeadlineNamesTasksThatDiffer) {
+  const auto suite = [&](const std::string& name, int on_first, int on_second) {
+    RecordedRuns runs = Run(name + "1", Info(20), First(on_first, 20), 5);
+    RecordedRuns other = Run(name + "2", Info(20), First(on_second, 20), 5);
+    other.runs[0].variation = "base";
+    runs.runs.push_back(other.runs[0]);
+    runs.name = name;
+    runs.is_suite = true;
+    return runs;
+  };
+  const RecordedRuns a = suite("a", 10, 10), b = suite("b", 20, 1), c = suite("c", 10, 10);
+  const Comparison result = CompareRuns(b, a);
+  EXPECT_THAT(Headline(result), testing::StartsWith("No difference shown between b and a over all tasks: "));
+  EXPECT_THAT(Headline(result), testing::EndsWith("; better on lift_pot/position, worse on lift_pot/base"));
+  EXPECT_EQ(Headline(CompareAll({b, c}, a)),
+            "b (better on lift_pot/position, worse on lift_pot/base) and c are not shown to differ from a");
+  EXPECT_THAT(Headline(CompareRuns(c, a)), testing::StartsWith("No difference shown between c and a: "));
+}
+
 TEST(PText, RoundsHalvesUp) {
   EXPECT_EQ(PText(0.0625), "0.063");
   EXPECT_EQ(PText(0.3125), "0.313");

@@ -103,9 +103,9 @@ TEST_F(RunReaderTest, InterruptedRunReportsIt) {
   EXPECT_EQ(run.incomplete(), std::vector<int>{1});
   EXPECT_EQ(run.unfinished, std::vector<int>{3});
   EXPECT_EQ(run.Remarks(),
-            (std::vector<std::string>{
-                "3 of 20 episodes have finished", "started but not finished: episode 3",
-                "excluded from all rates because ticks are missing or samples were refused: episode 1"}));
+            (std::vector<std::string>{"3 of 20 episodes have finished", "started but not finished: episode 3",
+                                      "excluded from all rates because they are incomplete (aborted, or with "
+                                      "missing ticks or refused samples): episode 1"}));
 }
 
 // run.json of a collection lists the kept episodes under "only", as --only does.
@@ -131,7 +131,8 @@ TEST_F(RunReaderTest, InvalidEpisodesAreCountedForThemselves) {
                 "invalid and excluded from all rates because the policy's server failed: episode 1; --resume "
                 "runs it "
                 "again",
-                "excluded from all rates because ticks are missing or samples were refused: episode 2"}));
+                "excluded from all rates because they are incomplete (aborted, or with missing ticks or "
+                "refused samples): episode 2"}));
   const metrics::RunSummary summary = run.Statistics().Summary(false);
   EXPECT_EQ(summary.episodes, 3);
   EXPECT_EQ(summary.complete, 1);
