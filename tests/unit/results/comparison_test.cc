@@ -262,7 +262,7 @@ TEST_F(CompareTest, RemarksThatEpisodesContinuedAfterSuccess) {
           "b and a were made with after_success_s 1.0 against 0.0, which alone may cause differences"));
 }
 
-// Of the pairs, 6 have a verdict on both sides: 6 of 6 against 5 of 6.
+// Six pairs have a verdict on both sides: 6 of 6 against 5 of 6.
 TEST_F(CompareTest, PairsWithoutAVerdictAreInNoRate) {
   const RecordedRuns baseline = Run("a", Info(30), First(6, 30), 5);
   RecordedRuns judged = Run("b", Info(30), First(5, 30), 6);
