@@ -19,7 +19,7 @@
 #include "base/text.h"
 #include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/codecs.h"
-#include "policy_bridge/wire/server_words.h"
+#include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/url.h"
 #include "policy_bridge/wire/zeromq.h"
 

@@ -17,7 +17,7 @@
 
 #include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/codecs.h"
-#include "policy_bridge/wire/server_words.h"
+#include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/url.h"
 
 namespace evalbus::policy {

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "policy_bridge/wire/clients.h"
-#include "policy_bridge/wire/server_words.h"
+#include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/websocket_client.h"
 
 namespace evalbus::policy {

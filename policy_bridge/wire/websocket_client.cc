@@ -4,7 +4,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "policy_bridge/wire/server_words.h"
+#include "policy_bridge/wire/policy_client.h"
 
 namespace evalbus::policy {
 
