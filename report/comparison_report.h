@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "report/built_page.h"
+#include "report/run_report.h"
 #include "results/comparison.h"
 
 namespace evalbus::report {

@@ -7,10 +7,16 @@
 #include <string>
 #include <vector>
 
-#include "report/built_page.h"
 #include "results/run_reader.h"
 
 namespace evalbus::report {
+
+// A page, and the sentence that its command prints about it.
+struct BuiltPage {
+  std::string html;
+  // A sentence that states which episodes can be played in 3D; empty if none were requested.
+  std::string note;
+};
 
 // Returns the command line that repeats a run, from the contents of its run.json; empty if there is none.
 using CommandOf = std::function<std::string(const nlohmann::ordered_json& run_json)>;

@@ -6,7 +6,7 @@
 
 #include "base/text.h"
 #include "metrics/statistics/interval.h"
-#include "report/page/comparison_sections.h"
+#include "report/page/comparison_page.h"
 #include "report/page/figures.h"
 #include "report/page/page.h"
 #include "report/page/ratio_axis.h"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "report/page/comparison_sections.h"
 #include "results/comparison_text.h"
 #include "results/conclusion.h"
 

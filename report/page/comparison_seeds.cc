@@ -6,7 +6,7 @@
 
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
-#include "report/page/comparison_sections.h"
+#include "report/page/comparison_page.h"
 #include "report/page/page.h"
 
 namespace evalbus::report {
