@@ -11,7 +11,7 @@
 #include "report/episode_tracks.h"
 #include "report/page_links.h"
 #include "results/run_reader.h"
-#include "viz/viewer/pack.h"
+#include "viz/viewer/page_files.h"
 
 namespace evalbus::report {
 

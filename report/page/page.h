@@ -9,7 +9,7 @@
 
 #include "report/page/markup.h"
 #include "results/run_reader.h"
-#include "viz/viewer/pack.h"
+#include "viz/viewer/page_files.h"
 
 namespace evalbus::report {
 

@@ -1,10 +1,13 @@
 #include "viz/viewer/page_files.h"
 
+#include <zlib.h>
+
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string_view>
 
+#include "base/base64.h"
 #include "base/errors.h"
 #include "base/installed.h"
 
@@ -36,5 +39,18 @@ std::string PageStyle() {
 ThreeJs ReadThreeJs() {
   return {.three = Read("three.min.js"), .orbit_controls = Read("examples/js/controls/OrbitControls.js")};
 }
+
+std::string Deflated(const std::string& bytes) {
+  uLongf length = compressBound(bytes.size());
+  std::string deflated(length, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &length,
+                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), Z_DEFAULT_COMPRESSION) != Z_OK) {
+    throw EnvironmentError("zlib has no memory left");
+  }
+  deflated.resize(length);
+  return deflated;
+}
+
+std::string Packed(const std::string& block) { return Base64(Deflated(block)); }
 
 }  // namespace evalbus::viz

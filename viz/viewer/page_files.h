@@ -1,9 +1,12 @@
-// Files of the page. Its own files are embedded as text by CMake. The files of Debian's libjs-three are read
-// from the folder in which this package, or the Python wheel of evalbus, has installed them.
+// Files of the page, and data packed into it. The page's own files are embedded as text by CMake. The files
+// of Debian's libjs-three are read from the folder in which this package, or the Python wheel of evalbus, has
+// installed them.
 #pragma once
 
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace evalbus::viz {
 
@@ -22,5 +25,19 @@ struct ThreeJs {
 };
 // Reads the files of three.js. If they are missing, throws EnvironmentError with the package to install.
 ThreeJs ReadThreeJs();
+
+// Compresses in zlib format (deflate with zlib header).
+std::string Deflated(const std::string& bytes);
+// Deflates a block, and encodes it in base64.
+std::string Packed(const std::string& block);
+
+// Data of a viewer that is embedded in a page, so that the page can be opened from disk.
+struct PackedViewer {
+  // Names (docs/viewer_data.md) and contents of Packed() blocks.
+  std::vector<std::pair<std::string, std::string>> blocks;
+  ThreeJs libraries;
+  // A sentence about the episodes that the page contains.
+  std::string note;
+};
 
 }  // namespace evalbus::viz

@@ -7,7 +7,6 @@
 
 #include "base/base64.h"
 #include "base/errors.h"
-#include "viz/viewer/pack.h"
 #include "viz/viewer/page_files.h"
 
 namespace evalbus::viz::block_test {
