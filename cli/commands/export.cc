@@ -16,7 +16,7 @@
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/commands/output_file.h"
+#include "cli/commands/file_options.h"
 #include "cli/commands/python_module.h"
 #include "export/episode_table.h"
 #include "export/recording.h"

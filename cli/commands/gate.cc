@@ -12,7 +12,7 @@
 #include "base/output_files.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
-#include "cli/commands/output_file.h"
+#include "cli/commands/file_options.h"
 #include "report/gate_files.h"
 #include "results/commanded_motion.h"
 #include "results/comparability.h"

@@ -11,7 +11,7 @@
 #include "base/json_file.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
-#include "cli/commands/output_file.h"
+#include "cli/commands/file_options.h"
 #include "report/web/web.h"
 #include "results/operator_results.h"
 

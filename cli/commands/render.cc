@@ -16,7 +16,7 @@
 #include "base/text.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/commands/video_timing_options.h"
+#include "cli/commands/file_options.h"
 #include "results/episode_logs.h"
 #include "runner/progress_line.h"
 #include "runner/video_recording.h"

@@ -11,7 +11,7 @@
 #include "base/errors.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
-#include "cli/commands/output_file.h"
+#include "cli/commands/file_options.h"
 #include "plans/plan_report.h"
 #include "report/run_report.h"
 #include "report/viewer_pack.h"

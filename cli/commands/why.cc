@@ -18,7 +18,7 @@
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
-#include "cli/commands/output_file.h"
+#include "cli/commands/file_options.h"
 #include "policy_bridge/experts/expert.h"
 #include "results/circumstances.h"
 #include "results/circumstances_text.h"

@@ -1,7 +1,11 @@
-// Checks the names of files that a command writes.
+// Options of several commands: the names of files that a command writes, and which part of an episode a video
+// shows, and how fast.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <string>
+
+#include "viz/images/video_timing.h"
 
 namespace evalbus::commands {
 
@@ -9,5 +13,9 @@ namespace evalbus::commands {
 // episodes.jsonl or the log of an episode, which the command would replace. Otherwise returns an empty
 // string, as CLI::Option::check() expects.
 std::string CheckOutputFile(const std::string& name);
+
+// Adds --highlight, --speed and --trim. CheckVideoTiming checks their ranges. Parsing throws InputError if
+// --trim is malformed.
+void AddVideoTiming(CLI::App* app, viz::VideoTiming* timing);
 
 }  // namespace evalbus::commands

@@ -1,8 +1,11 @@
-#include "cli/commands/output_file.h"
+#include "cli/commands/file_options.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <system_error>
 
@@ -54,6 +57,18 @@ std::string CheckOutputFile(const std::string& name) {
     if (is_own) return name + ": a file of the results in " + folder.string() + "; choose another name";
   }
   return "";
+}
+
+void AddVideoTiming(CLI::App* app, viz::VideoTiming* timing) {
+  app->add_option(
+      "--highlight", timing->highlight_s,
+      fmt::format("seconds around the decisive moment (docs/failures.md) that are shown at --speed; the rest "
+                  "is {} times faster",
+                  viz::kFastForward));
+  app->add_option("--speed", timing->speed, "simulated seconds per second of video")->capture_default_str();
+  app->add_option_function<std::string>(
+      "--trim", [timing](const std::string& text) { viz::ParseTrim(text, timing); },
+      "FROM..TO, the part of the episode in seconds; without FROM from its start, without TO to its end");
 }
 
 }  // namespace evalbus::commands
