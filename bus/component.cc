@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/errors.h"
 #include "base/text.h"
 #include "bus/channels.h"
 #include "bus/message.h"

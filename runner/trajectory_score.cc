@@ -4,7 +4,6 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include "base/errors.h"

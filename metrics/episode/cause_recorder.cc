@@ -1,7 +1,6 @@
 #include "metrics/episode/cause_recorder.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "lcmtypes/clock.h"

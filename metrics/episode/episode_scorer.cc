@@ -1,7 +1,6 @@
 #include "metrics/episode/episode_scorer.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 

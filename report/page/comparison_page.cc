@@ -1,7 +1,6 @@
 #include "report/page/comparison_page.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "results/comparison_text.h"
 #include "results/conclusion.h"

@@ -9,7 +9,6 @@
 #include "base/errors.h"
 #include "report/page/page.h"
 #include "results/comparison.h"
-#include "results/conclusion.h"
 #include "results/ranking.h"
 #include "results/tally.h"
 #include "viz/viewer/block.h"

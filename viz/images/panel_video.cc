@@ -1,7 +1,6 @@
 #include "viz/images/panel_video.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 

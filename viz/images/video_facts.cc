@@ -1,7 +1,5 @@
 #include "viz/images/video_facts.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
