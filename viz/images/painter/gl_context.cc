@@ -226,7 +226,8 @@ bool HasGraphicsProcessor() {
   }
 }
 
-// Returns the library that `name` selects (see ResolveGl()).
+// Returns "osmesa", "egl-software" or "egl", depending on what `name` selects on this machine. Loads no
+// library into this process. Throws as CheckGl does.
 std::string Resolve(const std::string& name, bool (*has_osmesa)()) {
   CheckGl(name);
   if (name == kAutoName && HasGraphicsProcessor()) return kEglName;
@@ -243,15 +244,13 @@ void CheckGl(const std::string& name) {
   throw InputError("--gl " + name + ": expected software, osmesa, egl-software, egl or auto");
 }
 
-std::string ResolveGl(const std::string& name) { return Resolve(name, HasOsMesa); }
-
 std::string Described(const GlChoice& choice) {
   return fmt::format("{} ({})", choice.library, choice.device);
 }
 
 GlChoice ChooseGl(const std::string& name) {
   GlChoice choice;
-  choice.library = ResolveGl(name);
+  choice.library = Resolve(name, HasOsMesa);
   choice.device = DeviceOf(choice.library);
   if (IsSoftware(choice.device) && HasGpuDevice()) {
     choice.warning = HasGraphicsProcessor()

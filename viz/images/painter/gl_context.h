@@ -20,9 +20,6 @@ void CheckGl(const std::string& name);
 // Selects the library. If it is not called, "software" is used. Throws as CheckGl does. Throws
 // EnvironmentError if the selected library is missing or this process already draws with another library.
 void UseGl(const std::string& name);
-// Returns "osmesa", "egl-software" or "egl", depending on what `name` selects on this machine. Loads no
-// library into this process. Throws as CheckGl does.
-std::string ResolveGl(const std::string& name);
 // The renderer of a run.
 struct GlChoice {
   std::string library;  // "osmesa", "egl-software" or "egl"
