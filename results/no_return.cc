@@ -8,7 +8,7 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/write_whole.h"
-#include "results/run_files_lock.h"
+#include "results/run_folder.h"
 
 namespace evalbus::results {
 namespace {

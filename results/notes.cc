@@ -11,7 +11,7 @@
 #include "base/number_from.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
-#include "results/run_files_lock.h"
+#include "results/run_folder.h"
 
 namespace evalbus::results {
 namespace {

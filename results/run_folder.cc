@@ -17,6 +17,7 @@
 #include "base/file_errors.h"
 #include "base/input_file.h"
 #include "base/json_file.h"
+#include "base/run_layout.h"
 #include "base/write_whole.h"
 
 namespace evalbus::results {
@@ -300,5 +301,21 @@ void RunFolder::DiscardEpisode(int episode) const {
   fs::remove_all(EpisodeFolder(path_, episode));
   fs::remove_all(UnfinishedEpisodeFolder(path_, episode));
 }
+
+RunFilesLock::RunFilesLock(const std::filesystem::path& run) {
+  const std::filesystem::path folder = run / kEpisodesFolder;
+  fd_ = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd_ < 0) ThrowFileError(folder.string() + ": cannot be opened", errno);
+  int result = 0;
+  do {
+    result = flock(fd_, LOCK_EX);
+  } while (result != 0 && errno == EINTR);
+  if (result == 0) return;
+  const int error = errno;
+  close(fd_);
+  ThrowFileError(folder.string() + ": cannot be locked", error);
+}
+
+RunFilesLock::~RunFilesLock() { close(fd_); }
 
 }  // namespace evalbus::results

@@ -13,7 +13,7 @@
 #include "base/json_file.h"
 #include "base/text.h"
 #include "base/write_whole.h"
-#include "results/run_files_lock.h"
+#include "results/run_folder.h"
 
 namespace evalbus::results {
 namespace {

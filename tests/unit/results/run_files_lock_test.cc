@@ -1,6 +1,4 @@
 // Several programs change files of a run at the same time. No change is lost.
-#include "results/run_files_lock.h"
-
 #include <gmock/gmock.h>
 
 #include <functional>
@@ -10,6 +8,7 @@
 #include "base/run_layout.h"
 #include "results/no_return.h"
 #include "results/notes.h"
+#include "results/run_folder.h"
 #include "results/verdicts.h"
 #include "tests/unit/temporary_folder.h"
 
