@@ -4,10 +4,24 @@
 #include <string>
 #include <vector>
 
-#include "report/text_table.h"
 #include "results/comparison.h"
 
 namespace evalbus::report {
+
+// A table for other documents.
+struct TextTable {
+  std::vector<std::string> header;
+  // Each row has as many cells as the header. Cells are plain text, which the functions below escape.
+  std::vector<std::vector<std::string>> rows;
+};
+
+// Escapes a text for a cell of a GitHub Markdown table. Users choose the names of runs, which may contain
+// markup.
+std::string MarkdownCell(const std::string& text);
+std::string MarkdownTable(const TextTable& table);
+
+// Returns a LaTeX tabular with the rules of the package booktabs.
+std::string LatexTable(const TextTable& table);
 
 // Returns one row per run and task, and one row over all tasks for a run with several tasks. Columns: task,
 // run and baseline with their numbers of successes and episodes, difference in percentage points, its 95 %

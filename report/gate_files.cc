@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "report/comparison_tables.h"
 #include "report/page/markup.h"
-#include "report/text_table.h"
 
 namespace evalbus::report {
 namespace {
