@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <atomic>
@@ -25,6 +24,7 @@
 #include "models/physics_model.h"
 #include "results/episode_logs.h"
 #include "viz/images/renderer.h"
+#include "viz/viewer/page_files.h"
 
 namespace evalbus::exports {
 namespace {
@@ -40,17 +40,6 @@ ModelPtr ModelOf(model_info_t model, const fs::path& log) {
   const fs::path own = RunFolderOf(log) / kModelFolder / kVisualModel;
   if (fs::exists(own)) model.visual_file = own.string();
   return LoadVisualModel(model);
-}
-
-std::string Deflated(const std::vector<uint8_t>& bytes) {
-  uLongf length = compressBound(bytes.size());
-  std::string deflated(length, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &length, bytes.data(), bytes.size(),
-                kDeflateLevel) != Z_OK) {
-    throw EnvironmentError("zlib has no memory left");
-  }
-  deflated.resize(length);
-  return deflated;
 }
 
 }  // namespace
@@ -96,7 +85,8 @@ void DrawnImages::Painter::Draw(const fs::path& log, const fs::path& file,
       renderer.RenderRgb(
           {.camera = viz::FindCamera(renderer.model(), camera), .size = {options_.width, options_.height}},
           &rgb);
-      const std::string deflated = Deflated(rgb);
+      const std::string deflated =
+          viz::Deflated({reinterpret_cast<const char*>(rgb.data()), rgb.size()}, kDeflateLevel);
       const auto length = static_cast<uint32_t>(deflated.size());
       text.append(reinterpret_cast<const char*>(&length), sizeof length);
       text += deflated;

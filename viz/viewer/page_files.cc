@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <string_view>
 
 #include "base/base64.h"
 #include "base/errors.h"
@@ -40,11 +39,11 @@ ThreeJs ReadThreeJs() {
   return {.three = Read("three.min.js"), .orbit_controls = Read("examples/js/controls/OrbitControls.js")};
 }
 
-std::string Deflated(const std::string& bytes) {
+std::string Deflated(std::string_view bytes, int level) {
   uLongf length = compressBound(bytes.size());
   std::string deflated(length, '\0');
   if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &length,
-                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), Z_DEFAULT_COMPRESSION) != Z_OK) {
+                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), level) != Z_OK) {
     throw EnvironmentError("zlib has no memory left");
   }
   deflated.resize(length);

@@ -5,6 +5,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -26,8 +27,8 @@ struct ThreeJs {
 // Reads the files of three.js. If they are missing, throws EnvironmentError with the package to install.
 ThreeJs ReadThreeJs();
 
-// Compresses in zlib format (deflate with zlib header).
-std::string Deflated(const std::string& bytes);
+// Compresses in zlib format (deflate with zlib header). level: see zlib; -1 is its default.
+std::string Deflated(std::string_view bytes, int level = -1);
 // Deflates a block, and encodes it in base64.
 std::string Packed(const std::string& block);
 
