@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <map>
+#include <system_error>
 
 #include "base/errors.h"
 #include "base/random.h"
@@ -29,6 +31,9 @@ std::vector<std::pair<int, int>> EpisodesOfEqualSeeds(const RecordedRun& a, cons
     throw InputError(fmt::format("{} ran {}, {} ran {}: expected runs of the same task and variation", a.name,
                                  a.task_name(), b.name, b.task_name()));
   }
+  std::error_code ignored;  // of folders that do not exist
+  if (std::filesystem::equivalent(a.folder, b.folder, ignored))
+    throw InputError(fmt::format("{}: given twice, expected two different runs", a.folder.string()));
   std::map<int64_t, int> by_seed;
   for (const RecordedEpisode& episode : b.episodes) by_seed[episode.seed] = episode.episode;
   std::vector<std::pair<int, int>> pairs;

@@ -100,7 +100,8 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
   if (moment.kind == cause_kind::kStall)
     return moment.tick == 0 ? "Robot never moved" : "Robot stopped moving" + at;
   if (moment.kind == cause_kind::kOutOfTime) {
-    return (moment.made_progress ? "Time ran out" : "No progress until time ran out") + at;
+    const std::string end_of = end.reason == end_reason::kEndOfData ? "the data ended" : "time ran out";
+    return (moment.made_progress ? Capitalized(end_of) : "No progress until " + end_of) + at;
   }
   if (moment.kind == cause_kind::kMissedCondition) {
     return moment.tick == 0 ? "No progress" : "Last progress" + at;
@@ -112,7 +113,8 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
 }
 
 // Returns the unmet success condition that best explains the moment; empty if all are met. Conditions about
-// the moment's object take precedence, then conditions with a number, then conditions that were never met.
+// the moment's object take precedence, then conditions with a number, then conditions on the moment's
+// gripper, then conditions that were never met.
 std::string CauseFinder::Lack(const CauseMoment& moment) const {
   if (conditions_.empty()) return {};
   size_t index = 0;
@@ -124,7 +126,9 @@ std::string CauseFinder::Lack(const CauseMoment& moment) const {
     const BestOfCondition& candidate = progress_.best(index++);
     if (condition.holds) continue;
     const bool is_about = moment.object >= 0 && IsAbout(condition, static_cast<size_t>(moment.object));
-    const int score = 4 * is_about + 2 * !std::isnan(candidate.value) + (candidate.gap > 0);
+    const bool is_of_gripper = moment.gripper >= 0 && condition.other == config_.grippers[moment.gripper];
+    const int score =
+        8 * is_about + 4 * !std::isnan(candidate.value) + 2 * is_of_gripper + (candidate.gap > 0);
     if (score <= highest) continue;
     highest = score;
     chosen = &condition;

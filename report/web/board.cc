@@ -88,6 +88,7 @@ ordered_json Counted(const metrics::RunSummary& summary, bool is_over) {
                        {"interval", nullptr},
                        {"time_s", nullptr}};
   if (summary.judged > 0) json["interval"] = {interval.lower, interval.upper};
+  if (std::string samples = summary.SamplesText(); !samples.empty()) json["samples"] = std::move(samples);
   if (time) json["time_s"] = time->mean;
   return json;
 }

@@ -73,8 +73,9 @@ void CheckVideoTiming(const VideoTiming& timing) {
 }
 
 std::string NameSuffix(const VideoTiming& timing) {
-  if (timing.highlight_s > 0) return "_highlight";
-  return timing == VideoTiming() ? "" : "_clip";
+  VideoTiming rest = timing;
+  rest.highlight_s = 0;
+  return std::string(timing.highlight_s > 0 ? "_highlight" : "") + (rest == VideoTiming() ? "" : "_clip");
 }
 
 std::vector<FrameTime> FrameTimes(const VideoTiming& timing, int64_t end_us) {

@@ -80,6 +80,7 @@ TEST_F(EpisodesOfEqualSeedsTest, RefusesRunsThatCannotBePaired) {
   RecordedRun another = a;
   another.variation = "base";
   EXPECT_THAT(refusal(another), HasSubstr("same task and variation"));
+  EXPECT_THAT(refusal(a), HasSubstr("given twice"));
 }
 
 }  // namespace evalbus::results::blind_order_test

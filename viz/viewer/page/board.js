@@ -77,6 +77,9 @@ Evalbus.Board = class {
     this.table.replaceChildren(e("thead", {}, head), e("tbody", {}, policies.map((policy, k) => this.policyRow(policy, k))));
     const remarks = policies.filter((policy) => policy.against && policy.against.remark)
       .map((policy) => `${Evalbus.words(policy.name)}: ${Evalbus.words(policy.against.remark)}`);
+    // An interval that counts equal episodes once would contradict the shown counts without a note.
+    policies.forEach((policy) => policy.cells.forEach((cell, task) => cell && cell.samples
+      && remarks.push(`${Evalbus.words(policy.name)}, ${Evalbus.spaced(this.head.tasks[task].name)}: ${Evalbus.words(cell.samples)}`)));
     if (this.head.is_sequential) remarks.push("The plan tests its results while it runs; its report has the verdicts.");
     this.remarks.replaceChildren(...remarks.map((text) => e("p", { class: "ev-remark" }, text)));
   }

@@ -503,12 +503,19 @@ Evalbus.Viewer = class {
 
   showEmpty() {
     const text = this.problem || (this.tracks.length ? "" : this.isOpening !== null
-      ? `Loading episode ${this.isOpening}.` : this.connectionState === "lost" ? "The server does not answer. This page retries automatically." : "No episode has begun yet.");
+      ? `Loading episode ${this.isOpening}.` : this.connectionState === "lost" ? "The server does not answer. This page retries automatically." : this.whatIsAwaited());
     const run = this.runs.get(this.shownRun), remarks = run && run.info.remarks || [];
     if (!this.tracks.length) this.noteScene(this.problem || remarks.join(" "));
     Evalbus.setText(this.parts.empty, text);
     this.parts.empty.hidden = text === "";
     this.parts.episodeBody.hidden = this.tracks.length === 0;
+  }
+
+  whatIsAwaited() {
+    if (!this.wanted || this.runs.size === 0) return "No episode has begun yet.";
+    const run = this.runs.get(this.wanted.run);
+    if (!run) return `This page has no run ${this.wanted.run}.`;
+    return run.info.is_over ? `${Evalbus.runName(run.info)} has no episode ${this.wanted.episode}.` : `Episode ${this.wanted.episode} has not begun yet.`;
   }
 
   complain(error) {
@@ -676,7 +683,7 @@ Evalbus.Viewer = class {
     const at = rows.findIndex((row) => row.episode === track.episode && row.run === track.run);
     const row = at < 0 ? rows[way > 0 ? 0 : rows.length - 1] : rows[at + way];
     if (!row) return;
-    this.open(row.run, row.episode);
+    this.open(row.run, row.episode).then(() => this.writeHash());
     this.runPanel.list.reveal(row);
   }
 

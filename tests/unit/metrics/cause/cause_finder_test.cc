@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "lcmtypes/end_reason.h"
+
 namespace evalbus::metrics::cause_finder_test {
 
 constexpr int kLeft = 0, kRight = 1, kCounter = 3, kPot = 4;
@@ -686,6 +688,18 @@ TEST_F(CauseFinderTest, ASlowRobotRunsOutOfTime) {
   commands_[1] += 0.0051;
   Move(1);
   EXPECT_EQ(Find().kind, "missed_condition");
+}
+
+// A source's data may end long before the time limit.
+TEST_F(CauseFinderTest, DataThatEndIsNoTimeLimit) {
+  HoldWithBoth();
+  for (int k = 0; k < 200; ++k) {
+    object_[0][2] += 0.0004;
+    Move(1);
+  }
+  const cause_t cause = Find(CauseEnd::By::kTime, end_reason::kEndOfData);
+  EXPECT_EQ(cause.kind, "out_of_time");
+  EXPECT_TRUE(cause.text.starts_with("The data ended at 4.40 s (2 of 3 stages by then); ")) << cause.text;
 }
 
 TEST_F(CauseFinderTest, ARobotThatRestsWithoutProgressMissesACondition) {

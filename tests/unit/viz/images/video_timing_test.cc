@@ -88,6 +88,8 @@ TEST(VideoTiming, ChangedTimingChangesTheFileName) {
   VideoTiming timing;
   timing.highlight_s = 3;
   EXPECT_EQ(NameSuffix(timing), "_highlight");
+  timing.to_s = 2;
+  EXPECT_EQ(NameSuffix(timing), "_highlight_clip");
 }
 
 TEST(VideoTiming, BadValuesAreRefused) {
