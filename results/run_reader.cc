@@ -9,6 +9,7 @@
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/json_file.h"
+#include "base/plan_layout.h"
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "lcmtypes/clock.h"
@@ -334,8 +335,9 @@ RecordedRun ReadRunInfo(const fs::path& folder) {
 RecordedRun ReadRun(const fs::path& folder) {
   CheckRunFolder(folder);
   if (!fs::exists(folder / kRunJson)) {
-    Fail(folder.string(), fs::exists(folder / kSuiteJson)
-                              ? "a suite; expected one of the runs in it"
+    Fail(folder.string(), fs::exists(folder / kSuiteJson) ? "a suite; expected one of the runs in it"
+                          : fs::exists(folder / kPlanJson)
+                              ? "a plan; expected one of the runs in the folders of its policies"
                               : "not a run folder of evalbus: it has no run.json");
   }
   RecordedRun run = ReadRunAsFarAsItGot(folder);

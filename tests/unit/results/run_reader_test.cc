@@ -150,6 +150,10 @@ TEST_F(RunReaderTest, RefusesWhatIsNoRunFolder) {
   EXPECT_EQ(Error(folder_.path() / "file"), "file: a file; expected a run folder");
   fs::create_directories(run_);
   EXPECT_EQ(Error(run_), "run: not a run folder of evalbus: it has no run.json");
+  fs::create_directories(folder_.path() / "plan");
+  WriteFile(folder_.path() / "plan/plan.json", "{}");
+  EXPECT_EQ(Error(folder_.path() / "plan"),
+            "plan: a plan; expected one of the runs in the folders of its policies");
   WriteFile(run_ / "run.json", "{\n  \"task\": \"lift_pot\",\n  nonsense\n}\n");
   EXPECT_EQ(Error(run_).substr(0, 29), "run/run.json:3: expected JSON");
   WriteFile(run_ / "run.json", "[1]\n");
