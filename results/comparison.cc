@@ -458,7 +458,7 @@ ComparedRuns About(const RecordedRuns& runs) {
 void AddRemarks(const RecordedRuns& runs, std::vector<std::string>* remarks) {
   NamedRemarks named;
   for (const RecordedRun& run : runs.runs) {
-    const std::string name = runs.is_suite ? runs.name + "/" + run.name : runs.name;
+    const std::string& name = runs.is_suite ? run.name : runs.name;
     for (const std::string& remark : run.Remarks()) named.Add(name, remark);
   }
   named.AddTo(remarks);
