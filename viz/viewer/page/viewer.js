@@ -316,7 +316,10 @@ Evalbus.Viewer = class {
       const { run, episode, time, other } = this.wanted;
       const row = this.runs.has(run) && this.runs.get(run).episodes.find((one) => one.episode === episode);
       const live = this.runs.has(run) && this.runs.get(run).track;
-      if (!row && !(live && live.episode === episode)) return;
+      if (!row && !(live && live.episode === episode)) {
+        this.showEmpty();
+        return;
+      }
       this.open(run, episode, time, false).then(() => other && this.compare(other[0], other[1], other[2]));
       return;
     }
