@@ -107,30 +107,38 @@ viz::VideoEpisode ReadVideoEpisode(const fs::path& run, const std::string& name,
   return std::move(video_episodes.back());
 }
 
-// Makes a video of two episodes side by side, with the baseline on the left.
-void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& baseline,
-               const CompareOptions& options) {
-  const auto pair = results::FindSeedPair(run, baseline, options.seed);
+// Returns the episodes of the video; nullopt if none is wanted. Throws InputError.
+std::optional<results::SeedPair> FindPairOfVideo(const results::RecordedRuns& run,
+                                                 const results::RecordedRuns& baseline,
+                                                 const CompareOptions& options) {
+  if (options.video.empty()) return std::nullopt;
+  auto pair = results::FindSeedPair(run, baseline, options.seed);
   if (!pair) {
     throw InputError(options.seed ? fmt::format("--video: seed {} is not in both runs", *options.seed)
                                   : "--video: the two runs have no seed in common on the same task");
   }
+  return pair;
+}
+
+// Makes a video of two episodes side by side, with the baseline on the left.
+void MakeVideo(const results::SeedPair& pair, const results::RecordedRuns& run,
+               const results::RecordedRuns& baseline, const CompareOptions& options) {
   viz::JointVideoOptions video;
-  video.title = pair->run->task_name();
-  video.subtitle = fmt::format("seed {}", pair->seed);
+  video.title = pair.run->task_name();
+  video.subtitle = fmt::format("seed {}", pair.seed);
   if (options.video.extension() != ".mp4") video.size = {640, 360};
   viz::VideoTiming timing = options.timing;
   if (timing.highlight_s > 0) {
     // Both sides share one clock, which runs at normal speed around the decisive moments of either side.
-    timing.moments_s = {viz::ReadDecisiveMoment(EpisodeLog(pair->baseline->folder, pair->baseline_episode),
-                                                pair->baseline_episode),
-                        viz::ReadDecisiveMoment(EpisodeLog(pair->run->folder, pair->episode), pair->episode)};
+    timing.moments_s = {viz::ReadDecisiveMoment(EpisodeLog(pair.baseline->folder, pair.baseline_episode),
+                                                pair.baseline_episode),
+                        viz::ReadDecisiveMoment(EpisodeLog(pair.run->folder, pair.episode), pair.episode)};
   }
   InstallStopSignals();
-  viz::MakePairVideo({ReadVideoEpisode(pair->baseline->folder, baseline.name, pair->baseline_episode, timing),
-                      ReadVideoEpisode(pair->run->folder, run.name, pair->episode, timing)},
+  viz::MakePairVideo({ReadVideoEpisode(pair.baseline->folder, baseline.name, pair.baseline_episode, timing),
+                      ReadVideoEpisode(pair.run->folder, run.name, pair.episode, timing)},
                      video, options.video);
-  fmt::print("\nvideo    {}  (seed {})\n", options.video.string(), pair->seed);
+  fmt::print("\nvideo    {}  (seed {})\n", options.video.string(), pair.seed);
 }
 
 // Returns the exit code, which is 0 for any result of the comparison. Throws InputError, EnvironmentError.
@@ -156,6 +164,7 @@ int Compare(const CompareOptions& options) {
   std::vector<const results::RecordedRuns*> all = {&baseline};
   for (const results::RecordedRuns& run : runs) all.push_back(&run);
   if (!options.across_engines) results::CheckSameEngine(all);
+  const auto pair_of_video = FindPairOfVideo(runs[0], baseline, options);
   const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline, options.on);
   const int width = viz::TerminalWidth(stdout);
   for (size_t i = 0; i < comparisons.size(); ++i) {
@@ -180,7 +189,7 @@ int Compare(const CompareOptions& options) {
       fmt::print("{} The page has {:.1f} MB.\n", page.note, static_cast<double>(page.html.size()) / 1e6);
     }
   }
-  if (!options.video.empty()) MakeVideo(runs[0], baseline, options);
+  if (pair_of_video) MakeVideo(*pair_of_video, runs[0], baseline, options);
   return 0;
 }
 

@@ -2,6 +2,7 @@
 // return of failed episodes.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -60,20 +61,30 @@ std::vector<results::RecordedRun> ReadAll(const std::vector<fs::path>& folders) 
   return runs;
 }
 
+std::vector<int> FailedEpisodes(const results::RecordedRun& run) {
+  std::vector<int> failed;
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    if (episode.complete && episode.judged() && !episode.success) failed.push_back(episode.episode);
+  }
+  return failed;
+}
+
+// Throws InputError unless --episode names failed episodes of a single run.
+void CheckEpisodes(const std::vector<results::RecordedRun>& runs, const std::vector<int>& episodes) {
+  if (episodes.empty()) return;
+  if (runs.size() != 1) throw InputError("--episode: expected one run");
+  const std::vector<int> failed = FailedEpisodes(runs[0]);
+  for (const int episode : episodes) {
+    if (std::ranges::find(failed, episode) != failed.end()) continue;
+    throw InputError(
+        fmt::format("--episode {}: expected a failed episode of {}: {}", episode, runs[0].folder.string(),
+                    failed.empty() ? "it has none" : fmt::format("{}", fmt::join(failed, ", "))));
+  }
+}
+
 // Finds points of no return and adds them to the run's no_return.json. Throws InputError, EnvironmentError.
 void FindNoReturns(const results::RecordedRun& run, const WhyOptions& options) {
-  const auto has_failed = [](const results::RecordedEpisode& episode) {
-    return episode.complete && episode.judged() && !episode.success;
-  };
-  std::vector<int> wanted = options.episodes;
-  for (const int episode : wanted) {
-    const auto found = std::ranges::find(run.episodes, episode, &results::RecordedEpisode::episode);
-    if (found == run.episodes.end() || !has_failed(*found))
-      throw InputError(
-          fmt::format("--episode {}: expected a failed episode of {}", episode, run.folder.string()));
-  }
-  for (const results::RecordedEpisode& episode : run.episodes)
-    if (options.failures && has_failed(episode)) wanted.push_back(episode.episode);
+  const std::vector<int> wanted = options.failures ? FailedEpisodes(run) : options.episodes;
   runner::NoReturnFinder finder(run);
   runner::ProgressLine line(wanted.size(), "searching");
   for (size_t k = 0; k < wanted.size(); ++k) {
@@ -97,10 +108,10 @@ void PrintNoReturns(const results::RecordedRun& run, const results::RunCircumsta
 // Returns the exit code, which is always 0. Throws InputError, EnvironmentError.
 int Explain(const WhyOptions& options) {
   const std::vector<results::RecordedRun> runs = ReadAll(options.runs);
+  CheckEpisodes(runs, options.episodes);
   std::vector<const results::RecordedRun*> all;
   for (const results::RecordedRun& run : runs) all.push_back(&run);
   const std::vector<results::RunCircumstances> found = results::FindCircumstances(all);
-  if (!options.episodes.empty() && runs.size() != 1) throw InputError("--episode: expected one run");
   for (size_t i = 0; i < found.size(); ++i) {
     fmt::print("{}{}", i == 0 ? "" : "\n", results::CircumstancesText(found[i], UsesColors(stdout)));
     if (options.failures || !options.episodes.empty()) FindNoReturns(runs[i], options);

@@ -57,6 +57,7 @@ TEST_F(Why, RefusesEpisodesThatDidNotFail) {
   const Result result = RunProgram({"evalbus", "why", expert, "--episode", "1"});
   EXPECT_EQ(result.code, 1);
   EXPECT_SAYS(result.err, "--episode 1: expected a failed episode of ");
+  EXPECT_EQ(result.out, "");
   EXPECT_EQ(RunProgram({"evalbus", "why", folder_.path()}).code, 1);
   EXPECT_SAYS(RunProgram({"evalbus", "why", folder_.path() / "none"}).err, "none: no such run folder");
   EXPECT_SAYS(RunProgram({"evalbus", "why", expert, expert}).err, ": given twice");
