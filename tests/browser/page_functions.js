@@ -74,8 +74,8 @@
   }
   expect("points that contradict the rates", contradictions, []);
   expect("p values", [0.0625, 0.3125, 0.0009, 0.001, 0.9996, 0.04996, 0.05].map(Evalbus.pText), ["p = 0.063", "p = 0.313", "p < 0.001", "p = 0.001", "p = 1.000", "p = 0.0499", "p = 0.050"]);
-  expect("values of conditions", [[1.0964, "m", 1.096], [-0.0001, "m", 0], [0.032, "deg", 20], [27.44, "deg", 20], [0.85, "1", 0.05], [NaN, "m", 1]]
-    .map((one) => Evalbus.measured(...one)), ["1.096", "0.000", "0.03", "27.4", "0.850", "–"]);
+  expect("values of conditions", [[1.0964, "m", 1.096], [1.09594, "m", 1.096, true], [1.09594, "m", 1.1, true], [-0.0001, "m", 0], [0.032, "deg", 20], [27.44, "deg", 20], [0.85, "1", 0.05], [NaN, "m", 1]]
+    .map((one) => Evalbus.measured(...one)), ["1.096", "1.0959", "1.096", "0.000", "0.03", "27.4", "0.850", "–"]);
   expect("intervals", [[0.401, 0.892], [0.985, 1]].map(Evalbus.percentRange), ["40 to 89 %", "98.5 to 100.0 %"]);
   return wrong;
 })()

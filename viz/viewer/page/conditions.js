@@ -159,7 +159,7 @@ Evalbus.Conditions = class {
       if (!row.hasNumber) continue;
       const values = track.criteria[row.criterion.first_row];
       const value = values && tick < track.ticks ? values.data[tick] : NaN;
-      Evalbus.setText(row.value, Evalbus.measured(value, row.criterion.unit, row.criterion.threshold));
+      Evalbus.setText(row.value, Evalbus.measured(value, row.criterion.unit, row.criterion.threshold, known === 0));
       row.fill.style.transform = `scaleX(${this.partOf(values, value, row.criterion.threshold, holds).toFixed(4)})`;
     }
   }

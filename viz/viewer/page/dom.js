@@ -78,10 +78,12 @@ Evalbus.numberAmong = (value, most) => {
 };
 
 // Formats the value of a condition as Compared in metrics/task/predicate.h does: lengths to millimeters, angles to tenths of a
-// degree (hundredths below 1 degree). Unlike Compared, adds no digits if the rounded value would contradict the outcome.
-Evalbus.measured = (value, unit, threshold) => {
+// degree (hundredths below 1 degree), with more digits if an unmet condition would otherwise seem to be at its threshold.
+Evalbus.measured = (value, unit, threshold, isUnmet) => {
   if (!Number.isFinite(value) || (unit !== "m" && unit !== "deg")) return Evalbus.numberAmong(value, Math.abs(threshold) || Math.abs(value));
-  return Evalbus.fixed(value, unit === "m" ? 3 : Math.abs(value) < 1 ? 2 : 1);
+  let decimals = unit === "m" ? 3 : Math.abs(value) < 1 ? 2 : 1;
+  while (isUnmet && value !== threshold && Number(value.toFixed(decimals)) === threshold && decimals < 9) ++decimals;
+  return Evalbus.fixed(value, decimals);
 };
 
 // Returns "1 episode" or "3 episodes".
