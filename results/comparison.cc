@@ -333,8 +333,7 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
     remarks->Add(name, fmt::format("excluded from the success rates because an episode has no verdict: {}",
                                    Plural(task.without_verdict, "pair")));
   }
-  if (task.success.samples.trials < task.success.trials ||
-      task.success.samples.baseline_trials < task.success.baseline_trials) {
+  if (task.success.has_fewer_samples()) {
     const auto all_equal = [&](int count, const std::string& of) {
       remarks->Add(name, fmt::format("all {}{} have equal starts and equal numbers: interval and test count "
                                      "them as one",
@@ -695,7 +694,7 @@ Outlook OutlookOf(const SuccessComparison& success) {
                                        alpha);
         },
         1 - 2 * share_against);
-    if (more > against) {
+    if (more > against && !success.has_fewer_samples()) {
       outlook.needed =
           metrics::TrialsNeeded([&](int pairs) { return metrics::McNemarPower(pairs, observed, alpha); });
     }
@@ -715,7 +714,7 @@ Outlook OutlookOf(const SuccessComparison& success) {
                                             baseline_rate - difference, alpha);
       },
       is_up ? 1 - baseline_rate : baseline_rate);
-  if (rate != baseline_rate) {
+  if (rate != baseline_rate && !success.has_fewer_samples()) {
     outlook.needed = metrics::TrialsNeeded([&](int trials) {
       return metrics::FisherPower(trials, trials, std::max(rate, baseline_rate),
                                   std::min(rate, baseline_rate), alpha);

@@ -59,6 +59,11 @@ struct SuccessComparison : SuccessCounts {
   // Number of comparisons for which p is adjusted.
   int family = 1;
 
+  // True if `samples` has fewer episodes. Its difference may then be another one than `difference`.
+  bool has_fewer_samples() const {
+    return samples.trials < trials || samples.baseline_trials < baseline_trials;
+  }
+
   void Add(const SuccessComparison& other);  // adds another task; call Test() afterwards
   void Test();
   // Sets p_adjusted to p_holm, which was adjusted for this number of comparisons.
@@ -77,7 +82,8 @@ struct Outlook {
   // any.
   std::optional<double> findable;
   // Number that is needed to detect the observed difference with 80 % power, assuming that it is the true
-  // difference. nullopt if the difference is 0 or if more than metrics::kMaxTrials are needed.
+  // difference. nullopt if the difference is 0, if more than metrics::kMaxTrials are needed, and if
+  // has_fewer_samples() is true.
   std::optional<int> needed;
 };
 Outlook OutlookOf(const SuccessComparison& success);

@@ -44,11 +44,7 @@ std::string OutlookText(const SuccessComparison& success) {
   const std::string text =
       fmt::format("{} like these detect a true difference of {:.0f} points with 80 % power", what,
                   std::ceil(*outlook.findable * 100));
-  // If the episodes of a task count as one sample, the samples have another difference than the rates.
-  if (success.difference == 0 || counts.trials < success.trials ||
-      counts.baseline_trials < success.baseline_trials) {
-    return text + ".";
-  }
+  if (success.difference == 0 || success.has_fewer_samples()) return text + ".";
   const char* const kind = success.paired ? "pairs" : "episodes each";
   return fmt::format("{}; detecting one of {} points requires {} {}.", text,
                      PointsOf(success, std::abs(success.difference)),

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/errors.h"
 #include "policy_bridge/experts/experts.h"
 
 namespace evalbus::policy {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/angles.h"
+#include "base/errors.h"
 #include "policy_bridge/experts/experts.h"
 
 namespace evalbus::policy {
