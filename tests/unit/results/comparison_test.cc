@@ -411,6 +411,7 @@ TEST_F(EqualEpisodesTest, InASuiteTheyCountOnceAndNeverTurnTheTestAround) {
   EXPECT_EQ(result.success.samples.pairs.only_a, 1);
   EXPECT_EQ(result.success.samples.pairs.only_b, 9);
   EXPECT_GT(result.success.difference, 0);
+  EXPECT_FALSE(OutlookOf(result.success).needed) << "the samples favor the other policy";
   // The samples alone, 1 to 9, would give p = 0.02 in favor of the other policy.
   EXPECT_EQ(result.success.p, 1);
   EXPECT_EQ(result.success.judgment(), Judgment::kNone);
