@@ -31,19 +31,13 @@ const metrics::MetricSummary* FindJointJerk(const metrics::RunSummary& summary) 
   return nullptr;
 }
 
-// Formats a value with its interval, for example "12.3 (11.8 to 12.9)".
-std::string Cell(const MeasuredMean& value, double scale, int decimals) {
+// Formats a value with its interval, for example "12.3 (11.8 to 12.9)". shown: formats a number.
+template <class Shown>
+std::string Cell(const MeasuredMean& value, const Shown& shown) {
   if (!std::isfinite(value.mean)) return "-";
-  const std::string mean = fmt::format("{:.{}f}", value.mean * scale, decimals);
-  if (!std::isfinite(value.interval.lower)) return mean;
-  return fmt::format("{} ({:.{}f} to {:.{}f})", mean, value.interval.lower * scale, decimals,
-                     value.interval.upper * scale, decimals);
-}
-
-std::string SuccessCell(const MeasuredMean& success) {
-  if (!std::isfinite(success.mean)) return "-";
-  return fmt::format("{} ({} to {})", PercentagePoints(success.mean),
-                     PercentagePoints(success.interval.lower), PercentagePoints(success.interval.upper));
+  if (!std::isfinite(value.interval.lower)) return shown(value.mean);
+  return fmt::format("{} ({} to {})", shown(value.mean), shown(value.interval.lower),
+                     shown(value.interval.upper));
 }
 
 ordered_json Json(const MeasuredMean& value) {
@@ -81,11 +75,14 @@ std::string DelayTable(const std::vector<DelayPoint>& points) {
   std::string text = fmt::format("{:<12}  {:>8}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6}  {:>6}  {:>7}\n",
                                  "execution", "delay ms", "episodes", "success %", "time s (successes)",
                                  "joint jerk rad/s3", "stale%", "new/s", "age ms");
+  const auto percent = [](double share) { return PercentagePoints(share); };
+  const auto decimals = [](int count) { return [count](double value) { return Fixed(value, count); }; };
   for (const DelayPoint& point : points) {
-    text += fmt::format("{:<12}  {:>8.4g}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6.1f}  {:>6.1f}  {:>7.0f}\n",
-                        point.execution, point.applied_ms, point.complete, SuccessCell(point.success),
-                        Cell(point.completion_time_s, 1, 2), Cell(point.joint_jerk_radps3, 1, 1),
-                        100 * point.stale_action_ratio, point.effective_hz, 1e3 * point.action_age_s);
+    text +=
+        fmt::format("{:<12}  {:>8.4g}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6.1f}  {:>6.1f}  {:>7.0f}\n",
+                    point.execution, point.applied_ms, point.complete, Cell(point.success, percent),
+                    Cell(point.completion_time_s, decimals(2)), Cell(point.joint_jerk_radps3, decimals(1)),
+                    100 * point.stale_action_ratio, point.effective_hz, 1e3 * point.action_age_s);
   }
   return text;
 }

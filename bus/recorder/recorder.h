@@ -1,7 +1,7 @@
 // Records the messages of an episode into a standard LCM event log, one log per episode. Channels with
-// Recorded::kNo (for example rendered images) and repeated messages of a tick are omitted. The log is
-// DIR/episodes/0007.partial/events.lcmlog while it grows, and DIR/episodes/0007/events.lcmlog (or .zst) once
-// it is complete and synced.
+// Recorded::kNo (for example rendered images) and repeated messages of a tick or an episode are omitted.
+// The log is DIR/episodes/0007.partial/events.lcmlog while it grows, and DIR/episodes/0007/events.lcmlog (or
+// .zst) once it is complete and synced.
 #pragma once
 
 #include <filesystem>

@@ -21,7 +21,7 @@ Evalbus.Judge = class {
     });
     this.saveButton = button("Save, next", "Enter", () => this.save());
     this.backButton = button("Back", "Backspace", () => this.back());
-    this.problem = e("p", { class: "ev-judge-problem", role: "alert" });
+    this.problem = e("p", { class: "ev-problem", role: "alert" });
     this.form = e("div", {}, e("h2", {}, "Your verdict"), e("div", { class: "ev-judge-row" }, ...this.outcomes.values()),
       e("h2", {}, "Stages reached (optional)"), this.stageList, e("h2", {}, "Rubric, 0 to 10 (optional)"), this.rubric,
       e("div", { class: "ev-judge-row" }, this.saveButton, this.backButton));
@@ -104,7 +104,7 @@ Evalbus.Judge = class {
     this.rubric.blur();
     this.saved = this.item;
     const isSent = this.viewer.source.send({ verdict: { episode: this.item, outcome: this.outcome, stages: this.stages, rubric } });
-    Evalbus.setText(this.problem, isSent ? "" : "There is no connection to the server. Save again when the connection is back.");
+    Evalbus.setText(this.problem, isSent ? "" : Evalbus.NOT_SENT);
   }
 
   back() {

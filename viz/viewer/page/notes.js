@@ -16,7 +16,7 @@ Evalbus.Notes = class {
         this.save();
       }
     });
-    this.error = e("p", { class: "ev-judge-problem", role: "alert" });
+    this.error = e("p", { class: "ev-problem", role: "alert" });
     this.dialog = e("dialog", { class: "ev-keys ev-note-dialog", "aria-label": "note" }, this.title, this.input, this.error,
       e("p", { class: "ev-note" }, "Kept as notes.json in the run’s folder; an empty note is removed."),
       e("span", { class: "ev-segments" }, e("button", { type: "button", onclick: () => this.save() }, "Save"),
@@ -47,6 +47,6 @@ Evalbus.Notes = class {
     const [run, episode] = this.edited;
     const text = Evalbus.words(this.input.value);
     if (text === this.of(run, episode) || this.send({ run, episode, text })) this.dialog.close();
-    else Evalbus.setText(this.error, "There is no connection to the server. Save again when the connection is back.");
+    else Evalbus.setText(this.error, Evalbus.NOT_SENT);
   }
 };

@@ -19,6 +19,8 @@ Evalbus.Once = class {
   }
 };
 
+Evalbus.NOT_SENT = "There is no connection to the server. Save again when the connection is back.";
+
 Evalbus.LiveSource = class {
   constructor(listener) {
     this.listener = listener;
@@ -78,7 +80,7 @@ Evalbus.LiveSource = class {
     this.send({ watch: run });
   }
 
-  // Sends a message. Returns false if there is no connection.
+  // Sends a message. Returns false if there is no connection (Evalbus.NOT_SENT).
   send(message) {
     if (!this.socket || this.socket.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
