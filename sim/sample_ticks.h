@@ -24,9 +24,10 @@ class SampleTicks {
   SampleTicks(double tick_s, double usual_s)
       : tick_s_(tick_s), longest_s_(kGap * std::max(tick_s, usual_s)) {}
 
-  // after_refused: samples between the previous one and this one were refused.
-  void Add(Sample sample, bool after_refused = false) {
-    samples_.push_back({std::move(sample), after_refused});
+  // after_refused: samples between the previous one and this one were refused. after_lost: they did not
+  // arrive.
+  void Add(Sample sample, bool after_refused = false, bool after_lost = false) {
+    samples_.push_back({std::move(sample), after_refused, after_lost});
   }
 
   // A tick and its neighbors. If a sample coincides with the tick, both neighbors are this sample. The
@@ -59,6 +60,7 @@ class SampleTicks {
       const double apart = behind.sample.time_s - before_->time_s;
       if (apart > longest_s_ || is_broken()) {
         if (apart > longest_s_) ++gaps_;
+        if (apart > longest_s_ && !is_broken() && !behind.after_lost) sparse_.Add(apart);
         // The tick at this sample, if there is one, is not missing.
         const auto reached = static_cast<int64_t>(std::ceil((behind.sample.time_s - kOnSample) / tick_s_));
         next_ = std::max(next_ + 1, reached);
@@ -74,6 +76,19 @@ class SampleTicks {
   int64_t next() const { return next_; }
   // Number of pairs of neighboring samples that were too far apart.
   int gaps() const { return gaps_; }
+  // The pairs among them between which no sample was refused or lost, with their shortest and longest time
+  // apart in s.
+  struct Sparse {
+    int pairs = 0;
+    double shortest_s = 0, longest_s = 0;
+
+    void Add(double apart_s) {
+      shortest_s = pairs == 0 ? apart_s : std::min(shortest_s, apart_s);
+      longest_s = std::max(longest_s, apart_s);
+      ++pairs;
+    }
+  };
+  const Sparse& sparse() const { return sparse_; }
   // True if a refused sample has not yet caused a missing tick.
   bool is_broken() const { return broken_ || (!samples_.empty() && samples_.front().after_refused); }
 
@@ -81,6 +96,7 @@ class SampleTicks {
   struct Entry {
     Sample sample;
     bool after_refused;
+    bool after_lost;
   };
   static constexpr double kGap = 3;
   // Tolerance in s: if a sample is this close to a tick, the tick uses it without interpolation. A source
@@ -105,6 +121,7 @@ class SampleTicks {
   bool broken_ = false;
   int64_t next_ = 0;
   int gaps_ = 0;
+  Sparse sparse_;
 };
 
 }  // namespace evalbus::sim

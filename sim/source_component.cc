@@ -75,6 +75,19 @@ int64_t MicrosecondsSince(int64_t before_us, int64_t stamp_us) {
   return __builtin_sub_overflow(stamp_us, before_us, &us) ? std::numeric_limits<int64_t>::max() : us;
 }
 
+// Rounds to whole milliseconds from 10 ms on.
+std::string MillisecondsText(double time_s) {
+  const double ms = time_s * 1e3;
+  return ms < 10 ? fmt::format("{:.3g}", ms) : fmt::format("{:.0f}", ms);
+}
+
+// Asks for the unit of the stamps if the time between two samples is about a thousand announced periods.
+std::string UnitHint(double apart_s, double period_s) {
+  const double periods = apart_s / period_s;
+  if (periods < 900 || periods > 1100) return "";
+  return "; are these milliseconds instead of seconds, or nanoseconds instead of microseconds?";
+}
+
 std::optional<SourceMap> MapOf(const SimOptions& options) {
   if (options.map.empty()) return std::nullopt;
   return ReadSourceMap(ReadInput(options.map, "map of a source"), options.map);
@@ -87,9 +100,22 @@ SimOptions WithoutPhysics(SimOptions options) {
 
 }  // namespace
 
+std::string SourceComponent::Running::SparseText() const {
+  const SampleTicks::Sparse& sparse = ticks.sparse();
+  const std::string shortest = MillisecondsText(sparse.shortest_s),
+                    longest = MillisecondsText(sparse.longest_s);
+  return fmt::format("samples are {} ms apart in {}, but SOURCE_ANNOUNCEMENT states a period of {} ms{}",
+                     shortest == longest ? longest : shortest + " to " + longest,
+                     Plural(sparse.pairs, "place"), MillisecondsText(period_s),
+                     UnitHint(sparse.longest_s, period_s));
+}
+
 std::string SourceComponent::Running::Faults() const {
   std::vector<std::string> all;
-  if (ticks.gaps() > 0) all.push_back("samples are missing in " + Plural(ticks.gaps(), "place"));
+  const int sparse = ticks.sparse().pairs;
+  if (sparse > 0) all.push_back(SparseText());
+  if (ticks.gaps() > sparse)
+    all.push_back("samples are missing in " + Plural(ticks.gaps() - sparse, "place"));
   if (lost > 0) all.push_back(Plural(lost, "sample") + " never came");
   if (refused > 0) all.push_back(Plural(refused, "sample") + " refused, the first: " + first_fault);
   if (refused_images > 0)
@@ -415,7 +441,8 @@ void SourceComponent::OnSample(const source_state_t& message) {
     const double longest_us =
         std::min(options_.source_timeout_s * 1e6, static_cast<double>(TimeOf(kMaxLeapTicks)));
     if (arrived.sample->time_s > 0 && static_cast<double>(leap_us) > longest_us) {
-      arrived.fault = fmt::format("the source's clock jumps by {:.3g} s", Seconds(leap_us));
+      arrived.fault = fmt::format("the source's clock jumps by {:.3g} s{}", Seconds(leap_us),
+                                  UnitHint(Seconds(leap_us), Seconds(source_announcement_->period_us)));
       arrived.is_last = true;
     }
     newest_->stamp_us = message.stamp_us;
@@ -562,7 +589,8 @@ void SourceComponent::ProcessArrived() {
       if (!arrived.beyond_range.empty() && running_->beyond_range++ == 0) {
         running_->first_beyond_range = arrived.beyond_range;
       }
-      running_->ticks.Add(std::move(*arrived.sample), std::exchange(running_->after_refused, false));
+      running_->ticks.Add(std::move(*arrived.sample), std::exchange(running_->after_refused, false),
+                          arrived.lost > 0);
       continue;
     }
     running_->after_refused = true;
@@ -598,7 +626,11 @@ void SourceComponent::Advance() {
     Running& r = *running_;
     if (r.state && TimeIsUp() && (r.is_scored() || r.is_in_gap())) return EndInTime();
     if (!MayPublish()) return;
-    if (const auto tick = r.ticks.Next()) {
+    const bool was_sparse = r.ticks.sparse().pairs > 0;
+    const auto tick = r.ticks.Next();
+    if (!was_sparse && r.ticks.sparse().pairs > 0)
+      log().Warn("{}; ticks between them are missing", r.SparseText());
+    if (tick) {
       PublishState(*tick);
     } else if (!r.is_over) {
       return;

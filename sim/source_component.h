@@ -60,9 +60,10 @@ class SourceComponent : public Component {
   };
   // The active episode.
   struct Running {
-    Running(int64_t its_episode, double tick_s, double period_s)
-        : episode(its_episode), ticks(tick_s, period_s) {}
+    Running(int64_t its_episode, double tick_s, double its_period_s)
+        : episode(its_episode), period_s(its_period_s), ticks(tick_s, its_period_s) {}
     int64_t episode;  // as in Arrived
+    double period_s;  // as announced
     SampleTicks ticks;
     bool after_refused = false;
     // The source has ended this episode, or begun another one.
@@ -81,6 +82,8 @@ class SourceComponent : public Component {
 
     bool is_in_gap() const { return scored_tick < behind_gap; }
     bool is_scored() const { return state && scored_tick >= state->header.tick; }
+    // States the time between consecutive samples that are too far apart, and the announced period.
+    std::string SparseText() const;
     // Describes the faults of its samples, and counts joints beyond their limits. Empty if there are none.
     std::string Faults() const;
   };

@@ -109,6 +109,27 @@ TEST(SampleTicks, AreMissingInAGap) {
               ElementsAre(std::pair(0, 0), std::pair(1, 20), std::pair(5, 100)));
 }
 
+TEST(SampleTicks, GapsWithoutALostOrRefusedSampleAreSparse) {
+  SampleTicks ticks(0.02, 0.02);
+  const auto add = [&](double time_s, bool after_refused = false, bool after_lost = false) {
+    Sample sample;
+    sample.time_s = time_s;
+    ticks.Add(sample, after_refused, after_lost);
+    while (ticks.Next()) {
+    }
+  };
+  for (const double time_s : {0.0, 0.02, 0.04}) add(time_s);
+  EXPECT_EQ(ticks.sparse().pairs, 0);
+  add(0.24);
+  add(0.34);
+  add(0.64, true);
+  add(0.94, false, true);
+  EXPECT_EQ(ticks.gaps(), 4);
+  EXPECT_EQ(ticks.sparse().pairs, 2) << "the other two have a reason";
+  EXPECT_NEAR(ticks.sparse().shortest_s, 0.1, 1e-12);
+  EXPECT_NEAR(ticks.sparse().longest_s, 0.2, 1e-12);
+}
+
 TEST(SampleTicks, TheOneBehindARefusedSampleIsMissing) {
   bool is_broken = true;
   EXPECT_THAT(TicksOf({0, 5, -1, 15, 20, 25, 40, 45}, nullptr, &is_broken),

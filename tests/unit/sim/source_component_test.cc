@@ -517,6 +517,28 @@ TEST_F(SourceComponentTest, LostSamplesAreCountedAndAGapIsMissing) {
   EXPECT_EQ(ends_[0].detail, "samples are missing in 1 place; 9 samples never came");
 }
 
+TEST_F(SourceComponentTest, AnotherPeriodThanTheAnnouncedOneIsStated) {
+  std::vector<std::string> warnings;
+  MakeSource();
+  bus_->Subscribe(channels::kLog, [&](const log_t& line) {
+    if (line.level >= log_t::WARN_LEVEL) warnings.push_back(line.text);
+  });
+  Announce();
+  Command(0);
+  for (int64_t k = 0; k < 4; ++k) {
+    source_state_t sample = Sample(k);
+    sample.stamp_us = 1'000'000'000 + k * 200'000;
+    sample.is_last = k == 3;
+    Send(sample);
+    ScoreAll();
+  }
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].detail,
+            "samples are 200 ms apart in 3 places, but SOURCE_ANNOUNCEMENT states a period of 20 ms");
+  EXPECT_THAT(warnings, testing::Contains("samples are 200 ms apart in 1 place, but SOURCE_ANNOUNCEMENT "
+                                          "states a period of 20 ms; ticks between them are missing"));
+}
+
 TEST_F(SourceComponentTest, MetricsMayWaitForAGapWhileLaterTicksCome) {
   Start();
   Send(Sample(0));
@@ -553,6 +575,17 @@ TEST_F(SourceComponentTest, AClockThatLeapsBreaksTheEpisodeOff) {
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].header.tick, 1);
   EXPECT_THAT(ends_[0].detail, HasSubstr("the source's clock jumps by 3.6e+03 s"));
+}
+
+TEST_F(SourceComponentTest, StampsInMillisecondsGetAHint) {
+  Start();
+  Send(Sample(0));
+  Score(0);
+  source_state_t sample = Sample(1);
+  sample.stamp_us = Sample(0).stamp_us + 20'000'000;
+  Send(sample);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_THAT(ends_[0].detail, HasSubstr("the source's clock jumps by 20 s; are these milliseconds instead"));
 }
 
 // Differences between these timestamps exceed 64 bits.
