@@ -192,12 +192,13 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool c
   const char* path =
       m.contains("total_cartesian_path_length") ? "total_cartesian_path_length" : "cartesian_path_length";
   const auto reason = episode["failure_reason"].get<std::string>();
-  std::string line = ColumnLine(
-      {std::to_string(episode["episode"].get<int>()), end_reason::Outcome(reason),
-       Value(m, "completion_time", 2, "s"), fmt::format("{}/{}", reached, stages.size()),
-       Value(m, "slip_count"), Value(m, "env_collision_count") + " + " + Value(m, "self_collision_count"),
-       Value(extended, "min_clearance_m", 0, "mm", 1e3), Value(m, path, 2, "m")},
-      width, reason.empty() ? Style::kGood : Style::kBad, colors);
+  std::string line =
+      ColumnLine({std::to_string(episode["episode"].get<int>()), end_reason::Outcome(reason),
+                  Value(m, "completion_time", 2, "s"),
+                  stages.empty() ? "-" : fmt::format("{}/{}", reached, stages.size()), Value(m, "slip_count"),
+                  Value(m, "env_collision_count") + " + " + Value(m, "self_collision_count"),
+                  Value(extended, "min_clearance_m", 0, "mm", 1e3), Value(m, path, 2, "m")},
+                 width, reason.empty() ? Style::kGood : Style::kBad, colors);
   if (episode["end_reason"] == end_reason::kServerError) {
     line += "  invalid";
   } else if (!episode["complete"].get<bool>()) {
@@ -248,6 +249,7 @@ std::string PolicyFailuresText(const std::vector<PolicyFailure>& failures, int w
 std::string FailuresText(const metrics::RunSummary& summary) {
   std::string text;
   for (const auto& [reason, count] : summary.failure_reasons) {
+    if (reason == end_reason::kNotJudged) continue;
     text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, end_reason::Text(Printable(reason)));
   }
   return text;
@@ -295,9 +297,10 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width, bool col
                         summary.episodes);
   }
   if (summary.complete == 0) return text;
-  if (!summary.failure_reasons.empty()) {
-    text += Styled("Failures: " + FailuresText(summary), Style::kBad, colors) + "\n";
-  }
+  if (const std::string failures = FailuresText(summary); !failures.empty())
+    text += Styled("Failures: " + failures, Style::kBad, colors) + "\n";
+  if (summary.judged < summary.complete)
+    text += fmt::format("Not judged: {}\n", summary.complete - summary.judged);
 
   std::vector<std::string> names;
   for (const metrics::MetricSummary& metric : summary.metrics) names.push_back(metric.name);

@@ -43,6 +43,8 @@ struct CauseEnd {
   int64_t last_tick = 0;
   // The conditions that made success or failure true.
   std::vector<condition_t> conditions;
+  // False if a stage cannot be determined, because poses of objects are missing.
+  bool knows_stages = true;
 };
 
 // The decisive moment as data. Members that do not apply keep their default values.

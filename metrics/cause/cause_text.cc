@@ -140,7 +140,7 @@ std::string CauseFinder::Lack(const CauseMoment& moment) const {
 std::string CauseFinder::Text(const CauseMoment& moment, const CauseEnd& end) const {
   std::string text = What(moment, end);
   if (end.by == CauseEnd::By::kSuccess) return text + ".";
-  if (!stage_tick_.empty()) {
+  if (!stage_tick_.empty() && end.knows_stages) {
     const auto reached =
         std::ranges::count_if(stage_tick_, [&](int64_t tick) { return tick >= 0 && tick <= moment.tick; });
     // More stages may be reached later.

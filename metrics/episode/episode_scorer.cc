@@ -343,7 +343,8 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
                                .end_detail = end.detail,
                                .last_tick = decided_ ? decided_->tick : header_.tick,
                                .conditions = evaluator_.ExplainVerdict()};
-  const CauseEnd cause_end = MakeCauseEnd(outcome);
+  CauseEnd cause_end = MakeCauseEnd(outcome);
+  cause_end.knows_stages = evaluator_.knows_all_stages();
   const FoundCause found = cause_->Find(cause_end);
   summary.cause = found.cause;
   summary.failure_reason = found.failure_reason;

@@ -28,14 +28,15 @@ std::string RateSentence(const metrics::RunSummary& summary) {
 }
 
 std::string FailureSentence(const metrics::RunSummary& summary) {
-  const auto& reasons = summary.failure_reasons;
-  if (reasons.empty()) return "";
-  std::string text = "Failures: ";
-  for (size_t i = 0; i < reasons.size(); ++i) {
-    text +=
-        fmt::format("{}{} ({})", i == 0 ? "" : ", ", end_reason::Text(reasons[i].first), reasons[i].second);
+  std::string list;
+  for (const auto& [reason, count] : summary.failure_reasons) {
+    if (reason == end_reason::kNotJudged) continue;
+    list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", end_reason::Text(reason), count);
   }
-  return text + ".";
+  std::string text = list.empty() ? "" : "Failures: " + list + ".";
+  if (const int others = summary.complete - summary.judged; others > 0)
+    text += fmt::format("{}Not judged: {}.", text.empty() ? "" : " ", Plural(others, "episode"));
+  return text;
 }
 
 std::string IncompleteSentence(const ReportRun& run) {

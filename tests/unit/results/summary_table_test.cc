@@ -68,6 +68,19 @@ TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
             "  episodes.jsonl)\n");
 }
 
+TEST(SummaryTable, EpisodesThatWereNotJudgedAreNoFailures) {
+  metrics::RunSummary summary = Summary(5, 1);
+  summary.judged = 3;
+  summary.failure_reasons = {{"not_judged", 2}, {"timeout", 1}, {"dropped", 1}};
+  const std::string table = SummaryTable(summary, 80);
+  EXPECT_TRUE(Has(table, "\nFailures: 1 time limit, 1 dropped\nNot judged: 2\n")) << table;
+  summary.judged = summary.successes = 0;
+  summary.failure_reasons = {{"not_judged", 5}};
+  EXPECT_TRUE(SummaryTable(summary, 80)
+                  .starts_with("Success was not judged: poses of objects are missing\nNot judged: 5\n"))
+      << SummaryTable(summary, 80);
+}
+
 // Digits beyond the precision are not shown. With a standard deviation of 0.5 s, the mean of 16 episodes has
 // a standard error of 0.12 s.
 TEST(SummaryTable, ShowsTwoDigitsOfTheErrorAtMost) {
@@ -227,6 +240,7 @@ TEST(EpisodeLine, EndsWithTheConditionsOfASuccessIfThereIsRoom) {
                                     {"cause", {{"text", "Success at 5.00 s: height of pot 1.097 m, x 1."}}}};
   EXPECT_TRUE(EpisodeLine(episode, 200).ends_with("  height of pot 1.097 m, x 1"))
       << EpisodeLine(episode, 200);
+  EXPECT_FALSE(Has(EpisodeLine(episode, 200), "0/0")) << "the stages are unknown";
   const std::string columns = EpisodeHeader(200);
   const int width = static_cast<int>(columns.size() + 2 + std::string("height of pot 1.097 m").size());
   EXPECT_TRUE(EpisodeLine(episode, width).ends_with("  height of pot 1.097 m"))

@@ -79,6 +79,8 @@ TEST(MetricAvailability, WithoutTheObjectNothingIsJudged) {
   EXPECT_TRUE(blind.explanation.condition.empty());
   EXPECT_TRUE(blind.explanation.grasp.empty());
   EXPECT_NE(blind.explanation.text.find("cannot be determined"), std::string::npos) << blind.explanation.text;
+  EXPECT_TRUE(blind.cause.text.starts_with("Not judged at ")) << blind.cause.text;
+  EXPECT_EQ(blind.cause.text.find("stage"), std::string::npos) << blind.cause.text;
   const auto metrics = ResultJson(blind.metrics);
   EXPECT_EQ(Lacks(metrics, ResultJson(all.metrics)),
             (std::set<std::string>{"task_stage_reached", "subtask_progress", "target_distance",
