@@ -8,6 +8,7 @@
 
 #include "base/styled_text.h"
 #include "base/text.h"
+#include "lcmtypes/clock.h"
 #include "results/summary_table.h"
 #include "viz/terminal/terminal.h"
 #include "viz/watch/score_rows.h"
@@ -18,6 +19,7 @@ namespace {
 using viz::TerminalWidth;
 
 constexpr auto kRedrawPeriod = std::chrono::milliseconds(100);
+constexpr auto kSourceDelay = std::chrono::seconds(2);
 // Assumed duration of an episode until the first one has finished; used only for the progress bar.
 constexpr double kTypicalEpisode = 10;  // s, simulated
 
@@ -85,7 +87,10 @@ void LiveView::OnEpisodeBegin(const episode_begin_t& begin) {
   is_running_ = true;
 }
 
-void LiveView::OnPartial(const partial_metrics_t& partial) { watch_.Receive(partial, clock_()); }
+void LiveView::OnPartial(const partial_metrics_t& partial) {
+  waiting_since_.reset();
+  watch_.Receive(partial, clock_());
+}
 
 void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   const metrics::EpisodeResult result = metrics::ResultOf(episode);
@@ -97,6 +102,7 @@ void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   }
   simulated_s_ += episode["metrics"]["completion_time"].get<double>();
   is_running_ = false;
+  if (header_.clock == clock_name::kSource && num_episodes_ < header_.episodes) waiting_since_ = clock_();
   if (num_episodes_ <= header_.there_before && !header_.tells_those_before) return;
   PrintAbove(header_.is_blind ? fmt::format("episode {} has ended", episode["episode"].get<int>())
                               : results::EpisodeLine(episode, viz::TerminalWidth(out_), colors_));
@@ -164,6 +170,11 @@ void LiveView::PrintAbove(const std::string& printable) {
 }
 
 void LiveView::Poll(SteadyTime now) {
+  if (waiting_since_ && now - *waiting_since_ >= kSourceDelay) {
+    waiting_since_.reset();
+    PrintAbove(fmt::format("waiting for the source's next episode ({} of {} finished); Ctrl-C stops",
+                           num_episodes_, header_.episodes));
+  }
   if (!is_terminal_ || now - drawn_ < kRedrawPeriod) return;
   drawn_ = now;
   Draw("", LinesThatFit(now));

@@ -41,7 +41,8 @@ class LiveView : public RunListener {
   void OnEpisodeDone(const nlohmann::ordered_json& episode) override;
   void OnRemark(const std::string& text) override { Print(text); }
 
-  // Redraws at most ten times per second of wall time.
+  // Redraws at most ten times per second of wall time. Prints a line if the next episode of a source has not
+  // begun a few seconds after the last one ended.
   void Poll(SteadyTime now) override;
   // Erases the live lines.
   void Finish();
@@ -69,6 +70,8 @@ class LiveView : public RunListener {
   // The current episode if this process runs it. Episodes of workers are not shown live.
   viz::RunWatch watch_;
   bool is_running_ = false;
+  // Time of the last episode's end, until the source's next episode begins or the line about it is printed.
+  std::optional<SteadyTime> waiting_since_;
   metrics::RunStatistics statistics_;
   // Summary of statistics_; nullopt if the next redraw must compute it again.
   std::optional<metrics::RunSummary> summary_;

@@ -106,6 +106,35 @@ TEST_F(LiveViewTest, BeforeTheFirstScoreThereIsProgressOnly) {
   EXPECT_EQ(lines[1], "episode 1 of 4  ──────────────────── 0 %");
 }
 
+TEST_F(LiveViewTest, StatesThatItWaitsForASourcesNextEpisode) {
+  FILE* const file = std::tmpfile();
+  const auto printed = [&] {
+    std::fflush(file);
+    std::string text(static_cast<size_t>(std::ftell(file)), '\0');
+    std::rewind(file);
+    EXPECT_EQ(std::fread(text.data(), 1, text.size(), file), text.size());
+    std::fseek(file, 0, SEEK_END);  // required between reading and writing
+    return text;
+  };
+  const std::string line = "waiting for the source's next episode (1 of 2 finished); Ctrl-C stops\n";
+  LiveView view(file, {"lift_pot", "base", "source", "source", 50, 7, 2, 0}, [this] { return now_; });
+  episode_summary_t summary{};
+  summary.end_reason = "end_of_data";
+  summary.end_detail = "no message from the source for 5 s";
+  view.OnEpisodeDone(results::EpisodeJson("lift_pot", "base", summary));
+  view.Poll(now_ + seconds(1));
+  EXPECT_FALSE(Has(printed(), "waiting"));
+  view.Poll(now_ + seconds(3));
+  EXPECT_TRUE(printed().ends_with(line)) << printed();
+  view.Poll(now_ + seconds(6));
+  EXPECT_TRUE(printed().ends_with("\n" + line) && !Has(printed(), line + line)) << "once per episode";
+  summary.header.episode = 1;
+  view.OnEpisodeDone(results::EpisodeJson("lift_pot", "base", summary));
+  view.Poll(now_ + seconds(9));
+  EXPECT_FALSE(Has(printed(), "2 of 2 finished")) << "no more are expected";
+  std::fclose(file);
+}
+
 TEST_F(LiveViewTest, ShowsScoresAsTheyCome) {
   Begin(0);
   Partial();
