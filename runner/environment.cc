@@ -18,6 +18,7 @@
 #include "results/episode_json.h"
 #include "sim/sim_component.h"
 #include "viz/camera_component.h"
+#include "viz/images/renderer.h"
 
 namespace evalbus::runner {
 
@@ -89,6 +90,9 @@ Environment::Environment(EnvironmentOptions options) : sim_(std::move(options.si
     const sim::PreparedScene scene = sim::ComposeScene(sim_);
     model_ = scene.info;
     contract_ = ContractOf(options, model_);
+    for (const policy::ObservationEntry& entry : contract_.observation) {
+      if (entry.is_image()) viz::FindCamera(*scene.scene.visual, entry.image.view.camera);
+    }
     changed_rate_ = sim::MakeControlRateReal(model_.timestep_us, &sim_);
     sim::WriteModels(scene, folder_.path());
     sim_.physics_sha256 = model_.physics_sha256;

@@ -131,7 +131,11 @@ class GymnasiumTest(unittest.TestCase):
             env.close()
             with self.assertRaisesRegex(evalbus.InputError, "the environment is closed"):
                 env.unwrapped.reset(seed=0)
-        for options, words in (({"cameras": "head"}, "cameras: expected a list"), ({"cameras": None}, "expected a list")):
+        for options, words in (
+            ({"cameras": "head"}, "cameras: expected a list"),
+            ({"cameras": None}, "expected a list"),
+            ({"cameras": ["nose"]}, "no camera 'nose'; this scene has head"),
+        ):
             with self.assertRaisesRegex(evalbus.InputError, words):
                 make(**options)
         with make() as env:

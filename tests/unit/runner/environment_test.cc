@@ -95,6 +95,20 @@ TEST(StepExchange, PassesObservationsAndActionsBetweenThreads) {
   EXPECT_FALSE(exchange.is_waiting());
 }
 
+TEST(Environment, RefusesAnUnknownCameraAtItsStart) {
+  EnvironmentOptions options;
+  options.sim.task = "lift_pot/position";
+  options.sim.control_hz = 20;
+  options.form.cameras = {"nose"};
+  try {
+    Environment environment(options);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_TRUE(std::string(error.what()).starts_with("no camera 'nose'; this scene has head, "))
+        << error.what();
+  }
+}
+
 TEST(Environment, EpisodesStartAsThoseOfARun) {
   EnvironmentOptions options;
   options.sim.task = "lift_pot/position";
