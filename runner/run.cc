@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <optional>
 
 #include "base/errors.h"
@@ -36,6 +37,8 @@
 
 namespace evalbus::runner {
 namespace {
+
+namespace fs = std::filesystem;
 
 using std::chrono::steady_clock;
 
@@ -154,10 +157,10 @@ void WriteBegin(const PreparedRun& run, JsonEvents* events) {
 void RunOne(RunOptions options, const RunOutput& output = {}) {
   std::optional<JsonEvents> events;
   if (output.json) events.emplace(output);
-  if (options.resume && options.round < 0 &&
-      !std::filesystem::exists(std::filesystem::path(options.out) / kRunJson)) {
+  if (options.resume && options.round < 0 && !fs::exists(fs::path(options.out) / kRunJson)) {
     fmt::print("{} has no run to resume: starting a new one\n", Printable(options.out));
   }
+  const bool has_default_name = options.out.empty();
   PreparedRun run = PrepareRun(std::move(options));
   InstallStopSignals();
   const auto started = steady_clock::now();
@@ -178,6 +181,9 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
     }
     video_recording.emplace(run.folder, run.options.video, run.options.gl, listener);
     Evaluate(run, &*view, &*video_recording);
+    // The log of a source's unfinished episode is kept, because the episode cannot be repeated.
+    if (has_default_name && !run.options.watch && !fs::exists(run.folder.path() / kEpisodesJsonl))
+      throw EnvironmentError("stopped before an episode had finished; no run folder was kept");
   } catch (...) {
     run.folder.Remove();
     throw;
@@ -227,7 +233,7 @@ void Watch(RunOptions options) {
   CheckRanges(options);
   if (!options.sim.map.empty()) {
     sim::ReadSourceMap(ReadInput(options.sim.map, "map of a source"), options.sim.map);
-    options.sim.map = std::filesystem::absolute(options.sim.map).lexically_normal();
+    options.sim.map = fs::absolute(options.sim.map).lexically_normal();
   }
   options.watch = options.sim.is_source = true;
   options.policy.policy = "source";

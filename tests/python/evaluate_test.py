@@ -189,6 +189,16 @@ class EvaluateTest(unittest.TestCase):
         with self.assertRaisesRegex(evalbus.InputError, "missing: no such run folder"):
             evalbus.compare(a, self.folder / "missing")
 
+    def test_a_policy_that_fails_its_first_action_leaves_no_folder(self):
+        there = os.getcwd()
+        os.chdir(self.folder)
+        try:
+            with self.assertRaises(evalbus.ActionError):
+                evalbus.run("lift_pot", lambda observation: np.full(16, np.nan), episodes=1)
+            self.assertFalse(pathlib.Path("runs").exists())
+        finally:
+            os.chdir(there)
+
     def test_what_the_documentation_does(self):
         names = {}
         there = os.getcwd()

@@ -141,6 +141,27 @@ TEST_P(StopBy, SignalKeepsWhatIsFinished) {
   }
 }
 
+TEST(StopBeforeTheFirstEpisode, LeavesNoFolderWithADefaultName) {
+  TemporaryFolder folder;
+  const auto has_begun = [&](const fs::path& runs) {
+    if (!fs::exists(runs)) return false;
+    return std::ranges::any_of(fs::directory_iterator(runs), [](const fs::directory_entry& run) {
+      return fs::exists(run.path() / "episodes/0000.partial/events.lcmlog");
+    });
+  };
+  std::vector<std::string> command = {"evalbus",    "run",          "lift_pot/position", "--policy", "hold",
+                                      "--realtime", "--in-process", "--episodes",        "2"};
+  for (const bool is_named : {false, true}) {
+    if (is_named) command.insert(command.end(), {"--out", "runs/mine"});
+    Program launcher(command, {.working_folder = folder.path(), .before = {}});
+    ASSERT_TRUE(WaitFor([&] { return has_begun(folder.path() / "runs"); })) << launcher.err();
+    launcher.Signal(SIGINT);
+    EXPECT_EQ(launcher.Wait(), 2);
+    EXPECT_TRUE(launcher.err().starts_with("error: stopped ")) << launcher.err();
+    EXPECT_EQ(fs::exists(folder.path() / "runs"), is_named) << "a name of the user is kept";
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Signals, StopBy, testing::Combine(testing::Values(SIGINT, SIGTERM), testing::Bool()),
                          [](const auto& test) {
                            return std::string(std::get<0>(test.param) == SIGINT ? "Int" : "Term") +
