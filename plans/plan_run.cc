@@ -218,6 +218,12 @@ void RunAll(const PlanFolder& folder, int workers, const Events& events) {
   RunSuites(folder, all, folder.plan().options.episodes, workers, events);
 }
 
+// Removes the folder of shards if this plan has none.
+void RemoveEmptyParts(const PlanFolder& folder) {
+  std::error_code not_empty;
+  fs::remove(folder.path() / kPartsFolder, not_empty);
+}
+
 void WriteBegin(const PlanFolder& folder, runner::EventLines* lines) {
   const Plan& plan = folder.plan();
   std::vector<std::string> policies;
@@ -278,6 +284,7 @@ void RunPlan(const PlanFolder& folder, int workers, const runner::RunOutput& out
   } else {
     RunAll(folder, workers, events);
   }
+  RemoveEmptyParts(folder);
   const PlanResults results = FinishPlan(folder, workers);
   if (lines) WriteSummary(folder, results, &*lines);
 }
@@ -285,6 +292,7 @@ void RunPlan(const PlanFolder& folder, int workers, const runner::RunOutput& out
 void RunAllEpisodes(const PlanFolder& folder, int workers) {
   InstallStopSignals();
   RunAll(folder, workers, {});
+  RemoveEmptyParts(folder);
 }
 
 PlanResults FinishPlan(const PlanFolder& folder, int workers) {

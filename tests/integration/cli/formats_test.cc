@@ -84,6 +84,7 @@ TEST_F(FormatsTest, SchemaOfALatencyCurveHolds) {
                   "0,100", "--execution", "synchronous,rtc", "--episodes", "1", "--out", out});
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(SchemaError("latency", out / "latency.json"), "");
+  EXPECT_FALSE(fs::exists(out / "parts"));
   for (const auto& entry : fs::recursive_directory_iterator(out)) {
     if (entry.path().filename() == "policy_calls.json") {
       EXPECT_EQ(SchemaError("policy_calls", entry.path()), "");

@@ -29,6 +29,7 @@ TEST_F(PlanPages, OfOneThatStopsHaveThePOfAnyLook) {
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(SchemaError("stops", results_ / "stops.json"), "");
   EXPECT_EQ(SchemaError("plan", results_ / "plan.json"), "");
+  EXPECT_FALSE(fs::exists(results_ / "parts"));
   const auto stops = nlohmann::json::parse(ReadText(results_ / "stops.json"));
   ASSERT_EQ(stops.size(), 2u);
   for (const auto& stop : stops) {
