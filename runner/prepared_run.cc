@@ -18,6 +18,7 @@
 #include "runner/engines.h"
 #include "runner/run_json.h"
 #include "runner/workers.h"
+#include "sim/source_component.h"
 #include "viz/images/painter/gl_context.h"
 #include "viz/images/video.h"
 
@@ -204,6 +205,7 @@ std::string ShortPolicyName(const RunOptions& options) {
 PreparedRun PrepareRun(RunOptions options) {
   const TaskSelection selection = Resolve(&options);
   sim::PreparedScene prepared = sim::ComposeScene(options.sim);
+  if (options.watch) sim::CheckSourceOptions(options.sim, prepared.info);
   options.sim.physics_sha256 = prepared.info.physics_sha256;
   options.sim.visual_sha256 = prepared.info.visual_sha256;
   viz::CheckCameras(*prepared.scene.visual, options.video);

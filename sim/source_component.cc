@@ -93,12 +93,33 @@ std::optional<SourceMap> MapOf(const SimOptions& options) {
   return ReadSourceMap(ReadInput(options.map, "map of a source"), options.map);
 }
 
+// Throws InputError if the task does not have a name in the map.
+void CheckMap(const SourceMap& map, const model_info_t& info, const NamedContacts& contacts) {
+  for (const auto& [name, joint] : map.joints) {
+    if (std::ranges::find(info.joint_name, name) == info.joint_name.end())
+      joint.where.Fail("there is no joint '" + Printable(name) + "'" + Suggestion(name, info.joint_name));
+  }
+  for (const auto& [name, object] : map.objects) {
+    if (std::ranges::find(info.object_name, name) == info.object_name.end())
+      object.where.Fail("there is no object '" + Printable(name) + "'" + Suggestion(name, info.object_name));
+  }
+  for (const auto& [its, contact] : map.contacts) {
+    if (contacts.Has(contact.name)) continue;
+    contact.where.Fail(contacts.Unknown(contact.name));
+  }
+}
+
 SimOptions WithoutPhysics(SimOptions options) {
   options.is_source = true;
   return options;
 }
 
 }  // namespace
+
+void CheckSourceOptions(const SimOptions& options, const model_info_t& info) {
+  FixedOpenings(options.gripper, info);
+  if (const auto map = MapOf(options)) CheckMap(*map, info, NamedContacts(info));
+}
 
 std::string SourceComponent::Running::SparseText() const {
   const SampleTicks::Sparse& sparse = ticks.sparse();
@@ -138,7 +159,7 @@ SourceComponent::SourceComponent(Bus* bus, SimOptions options)
       unanswered_end_(kRepeatUnanswered) {
   prepared_.info.session = bus->session();
   if (has_contacts_ || map_) names_.emplace(prepared_.info);
-  if (map_) CheckMap();
+  if (map_) CheckMap(*map_, prepared_.info, *names_);
   for (const std::string& warning : prepared_.scene.warnings) log().Warn("{}", warning);
   bus->Subscribe(channels::kSourceAnnouncement,
                  [this](const source_announcement_t& m) { OnAnnouncement(m); });
@@ -169,22 +190,6 @@ void SourceComponent::OnAnnouncement(const source_announcement_t& announcement) 
   }
   // The source may not have received MODEL yet.
   if (phase_ != Phase::kRunning) PublishModel();
-}
-
-void SourceComponent::CheckMap() const {
-  const model_info_t& info = prepared_.info;
-  for (const auto& [name, joint] : map_->joints) {
-    if (std::ranges::find(info.joint_name, name) == info.joint_name.end())
-      joint.where.Fail("there is no joint '" + Printable(name) + "'" + Suggestion(name, info.joint_name));
-  }
-  for (const auto& [name, object] : map_->objects) {
-    if (std::ranges::find(info.object_name, name) == info.object_name.end())
-      object.where.Fail("there is no object '" + Printable(name) + "'" + Suggestion(name, info.object_name));
-  }
-  for (const auto& [its, contact] : map_->contacts) {
-    if (names_->Has(contact.name)) continue;
-    contact.where.Fail(names_->Unknown(contact.name));
-  }
 }
 
 Measured SourceComponent::NamesOf(const source_announcement_t& announcement, const std::string& name) {

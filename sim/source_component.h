@@ -25,6 +25,10 @@
 
 namespace evalbus::sim {
 
+// Throws InputError if the options name grippers, joints or objects that the task does not have, so that a
+// launcher can check them before it starts the source's process.
+void CheckSourceOptions(const SimOptions& options, const model_info_t& info);
+
 class SourceComponent : public Component {
  public:
   // Prepares the scene (PrepareScene) and throws its errors. Also throws InputError for invalid options of
@@ -110,8 +114,6 @@ class SourceComponent : public Component {
   void OnOwnModel();
   void OnOwnBegin(const episode_begin_t& begin);
 
-  // Throws InputError if a name in options_.map does not exist in the task.
-  void CheckMap() const;
   // Returns the announced quantities by the task's names. Throws InputError if options_.map has a name that
   // the source does not announce.
   Measured NamesOf(const source_announcement_t& announcement, const std::string& name);

@@ -14,6 +14,7 @@
 #include "cli/commands/file_options.h"
 #include "report/web/web.h"
 #include "results/operator_results.h"
+#include "results/run_reader.h"
 
 namespace evalbus::commands {
 namespace {
@@ -28,6 +29,10 @@ int JudgeRuns(const JudgeCommandOptions& options) {
   if (options.judge.runs.size() > 2) {
     throw InputError(fmt::format("expected one run, or two runs of the same task, got {} runs",
                                  options.judge.runs.size()));
+  }
+  // The run of a parent process may not have begun yet.
+  for (const auto& folder : options.judge.runs) {
+    if (!options.judge.is_child) results::CheckRunFolder(folder);
   }
   if (!options.judge.operator_name.empty()) {
     report::Judge(options.judge);

@@ -2,13 +2,16 @@
 #include "plans/latency.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "base/arguments.h"
+#include "base/errors.h"
 #include "base/help.h"
 #include "cli/commands/commands.h"
 
@@ -16,6 +19,8 @@ namespace evalbus::commands {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::array kAllExecutions = {"synchronous", "asynchronous", "rtc"};
 
 struct LatencyOptions {
   runner::RunOptions run;
@@ -57,7 +62,13 @@ void AddOptions(CLI::App* app, LatencyOptions* options) {
 
 int MeasureLatency(LatencyOptions options, const CLI::App& app) {
   if (std::ranges::find(options.executions, "all") != options.executions.end()) {
-    options.executions = {"synchronous", "asynchronous", "rtc"};
+    options.executions.assign(kAllExecutions.begin(), kAllExecutions.end());
+  }
+  for (const std::string& execution : options.executions) {
+    if (std::ranges::find(kAllExecutions, execution) == kAllExecutions.end()) {
+      throw InputError(fmt::format("--execution: expected {}, or all, got '{}'",
+                                   fmt::join(kAllExecutions, ", "), execution));
+    }
   }
   const fs::path out = options.run.out;
   if (!options.run.resume && !out.empty()) plans::CheckOutIsNew(out);

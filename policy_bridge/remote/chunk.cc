@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "base/text.h"
+
 namespace evalbus::policy {
 namespace {
 
@@ -64,16 +66,18 @@ Chunk ReadChunk(const Contract& contract, const Value& reply) {
   }
   const size_t num_steps = chunk.rows.size(), num_values = num_steps == 0 ? 0 : chunk.rows[0].size();
   if (num_steps == 0 || num_values != static_cast<size_t>(contract.actions.num_values)) {
-    Fail(fmt::format("the answer has {} steps of {} values, the contract expects {} values (action.values)",
-                     num_steps, num_values, contract.actions.num_values));
+    Fail(fmt::format("the answer has {} of {}, the contract expects {} (action.values)",
+                     Plural(static_cast<int64_t>(num_steps), "step"),
+                     Plural(static_cast<int64_t>(num_values), "value"),
+                     Plural(contract.actions.num_values, "value")));
   }
   if (contract.chunk_steps && num_steps != static_cast<size_t>(*contract.chunk_steps)) {
-    Fail(fmt::format("the answer has {} steps, the contract expects {} (action.chunk_steps)", num_steps,
-                     *contract.chunk_steps));
+    Fail(fmt::format("the answer has {}, the contract expects {} (action.chunk_steps)",
+                     Plural(static_cast<int64_t>(num_steps), "step"), *contract.chunk_steps));
   }
   if (num_steps < static_cast<size_t>(contract.execute_steps)) {
-    Fail(fmt::format("the answer has {} steps, and {} are to be executed (action.execute_steps)", num_steps,
-                     contract.execute_steps));
+    Fail(fmt::format("the answer has {}, and {} are to be executed (action.execute_steps)",
+                     Plural(static_cast<int64_t>(num_steps), "step"), contract.execute_steps));
   }
   return chunk;
 }

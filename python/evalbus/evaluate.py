@@ -102,7 +102,8 @@ class _Active:
         except InputError as error:
             contradiction = str(error).partition(_CONTRADICTION)[2]
             if not self._serving or not contradiction:
-                raise
+                # The program advises to add an option of its command line.
+                raise InputError(str(error).replace("add --resume", "add resume=True")) from None
             # The server's address is omitted, because the user passed a function and knows of no server.
             raise ActionError(f"the policy contradicts its contract: {contradiction.partition(': ')[2]}") from None
 

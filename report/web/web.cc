@@ -392,10 +392,11 @@ class WebPage {
   void CheckFolder(const fs::path& folder, const std::vector<LiveRun>& live) {
     const bool is_known = results::IsEvaluation(folder) || !LiveRunsOf(live, folder).empty();
     if (!is_known && !options_.is_child) {
-      throw InputError(folder.string() + (fs::is_regular_file(folder) ? ": no replay of this log is active"
-                                          : fs::exists(folder)
-                                              ? ": not the folder of a run, a suite or a plan"
-                                              : ": there is no such run"));
+      throw InputError(folder.string() +
+                       (fs::is_regular_file(folder) ? ": not the folder of a run, a suite or a plan, and no "
+                                                      "replay of this file is active"
+                        : fs::exists(folder)        ? ": not the folder of a run, a suite or a plan"
+                                                    : ": there is no such run"));
     }
     folders_.push_back(folder);
   }

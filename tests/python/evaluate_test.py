@@ -234,14 +234,14 @@ class EvaluateTest(unittest.TestCase):
         self.assert_fails(evalbus.InputError, "policy: expected a function, .*, got int", policy=3)
         self.assert_fails(
             evalbus.ActionError,
-            "^the policy contradicts its contract: the answer has 1 steps of 7 values, the contract expects 16 values",
+            "^the policy contradicts its contract: the answer has 1 step of 7 values, the contract expects 16 values",
             policy=lambda _: np.zeros(7),
         )
         # Holds still, and gives a wrong number of values from the third call on.
         numbers = itertools.count()
         self.assert_fails(
             evalbus.ActionError,
-            "^the policy failed in episode 0: the answer has 1 steps of 3 values, the contract expects 16 values",
+            "^the policy failed in episode 0: the answer has 1 step of 3 values, the contract expects 16 values",
             policy=lambda seen: np.append(seen["state"][:14], [0, 0])[: 16 if next(numbers) < 2 else 3],
         )
         self.assert_fails(evalbus.ActionError, "an action of type <U3, expected numbers", policy=lambda _: "abc")
@@ -256,6 +256,9 @@ class EvaluateTest(unittest.TestCase):
             evalbus.ActionError, "action of type float128, expected numbers", policy=lambda _: np.zeros(16, np.longdouble)
         )
 
+        (self.folder / "full").mkdir()
+        (self.folder / "full" / "file").write_text("")
+        self.assert_fails(evalbus.InputError, "or add resume=True to continue", out=self.folder / "full")
         self.assert_fails(evalbus.InputError, "cannot create: Not a directory", out=pathlib.Path(__file__) / "run")
         self.assert_fails(evalbus.InputError, "--seed: expected a whole number .* not '1.5'", seed=1.5)
         for wrong in (True, False, np.True_):

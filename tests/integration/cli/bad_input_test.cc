@@ -183,6 +183,29 @@ TEST_F(BadInput, TaskCheckWarnsOfUnknownRobots) {
             "'single_panda'?\n");
 }
 
+TEST_F(BadInput, FilesAndFoldersThatAreNoRun) {
+  for (const char* runs : {"runs/nope", "nope"}) {
+    Expect(1, {"evalbus", "judge", runs}, {std::string(runs) + ": no such run folder"});
+    Expect(1, {"evalbus", "judge", runs, "--operator", "anna"}, {": no such run folder"});
+  }
+  Expect(1, {"evalbus", "web", File("plan.yaml", "policies: [expert]\n")},
+         {"plan.yaml: not the folder of a run, a suite or a plan"});
+}
+
+TEST_F(BadInput, ExecutionsOfLatency) {
+  Expect(1, {"evalbus", "latency", "lift_pot", "--execution", "foo"},
+         {"--execution: expected synchronous, asynchronous, rtc, or all, got 'foo'"});
+}
+
+// The options are read before the heading of the table is printed.
+TEST_F(BadInput, OptionsOfASource) {
+  Expect(1, {"evalbus", "watch", "lift_pot", "--gripper", "left=ajar"},
+         {"--gripper left=ajar: expected left=open or left=closed"});
+  Expect(1, {"evalbus", "watch", "lift_pot", "--map", File("map.yaml", "joints: {left/joint9: a}\n")},
+         {"there is no joint 'left/joint9'"});
+  EXPECT_EQ(RunProgram({"evalbus", "watch", "lift_pot", "--gripper", "left=ajar"}, {work_, nullptr}).out, "");
+}
+
 TEST_F(BadInput, ModelFiles) {
   const std::string pot = std::string(EVALBUS_SOURCE_DIR) + "/models/props/pot/pot.xml";
   const std::string text = ReadText(pot);

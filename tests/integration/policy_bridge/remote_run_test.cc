@@ -401,7 +401,7 @@ TEST_F(RemoteRun, WhatIsMisunderstoodStopsTheRunBeforeItsFirstEpisode) {
   Result result = Run(Contract(), 1, run);
   EXPECT_EQ(result.code, 1) << result.out;
   EXPECT_NE(
-      result.err.find("the answer has 1 steps of 7 values, the contract expects 8 values (action.values)"),
+      result.err.find("the answer has 1 step of 7 values, the contract expects 8 values (action.values)"),
       std::string::npos)
       << result.err;
   EXPECT_FALSE(fs::exists(run));
