@@ -44,7 +44,7 @@ class Log(dict):
 def read_log(file):
     """Reads the messages of a log as numpy arrays (see Log). Damaged parts are skipped, counted and warned about.
 
-    Raises InputError if the file cannot be read, and ProgramError if zstd is needed but not installed.
+    Raises InputError if the file cannot be read or has no LCM event, and ProgramError if zstd is needed but not installed.
     """
     log = Log()
     times, found, names = {}, {}, {}
@@ -72,7 +72,9 @@ def events(file):
 
 def _messages(file, log):
     reasons = {}
+    is_log = False
     for time_us, channel, data in _events(file, log):
+        is_log = True
         try:
             name, message = messages.decode(data)
         except messages.MessageError as error:
@@ -80,6 +82,8 @@ def _messages(file, log):
             reasons.setdefault(channel, error)
         else:
             yield time_us, channel, name, message
+    if not is_log:
+        raise InputError(f"{file}: no LCM event in this file")
     if log.damaged_bytes:
         warnings.warn(f"{file}: {_count(log.damaged_bytes, 'damaged byte')} skipped", stacklevel=2)
     for channel, reason in reasons.items():

@@ -201,7 +201,9 @@ TEST_F(BadInput, ExecutionsOfLatency) {
 TEST_F(BadInput, OptionsOfASource) {
   Expect(1, {"evalbus", "watch", "lift_pot", "--gripper", "left=ajar"},
          {"--gripper left=ajar: expected left=open or left=closed"});
-  Expect(1, {"evalbus", "watch", "lift_pot", "--map", File("map.yaml", "joints: {left/joint9: a}\n")},
+  Expect(1,
+         {"evalbus", "watch", "lift_pot", "--map",
+          File("map.yaml", "joints: {unit: rad, columns: {left/joint9: a}}\n")},
          {"there is no joint 'left/joint9'"});
   EXPECT_EQ(RunProgram({"evalbus", "watch", "lift_pot", "--gripper", "left=ajar"}, {work_, nullptr}).out, "");
 }
