@@ -62,6 +62,12 @@ inline std::string Percent(double share) {
   return std::to_string(std::llround(std::floor(100 * share + 0.5 + 1e-9))) + " %";
 }
 
+// Replaces a lowercase ASCII letter at the beginning by the uppercase one.
+inline std::string Capitalized(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  return text;
+}
+
 // Returns the difference of two shares in percentage points, halves rounded away from zero: "-13" for -0.125.
 // "-" if the difference is NaN or infinite.
 inline std::string PercentagePoints(double difference, int decimals = 0) {

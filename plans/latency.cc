@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/json_file.h"
@@ -39,13 +40,14 @@ Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::strin
   return OnEngine(std::move(plan), "");
 }
 
-std::vector<results::DelayPoint> RunLatencyPlan(const PlanFolder& folder, int workers) {
+LatencyResults RunLatencyPlan(const PlanFolder& folder, int workers) {
   RunAllEpisodes(folder, workers);
   const Plan& plan = folder.plan();
   std::vector<results::DelayPoint> points;
+  std::vector<results::RecordedRun> runs;
   for (const PlannedPolicy& policy : plan.policies) {
-    points.push_back(
-        results::ReadDelayPoint(results::ReadRun(folder.run_folder(policy.name, plan.tasks[0]))));
+    runs.push_back(results::ReadRun(folder.run_folder(policy.name, plan.tasks[0])));
+    points.push_back(results::ReadDelayPoint(runs.back()));
   }
   const std::string title =
       fmt::format("{} on {}: {} episodes per point, seed {}, 95 % intervals", plan.policies[0].policy,
@@ -57,7 +59,8 @@ std::vector<results::DelayPoint> RunLatencyPlan(const PlanFolder& folder, int wo
   WriteWhole(folder.path() / "latency.json", ToText(json, 2) + "\n");
   WriteWhole(folder.path() / "latency.csv", results::DelayCsv(points));
   WriteWhole(folder.path() / "latency.svg", report::LatencyFigure(title, points));
-  return points;
+  std::vector<results::DelayEffect> effects = results::CompareDelays(points, runs);
+  return {std::move(points), std::move(effects)};
 }
 
 }  // namespace evalbus::plans

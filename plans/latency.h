@@ -15,8 +15,13 @@ namespace evalbus::plans {
 Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::string>& delays_ms,
                  const std::vector<std::string>& executions, bool rate_is_given);
 
+struct LatencyResults {
+  std::vector<results::DelayPoint> points;
+  std::vector<results::DelayEffect> effects;
+};
+
 // Runs the missing episodes of a plan from LatencyPlan(), at most `workers` runs at a time, and writes
 // latency.json, latency.csv and latency.svg into its folder. Throws InputError, EnvironmentError.
-std::vector<results::DelayPoint> RunLatencyPlan(const PlanFolder& folder, int workers);
+LatencyResults RunLatencyPlan(const PlanFolder& folder, int workers);
 
 }  // namespace evalbus::plans

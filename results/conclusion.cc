@@ -53,12 +53,6 @@ std::string OutlookText(const SuccessComparison& success) {
                      kind);
 }
 
-// Joins names to "a, b and c".
-std::string Enumerated(const std::vector<std::string>& names) {
-  if (names.size() < 2) return names.empty() ? "" : names.front();
-  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
-}
-
 // Returns the tasks of a suite on which a difference is shown, for example "better on a, worse on b and c";
 // empty if there are none. Of more than three tasks, only the number is returned.
 std::string TasksThatDiffer(const Comparison& comparison) {
@@ -78,6 +72,11 @@ std::string TasksThatDiffer(const Comparison& comparison) {
 }
 
 }  // namespace
+
+std::string Enumerated(const std::vector<std::string>& names) {
+  if (names.size() < 2) return names.empty() ? "" : names.front();
+  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+}
 
 const char* TestName(SuccessTest test) {
   switch (test) {

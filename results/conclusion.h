@@ -33,6 +33,9 @@ std::string EqualTitle(const TaskComparison& task);
 inline constexpr char kIntervalsAreSingle[] =
     "Intervals are not adjusted: each covers 95 % for its metric alone.";
 
+// Joins names to "a, b and c".
+std::string Enumerated(const std::vector<std::string>& names);
+
 // Returns the display name of a test, for example "exact McNemar".
 const char* TestName(SuccessTest test);
 

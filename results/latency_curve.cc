@@ -1,6 +1,7 @@
 #include "results/latency_curve.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "policy_bridge/remote/latency.h"
+#include "results/conclusion.h"
 
 namespace evalbus::results {
 namespace {
@@ -47,7 +49,105 @@ ordered_json Json(const MeasuredMean& value) {
           {"upper", number(value.interval.upper)}};
 }
 
+std::string DelayMs(const DelayPoint& point) { return fmt::format("{:.4g}", point.applied_ms); }
+
+std::string DelayAndRate(const DelayPoint& point) {
+  return fmt::format("{} ms ({})", DelayMs(point), Percent(point.success.mean));
+}
+
+// Returns the sentence on one execution mode, without a period. points: the points of this mode by delay.
+std::string EffectText(const std::vector<const DelayPoint*>& points,
+                       const std::vector<const DelayEffect*>& effects,
+                       const std::vector<DelayPoint>& all_points) {
+  const DelayPoint& first = *points.front();
+  if (points.size() == 1)
+    return fmt::format("success with a delay of {} ms: {}", DelayMs(first), Percent(first.success.mean));
+  double least = 1, most = 0;
+  for (const DelayPoint* point : points) {
+    if (!std::isfinite(point->success.mean))
+      return fmt::format("no conclusion, because no episode with a delay of {} ms has a verdict",
+                         DelayMs(*point));
+    least = std::min(least, point->success.mean);
+    most = std::max(most, point->success.mean);
+  }
+  std::vector<std::string> lower, higher, unknown;
+  for (const DelayEffect* effect : effects) {
+    const DelayPoint& point = all_points[effect->point];
+    const Judgment judgment = effect->success.judgment();
+    if (judgment == Judgment::kNone) unknown.push_back(DelayMs(point));
+    if (judgment == Judgment::kWorse) lower.push_back(DelayAndRate(point));
+    if (judgment == Judgment::kBetter) higher.push_back(DelayAndRate(point));
+  }
+  if (lower.empty() && higher.empty()) {
+    const std::string rates =
+        Percent(least) == Percent(most) ? Percent(least) : PercentagePoints(least) + " to " + Percent(most);
+    return fmt::format("success is not shown to depend on the delay: {} with {} to {} ms", rates,
+                       DelayMs(first), DelayMs(*points.back()));
+  }
+  std::vector<std::string> parts;
+  if (!lower.empty()) parts.push_back("lower with " + Enumerated(lower));
+  if (!higher.empty()) parts.push_back("higher with " + Enumerated(higher));
+  return fmt::format(
+      "success is {} than with {}{}", fmt::join(parts, " and "), DelayAndRate(first),
+      unknown.empty() ? "" : fmt::format("; not shown to differ with {} ms", Enumerated(unknown)));
+}
+
 }  // namespace
+
+std::vector<DelayEffect> CompareDelays(const std::vector<DelayPoint>& points,
+                                       const std::vector<RecordedRun>& runs) {
+  const auto alone = [](const RecordedRun& run) {
+    return RecordedRuns{
+        .folder = run.folder, .name = run.name, .is_suite = false, .runs = {run}, .missing = {}};
+  };
+  std::vector<DelayEffect> effects;
+  for (size_t i = 0; i < points.size(); ++i) {
+    size_t reference = i;
+    for (size_t k = 0; k < points.size(); ++k) {
+      if (points[k].execution == points[i].execution && points[k].delay_ms < points[reference].delay_ms)
+        reference = k;
+    }
+    if (reference != i)
+      effects.push_back({i, reference, CompareVerdicts(alone(runs[i]), alone(runs[reference])).success});
+  }
+  std::vector<SuccessComparison*> family;
+  for (DelayEffect& effect : effects) family.push_back(&effect.success);
+  AdjustByHolm(family);
+  return effects;
+}
+
+std::vector<std::string> DelayHeadline(const std::vector<DelayPoint>& points,
+                                       const std::vector<DelayEffect>& effects) {
+  std::vector<std::string> executions, lines;
+  for (const DelayPoint& point : points) {
+    if (std::ranges::find(executions, point.execution) == executions.end())
+      executions.push_back(point.execution);
+  }
+  for (const std::string& execution : executions) {
+    std::vector<const DelayPoint*> own_points;
+    std::vector<const DelayEffect*> own_effects;
+    for (const DelayPoint& point : points) {
+      if (point.execution == execution) own_points.push_back(&point);
+    }
+    std::ranges::stable_sort(own_points, {}, &DelayPoint::delay_ms);
+    for (const DelayEffect& effect : effects) {
+      if (points[effect.point].execution == execution) own_effects.push_back(&effect);
+    }
+    const std::string text = EffectText(own_points, own_effects, points) + ".";
+    lines.push_back(executions.size() > 1 ? execution + ": " + text : Capitalized(text));
+  }
+  if (effects.empty()) return lines;
+  const SuccessComparison& success = effects.front().success;
+  std::string test = std::string("Test: ") + TestName(success.test);
+  if (success.paired) test += " on equal seeds";
+  if (effects.size() > 1)
+    test += fmt::format(", p adjusted with Holm's method for {} delays", effects.size());
+  const auto has_fewer = [](const DelayEffect& effect) { return effect.success.has_fewer_samples(); };
+  if (std::ranges::any_of(effects, has_fewer))
+    test += "; episodes with equal starts and equal numbers count as one";
+  lines.push_back(test + ".");
+  return lines;
+}
 
 DelayPoint ReadDelayPoint(const RecordedRun& run) {
   const auto latency = policy::ParseLatency(run.info.value("latency", "none"));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "metrics/statistics/interval.h"
+#include "results/comparison.h"
 #include "results/run_reader.h"
 
 namespace evalbus::results {
@@ -33,6 +34,22 @@ struct DelayPoint {
 
 // Throws InputError if the run has no fixed delay.
 DelayPoint ReadDelayPoint(const RecordedRun& run);
+
+// Compares the success with a delay with the success with the smallest delay of the same execution mode.
+struct DelayEffect {
+  // Indices of the two points.
+  size_t point = 0, reference = 0;
+  SuccessComparison success;
+};
+
+// Returns the effects of all delays but the smallest one of each execution mode, with p adjusted with Holm's
+// method for all of them. runs: the run of each point. Throws InputError whenever CompareVerdicts() does.
+std::vector<DelayEffect> CompareDelays(const std::vector<DelayPoint>& points,
+                                       const std::vector<RecordedRun>& runs);
+
+// States whether success depends on the delay: a line for each execution mode, and one on the test.
+std::vector<std::string> DelayHeadline(const std::vector<DelayPoint>& points,
+                                       const std::vector<DelayEffect>& effects);
 
 // The points as a table for the terminal, as JSON, and as CSV with one line per point and empty fields for
 // missing numbers.

@@ -14,6 +14,7 @@
 #include "base/errors.h"
 #include "base/help.h"
 #include "cli/commands/commands.h"
+#include "viz/terminal/terminal.h"
 
 namespace evalbus::commands {
 namespace {
@@ -76,8 +77,12 @@ int MeasureLatency(LatencyOptions options, const CLI::App& app) {
   const plans::PlanFolder folder(
       plans::LatencyPlan(options.run, options.delays, options.executions, app.count("--control-hz") > 0),
       out);
-  const std::vector<results::DelayPoint> points = plans::RunLatencyPlan(folder, workers);
+  const auto [points, effects] = plans::RunLatencyPlan(folder, workers);
   const fs::path written = fs::proximate(folder.path());
+  const auto width = static_cast<size_t>(viz::TerminalWidth(stdout));
+  fmt::print("\n");
+  for (const std::string& line : results::DelayHeadline(points, effects))
+    fmt::print("{}\n", Wrapped(line, 0, width));
   fmt::print("\n{}\nfigure   {}\ntable    {}\njson     {}\n", results::DelayTable(points),
              (written / "latency.svg").string(), (written / "latency.csv").string(),
              (written / "latency.json").string());

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <string_view>
 
@@ -12,11 +11,6 @@
 
 namespace evalbus::metrics {
 namespace {
-
-std::string Capitalized(std::string text) {
-  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  return text;
-}
 
 // "left" -> "left gripper".
 std::string PartOf(const std::string& name, const char* part) {

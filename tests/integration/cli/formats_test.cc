@@ -85,6 +85,9 @@ TEST_F(FormatsTest, SchemaOfALatencyCurveHolds) {
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(SchemaError("latency", out / "latency.json"), "");
   EXPECT_FALSE(fs::exists(out / "parts"));
+  EXPECT_NE(result.out.find("\nsynchronous: success is not shown to depend on the delay: "),
+            std::string::npos)
+      << result.out;
   for (const auto& entry : fs::recursive_directory_iterator(out)) {
     if (entry.path().filename() == "policy_calls.json") {
       EXPECT_EQ(SchemaError("policy_calls", entry.path()), "");

@@ -59,6 +59,59 @@ TEST_F(LatencyCurveTest, HasTheNumbersOfARun) {
   EXPECT_THAT(csv, HasSubstr("success_rate.upper"));
 }
 
+class DelayHeadlineTest : public testing::Test {
+ protected:
+  // Adds a run of 20 episodes, of which the first ones succeed.
+  void Add(const std::string& execution, int delay_ms, int successes) {
+    ordered_json info = RunInfo(20);
+    info.update({{"latency", std::to_string(delay_ms)},
+                 {"execution", execution},
+                 {"task_sha256", "task"},
+                 {"physics_sha256", "model"}});
+    std::vector<ordered_json> lines;
+    for (int i = 0; i < 20; ++i)
+      lines.push_back(EpisodeLine(i, i < successes, {{"completion_time", 3 + 0.1 * i}}));
+    const auto folder = folder_.path() / (execution + std::to_string(delay_ms));
+    WriteRun(folder, info, lines);
+    runs_.push_back(ReadRun(folder));
+    points_.push_back(ReadDelayPoint(runs_.back()));
+  }
+  std::vector<std::string> Lines() const { return DelayHeadline(points_, CompareDelays(points_, runs_)); }
+
+  TemporaryFolder folder_;
+  std::vector<RecordedRun> runs_;
+  std::vector<DelayPoint> points_;
+};
+
+// 12 pairs in which only one side succeeded have p = 2 / 2^12, times 2 by Holm's method.
+TEST_F(DelayHeadlineTest, NamesTheDelaysThatCostSuccess) {
+  Add("synchronous", 0, 16);
+  Add("synchronous", 300, 4);
+  Add("synchronous", 100, 15);
+  EXPECT_THAT(
+      Lines(),
+      testing::ElementsAre(
+          "Success is lower with 300 ms (20 %) than with 0 ms (80 %); not shown to differ with 100 ms.",
+          "Test: exact McNemar on equal seeds, p adjusted with Holm's method for 2 delays."));
+}
+
+TEST_F(DelayHeadlineTest, HasALineForEachExecutionMode) {
+  Add("synchronous", 0, 16);
+  Add("synchronous", 100, 15);
+  Add("rtc", 0, 16);
+  Add("rtc", 100, 16);
+  EXPECT_THAT(Lines(),
+              testing::ElementsAre(
+                  "synchronous: success is not shown to depend on the delay: 75 to 80 % with 0 to 100 ms.",
+                  "rtc: success is not shown to depend on the delay: 80 % with 0 to 100 ms.",
+                  "Test: exact McNemar on equal seeds, p adjusted with Holm's method for 2 delays."));
+}
+
+TEST_F(DelayHeadlineTest, OneDelayIsComparedWithNothing) {
+  Add("rtc", 100, 5);
+  EXPECT_THAT(Lines(), testing::ElementsAre("Success with a delay of 100 ms: 25 %."));
+}
+
 TEST_F(LatencyCurveTest, ARunWithoutAFixedDelayHasNoPoint) {
   EXPECT_THROW(ReadDelayPoint(Run({{"latency", "none"}})), InputError);
   EXPECT_THROW(ReadDelayPoint(Run({{"latency", "measured"}})), InputError);
