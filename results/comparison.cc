@@ -249,27 +249,47 @@ std::tuple<bool, double, double> HowFar(const RecordedEpisode& episode) {
           episode.success ? -episode.completion_time : 0};
 }
 
-SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired) {
-  SuccessCounts counts;
-  for (const auto& [seed, scored] : run.episodes) {
-    if (!scored->judged() || (paired && !baseline.episodes.at(seed)->judged())) continue;
-    ++counts.trials;
-    counts.successes += scored->success;
-    if (!paired) continue;
+// Calls use(seed, episode of the run, episode of the baseline) for each pair in which both have a verdict.
+// Each episode of the run must have a counterpart.
+template <class Use>
+void ForEachJudgedPair(const Side& run, const Side& baseline, const Use& use) {
+  for (const auto& [seed, episode] : run.episodes) {
     const RecordedEpisode& partner = *baseline.episodes.at(seed);
-    ++counts.baseline_trials;
-    counts.baseline_successes += partner.success;
-    const bool a = scored->success, b = partner.success;
-    ++(a && b ? counts.pairs.both : a ? counts.pairs.only_a : b ? counts.pairs.only_b : counts.pairs.neither);
-    const auto order = HowFar(*scored) <=> HowFar(partner);
-    counts.ahead.a += order > 0;
-    counts.ahead.b += order < 0;
+    if (episode->judged() && partner.judged()) use(seed, *episode, partner);
   }
-  if (paired) return counts;
-  for (const auto& [seed, scored] : baseline.episodes) {
-    counts.baseline_trials += scored->judged();
-    counts.baseline_successes += scored->judged() && scored->success;
-  }
+}
+
+SuccessCounts CountPairs(const Side& run, const Side& baseline) {
+  SuccessCounts counts;
+  ForEachJudgedPair(run, baseline,
+                    [&](int64_t, const RecordedEpisode& episode, const RecordedEpisode& partner) {
+                      const bool a = episode.success, b = partner.success;
+                      ++counts.trials;
+                      ++counts.baseline_trials;
+                      counts.successes += a;
+                      counts.baseline_successes += b;
+                      ++(a && b ? counts.pairs.both
+                         : a    ? counts.pairs.only_a
+                         : b    ? counts.pairs.only_b
+                                : counts.pairs.neither);
+                      const auto order = HowFar(episode) <=> HowFar(partner);
+                      counts.ahead.a += order > 0;
+                      counts.ahead.b += order < 0;
+                    });
+  return counts;
+}
+
+SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired) {
+  if (paired) return CountPairs(run, baseline);
+  SuccessCounts counts;
+  const auto count = [](const Side& side, int* successes, int* trials) {
+    for (const auto& [seed, episode] : side.episodes) {
+      *trials += episode->judged();
+      *successes += episode->judged() && episode->success;
+    }
+  };
+  count(run, &counts.successes, &counts.trials);
+  count(baseline, &counts.baseline_successes, &counts.baseline_trials);
   return counts;
 }
 
@@ -296,11 +316,10 @@ PairedEpisode About(const RecordedEpisode& episode) {
 
 std::vector<ComparedPair> PairsOf(const Side& run, const Side& baseline) {
   std::vector<ComparedPair> pairs;
-  for (const auto& [seed, scored] : run.episodes) {
-    const RecordedEpisode& partner = *baseline.episodes.at(seed);
-    if (!scored->judged() || !partner.judged()) continue;
-    pairs.push_back({.seed = seed, .run = About(*scored), .baseline = About(partner)});
-  }
+  ForEachJudgedPair(run, baseline,
+                    [&](int64_t seed, const RecordedEpisode& episode, const RecordedEpisode& partner) {
+                      pairs.push_back({.seed = seed, .run = About(episode), .baseline = About(partner)});
+                    });
   std::ranges::sort(pairs, {}, [](const ComparedPair& pair) { return pair.run.episode; });
   return pairs;
 }
