@@ -83,14 +83,15 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
       others.push_back(suite);
     }
   }
-  results.comparisons = results::CompareAll(others, *baseline);
   const fs::path stops_file = folder.path() / kStopsJson;
+  // With `width`, stops.json contains no comparisons.
+  const bool is_sequential = plan.until && !plan.until->width && fs::exists(stops_file);
+  results.comparisons = results::CompareAll(others, *baseline, {}, is_sequential);
   if (!plan.until) {
     results.ranking = results::RankBySuccess(all);
     return results;
   }
-  // With `width`, stops.json contains no comparisons.
-  if (plan.until->width || !fs::exists(stops_file)) return results;
+  if (!is_sequential) return results;
   const auto stops = ReadJsonFile(stops_file);
   for (results::Comparison& comparison : results.comparisons) {
     const auto stop = std::ranges::find_if(
@@ -109,7 +110,6 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
     if (comparison.tasks.size() > 1) {
       for (results::TaskComparison& task : comparison.tasks) task.success.is_shown = false;
     }
-    for (const RecordedRuns* suite : all) std::erase(comparison.remarks, results::FixedNumberNote(*suite));
     comparison.remarks.insert(
         comparison.remarks.begin(),
         "The plan tested its results during the evaluation, and the number of episodes depends on them. p of "

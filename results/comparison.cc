@@ -514,9 +514,21 @@ std::vector<MetricNumber> ChosenMetrics(const std::vector<std::string>& on, cons
   return chosen;
 }
 
-// metrics: as in CompareTaskOptions.
+// Returns the note that p values assume a fixed number of episodes, if the runs are from a plan that stopped
+// depending on its results; otherwise an empty string.
+std::string FixedNumberNote(const RecordedRuns& runs) {
+  const auto until = [](const RecordedRun& run) { return run.info.value("until", ""); };
+  const auto stopped = std::ranges::find_if(runs.runs, [&](const auto& run) { return !until(run).empty(); });
+  if (stopped == runs.runs.end()) return "";
+  return fmt::format(
+      "{}: its plan stopped depending on its results (until: {}): p values here assume a fixed number of "
+      "episodes; use those of the plan's report",
+      runs.name, until(*stopped));
+}
+
+// metrics: as in CompareTaskOptions. is_sequential: as in CompareAll().
 Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline,
-                   const std::optional<std::vector<MetricNumber>>& metrics) {
+                   const std::optional<std::vector<MetricNumber>>& metrics, bool is_sequential = false) {
   Comparison result{
       .run = About(run), .baseline = About(baseline), .on = {}, .tasks = {}, .success = {}, .remarks = {}};
   const bool single = run.runs.size() == 1 && baseline.runs.size() == 1;
@@ -562,6 +574,7 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline,
   AdjustByHolm(family);
   AddRemarks(baseline, &result.remarks);
   AddRemarks(run, &result.remarks);
+  if (is_sequential) return result;
   for (const RecordedRuns* of : {&baseline, &run}) {
     if (std::string note = FixedNumberNote(*of); !note.empty()) result.remarks.push_back(std::move(note));
   }
@@ -753,16 +766,6 @@ std::string TaskComparison::name() const {
   return variation == baseline_variation ? own : own + " against " + task + "/" + baseline_variation;
 }
 
-std::string FixedNumberNote(const RecordedRuns& runs) {
-  const auto until = [](const RecordedRun& run) { return run.info.value("until", ""); };
-  const auto stopped = std::ranges::find_if(runs.runs, [&](const auto& run) { return !until(run).empty(); });
-  if (stopped == runs.runs.end()) return "";
-  return fmt::format(
-      "{}: its plan stopped depending on its results (until: {}): p values here assume a fixed number of "
-      "episodes; use those of the plan's report",
-      runs.name, until(*stopped));
-}
-
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline) {
   return Compare(run, baseline, std::nullopt);
 }
@@ -785,11 +788,12 @@ std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedR
 }
 
 std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline,
-                                   const std::vector<std::string>& on) {
+                                   const std::vector<std::string>& on, bool is_sequential) {
   std::vector<Comparison> comparisons;
   for (const RecordedRuns& run : runs) {
-    comparisons.push_back(on.empty() ? CompareRuns(run, baseline)
-                                     : Compare(run, baseline, ChosenMetrics(on, run, baseline)));
+    std::optional<std::vector<MetricNumber>> metrics;
+    if (!on.empty()) metrics = ChosenMetrics(on, run, baseline);
+    comparisons.push_back(Compare(run, baseline, metrics, is_sequential));
     comparisons.back().on = on;
   }
   std::vector<SuccessComparison*> family;

@@ -190,10 +190,6 @@ struct Comparison {
   std::vector<std::string> remarks;
 };
 
-// Returns the note that p values assume a fixed number of episodes, if the runs are from a plan that stopped
-// depending on its results; otherwise an empty string.
-std::string FixedNumberNote(const RecordedRuns& runs);
-
 // Compares the main metrics of two runs or suites. Episodes are paired if task, variation and seed are equal.
 // Throws InputError if the runs have no common task, or whenever CheckComparable() does.
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
@@ -204,7 +200,9 @@ Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline
 std::vector<SuccessComparison> CompareEachPair(const std::vector<const RecordedRuns*>& runs);
 // Compares each run with the baseline, with p of success adjusted for the number of runs. on: names of the
 // metrics to compare (FindNumbers()), of which "success" is always compared; empty: the main metrics.
+// is_sequential: the caller will replace p of success (SetSequential()), so there is no note that p values
+// assume a fixed number of episodes.
 std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline,
-                                   const std::vector<std::string>& on = {});
+                                   const std::vector<std::string>& on = {}, bool is_sequential = false);
 
 }  // namespace evalbus::results

@@ -710,10 +710,15 @@ TEST_F(CompareTest, TheTableStatesWhatIsAdjusted) {
 TEST_F(CompareTest, RemarksThatAPlanStoppedByItsResults) {
   ordered_json info = Info(4);
   info["until"] = "decided(alpha 0.05, max 200)";
+  const RecordedRuns b = Run("b", info, First(4, 4), 5), a = Run("a", Info(4), First(4, 4), 6);
   EXPECT_THAT(
-      CompareRuns(Run("b", info, First(4, 4), 5), Run("a", Info(4), First(4, 4), 6)).remarks,
+      CompareRuns(b, a).remarks,
       testing::Contains("b: its plan stopped depending on its results (until: decided(alpha 0.05, max 200)): "
                         "p values here assume a fixed number of episodes; use those of the plan's report"));
+  EXPECT_THAT(CompareAll({b}, a).front().remarks, testing::Contains(testing::HasSubstr("fixed number")));
+  EXPECT_THAT(CompareAll({b}, a, {}, true).front().remarks,
+              testing::Not(testing::Contains(testing::HasSubstr("fixed number"))))
+      << "the caller replaces p";
 }
 
 TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
