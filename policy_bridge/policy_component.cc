@@ -71,9 +71,28 @@ void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
          .wake = [event = this->bus().wake_event()] { event->Set(); }});
   }
   log().Debug("plays {}", name_);
-  policy_->Begin(begin);
+  BeginPolicy(begin);
   is_starting_ = true;
   StartIfReady();
+}
+
+void PolicyComponent::BeginPolicy(const episode_begin_t& begin) {
+  const auto failed = [this](const std::string& why) {
+    return std::runtime_error(fmt::format("policy '{}': Begin() failed: {}", name_, why));
+  };
+  try {
+    policy_->Begin(begin);
+  } catch (const InputError&) {
+    throw;
+  } catch (const EnvironmentError&) {
+    throw;
+  } catch (const ServerError&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw failed(error.what());
+  } catch (...) {
+    throw failed("it threw an exception that is not a std::exception");
+  }
 }
 
 void PolicyComponent::StartIfReady() {

@@ -35,6 +35,8 @@ class PolicyComponent : public Component {
   void OnEpisodeBegin(const episode_begin_t& begin);
   void OnState(const state_t& state);
   void OnImage(std::span<const uint8_t> data);
+  // Calls the policy's Begin(), and adds the policy's name to errors of unknown type.
+  void BeginPolicy(const episode_begin_t& begin);
   // Publishes READY if the policy is ready.
   void StartIfReady();
   // Publishes the ACTION for this state. Returns false while the policy is still computing it.

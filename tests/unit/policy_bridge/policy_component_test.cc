@@ -167,6 +167,41 @@ TEST_F(PolicyComponentTest, ActsOncePerStateAndRepeatsTheAction) {
   EXPECT_EQ(actions_[2].joint_position_rad, actions_[1].joint_position_rad);
 }
 
+// A policy whose Begin() throws `error`.
+template <class Error>
+class FailingBegin : public Policy {
+ public:
+  explicit FailingBegin(const Error& error) : error_(error) {}
+  void Begin(const episode_begin_t&) override { throw error_; }
+  void Act(const state_t&, action_t*) override {}
+
+ private:
+  Error error_;
+};
+
+TEST_F(PolicyComponentTest, AFailedBeginNamesThePolicy) {
+  const auto error_of = [&](const std::string& name, const auto& error) {
+    using Error = std::decay_t<decltype(error)>;
+    Bus bus("memq://");
+    PolicyComponent component(&bus, name, [error](const mjModel&, const model_info_t&) {
+      return std::make_unique<FailingBegin<Error>>(error);
+    });
+    bus.Publish(channels::kModel, model_);
+    bus.Publish(channels::kEpisodeBegin, episode_begin_t{});
+    try {
+      while (bus.Handle()) {
+      }
+    } catch (const std::exception& thrown) {
+      return std::string(thrown.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(error_of("planner", std::runtime_error("no plan")), "policy 'planner': Begin() failed: no plan");
+  EXPECT_EQ(error_of("planner", 7),
+            "policy 'planner': Begin() failed: it threw an exception that is not a std::exception");
+  EXPECT_EQ(error_of("replay", InputError("log.lcmlog: no episode 3")), "log.lcmlog: no episode 3");
+}
+
 // A policy that needs one image of each tick.
 class ImagePolicy : public Policy {
  public:
