@@ -4,6 +4,9 @@
 #include <sys/stat.h>
 
 #include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <type_traits>
 
 #include "base/errors.h"
 #include "base/sha256.h"
