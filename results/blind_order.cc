@@ -4,10 +4,13 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "base/errors.h"
+#include "base/json_file.h"
 #include "base/random.h"
+#include "base/sha256.h"
 
 namespace evalbus::results {
 namespace {
@@ -46,6 +49,15 @@ std::vector<std::pair<int, int>> EpisodesOfEqualSeeds(const RecordedRun& a, cons
         fmt::format("{} and {} have no seed in common: run both with the same --seed", a.name, b.name));
   }
   return pairs;
+}
+
+std::string RunIdentity(const RecordedRun& run) {
+  nlohmann::ordered_json values;
+  for (const char* key : {"run_id", "policy", "policy_name", "policy_contract", "latency", "execution",
+                          "seed", "git_commit", "plugins", "physics_sha256"}) {
+    values[key] = run.info.value(key, nlohmann::ordered_json());
+  }
+  return Sha256Text(ToText(values));
 }
 
 std::vector<JudgedEpisode> BlindOrder(const std::vector<std::pair<int, int>>& pairs, int64_t seed) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,10 @@ struct JudgedEpisode {
 // The episodes of both runs that have equal seeds, in the order of the first run's episodes. Throws
 // InputError if the runs have different tasks or variations, or no seed in common.
 std::vector<std::pair<int, int>> EpisodesOfEqualSeeds(const RecordedRun& a, const RecordedRun& b);
+
+// Returns a text that differs between runs and does not change if a run is resumed or its folder is renamed:
+// the SHA-256 of values of its run.json.
+std::string RunIdentity(const RecordedRun& run);
 
 // The pairs in random order; run 0 comes first in a random half of the pairs (if their number is odd, half of
 // it is rounded up or down at random). The two episodes of a pair follow each other, so both runs are shown

@@ -40,16 +40,19 @@ ordered_json OrNull(const std::optional<T>& value) {
 }
 
 ordered_json ToJson(const Verdict& verdict) {
-  return {{"episode", verdict.episode},       {"operator", verdict.operator_name},
-          {"verdict", Word(verdict.outcome)}, {"stages_reached", OrNull(verdict.stages)},
-          {"rubric", OrNull(verdict.rubric)}, {"time_utc", verdict.time},
-          {"place", verdict.place},           {"order_seed", OrNull(verdict.order_seed)}};
+  ordered_json json = {{"episode", verdict.episode},       {"operator", verdict.operator_name},
+                       {"verdict", Word(verdict.outcome)}, {"stages_reached", OrNull(verdict.stages)},
+                       {"rubric", OrNull(verdict.rubric)}, {"time_utc", verdict.time},
+                       {"place", verdict.place},           {"order_seed", OrNull(verdict.order_seed)}};
+  if (!verdict.other_run.empty()) json["other_run"] = verdict.other_run;
+  return json;
 }
 
 // A key and the check of its value. The first key whose check fails is reported.
 struct Key {
   const char *name, *expected;
   bool (*holds)(const ordered_json&);
+  bool is_optional = false;
 };
 constexpr Key kKeys[] = {
     {"episode", "the number of an episode", IsCount},
@@ -71,12 +74,15 @@ constexpr Key kKeys[] = {
        if (json.is_number_unsigned()) return std::in_range<int64_t>(json.get<uint64_t>());
        return json.is_null() || json.is_number_integer();
      }},
+    {"other_run", "a SHA-256",
+     [](const ordered_json& json) { return json.is_string() && json.get<std::string>().size() == 64; }, true},
 };
 
 Verdict ParseVerdict(const ordered_json& json, const std::string& where) {
   if (!json.is_object()) throw InputError(where + ": expected a JSON object with a verdict");
   for (const Key& key : kKeys) {
     const auto found = json.find(key.name);
+    if (found == json.end() && key.is_optional) continue;
     if (found == json.end() || !key.holds(*found))
       throw InputError(fmt::format("{}: \"{}\": expected {}", where, key.name, key.expected));
   }
@@ -92,7 +98,8 @@ Verdict ParseVerdict(const ordered_json& json, const std::string& where) {
           .rubric = GetIfSet<double>(json["rubric"]),
           .time = json["time_utc"].get<std::string>(),
           .place = json["place"].get<int>(),
-          .order_seed = GetIfSet<int64_t>(json["order_seed"])};
+          .order_seed = GetIfSet<int64_t>(json["order_seed"]),
+          .other_run = json.value("other_run", "")};
 }
 
 }  // namespace

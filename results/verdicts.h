@@ -34,6 +34,9 @@ struct Verdict {
   // order_seed: seed of that order; nullopt if the episodes of a single run were shown in their own order.
   int place = 0;
   std::optional<int64_t> order_seed{};
+  // RunIdentity() of the run that was judged together with this one. Empty for a single run, and for verdicts
+  // of evalbus 0.3.0 and older.
+  std::string other_run{};
 };
 
 // Throws InputError if the name is empty, too long or contains control characters.

@@ -53,6 +53,7 @@ class Judgment {
     auto pairs = results::EpisodesOfEqualSeeds(a, b);
     std::erase_if(pairs, [&](const auto& pair) { return !HasLog(0, pair.first) || !HasLog(1, pair.second); });
     for (const results::JudgedEpisode& item : results::BlindOrder(pairs, options.seed)) Add(item);
+    other_run_ = {results::RunIdentity(b), results::RunIdentity(a)};
     if (items_.empty()) throw InputError("no pair of episodes with equal seeds has logs in both runs");
     ReadItemVerdicts();
     task_ = a.task;
@@ -97,7 +98,8 @@ class Judgment {
                                         .rubric = given.rubric,
                                         .time = NowUtc(),
                                         .place = given.episode,
-                                        .order_seed = order_seed()};
+                                        .order_seed = order_seed(),
+                                        .other_run = OtherRun(item)};
       results::WriteVerdict(FolderOf(item), verdict);
       item.verdict = verdict;
     } catch (const std::exception& failure) {
@@ -161,6 +163,10 @@ class Judgment {
   const fs::path& FolderOf(const Item& item) const {
     return options_.runs[static_cast<size_t>(item.episode.run)];
   }
+  // Returns the identity of the run that is judged together with the item's run; empty for a single run.
+  std::string OtherRun(const Item& item) const {
+    return other_run_.empty() ? "" : other_run_[static_cast<size_t>(item.episode.run)];
+  }
   bool HasLog(size_t run, int episode) const { return fs::exists(EpisodeLog(options_.runs[run], episode)); }
   std::optional<int64_t> order_seed() const {
     return options_.runs.size() == 2 ? std::optional(options_.seed) : std::nullopt;
@@ -180,7 +186,7 @@ class Judgment {
       for (const results::Verdict& verdict : verdicts[static_cast<size_t>(item.episode.run)]) {
         if (verdict.episode != item.episode.episode || verdict.operator_name != options_.operator_name)
           continue;
-        CheckOrder(verdict, FolderOf(item), static_cast<int>(place));
+        CheckOrder(verdict, item, static_cast<int>(place));
         item.verdict = verdict;
       }
     }
@@ -188,8 +194,11 @@ class Judgment {
 
   // Throws InputError unless the verdict was given in this order. A verdict on a run alone, or beside another
   // run, is not part of the random order of these two runs, and its results may have been revealed.
-  void CheckOrder(const results::Verdict& verdict, const fs::path& run, int place) const {
-    if (verdict.order_seed == order_seed() && (!order_seed() || verdict.place == place)) return;
+  void CheckOrder(const results::Verdict& verdict, const Item& item, int place) const {
+    // Verdicts of older versions do not name the other run.
+    const bool is_of_these = verdict.other_run.empty() || verdict.other_run == OtherRun(item);
+    const bool is_of_order = verdict.order_seed == order_seed() && (!order_seed() || verdict.place == place);
+    if (is_of_order && is_of_these) return;
     if (order_seed() && verdict.order_seed && verdict.order_seed != order_seed()) {
       throw InputError(fmt::format("--seed {}: {} has begun to judge in the order of --seed {}",
                                    options_.seed, options_.operator_name, *verdict.order_seed));
@@ -197,7 +206,7 @@ class Judgment {
     throw InputError(fmt::format(
         "--operator {}: episode {} of {} already has a verdict of this operator, from a judgment {}; use "
         "another name",
-        options_.operator_name, verdict.episode, run.string(),
+        options_.operator_name, verdict.episode, FolderOf(item).string(),
         !verdict.order_seed ? "of this run alone"
         : order_seed()      ? "with another run or in another order"
                             : "of two runs"));
@@ -207,6 +216,8 @@ class Judgment {
   WebJobs* const jobs_;
   // Follows the judged run; nullopt if two runs are judged.
   std::optional<RunFollower> follower_;
+  // By run: identity of the other run. Empty if only one run is judged.
+  std::vector<std::string> other_run_;
   std::string task_, variation_;
   std::vector<Item> items_;
   std::string error_;

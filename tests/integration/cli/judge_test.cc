@@ -152,11 +152,13 @@ TEST_F(Judge, AnotherProcessOfTheOperatorAcceptsNoVerdictAfterTheResults) {
 }
 
 TEST_F(Judge, VerdictsOfAnotherJudgmentDoNotCount) {
-  const auto verdict = [](int episode, int place, const std::string& order_seed) {
+  const auto verdict = [](int episode, int place, const std::string& order_seed,
+                          const std::string& other = "") {
     return R"({"episode":)" + std::to_string(episode) +
            R"(,"operator":"ann","verdict":"success","stages_reached":null,"rubric":null,)"
            R"("time_utc":"2026-11-29T03:00:00Z","place":)" +
-           std::to_string(place) + R"(,"order_seed":)" + order_seed + "}\n";
+           std::to_string(place) + R"(,"order_seed":)" + order_seed +
+           (other.empty() ? "" : R"(,"other_run":")" + other + '"') + "}\n";
   };
   const auto refusal = [&](const std::string& lines, bool is_pair) {
     WriteText(a_ / "verdicts.jsonl", lines);
@@ -169,6 +171,12 @@ TEST_F(Judge, VerdictsOfAnotherJudgmentDoNotCount) {
   EXPECT_NE(refusal(verdict(1, 1, "null"), true).find("from a judgment of this run alone"),
             std::string::npos);
   EXPECT_NE(refusal(verdict(1, 17, "0"), true).find("from a judgment with another run"), std::string::npos);
+  // A judgment with a third run of equal seeds has the same order, so one of these places is the right one.
+  for (int place = 0; place < 6; ++place) {
+    EXPECT_NE(
+        refusal(verdict(1, place, "0", std::string(64, 'a')), true).find("from a judgment with another run"),
+        std::string::npos);
+  }
   EXPECT_NE(refusal(verdict(1, 1, "0"), false).find("from a judgment of two runs"), std::string::npos);
   // An episode that the run does not have.
   WriteText(a_ / "verdicts.jsonl", verdict(1, 1, "null") + verdict(7, 2, "null"));

@@ -66,6 +66,18 @@ TEST_F(VerdictsTest, AreReadAsWritten) {
   EXPECT_EQ(verdicts[1].order_seed, std::nullopt);
 }
 
+TEST_F(VerdictsTest, NameTheOtherRunOfAPair) {
+  const std::string other(64, 'a');
+  WriteVerdict(run_,
+               {.episode = 3, .operator_name = "ann", .time = "t", .order_seed = 11, .other_run = other});
+  EXPECT_THAT(Content(), HasSubstr(R"("order_seed":11,"other_run":")" + other + "\"}"));
+  EXPECT_EQ(ReadVerdicts(run_)[0].other_run, other);
+  EXPECT_THAT(Refusal(R"({"episode":3,"operator":"ann","verdict":"success","stages_reached":2,"rubric":7.5,)"
+                      R"("time_utc":"t","place":5,"order_seed":11,"other_run":"b"})"
+                      "\n"),
+              HasSubstr("1: \"other_run\": expected a SHA-256"));
+}
+
 TEST_F(VerdictsTest, AnotherVerdictOfTheSameOperatorReplacesTheFirst) {
   for (const Outcome outcome : {Outcome::kSuccess, Outcome::kFailure}) {
     WriteVerdict(run_, {.episode = 3, .operator_name = "ann", .outcome = outcome});
