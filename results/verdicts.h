@@ -35,7 +35,7 @@ struct Verdict {
   int place = 0;
   std::optional<int64_t> order_seed{};
   // RunIdentity() of the run that was judged together with this one. Empty for a single run, and for verdicts
-  // of evalbus 0.3.0 and older.
+  // of earlier builds, which did not record it.
   std::string other_run{};
 };
 
