@@ -164,7 +164,7 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
                       {"alias", "randomize", "robot_base", "parts", "poses", "joints", "cameras",
                        "instruction", "stages", "success", "failure", "target_distance"});
     Variation variation;
-    variation.name = entry.key();
+    variation.name = entry.KeyName();
     variation.location = entry.location();
     if (const YamlValue* alias = map.Find("alias")) {
       variation.alias = alias->Name();

@@ -51,6 +51,8 @@ class YamlValue {
   std::string Text() const;
   // Returns a text of letters, digits and underscores that starts with a letter.
   std::string Name() const;
+  // Returns the key, which must be such a name.
+  const std::string& KeyName() const;
   bool Bool() const;
   double Number(NumberRange range = kAnyNumber) const;
   int Integer(int min, int max = std::numeric_limits<int>::max()) const;
