@@ -620,8 +620,12 @@ bool MetricComparison::is_lower() const {
 
 int MetricComparison::decimals() const {
   const double scale = number.scale();
-  return Decimals(scale * std::max(std::abs(mean), std::abs(baseline_mean)),
-                  scale * metrics::StandardErrorOf(difference_95));
+  const int usual = Decimals(scale * std::max(std::abs(mean), std::abs(baseline_mean)),
+                             scale * metrics::StandardErrorOf(difference_95));
+  const double shown = scale * std::abs(difference);
+  if (!differs() || !(shown > 0) || shown >= 0.5 * std::pow(10, -usual)) return usual;
+  constexpr int kMost = 6;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(shown))), usual, kMost);
 }
 
 Judgment MetricComparison::JudgmentByValue() const {
