@@ -72,7 +72,7 @@ class Grasps {
   size_t grippers_;
   double dt_;
   std::vector<GraspInterval> grasps_;
-  // By pair of object and gripper: index of its latest grasp; -1: none.
+  // Index of the latest grasp of each pair of object and gripper; -1 if there is none.
   std::vector<int> current_;
 };
 

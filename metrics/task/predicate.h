@@ -18,7 +18,7 @@ namespace evalbus::metrics {
 struct WorldView {
   const state_t& state;
   std::span<const contact_t> contacts;
-  // For each stage, in the task's order: 1 if it was reached at this tick or earlier.
+  // 1 for each stage that was reached at this tick or earlier, otherwise 0; in the task's order.
   std::span<const uint8_t> stage_reached = {};
 };
 

@@ -69,7 +69,7 @@ struct Turning {
   double slack = 0;   // part of the angle before the grip touches the body and starts to turn it
 };
 
-// Reason why a plan is infeasible: a contact, or an arm that does not reach the goal of its grip.
+// Reason why a plan is infeasible: a contact, or a grip position that an arm cannot reach.
 struct Obstacle {
   std::optional<Touch> touch;
   int arm = -1;                                    // set if there is no touch

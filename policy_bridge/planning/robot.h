@@ -107,7 +107,7 @@ class ContactProbe {
   ModelPtr model_;
   DataPtr data_;
   std::vector<std::vector<int>> arm_qpos_;
-  // For each geom: the arm that it belongs to (or -1), its entity, and whether it is a pad.
+  // Arm (or -1) and entity to which each geom belongs, and whether it is a pad.
   std::vector<int> arm_of_geom_, entity_of_geom_;
   std::vector<char> is_pad_;
   std::vector<int> entity_of_body_;

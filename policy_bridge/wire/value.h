@@ -83,8 +83,8 @@ size_t ItemSize(std::string_view dtype);
 // product overflows.
 std::optional<size_t> ItemCount(const std::vector<int64_t>& shape);
 
-// Returns the numbers of an array of booleans, integers or floats. Their scale is not changed. Throws
-// ServerError for another dtype, or if data and shape do not match.
+// Returns the numbers of an array of booleans, integers or floats. Values are not rescaled: uint8 stays in 0
+// to 255. Throws ServerError for another dtype, or if data and shape do not match.
 std::vector<double> Numbers(const Array& array);
 
 Array FloatArray(const std::vector<double>& numbers, std::vector<int64_t> shape);  // "<f4"

@@ -642,7 +642,7 @@ TEST_F(MeritTest, LessProgressIsNotBetterInWhatCanGoWrong) {
   careful[0].success = true;
   careful[29].stage = 1;
   EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kDiffers);
-  // A policy that gets less far and slips more is still worse.
+  // A policy that makes less progress and slips more is still worse.
   EXPECT_EQ(Of(CompareRuns(With("worse", worse), baseline), "slip_count"), Judgment::kWorse);
 }
 
