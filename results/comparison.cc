@@ -242,8 +242,8 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
   return metrics;
 }
 
-// Key that orders episodes by success, then by the stages reached, then, if successful, by time. A greater
-// key is better.
+// Returns the key that orders episodes by success, then by the stages reached, then, if successful, by time.
+// A greater key is better.
 std::tuple<bool, double, double> HowFar(const RecordedEpisode& episode) {
   return {episode.success, episode.result.Find(Side::kProgress).value_or(0),
           episode.success ? -episode.completion_time : 0};

@@ -222,7 +222,7 @@ class Player : public Component {
   int equal() const { return equal_; }
   int64_t lost() const { return lost_; }
 
-  // Number of ticks that the score covers.
+  // Returns the number of ticks that the score covers.
   static int64_t Ticks(const episode_summary_t& summary) {
     return summary.header.tick + 1 - summary.extended.missing_ticks;
   }

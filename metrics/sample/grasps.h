@@ -53,7 +53,7 @@ class Grasps {
     }
   }
 
-  // Number of grasps by this gripper in which it grasped an object again.
+  // Returns the number of grasps by this gripper in which it grasped an object again.
   int64_t Regrasps(int gripper) const {
     int64_t again = 0;
     for (auto grasp = grasps_.begin(); grasp != grasps_.end(); ++grasp) {

@@ -157,9 +157,10 @@ class Plan {
   // that are being grasped or held.
   Plan& CheckContacts(const std::vector<int>& arms);
 
-  // Pose of a body at the end of the plan. If the plan does not move the body, this is its pose in the state.
+  // Returns the pose of a body at the end of the plan. If the plan does not move the body, this is its pose
+  // in the state.
   Eigen::Isometry3d PoseOf(int body) const;
-  // Pose of a grip at the end of the plan.
+  // Returns the pose of a grip at the end of the plan.
   Eigen::Isometry3d GripPose(int arm) const { return context_->arms[arm].GripPose(end_.joints[arm]); }
   bool feasible() const { return feasible_; }
   const std::vector<Motion>& motions() const { return motions_; }

@@ -75,12 +75,12 @@ std::string Describe(const Value& value);
 // Returns a text as it is, and describes another value.
 std::string TextOrDescription(const Value& value);
 
-// Number of bytes per number of this dtype; 0 if no wire supports the dtype (objects, complex numbers,
-// texts).
+// Returns the number of bytes per number of this dtype; 0 if no wire supports the dtype (objects, complex
+// numbers, texts).
 size_t ItemSize(std::string_view dtype);
 
-// Number of elements of an array with this shape. Unset if an extent is negative or above 2^31, or if the
-// product overflows.
+// Returns the number of elements of an array with this shape. Unset if an extent is negative or above 2^31,
+// or if the product overflows.
 std::optional<size_t> ItemCount(const std::vector<int64_t>& shape);
 
 // Returns the numbers of an array of booleans, integers or floats. Values are not rescaled: uint8 stays in 0

@@ -32,8 +32,8 @@ struct VideoTiming {
 void ParseTrim(const std::string& text, VideoTiming* timing);
 // Throws InputError if the speed or the length of a highlight is out of range.
 void CheckVideoTiming(const VideoTiming& timing);
-// Part of a video's file name that depends on its timing: "" for the video of the whole episode, otherwise
-// "_highlight" or "_clip".
+// Returns the part of a video's file name that depends on its timing: "" for the video of the whole episode,
+// otherwise "_highlight" or "_clip".
 std::string NameSuffix(const VideoTiming& timing);
 
 struct FrameTime {

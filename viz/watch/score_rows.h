@@ -41,7 +41,7 @@ struct StageRow {
   double time = -1;
 };
 std::vector<StageRow> StageRows(const metric_values_t& values, const extended_metrics_t& extended);
-// Symbol that is shown before a stage's name.
+// Returns the symbol that is shown before a stage's name.
 inline const char* StageMark(bool reached) { return reached ? "●" : "○"; }
 
 // Returns the number of reached stages and of all stages, such as "1/4".
