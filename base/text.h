@@ -1,4 +1,4 @@
-// Formats texts, numbers, counts and rates, in columns for a terminal or in sentences. Lengths are in
+// Formats strings, numbers, counts and rates, in columns for a terminal or in sentences. Lengths are in
 // characters, not in bytes of UTF-8.
 #pragma once
 
@@ -11,10 +11,10 @@ namespace evalbus {
 
 int Width(const std::string& text);
 
-// Returns the first `width` characters of a text.
+// Returns the first `width` characters of a string.
 std::string Cut(const std::string& text, int width);
 
-// Pads a text with spaces to a width: right-aligned, or left-aligned if the width is negative.
+// Pads a string with spaces to a width: right-aligned, or left-aligned if the width is negative.
 std::string Pad(const std::string& text, int width);
 
 // Replaces each control character, each byte that is not UTF-8, and the last two codes of each plane, such as

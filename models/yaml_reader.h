@@ -49,7 +49,7 @@ class YamlValue {
 
   // Returns a scalar that is not empty.
   std::string Text() const;
-  // Returns a text of letters, digits and underscores that starts with a letter.
+  // Returns a string of letters, digits and underscores that starts with a letter.
   std::string Name() const;
   // Returns the key, which must be such a name.
   const std::string& KeyName() const;

@@ -48,7 +48,7 @@ std::string EncodeJsonNumpy(const Value& value);
 // Throws ServerError (kProtocol) for invalid JSON, and for an array whose bytes do not match its shape.
 Value DecodeJsonNumpy(std::string_view text);
 
-// Encoding of GR00T's servers (N1.5 to N1.7): MessagePack with text keys. An array is {"__ndarray_class__":
+// Encoding of GR00T's servers (N1.5 to N1.7): MessagePack with string keys. An array is {"__ndarray_class__":
 // true, "as_npy": bytes of a .npy file}. A modality configuration is {"__ModalityConfig_class__": true,
 // "as_json": JSON text or map} (or "as_dict"), and is decoded to its contents.
 Bytes EncodeGroot(const Value& value);

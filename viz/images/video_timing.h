@@ -53,7 +53,7 @@ std::vector<FrameTime> FrameTimes(const VideoTiming& timing, int64_t end_us);
 std::vector<size_t> VideoSchedule(const std::vector<int64_t>& sim_time_us,
                                   const std::vector<FrameTime>& frames);
 
-// Returns a text such as "4.60 s", or "4.60 s, 8x" if the rate is not 1.
+// Returns text such as "4.60 s", or "4.60 s, 8x" if the rate is not 1.
 std::string ClockText(const FrameTime& time);
 
 }  // namespace evalbus::viz
