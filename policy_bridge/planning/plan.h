@@ -64,7 +64,7 @@ struct Hold {
 struct Turning {
   int arm;
   int body;
-  double angle;       // of the grip about the hinge
+  double angle;       // rotation of the grip about the hinge
   double follow = 1;  // fraction of the angle by which the hand itself rotates
   double slack = 0;   // part of the angle before the grip touches the body and starts to turn it
 };
