@@ -308,7 +308,7 @@ def write(path, mesh):
 
 
 # ---- Panda -----------------------------------------------------------------------------------------------------------
-CELL = 0.0155  # grid pitch of the arm's shells, m
+CELL = 0.0155  # cell size of the grid for the arm's shells, m
 R_COLUMN, R_BARREL = 0.055, 0.055
 GAP = 0.003  # m, half width of the dark seam between two links
 
