@@ -22,11 +22,11 @@ void IgnoreFileSizeSignal();
 // read. Errors are reported in one line on stderr.
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 
-// Checks that a text is an integer of 64 bits. CLI11 itself reads an empty text as 0 and clamps a number that
-// is too large.
+// Checks that a string is an integer of 64 bits. CLI11 itself reads an empty string as 0 and clamps a number
+// that is too large.
 CLI::Validator FitsInt64();
 
-// Checks that a text is not empty.
+// Checks that a string is not empty.
 CLI::Validator NotEmpty();
 
 // Checks that a number is in a range, both ends included. Unlike CLI::Range, it refuses NaN.

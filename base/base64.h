@@ -1,4 +1,4 @@
-// Encodes bytes as a text of letters, digits, + and / (RFC 4648), in one line.
+// Encodes bytes as a string of letters, digits, + and / (RFC 4648), in one line.
 #pragma once
 
 #include <cstdint>

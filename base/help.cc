@@ -19,7 +19,7 @@ namespace {
 constexpr size_t kColumn = 28;  // column at which descriptions begin
 constexpr char kUngrouped[] = "Options";
 
-// Returns the words of a text. The word "\n" stands for a line break that is kept.
+// Returns the words of a string. The word "\n" stands for a line break that is kept.
 std::vector<std::string> WordsAndBreaks(const std::string& text) {
   std::vector<std::string> words;
   std::istringstream lines(text);

@@ -73,7 +73,7 @@ void CheckRanges(const Options& options) {
   });
 }
 
-// Keys of the options that must not change when a run is resumed.
+// Returns the keys of the options that must not change when a run is resumed.
 template <class Options>
 std::vector<std::string> FixedKeys(const Options& options) {
   std::vector<std::string> keys;

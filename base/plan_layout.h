@@ -11,13 +11,13 @@ inline constexpr char kPlanJson[] = "plan.json";
 // Contains the run folders of the plan shards until they are merged.
 inline constexpr char kPartsFolder[] = "parts";
 
-// Name of a task's run folder in a suite: "lift_pot/position" becomes "lift_pot-position".
+// Returns the name of a task's run folder in a suite: "lift_pot/position" becomes "lift_pot-position".
 inline std::string FolderOfTask(std::string task) {
   std::replace(task.begin(), task.end(), '/', '-');
   return task;
 }
 
-// Prefix of the names of a run's shards: "ckpt-1000+lift_pot-position+".
+// Returns the prefix of the names of a run's shards: "ckpt-1000+lift_pot-position+".
 inline std::string ShardPrefix(const std::string& policy, const std::string& task) {
   return policy + "+" + FolderOfTask(task) + "+";
 }

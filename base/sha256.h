@@ -1,4 +1,4 @@
-// Computes the SHA-256 of files and texts, as 64 lower-case hexadecimal digits.
+// Computes the SHA-256 of files and strings, as 64 lower-case hexadecimal digits.
 #pragma once
 
 #include <filesystem>

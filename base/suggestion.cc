@@ -6,8 +6,8 @@
 namespace evalbus {
 namespace {
 
-// Smallest number of insertions, deletions, replacements and swaps of neighboring characters that turn a into
-// b; case is ignored. No character is edited after a swap.
+// Returns the smallest number of insertions, deletions, replacements and swaps of neighboring characters that
+// turn a into b; case is ignored. No character is edited after a swap.
 size_t EditDistance(const std::string& a, const std::string& b) {
   const auto same = [](char x, char y) { return std::tolower(x) == std::tolower(y); };
   std::vector<std::vector<size_t>> distance(a.size() + 1, std::vector<size_t>(b.size() + 1));

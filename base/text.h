@@ -1,4 +1,4 @@
-// Formats texts, numbers, counts and rates, in columns for a terminal or in sentences. Lengths are in
+// Formats strings, numbers, counts and rates, in columns for a terminal or in sentences. Lengths are in
 // characters, not in bytes of UTF-8.
 #pragma once
 
@@ -11,10 +11,10 @@ namespace evalbus {
 
 int Width(const std::string& text);
 
-// Returns the first `width` characters of a text.
+// Returns the first `width` characters of a string.
 std::string Cut(const std::string& text, int width);
 
-// Pads a text with spaces to a width: right-aligned, or left-aligned if the width is negative.
+// Pads a string with spaces to a width: right-aligned, or left-aligned if the width is negative.
 std::string Pad(const std::string& text, int width);
 
 // Replaces each control character, each byte that is not UTF-8, and the last two codes of each plane, such as
@@ -77,9 +77,9 @@ inline std::string PercentagePoints(double difference, int decimals = 0) {
   return Fixed(std::copysign(size, difference), decimals);
 }
 
-// Number of decimals for the difference of two shares in percentage points: 1 if whole points would
-// contradict the whole percents of the shares. For example, 62.5 points are not rounded beside 100 % and 38 %
-// (37.5).
+// Returns the number of decimals for the difference of two shares in percentage points: 1 if whole points
+// would contradict the whole percents of the shares. For example, 62.5 points are not rounded beside 100 %
+// and 38 % (37.5).
 inline int PointDecimals(double share, double other) {
   const auto whole = [](double part) { return std::stoi(Percent(part)); };
   if (!std::isfinite(share) || !std::isfinite(other)) return 0;

@@ -3,6 +3,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <lcm/lcm-cpp.hpp>
 #include <random>
 #include <system_error>
@@ -134,7 +135,10 @@ int64_t Bus::decode_errors() const { return decode_errors_ + (receiver_ ? receiv
 void Bus::Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data,
                   int64_t time_us) {
   if (session_ != 0 && channels::CarriesSession(channel) && SessionOf(data) != session_) {
-    ++foreign_messages_;
+    // The message is counted once: at the first of the subscriptions that match.
+    const auto first =
+        std::ranges::find_if(subscriptions_, [&](const auto& s) { return s->Matches(channel); });
+    if (first->get() == to) ++foreign_messages_;
     return;
   }
   Note(Trace::Event::kReceived, channel, data);

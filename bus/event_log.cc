@@ -94,7 +94,7 @@ void EventLogReader::Read(uint64_t offset, std::span<uint8_t> to) {
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) file_.Fail(errno);
     if (n == 0) {
-      throw InputError(name_ + ": cannot read the log: it became shorter while it was read, from " +
+      throw InputError(name_ + ": cannot read the log: it shrank while it was read, from " +
                        std::to_string(size_) + " to " + std::to_string(offset + done) + " bytes or less");
     }
     done += static_cast<size_t>(n);

@@ -80,17 +80,18 @@ class EventLogReader {
   }
   // Fills `to` from the file.
   void Read(uint64_t offset, std::span<uint8_t> to);
-  // First offset from `offset` on at which an event may begin, because the first byte of the magic is there;
-  // the end if there is none.
+  // Returns the first offset from `offset` on at which an event may begin, because the first byte of the
+  // magic is there; the end if there is none.
   uint64_t FindStart(uint64_t offset);
-  // Size of the event that begins at offset; 0 if no undamaged event begins there.
+  // Returns the size of the event that begins at offset; 0 if no undamaged event begins there.
   size_t EventSize(uint64_t offset);
-  // Size of the event at offset according to the lengths in its header; 0 if they are implausible.
+  // Returns the size of the event at offset according to the lengths in its header; 0 if they are
+  // implausible.
   size_t ClaimedSize(uint64_t offset);
   // True if an event or the end of the log begins here.
   bool IsBoundary(uint64_t offset);
-  // First offset, from `offset` on, of an event that is followed by a boundary. The result is cached, so that
-  // reading takes linear time for any input.
+  // Returns the first offset, from `offset` on, of an event that is followed by a boundary. The result is
+  // cached, so that reading takes linear time for any input.
   uint64_t NextWhole(uint64_t offset);
 
   std::string name_;

@@ -32,7 +32,7 @@ bool Decode(std::span<const uint8_t> data, Message* message) {
   return message->decode(data.data(), 0, static_cast<int>(data.size())) == static_cast<int>(data.size());
 }
 
-// Type fingerprint at the beginning of a message; 0 if the bytes are too few.
+// Returns the type fingerprint at the beginning of a message; 0 if the bytes are too few.
 inline int64_t Fingerprint(std::span<const uint8_t> data) {
   int64_t fingerprint = 0;
   return __int64_t_decode_array(data.data(), 0, static_cast<int>(data.size()), &fingerprint, 1) > 0
@@ -50,7 +50,7 @@ concept HasSession = requires(Message message) {
 // Byte range of the session in such a message.
 inline constexpr size_t kSessionBegin = sizeof(int64_t), kSessionEnd = kSessionBegin + sizeof(int64_t);
 
-// Session of a message that HasSession; 0 if the bytes are too few.
+// Returns the session of a message that HasSession; 0 if the bytes are too few.
 inline int64_t SessionOf(std::span<const uint8_t> data) {
   int64_t session = 0;
   if (data.size() >= kSessionEnd) {

@@ -140,11 +140,11 @@ Pair MakePair(int a, int b, const Shape& shape_a, const Shape& shape_b) {
 struct CollisionChecker::Impl {
   // Geoms that occur in a pair, in the order of geom ids. a and b of a pair are indices into this list.
   std::vector<Geom> geoms;
-  // By geom id: index into geoms; -1 if the geom is in no pair.
+  // Index into `geoms` of each geom id; -1 if the geom is in no pair.
   std::vector<int> geom_of;
   // Geoms of body i: geoms[first_geom[i]] up to geoms[first_geom[i + 1]]; geom ids are grouped by body.
   std::vector<int> first_geom;
-  // By body: pose as passed to SetBodyPose(), position, then quaternion; NaN before the first call.
+  // Pose of each body as passed to SetBodyPose(): position, then quaternion; NaN before the first call.
   std::vector<std::array<double, 7>> body_pose;
   std::vector<Pair> pairs;
   // Index into pairs for two geoms (a * geoms.size() + b, a < b); -1 if the pair is not checked.

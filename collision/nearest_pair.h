@@ -66,7 +66,7 @@ class NearestPair {
   std::vector<std::pair<int, int>> pairs_;
   // Total motion of each body, m.
   std::vector<double> travel_;
-  // By pair: its distance is at least this bound minus the travel of its bodies.
+  // Bound for each pair: the pair's distance is at least this bound minus the travel of its bodies.
   std::vector<double> bound_;
   std::vector<std::pair<double, int>> queue_;
 };

@@ -28,8 +28,8 @@ bool MujocoChecks(const mjModel& m, int geom_a, int geom_b) {
          m.exclude_signature + m.nexclude;
 }
 
-// True for neighboring links of one robot. MuJoCo allows collisions between a link and its parent if the
-// parent is fixed to the world.
+// True for neighboring links of one robot. evalbus does not check these pairs, but MuJoCo checks a link
+// against its parent if the parent is fixed to the world.
 bool AreNeighboringLinks(const mjModel& m, const model_info_t& info, int body_a, int body_b) {
   const int entity = info.body_entity[body_a];
   if (entity != info.body_entity[body_b] || info.entity_kind[entity] != model_info_t::ROBOT) return false;

@@ -35,14 +35,14 @@ struct Proximity {
 // distance is of the order of this fraction of the shape's size.
 inline constexpr double kFlat = 1e-9;
 
-// Sign of the direction: -1, 0 or 1.
+// Returns the sign of the direction: -1, 0 or 1.
 inline double Side(double direction) { return direction > kFlat ? 1 : direction < -kFlat ? -1 : 0; }
 
 inline bool IsRound(const Shape& shape) {
   return shape.kind == Shape::Kind::kSphere || shape.kind == Shape::Kind::kCapsule;
 }
 
-// Largest distance of a point of the shape from its origin; infinite for a plane.
+// Returns the largest distance of a point of the shape from its origin; infinite for a plane.
 double Radius(const Shape& shape);
 
 // Returns the farthest point of the shape (not a plane) in direction `u`, a unit vector. If a whole face or

@@ -65,7 +65,7 @@ std::vector<NamedExpression> ReadNamedExpressions(const YamlValue& value) {
   const std::vector<YamlValue> entries = value.Entries();
   if (entries.size() == 1 && !IsExpression(entries[0])) return {{"", ReadExpression(value)}};
   std::vector<NamedExpression> result;
-  for (const YamlValue& entry : entries) result.push_back({entry.key(), ReadExpression(entry)});
+  for (const YamlValue& entry : entries) result.push_back({entry.KeyName(), ReadExpression(entry)});
   return result;
 }
 

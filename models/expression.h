@@ -14,7 +14,7 @@ namespace evalbus {
 struct Expression {
   // Name of the predicate, quantity or combination. Empty if there is no expression.
   std::string name;
-  // The value under the name. It is a map of arguments, each a text or a list of texts, possibly with an
+  // The value under the name. It is a map of arguments, each a string or a list of strings, possibly with an
   // operand under `when`; or a single text or list; or the value from which the operands were read.
   YamlValue arguments;
   // Operands of `all`, `any`, `not`, `latched` and `lasts`.

@@ -90,7 +90,7 @@ class Part {
   std::map<std::string, std::string> compiler_;
   tinyxml2::XMLElement* main_default_ = nullptr;
   std::map<std::string, tinyxml2::XMLElement*> classes_;
-  // By dropped element or attribute: source of its first occurrence, and number of occurrences.
+  // Source of the first occurrence, and number of occurrences, of each dropped element or attribute.
   std::map<std::string, std::pair<std::string, int>> dropped_;
 };
 

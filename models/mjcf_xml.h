@@ -29,7 +29,7 @@ void ForEach(tinyxml2::XMLElement* element, const Visit& visit) {
   for (tinyxml2::XMLElement* child : Children(element)) ForEach(child, visit);
 }
 
-// Shortest text that parses to the same number.
+// Returns the shortest text that parses to the same number.
 std::string NumberText(double value);
 
 // Formats numbers with NumberText(), separated by spaces.

@@ -35,14 +35,14 @@ class ModelNames {
   // Mask by geom id: 1 for the geoms of the operand (a gripper's pads, all geoms of an entity or a body, or
   // one geom).
   std::vector<uint8_t> Geoms(const std::string& operand, const SourceLocation& where) const;
-  // Body whose frame represents the operand; for an entity, this is its first body. Geoms are not accepted,
-  // because their poses are not in STATE.
+  // Returns the body whose frame represents the operand; for an entity, this is its first body. Geoms are not
+  // accepted, because their poses are not in STATE.
   int Body(const std::string& operand, const SourceLocation& where) const;
   // Mask by body id: 1 for all bodies of an entity, or for the body.
   std::vector<uint8_t> Bodies(const std::string& operand, const SourceLocation& where) const;
-  // Index into the lists of joints.
+  // Returns the index into the lists of joints.
   int Joint(const std::string& name, const SourceLocation& where) const;
-  // Index of a gripper; -1 if there is no gripper with this name.
+  // Returns the index of a gripper; -1 if there is no gripper with this name.
   int FindGripper(const std::string& name) const;
   int Gripper(const std::string& name, const SourceLocation& where) const;
   // Mask by geom id: 1 for the gripper's pads.

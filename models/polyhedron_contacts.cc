@@ -132,7 +132,7 @@ struct Separation {
   // The outermost vertices in this direction.
   int on_first = 0, on_second = 0;
 
-  // Distance (m) by which the solids are separated in this direction; negative if they are not.
+  // Returns the distance (m) by which the solids are separated in this direction; negative if they are not.
   double Gap(Solid* first, Solid* second) {
     first->SearchFrom(on_first);
     second->SearchFrom(on_second);
@@ -170,8 +170,8 @@ class KnownGaps {
   // Travel, position and rotation matrix.
   static constexpr int kPerGeom = 13;
 
-  // Upper bound (m) of the path that any point of the geom has moved along since the reset. A turn moves a
-  // point by at most the bounding radius times the norm of the difference of the matrices.
+  // Returns an upper bound (m) of the path that any point of the geom has moved along since the reset. A turn
+  // moves a point by at most the bounding radius times the norm of the difference of the matrices.
   static double Travel(const mjModel& model, const mjData& data, int geom) {
     mjtNum *travel = data.userdata + kPerGeom * geom, *position = travel + 1, *rotation = travel + 4;
     const mjtNum *new_position = data.geom_xpos + 3 * geom, *new_rotation = data.geom_xmat + 9 * geom;

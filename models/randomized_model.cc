@@ -200,8 +200,8 @@ void Change(const RandomTexture& texture, AppearanceRandom* random, mjModel* mod
 void Change(const RandomCamera& camera, AppearanceRandom* random, mjModel* model, Parameters* parameters) {
   const int id = Find(*model, mjOBJ_CAMERA, camera.name, "camera");
   const std::string name = "camera_" + camera.name.text;
-  // For tracking or targeting cameras, MuJoCo computes the pose itself and ignores changes of the model's
-  // pose.
+  // MuJoCo computes the position and rotation of tracking cameras from the initial state, and the rotation of
+  // targeting cameras from their target. Changes of these values in the model would have no effect.
   const int mode = model->cam_mode[id];
   if (mode == mjCAMLIGHT_TRACK || mode == mjCAMLIGHT_TRACKCOM)
     Refuse("camera", camera.name, "tracks a body, so it can neither be shifted nor turned");

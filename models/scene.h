@@ -14,11 +14,11 @@ namespace evalbus {
 
 // A scene ready to simulate.
 //
-// Bodies: every arm and every scene part is one body on the world, with the name of its description ("left",
-// "pot"). The bodies of its model file are below it ("left/link0", "pot/pot"). A hand is the body
-// "<arm>/hand" on the arm. The joint of a free part has the part's name; a placed part is a mocap body. The
-// top body is the part's own frame: its pose is the pose given in the task. Other joints of a part start at
-// the `ref` of their file, unless the task sets them.
+// Every arm and every scene part is one child of the world body, with the name of its description ("left",
+// "pot"). Its descendants are the bodies of its model file ("left/link0", "pot/pot"). The hand of an arm is
+// the body "<arm>/hand" below the arm. The joint of a free part has the part's name; a placed part is a mocap
+// body. The top body is the part's own frame: its pose is the pose given in the task. Other joints of a part
+// start at the `ref` of their file, unless the task sets them.
 struct Scene {
   std::string xml;
   std::vector<std::string> warnings;

@@ -114,7 +114,7 @@ struct SceneComposer::Impl {
   std::map<std::string, std::string> settings;
   // Names of meshes and textures by their descriptions.
   std::map<std::string, std::string> assets;
-  // By name of a texture that was merged: name of the texture that remains.
+  // Name of the texture that replaces each merged texture.
   std::map<std::string, std::string> merged_textures;
 
   // Reads an attached file and removes everything that only the base file may define.

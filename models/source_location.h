@@ -13,7 +13,7 @@ struct SourceLocation {
   std::string ToString() const { return file + ":" + std::to_string(line); }
 };
 
-// Converts a text to one line, because user text may contain line breaks but an error message is one line.
+// Converts text to one line, because user text may contain line breaks but an error message is one line.
 inline std::string OneLine(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }, ' ');

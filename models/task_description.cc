@@ -152,7 +152,7 @@ void CheckFree(const Distractors& distractors, const std::vector<ScenePart>& par
     const auto part = std::ranges::find(parts, object, &ScenePart::name);
     if (part->free) continue;
     throw InputError(part->location.ToString() + ": part '" + object +
-                     "' is a distractor of a variation, and must be 'free: true'");
+                     "' is a distractor of a variation, so it needs 'free: true'");
   }
 }
 
@@ -164,7 +164,7 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
                       {"alias", "randomize", "robot_base", "parts", "poses", "joints", "cameras",
                        "instruction", "stages", "success", "failure", "target_distance"});
     Variation variation;
-    variation.name = entry.key();
+    variation.name = entry.KeyName();
     variation.location = entry.location();
     if (const YamlValue* alias = map.Find("alias")) {
       variation.alias = alias->Name();

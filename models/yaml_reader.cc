@@ -3,6 +3,7 @@
 #include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <sstream>
 
@@ -28,6 +29,12 @@ std::string Describe(NumberRange range) {
   if (has_min) return std::string("a number ") + (range.open_min ? "> " : ">= ") + Format(range.min);
   if (has_max) return "a number <= " + Format(range.max);
   return "a number";
+}
+
+bool IsName(std::string_view text) {
+  const auto is_in_name = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+  return !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) &&
+         std::ranges::all_of(text, is_in_name);
 }
 
 // Parses all of `text` as a T; a plus sign is allowed.
@@ -141,11 +148,13 @@ std::string YamlValue::Text() const {
 
 std::string YamlValue::Name() const {
   const std::string text = node_.IsScalar() ? node_.Scalar() : "";
-  const bool valid =
-      !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) &&
-      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
-  if (!valid) Fail("expected a name of letters, digits and underscores, got " + Shown());
+  if (!IsName(text)) Fail("expected a name of letters, digits and underscores, got " + Shown());
   return text;
+}
+
+const std::string& YamlValue::KeyName() const {
+  if (!IsName(key_)) Fail("this key must be a name of letters, digits and underscores");
+  return key_;
 }
 
 bool YamlValue::Bool() const {

@@ -49,8 +49,10 @@ class YamlValue {
 
   // Returns a scalar that is not empty.
   std::string Text() const;
-  // Returns a text of letters, digits and underscores that starts with a letter.
+  // Returns a string of letters, digits and underscores that starts with a letter.
   std::string Name() const;
+  // Returns the key, which must be such a name.
+  const std::string& KeyName() const;
   bool Bool() const;
   double Number(NumberRange range = kAnyNumber) const;
   int Integer(int min, int max = std::numeric_limits<int>::max()) const;

@@ -32,7 +32,7 @@ Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::strin
       const policy::Latency latency = policy::ParseDelay(delay, "--delays", "milliseconds (0 to 60000)");
       const std::string name = fmt::format("{}-{:g}ms", execution, latency.fixed_s * 1e3);
       if (!names.insert(name).second)
-        throw InputError("--delays, --execution: '" + name + "' is given twice");
+        throw InputError("--delays, --execution: '" + name + "' occurs twice; remove one");
       plan.policies.push_back({name, options.policy.policy, options.policy.contract, delay, execution});
     }
   }

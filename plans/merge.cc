@@ -71,8 +71,8 @@ bool IsSameFile(const fs::path& planned, const fs::path& made) {
   return planned.is_absolute() ? planned == made : planned.stem() == made.stem();
 }
 
-// True if the run evaluated the planned task. `made`: FILE/VARIATION. If the plan names no variation of a
-// file, any variation is accepted.
+// True if the run evaluated the planned task. made: task that the run recorded; for a task file,
+// FILE/VARIATION. If the plan names no variation of a file, any variation is accepted.
 bool IsOfTask(const results::RecordedRun& run, const std::string& planned, const fs::path& made) {
   if (!IsTaskFile(planned)) return run.task_name() == planned;
   const fs::path path(planned);

@@ -50,7 +50,7 @@ PolicyMaker MakeNoisy(const std::string& text) {
   if (!text.empty()) {
     amplitude = NumberFrom<double>(text).value_or(-1);
     if (!(amplitude >= 0 && amplitude <= 1)) {
-      throw InputError("noisy_expert:" + text + ": expected 0 to 1, the maximum deviation of a joint, rad");
+      throw InputError("noisy_expert:" + text + ": expected the maximum deviation of a joint, 0 to 1 rad");
     }
   }
   return [amplitude](const mjModel& model, const model_info_t& info) {

@@ -19,9 +19,9 @@ struct PolicyOptions {
   std::string policy = "expert";
   // Contract for the server if `policy` is an address: a file or name that FindContract accepts.
   std::string contract{};
-  // Simulated time that an inference takes: a text that ParseLatency accepts.
+  // Simulated time that an inference takes: a string that ParseLatency accepts.
   std::string latency = "none";
-  // What the robot does during an inference: a text that ParseExecution accepts.
+  // What the robot does during an inference: a string that ParseExecution accepts.
   std::string execution = "synchronous";
 };
 

@@ -15,7 +15,7 @@ struct TextTable {
   std::vector<std::vector<std::string>> rows;
 };
 
-// Escapes a text for a cell of a GitHub Markdown table. Users choose the names of runs, which may contain
+// Escapes a string for a cell of a GitHub Markdown table. Users choose the names of runs, which may contain
 // markup.
 std::string MarkdownCell(const std::string& text);
 std::string MarkdownTable(const TextTable& table);

@@ -130,7 +130,7 @@ std::string Ranking(const Certificate& certificate) {
         certificate.pairs.size() == 1 ? "their comparison"
                                       : fmt::format("each of the {} comparisons", certificate.pairs.size()));
   }
-  std::string text = "\nThe ranking of the policies depends on the engine\n";
+  std::string text = "\nThe ranking of the policies differs between the engines\n";
   for (const PolicyPair& pair : certificate.pairs) {
     if (!pair.order_reverses() && !pair.verdict_changes()) continue;
     std::vector<std::string> on;
@@ -199,7 +199,9 @@ std::string Headline(const Certificate& certificate) {
   }
   const char* const ranking = certificate.pairs.empty()        ? ""
                               : certificate.ranking_survives() ? "; the ranking of the policies is the same"
-                                                               : "; the ranking of the policies changes";
+                              : std::ranges::any_of(certificate.pairs, &PolicyPair::verdict_changes)
+                                  ? "; the ranking of the policies changes"
+                                  : "; policies change places between which no engine shows a difference";
   return fmt::format("{}: {}{}.", any ? "Verdicts depend on the engine" : "No verdict flips",
                      fmt::join(flips, ", "), ranking);
 }

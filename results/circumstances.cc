@@ -49,7 +49,7 @@ std::vector<std::string> ChoicesOf(const std::string& name, const RecordedRun& r
   try {
     return lists->value(name, std::vector<std::string>());
   } catch (const nlohmann::json::exception&) {
-    throw InputError(fmt::format("{}: \"{}\": expected lists of texts", (run.folder / kRunJson).string(),
+    throw InputError(fmt::format("{}: \"{}\": expected lists of strings", (run.folder / kRunJson).string(),
                                  kParameterChoices));
   }
 }

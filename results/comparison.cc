@@ -242,8 +242,8 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
   return metrics;
 }
 
-// Key that orders episodes by success, then by the stages reached, then, if successful, by time. A greater
-// key is better.
+// Returns the key that orders episodes by success, then by the stages reached, then, if successful, by time.
+// A greater key is better.
 std::tuple<bool, double, double> HowFar(const RecordedEpisode& episode) {
   return {episode.success, episode.result.Find(Side::kProgress).value_or(0),
           episode.success ? -episode.completion_time : 0};
@@ -652,8 +652,12 @@ bool MetricComparison::is_lower() const {
 
 int MetricComparison::decimals() const {
   const double scale = number.scale();
-  return Decimals(scale * std::max(std::abs(mean), std::abs(baseline_mean)),
-                  scale * metrics::StandardErrorOf(difference_95));
+  const int usual = Decimals(scale * std::max(std::abs(mean), std::abs(baseline_mean)),
+                             scale * metrics::StandardErrorOf(difference_95));
+  const double shown = scale * std::abs(difference);
+  if (!differs() || !(shown > 0) || shown >= 0.5 * std::pow(10, -usual)) return usual;
+  constexpr int kMost = 6;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(shown))), usual, kMost);
 }
 
 Judgment MetricComparison::JudgmentByValue() const {

@@ -122,7 +122,8 @@ struct MetricComparison {
   metrics::Interval ratio_95{};
 
   // Number of decimals for all numbers of this comparison in the display unit. It suits the larger mean, but
-  // is limited by the standard error of the difference.
+  // is limited by the standard error of the difference. If the difference is shown (differs()) and would
+  // round to 0, there are up to six decimals, so that two of its digits are seen.
   int decimals() const;
   bool differs() const { return p && p_holm < metrics::kAlpha; }
   // True if the interval of the difference is above (below) 0 or, without an interval, if the difference is.

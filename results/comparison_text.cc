@@ -71,7 +71,7 @@ std::string RowText(const ComparedLayout& layout, const ComparedRow& row, bool c
   return line + "  " + Styled(verdict, style, colors) + "\n";
 }
 
-// Wraps a text that begins at column `indent`, unless it fits into one line.
+// Wraps text that begins at column `indent`, unless it fits into one line.
 std::string WrappedToFit(const std::string& text, int indent, int width) {
   if (Width(text) <= width - indent) return text;
   return Wrapped(text, static_cast<size_t>(indent), static_cast<size_t>(width));

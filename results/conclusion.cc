@@ -13,13 +13,18 @@
 namespace evalbus::results {
 namespace {
 
-// Formats the bounds of an interval in percentage points. Intervals narrower than two points get one decimal.
+// Formats the bounds of an interval in percentage points. They get one decimal if the interval is narrower
+// than two points, or if it excludes 0 by less than half a point.
 struct Points {
-  explicit Points(const SuccessComparison& success)
-      : decimals(success.difference_95.upper - success.difference_95.lower < 0.02 ? 1 : 0) {}
+  explicit Points(const SuccessComparison& success) {
+    const auto& [lower, upper] = success.difference_95;
+    const bool excludes_0_closely =
+        success.difference_95.excludes_0() && std::min(std::abs(lower), std::abs(upper)) < 0.005;
+    decimals = upper - lower < 0.02 || excludes_0_closely ? 1 : 0;
+  }
   std::string Text(double share) const { return PercentagePoints(share, decimals); }
 
-  int decimals;
+  int decimals = 0;
 };
 
 // Formats a difference, with or without its sign.

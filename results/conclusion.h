@@ -28,7 +28,7 @@ std::string DifferenceText(const SuccessComparison& success);
 
 // Describes which episodes the means of a task's metrics cover, and which test gives p.
 std::string WhatIsCounted(const TaskComparison& task);
-// Title of the list of a task's metrics that have no difference to test.
+// Returns the title of the list of a task's metrics that have no difference to test.
 std::string EqualTitle(const TaskComparison& task);
 inline constexpr char kIntervalsAreSingle[] =
     "Intervals are not adjusted: each covers 95 % for its metric alone.";

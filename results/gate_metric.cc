@@ -64,8 +64,8 @@ GateVerdict VerdictOn(const GateCriterion& bounds) {
   return GateVerdict::kCannotTell;
 }
 
-// Number of pairs that are needed to show with 80 % probability that the mean of these values is below or
-// above 0.
+// Returns the number of pairs that are needed to show with 80 % probability that the mean of these values is
+// below or above 0.
 std::optional<int> PairsNeeded(const std::vector<double>& x, double alpha) {
   const boost::math::normal_distribution<> normal;
   const double z = quantile(normal, 1 - alpha / 2) + quantile(normal, metrics::kWantedPower);

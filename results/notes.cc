@@ -34,8 +34,8 @@ Notes ReadNotes(const fs::path& run) {
   for (const auto& [key, text] : json.items()) {
     const std::optional<int> episode = EpisodeOfKey(key);
     if (!episode || !text.is_string()) {
-      throw InputError(
-          fmt::format("{}: \"{}\": expected the number of an episode and a text", file.string(), key));
+      throw InputError(fmt::format("{}: \"{}\": expected the number of an episode as key, and text as value",
+                                   file.string(), key));
     }
     notes[*episode] = text.get<std::string>();
   }

@@ -54,8 +54,8 @@ class PolicyCalls {
   std::vector<Call> calls_;
 };
 
-// Number of ticks that the episode's values cover: all ticks up to the first success or failure or, without
-// either, up to the end; tick 0 is not counted.
+// Returns the number of ticks that the episode's values cover: all ticks up to the first success or failure
+// or, without either, up to the end; tick 0 is not counted.
 int64_t ScoredTicks(const episode_summary_t& summary);
 
 // Adds the metrics of a policy's delay (docs/metrics.md) to the line of an episode: stale_action_ratio,

@@ -29,7 +29,7 @@ class NewLines {
 
  private:
   std::filesystem::path file_;
-  uint64_t position_ = 0;  // of the first byte that was not returned
+  uint64_t position_ = 0;  // position of the first byte that was not returned
 };
 
 // Reads the lines of an episodes.jsonl that may still be growing.

@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 // tried per group of neighbors.
 constexpr int kStartsEach = 8;
 
-// Returns the start of each episode as the values that its variation draws.
+// Returns the start of each episode: the values of the variation's parameters.
 std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes) {
   const sim::PreparedScene prepared = sim::ComposeScene(options.sim);
   sim::World world(prepared.scene.physics.get(), prepared.info, prepared.robot, prepared.task,

@@ -57,7 +57,7 @@ class LiveView : public RunListener {
   // Replaces the previous live lines by `live`, and prints `above`, if it is not empty, above them.
   void Draw(const std::string& above, const std::vector<std::string>& live);
   void Print(const std::string& line);
-  // Prints a text, which may contain color codes, above the live lines.
+  // Prints text, which may contain color codes, above the live lines.
   void PrintAbove(const std::string& printable);
 
   FILE* out_;

@@ -51,8 +51,8 @@ void Announce(PreparedRun* run);
 void CheckFixedOptions(const std::filesystem::path& file, const nlohmann::ordered_json& before,
                        const RunOptions& options);
 
-// Returns the policy's name for folder names: policy_name if it is set; otherwise, for example, "expert" for
-// "expert" and "replay" for "replay:runs/a". Slashes become dashes.
+// Returns the policy's name for folder names: policy_name if it is set; otherwise --policy up to the first
+// colon, for example "replay" for "replay:runs/a". Slashes are replaced by dashes.
 std::string ShortPolicyName(const RunOptions& options);
 
 }  // namespace evalbus::runner

@@ -20,13 +20,13 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Returns a text that is equal for equal starts, because nlohmann::json sorts the keys and writes the
+// Returns a string that is equal for equal starts, because nlohmann::json sorts the keys and writes the
 // shortest text that parses to the same number.
 std::string StartText(const std::string& task, const ordered_json& parameters) {
   return task + " " + nlohmann::json(parameters).dump();
 }
 
-// Returns the texts of the starts of all complete episodes, because `evalbus export` writes all of them.
+// Returns the strings of the starts of all complete episodes, because `evalbus export` writes all of them.
 std::vector<std::string> StartsOfRuns(const fs::path& folder) {
   std::vector<std::string> starts;
   for (const results::RecordedRun& run : results::ReadRuns(folder).runs) {
@@ -52,7 +52,7 @@ std::vector<std::string> LinesOf(const fs::path& file) {
   return lines;
 }
 
-// Returns the texts of the starts in lines that `evalbus export` wrote.
+// Returns the strings of the starts in lines that `evalbus export` wrote.
 std::vector<std::string> StartsOfSet(const fs::path& set, const std::vector<std::string>& lines) {
   std::vector<std::string> starts;
   for (size_t i = 0; i < lines.size(); ++i) {

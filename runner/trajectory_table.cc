@@ -225,13 +225,14 @@ std::vector<ZipEntry> ZipEntries(std::span<const uint8_t> bytes, const std::stri
     std::string name(reinterpret_cast<const char*>(bytes.data()) + at + 46, name_length);
     if (method != 0) fail("'" + Printable(name) + "' is compressed; write it with np.savez");
     if (size == 0xffffffff || local == 0xffffffff) fail("'" + Printable(name) + "' is larger than 4 GB");
-    if (number(local, 4) != 0x04034b50) fail("damaged: '" + Printable(name) + "' is not at its position");
+    if (number(local, 4) != 0x04034b50)
+      fail("damaged: '" + Printable(name) + "' is not where the list of arrays locates it");
     const uint64_t begin = local + 30 + number(local + 26, 2) + number(local + 28, 2);
     if (begin > bytes.size() || size > bytes.size() - begin)
       fail("truncated: '" + Printable(name) + "' is not complete");
     const auto content = bytes.subspan(begin, size);
     if (crc32_z(0, content.data(), content.size()) != number(at + 16, 4))
-      fail("damaged: '" + Printable(name) + "' has another checksum (CRC-32)");
+      fail("damaged: '" + Printable(name) + "' does not match its checksum (CRC-32)");
     entries.push_back({std::move(name), content});
     at += 46 + name_length + extra + comment;
   }

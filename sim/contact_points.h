@@ -44,7 +44,7 @@ class ContactPoints {
   std::vector<Geom> geoms_;
   std::vector<int> fingers_;
   std::vector<ContactPoint> points_;
-  // By point: index of its contact in mjData.
+  // Index in mjData of each point's contact.
   std::vector<int> contacts_;
   // Jacobians of the two bodies at the contact, their difference projected onto the normal, and M^-1 times
   // this difference.

@@ -76,8 +76,8 @@ class MeasuredScene {
   // Measured fingers of a gripper, as indices into Measured::joints. Empty if there are none.
   const std::vector<size_t>& FingersOf(size_t gripper) const { return fingers_[gripper]; }
 
-  // State between samples a and b, at the fraction `share` of the time from a to b. before: the previous
-  // state, from which velocities are computed; null for the first one.
+  // Returns the state between samples a and b, at the fraction `share` of the time from a to b. before: the
+  // previous state, from which velocities are computed; null for the first one.
   state_t At(const Sample& a, const Sample& b, double share, const state_t* before, const header_t& header);
 
  private:
@@ -95,8 +95,8 @@ class MeasuredScene {
   DataPtr data_;
 };
 
-// Text for `end_detail` if joints of objects were beyond their ranges. samples: number of samples with such a
-// joint; first: place and BeyondRange() of the first of them.
+// Returns the text for `end_detail` if joints of objects were beyond their ranges. samples: number of samples
+// with such a joint; first: place and BeyondRange() of the first of them.
 std::string BeyondRangeText(int64_t samples, const std::string& first);
 
 }  // namespace evalbus::sim

@@ -28,7 +28,7 @@ class ReadinessTracker {
   // Returns a component whose last handled tick is at least its lag window behind `tick`. Empty if there is
   // none.
   std::string Lagging(int64_t tick) const;
-  // Last tick that the component has reported as handled in this episode; -1 before the first.
+  // Returns the last tick that the component has reported as handled in this episode; -1 before the first.
   int64_t LastTick(const std::string& component) const;
   // Returns a component that is ready for this episode in two processes, or in another process than the
   // command requires. Empty if there is none.

@@ -114,7 +114,7 @@ const std::vector<Draw>& DrawsOf(const Variation& variation) {
   return found->second;
 }
 
-// Returns the first spawn of type T that contains the draw's object.
+// Returns the variation's first spawn of type T that makes this draw. Throws InputError if there is none.
 template <class T>
 const T& SpawnOf(const Variation& variation, const Draw& draw) {
   for (const Randomization& randomization : variation.randomizations) {

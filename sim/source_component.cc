@@ -69,7 +69,7 @@ std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>&
   return openings;
 }
 
-// Difference of two stamps, limited to the largest representable number.
+// Returns the difference of two stamps, limited to the largest representable number.
 int64_t MicrosecondsSince(int64_t before_us, int64_t stamp_us) {
   int64_t us = 0;
   return __builtin_sub_overflow(stamp_us, before_us, &us) ? std::numeric_limits<int64_t>::max() : us;

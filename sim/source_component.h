@@ -147,7 +147,7 @@ class SourceComponent : public Component {
   SimOptions options_;
   PreparedScene prepared_;
   const double tick_s_;
-  // By gripper: fixed opening of a gripper that is not measured.
+  // Fixed opening of each gripper that is not measured; nullopt for the others.
   std::vector<std::optional<double>> opening_;
   const bool has_contacts_;
   const std::optional<SourceMap> map_;

@@ -38,8 +38,8 @@ struct SourceMap {
   std::string file;
   // Factor from the source's unit to rad, for hinge joints.
   double angle_unit = 1;
-  // By the task's name. Joints and objects that are not listed have the same names, zeros and frames in the
-  // source.
+  // Sources of the task's joints and objects, with the task's names as keys. Joints and objects that are not
+  // listed have the same names, zeros and frames in the source.
   std::map<std::string, JointMap> joints;
   struct Object {
     std::string name;
@@ -47,7 +47,7 @@ struct SourceMap {
     YamlValue where;
   };
   std::map<std::string, Object> objects;
-  // The task's names in contacts, by the names of the source.
+  // Names of the task that contacts use. The keys are the names in the source.
   struct ContactName {
     std::string name;
     YamlValue where;

@@ -27,7 +27,7 @@ class TickSet {
     }
   }
 
-  // Number of ticks from 0 to end - 1 that are not in the set.
+  // Returns the number of ticks from 0 to end - 1 that are not in the set.
   int64_t MissingBefore(int64_t end) const {
     int64_t missing = end;
     for (const auto& [from, to] : ranges_) missing -= std::max<int64_t>(0, std::min(to, end) - from);

@@ -29,7 +29,8 @@ constexpr uint32_t kMaxFragmentData = kMaxDatagramBytes - kFragmentHeaderBytes;
 constexpr uint32_t kMaxMessage = kMaxMessageBytes;
 constexpr uint32_t kAccept = 0xFFFFFFFF;
 
-// Prefix that a channel's name must have. It includes the terminating NUL unless the name is a wildcard.
+// Returns the prefix that a channel's name must have. It includes the terminating NUL unless the name is a
+// wildcard.
 std::string BeginningOf(const std::string& channel) {
   return channel.ends_with(".*") ? channel.substr(0, channel.size() - 2) : channel + '\0';
 }

@@ -43,10 +43,15 @@ void AddOptions(CLI::App* app, CertifyOptions* options) {
   app->add_option("--seed", run.seed, "seed of the runs; equal seeds give bit-identical results")
       ->check(FitsInt64())
       ->capture_default_str();
-  app->add_option("--robot", run.sim.robot, "as for 'evalbus run'");
-  app->add_option("--model-path", run.sim.model_path, "as for 'evalbus run'")->allow_extra_args(false);
-  AddList(app, "--assets", &run.sim.assets, "as for 'evalbus run'");
-  app->add_option("--control-hz,--hz", run.sim.control_hz, "as for 'evalbus run'")->capture_default_str();
+  app->add_option("--robot", run.sim.robot,
+                  "robot of models/robots or robot description (YAML) instead of the task's own");
+  app->add_option("--model-path", run.sim.model_path,
+                  "folder to search for a robot's MJCF files, e.g. a MuJoCo Menagerie; can be repeated")
+      ->allow_extra_args(false);
+  AddList(app, "--assets", &run.sim.assets,
+          "NAME=FOLDER: files of a task that are not part of evalbus, e.g. roboeval=CHECKOUT");
+  app->add_option("--control-hz,--hz", run.sim.control_hz, "control ticks per simulated second, 5 to 500")
+      ->capture_default_str();
   app->add_option("--workers", run.workers, "number of runs at a time; does not change the results")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();

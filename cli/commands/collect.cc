@@ -30,9 +30,11 @@ Action AddCollect(CLI::App* app) {
   app->add_option("--episodes", run.episodes, "number of successes to record")
       ->check(CLI::Range(1, 100'000))
       ->required();
-  app->add_option("--policy", run.policy.policy, "as for 'evalbus run'")->capture_default_str();
-  app->add_option("--contract", run.policy.contract, "as for 'evalbus run'");
-  app->add_option("--policy-name", run.policy_name, "as for 'evalbus run'");
+  app->add_option("--policy", run.policy.policy, "policy, in the form of --policy of 'evalbus run'")
+      ->capture_default_str();
+  app->add_option("--contract", run.policy.contract,
+                  "contract of the server at --policy ws://...: a file, or one of 'evalbus policy list'");
+  app->add_option("--policy-name", run.policy_name, "name of the policy in results; default: --policy");
   app->add_option("--noise", options->noise,
                   "noise of the expert: maximum of a smooth deviation of each joint, rad (for example 0.03); "
                   "default: none")
@@ -40,13 +42,15 @@ Action AddCollect(CLI::App* app) {
   app->add_option("--seed", run.seed, "seed; equal seeds give bit-identical results")
       ->check(FitsInt64())
       ->capture_default_str();
-  app->add_option("--control-hz,--hz", run.sim.control_hz, "as for 'evalbus run'")->capture_default_str();
-  app->add_option("--robot", run.sim.robot, "as for 'evalbus run'");
+  app->add_option("--control-hz,--hz", run.sim.control_hz, "control ticks per simulated second, 5 to 500")
+      ->capture_default_str();
+  app->add_option("--robot", run.sim.robot,
+                  "robot of models/robots or robot description (YAML) instead of the task's own");
   app->add_option("--workers", run.workers,
                   "number of episodes to run in parallel; does not change the results")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
-  app->add_flag("--in-process", run.in_process, "as for 'evalbus run'");
+  app->add_flag("--in-process", run.in_process, "all components in one process, without network; fastest");
   app->add_flag("--resume", run.resume, "continue the interrupted collection in --out");
   AddLogLevel(app);
   GroupOptions(app, {{"Policy", {"--policy", "--contract", "--policy-name", "--noise"}},

@@ -28,7 +28,7 @@ Action ActionOf(CLI::App* app, void (*add_options)(CLI::App*, Options*), int (*r
           "  evalbus run lift_pot/position --episodes 50 --out runs/expert\n"                                \
           "  evalbus run lift_pot --policy ws://127.0.0.1:8000 --contract plain\n"                           \
           "  evalbus run plan.yaml --out results --workers 2")                                               \
-  COMMAND(AddWatch, "Evaluate", "watch", "score an external simulator or a robot, live",                     \
+  COMMAND(AddWatch, "Evaluate", "watch", "score an external simulator or a robot while it runs",             \
           "  evalbus watch lift_pot/position --out runs/watched\n"                                           \
           "  evalbus watch lift_pot --control-hz 30 --episodes 10\n"                                         \
           "  evalbus watch lift_pot --policy-name ckpt-12000 --web")                                         \

@@ -75,7 +75,8 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
                   "also write a table of success rates to this file, as Markdown")
       ->type_name("FILE")
       ->check(CheckOutputFile);
-  app->add_option("--latex", options->latex, "the same as a LaTeX tabular, for the package booktabs")
+  app->add_option("--latex", options->latex,
+                  "also write the success rates to this file, as a LaTeX tabular (package booktabs)")
       ->type_name("FILE")
       ->check(CheckOutputFile);
   CLI::Option* const report =

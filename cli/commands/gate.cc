@@ -31,7 +31,8 @@ struct GateCommandOptions {
 };
 
 void AddOptions(CLI::App* app, GateCommandOptions* options) {
-  app->add_option("baseline", options->baseline, "folder of a run or suite: what is in use now")->required();
+  app->add_option("baseline", options->baseline, "folder of the run or suite of the policy that is in use")
+      ->required();
   app->add_option("run", options->run, "folder of the new run or suite, on the same tasks and seeds")
       ->required();
   app->add_option("--margin", options->gate.margin.value,
@@ -42,7 +43,7 @@ void AddOptions(CLI::App* app, GateCommandOptions* options) {
   AddList(app, "--on", &options->gate.on,
           "metrics that must not get worse either, separated by commas: NAME, NAME:MARGIN in the metric's "
           "unit,\nor NAME:10% of the baseline's mean, for example slips:0.2,completion_time:10%; success "
-          "always counts");
+          "is always tested");
   app->add_option("--junit", options->junit, "also write the decision to this file, as JUnit XML")
       ->type_name("FILE")
       ->check(CheckOutputFile);

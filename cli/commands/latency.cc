@@ -32,9 +32,13 @@ struct LatencyOptions {
 void AddOptions(CLI::App* app, LatencyOptions* options) {
   runner::RunOptions& run = options->run;
   run.episodes = 100;
-  app->add_option("task", run.tasks, "TASK/VARIATION, as for 'evalbus run'")->required()->expected(1);
-  app->add_option("--policy", run.policy.policy, "as for 'evalbus run'")->capture_default_str();
-  app->add_option("--contract", run.policy.contract, "as for 'evalbus run'");
+  app->add_option("task", run.tasks, "TASK[/VARIATION]: one task with one variation")
+      ->required()
+      ->expected(1);
+  app->add_option("--policy", run.policy.policy, "policy, in the form of --policy of 'evalbus run'")
+      ->capture_default_str();
+  app->add_option("--contract", run.policy.contract,
+                  "contract of the server at --policy ws://...: a file, or one of 'evalbus policy list'");
   AddList(app, "--delays", &options->delays,
           "inference delays in simulated time, ms, separated by commas; rounded up to whole ticks")
       ->capture_default_str();
@@ -48,8 +52,10 @@ void AddOptions(CLI::App* app, LatencyOptions* options) {
   app->add_option("--seed", run.seed, "seed of the runs; equal seeds give bit-identical results")
       ->check(FitsInt64())
       ->capture_default_str();
-  app->add_option("--robot", run.sim.robot, "as for 'evalbus run'");
-  app->add_option("--control-hz,--hz", run.sim.control_hz, "as for 'evalbus run'")->capture_default_str();
+  app->add_option("--robot", run.sim.robot,
+                  "robot of models/robots or robot description (YAML) instead of the task's own");
+  app->add_option("--control-hz,--hz", run.sim.control_hz, "control ticks per simulated second, 5 to 500")
+      ->capture_default_str();
   app->add_option("--workers", run.workers, "number of runs at a time; does not change the results")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();

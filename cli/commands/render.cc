@@ -133,7 +133,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
                 const std::string& ending) {
   if (options.cameras.size() > 1) throw InputError("--grid: expected one camera");
   // All cells share one clock, but each has its own decisive moment.
-  if (options.timing.highlight_s > 0) throw InputError("--highlight: not possible with --grid");
+  if (options.timing.highlight_s > 0) throw InputError("--highlight cannot be combined with --grid");
   viz::JointVideoOptions joint;
   joint.size = size;
   if (!options.cameras.empty()) joint.camera = options.cameras[0];
@@ -202,17 +202,17 @@ int Render(const RenderOptions& options) {
   video.overlay = viz::ParseOverlay(options.overlay);
   const bool has_panels = options.has_grid || video.layout == viz::VideoLayout::kFull;
   if (has_panels && video.overlay != viz::OverlayAmount::kFull) {
-    throw InputError("--overlay: expected --layout plain without --grid");
+    throw InputError("--overlay requires --layout plain, and cannot be combined with --grid");
   }
   if (!(options.trail_s >= 0 && options.trail_s <= viz::kLongestTrail)) {
     throw InputError(
         fmt::format("--trail {}: expected seconds, 0 to {}", options.trail_s, viz::kLongestTrail));
   }
   if (has_panels && options.trail_s > 0) {
-    throw InputError("--trail: expected --layout plain without --grid");
+    throw InputError("--trail requires --layout plain, and cannot be combined with --grid");
   }
   video.trail_s = options.trail_s;
-  if (options.has_grid && options.outline) throw InputError("--outline: not possible with --grid");
+  if (options.has_grid && options.outline) throw InputError("--outline cannot be combined with --grid");
   const std::string usual = !has_panels ? "640x480" : video.ending == ".mp4" ? "1280x720" : "640x360";
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? usual : options.size);
   const std::vector<fs::path> logs = results::EpisodeLogs(options.recording, options.episodes);

@@ -222,7 +222,7 @@ class Player : public Component {
   int equal() const { return equal_; }
   int64_t lost() const { return lost_; }
 
-  // Number of ticks that the score covers.
+  // Returns the number of ticks that the score covers.
   static int64_t Ticks(const episode_summary_t& summary) {
     return summary.header.tick + 1 - summary.extended.missing_ticks;
   }
@@ -314,7 +314,8 @@ void AddOptions(CLI::App* app, ReplayOptions* options) {
           "numbers of a run's episodes, separated by commas; default: all");
   app->add_option("--speed", options->speed, "playback speed; 1: as fast as the robot moved")
       ->capture_default_str();
-  app->add_option("--url", options->url, "bus, udpm://ADDRESS:PORT?ttl=0; default: as for 'evalbus run'");
+  app->add_option("--url", options->url,
+                  "bus, udpm://ADDRESS:PORT?ttl=0; default: as for --url of 'evalbus run'");
   app->add_flag("--web", options->web,
                 "show the replay in a browser ('evalbus web'); the page remains until Ctrl-C");
 }

@@ -80,7 +80,7 @@ int List(const RobotsOptions& options) {
     }
   }
   PrintTable(rows);
-  fmt::print("\n'evalbus run TASK --robot ROBOT' uses one, 'evalbus robots show' describes it.\n");
+  fmt::print("\n'evalbus run TASK --robot ROBOT' uses one, 'evalbus robots show' shows its details.\n");
   return 0;
 }
 
@@ -189,8 +189,9 @@ void CheckRest(const Alone& alone, Lines* wrong, Lines* notes) {
     }
   }
   for (size_t i = 0; i < alone.robot.arms.size(); ++i) {
-    const std::string line = fmt::format("{} holds home within {:.2g} mrad, mean joint speed {:.2g} rad/s",
-                                         alone.robot.arms[i].name, 1000 * sag[i], speed[i]);
+    const std::string line =
+        fmt::format("{} holds its home position within {:.2g} mrad, mean joint speed {:.2g} rad/s",
+                    alone.robot.arms[i].name, 1000 * sag[i], speed[i]);
     if (sag[i] > kMaxSag || speed[i] > kMaxSpeed) {
       wrong->push_back(line +
                        fmt::format(", expected at most {:g} mrad and {:g} rad/s", 1000 * kMaxSag, kMaxSpeed));

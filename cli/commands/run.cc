@@ -62,9 +62,10 @@ void CheckOptionsWithPlan(const CLI::App& app) {
 
 void AddPlanOptions(CLI::App* app, PlanOptions* options) {
   const std::string group = kPlanGroup;
-  app->add_option("--part", options->part,
-                  "K/N: run only the Kth of N parts of the plan; all parts share the folder --out, in "
-                  "which\n'evalbus merge' combines their results")
+  app->add_option(
+         "--part", options->part,
+         "K/N: evaluate only every Nth plan shard, from the Kth on; all N processes share the folder --out, "
+         "in which\n'evalbus merge' combines their results")
       ->type_name("K/N")
       ->group(group);
   app->add_flag("--slurm", options->slurm.submit,
@@ -125,12 +126,12 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
     throw InputError("--part cannot be combined with --slurm or --slurm-dry-run, which submit all parts");
   if (!has_slurm && (!plan_options.slurm.partition.empty() || !plan_options.slurm.time.empty() ||
                      plan_options.slurm.array_size > 0)) {
-    throw InputError("--partition, --time, --array-size: require --slurm or --slurm-dry-run");
+    throw InputError("--partition, --time and --array-size require --slurm or --slurm-dry-run");
   }
   if (output.json && (is_shared || plan_options.slurm.dry_run))
-    throw InputError("--json: expected a plan on this machine, without --part, --slurm and --slurm-dry-run");
+    throw InputError("--json cannot be combined with --part, --slurm or --slurm-dry-run");
   if (is_shared && !is_begun && options.out.empty()) {
-    throw InputError("--part, --slurm: expected --out, the folder that all parts share");
+    throw InputError("--part and --slurm require --out, the folder that all parts share");
   }
   const auto in_folder = [&](const auto& work) {
     is_begun ? work(plans::PlanFolder(file.parent_path()))

@@ -167,8 +167,8 @@ int ListTasks() {
   }
   PrintTable(rows);
   fmt::print(
-      "\n{} variations of {} tasks. 'evalbus run TASK/VARIATION' runs one, 'evalbus tasks show' describes "
-      "it.\n",
+      "\n{} variations of {} tasks. 'evalbus run TASK/VARIATION' runs one, 'evalbus tasks show' shows "
+      "its details.\n",
       rows.size() - 1, families);
   for (const std::string& assets : AssetNames()) {
     Lines names;
@@ -256,8 +256,7 @@ int New(const TasksOptions& options) {
   const std::string line = "\nname: " + old.name + "\n";
   const size_t at = ("\n" + text).find(line);
   if (at == std::string::npos) {
-    throw InputError(old.file.string() + ": expected the line 'name: " + old.name +
-                     "', which is to be changed");
+    throw InputError(old.file.string() + ": no line 'name: " + old.name + "' that could be changed");
   }
   text.replace(at, line.size() - 1, "name: " + options.new_name + "\n");
   // The text is checked before the file is written, because the name may be invalid, and relative paths may

@@ -13,10 +13,9 @@ Action AddWeb(CLI::App* app) {
       "run", options->runs,
       "folders of runs, suites or plans, active or finished, or a log that is being replayed; default: the\n"
       "bus of EVALBUS_URL, or the one run or replay on this machine");
-  app->add_option(
-      "--episode", options->episode,
-      "number of the episode of one run that the page opens first, one second before its decisive "
-      "moment");
+  app->add_option("--episode", options->episode,
+                  "number of the episode that the page opens first, one second before its decisive moment;\n"
+                  "requires exactly one run folder");
   app->add_option("--url", options->url, "bus to listen to, udpm://ADDRESS:PORT?ttl=0");
   app->add_option("--port", options->port,
                   "port to listen on; 0: any free port; default: 8080, or any free port if it is in use");

@@ -17,14 +17,14 @@ namespace evalbus::metrics {
 struct CauseConfig {
   double dt = 0;  // s, time between ticks
   std::vector<std::string> arms = {};
-  std::vector<int> joint_arm = {};  // by joint: index of its arm
+  std::vector<int> joint_arm = {};  // index of each joint's arm
   std::vector<std::string> grippers = {};
-  std::vector<int> gripper_arm = {};  // by gripper: index of its arm
+  std::vector<int> gripper_arm = {};  // index of each gripper's arm
   std::vector<std::string> objects;
   std::vector<std::string> entities;
-  std::vector<int> object_entity;  // by object: index of its entity
+  std::vector<int> object_entity;  // index of each object's entity
   std::vector<std::string> bodies;
-  std::vector<int> body_entity;  // by body: index of its entity
+  std::vector<int> body_entity;  // index of each body's entity
 };
 
 // A contact of an arm with an entity, which may be the scene or an object.
@@ -37,7 +37,7 @@ struct ArmContact {
 
 struct CauseSample {
   int64_t tick;
-  std::span<const double> opening;                // by gripper: 0 closed, 1 open
+  std::span<const double> opening;                // of each gripper; 0 closed, 1 open
   std::span<const double> closing;                // command by gripper: 0 open, 1 closed; empty if unknown
   std::span<const uint8_t> touching;              // [object * grippers + gripper]: a pad touches the object
   std::span<const uint8_t> pinched;               // same index: pads of both fingers touch it

@@ -15,7 +15,7 @@ struct EmptyClosing {
   int gripper;
   int64_t tick;                  // first tick at which the gripper was closed completely
   std::vector<double> distance;  // m, distance of the wrist from each object
-  std::vector<uint8_t> touches;  // by object: whether a pad touches it from outside
+  std::vector<uint8_t> touches;  // whether a pad touches each object from outside
 };
 
 // A gripper closes on nothing if its opening falls from at least kOpen to at most Holds::kShut and pads of
@@ -69,7 +69,7 @@ class Closings {
 
   // All empty closings so far, in chronological order.
   const std::vector<EmptyClosing>& closings() const { return closings_; }
-  // Smallest distance (m) in the episode between the gripper's wrist and the object.
+  // Returns the smallest distance (m) in the episode between the gripper's wrist and the object.
   double Nearest(size_t object, size_t gripper) const { return nearest_[object * arm_.size() + gripper]; }
 
  private:
@@ -81,7 +81,7 @@ class Closings {
   std::vector<int> arm_;  // by gripper
   std::vector<uint8_t>
       was_open_;  // by gripper: it has been open, and its next closing is empty unless it pinches an object
-  std::vector<double> pinched_at_;  // by gripper: its opening at the last touch by both fingers
+  std::vector<double> pinched_at_;  // each gripper's opening at the last touch by both fingers
   std::vector<double> nearest_;
   std::vector<EmptyClosing> closings_;
 };

@@ -162,7 +162,7 @@ class Holds {
 
   double dt_;
   int64_t rest_since_ = 0;
-  std::vector<double> widest_;  // by gripper: its largest opening
+  std::vector<double> widest_;  // each gripper's largest opening
   std::vector<Pair> pair_;      // [object * grippers + gripper]
   std::vector<CauseHold> holds_;
 };

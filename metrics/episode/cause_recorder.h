@@ -33,7 +33,7 @@ class CauseRecorder {
 
   const ModelNames& names_;
   const std::vector<int> object_body_;
-  // By geom: index of its arm; -1: not part of an arm.
+  // Index of the arm to which each geom belongs; -1 if it is not part of an arm.
   std::vector<int> geom_arm_;
   CauseFinder finder_;
   // Storage of the current tick, reused.

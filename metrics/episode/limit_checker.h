@@ -69,7 +69,7 @@ class LimitChecker {
   std::vector<Region> regions_;
   std::vector<uint8_t> is_robot_;  // by body
   std::vector<Touch> touches_;
-  std::vector<std::vector<int>> finger_bodies_;  // by gripper: the bodies of its pads
+  std::vector<std::vector<int>> finger_bodies_;  // bodies of each gripper's pads
   std::vector<Latest> grips_;                    // [region * number of grippers + gripper]
   double largest_squeeze_ = 0;
   int64_t squeeze_ticks_ = 0;

@@ -294,7 +294,7 @@ class Step {
   std::vector<std::string> arm_keys_ = {"joint_position",   "joint_velocity",  "wrist_position",
                                         "wrist_quaternion", "gripper_opening", "holding"};
   double time_ = 0;
-  std::vector<std::vector<double>> joints_;  // by arm: positions, then velocities
+  std::vector<std::vector<double>> joints_;  // of each arm: positions, then velocities
   std::vector<ArmSample> arm_;
   std::vector<double> opening_;
   std::vector<uint8_t> holding_;

@@ -38,7 +38,7 @@ constexpr Type kTypes[] = {
     Of<TrackingError>(),
 };
 
-// Names of the arms or grippers that have one value each; empty if the metric is a single number.
+// Returns the names of the arms or grippers that have one value each; empty if the metric is a single number.
 std::vector<std::string> Owners(MetricKind kind, const MetricsConfig& config) {
   if (kind == MetricKind::kByGripper) return config.grippers;
   std::vector<std::string> arms;

@@ -58,8 +58,8 @@ class SpeedJerk : public ExtendedMetric {
   }
 
  protected:
-  // Speed between the previous sample and this one, in any unit; NaN if it is unknown. The result for the
-  // first sample is not used.
+  // Returns the speed between the previous sample and this one, in any unit; NaN if it is unknown. The result
+  // for the first sample is not used.
   virtual double Speed(const DerivedSample& derived, size_t arm) = 0;
 
  private:

@@ -19,9 +19,9 @@ inline constexpr double kSparcMaxFrequency = 10;
 inline constexpr double kSparcThreshold = 0.05;
 inline constexpr int kSparcPadding = 4;
 
-// Negative arc length of the normalized magnitude spectrum (divided by its maximum) over frequency (divided
-// by the width of its range). The range runs from the lowest to the highest frequency, up to
-// kSparcMaxFrequency, at which the magnitude reaches kSparcThreshold. The profile is zero-padded to
+// Returns the negative arc length of the normalized magnitude spectrum (divided by its maximum) over
+// frequency (divided by the width of its range). The range runs from the lowest to the highest frequency, up
+// to kSparcMaxFrequency, at which the magnitude reaches kSparcThreshold. The profile is zero-padded to
 // 2^(ceil(log2 M) + kSparcPadding) values. `speed` has one value every dt (s). Returns NaN for fewer than two
 // values, without movement, or if the range has fewer than two frequencies.
 inline double SpectralArcLength(std::span<const double> speed, double dt) {

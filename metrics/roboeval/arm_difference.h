@@ -33,14 +33,14 @@ class ArmDifference {
   int64_t count_ = 0;
 };
 
-// Norm of the measured joint velocities, rad/s.
+// Returns the norm of the measured joint velocities, rad/s.
 inline double SpeedOfJoints(const ArmSample& arm) {
   double sum = 0;
   for (double value : arm.joint_velocity) sum += value * value;
   return std::sqrt(sum);
 }
 
-// Height of the wrist, m.
+// Returns the height of the wrist, m.
 inline double HeightOfWrist(const ArmSample& arm) { return arm.wrist_position[2]; }
 
 // Despite RoboEval's name of the metric, the value is a difference of speeds, not of velocities.

@@ -16,8 +16,8 @@ struct DerivedSample {
   const Sample& sample;
   // True if the previous tick was a sample too; false for the first sample and after a missing sample.
   bool in_a_row;
-  // By arm: unit quaternion (w, x, y, z) of the wrist, and its speed norm(p_i - p_(i-1)) / dt in m/s, which
-  // is 0 unless in_a_row.
+  // Unit quaternion (w, x, y, z) of each arm's wrist, and the wrist's speed norm(p_i - p_(i-1)) / dt in m/s,
+  // which is 0 unless in_a_row.
   std::span<const std::array<double, 4>> wrist_quat;
   std::span<const double> wrist_speed;
   const RobotContacts& contacts;

@@ -53,7 +53,7 @@ class Grasps {
     }
   }
 
-  // Number of grasps by this gripper in which it grasped an object again.
+  // Returns the number of grasps by this gripper in which it grasped an object again.
   int64_t Regrasps(int gripper) const {
     int64_t again = 0;
     for (auto grasp = grasps_.begin(); grasp != grasps_.end(); ++grasp) {
@@ -72,7 +72,7 @@ class Grasps {
   size_t grippers_;
   double dt_;
   std::vector<GraspInterval> grasps_;
-  // By pair of object and gripper: index of its latest grasp; -1: none.
+  // Index of the latest grasp of each pair of object and gripper; -1 if there is none.
   std::vector<int> current_;
 };
 

@@ -7,9 +7,9 @@
 
 namespace evalbus::metrics {
 
-// Quantile p of values in ascending order, by linear interpolation between the values around index (n - 1) p.
-// This is definition 7 of Hyndman and Fan 1996, "Sample quantiles in statistical packages", the default of R
-// and NumPy. p = 0.5 gives the median. NaN for an empty sample.
+// Returns quantile p of values in ascending order, by linear interpolation between the values around index
+// (n - 1) p. This is definition 7 of Hyndman and Fan 1996, "Sample quantiles in statistical packages", the
+// default of R and NumPy. p = 0.5 gives the median. NaN for an empty sample.
 inline double Quantile(std::span<const double> sorted, double p) {
   if (sorted.empty()) return std::numeric_limits<double>::quiet_NaN();
   const double at = static_cast<double>(sorted.size() - 1) * p;

@@ -7,7 +7,7 @@
 
 namespace evalbus::metrics {
 
-// Rotation angle 2 acos(|a . b|) between unit quaternions, rad, at most pi; q and -q are the same
+// Returns the rotation angle 2 acos(|a . b|) between unit quaternions, rad, at most pi; q and -q are the same
 // orientation. It is evaluated as 4 atan2(|a - b|, |a + b|) with b's sign such that a . b >= 0. This equals
 // the arc cosine but is exact for small angles, where the arc cosine turns one rounding error into 2e-8 rad.
 inline double RotationAngle(std::span<const double, 4> a, std::span<const double, 4> b) {

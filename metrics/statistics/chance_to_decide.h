@@ -13,16 +13,16 @@ namespace evalbus::metrics {
 // been decided.
 inline constexpr double kLeastChance = 0.01;
 
-// Probability that decides(wins) is true after `most` pairs, given the wins in the first `pairs` of them. The
-// outcomes of the remaining pairs have a Dirichlet-multinomial predictive distribution, with Jeffreys' prior
-// for the three shares of pairs: won by a, won by b, and won by neither. decides() must be symmetric in the
-// two sides, and must remain true if the winner's share of the wins grows.
+// Returns the probability that decides(wins) is true after `most` pairs, given the wins in the first `pairs`
+// of them. The outcomes of the remaining pairs have a Dirichlet-multinomial predictive distribution, with
+// Jeffreys' prior for the three shares of pairs: won by a, won by b, and won by neither. decides() must be
+// symmetric in the two sides, and must remain true if the winner's share of the wins grows.
 double ChanceToDecide(const Wins& wins, int pairs, int most,
                       const std::function<bool(const Wins& wins)>& decides);
 
-// Upper bound of the chance that the sequential test at the error rate alpha decides by its last look, after
-// `most` pairs. It is the chance of a decision by success, plus the chance of a decision by progress if
-// progress is tested.
+// Returns an upper bound of the chance that the sequential test at the error rate alpha decides by its last
+// look, after `most` pairs. It is the chance of a decision by success, plus the chance of a decision by
+// progress if progress is tested.
 double ChanceOfSequentialTest(const Wins& success, const std::optional<Wins>& progress, int pairs, int most,
                               double alpha);
 

@@ -42,8 +42,8 @@ inline Interval WilsonInterval(double successes, double trials) {
           successes >= trials ? 1 : std::min(1.0, (center + half_width) / scale)};
 }
 
-// Interval of the difference of two proportions, p_a - p_b, built from their Wilson intervals, for
-// independent samples. Source: Newcombe 1998, "Interval estimation for the difference between independent
+// Returns the interval of the difference of two proportions, p_a - p_b, built from their Wilson intervals,
+// for independent samples. Source: Newcombe 1998, "Interval estimation for the difference between independent
 // proportions", Statistics in Medicine 17, method 10. [-1, 1] if a sample is empty.
 inline Interval NewcombeInterval(double successes_a, double trials_a, double successes_b, double trials_b) {
   if (trials_a == 0 || trials_b == 0) return {-1, 1};

@@ -102,13 +102,13 @@ struct Moments {
   double acceleration() const { return cubes / (6 * std::pow(squares, 1.5)); }
 };
 
-// Interval of a mean with this standard error. acceleration: one sixth of the skewness / sqrt(n).
+// Returns the interval of a mean with this standard error. acceleration: one sixth of the skewness / sqrt(n).
 inline Interval EdgeworthInterval(double mean, double standard_error, double acceleration) {
   const auto end = [&](double z) { return mean + standard_error * (z + acceleration * (2 * z * z + 1)); };
   return {end(-kNormal975), end(kNormal975)};
 }
 
-// Interval of an estimate with this standard error.
+// Returns the interval of an estimate with this standard error.
 inline Interval StudentInterval(double estimate, double standard_error, double degrees_of_freedom) {
   const double t = quantile(boost::math::students_t_distribution<>(degrees_of_freedom), 1 - kAlpha / 2);
   return {estimate - t * standard_error, estimate + t * standard_error};
@@ -119,7 +119,7 @@ inline bool AreAllEqual(std::span<const double> x, double tie) {
   return *most - *least <= tie;
 }
 
-// Interval of the mean. For paired data, pass the differences.
+// Returns the interval of the mean. For paired data, pass the differences.
 inline Interval IntervalOfMean(std::span<const double> x) {
   if (x.size() < 2) return kNoInterval;
   const double tie = kTie * LargestMagnitude(x);
@@ -141,7 +141,7 @@ inline Interval IntervalOfMean(std::span<const double> x) {
   return BcaInterval(std::move(means), Mean(x), moments.acceleration(), tie);
 }
 
-// Interval of mean(a) - mean(b), for independent samples.
+// Returns the interval of mean(a) - mean(b), for independent samples.
 inline Interval IntervalOfDifference(std::span<const double> a, std::span<const double> b) {
   if (a.size() < 2 || b.size() < 2) return kNoInterval;
   const double tie = kTie * std::max(LargestMagnitude(a), LargestMagnitude(b));
@@ -173,9 +173,9 @@ inline Interval IntervalOfDifference(std::span<const double> a, std::span<const 
   return BcaInterval(std::move(differences), Mean(a) - Mean(b), moments.acceleration(), tie);
 }
 
-// Interval of mean(a) / mean(b) for pairs (equal sizes) of nonnegative values: Student's t, percentile
-// bootstrap or Edgeworth expansion, by the number of pairs. There is no interval if the mean of b is zero, or
-// if the sum of b is zero in some resample.
+// Returns the interval of mean(a) / mean(b) for pairs (equal sizes) of nonnegative values: Student's t,
+// percentile bootstrap or Edgeworth expansion, by the number of pairs. There is no interval if the mean of b
+// is zero, or if the sum of b is zero in some resample.
 inline Interval IntervalOfRatio(std::span<const double> a, std::span<const double> b) {
   if (a.size() < 2 || a.size() != b.size()) return kNoInterval;
   const double mean_b = Mean(b);

@@ -23,7 +23,8 @@ struct PoseRepeatability {
   double rotation = 0;  // rad
 };
 
-// Mean plus three sample standard deviations. For distances, this is the repeatability RP of ISO 9283.
+// Returns the mean plus three sample standard deviations. For distances, this is the repeatability RP of ISO
+// 9283.
 inline double MeanPlusThreeS(std::span<const double> x) { return Mean(x) + 3 * StandardDeviation(x); }
 
 // Normalized sum of the quaternions. Each is negated before if that brings it nearer to the first quaternion.

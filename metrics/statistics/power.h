@@ -22,19 +22,19 @@ struct DiscordantShares {
   static DiscordantShares AroundOneHalf(double difference);
 };
 
-// Probability that the exact McNemar test shows a to be better than b, at p < alpha.
+// Returns the probability that the exact McNemar test shows a to be better than b, at p < alpha.
 double McNemarPower(int pairs, const DiscordantShares& shares, double alpha = kAlpha);
 
-// Probability that the sequential test (sequential_mcnemar.h) shows a to be better than b if it is evaluated
-// after every `step` pairs, up to `most` pairs.
+// Returns the probability that the sequential test (sequential_mcnemar.h) shows a to be better than b if it
+// is evaluated after every `step` pairs, up to `most` pairs.
 double SequentialPower(int step, int most, const DiscordantShares& shares, double alpha = kAlpha);
 
-// Probability that Fisher's exact test shows sample a to be better than b. If a sample has more than 500
-// trials, a normal approximation is used.
+// Returns the probability that Fisher's exact test shows sample a to be better than b. If a sample has more
+// than 500 trials, a normal approximation is used.
 double FisherPower(int trials_a, int trials_b, double rate_a, double rate_b, double alpha = kAlpha);
 
-// Smallest difference, to 0.1 percentage points, that is detected with power kWantedPower. Nothing if the
-// power is lower even for the difference `largest`.
+// Returns the smallest difference, to 0.1 percentage points, that is detected with power kWantedPower.
+// Nothing if the power is lower even for the difference `largest`.
 std::optional<double> FindableDifference(const std::function<double(double difference)>& power,
                                          double largest = 1);
 

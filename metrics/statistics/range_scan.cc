@@ -32,20 +32,20 @@ class Statistics {
   int trials() const { return trials_; }
   int successes() const { return successes_; }
 
-  // Log likelihood ratio of a range with its own rate against one common rate.
+  // Returns the log likelihood ratio of a range with its own rate against one common rate.
   double Ratio(int trials, int successes) const {
     return LogLikelihood(trials, successes) + LogLikelihood(trials_ - trials, successes_ - successes) -
            LogLikelihood(trials_, successes_);
   }
 
-  // Log likelihood ratio of one rate per bin against one common rate.
+  // Returns the log likelihood ratio of one rate per bin against one common rate.
   double RatioOfAll(std::span<const RateBin> bins) const {
     double ratio = -LogLikelihood(trials_, successes_);
     for (const RateBin& bin : bins) ratio += LogLikelihood(bin.trials, bin.successes);
     return ratio;
   }
 
-  // Largest ratio of any range of bins.
+  // Returns the largest ratio of any range of bins.
   double Scan(std::span<const RateBin> bins, BinRange* range = nullptr) const {
     double largest = -1;
     for (size_t first = 0; first < bins.size(); ++first) {
@@ -63,7 +63,7 @@ class Statistics {
     return largest;
   }
 
-  // Distance of the rank sum of the successes from its expected value.
+  // Returns the distance of the rank sum of the successes from its expected value.
   double Trend(std::span<const RateBin> bins) const {
     double sum = 0;
     for (size_t i = 0; i < bins.size(); ++i) sum += bins[i].successes * middle_[i];
@@ -71,7 +71,7 @@ class Statistics {
   }
 
  private:
-  // Log likelihood of k successes in n trials at their own rate.
+  // Returns the log likelihood of k successes in n trials at their own rate.
   double LogLikelihood(int n, int k) const { return log_[k] + log_[n - k] - log_[n]; }
 
   int trials_ = 0, successes_ = 0;

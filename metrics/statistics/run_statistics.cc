@@ -52,7 +52,7 @@ void MostFrequentFirst(std::vector<std::pair<std::string, Number>>* counts) {
   });
 }
 
-// Interval of the mean, clipped to the metric's valid range.
+// Returns the interval of the mean, clipped to the metric's valid range.
 Interval MeanInterval(const std::string& name, const std::vector<double>& sorted) {
   Interval interval = IntervalOfMean(sorted);
   if (const MetricInfo* metric = FindMetric(name).metric; metric && std::isfinite(interval.lower)) {

@@ -17,7 +17,8 @@ class KnownObjects {
 
   // Whether every object's pose is known.
   bool all() const { return unknown_.empty(); }
-  // By geom id: 1 for geoms of objects whose poses are unknown; empty if all are known.
+  // Returns 1 for each geom id that belongs to an object with an unknown pose, otherwise 0; empty if all
+  // poses are known.
   const std::vector<uint8_t>& unknown_geoms() const { return unknown_geoms_; }
   // Whether a geom that must not be touched (model_info_t.forbidden_contact_geom) is among the unknown geoms.
   bool lacks_forbidden_contact_geoms() const { return lacks_forbidden_contact_geoms_; }

@@ -25,7 +25,7 @@ int DecimalsOf(const std::string& text) {
   return point == std::string::npos ? 0 : static_cast<int>(text.size() - point - 1);
 }
 
-// Number of digits before the decimal point; negative: number of zeros after it.
+// Returns the number of digits before the decimal point; negative: number of zeros after it.
 int DigitsBeforePoint(double value) {
   return value == 0 || !std::isfinite(value) ? 1
                                              : 1 + static_cast<int>(std::floor(std::log10(std::abs(value))));

@@ -18,7 +18,7 @@ namespace evalbus::metrics {
 struct WorldView {
   const state_t& state;
   std::span<const contact_t> contacts;
-  // For each stage, in the task's order: 1 if it was reached at this tick or earlier.
+  // 1 for each stage that was reached at this tick or earlier, otherwise 0; in the task's order.
   std::span<const uint8_t> stage_reached = {};
 };
 
@@ -107,8 +107,8 @@ class Within : public Predicate {
  protected:
   // Current value, in the condition's unit.
   virtual double Value(const WorldView& world) = 0;
-  // Text for the value measured at a tick: "tilt of pot 27.4 degrees > 20". holds: whether the condition is
-  // met.
+  // Returns the text for the value measured at a tick: "tilt of pot 27.4 degrees > 20". holds: whether the
+  // condition is met.
   virtual std::string Words(bool holds, double value) const;
   // Derived classes set the members predicate, kind, subject and unit. The others are set at each tick.
   condition_t condition_{};

@@ -297,7 +297,7 @@ class Combination : public Predicate {
                      "' needs exactly one predicate");
   }
   std::vector<std::unique_ptr<Predicate>> operands_;
-  // By operand: whether it was true at the last tick.
+  // Whether each operand was true at the last tick.
   std::vector<uint8_t> was_true_;
 };
 

@@ -28,7 +28,7 @@ class Distance : public Quantity {
     subject_ = arguments["a"].Text();
     words_ = "distance of " + subject_ + " from " + arguments["b"].Text();
     if (const YamlValue* point = arguments.Find("b_point_m")) {
-      if (b_.is_wrist) point->Fail("needs a body, '" + arguments["b"].Text() + "' is a gripper");
+      if (b_.is_wrist) point->Fail("requires a body as 'b'; '" + arguments["b"].Text() + "' is a gripper");
       b_point_ = point->Vector<3>();
       has_b_point_ = true;
     } else if (a_ == b_) {
@@ -76,7 +76,7 @@ class JointFraction : public Quantity {
     range_ = model.joint_upper_mixed[joint] - lower_;
     if (!(range_ > 0)) {
       throw InputError(name.location().ToString() + ": joint '" + name.Text() +
-                       "' has no range, which this quantity needs");
+                       "' has no range, but this quantity requires one");
     }
     subject_ = name.Text();
     words_ = "fraction of the range of " + subject_;
@@ -129,7 +129,7 @@ class Lift : public Quantity {
     const auto part = std::ranges::find(context.task.parts, subject_, &ScenePart::name);
     if (part == context.task.parts.end()) {
       throw InputError(arguments["object"].location().ToString() +
-                       ": 'lift' needs a part of the scene, which '" + subject_ + "' is not");
+                       ": 'lift' requires a part of the scene; '" + subject_ + "' is not one");
     }
     const YamlValue* rest = arguments.Find("rest_height_m");
     rest_height_ = rest ? rest->Number() : part->pose.position[2];

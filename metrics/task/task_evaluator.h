@@ -65,7 +65,7 @@ class TaskEvaluator {
   const std::vector<double>& pose_error() const { return pose_error_; }
 
  private:
-  // Index of the robot body that is farthest out of bounds; -1 if there is none.
+  // Returns the index of the robot body that is farthest out of bounds; -1 if there is none.
   int BodyOutOfBounds(const state_t& state) const;
 
   const ModelNames& names_;

@@ -17,7 +17,7 @@ MODELS = pathlib.Path(__file__).resolve().parent.parent
 
 # ---- signed distances ------------------------------------------------------------------------------------------------
 def tapered(a, b, ra, rb):
-    """Capsule from a to b whose radius goes from ra to rb."""
+    """Returns a capsule from a to b whose radius goes from ra to rb."""
     d = [b[i] - a[i] for i in range(3)]
     length2 = sum(x * x for x in d)
 
@@ -30,7 +30,7 @@ def tapered(a, b, ra, rb):
 
 
 def cylinder(axis, center, half, radius, rounding):
-    """Cylinder along a coordinate axis with rounded edges."""
+    """Returns a cylinder along a coordinate axis with rounded edges."""
     i, j, k = axis, (axis + 1) % 3, (axis + 2) % 3
 
     def f(*p):
@@ -54,7 +54,7 @@ def box(center, half, rounding):
 
 
 def blend(k, *parts):
-    """Union with fillets of size k."""
+    """Returns the union with fillets of size k."""
 
     def f(x, y, z):
         d = parts[0](x, y, z)
@@ -68,7 +68,7 @@ def blend(k, *parts):
 
 
 def common(a, b):
-    """Intersection, with sharp edges."""
+    """Returns the intersection, with sharp edges."""
     return lambda *p: max(a(*p), b(*p))
 
 
@@ -77,7 +77,7 @@ def without(a, b):
 
 
 def half_space(axis, sign, offset):
-    """Inside where sign * coordinate < sign * offset."""
+    """Returns the half-space in which sign * coordinate < sign * offset."""
     return lambda *p: sign * (p[axis] - offset)
 
 
@@ -98,7 +98,7 @@ def surface(f, low, high, h, smooth=None):
         return unit((g(x + e, y, z) - g(x - e, y, z), g(x, y + e, z) - g(x, y - e, z), g(x, y, z + e) - g(x, y, z - e)))
 
     def crossing(a, b):
-        """Point on the surface between two grid points, and the normal there."""
+        """Returns the point on the surface between two grid points, and the normal there."""
         if (a, b) not in planes:
             p, q = ([low[0] + h * c[0], low[1] + h * c[1], low[2] + h * c[2]] for c in (a, b))
             inside = value[a[0]][a[1]][a[2]] < 0
@@ -201,12 +201,12 @@ def turned(axis, center, profile, slices):
 
 
 def tube(axis, center, radius, half, slices=24):
-    """Side of a cylinder: what shows in the seam between two shells."""
+    """Returns the side of a cylinder, which is visible in the seam between two shells."""
     return turned(axis, center, [(radius, -half), (radius, half)], slices)
 
 
 def rounded_box(half, radius, steps=2):
-    """Box with round edges and flat faces."""
+    """Returns a box with round edges and flat faces."""
     core = [h - radius for h in half]
     arc = [math.tan(math.pi / 4 * (s / steps - 1)) for s in range(steps + 1)]
     line = [(-1, t) for t in arc] + [(1, -t) for t in reversed(arc)]
@@ -255,7 +255,7 @@ def swept(path, ring):
 
 
 def rounded_rectangle(half_u, half_v, r):
-    """Ring for swept(), with edges of radius r."""
+    """Returns a ring for swept(), with edges of radius r."""
     ring = []
     for s in range(12):
         quarter = s // 3
@@ -308,13 +308,13 @@ def write(path, mesh):
 
 
 # ---- Panda -----------------------------------------------------------------------------------------------------------
-CELL = 0.0155  # m, of the arm's shells
+CELL = 0.0155  # cell size of the grid for the arm's shells, m
 R_COLUMN, R_BARREL = 0.055, 0.055
 GAP = 0.003  # m, half width of the dark seam between two links
 
 
 def barrel_cap(axis, center, sign, radius):
-    """Round cover at the end of a joint housing: a dark ring and the white lid in it."""
+    """Returns the round cover at the end of a joint housing: a dark ring and the white lid in it."""
     ring = [(radius + 0.004, -0.002), (radius + 0.004, 0.0015), None, (radius + 0.003, 0.002), (radius - 0.001, 0.002)]
     lid = [(radius, 0), (radius - 0.003, 0.004), (radius * 0.5, 0.0055), (0, 0.006)]
     if sign < 0:

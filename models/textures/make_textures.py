@@ -21,13 +21,13 @@ def stripes(x, y):
 
 
 def dots(x, y):
-    """Two grids of dots, one between the dots of the other."""
+    """Returns two grids of dots, one between the dots of the other."""
     radius = min(math.hypot((x + shift) % 64 - 31.5, (y + shift) % 64 - 31.5) for shift in (0, 32))
     return DARK + (LIGHT - DARK) * min(1, max(0, radius - 12))
 
 
 def tiles(x, y):
-    """Square tiles, each of its own shade, and the joints between them."""
+    """Returns square tiles, each of its own shade, and the joints between them."""
     if x % 64 < 3 or y % 64 < 3:
         return DARK
     return 200 + random.Random(x // 64 + 100 * (y // 64)).uniform(-30, LIGHT - 200)
@@ -61,7 +61,7 @@ def turbulence(x, y):
 
 
 def marble(x, y):
-    """Thin dark veins along a diagonal."""
+    """Returns thin dark veins along a diagonal."""
     vein = abs(math.sin(2 * math.pi * (x + y) / SIZE + 7 * turbulence(x, y)))
     return DARK + (LIGHT - DARK) * vein ** 0.4
 

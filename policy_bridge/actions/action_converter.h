@@ -64,10 +64,10 @@ class ActionConverter {
   // exception, only Begin() may be called.
   void Convert(std::span<const double> row, const state_t& state, double step_s, action_t* action);
 
-  // Inverse of Convert(): the row that moves the robot in one step from joint positions `from` (the last
-  // target or the measurement, depending on the space) to `to`. Absolute kinds ignore `from`. Values that no
-  // arm uses count as 0 before scale and offset are inverted. Values are neither thresholded nor clipped. A
-  // value with scale 0 is 0.
+  // Returns the inverse of Convert(): the row that moves the robot in one step from joint positions `from`
+  // (the last target or the measurement, depending on the space) to `to`. Absolute kinds ignore `from`.
+  // Values that no arm uses count as 0 before scale and offset are inverted. Values are neither thresholded
+  // nor clipped. A value with scale 0 is 0.
   std::vector<double> RowOf(const Configuration& from, const Configuration& to, double step_s) const;
 
  private:

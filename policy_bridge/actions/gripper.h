@@ -8,7 +8,7 @@ namespace evalbus::policy {
 // Converts a policy's value linearly to a closing: 0 open, 1 closed. The result may be outside [0, 1]; the
 // sim clips such values and counts them.
 double ClosingOf(const GripperForm& form, double value);
-// Inverse of ClosingOf().
+// Returns the inverse of ClosingOf().
 double ValueOf(const GripperForm& form, double closing);
 
 // Applies the threshold and sticky_steps of a form to the values of one gripper during an episode.

@@ -27,9 +27,9 @@ struct ObservationEntry {
   // kEpisode: the episode's index in its run. kTick: the control tick. kObservation: the number of
   // observations already sent in the episode, 0 for the first one.
   enum class Counter { kEpisode, kTick, kObservation };
-  // Data for real-time chunking. kActions: the rows of the last chunk from the observed tick on (rows x
-  // values; no rows for the first chunk, or without --execution rtc). kDelaySteps: the number of these rows
-  // that are expected to be executed before the answer arrives.
+  // Data for real-time chunking. kActions: the rows of the last chunk from the row of the observed tick on,
+  // as an array of rows x values. The array has no rows before the first chunk and without --execution rtc.
+  // kDelaySteps: the number of these rows that are expected to be executed before the answer arrives.
   enum class Committed { kActions, kDelaySteps };
 
   // Path of the entry in the observation: its key, preceded by the keys of the maps that contain it, if any.
@@ -141,7 +141,8 @@ auto Fitted(const Contract& contract, const F& make) {
 Contract ReadContract(const std::filesystem::path& file);
 Contract ParseContract(const std::string& text, const std::filesystem::path& file);
 
-// Whether `name` is the name of a contract file.
+// Whether `name` is the path of a contract file, as opposed to the name of a preset: it ends in .yaml or
+// .yml, and has no colon.
 bool IsContractFile(const std::string& name);
 // Whether `name` is the name of a contract file or of a preset.
 bool IsContract(const std::string& name);

@@ -39,7 +39,7 @@ class SignalReader {
   // Throws InputError if the model does not have an arm, object or index of these signals.
   SignalReader(const std::vector<Signal>& signals, const mjModel& model, const model_info_t& info);
 
-  // Values of all signals, concatenated.
+  // Returns the values of all signals, concatenated.
   std::vector<double> Read(const state_t& state) const;
 
  private:

@@ -47,7 +47,7 @@ class CubeHandoverExpert : public Expert {
   std::vector<Eigen::Isometry3d> Meetings(const Eigen::Isometry3d& rod, int giver, double end) const;
 
   int rod_;
-  // For each arm: 1 if it stands on the left (+y), otherwise -1.
+  // 1 for an arm that stands on the left (+y), otherwise -1.
   double side_[2];
 };
 

@@ -92,7 +92,7 @@ class PackBoxExpert : public Expert {
   // Extends `under`: the hands close the flaps and move back.
   static Plan CloseFlaps(const Plan& under, const std::vector<Way>& ways);
 
-  // For each arm: the body of its flap, and the state of the search.
+  // Body of the flap of each arm, and whether the arm is searching.
   std::array<int, 2> flaps_;
   std::array<bool, 2> searching_ = {};
   std::array<std::vector<Way>, 2> untried_, possible_;

@@ -95,8 +95,8 @@ class SingleBookExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // Length by which the book overhangs the counter's front edge, on the line through its middle, m. Negative
-  // if the book is behind the edge.
+  // Returns the length by which the book overhangs the counter's front edge, on the line through its middle,
+  // m. Negative if the book is behind the edge.
   double Overhang(const Eigen::Isometry3d& book) const;
   // Outward normal, in the world frame, of the book's face that points most toward the robot.
   static Eigen::Vector3d Facing(const Eigen::Isometry3d& book);

@@ -38,7 +38,7 @@ double Heading(const Isometry3d& cube) {
   return std::atan2(side.y(), side.x());
 }
 
-// Pose in which `upper` stands flush on top of `lower`.
+// Returns the pose in which `upper` stands flush on top of `lower`.
 Isometry3d OnTop(const Isometry3d& lower, const Isometry3d& upper) {
   const double turn = std::remainder(Heading(lower) - Heading(upper), std::numbers::pi / 2);
   Isometry3d pose = AngleAxisd(turn, Vector3d::UnitZ()) * upper;

@@ -30,15 +30,15 @@ class ArmChain {
   const JointVector& upper() const { return upper_; }  // rad
   const JointVector& home() const { return home_; }    // rad
 
-  // Pose of the wrist in the world frame for joint positions q (rad).
+  // Returns the pose of the wrist in the world frame for joint positions q (rad).
   Eigen::Isometry3d Forward(const JointVector& q) const { return Forward(q, nullptr); }
 
-  // Rotation of the wrist in the world frame. It is the product of the quaternions of bodies and joints along
-  // the arm, as MuJoCo computes it for a body, so its sign never jumps as the arm moves.
+  // Returns the rotation of the wrist in the world frame. It is the product of the quaternions of bodies and
+  // joints along the arm, as MuJoCo computes it for a body, so its sign never jumps as the arm moves.
   Eigen::Quaterniond Rotation(const JointVector& q) const;
 
-  // Pose and Jacobian of the wrist in the world frame. Rows 0 to 2 of the Jacobian yield the linear velocity
-  // (m/s), rows 3 to 5 the angular velocity (rad/s).
+  // Returns the pose and Jacobian of the wrist in the world frame. Rows 0 to 2 of the Jacobian yield the
+  // linear velocity (m/s), rows 3 to 5 the angular velocity (rad/s).
   Eigen::Isometry3d Forward(const JointVector& q, Jacobian* jacobian) const;
 
  private:

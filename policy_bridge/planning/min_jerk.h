@@ -5,7 +5,7 @@
 
 namespace evalbus::policy {
 
-// Fraction of the distance covered at fraction t of the duration; t is clamped to [0, 1].
+// Returns the fraction of the distance covered at fraction t of the duration; t is clamped to [0, 1].
 inline double MinJerk(double t) {
   t = std::clamp(t, 0.0, 1.0);
   return t * t * t * (10 + t * (6 * t - 15));

@@ -64,12 +64,12 @@ struct Hold {
 struct Turning {
   int arm;
   int body;
-  double angle;       // of the grip about the hinge
+  double angle;       // rotation of the grip about the hinge
   double follow = 1;  // fraction of the angle by which the hand itself rotates
   double slack = 0;   // part of the angle before the grip touches the body and starts to turn it
 };
 
-// Reason why a plan is infeasible: a contact, or an arm that does not reach the goal of its grip.
+// Reason why a plan is infeasible: a contact, or a grip position that an arm cannot reach.
 struct Obstacle {
   std::optional<Touch> touch;
   int arm = -1;                                    // set if there is no touch
@@ -157,9 +157,10 @@ class Plan {
   // that are being grasped or held.
   Plan& CheckContacts(const std::vector<int>& arms);
 
-  // Pose of a body at the end of the plan. If the plan does not move the body, this is its pose in the state.
+  // Returns the pose of a body at the end of the plan. If the plan does not move the body, this is its pose
+  // in the state.
   Eigen::Isometry3d PoseOf(int body) const;
-  // Pose of a grip at the end of the plan.
+  // Returns the pose of a grip at the end of the plan.
   Eigen::Isometry3d GripPose(int arm) const { return context_->arms[arm].GripPose(end_.joints[arm]); }
   bool feasible() const { return feasible_; }
   const std::vector<Motion>& motions() const { return motions_; }

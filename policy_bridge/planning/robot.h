@@ -36,10 +36,10 @@ struct Arm {
 // gripper, or if a gripper does not have two fingers with pads.
 std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info);
 
-// Indices of the grippers that are not commanded open.
+// Returns the indices of the grippers that are not commanded open.
 std::vector<int> ClosedGrippers(const Configuration& configuration);
 
-// Total number of joints of all arms.
+// Returns the total number of joints of all arms.
 size_t CountJoints(const model_info_t& info);
 
 // All arms at home, all grippers open.
@@ -51,11 +51,11 @@ Configuration HomeConfiguration(const model_info_t& info);
 int ObjectBody(const model_info_t& info, const std::string& object);
 Eigen::Isometry3d BodyPose(const state_t& state, int body);
 
-// Index of the body with this name. Throws InputError if there is none.
+// Returns the index of the body with this name. Throws InputError if there is none.
 int BodyId(const mjModel& model, const std::string& name);
 
-// Pose of a site in the frame of a body that it is rigidly attached to. Throws InputError if the site does
-// not exist, or if it is not rigidly attached to the body.
+// Returns the pose of a site in the frame of a body that it is rigidly attached to. Throws InputError if the
+// site does not exist, or if it is not rigidly attached to the body.
 Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int body);
 
 // The hinge on which a body turns, in a given state.
@@ -107,7 +107,7 @@ class ContactProbe {
   ModelPtr model_;
   DataPtr data_;
   std::vector<std::vector<int>> arm_qpos_;
-  // For each geom: the arm that it belongs to (or -1), its entity, and whether it is a pad.
+  // Arm (or -1) and entity to which each geom belongs, and whether it is a pad.
   std::vector<int> arm_of_geom_, entity_of_geom_;
   std::vector<char> is_pad_;
   std::vector<int> entity_of_body_;

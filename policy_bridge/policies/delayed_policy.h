@@ -32,7 +32,7 @@ class DelayedPolicy : public Policy {
   bool IsReady() override { return policy_->IsReady(); }
   void SetCallbacks(const PolicyCallbacks& callbacks) override;
 
-  // Number of steps of a chunk that are executed before the next inference begins.
+  // Returns the number of steps of a chunk that are executed before the next inference begins.
   static int ExecuteSteps(double tick_s);
 
  private:

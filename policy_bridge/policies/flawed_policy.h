@@ -48,7 +48,7 @@ class FlawedPolicy : public Policy {
   std::unique_ptr<Policy> policy_;
   Flaw flaw_;
   std::vector<Arm> arms_;
-  std::vector<double> side_;  // by arm: 1 left, -1 right, 0 for a single arm
+  std::vector<double> side_;  // of each arm: 1 left, -1 right, 0 for a single arm
   std::vector<int> bodies_;   // objects of the task
   // Poses of `bodies_` at the time when a gripper first closed. Empty before that.
   std::vector<Eigen::Isometry3d> start_;
@@ -56,7 +56,7 @@ class FlawedPolicy : public Policy {
   bool wrong_ = false;
   int64_t wrong_time_us_ = 0;
   action_t last_{};  // action that is repeated: by kStop the last one, by kCollide the first one
-  std::vector<JointVector> shifted_;  // by arm: last joint targets of Shift()
+  std::vector<JointVector> shifted_;  // each arm's last joint targets of Shift()
   // State that is passed to the policy if it differs from the real state.
   state_t seen_{};
 };

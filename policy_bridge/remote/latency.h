@@ -38,7 +38,7 @@ inline Latency ParseLatency(const std::string& text) {
   return ParseDelay(text, "--latency", "none, measured or milliseconds");
 }
 
-// Number of ticks that pass during a call which takes this much simulated time, rounded up.
+// Returns the number of ticks that pass during a call which takes this much simulated time, rounded up.
 inline int64_t HeldTicks(double charged_s, double tick_s) {
   return static_cast<int64_t>(std::ceil(charged_s / tick_s - 1e-9));
 }

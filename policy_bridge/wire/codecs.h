@@ -28,15 +28,15 @@ enum class ArrayKeys { kBytes, kTexts, kMsgpackNumpy };
 // has another form of arrays (GR00T), they must be replaced by maps first.
 Bytes EncodeMsgpack(const Value& value, ArrayKeys array_keys);
 
-// Decodes one value; trailing bytes are an error. Accepts arrays of all forms and NumPy scalars of openpi
-// ("__npgeneric__") and msgpack-numpy ("nd": false), with their keys in any order. Converts numbers of
-// big-endian arrays to little-endian. Replaces an array of texts by a text which states that the array was
-// not read. Unsigned numbers that do not fit int64 become doubles.
+// Decodes one value; trailing bytes are an error. Accepts all array formats, and the NumPy scalars of openpi
+// ("__npgeneric__") and msgpack-numpy ("nd": false), with their keys in any order. Converts big-endian arrays
+// to little-endian. Replaces an array of strings by a string which states that the array was not read.
+// Unsigned numbers that do not fit int64 become doubles.
 //
-// The bytes are not trusted. Memory use is limited to a fixed multiple of the number of bytes, whatever sizes
-// the bytes announce. Throws ServerError (kProtocol) for truncated input, keys that are not texts,
-// extensions, and arrays whose data do not match their shape. Also throws it for more than 32 levels, or more
-// than a million values (numbers in arrays are not counted).
+// The bytes are not trusted. Memory use is limited to a fixed multiple of the number of bytes, even if the
+// sizes in the input are larger. Throws ServerError (kProtocol) for truncated input, keys that are not
+// strings, extensions, and arrays whose data do not match their shape. Also throws it for more than 32
+// levels, or more than a million values (numbers in arrays are not counted).
 Value DecodeMsgpack(std::span<const uint8_t> bytes);
 
 // JSON in which an array is {"__numpy__": base64 of its bytes, "dtype": "<f4", "shape": [...]}: the format of
@@ -48,7 +48,7 @@ std::string EncodeJsonNumpy(const Value& value);
 // Throws ServerError (kProtocol) for invalid JSON, and for an array whose bytes do not match its shape.
 Value DecodeJsonNumpy(std::string_view text);
 
-// Encoding of GR00T's servers (N1.5 to N1.7): MessagePack with text keys. An array is {"__ndarray_class__":
+// Encoding of GR00T's servers (N1.5 to N1.7): MessagePack with string keys. An array is {"__ndarray_class__":
 // true, "as_npy": bytes of a .npy file}. A modality configuration is {"__ModalityConfig_class__": true,
 // "as_json": JSON text or map} (or "as_dict"), and is decoded to its contents.
 Bytes EncodeGroot(const Value& value);

@@ -3,11 +3,12 @@
 // dialect of it (github.com/robo-arena/roboarena, roboarena/policy_server.py), which vLLM-Omni also serves
 // (github.com/vllm-project/vllm-omni, vllm_omni/entrypoints/openpi/connection.py).
 //
-// The server first sends its metadata; then requests and replies alternate. An error is sent as a text and
-// ends the connection. RoboArena's dialect is used if the server's metadata contain "action_space", or if the
-// wire is Wire::kRoboArena. In this dialect, every request contains "endpoint" (and "session_id" if the
-// metadata set "needs_session_id"), and a reset is sent at the beginning of an episode. vLLM-Omni answers a
-// reset with a map. It also reports an error as a map, and then keeps the connection open.
+// The server first sends its metadata; then requests and replies alternate. An error is sent as a text
+// message and ends the connection. RoboArena's dialect is used if the server's metadata contain
+// "action_space", or if the wire is Wire::kRoboArena. In this dialect, every request contains "endpoint" (and
+// "session_id" if the metadata set "needs_session_id"), and a reset is sent at the beginning of an episode.
+// vLLM-Omni answers a reset with a map. It also reports an error as a map, and then keeps the connection
+// open.
 #include <fmt/format.h>
 
 #include <random>

@@ -153,8 +153,8 @@ class RestClient : public PolicyClient {
     return answer;
   }
 
-  // These servers report failures as a text with status OK. If the request was JSON text within a JSON
-  // string, the answer is one, too.
+  // These servers report failures as text with status OK. If the request was JSON text within a JSON string,
+  // the answer is one, too.
   static Value Parse(const std::string& body) {
     Value answer = DecodeJsonNumpy(body);
     if (const auto* text = answer.As<std::string>()) {

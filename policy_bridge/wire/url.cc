@@ -27,7 +27,7 @@ Url ParseUrl(const std::string& text, std::string_view scheme) {
   if (text.starts_with("wss://") || text.starts_with("https://")) {
     refuse("TLS is not supported; use a proxy that terminates it, or a tunnel (ssh -L)");
   }
-  if (!text.starts_with(before)) refuse("another scheme");
+  if (!text.starts_with(before)) refuse("wrong scheme");
   // Rejects characters that would end a line of HTTP, or begin another element in it.
   if (Printable(text) != text || text.find_first_of(" #") != std::string::npos) {
     refuse("it has a space, a # or a control character");

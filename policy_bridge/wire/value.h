@@ -1,5 +1,5 @@
 // Data exchanged with a policy server, independent of the wire's encoding: a tree of maps, lists, numbers,
-// texts and arrays of numbers.
+// strings and arrays of numbers.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ class Value {
   using Variant = std::variant<std::nullptr_t, bool, int64_t, double, std::string, Bytes, Array, List, Map>;
 
   Value() = default;
-  // Constructs a value from anything from which Variant can be constructed, and from an int or a text.
+  // Constructs a value from anything from which Variant can be constructed, and from an int or a string.
   template <class T>
   requires(!std::is_same_v<std::decay_t<T>, Value> && std::is_constructible_v<Variant, T>)
       // NOLINTNEXTLINE(bugprone-forwarding-reference-overload): clang-tidy 14 does not see what it requires
@@ -72,19 +72,19 @@ class Value {
 // pot\"".
 std::string Describe(const Value& value);
 
-// Returns a text as it is, and describes another value.
+// Returns a string unchanged, and describes any other value.
 std::string TextOrDescription(const Value& value);
 
-// Number of bytes per number of this dtype; 0 if no wire supports the dtype (objects, complex numbers,
-// texts).
+// Returns the number of bytes per number of this dtype; 0 if no wire supports the dtype (objects, complex
+// numbers, strings).
 size_t ItemSize(std::string_view dtype);
 
-// Number of elements of an array with this shape. Unset if an extent is negative or above 2^31, or if the
-// product overflows.
+// Returns the number of elements of an array with this shape. Unset if an extent is negative or above 2^31,
+// or if the product overflows.
 std::optional<size_t> ItemCount(const std::vector<int64_t>& shape);
 
-// Returns the numbers of an array of booleans, integers or floats. Their scale is not changed. Throws
-// ServerError for another dtype, or if data and shape do not match.
+// Returns the numbers of an array of booleans, integers or floats. Values are not rescaled: uint8 stays in 0
+// to 255. Throws ServerError for another dtype, or if data and shape do not match.
 std::vector<double> Numbers(const Array& array);
 
 Array FloatArray(const std::vector<double>& numbers, std::vector<int64_t> shape);  // "<f4"

@@ -32,7 +32,7 @@ class WebsocketClient : public PolicyClient {
   Value ReceiveFirst(const std::string& expected, const Deadline& deadline);
   std::optional<Websocket::Message> ReceiveNow() { return socket_ ? socket_->ReceiveNow() : std::nullopt; }
 
-  // Decodes a message. If it is a text (which is an error message) or not valid MessagePack, closes the
+  // Decodes a message. If it is a text message (which reports an error) or not valid MessagePack, closes the
   // connection and throws.
   Value Decoded(const Websocket::Message& message);
 

@@ -1,4 +1,4 @@
-"""Tasks of evalbus as a benchmark for the vla-evaluation-harness: `benchmark: evalbus.vla_eval:EvalbusBenchmark`."""
+"""Provides evalbus tasks as a benchmark of vla-evaluation-harness: `benchmark: evalbus.vla_eval:EvalbusBenchmark`."""
 
 from typing import Any, Dict, List, Optional, Sequence
 

@@ -41,7 +41,7 @@ void Label(double x, double y, const std::string& anchor, const std::string& tex
   html->Element("text", {{"x", Px(x)}, {"y", Px(y)}, {"text-anchor", anchor}}, text);
 }
 
-// Returns half the width of a text in pixels, estimated from its number of characters.
+// Returns half the width of a string in pixels, estimated from its number of characters.
 double HalfWidth(const std::string& text) {
   return 3.2 * static_cast<double>(
                    std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));

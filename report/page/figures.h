@@ -16,7 +16,7 @@ namespace evalbus::report {
 // drawn above the bars.
 struct HistogramFigure {
   std::string name;
-  std::string unit;  // empty: a count or share
+  std::string unit;  // empty for counts and shares
   // Values of successful and of failed episodes. They must not all be equal.
   std::vector<double> succeeded, failed;
   double p5 = 0, median = 0, p95 = 0;

@@ -1,4 +1,5 @@
-// Any text as a policy's contract is read, converted to JSON, and checked against the robot of a small scene.
+// Reads any text as a policy's contract, converts it to JSON, and checks it against the robot of a small
+// scene.
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"

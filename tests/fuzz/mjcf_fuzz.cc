@@ -1,4 +1,4 @@
-// Any text as the MJCF file of a scene part is read, composed into a scene, compiled and stepped.
+// Reads any text as the MJCF file of a scene part, composes it into a scene, compiles the scene and steps it.
 #include "base/errors.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_scene.h"

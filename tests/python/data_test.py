@@ -245,7 +245,7 @@ with tempfile.TemporaryDirectory() as name:
         (good, here / "objects.npz", "objects.npz"),
         (good, here / "uneven.npz", "uneven.npz: 'q"),
         (good, here / "cut.npz", "cut.npz: "),
-        (good, here / "flipped.npz", "has another checksum (CRC-32)"),
+        (good, here / "flipped.npz", "does not match its checksum (CRC-32)"),
         (good, here / "cut.h5", "cut.h5: not an HDF5 file, or truncated"),
         (here / "wide.yaml", here / "wide.h5", "expected 'q[0]' to 'q[12]'"),
         (good, bad_text("cut.csv", csv[: csv.rfind(",")]), "expected 23 values, one for each column, got 22"),

@@ -29,7 +29,7 @@ struct OverlayText {
 };
 
 std::string EpisodeSubtitle(int32_t episode);
-// Returns a text such as "expert on bimanual_panda", or only the robot if the policy is unknown.
+// Returns text such as "expert on bimanual_panda", or only the robot if the policy is unknown.
 std::string MakerText(const std::string& policy, const std::string& robot);
 // Sets the stages and counts of `text` from these metrics.
 void AddScores(const metric_values_t& metrics, OverlayText* text);

@@ -13,7 +13,7 @@ namespace {
 
 // The opacity is constant within each of these parts of a trail.
 constexpr int kParts = 24;
-constexpr double kOpacity = 0.9;  // of the newest part
+constexpr double kOpacity = 0.9;  // opacity of the newest part of the trail
 // kWidth: width of the lines in pixels, in an image that is kHeight pixels high.
 constexpr double kWidth = 3, kHeight = 480;
 

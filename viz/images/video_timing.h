@@ -32,8 +32,8 @@ struct VideoTiming {
 void ParseTrim(const std::string& text, VideoTiming* timing);
 // Throws InputError if the speed or the length of a highlight is out of range.
 void CheckVideoTiming(const VideoTiming& timing);
-// Part of a video's file name that depends on its timing: "" for the video of the whole episode, otherwise
-// "_highlight" or "_clip".
+// Returns the part of a video's file name that depends on its timing: "" for the video of the whole episode,
+// otherwise "_highlight" or "_clip".
 std::string NameSuffix(const VideoTiming& timing);
 
 struct FrameTime {
@@ -53,7 +53,7 @@ std::vector<FrameTime> FrameTimes(const VideoTiming& timing, int64_t end_us);
 std::vector<size_t> VideoSchedule(const std::vector<int64_t>& sim_time_us,
                                   const std::vector<FrameTime>& frames);
 
-// Returns a text such as "4.60 s", or "4.60 s, 8x" if the rate is not 1.
+// Returns text such as "4.60 s", or "4.60 s, 8x" if the rate is not 1.
 std::string ClockText(const FrameTime& time);
 
 }  // namespace evalbus::viz

@@ -66,17 +66,17 @@ std::string BlockWriter::Bytes() const {
 
 BlockReader::BlockReader(const std::string& bytes) {
   uint32_t length = 0;
-  if (bytes.size() < sizeof length) throw InputError("a block without a head");
+  if (bytes.size() < sizeof length) throw InputError("block: the header is missing");
   std::memcpy(&length, bytes.data(), sizeof length);
   const size_t end = sizeof length + length;
-  if (end > bytes.size()) throw InputError("a block with a truncated head");
+  if (end > bytes.size()) throw InputError("block: the header is truncated");
   head_ = ParseJson<nlohmann::ordered_json>(bytes.substr(sizeof length, length), "block");
   data_ = bytes.substr(std::min(bytes.size(), (end + kAlignment - 1) / kAlignment * kAlignment));
 }
 
 const nlohmann::ordered_json& BlockReader::Find(const std::string& array) const {
   const auto found = head_.at("arrays").find(array);
-  if (found == head_.at("arrays").end()) throw InputError("a block without an array '" + array + "'");
+  if (found == head_.at("arrays").end()) throw InputError("block: no array '" + array + "'");
   return *found;
 }
 
@@ -92,7 +92,7 @@ std::string BlockReader::Raw(const std::string& array) const {
   const size_t bytes = count * kSize.at(Find(array).at("type").get<std::string>());
   const size_t offset = Find(array).at("offset").get<size_t>();
   if (offset > data_.size() || bytes > data_.size() - offset) {
-    throw InputError("a block whose array '" + array + "' is truncated");
+    throw InputError("block: array '" + array + "' is truncated");
   }
   return data_.substr(offset, bytes);
 }

@@ -114,7 +114,7 @@ class EpisodeTrack {
   const CurveTable& curves() const { return curves_; }
   // Value of a row at a tick in SI units; NaN if unavailable.
   double Value(size_t row, int64_t tick) const;
-  // Time of the tick, s.
+  // Returns the time of the tick, s.
   double Time(int64_t tick) const;
   // Returns the events sorted by time. The end of the episode is last. Contacts of the same pair within 0.1 s
   // are merged into one event.

@@ -35,14 +35,14 @@ class GraspWatch {
 
  private:
   const model_info_t& model_;
-  // For each geom: index of its object; and, if it is a pad, index of its gripper and bit of its finger. -1:
-  // none.
+  // Index of the object of each geom; and, if the geom is a pad, index of its gripper and bit of its finger.
+  // An index is -1 if there is none.
   std::vector<int> object_, gripper_;
   std::vector<uint32_t> finger_bit_;
-  // For each gripper, the bits of all its fingers.
+  // Bits of all fingers of each gripper.
   std::vector<uint32_t> all_fingers_;
   std::vector<Grasp> grasps_;
-  // For each pair, index of its latest grasp, or -1.
+  // Index of the latest grasp of each pair; -1 if there is none.
   std::vector<int> latest_;
 };
 

@@ -44,7 +44,7 @@ std::string Deflated(std::string_view bytes, int level) {
   std::string deflated(length, '\0');
   if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &length,
                 reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), level) != Z_OK) {
-    throw EnvironmentError("zlib has no memory left");
+    throw EnvironmentError("zlib: out of memory");
   }
   deflated.resize(length);
   return deflated;

@@ -80,7 +80,7 @@ class RunWatch {
   const model_info_t* model() const { return model_ ? &*model_ : nullptr; }
   // The message version of MODEL if it is incompatible with this evalbus; otherwise empty.
   const std::string& other_version() const { return other_version_; }
-  // Returns the name of a geom, such as "left/pad", or a text such as "geom 12" before MODEL has been
+  // Returns the name of a geom, such as "left/pad", or a string such as "geom 12" before MODEL has been
   // received.
   std::string GeomName(int32_t geom) const;
 

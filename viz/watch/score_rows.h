@@ -41,7 +41,7 @@ struct StageRow {
   double time = -1;
 };
 std::vector<StageRow> StageRows(const metric_values_t& values, const extended_metrics_t& extended);
-// Symbol that is shown before a stage's name.
+// Returns the symbol that is shown before a stage's name.
 inline const char* StageMark(bool reached) { return reached ? "●" : "○"; }
 
 // Returns the number of reached stages and of all stages, such as "1/4".
@@ -54,9 +54,9 @@ std::string ScoreLine(const metric_values_t& values, const extended_metrics_t& e
 // are shares from 0 to 1.
 std::string AnytimeRateText(double rate, double lower, double upper);
 
-// Returns a text such as "2 of 10 done, success 50 % (anytime CI 9 to 91)". After the last episode, it
-// contains the Wilson interval instead. For a plan shard, the text is such as "2 of 10 counted here".
-// planned: 0 if unknown.
+// Returns text such as "2 of 10 done, success 50 % (anytime CI 9 to 91)". After the last episode, it contains
+// the Wilson interval instead. For a plan shard, the text is such as "2 of 10 counted here". planned: 0 if
+// unknown.
 std::string DoneText(const run_summary_t& run, int planned);
 
 // Returns the number of simulated seconds per second, such as "1.00".

@@ -22,7 +22,7 @@ struct WebTarget {
 // "..", is kNone.
 WebTarget ParseTarget(std::string_view target, std::string_view token);
 
-// Compares two texts. The time that this takes does not depend on where they differ.
+// Compares two strings. The time that this takes does not depend on where they differ.
 bool SameText(std::string_view a, std::string_view b);
 
 // Returns whether a Host header names the loopback interface of this machine, at any port (e.g. the port of a

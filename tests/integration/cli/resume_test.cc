@@ -573,7 +573,7 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
   expect({"--seed", "7"}, "--seed" + not_with_plan);
   expect({"--policy", "hold"}, "--policy" + not_with_plan);
   expect({"--web"}, "--web" + not_with_plan);
-  expect({"--partition", "cpu"}, "--partition, --time, --array-size: require --slurm or --slurm-dry-run");
+  expect({"--partition", "cpu"}, "--partition, --time and --array-size require --slurm or --slurm-dry-run");
   EXPECT_EQ(
       RunProgram({"evalbus", "run", "lift_pot/position", "--partition", "cpu"}).err,
       "error: --part and the options of Slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)\n");

@@ -1,4 +1,4 @@
-// Tests users' own robots and copies of tasks.
+// Tests robots that users define, and copies of tasks.
 #include "tests/integration/harness.h"
 
 namespace evalbus::robots_test {

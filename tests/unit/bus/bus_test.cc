@@ -75,7 +75,8 @@ TEST(Bus, OfASessionReceivesOnlyItsSession) {
   ASSERT_EQ(received.size(), 1u);
   EXPECT_EQ(received[0].header.tick, 7);
   EXPECT_EQ(raw, 1);
-  EXPECT_EQ(bus.foreign_messages(), 4);
+  // A message that matches two subscriptions is counted once.
+  EXPECT_EQ(bus.foreign_messages(), 2);
   // A bus sets its own session in all messages that it publishes.
   action.header.session = 8;
   bus.Publish(kAction, action);

@@ -177,8 +177,7 @@ TEST_F(EventLog, OneThatBecomesShorterIsAnError) {
     FAIL() << event.number;
   } catch (const InputError& error) {
     const std::string what = error.what();
-    EXPECT_TRUE(
-        what.starts_with(file_.string() + ": cannot read the log: it became shorter while it was read"))
+    EXPECT_TRUE(what.starts_with(file_.string() + ": cannot read the log: it shrank while it was read"))
         << what;
   }
 }

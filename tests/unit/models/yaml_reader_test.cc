@@ -96,6 +96,9 @@ TEST(YamlReader, OtherTypes) {
   EXPECT_EQ(ErrorOf([] { Under("x: yes").Bool(); }), "f.yaml:1: key 'x': expected true or false, got 'yes'");
   EXPECT_EQ(ErrorOf([] { Under("x: a/b").Name(); }),
             "f.yaml:1: key 'x': expected a name of letters, digits and underscores, got 'a/b'");
+  EXPECT_EQ(Under("x: 1").KeyName(), "x");
+  EXPECT_EQ(ErrorOf([] { Under("x:\n  a b: 1").Entries()[0].KeyName(); }),
+            "f.yaml:2: key 'a b': this key must be a name of letters, digits and underscores");
   EXPECT_EQ(ErrorOf([] { Under("x:\n  a: 1").Text(); }), "f.yaml:1: key 'x': expected text, got a map");
   EXPECT_EQ(ErrorOf([] { Under("x: [1, 2]").Vector<3>(); }),
             "f.yaml:1: key 'x': expected a list of 3 numbers, got 2");

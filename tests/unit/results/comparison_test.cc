@@ -115,11 +115,32 @@ TEST_F(CompareTest, RatiosOfEffortAreThoseOfThePairs) {
 
 // Newcombe's interval is approximate, and the exact test needs six pairs to reject.
 TEST_F(CompareTest, HeadlineStatesPIfTheIntervalExcludes0) {
-  const Comparison result = CompareRuns(Run("b", Info(5), First(0, 5), 6), Run("a", Info(5), First(5, 5), 5));
+  Comparison result = CompareRuns(Run("b", Info(5), First(0, 5), 6), Run("a", Info(5), First(5, 5), 5));
   EXPECT_THAT(
       Headline(result),
       testing::MatchesRegex("No difference shown between b and a: -100 points, 95 % CI -100 to -.*, but "
                             "p = 0.063"));
+  // A bound close to 0 is not shown as 0.
+  result.success.difference_95 = {.lower = -0.81, .upper = -0.003};
+  EXPECT_THAT(Headline(result), testing::HasSubstr("95 % CI -81.0 to -0.3, but p = 0.063"));
+}
+
+// 22 um of a distance in meters, whose means have three decimals.
+TEST_F(CompareTest, ShownDifferenceIsNotRoundedTo0) {
+  MetricComparison metric =
+      CompareRuns(Run("b", Info(5), First(5, 5), 6), Run("a", Info(5), First(5, 5), 5)).tasks[0].metrics[0];
+  ASSERT_EQ(metric.number.scale(), 1);
+  metric.mean = 0.1;
+  metric.difference = -2.2e-5;
+  metric.difference_95 = {.lower = -3e-5, .upper = -1e-5};
+  metric.p = metric.p_holm = 0.008;
+  EXPECT_EQ(metric.decimals(), 6);
+  metric.difference = 6e-4;
+  EXPECT_EQ(metric.decimals(), 3);
+  metric.difference = 1e-9;
+  EXPECT_EQ(metric.decimals(), 6);
+  metric.p_holm = 0.05;
+  EXPECT_EQ(metric.decimals(), 3);
 }
 
 TEST_F(CompareTest, StatesThatNothingCanBeConcluded) {
@@ -621,7 +642,7 @@ TEST_F(MeritTest, LessProgressIsNotBetterInWhatCanGoWrong) {
   careful[0].success = true;
   careful[29].stage = 1;
   EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kDiffers);
-  // A policy that gets less far and slips more is still worse.
+  // A policy that makes less progress and slips more is still worse.
   EXPECT_EQ(Of(CompareRuns(With("worse", worse), baseline), "slip_count"), Judgment::kWorse);
 }
 

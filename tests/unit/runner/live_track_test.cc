@@ -16,7 +16,7 @@
 
 namespace evalbus::runner::live_track_test {
 
-// Angle between two rotations, rad.
+// Returns the angle between two rotations, rad.
 double Angle(const double* a, const double* b) {
   const Eigen::Quaterniond p(a[0], a[1], a[2], a[3]), q(b[0], b[1], b[2], b[3]);
   return p.normalized().angularDistance(q.normalized());

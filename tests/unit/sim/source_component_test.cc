@@ -398,7 +398,7 @@ TEST_F(SourceComponentTest, AnEpisodeEndsAtTheSourcesLastSampleOrWhenTheNextBegi
   EXPECT_EQ(ends_[0].end_reason, end_reason::kEndOfData);
   EXPECT_EQ(ends_[0].header.tick, 1);
   EXPECT_EQ(ends_[0].detail, "");
-  // The samples arrive before any component waits for the episode. It is scored when it is commanded.
+  // These samples arrive before the launcher commands the episode. They are scored after its COMMAND.
   Send(Sample(0, 1));
   Send(Sample(1, 1));
   EXPECT_EQ(states_.size(), 2u);

@@ -323,7 +323,8 @@ void GlContext::MakeCurrent() {
                         ? TheEgl().make_current(TheEgl().display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)
                         : Mesa().make_current(context_, unused_, GL_UNSIGNED_BYTE, kUnused, kUnused);
   if (!good)
-    throw EnvironmentError(IsEgl() ? "EGL refuses its own context" : "OSMesa refuses its own context");
+    throw EnvironmentError(IsEgl() ? "EGL cannot activate its OpenGL context"
+                                   : "OSMesa cannot activate its OpenGL context");
 }
 
 void* GlFunction(const char* name) {

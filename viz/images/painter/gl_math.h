@@ -36,14 +36,14 @@ inline Matrix operator*(const Matrix& a, const Matrix& b) {
   return product;
 }
 
-// World-to-eye transform for an eye at `eye`: x to the right, y up, z toward the viewer.
+// Returns the world-to-eye transform for an eye at `eye`: x to the right, y up, z toward the viewer.
 inline Matrix LookAlong(Vec eye, Vec forward, Vec up) {
   const Vec f = Unit(forward), s = Unit(Cross(f, up)), u = Unit(Cross(s, f));
   return {s.x, u.x, -f.x, 0, s.y,          u.y,          -f.y,        0,
           s.z, u.z, -f.z, 0, -Dot(s, eye), -Dot(u, eye), Dot(f, eye), 1};
 }
 
-// Inverse of a rigid transform (rotation and translation only).
+// Returns the inverse of a rigid transform (rotation and translation only).
 inline Matrix Inverse(const Matrix& m) {
   Matrix inverse{};
   for (size_t i = 0; i < 3; ++i) {

@@ -114,7 +114,7 @@ GLuint Link(const GlFunctions& gl, const std::string& vertex_shader, const std::
   if (!is_linked) {
     char log[300] = "";
     gl.GetProgramInfoLog(program, sizeof log, nullptr, log);
-    throw EnvironmentError(std::string("this OpenGL refuses our shaders: ") + log);
+    throw EnvironmentError(std::string("this OpenGL implementation cannot compile the shaders: ") + log);
   }
   return program;
 }

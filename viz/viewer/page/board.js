@@ -23,7 +23,7 @@ Evalbus.Board = class {
     this.head = head;
   }
 
-  // Number of combinations of policy and task, including those of a plan whose runs have not begun.
+  // Returns the number of combinations of policy and task, including those of a plan whose runs have not begun.
   get cells() {
     return this.head ? this.head.policies.reduce((sum, policy) => sum + policy.cells.filter(Boolean).length, this.head.waiting_runs) : 0;
   }

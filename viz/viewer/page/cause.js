@@ -5,12 +5,12 @@
 // A failed episode opens this many seconds before its decisive moment.
 Evalbus.BEFORE_CAUSE = 1;
 
-// Time at which an episode opens. head: head of its "episode" block. Successes, and episodes without a cause, open at time
-// 0.
+// Returns the time at which an episode opens. head: head of its "episode" block. Successes, and episodes without a cause,
+// open at time 0.
 Evalbus.openingTime = (head) => (head.failure_reason && Number.isFinite(head.cause_time_s)
   ? Math.max(0, head.cause_time_s - Evalbus.BEFORE_CAUSE) : 0);
 
-// Mark of the last tick from which the expert succeeds.
+// Draws the mark of the last tick from which the expert succeeds.
 Evalbus.eventMarks.no_return = (context, x, y, palette) => {
   context.fillStyle = palette.text;
   for (let dy = -12; dy < 12; dy += 5) context.fillRect(x - 1, y + dy, 2, 3);

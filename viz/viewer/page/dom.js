@@ -102,8 +102,8 @@ Evalbus.points = (share, decimals = 0) => {
   return `${size === 0 ? "" : share > 0 ? "+" : "−"}${size.toFixed(decimals)}`;
 };
 
-// Number of decimals for a difference of rates, as PointDecimals in base/text.h returns it: 1 if whole points would contradict
-// the rates in whole percents.
+// Returns the number of decimals for a difference of rates, as PointDecimals in base/text.h does: 1 if whole points would
+// contradict the rates in whole percents.
 Evalbus.pointDecimals = (difference, rate, other) => {
   const whole = (share) => Math.floor(100 * share + 0.5 + 1e-9);
   return whole(Math.abs(difference)) === Math.abs(whole(rate) - whole(other)) ? 0 : 1;
@@ -193,7 +193,7 @@ Evalbus.RowList = class {
     new ResizeObserver(() => this.redraw()).observe(this.box);
   }
 
-  // Height of a row in px, which may depend on the width of the list.
+  // Returns the height of a row in px, which may depend on the width of the list.
   get height() {
     return parseFloat(getComputedStyle(this.box).getPropertyValue("--row")) || 30;
   }

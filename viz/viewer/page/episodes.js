@@ -1,4 +1,4 @@
-// The list of all episodes on the page, which can be filtered and sorted, and the wall of failures.
+// Shows the list of all episodes, which can be filtered and sorted, and the wall of failures (a grid of thumbnails).
 "use strict";
 
 Evalbus.Episodes = class extends Evalbus.RowList {

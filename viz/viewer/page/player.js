@@ -14,7 +14,7 @@ Evalbus.Player = class {
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   }
 
-  // Tick whose numbers are shown.
+  // Returns the tick whose numbers are shown.
   get shown() {
     return Math.min(Math.floor(this.tick + 1e-6), this.last);
   }

@@ -92,7 +92,7 @@ Evalbus.Seeds = class {
     else if (focused) this.hover(null);
   }
 
-  // Width of the policies' names, px. Longer names are shortened.
+  // Returns the width of the policies' names, px. Longer names are shortened.
   nameWidth() {
     const context = document.createElement("canvas").getContext("2d");
     context.font = `13px ${getComputedStyle(this.place).fontFamily}`;

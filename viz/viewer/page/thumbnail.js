@@ -15,7 +15,7 @@ Evalbus.Thumbnails = class {
     this.load = load;
     this.palette = palette;
     this.place = Evalbus.element("div", { class: "ev-thumbnail", "aria-hidden": "true" });
-    // Contains the place, outside the window, while nothing is played, because the renderer needs the size of the place.
+    // While nothing is played, the place is in this element outside the window, because the renderer needs its size.
     this.home = Evalbus.element("div", { class: "ev-thumbnail-home" }, this.place);
     this.tracks = [];  // tracks in the scene
     this.isPlaying = false;

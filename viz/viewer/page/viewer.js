@@ -609,7 +609,7 @@ Evalbus.Viewer = class {
   }
 
   frame(now) {
-    // Requested first, because an exception below must not end the animation.
+    // The next frame is requested first, because an exception below must not end the animation.
     requestAnimationFrame((next) => this.frame(next));
     const elapsed_s = (now - this.last) / 1000;
     if (this.hasDrawn && this.scene) this.scene.adapt(now - this.last);

@@ -226,7 +226,7 @@ Episode Along(const std::function<double(double)>& velocity, double duration, do
   return episode;
 }
 
-// Speed of a reach of 1 m in 1 s.
+// Returns the speed of a reach of 1 m in 1 s.
 double MinimumJerk(double s) { return 30 * s * s * (1 - s) * (1 - s); }
 
 TEST(MechanicalWork, IsTheLastThatIsKnown) {

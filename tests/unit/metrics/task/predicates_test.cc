@@ -100,7 +100,7 @@ TEST_F(PredicatesTest, JointFractionIsOfTheRangeFromItsLowerEnd) {
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/hinge, min: 0}}"),
             "no joint has the name 'pot/hinge'; expected pot/lid_hinge, pot/wheel");
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/wheel, min: 0}}"),
-            "joint 'pot/wheel' has no range, which this quantity needs");
+            "joint 'pot/wheel' has no range, but this quantity requires one");
 }
 
 TEST_F(PredicatesTest, PositionLimitsOneCoordinate) {
@@ -191,7 +191,7 @@ TEST_F(PredicatesTest, AQuantityWithLimitsIsAPredicate) {
   EXPECT_FALSE(
       Evaluate(Compile("{distance: {a: pot, b: pot/lid, b_point_m: [-0.4, 0, 0], max_m: 0.299}}").get()));
   EXPECT_EQ(Error("{distance: {a: pot, b: left, b_point_m: [0, 0, 0], max_m: 1}}"),
-            "key 'b_point_m': needs a body, 'left' is a gripper");
+            "key 'b_point_m': requires a body as 'b'; 'left' is a gripper");
   EXPECT_TRUE(Evaluate(Compile("{tilt: {object: pot, max_deg: 10}}").get()));
   // 0.2 rad are 11.46 degrees.
   Set(&state_.body[kPot].quat_wxyz, {std::cos(0.1), std::sin(0.1), 0, 0});

@@ -252,7 +252,7 @@ TEST_F(ExpressionTest, ReportsMistakesWithFileAndLine) {
       "world) or a body (counter/counter, left/base, left/hand, pot/lid, pot/pot, right/base, right/hand, "
       "world)");
   EXPECT_EQ(QuantityError(Call("lift", {{"object", "left"}})),
-            "t.yaml:4: 'lift' needs a part of the scene, which 'left' is not");
+            "t.yaml:4: 'lift' requires a part of the scene; 'left' is not one");
 }
 
 TEST(ModelNames, WhatMustNotBeTouchedOfAnObjectIsNone) {

@@ -81,7 +81,7 @@ TEST(Contract, MistakesAreReportedWithLineAndKey) {
       {"wire: openpi", "wire: openpy", "mine.yaml:2: key 'wire': unknown 'openpy'; did you mean 'openpi'?"},
       {"wire: openpi", "wire: lerobot", std::string("mine.yaml:2: key 'wire': ") + kNoPickles},
       {"ws://127.0.0.1:8000", "http://127.0.0.1:8000",
-       "mine.yaml:3: key 'url': http://127.0.0.1:8000: another scheme; expected ws://HOST:PORT"},
+       "mine.yaml:3: key 'url': http://127.0.0.1:8000: wrong scheme; expected ws://HOST:PORT"},
       {"ws://127.0.0.1:8000", "ws://127.0.0.1:99999",
        "mine.yaml:3: key 'url': ws://127.0.0.1:99999: not a valid port; expected ws://HOST:PORT"},
       {"rate_hz: 20", "rate_hz: fast",

@@ -556,8 +556,8 @@ TEST(WebsocketUrl, IsRefusedWithTheReason) {
       return error.what();
     }
   };
-  EXPECT_EQ(refusal("localhost:8000"), "localhost:8000: another scheme; expected ws://HOST:PORT");
-  EXPECT_THAT(refusal("http://localhost:8000"), HasSubstr("another scheme"));
+  EXPECT_EQ(refusal("localhost:8000"), "localhost:8000: wrong scheme; expected ws://HOST:PORT");
+  EXPECT_THAT(refusal("http://localhost:8000"), HasSubstr("wrong scheme"));
   EXPECT_EQ(refusal("wss://localhost:8000"),
             "wss://localhost:8000: TLS is not supported; use a proxy that terminates it, or a tunnel (ssh "
             "-L); expected "

@@ -27,7 +27,7 @@ std::unique_ptr<PolicyClient> ClientOf(const Double& server, double connect_s = 
   return ClientOfWire(Wire::kVlaEval, server, connect_s, first_reply_s);
 }
 
-// Returns the kind of the failure. Its line must end with `end`.
+// Returns the kind of the ServerError that `function` throws. Its text must end with ": " and `end`.
 template <class Function>
 Kind FailureOf(const Function& function, const std::string& end) {
   try {

@@ -256,7 +256,7 @@ TEST(XPolicyLabClient, ExpectsAnAcknowledgment) {
   check(Double::Error{"not ready", "internal"}, Kind::kServer,
         "the request hello caused an internal error of the server (internal); the server reports: not ready");
   check(Double::Close{1011, "no"}, Kind::kUnreachable, "no)");
-  // The other server is an openpi server, which sends first.
+  // An openpi server sends a message first: here, an empty map.
   check(Double::Message{FromHex("80")}, Kind::kProtocol, "answers hello with map of 0");
 }
 

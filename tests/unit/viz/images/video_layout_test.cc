@@ -137,8 +137,8 @@ TEST(PanelSize, TooSmallForTextIsRefused) {
   EXPECT_THROW(CheckPanelSize({1281, 720}), InputError);
 }
 
-// A camera at the origin without rotation points along -z with y upward. With 90 degrees, the upper edge is
-// at 45 degrees.
+// A camera at the origin without rotation points along -z with y upward. With a vertical field of view of 90
+// degrees, the upper edge of the image is 45 degrees above the axis.
 TEST(Project, PinholeByHand) {
   const CameraPose camera{{0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, 90};
   const auto at = [&](double x, double y, double z) {
