@@ -392,6 +392,7 @@ void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
 }
 
 std::vector<Shard> MergePlan(const PlanFolder& folder) {
+  folder.CheckNoneIsInterrupted();
   const std::vector<PlannedRun> runs = RunsOf(folder.plan());
   // All runs are checked before the folder is changed.
   Checked checked(runs.size() * static_cast<size_t>(folder.plan().options.episodes));

@@ -151,6 +151,7 @@ class Shards {
 }  // namespace
 
 void RunPart(const PlanFolder& folder, int part, int parts, int workers) {
+  folder.CheckNoneIsInterrupted();
   InstallStopSignals();
   const std::vector<Shard> mine = ShardsOfPart(ShardsOf(folder.plan()), part, parts);
   PrintLine(fmt::format("part {} of {}: {}", part, parts, Plural(mine.size(), "shard")));

@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/file_errors.h"
+#include "base/input_file.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/this_process.h"
@@ -99,7 +100,27 @@ fs::path PlanFolder::run_folder(const std::string& policy, const std::string& ta
 }
 
 bool PlanFolder::has_run(const std::string& policy, const std::string& task) const {
-  return fs::exists(run_folder(policy, task) / kSummaryJson);
+  const fs::path run = run_folder(policy, task);
+  if (!fs::exists(run / kSummaryJson)) return false;
+  if (plan_.until || whole_.contains(run)) return true;
+  // An interrupted run has a summary, too.
+  if (CountLines(run / kEpisodesJsonl) < plan_.options.episodes) return false;
+  whole_.insert(run);
+  return true;
+}
+
+void PlanFolder::CheckNoneIsInterrupted() const {
+  for (const PlannedPolicy& policy : plan_.policies) {
+    for (const std::string& task : plan_.tasks) {
+      const fs::path run = run_folder(policy.name, task);
+      if (!fs::exists(run) || has_run(policy.name, task)) continue;
+      throw InputError(fmt::format(
+          "{}: {} of {} episodes, of a run without --part that was interrupted or is still running; finish "
+          "it "
+          "with 'evalbus run PLAN --out {} --resume', or remove its folder",
+          run.string(), CountLines(run / kEpisodesJsonl), plan_.options.episodes, path_.string()));
+    }
+  }
 }
 
 bool PlanFolder::has(const Shard& shard) const {

@@ -15,6 +15,7 @@
 #include <chrono>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -61,7 +62,11 @@ class PlanFolder {
   std::filesystem::path shard_folder(const Shard& shard) const { return path_ / kPartsFolder / shard.name(); }
   // True if the folder contains the results of the shard or of its merged run.
   bool has(const Shard& shard) const;
+  // True if the folder contains all planned episodes of this run.
   bool has_run(const std::string& policy, const std::string& task) const;
+  // Throws InputError if the folder contains a run with only some of its episodes, which a merge cannot
+  // complete.
+  void CheckNoneIsInterrupted() const;
 
   // Copies a finished shard's run folder into this folder, unless it is already there. If writing fails,
   // throws InputError or EnvironmentError (base/file_errors.h), without leaving a partial copy.
@@ -70,6 +75,8 @@ class PlanFolder {
  private:
   Plan plan_;
   std::filesystem::path path_;
+  // Run folders that were found to have all their episodes.
+  mutable std::set<std::filesystem::path> whole_;
 };
 
 // While this object exists, a marker in the plan's folder shows that this process is running the shard. Other

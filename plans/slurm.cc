@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <sstream>
 
 #include "base/errors.h"
 #include "base/text.h"
@@ -73,6 +74,28 @@ std::string OutputOf(const std::vector<std::string>& command) {
   throw EnvironmentError(command[0] + ": " + Printable(lines));
 }
 
+// Submits a script and returns its job number. Prints what sbatch says besides, for example warnings of the
+// cluster's plugins. Throws EnvironmentError.
+std::string Submit(const fs::path& script, const std::vector<std::string>& options = {}) {
+  std::vector<std::string> command = {"sbatch", "--parsable"};
+  command.insert(command.end(), options.begin(), options.end());
+  command.push_back(script.string());
+  std::istringstream output(OutputOf(command));
+  std::string job, others;
+  for (std::string line; std::getline(output, line);) {
+    // The line with the number is "NUMBER" or "NUMBER;CLUSTER".
+    const std::string number = line.substr(0, line.find(';'));
+    if (!number.empty() && std::ranges::all_of(number, [](char c) { return c >= '0' && c <= '9'; })) {
+      job = number;
+    } else {
+      others += Printable(line) + "\n";
+    }
+  }
+  fmt::print(stderr, "{}", others);
+  if (job.empty()) throw EnvironmentError("sbatch printed no job number for " + script.string());
+  return job;
+}
+
 int NumParts(const Plan& plan, const SlurmOptions& options) {
   const int shards = static_cast<int>(ShardsOf(plan).size());
   if (options.array_size > 0) return std::min(options.array_size, shards);
@@ -93,6 +116,7 @@ int NumParts(const Plan& plan, const SlurmOptions& options) {
 }  // namespace
 
 SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& options, int parts) {
+  folder.CheckNoneIsInterrupted();
   SlurmScripts scripts;
   scripts.parts = parts;
   const std::vector<Shard> shards = ShardsOf(folder.plan());
@@ -155,12 +179,17 @@ void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options) {
   fs::create_directories(own);
   WriteWhole(own / "array.sh", scripts.array);
   WriteWhole(own / "merge.sh", scripts.merge);
-  const std::string array = OutputOf({"sbatch", "--parsable", (own / "array.sh").string()});
-  const std::string job = array.substr(0, array.find(';'));
-  const std::string merge =
-      OutputOf({"sbatch", "--parsable", "--dependency=afterany:" + job, (own / "merge.sh").string()});
+  const std::string job = Submit(own / "array.sh");
+  std::string merge;
+  try {
+    merge = Submit(own / "merge.sh", {"--dependency=afterany:" + job});
+  } catch (const EnvironmentError& error) {
+    throw EnvironmentError(fmt::format("{}; the array was submitted as job {}: merge its results with {}",
+                                       error.what(), job,
+                                       ShellWords({"evalbus", "merge", folder.path().string()})));
+  }
   fmt::print("array    job {}, {}\nmerge    job {}\nfolder   {}\nprogress {}\n", job,
-             Plural(scripts.todo.size(), "task"), merge.substr(0, merge.find(';')), folder.path().string(),
+             Plural(scripts.todo.size(), "task"), merge, folder.path().string(),
              ShellWords({"evalbus", "status", folder.path().string()}));
 }
 

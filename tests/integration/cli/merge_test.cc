@@ -249,6 +249,26 @@ TEST_F(Merge, RemovesOnlyWhatItCounted) {
   ExpectMerged();
 }
 
+// An interrupted 'evalbus run PLAN' leaves a summary, too.
+TEST_F(Merge, ARunThatLacksEpisodesIsNotWhole) {
+  ASSERT_EQ(MergePlan().code, 0);
+  const fs::path lines = Run("rnd") / "episodes.jsonl";
+  const std::string text = ReadText(lines);
+  WriteText(lines, text.substr(0, text.find('\n') + 1));
+  const std::string reason = ": 1 of 4 episodes, of a run without --part that was interrupted";
+  ExpectRefused(reason);
+  for (const std::vector<std::string>& options :
+       std::vector<std::vector<std::string>>{{"--part", "1/1"}, {"--slurm-dry-run", "--array-size", "1"}}) {
+    std::vector<std::string> command = {"evalbus", "run", made_->path() / "plan.yaml", "--out", results_};
+    command.insert(command.end(), options.begin(), options.end());
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1) << result.out;
+    EXPECT_NE(result.err.find(reason), std::string::npos) << result.err;
+  }
+  const std::string status = RunProgram({"evalbus", "status", results_}).out;
+  EXPECT_NE(status.find("5 of 8 episodes done"), std::string::npos) << status;
+}
+
 TEST_F(Merge, WhatAKilledMergeLeftIsGoneAfterTheNext) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
   const auto kill_at = [&](const std::string& call, int number) {
