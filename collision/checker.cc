@@ -318,10 +318,19 @@ bool CollisionChecker::Impl::Evaluate(const Pair& pair, bool true_distance, Prox
       contact_result.clear();
       fcl::collide(first.fcl_shape.get(), first.fcl_pose, second.fcl_shape.get(), second.fcl_pose,
                    contact_request, contact_result);
-      const fcl::Contactd& contact = contact_result.getContact(0);
-      result->distance = 2 * kGrowth - contact.penetration_depth;
-      result->point = contact.pos;
-      result->normal = contact.normal;
+      if (contact_result.numContacts() > 0 && contact_result.getContact(0).normal.squaredNorm() > 0.5) {
+        const fcl::Contactd& contact = contact_result.getContact(0);
+        result->distance = 2 * kGrowth - contact.penetration_depth;
+        result->point = contact.pos;
+        result->normal = contact.normal;
+        return true;
+      }
+      // The enlarged shapes only touch. FCL then gives a zero normal or, because its two algorithms differ in
+      // the last bit, no contact.
+      const Eigen::Vector3d a = first.fcl_pose.translation(), b = second.fcl_pose.translation();
+      result->distance = 2 * kGrowth;
+      result->point = (a + b) / 2;
+      result->normal = a == b ? Eigen::Vector3d::UnitZ() : (b - a).normalized();
       return true;
     }
     if (!true_distance) return false;

@@ -80,6 +80,34 @@ std::vector<std::pair<std::string, std::vector<double>>> Observe(const model_inf
   return result;
 }
 
+// True if a state has as many bodies, arms, joints, grippers and coordinates as the model.
+bool Fits(const state_t& state, const model_info_t& model, const state_t& first) {
+  const auto has_joints = [&](const arm_state_t& arm, const arm_info_t& info) {
+    const auto n = static_cast<size_t>(info.num_joints);
+    return arm.joint_position_rad.size() == n &&
+           (!model.has_velocity || arm.joint_velocity_radps.size() == n);
+  };
+  return state.body.size() == model.body_name.size() && state.gripper.size() == model.gripper.size() &&
+         std::ranges::equal(state.arm, model.arm, has_joints) &&
+         state.qpos_mixed.size() == first.qpos_mixed.size() &&
+         state.qvel_mixed.size() == first.qvel_mixed.size();
+}
+
+// Returns the action that the robot executed from a tick to the next one, in real time. A tick without an
+// ACTION in time held the action that had arrived last, which the next STATE shows.
+std::optional<action_t> HeldAction(const state_t& state, const state_t& next) {
+  if (next.deadline_misses == state.deadline_misses) return std::nullopt;
+  action_t action{};
+  action.header = state.header;
+  for (const arm_state_t& arm : next.arm) {
+    action.joint_position_rad.insert(action.joint_position_rad.end(), arm.joint_command_rad.begin(),
+                                     arm.joint_command_rad.end());
+  }
+  for (const gripper_state_t& gripper : next.gripper)
+    action.gripper_closing.push_back(gripper.closing_command);
+  return action;
+}
+
 // Returns the task and the robot, for example "lift_pot/position with bimanual_panda".
 std::string NameOf(const model_info_t& model) {
   return model.task + "/" + model.variation + " with " + model.robot;
@@ -187,6 +215,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
   if (reader.log().damaged_places() > 0)
     fail(fmt::format("damaged: {} bytes cannot be read", reader.log().damaged_bytes()));
   if (!last || !last->model || !last->begin) fail("no episode in this log (MODEL and EPISODE_BEGIN)");
+  if (!last->end || !last->summary) fail("the end of the episode is missing (EPISODE_END, EPISODE_SUMMARY)");
   const std::vector<action_t>& actions = last->actions;
   EpisodeSteps episode;
   episode.log = log;
@@ -194,15 +223,23 @@ EpisodeSteps ReadSteps(const fs::path& log) {
   episode.begin = *std::move(last->begin);
   episode.states = std::move(last->states);
   episode.summary = std::move(last->summary);
+  const std::vector<state_t>& states = episode.states;
+  const auto num_ticks = static_cast<size_t>(last->end->header.tick + 1);
   size_t at = 0;
-  for (size_t i = 0; i < episode.states.size(); ++i) {
-    if (episode.states[i].header.tick != static_cast<int64_t>(i)) fail(fmt::format("tick {} is missing", i));
-    if (i + 1 == episode.states.size()) break;
-    // In real time, the sim repeats the last action if no action arrives for a tick.
-    while (at + 1 < actions.size() && actions[at + 1].header.tick <= static_cast<int64_t>(i)) ++at;
-    if (actions.empty() || actions[at].header.tick > static_cast<int64_t>(i)) {
-      fail(fmt::format("no action for tick {}: a training set needs an action for every tick", i));
+  for (size_t i = 0; i < num_ticks; ++i) {
+    if (i == states.size() || states[i].header.tick != static_cast<int64_t>(i))
+      fail(fmt::format("tick {} is missing", i));
+    if (!Fits(states[i], episode.model, states[0]))
+      fail(fmt::format("STATE of tick {} does not fit MODEL", i));
+    if (i == 0) continue;
+    const auto tick = static_cast<int64_t>(i - 1);
+    if (const auto held = HeldAction(states[i - 1], states[i])) {
+      episode.actions.push_back(*held);
+      continue;
     }
+    while (at < actions.size() && actions[at].header.tick < tick) ++at;
+    if (at == actions.size() || actions[at].header.tick != tick)
+      fail(fmt::format("no action for tick {}: a training set needs an action for every tick", tick));
     episode.actions.push_back(actions[at]);
   }
   const size_t width = ActionLimits(episode.model).lower.size();

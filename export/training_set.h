@@ -16,8 +16,8 @@
 
 namespace evalbus::exports {
 
-// An episode of a log as training steps. Action i was commanded at the state of tick i and led to the state
-// of tick i + 1.
+// An episode of a log as training steps. Action i was executed at the state of tick i and led to the state of
+// tick i + 1. In real time, it is the held action if no action arrived in time for tick i.
 struct EpisodeSteps {
   std::filesystem::path log;
   model_info_t model{};
@@ -29,8 +29,8 @@ struct EpisodeSteps {
   bool success() const { return summary && summary->complete && summary->metrics.success; }
 };
 
-// Throws InputError, with one line that names the log, if the log is damaged, has no episode or several, has
-// no actions, or lacks ticks.
+// Throws InputError, with one line that names the log, if the log is damaged, has no episode or several, or
+// lacks a tick, the action of a tick, or the end of the episode.
 EpisodeSteps ReadSteps(const std::filesystem::path& log);
 
 // Name of the HDF5 dataset, or (with ".jsonl") of the file in the folder, that lists the start of each

@@ -59,6 +59,9 @@ TaskSelection Resolve(RunOptions* options) {
   options->sim.assets = AbsoluteAssets(options->sim.assets);
   if (!options->sim.engine.empty()) options->sim.engine = FindEngine(options->sim.engine);
   FollowRecording(options);
+  std::ranges::sort(options->only);
+  const auto repeated = std::ranges::unique(options->only);
+  options->only.erase(repeated.begin(), repeated.end());
   // Processes may have other working directories.
   for (std::string* name : {&options->policy.policy, &options->policy.contract}) {
     if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
@@ -116,6 +119,17 @@ void CheckResumable(const results::RecordedRun& before, const RunOptions& option
 
 bool IsWanted(const RunOptions& options, int episode) {
   return options.only.empty() || std::ranges::find(options.only, episode) != options.only.end();
+}
+
+// Returns "only" of run.json for a run that is resumed with this --only. A run that was planned with all of
+// its episodes remains so; otherwise, its missing episodes would no longer be counted.
+std::vector<int> UnionOfOnly(const results::RecordedRun& before, const std::vector<int>& only) {
+  if (!before.is_part() || only.empty()) return {};
+  std::set<int> all(only.begin(), only.end());
+  for (const nlohmann::ordered_json& episode : before.info.at("only")) {
+    if (episode.is_number_integer()) all.insert(episode.get<int>());
+  }
+  return {all.begin(), all.end()};
 }
 
 // Returns the starts of the training sets in the contract's `trained_on`; nullopt if the contract has none.
@@ -225,9 +239,11 @@ PreparedRun PrepareRun(RunOptions options) {
   options.sim.run_id = NameOfRun(folder.path());
   std::vector<nlohmann::ordered_json> finished;
   std::set<int> numbers;
+  std::vector<int> planned_only = options.only;
   if (fs::exists(folder.path() / kRunJson)) {
     const results::RecordedRun before = results::ReadRunAsFarAsItGot(folder.path());
     CheckResumable(before, options, facts);
+    planned_only = UnionOfOnly(before, options.only);
     for (const results::RecordedEpisode& episode : before.episodes) {
       if (episode.invalid() && IsWanted(options, episode.episode)) continue;
       finished.push_back(episode.Json());
@@ -240,8 +256,8 @@ PreparedRun PrepareRun(RunOptions options) {
   }
   RunPlan plan = PlanOf(options, facts, numbers);
   plan.trained_on = std::move(training);
-  return {std::move(options), std::move(prepared), std::move(facts),
-          std::move(folder),  std::move(plan),     std::move(finished)};
+  return {std::move(options), std::move(prepared), std::move(facts),       std::move(folder),
+          std::move(plan),    std::move(finished), std::move(planned_only)};
 }
 
 PreparedRun PrepareWorker(RunOptions options) {
@@ -271,7 +287,9 @@ void Announce(PreparedRun* run) {
   if (!run->plan.episodes.empty()) fs::remove(run->folder.path() / kSummaryJson);
   if (run->scene) sim::WriteModels(*run->scene, run->folder.path());
   run->scene.reset();
-  run->folder.WriteJson(kRunJson, RunJson(run->facts, run->options));
+  nlohmann::ordered_json json = RunJson(run->facts, run->options);
+  json["only"] = run->planned_only;
+  run->folder.WriteJson(kRunJson, json);
 }
 
 }  // namespace evalbus::runner

@@ -7,6 +7,7 @@
 #include "base/random.h"
 #include "base/text.h"
 #include "models/mujoco_errors.h"
+#include "models/task_family.h"
 #include "sim/repeat_periods.h"
 
 namespace evalbus::sim {
@@ -33,7 +34,7 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
   model_bytes_ = Encode(scene_.info);
   for (const std::string& warning : scene_.scene.warnings) log().Warn("{}", warning);
   SetMujocoWarningSink([this](const std::string& warning) { log().Warn("MuJoCo: {}", warning); });
-  const SeedSource seeds{options.seed, options.seed_stream, scene_.task.name, scene_.variation};
+  const SeedSource seeds{options.seed, options.seed_stream, FamilyOf(scene_.task.name), scene_.variation};
   for (int i = 0; i < options.episodes; ++i) {
     command_t command{};
     command.kind = command_t::START_EPISODE;
@@ -189,6 +190,7 @@ void SimComponent::StartIfReady() {
   log().Info("begins, seed {}", begin_.seed);
   state_.header = begin_.header;
   deadline_misses_ = 0;
+  newest_action_ = 0;
   success_us_.reset();
   published_.clear();
   action_latency_.Clear();
@@ -223,11 +225,13 @@ void SimComponent::OnAction(const action_t& action) {
                       ": is a second policy on this bus?");
   }
   // In lockstep, only the answer to the current tick is used. In real time, the answer to an earlier tick may
-  // be the latest action of a slow policy.
-  if (answer == ConflictDetector::Answer::kRepeated || (action.header.tick < tick && !options_.realtime)) {
+  // be the latest action of a slow policy, unless the answer to a later tick has overtaken it.
+  const int64_t oldest = options_.realtime ? newest_action_ : tick;
+  if (answer == ConflictDetector::Answer::kRepeated || action.header.tick < oldest) {
     ++status_.foreign_messages;
     return;
   }
+  newest_action_ = action.header.tick;
   if (options_.realtime) TimeAnswer(action.header.tick, &action_latency_);
   const std::string fault = action.error.empty() ? world_.Apply(action) : action.error;
   if (action.header.tick == tick) tick_.has_action = true;

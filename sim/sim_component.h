@@ -108,6 +108,8 @@ class SimComponent : public Component {
   episode_end_t end_{};
   Tick tick_;
   int64_t deadline_misses_ = 0;
+  // Largest tick of the ACTIONs that were used in this episode.
+  int64_t newest_action_ = 0;
   // Simulated time of the first success.
   std::optional<int64_t> success_us_;
 

@@ -27,6 +27,14 @@ RecordedActions ReadActions(const std::filesystem::path& log, int episode) {
     throw InputError("policy \"replay\": " + log.string() + " is damaged (" +
                      Plural(reader.log().damaged_bytes(), "byte") + "), so actions may be missing");
   }
+  const bool is_lockstep = recorded.episode.model && recorded.episode.model->clock == clock_name::kLockstep;
+  int64_t tick = 0;
+  for (const action_t& action : recorded.episode.actions) {
+    if (is_lockstep && action.header.tick != tick) {
+      throw InputError(fmt::format("policy \"replay\": {} has no action for tick {}", log.string(), tick));
+    }
+    ++tick;
+  }
   return recorded;
 }
 

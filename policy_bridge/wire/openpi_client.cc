@@ -28,14 +28,6 @@ std::string NewSessionId(int64_t episode) {
   return fmt::format("evalbus-episode{}-{:08x}{:08x}", episode, random(), random());
 }
 
-// Returns the value as a double, or nothing if it is not a number.
-std::optional<double> Number(const Value* value) {
-  if (!value) return std::nullopt;
-  if (const auto* number = value->As<double>()) return *number;
-  if (const auto* number = value->As<int64_t>()) return static_cast<double>(*number);
-  return std::nullopt;
-}
-
 class OpenpiClient : public WebsocketClient {
  public:
   explicit OpenpiClient(const ClientOptions& options)
@@ -82,8 +74,8 @@ class OpenpiClient : public WebsocketClient {
     Answered();
     is_used_ = true;
     if (const Value* timing = reply.value.Find("server_timing")) {
-      const std::optional<double> infer_ms = Number(timing->Find("infer_ms"));
-      if (infer_ms) reply.SetServerTime(*infer_ms);
+      const Value* infer_ms = timing->Find("infer_ms");
+      if (const auto ms = infer_ms ? infer_ms->Number() : std::nullopt) reply.SetServerTime(*ms);
     }
     return reply;
   }

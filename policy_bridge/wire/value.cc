@@ -40,6 +40,12 @@ void Append(const Array& array, std::vector<double>* numbers) {
 
 }  // namespace
 
+std::optional<double> Value::Number() const {
+  if (const auto* number = As<double>()) return *number;
+  if (const auto* number = As<int64_t>()) return static_cast<double>(*number);
+  return std::nullopt;
+}
+
 const Value* Value::Find(std::string_view key) const {
   const Map* map = As<Map>();
   if (!map) return nullptr;

@@ -58,6 +58,8 @@ class Value {
     return std::get_if<T>(&value_);
   }
   const Variant& variant() const { return value_; }
+  // Returns an integer or floating-point value as a double; nothing for other types.
+  std::optional<double> Number() const;
 
   // Returns the value of a key. Returns null if this is not a map or the key is missing.
   const Value* Find(std::string_view key) const;

@@ -50,9 +50,9 @@ std::string TextOf(const Value* value) { return value ? TextOrDescription(*value
 Value AsArray(Value value) {
   std::vector<double> numbers;
   const auto add = [&](const Value& number) {
-    if (const auto* real = number.As<double>()) return numbers.push_back(*real), true;
-    if (const auto* whole = number.As<int64_t>()) return numbers.push_back(static_cast<double>(*whole)), true;
-    return false;
+    const std::optional<double> value_of = number.Number();
+    if (value_of) numbers.push_back(*value_of);
+    return value_of.has_value();
   };
   if (Array* array = value.As<Array>()) {
     if (array->shape.empty()) array->shape = {1};
@@ -160,7 +160,7 @@ class XPolicyLabClient : public WebsocketClient {
     ++step_;
     Reply reply;
     if (const Value* latency = payload.Find("latency_ms")) {
-      if (const auto* ms = latency->As<double>()) reply.SetServerTime(*ms);
+      if (const std::optional<double> ms = latency->Number()) reply.SetServerTime(*ms);
     }
     if (List* list = actions->As<List>(); list && !list->empty() && list->front().Is<Map>()) {
       try {

@@ -226,6 +226,8 @@ std::string LineColor(const std::string& name, size_t index) {
 
 void DrawCurves(const CurveFigure& figure, Markup* html) {
   constexpr double kWidth = 360, kHeight = 168, kLeft = 44, kRight = 350, kTop = 18, kBottom = 144;
+  // A log may have no STATE that fits its MODEL.
+  if (figure.time.empty()) return;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const CurveFigure::Line& line : figure.lines) {
     for (const double value : line.value) {

@@ -12,6 +12,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "bus/channels.h"
+#include "bus/event_log.h"
 #include "tests/integration/harness.h"
 
 namespace evalbus::outputs_test {
@@ -123,6 +125,46 @@ TEST_F(Outputs, NeverReplaceFilesOfARun) {
     const Result result = Write({"evalbus", "export", run_, "--csv"}, run_ / "table.csv");
     EXPECT_EQ(result.code, 0) << result.err;
   }
+}
+
+// Every event that remains in these logs is intact.
+TEST_F(Outputs, ATrainingSetNeedsEveryActionAndTheEnd) {
+  const fs::path log = LogFile(run_, 0);
+  const std::string text = ReadText(log);
+  size_t without_action = 0, action_size = 0, end = 0;
+  {
+    EventLogReader reader(log);
+    size_t begin = 0, actions = 0;
+    for (LogEvent event; reader.Next(&event);) {
+      const size_t size = 28 + event.channel.size() + event.data.size();
+      if (event.channel == channels::kAction && actions++ == 3) {
+        without_action = begin;
+        action_size = size;
+      }
+      if (event.channel == channels::kEpisodeEnd && end == 0) end = begin;
+      begin += size;
+    }
+  }
+  ASSERT_GT(action_size, 0u);
+  ASSERT_GT(end, 0u);
+  const auto refused = [&](const std::string& damaged, const std::string& reason) {
+    WriteText(log, damaged);
+    for (const char* option : {"--hdf5", "--safetensors"}) {
+      const Result result = Write({"evalbus", "export", run_, option}, work_ / "set");
+      EXPECT_EQ(result.code, 1) << option;
+      EXPECT_NE(result.err.find(log.string() + ": " + reason), std::string::npos) << result.err;
+      EXPECT_FALSE(fs::exists(work_ / "set"));
+    }
+  };
+  refused(text.substr(0, without_action) + text.substr(without_action + action_size), "no action for tick 3");
+  const Result replay =
+      RunProgram({"evalbus", "run", "lift_pot/position", "--policy", "replay_anyway:" + run_.string(),
+                  "--episodes", "1", "--in-process", "--out", work_ / "replay"});
+  EXPECT_NE(replay.code, 0) << replay.out;
+  EXPECT_NE((replay.out + replay.err).find("has no action for tick 3"), std::string::npos)
+      << replay.out << replay.err;
+  refused(text.substr(0, end), "the end of the episode is missing");
+  WriteText(log, text);
 }
 
 TEST_F(Outputs, AnMcapFileHoldsOneEpisode) {

@@ -277,6 +277,32 @@ TEST(Like, RunsAnOlderRunAgain) {
   EXPECT_EQ(std::count(resumed.err.begin(), resumed.err.end(), '\n'), 1) << resumed.err;
 }
 
+// Readers of a run count the planned episodes that are missing.
+TEST(ResumedSelection, DoesNotReplaceThePlannedEpisodes) {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  const auto planned = [&](const std::string& only, bool resume) {
+    std::vector<std::string> command = {"evalbus",    "run", "lift_pot/position", "--policy", "hold",
+                                        "--episodes", "4",   "--in-process",      "--out",    run};
+    if (!only.empty()) command.insert(command.end(), {"--only", only});
+    if (resume) command.push_back("--resume");
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 0) << result.err;
+    return ordered_json::parse(ReadText(run / "run.json"))["only"];
+  };
+  EXPECT_EQ(planned("2,0,2", false), ordered_json({0, 2}));
+  EXPECT_EQ(planned("1", true), ordered_json({0, 1, 2}));
+  EXPECT_EQ(planned("", true), ordered_json::array());
+  // Episode 3 is missing, as after an interruption, and another one is repeated.
+  std::string lines = ReadText(run / "episodes.jsonl");
+  lines.erase(lines.rfind('\n', lines.size() - 2) + 1);
+  lines.erase(lines.rfind('\n', lines.size() - 2) + 1);
+  WriteText(run / "episodes.jsonl", lines);
+  EXPECT_EQ(planned("2", true), ordered_json::array());
+  const Result table = RunProgram({"evalbus", "export", run, "--csv", folder.path() / "table.csv"});
+  EXPECT_NE(table.err.find("3 of 4 episodes have finished"), std::string::npos) << table.out << table.err;
+}
+
 // Without seed_stream in run.json, the seeds of episodes depend on the run's seed and the index alone.
 TEST(SeedStream, ARunThatIsOlderThanItKeepsItsSeeds) {
   const TemporaryFolder folder;

@@ -367,4 +367,22 @@ TEST(CollisionClosedForm, DepthOfPolytopesIsTheSmallestOverAllSeparatingAxes) {
   }
 }
 
+// At this distance, FCL's two algorithms may disagree on whether the shapes touch.
+TEST(ClosedForm, NormalsAreUnitVectorsAtTheTouchDistance) {
+  TwoGeoms pair("type='box' size='.5 .5 .1'", "type='cylinder' size='.1 .1'");
+  int contacts = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double error = std::pow(10.0, -16 + i % 5) * (i % 2 == 0 ? 1 : -1);
+    const Vector3d position(0.1 * std::sin(i), 0.1 * std::cos(2 * i),
+                            0.2 + contact_t::TOUCH_DISTANCE_M + error);
+    pair.Place(2, position, Quaterniond(Eigen::AngleAxisd(0.1 * i, Vector3d::UnitZ())));
+    const std::optional<contact_t> contact = pair.Check();
+    if (!contact) continue;
+    ++contacts;
+    const Vector3d normal(contact->normal[0], contact->normal[1], contact->normal[2]);
+    ASSERT_NEAR(normal.norm(), 1, 1e-9) << i;
+  }
+  EXPECT_GT(contacts, 100);
+}
+
 }  // namespace evalbus::collision::closed_form_test

@@ -477,6 +477,27 @@ TEST_F(SimComponentTest, RealtimeHoldsTheLastActionAndCountsTheMiss) {
   EXPECT_THAT(Logged(), testing::ContainsRegex("warning. sim  e0 t2  1 tick without an ACTION in time, "));
 }
 
+// Datagrams of a policy on another machine may be reordered.
+TEST_F(SimComponentTest, RealtimeIgnoresAnActionThatALaterOneHasOvertaken) {
+  SimOptions options;
+  options.realtime = true;
+  MakeSim(options);
+  Start();
+  sim_->Poll(sim_->next_poll());
+  HandleAll();
+  ASSERT_EQ(tick(), 1);
+  action_t newer = Action(1), older = Action(0);
+  newer.joint_position_rad[0] += 0.1;
+  Act(newer);
+  EXPECT_EQ(sim_->status().foreign_messages, 0);
+  Act(older);
+  EXPECT_EQ(sim_->status().foreign_messages, 1);
+  sim_->Poll(sim_->next_poll());
+  HandleAll();
+  EXPECT_EQ(states_.back().deadline_misses, 1);
+  EXPECT_DOUBLE_EQ(states_.back().arm[0].joint_command_rad[0], newer.joint_position_rad[0]);
+}
+
 TEST_F(SimComponentTest, RealtimeReportsHowLateTicksWere) {
   SimOptions options;
   options.realtime = true;

@@ -235,13 +235,15 @@ TEST(XPolicyLabClient, TakesNoOtherAnswer) {
 
 // A policy may also answer with a single array.
 TEST(XPolicyLabClient, PassesOtherActionsOn) {
-  const Value actions = Map{{"actions", FloatArray({1, 2}, {1, 2})}, {"latency_ms", 250.0}};
-  Double server(Answering(actions));
-  const auto client = ClientOf(server);
-  client->Connect();
-  const Reply reply = client->Infer(kObservation);
-  EXPECT_EQ(reply.value, actions);
-  EXPECT_EQ(reply.server_s, 0.25);
+  for (const Value& latency_ms : {Value(250.0), Value(250)}) {
+    const Value actions = Map{{"actions", FloatArray({1, 2}, {1, 2})}, {"latency_ms", latency_ms}};
+    Double server(Answering(actions));
+    const auto client = ClientOf(server);
+    client->Connect();
+    const Reply reply = client->Infer(kObservation);
+    EXPECT_EQ(reply.value, actions);
+    EXPECT_EQ(reply.server_s, 0.25);
+  }
 }
 
 TEST(XPolicyLabClient, ExpectsAnAcknowledgment) {
