@@ -74,7 +74,7 @@ std::string OutputOf(const std::vector<std::string>& command) {
   throw EnvironmentError(command[0] + ": " + Printable(lines));
 }
 
-// Submits a script and returns its job number. Prints what sbatch says besides, for example warnings of the
+// Submits a script and returns its job number. Prints the other lines of sbatch, for example warnings of the
 // cluster's plugins. Throws EnvironmentError.
 std::string Submit(const fs::path& script, const std::vector<std::string>& options = {}) {
   std::vector<std::string> command = {"sbatch", "--parsable"};
