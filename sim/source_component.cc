@@ -384,13 +384,13 @@ std::string SourceComponent::TakeContacts(const source_state_t& message, Sample*
   return "";
 }
 
-void SourceComponent::CheckUnitOfStamps(double time_s) const {
-  const double expected_s = Seconds(kSamplesForUnit * source_announcement_->period_us);
+void SourceComponent::CheckUnitOfStamps(int64_t samples, double time_s) const {
+  const double expected_s = Seconds(samples * source_announcement_->period_us);
   if (time_s >= kLeastShareOfPeriod * expected_s) return;
   throw InputError(
       fmt::format("source '{}': {} samples took {:.3g} s by their stamp_us, expected about {:.3g} s with the "
                   "stated period_us of {}; are these microseconds?",
-                  source(), kSamplesForUnit, time_s, expected_s, source_announcement_->period_us));
+                  source(), samples, time_s, expected_s, source_announcement_->period_us));
 }
 
 void SourceComponent::OnSample(const source_state_t& message) {
@@ -451,7 +451,9 @@ void SourceComponent::OnSample(const source_state_t& message) {
       arrived.is_last = true;
     }
     newest_->stamp_us = message.stamp_us;
-    if (newest_episode_ == 0 && message.sample == kSamplesForUnit) CheckUnitOfStamps(arrived.sample->time_s);
+    // Sample kSamplesForUnit itself may be lost.
+    if (newest_episode_ == 0 && message.sample >= kSamplesForUnit && !std::exchange(unit_is_checked_, true))
+      CheckUnitOfStamps(message.sample, arrived.sample->time_s);
     const std::string beyond = scene_->BeyondRange(*arrived.sample);
     if (!beyond.empty()) arrived.beyond_range = fmt::format("sample {}: {}", message.sample, beyond);
   }

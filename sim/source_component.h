@@ -107,7 +107,7 @@ class SourceComponent : public Component {
   void OnStatus(const component_status_t& status);
   void OnSample(const source_state_t& message);
   // Throws InputError if the stamps of the first samples, which took this long, are not in microseconds.
-  void CheckUnitOfStamps(double time_s) const;
+  void CheckUnitOfStamps(int64_t samples, double time_s) const;
   void OnContacts(const source_contacts_t& contacts);
   void OnImage(std::string_view channel, std::span<const uint8_t> data);
   void OnPartial(const partial_metrics_t& partial);
@@ -185,6 +185,7 @@ class SourceComponent : public Component {
   Wait silence_{SteadyTime{}}, unscored_{SteadyTime{}};
   std::optional<Running> running_;
   bool unknown_told_ = false;
+  bool unit_is_checked_ = false;
 
   Repeater announcement_, model_, unanswered_state_, unanswered_end_;
   int64_t model_published_sim_us_ = 0;

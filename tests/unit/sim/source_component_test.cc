@@ -667,6 +667,17 @@ TEST_F(SourceComponentTest, StampsAreMicroseconds) {
             "period_us of 20000; are these microseconds?");
 }
 
+TEST_F(SourceComponentTest, StampsAreMicrosecondsAlsoIfASampleIsLost) {
+  Start();
+  const auto milliseconds = [&](int64_t i) {
+    source_state_t sample = Sample(i);
+    sample.stamp_us /= 1000;
+    return sample;
+  };
+  for (int64_t i = 0; i < 20; ++i) Send(milliseconds(i));
+  EXPECT_THAT(Error([&] { Send(milliseconds(21)); }), testing::HasSubstr("are these microseconds?"));
+}
+
 TEST_F(SourceComponentTest, CountsMustBeThoseOfTheAnnouncement) {
   Start();
   source_state_t sample = Sample(0);
