@@ -96,8 +96,9 @@ def check_active(browser, axe, evalbus, folder, found):
             browser.evaluate(f"evalbusViewer.parts.{tab}.click()")
             check(browser, axe, f"active run, {tab}", found)
     file = folder / "plan.yaml"
-    file.write_text("policies: [expert, {name: noisy, policy: noisy_expert}]\ntasks: [lift_pot/position, stack_two_blocks/position]\nepisodes: 100\n")
-    with active(plan, evalbus, "run", file, *paced), served(evalbus, plan) as url:
+    file.write_text("policies: [expert, {name: noisy, policy: noisy_expert}]\ntasks: [lift_pot/position, stack_two_blocks/position]\n"
+                    "episodes: 100\noptions: {realtime: true, rtf: 1}\n")
+    with active(plan, evalbus, "run", file), served(evalbus, plan) as url:
         open_url(browser, url)
         for name, address, condition in (("overview", "#/board", f"{VIEWS}.name === 'board'"), ("episodes", "#/episodes", f"{VIEWS}.name === 'episodes'"),
                                          ("player", "#/player", PLAYER)):

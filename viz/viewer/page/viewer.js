@@ -600,7 +600,10 @@ Evalbus.Viewer = class {
       const name = this.tracks.length > 1 && this.runs.size > 1 && run ? `${Evalbus.runName(run.info)} · ` : "";
       const letter = this.tracks.length > 1 ? Evalbus.element("b", { class: k === 0 ? null : "ev-b" }, k === 0 ? "A" : "B") : null;
       const ghost = k > 0 && !this.isBeside ? " · ghost" : "";
-      return Evalbus.element("span", { class: "ev-label-chip" }, letter, `${name}${track.title()}${ghost}`);
+      // The label of B is short where both have the same seed.
+      const isSameSeed = k > 0 && Number.isFinite(track.head.seed) && track.head.seed === this.tracks[0].head.seed;
+      const title = isSameSeed ? `episode ${track.episode} · same seed` : track.title();
+      return Evalbus.element("span", { class: "ev-label-chip" }, letter, `${name}${title}${ghost}`);
     });
     this.parts.labels.replaceChildren(...labels);
     this.parts.view.classList.toggle("ev-beside", this.isBeside && this.tracks.length > 1);
