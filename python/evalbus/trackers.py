@@ -17,12 +17,15 @@ from evalbus.command import parser, run_module
 from evalbus.errors import InputError
 from evalbus.runs import Episode, Run, read_runs
 
-# Options that often change when a run is resumed, so that they are not part of its id.
-_VARIABLE = {"episodes", "workers", "url", "until"}
+# Keys of run.json that may differ when a run is resumed, so that they are not part of its id.
+_VARIABLE = {
+    *("episodes", "only", "until", "workers", "url", "in_process", "by_hand", "video", "log", "model_path", "assets", "task_path"),
+    *("git_dirty", "renderer", "renderer_warning", "run_id", "scene_warnings"),
+}
 
 
 def run_id(run: Run) -> str:
-    """Returns the id of a run in every tracker. It is equal for equal folder names and options."""
+    """Returns the id of a run in every tracker. It is equal for equal folder names and equal options that --resume requires."""
     options = {key: value for key, value in run.options.items() if key not in _VARIABLE}
     text = json.dumps([run.folder.absolute().name, options], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -27,7 +27,8 @@ VIEWS = "evalbusViewer.views"
 @contextlib.contextmanager
 def served(evalbus, *arguments):
     """Starts `evalbus web` with these arguments; yields its URL."""
-    web = subprocess.Popen([evalbus, "web", *map(str, arguments), "--port", "0"], stdout=subprocess.PIPE, text=True)
+    port = () if "--port" in arguments else ("--port", "0")
+    web = subprocess.Popen([evalbus, "web", *map(str, arguments), *port], stdout=subprocess.PIPE, text=True)
     try:
         yield re.search(r"http://\S+", web.stdout.readline())[0]
     finally:
@@ -367,6 +368,7 @@ def check_plan(browser, evalbus, plan, folder, found):
         if browser.evaluate("evalbusViewer.notes.canWrite"):
             found.append("other machines may write notes")
     check_early(browser, evalbus, plan, policies, found)
+    check_restart(browser, evalbus, policies, found)
     with served(evalbus, policies[0][1]) as url:
         open_url(browser, url)
         wait_until(browser, "evalbusViewer.summary().hasImage", "a single run does not open with its episode")
@@ -378,6 +380,25 @@ def check_plan(browser, evalbus, plan, folder, found):
         summary = json.loads((policies[0][1] / "summary.json").read_text())
         if f"({summary['successes']} of {summary['complete']}), 95 % CI " not in heading:
             found.append(f"the heading of a single run is {heading!r}")
+
+
+def check_restart(browser, evalbus, policies, found):
+    """Checks that runs, and their episodes, disappear if the next server at the address does not have them."""
+    runs = [run for _, run in policies]
+    with served(evalbus, *runs) as url:
+        open_url(browser, url)
+        browser.evaluate("location.hash = '#view:run=1,episode=0,t=0.100'")
+        wait_until(browser, "evalbusViewer.summary().shown[0] === '1/0' && evalbusViewer.summary().hasImage", "the episode is not shown")
+    wait_until(browser, "evalbusViewer.connectionState === 'lost'", "the end of the server is not noticed")
+    if browser.evaluate("[evalbusViewer.runs.size, evalbusViewer.tracks.length]") != [2, 1]:
+        found.append("a page without a server does not keep its runs")
+    # Run 0 of the next server is another run with the same number.
+    with served(evalbus, runs[1], "--port", re.search(r":(\d+)/", url)[1]):
+        wait_until(browser, "evalbusViewer.runs.size === 1 && evalbusViewer.summary().shown[0]?.startsWith('0/')"
+                   " && evalbusViewer.summary().hasImage", "a run of the previous server stays on the page")
+        shown = browser.evaluate("evalbusViewer.tracks[0].head.policy")
+        if shown != json.loads((runs[1] / "run.json").read_text())["policy"]:
+            found.append(f"the page shows an episode of {shown} of the previous server")
 
 
 def check_large(browser, evalbus, large, folder, found):

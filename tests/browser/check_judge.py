@@ -56,6 +56,27 @@ def click(browser, text):
     frame(browser)
 
 
+def check_enter(browser, found):
+    """Checks that Enter presses a focused button, which keeps the focus, and that it saves after a click with the pointer."""
+    browser.call("Emulation.setFocusEmulationEnabled", enabled=True)
+    browser.evaluate(f"{JUDGE}.outcomes.get('success').focus()")
+    for stage in (None, 1):
+        if stage is not None:
+            browser.evaluate(f"{JUDGE}.stageList.children[{stage}].focus()")
+        label = browser.evaluate("document.activeElement.textContent")
+        press(browser, "Enter", "\r")
+        if browser.evaluate(f"[{JUDGE}.outcome, {JUDGE}.stages, {JUDGE}.saved, document.activeElement.textContent]") != ["success", stage, None, label]:
+            found.append(f"Enter on {label!r} does not press the button, or moves the focus")
+    place = browser.evaluate(f"(() => {{ const b = {JUDGE}.outcomes.get('failure').getBoundingClientRect();"
+                             " return {x: b.left + b.width / 2, y: b.top + b.height / 2}; })()")
+    for kind in ("mousePressed", "mouseReleased"):
+        browser.call("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **place)
+    if browser.evaluate(f"{JUDGE}.outcome !== 'failure' || {JUDGE}.form.contains(document.activeElement)"):
+        found.append("a click with the pointer does not choose the outcome, or its button keeps the focus, so that Enter would not save")
+    browser.evaluate(f"{JUDGE}.outcome = {JUDGE}.stages = null; {JUDGE}.showChoices()")
+    browser.call("Emulation.setFocusEmulationEnabled", enabled=False)
+
+
 def give(browser, item, outcome, stages, rubric, uses_keys, secrets, found):
     wait_until(browser, f"{JUDGE}.item === {item} && {JUDGE}.isShown", f"episode {item} is not shown")
     check_blind(browser, item, secrets, found)
@@ -119,6 +140,10 @@ def check(browser, evalbus, runs, folder, found):
         first = judge.stdout.readline()
         url = re.search(r"http://\S+", first)[0]
         browser.screen(1280, 900, "light")
+        # The page records the texts in the place of the scene.
+        browser.call("Page.addScriptToEvaluateOnNewDocument", source="window.notes = []; new MutationObserver(() => {"
+                     " const note = document.querySelector('.ev-scene-note:not([hidden])'); if (note) notes.push(note.textContent);"
+                     " }).observe(document, {childList: true, subtree: true, attributes: true})")
         browser.call("Page.navigate", url=url)
         browser.wait_for("Page.loadEventFired")
         wait_until(browser, f"Boolean(window.evalbusViewer && {JUDGE}.isShown && evalbusViewer.summary().hasImage)", "no episode is shown")
@@ -126,7 +151,10 @@ def check(browser, evalbus, runs, folder, found):
             # The resolution does not matter here, and the processor has to render it.
             browser.evaluate("evalbusViewer.setLayer('shadows', false); evalbusViewer.scene.ratio = 0.2;"
                              " evalbusViewer.scene.resize()")
+        if not browser.evaluate("notes.some((text) => text.startsWith('Loading'))"):
+            found.append(f"while the first episode is loaded, the page shows {browser.evaluate('notes')}")
         check_screens(browser, folder, found)
+        check_enter(browser, found)
         wanted = judge_all(browser, count, secrets, folder, found)
         wait_until(browser, f"{JUDGE}.head.results", "the results are not revealed")
         text = browser.evaluate("document.querySelector('.ev-judge').innerText")

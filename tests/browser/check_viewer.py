@@ -266,6 +266,100 @@ def check_metrics(browser, found):
         found.append(f"of {names['all']} metrics, {names['constant']} are folded and {names['changing']} are not")
 
 
+def check_tab_stops(browser, found):
+    """Checks that a metric is one stop of the Tab key, and that shift Enter pins it."""
+    stops = browser.evaluate("evalbusViewer.curves.cards.map((card) => [...card.node.querySelectorAll('*')].filter((one) => one.tabIndex >= 0).length)")
+    if set(stops) != {1}:
+        found.append(f"the metrics have {stops} stops of the Tab key")
+    browser.call("Emulation.setFocusEmulationEnabled", enabled=True)
+    pins = "evalbusViewer.curves.pins.map((card) => card.name)"
+    name = browser.evaluate("evalbusViewer.curves.cards[1].label.focus(), evalbusViewer.curves.cards[1].name")
+    for expected in ([name], []):
+        browser.call("Input.dispatchKeyEvent", type="keyDown", key="Enter", code="Enter", text="\r", modifiers=8)
+        browser.call("Input.dispatchKeyEvent", type="keyUp", key="Enter", code="Enter", modifiers=8)
+        if browser.evaluate(pins) != expected or browser.evaluate("evalbusViewer.curves.cards[1].isLarge"):
+            found.append(f"shift Enter pins {browser.evaluate(pins)}, not {expected}, or enlarges the metric")
+    browser.evaluate("document.activeElement.blur()")
+    browser.call("Emulation.setFocusEmulationEnabled", enabled=False)
+
+
+def check_address(browser, found):
+    """Checks that dragging writes the address at a rate that browsers allow, and that the last time is in it."""
+    written = browser.evaluate("""(async () => {
+      const old = history.replaceState;
+      let count = 0;
+      history.replaceState = function (...all) { ++count; return old.apply(this, all); };
+      for (let tick = 1; tick <= 40; ++tick) evalbusViewer.seek(tick);
+      const early = count;
+      await new Promise((done) => setTimeout(done, 2 * Evalbus.FragmentWriter.PAUSE_MS));
+      history.replaceState = old;
+      const time = (40 * evalbusViewer.tracks[0].tickSeconds).toFixed(3);
+      return {early, count, isLast: location.hash.includes(`t=${time}`)};
+    })()""")
+    if written["early"] > 1 or written["count"] > 2 or not written["isLast"]:
+        found.append(f"40 moves of the time write the address as {written}")
+
+
+def check_graphics_memory(browser, found):
+    """Checks that a scene that replaces another one leaves no graphics objects behind."""
+    kept = browser.evaluate("""(async () => {
+      const gl = WebGL2RenderingContext.prototype, kept = {}, old = {};
+      for (const kind of ["Buffer", "Texture", "Framebuffer", "Renderbuffer", "Program", "Shader"]) {
+        kept[kind] = 0;
+        for (const [what, sign] of [["create", 1], ["delete", -1]]) {
+          const name = what + kind, before = old[name] = gl[name];
+          gl[name] = function (...all) { kept[kind] += all[0] === null ? 0 : sign; return before.apply(this, all); };
+        }
+      }
+      const { scene } = evalbusViewer;
+      const adapt = scene.adapt, hadShadows = scene.layers.shadows;
+      scene.adapt = () => {};
+      evalbusViewer.setLayer("shadows", true);
+      const after = [];
+      for (let turn = 0; turn < 3; ++turn) {
+        await evalbusViewer.buildScene();
+        for (const tick of [0, 1e9]) {
+          evalbusViewer.seek(tick);
+          scene.draw();
+        }
+        after.push({ ...kept });
+      }
+      Object.assign(gl, old);
+      delete scene.adapt;
+      evalbusViewer.setLayer("shadows", hadShadows);
+      return after;
+    })()""")
+    if kept[1] != kept[2]:
+        found.append(f"a new scene leaves graphics objects behind: {kept}")
+
+
+def check_touch(browser, found):
+    """Checks that a finger that moves up on the image scrolls a page that scrolls, and that it rotates the scene sideways."""
+    browser.screen(400, 850, "light")
+    browser.call("Emulation.setTouchEmulationEnabled", enabled=True)
+    # With damping, the rotation would continue during the next movement.
+    browser.evaluate("document.querySelector('.ev-view').scrollIntoView({block: 'center'}); evalbusViewer.scene.controls.enableDamping = false")
+    frame(browser)
+    state = "[scrollY, ...evalbusViewer.scene.camera.position.toArray()]"
+    place = browser.evaluate("(() => { const b = document.querySelector('.ev-canvas').getBoundingClientRect();"
+                             " return {x: b.left + b.width / 2, y: b.top + b.height / 2}; })()")
+    for dx, dy in ((-60, 0), (0, -60)):
+        before = browser.evaluate(state)
+        browser.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[place])
+        for k in range(1, 7):
+            browser.call("Input.dispatchTouchEvent", type="touchMove",
+                         touchPoints=[{"x": place["x"] + k * dx / 6, "y": place["y"] + k * dy / 6}])
+        browser.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        frame(browser)
+        after = browser.evaluate(state)
+        is_scrolled, is_rotated = after[0] != before[0], math.dist(before[1:], after[1:]) > 0.01
+        if [is_scrolled, is_rotated] != [dy != 0, dx != 0]:
+            found.append(f"a finger that moves by ({dx}, {dy}) scrolls: {is_scrolled}, rotates: {is_rotated}")
+    browser.evaluate("evalbusViewer.scene.controls.enableDamping = true")
+    browser.call("Emulation.setTouchEmulationEnabled", enabled=False)
+    browser.screen(1280, 900, "light")
+
+
 def check_play(browser, found):
     browser.evaluate("evalbusViewer.seek(0); evalbusViewer.togglePlay()")
     wait_until(browser, "evalbusViewer.tick > 10", "it does not play", 20)
@@ -361,9 +455,8 @@ def check_without_gl(program, url, profile, found):
         browser.call("Page.navigate", url=url)
         browser.wait_for("Page.loadEventFired")
         browser.evaluate("document.querySelector('[data-from]').scrollIntoView()")
-        wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().note)", "the page does not report that there is no image")
-        if "WebGL" not in shown(browser)["note"]:
-            found.append(f"without WebGL, the page shows: {shown(browser)['note']}")
+        wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().note.includes('WebGL'))",
+                   "the page does not report that there is no image")
         browser.evaluate("evalbusViewer.seek(5)")
         if browser.evaluate("evalbusViewer.tick") != 5 or not browser.evaluate("Object.keys(evalbusViewer.values()).length"):
             found.append("without WebGL there are no numbers")
@@ -397,6 +490,10 @@ def check(browser, url, run, folder, found):
     check_time(browser, log, found)
     check_zoom(browser, found)
     check_pointed(browser, log, found)
+    check_tab_stops(browser, found)
+    check_address(browser, found)
+    check_graphics_memory(browser, found)
+    check_touch(browser, found)
     check_play(browser, found)
     check_sizes(browser, folder, found)
     found += complaints(browser.events, own_addresses(url))

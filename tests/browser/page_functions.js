@@ -53,6 +53,10 @@
   expect("change", Evalbus.changeOf([[2, 3, 4]], null), 0.5);
   expect("change of B", Evalbus.changeOf([[0, 0]], [[1, 3]]), 2 / 3);
   expect("change of equal episodes", Evalbus.changeOf([[0, 1]], [[0, 1]]), 0);
+  // Both rise by 1 in 0.04 s: A in one tick, B in two ticks or, in the second pair, the reverse.
+  expect("change of equal episodes with other periods", [Evalbus.changeOf([[0, 1, 2]], [[0, 0.5, 1, 1.5, 2]], 2),
+    Evalbus.changeOf([[0, 0.5, 1, 1.5, 2]], [[0, 1, 2]], 0.5)], [0, 0.1]);
+  expect("held values", Evalbus.held([NaN, 1, NaN, NaN, 3]), [NaN, 1, 1, 1, 3]);
 
   const arms = { arms: ["left", "right"] };
   expect("colors", ["left", "right_gripper_to_pot", "lift_distance", "leftover", ""].map((name, k) => Evalbus.roleOf(name, k, arms)),
@@ -62,6 +66,8 @@
   expect("points", [-0.125, 0.125, 0.005, -0.004, 0, 0.375].map((share) => Evalbus.points(share)), ["−13", "+13", "+1", "0", "0", "+38"]);
   expect("points with a decimal", [0.0125, -0.0125].map((share) => Evalbus.points(share, 1)), ["+1.3", "−1.3"]);
   expect("decimals of points", [[0.625, 1, 0.375], [1 / 3, 2 / 3, 1 / 3], [0.5, 0.75, 0.25], [-0.625, 0.375, 1]].map((one) => Evalbus.pointDecimals(...one)), [1, 1, 0, 1]);
+  expect("texts of B", [["success", "Success at 6.16 s: the pot is lifted"], ["failure", "The pot slipped"], ["success", ""]]
+    .map((one) => Evalbus.textOfB(...one)), ["B: success at 6.16 s: the pot is lifted", "B: failure. The pot slipped", "B: success"]);
   const rounded = (k, n) => Math.floor((200 * k + n) / (2 * n));
   const contradictions = [];
   for (let n = 1; n <= 200; ++n) {

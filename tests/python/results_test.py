@@ -57,6 +57,17 @@ class ResultsTest(unittest.TestCase):
             done = export(folder, *arguments, **environment)
             self.assertEqual(done.returncode, 0, done.stderr)
 
+    def test_id_after_resume(self):
+        # Every option that --resume allows to differ is different.
+        resumed = shutil.copytree(self.recorded.folder, self.here / "resumed" / "run")
+        options = ("--episodes", "6", "--only", "4", "--workers", "2", "--log", "zstd", "--model-path", self.here)
+        command = [f"{BIN}/evalbus", "run", "lift_pot/position", "--policy", "noisy_expert", "--in-process", *options]
+        done = subprocess.run([*map(str, command), "--out", resumed, "--resume"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        run = evalbus.read_run(resumed)
+        self.assertNotEqual(run.options, self.recorded.options)
+        self.assertEqual(evalbus.trackers.run_id(run), evalbus.trackers.run_id(self.recorded))
+
     def test_hugging_face(self):
         out = self.here / "hf"
         done = export(self.recorded.folder, "--hf", out, "--dataset", "me/pots")

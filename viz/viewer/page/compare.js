@@ -48,9 +48,10 @@ Evalbus.partingOf = (track, other, points, limit_m) => {
 };
 
 // Returns how much a metric changes, from 0 to 1. Without `other`, this is its range relative to its largest absolute value.
-// With `other`, it is the mean absolute difference between the episodes at equal ticks, relative to the range of both, for
-// the part with the largest mean difference. rows, other: one array of values per part. NaN stands for no value.
-Evalbus.changeOf = (rows, other) => {
+// With `other`, it is the mean absolute difference between the episodes at equal times, relative to the range of both, for
+// the part with the largest mean difference. rows, other: one array of values per part. NaN stands for no value. ratio: ticks of
+// `other` per tick of `rows`.
+Evalbus.changeOf = (rows, other, ratio = 1) => {
   let low = Infinity, high = -Infinity;
   for (const values of [...rows, ...(other || [])]) {
     for (const value of values) {
@@ -65,14 +66,22 @@ Evalbus.changeOf = (rows, other) => {
     const others = other[k];
     if (!others) return;
     let sum = 0, count = 0;
-    for (let i = 0; i < Math.min(values.length, others.length); ++i) {
-      if (Number.isNaN(values[i]) || Number.isNaN(others[i])) continue;
-      sum += Math.abs(values[i] - others[i]);
+    for (let i = 0; i < values.length; ++i) {
+      const k = Math.round(i * ratio);
+      if (k >= others.length) break;
+      if (Number.isNaN(values[i]) || Number.isNaN(others[k])) continue;
+      sum += Math.abs(values[i] - others[k]);
       ++count;
     }
     if (count) most = Math.max(most, sum / count / (high - low));
   });
   return most;
+};
+
+// Returns the values with each NaN replaced by the last value before it, for metrics without a value at each tick.
+Evalbus.held = (values) => {
+  let last = NaN;
+  return Array.from(values, (value) => (last = Number.isNaN(value) ? last : value));
 };
 
 // Returns the name of a run on the page. The policy is added unless the name contains it.

@@ -39,8 +39,7 @@ Evalbus.Conditions = class {
     const cut = track.head.is_cut ? "truncated: the episode has more ticks than are stored" : "";
     Evalbus.setText(this.reason, [reason, missing, cut].filter(Boolean).join("; "));
     if (other) {
-      const end = words[other.outcome()].toLowerCase(), text = Evalbus.reasonOf(other.head);
-      Evalbus.setText(this.other, text.startsWith(end) ? `B: ${text}` : `B: ${end}. ${text}`);
+      Evalbus.setText(this.other, Evalbus.textOfB(words[other.outcome()].toLowerCase(), Evalbus.reasonOf(other.head)));
     }
     this.other.hidden = !other;
 

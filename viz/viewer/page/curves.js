@@ -70,8 +70,14 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
       const plot = Evalbus.element("span", { class: "ev-plot" }, canvas, cursor);
       const label = Evalbus.element("button", { class: "ev-label", type: "button", title: Evalbus.words(curve.name) },
         Evalbus.words(curve.label));
-      const pin = Evalbus.element("button", { class: "ev-pin", type: "button", title: "pin under the timeline",
-        "aria-label": `pin ${Evalbus.words(curve.label)} under the timeline`, onclick: (event) => {
+      // A card is one stop of the Tab key, so the pin has a key instead.
+      label.addEventListener("keydown", (event) => {
+        if (event.key !== "Enter" || !event.shiftKey) return;
+        event.preventDefault();
+        pin.click();
+      });
+      const pin = Evalbus.element("button", { class: "ev-pin", type: "button", tabindex: "-1", title: "pin under the timeline (shift Enter)",
+        "aria-label": `pin ${Evalbus.words(curve.label)} under the timeline`, "aria-keyshortcuts": "Shift+Enter", onclick: (event) => {
           event.stopPropagation();
           this.setPinned(card, !card.isPinned);
           this.onPin();
@@ -96,9 +102,13 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
   // Places each card in the grid or, if its metric is constant, in the fold.
   arrange() {
     const [track, other] = this.tracks;
-    const rowsOf = (one, parts) => parts.map(({ row }) => one.rows[row].data.subarray(0, one.ticks));
-    const change = new Map(this.cards.map((card) => [card, !track.head.is_over ? 1
-      : Evalbus.changeOf(rowsOf(track, card.parts), card.otherParts.length ? rowsOf(other, card.otherParts) : null)]));
+    const rowsOf = (one, card, parts) => parts.map(({ row }) => {
+      const values = one.rows[row].data.subarray(0, one.ticks);
+      return card.curve.sparse ? Evalbus.held(values) : values;
+    });
+    const ratio = other ? track.tickSeconds / other.tickSeconds : 1;
+    const change = new Map(this.cards.map((card) => [card, !track.head.is_over ? 1 : Evalbus.changeOf(rowsOf(track, card, card.parts),
+      card.otherParts.length ? rowsOf(other, card, card.otherParts) : null, ratio)]));
     const constant = this.cards.filter((card) => change.get(card) === 0);
     const changing = this.cards.filter((card) => change.get(card) > 0).sort((a, b) => change.get(b) - change.get(a));
     this.grid.replaceChildren(...changing.map((card) => card.node));

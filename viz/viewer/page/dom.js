@@ -51,6 +51,46 @@ Evalbus.reasonText = (reason) => (Object.hasOwn(Evalbus.REASON_TEXTS, reason) ? 
 // error) and the deciding condition.
 Evalbus.reasonOf = (head) => head.cause_text ? Evalbus.words(head.cause_text) : [Evalbus.words(head.end_detail), Evalbus.spaced(head.explanation)].filter(Boolean).join("; ");
 
+// Replaces the URL fragment at most once per PAUSE_MS and then with the latest text, because browsers limit the rate (Safari: 100
+// calls of replaceState in 30 s). A fragment that is set meanwhile, such as by a link, is not replaced by an older text.
+Evalbus.FragmentWriter = class {
+  constructor(replace = (text) => history.replaceState(null, "", text), current = () => location.hash) {
+    this.replace = replace;
+    this.current = current;
+    this.timer = null;
+  }
+
+  write(text) {
+    this.text = text;
+    if (this.timer !== null) {
+      this.before = this.current();
+      return;
+    }
+    this.put();
+  }
+
+  put() {
+    this.replace(this.text);
+    this.text = null;
+    this.timer = setTimeout(() => {
+      this.timer = null;
+      if (this.text !== null && this.before === this.current()) this.put();
+    }, Evalbus.FragmentWriter.PAUSE_MS);
+  }
+};
+
+Evalbus.FragmentWriter.PAUSE_MS = 400;
+
+// Text in the place of the scene until the first episode is loaded.
+Evalbus.LOADING = "Loading the episode.";
+
+// Returns the outcome and reason of the compared episode. end: name of the outcome. text: its reason, which may begin with this
+// name.
+Evalbus.textOfB = (end, text) => {
+  const isRepeated = text.toLowerCase().startsWith(end);
+  return `B: ${isRepeated ? end + text.slice(end.length) : [end, text].filter(Boolean).join(". ")}`;
+};
+
 // Formats a number: integers below 1e9 exactly, very large and very small numbers with a power of ten, all others with a
 // number of decimals that suits their size. The number of characters changes as little as possible.
 Evalbus.number = (value) => {

@@ -10,7 +10,7 @@ Evalbus.Judge = class {
     this.outcome = null;
     this.stages = null;
     this.saved = null;  // number of the shown episode if its verdict was sent, otherwise null
-    const button = (text, key, action) => e("button", { type: "button", title: `key ${key}`, onclick: action }, text, " ", e("kbd", {}, key));
+    const button = (text, key, action) => this.button(key, action, text, " ", e("kbd", {}, key));
     this.outcomes = new Map([["success", "Success", "s"], ["failure", "Failure", "f"], ["abstain", "Abstain", "a"]].map(
       ([name, text, key]) => [name, button(text, key, () => this.choose(name))]));
     this.progress = e("p", { class: "ev-note", role: "status" });
@@ -28,6 +28,14 @@ Evalbus.Judge = class {
     this.title = e("h2", {});
     this.results = e("div", { hidden: "" });
     this.place = e("section", { class: "ev-judge", "aria-label": "verdict" }, this.title, this.progress, this.form, this.problem, this.results);
+  }
+
+  // Creates a button. After a click with the pointer, it does not keep the focus: Enter then saves and does not press it again.
+  button(key, action, ...children) {
+    return Evalbus.element("button", { type: "button", title: `key ${key}`, onclick: (event) => {
+      if (event.detail > 0) event.currentTarget.blur();
+      action();
+    } }, ...children);
   }
 
   hear(head) {
@@ -81,9 +89,13 @@ Evalbus.Judge = class {
 
   showChoices() {
     for (const [name, button] of this.outcomes) button.setAttribute("aria-pressed", String(name === this.outcome));
-    const names = this.stageNames();
-    this.stageList.replaceChildren(...["none", ...names].map((name, k) => Evalbus.element("button", { type: "button",
-      "aria-pressed": String(this.stages === k), title: `key ${k}`, onclick: () => this.chooseStages(k) }, Evalbus.element("kbd", {}, String(k)), ` ${name}`)));
+    const names = ["none", ...this.stageNames()];
+    // The buttons are replaced only if their names change, because a replaced button loses the focus.
+    if (names.join("\n") !== this.listedStages) {
+      this.listedStages = names.join("\n");
+      this.stageList.replaceChildren(...names.map((name, k) => this.button(k, () => this.chooseStages(k), Evalbus.element("kbd", {}, String(k)), ` ${name}`)));
+    }
+    [...this.stageList.children].forEach((one, k) => one.setAttribute("aria-pressed", String(this.stages === k)));
     this.saveButton.disabled = !this.outcome || !this.isShown;
     this.backButton.disabled = !this.item;
   }
@@ -118,6 +130,8 @@ Evalbus.Judge = class {
       Enter: () => this.save(), Backspace: () => this.back() };
     // These keys of the player have no effect on this page.
     if (["l", "?"].includes(event.key)) return true;
+    // Enter activates the focused control.
+    if (event.key === "Enter" && event.target instanceof Element && event.target.closest("button, summary, input, a")) return false;
     const stages = /^[0-9]$/.test(event.key) && Number(event.key) <= this.stageNames().length ? Number(event.key) : null;
     if (stages !== null) this.chooseStages(stages);
     else if (Object.hasOwn(actions, event.key)) actions[event.key]();

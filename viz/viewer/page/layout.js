@@ -12,7 +12,8 @@ Evalbus.KEYS = [
   ["0", "show the whole episode"], ["l", "follow live"], ["p n", "previous, next episode"], ["j k", "next, previous failure"],
   ["1 … 9", "same seed of another policy; in the overview and the list, its episodes"], ["/", "filter the episodes"], ["b", "overview"], ["m", "note on the episode"],
   ["s", "save an image"], ["c", "next camera"], ["v", "ghost or side by side, when two episodes are compared"],
-  ["x", "close comparison"], ["?", "keyboard shortcuts"],
+  ["x", "close comparison"],
+  ["shift Enter", "pin the focused metric under the timeline"], ["?", "keyboard shortcuts"],
 ];
 
 // Keys that have no effect in a report.

@@ -9,6 +9,7 @@ Evalbus.Marks = class {
     this.group = new THREE.Group();
     this.shows = { contacts: true, trails: true, clearance: false };
     this.made = [];
+    this.instanced = [];
     const keep = (one) => {
       this.made.push(one);
       return one;
@@ -24,6 +25,7 @@ Evalbus.Marks = class {
         opacity: 0.9 }));
       const make = (geometry) => {
         const mesh = new THREE.InstancedMesh(keep(geometry), material, limit);
+        this.instanced.push(mesh);
         mesh.count = 0;
         mesh.frustumCulled = false;
         mesh.renderOrder = 10;
@@ -138,6 +140,8 @@ Evalbus.Marks = class {
         }
         trail.filled = this.track.ticks;
         if (trail.points.data !== before || !trail.line.geometry.attributes.position) {
+          // Frees the buffer of the shorter array.
+          trail.line.geometry.dispose();
           trail.line.geometry.setAttribute("position", new THREE.BufferAttribute(trail.points.data, 3));
         }
         trail.line.geometry.attributes.position.needsUpdate = true;
@@ -166,6 +170,11 @@ Evalbus.Marks = class {
   }
 
   dispose() {
+    for (const mesh of this.instanced) {
+      if (mesh.dispose) mesh.dispose();
+      // In older versions of three.js, InstancedMesh has no dispose(). A geometry frees the buffers of all its attributes.
+      else mesh.geometry.setAttribute("instanceMatrix", mesh.instanceMatrix);
+    }
     for (const one of this.made) one.dispose();
   }
 };

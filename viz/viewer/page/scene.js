@@ -34,6 +34,7 @@ Evalbus.SceneView = class {
     this.controls.screenSpacePanning = true;
     this.controls.addEventListener("change", () => { this.isDirty = true; });
     this.controls.addEventListener("start", () => this.setFree());
+    this.shareTouch();
     this.cameraName = null;  // null: free camera
     this.fovy = 40;
     this.onCamera = () => {};
@@ -64,6 +65,32 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
+  // In a page that scrolls, one finger that moves up or down on the image scrolls the page (with `touch-action: pan-y` of the
+  // canvas). OrbitControls prevents this at the first touch, so it receives this touch only when the finger moves sideways.
+  shareTouch() {
+    let first = null;  // touch whose direction is not known yet
+    let isScroll = false;
+    const listen = (type, handle) => this.place.addEventListener(type, (event) => {
+      if (event.target === this.canvas && event.isTrusted && handle(event)) event.stopPropagation();
+    }, { capture: true, passive: true });
+    listen("touchstart", ({ touches }) => {
+      isScroll = false;
+      first = touches.length === 1 && document.scrollingElement.scrollHeight > innerHeight + 1 ? touches[0] : null;
+      return first !== null;
+    });
+    listen("touchmove", ({ touches, cancelable }) => {
+      // While the page scrolls, the event cannot be canceled.
+      if (!first || !cancelable) return isScroll || !cancelable;
+      isScroll = Math.abs(touches[0].clientX - first.clientX) <= Math.abs(touches[0].clientY - first.clientY);
+      const list = [first];
+      first = null;
+      if (!isScroll) {
+        this.canvas.dispatchEvent(new TouchEvent("touchstart", { touches: list, targetTouches: list, changedTouches: list, cancelable: true }));
+      }
+      return isScroll;
+    });
+  }
+
   // Lets the wheel zoom only while the image has the keyboard focus, as after a click. For pages that scroll.
   zoomOnFocus() {
     this.controls.enableZoom = false;
@@ -86,7 +113,8 @@ Evalbus.SceneView = class {
       let scene = isGhost ? this.views[0].scene : null;
       if (!scene) {
         scene = new THREE.Scene();
-        scene.add(this.skyOf(world.head.sky));
+        scene.sky = this.skyOf(world.head.sky);
+        scene.add(scene.sky);
         const headlight = world.head.headlight;
         if (headlight) {
           // This light is at the camera. draw() updates its position.
@@ -122,10 +150,22 @@ Evalbus.SceneView = class {
     return true;
   }
 
+  // Frees the episodes and shows no image until the next call of show().
+  hide() {
+    this.turn = (this.turn || 0) + 1;
+    this.clear();
+    this.canvas.style.visibility = "hidden";
+  }
+
   clear() {
     for (const { world, marks } of this.views) {
       world.dispose();
       marks.dispose();
+    }
+    for (const scene of new Set(this.views.map((view) => view.scene))) {
+      scene.sky.geometry.dispose();
+      scene.sky.material.dispose();
+      scene.dispose();
     }
     this.views = [];
   }

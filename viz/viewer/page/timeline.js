@@ -46,14 +46,18 @@ Evalbus.Timeline = class {
       this.slider.setPointerCapture(event.pointerId);
       this.isDragged = true;
       this.setPointed(null);
-      this.seekTo(event);
+      // A finger that moves up or down scrolls the page. This is known later, and is then reported as pointercancel.
+      if (event.pointerType !== "touch") this.seekTo(event);
     });
     this.slider.addEventListener("pointermove", (event) => {
       if (this.isDragged) this.seekTo(event);
       this.point(event);
     });
     const release = () => { this.isDragged = false; };
-    this.slider.addEventListener("pointerup", release);
+    this.slider.addEventListener("pointerup", (event) => {
+      if (this.isDragged) this.seekTo(event);
+      release();
+    });
     this.slider.addEventListener("pointercancel", release);
     this.slider.addEventListener("pointerleave", () => {
       this.tip.hidden = this.hover.hidden = true;

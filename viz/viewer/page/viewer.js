@@ -42,6 +42,7 @@ Evalbus.Viewer = class {
     this.thumbnails = new Evalbus.Thumbnails(this.source, (run, episode) => this.trackOf(run, episode), () => this.palette);
     this.parts.app.append(this.thumbnails.home);
     this.judge = new Evalbus.Judge(this);
+    this.fragment = new Evalbus.FragmentWriter();
     this.comparison = 0;  // number of calls of compare()
     this.notes = new Evalbus.Notes((note) => this.source.send({ note }));
     // A report has neither an overview nor a list of several runs.
@@ -115,8 +116,13 @@ Evalbus.Viewer = class {
 
   hearRun(head) {
     const run = this.runOf(head.run);
-    // A restarted server may use the number for a different run.
-    if (run.info.name !== undefined && run.info.name !== head.name) Object.assign(run, { episodes: [], lines: [], track: null });
+    // A restarted server may use the number for a different run. While a server runs, task and policy may become known later.
+    const keys = run.isStale ? ["name", "policy", "task", "variation"] : ["name"];
+    if (run.info.name !== undefined && keys.some((key) => run.info[key] !== head[key])) {
+      this.forget(head.run);
+      Object.assign(run, { episodes: [], lines: [], track: null });
+    }
+    run.isStale = false;
     const isLiveChanged = run.info.is_live !== head.is_live;
     run.info = head;
     if (isLiveChanged) this.showConditions();
@@ -176,12 +182,61 @@ Evalbus.Viewer = class {
     if (state === "packed") this.openFirst();
     if (state === "open") {
       this.problem = "";
+      for (const run of this.runs.values()) run.isStale = true;
+      // The next server may have other runs with the same numbers.
+      this.recent.clear();
+      this.removeStaleLater();
       if (this.missed) this.open(...this.missed);
       this.showEmpty();
     }
     if (state === "unsupported") this.complain(new Error("this browser cannot unpack the episodes (it has no DecompressionStream); newer browsers can"));
     this.showHead();
     if (this.tracks.length === 0) this.showEmpty();
+  }
+
+  // Removes the tracks of a run, also those that are shown.
+  forget(run) {
+    for (const key of [...this.recent.keys()]) {
+      if (key.startsWith(`${run}/`)) this.recent.delete(key);
+    }
+    if (!this.tracks.some((track) => track.run === run)) return;
+    ++this.comparison;
+    if (this.tracks[0].run !== run) {
+      this.setTracks(this.tracks.slice(0, 1));
+      return;
+    }
+    this.tracks = [];
+    if (this.scene) {
+      this.scene.hide();
+      this.isSceneReady = false;
+    }
+    const p = this.parts;
+    p.lanes.hidden = p.images.hidden = true;
+    p.labels.replaceChildren();
+    for (const one of [p.clockTime, p.clockTick]) Evalbus.setText(one, "");
+    this.showEmpty();
+  }
+
+  // A restarted server sends the runs that it has right after the connection opens. 1 s later, all others are removed.
+  removeStaleLater() {
+    clearTimeout(this.staleTimer);
+    this.staleTimer = setTimeout(() => {
+      const stale = [...this.runs].filter(([, run]) => run.isStale).map(([number]) => number);
+      if (this.connectionState !== "open" || !stale.length) return;
+      if (stale.length === this.runs.size) {
+        // The server has not read its folders yet.
+        this.removeStaleLater();
+        return;
+      }
+      for (const number of stale) {
+        this.forget(number);
+        this.runs.delete(number);
+      }
+      if (!this.runs.has(this.shownRun)) this.shownRun = this.runs.keys().next().value;
+      this.showAll();
+      if (this.views) this.views.update();
+      this.openFirst();
+    }, 1000);
   }
 
   // While following, switches to a new episode after the end of the previous one has been shown for 0.9 s.
@@ -387,7 +442,11 @@ Evalbus.Viewer = class {
   }
 
   async buildScene() {
-    if (!this.isSeen || !this.tracks.length || this.sceneProblem) return;
+    if (!this.isSeen || !this.tracks.length) return;
+    if (this.sceneProblem) {
+      this.noteScene(this.sceneProblem);
+      return;
+    }
     const tracks = this.tracks.filter((track) => track.head.scene);
     if (!tracks.length) {
       this.noteScene("no image: the model files of this run are missing or have changed");
@@ -413,6 +472,8 @@ Evalbus.Viewer = class {
     const scene = this.scene;
     try {
       this.isSceneReady = false;
+      // Until its first episode is loaded, the scene has no image.
+      if (!scene.views.length) this.noteScene(Evalbus.LOADING);
       if (!await scene.show(tracks, this.isBeside)) return;
       this.isSceneReady = true;
       this.noteScene("");
@@ -508,7 +569,7 @@ Evalbus.Viewer = class {
     const text = this.problem || (this.tracks.length ? "" : this.isOpening !== null
       ? `Loading episode ${this.isOpening}.` : this.connectionState === "lost" ? "The server does not answer. This page retries automatically." : this.whatIsAwaited());
     const run = this.runs.get(this.shownRun), remarks = run && run.info.remarks || [];
-    if (!this.tracks.length) this.noteScene(this.problem || remarks.join(" "));
+    if (!this.tracks.length) this.noteScene(this.problem || (this.isOpening !== null ? Evalbus.LOADING : remarks.join(" ")));
     Evalbus.setText(this.parts.empty, text);
     this.parts.empty.hidden = text === "";
     this.parts.episodeBody.hidden = this.tracks.length === 0;
@@ -529,6 +590,7 @@ Evalbus.Viewer = class {
   showTracks() {
     if (!this.tracks.length) return;
     this.areNumbersOld = false;
+    this.parts.lanes.hidden = false;
     this.showConditions();
     this.curves.prepare(this.tracks, this.palette);
     this.showTimeline();
@@ -538,7 +600,10 @@ Evalbus.Viewer = class {
       const name = this.tracks.length > 1 && this.runs.size > 1 && run ? `${Evalbus.runName(run.info)} · ` : "";
       const letter = this.tracks.length > 1 ? Evalbus.element("b", { class: k === 0 ? null : "ev-b" }, k === 0 ? "A" : "B") : null;
       const ghost = k > 0 && !this.isBeside ? " · ghost" : "";
-      return Evalbus.element("span", { class: "ev-label-chip" }, letter, `${name}${track.title()}${ghost}`);
+      // The label of B is short where both have the same seed.
+      const isSameSeed = k > 0 && Number.isFinite(track.head.seed) && track.head.seed === this.tracks[0].head.seed;
+      const title = isSameSeed ? `episode ${track.episode} · same seed` : track.title();
+      return Evalbus.element("span", { class: "ev-label-chip" }, letter, `${name}${title}${ghost}`);
     });
     this.parts.labels.replaceChildren(...labels);
     this.parts.view.classList.toggle("ev-beside", this.isBeside && this.tracks.length > 1);
@@ -754,7 +819,7 @@ Evalbus.Viewer = class {
     if (!track) return;
     const time = (this.player.shown * track.tickSeconds).toFixed(3);
     const more = other ? `,other=${other.key}${this.isBeside ? "/beside" : ""}` : "";
-    history.replaceState(null, "", `#view:run=${track.run},episode=${track.episode},t=${time}${more}`);
+    this.fragment.write(`#view:run=${track.run},episode=${track.episode},t=${time}${more}`);
   }
 
   // ---- access for tests

@@ -20,7 +20,7 @@ Evalbus.Views = class {
     const hover = (row, node) => this.hover(row, node);
     this.board = new Evalbus.Board(this.boardPlace, viewer, hover);
     this.episodes = new Evalbus.Episodes(this.listPlace, this.board, this.thumbnails, {
-      changed: (filter) => history.replaceState(null, "", Evalbus.listLink(filter)),
+      changed: (filter) => viewer.fragment.write(Evalbus.listLink(filter)),
     });
     this.choose("player");
   }

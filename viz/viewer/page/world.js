@@ -60,6 +60,7 @@ Evalbus.World = class {
     this.scene = scene;
     this.look = look;
     this.made = [];
+    this.shadows = [];  // LightShadow objects
     this.bodies = this.head.bodies.map((body) => this.makeBody(body));
     this.outlines = new Map();  // meshes by object
     this.visualMeshes = this.build(visual, (geom) => this.materialOf(geom));
@@ -208,6 +209,7 @@ Evalbus.World = class {
       made.shadow.mapSize.set(2048, 2048);
       made.shadow.bias = -0.0006;
       made.shadow.radius = 1.6;
+      this.shadows.push(made.shadow);
     }
     if (body) {
       body.add(made, made.target);
@@ -255,6 +257,11 @@ Evalbus.World = class {
 
   dispose() {
     for (const one of this.made) one.dispose();
+    for (const { map, mapPass } of this.shadows) {
+      // Textures exist only if the shadow has been drawn.
+      if (map) map.dispose();
+      if (mapPass) mapPass.dispose();
+    }
   }
 };
 
