@@ -52,6 +52,7 @@ CauseFinder::CauseFinder(CauseConfig config)
       closings_(config_),
       collisions_(config_),
       rest_(config_.dt),
+      arm_rest_(config_.arms.size(), Rest(config_.dt)),
       held_(config_.objects.size() * config_.arms.size()),
       height_(config_.objects.size()) {}
 
@@ -61,6 +62,7 @@ void CauseFinder::Start() {
   collisions_.Start();
   progress_.Start();
   rest_.Start();
+  for (Rest& rest : arm_rest_) rest.Start();
   stage_tick_.clear();
   conditions_ = {};
 }
@@ -135,6 +137,16 @@ double CauseFinder::Distance(const Measure& measure, const CauseSample& sample) 
 void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_reached,
                       std::span<const std::vector<condition_t>> conditions) {
   rest_.Add(sample.tick, sample.joints, sample.commands);
+  for (size_t arm = 0, first = 0; arm < arm_rest_.size(); ++arm) {
+    const auto n = static_cast<size_t>(std::ranges::count(config_.joint_arm, static_cast<int>(arm)));
+    const auto part = [&](std::span<const double> all) {
+      return first + n <= all.size() ? all.subspan(first, n) : std::span<const double>();
+    };
+    const std::span<const double> commands = part(sample.commands);
+    // Another arm may move this one through an object, so only its commands count.
+    arm_rest_[arm].Add(sample.tick, commands.empty() ? part(sample.joints) : commands, commands);
+    first += n;
+  }
   holds_.Add(sample, rest_.since());
   closings_.Add(sample);
   held_.assign(held_.size(), 0);
@@ -181,8 +193,11 @@ bool CauseFinder::StageAbout(size_t object, int64_t after) const {
   return false;
 }
 
-// Whether the gripper really held the object, and did not only touch it with closed fingers.
-bool CauseFinder::IsGrasp(const CauseHold& hold) const {
+// Whether the gripper really held the object, and did not only close on it.
+bool CauseFinder::IsGrasp(const CauseHold& hold) const { return !hold.began_shut && IsFirm(hold); }
+
+// Whether both fingers, or one finger of a gripper that cannot close, touched the object for long enough.
+bool CauseFinder::IsFirm(const CauseHold& hold) const {
   if (Length(hold) < Ticks(kShortestHold)) return false;
   // A finger that touches the object from outside, while the gripper opens or closes, does not hold it.
   return hold.pinched_ticks >= Ticks(kShortestHold) || (hold.is_wide && !hold.closing && !hold.opened);
@@ -200,6 +215,17 @@ bool CauseFinder::IsHeldAt(int64_t tick, int object) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return hold.object == object && hold.first_tick <= tick && (!hold.is_over || hold.last_tick >= tick);
   });
+}
+
+// Whether the hold ended by a release that changed nothing: the object did not fall and was not held by
+// another gripper, which could have carried it on.
+bool CauseFinder::IsHarmless(const CauseHold& released) const {
+  return released.opened && !HasFallen(released) &&
+         std::ranges::none_of(holds_.holds(), [&](const CauseHold& hold) {
+           return hold.object == released.object && hold.gripper != released.gripper &&
+                  hold.first_tick <= released.last_tick &&
+                  (!hold.is_over || hold.last_tick > released.last_tick + Ticks(kSameTime));
+         });
 }
 
 bool CauseFinder::IsTouchedAtEnd(int object, int gripper) const {
@@ -286,7 +312,8 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
                         .object = hold.object,
                         .opened = hold.opened,
                         .closing = hold.closing,
-                        .lifted = hold.last_height - hold.first_height});
+                        .lifted = hold.peak_height - hold.first_height,
+                        .is_harmless = IsHarmless(hold)});
   }
 }
 
@@ -294,6 +321,10 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
 bool CauseFinder::IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& unmet, size_t object) const {
   const auto index = static_cast<int>(object);
   if (closing.distance[object] > closings_.Nearest(object, closing.gripper) + kNear) return false;
+  // In a handover, the gripper that came nearer should have grasped the object first.
+  bool is_of_another = false;
+  for (size_t k = 0; k < config_.grippers.size() && AsksForHold(object, "other"); ++k)
+    is_of_another |= closings_.Nearest(object, k) + kNear < closing.distance[object];
   for (const Unmet& u : unmet) {
     if (!IsOfHold(*u.condition) || IsNegated(*u.condition) || !IsOf(u.condition->subject, object)) continue;
     const std::string& asked = u.condition->other;
@@ -302,12 +333,13 @@ bool CauseFinder::IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& 
     // been lost before the handover, so this gripper did not miss it.
     if (asked == "other" && !IsHeldAt(closing.tick, index)) continue;
     const bool by_any = asked == "any" || asked == "first";
+    if (by_any && is_of_another) continue;
     if (!HeldAfter(asked == "other" ? -1 : closing.tick, index, by_any ? -1 : closing.gripper)) return true;
   }
   // A single touch satisfies a condition that a gripper holds the object. The later conditions need a grasp.
   if (!IsAboutAny(unmet, object) || IsTouchedAtEnd(index, closing.gripper)) return false;
   if (AsksForHold(object, config_.grippers[closing.gripper])) return !HeldAfter(-1, index, closing.gripper);
-  return AsksForLift(object) && !HeldAfter(-1, index, -1);
+  return AsksForLift(object) && !is_of_another && !HeldAfter(-1, index, -1);
 }
 
 void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const {
@@ -341,7 +373,7 @@ bool CauseFinder::IsTouchOfGrasp(const ArmTouch& touch) const {
     const auto object = static_cast<size_t>(hold.object);
     return config_.gripper_arm[hold.gripper] == touch.pair.arm &&
            (!hold.is_over || hold.last_tick >= touch.first_tick - Ticks(CauseCollisions::kInterruption)) &&
-           IsGrasp(hold) && (AsksForHold(object) || AsksForLift(object));
+           IsFirm(hold) && (AsksForHold(object) || AsksForLift(object));
   });
 }
 
@@ -358,7 +390,9 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
     if (object < 0 && !collisions_.knows_torque())
       is_collision |= touch.last_tick - touch.first_tick >= Ticks(kTouched);
     int64_t tick = touch.first_tick;
-    if (!is_collision && object >= 0 && touch.displacement >= kPushed && AsksForHold(object)) {
+    // An arm at rest may be in the way of an object that another arm pushes.
+    const bool pushes = touch.displacement >= kPushed && touch.wrist_travel >= kPushed / 2;
+    if (!is_collision && object >= 0 && pushes && AsksForHold(object)) {
       is_collision = !HeldAfter(touch.first_tick, object, -1) && IsAboutAny(unmet, object);
       // The arm may have touched the object before, without moving it.
       tick = touch.push_tick;
@@ -373,10 +407,37 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
   }
 }
 
-CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const {
+// Whether the task has a condition that this gripper holds an object, which it does not hold now.
+bool CauseFinder::LacksHold(const std::string& gripper) const {
+  return std::ranges::any_of(conditions_, [&](const auto& section) {
+    return std::ranges::any_of(section, [&](const condition_t& c) {
+      return IsOfHold(c) && !IsNegated(c) && c.other == gripper && !c.holds;
+    });
+  });
+}
+
+// An arm that should hold an object stopped for good, while another arm continued to move.
+void CauseFinder::AddIdleArms(int64_t last_tick, std::vector<CauseMoment>* moments) const {
+  for (size_t k = 0; k < config_.grippers.size(); ++k) {
+    const int arm = config_.gripper_arm[k];
+    const int64_t since = arm_rest_[arm].since();
+    const auto last_share = static_cast<int64_t>(kLastShare * static_cast<double>(last_tick));
+    if (last_tick - since < std::max(last_share, Ticks(kStill))) continue;
+    const bool another_moves = std::ranges::any_of(
+        arm_rest_, [&](const Rest& other) { return other.since() - since >= Ticks(kStill); });
+    if (another_moves && LacksHold(config_.grippers[k]))
+      moments->push_back({.kind = cause_kind::kStall, .tick = since, .arm = arm});
+  }
+}
+
+int64_t CauseFinder::LastProgress(const std::vector<Unmet>& unmet) const {
   int64_t progress = 0;
   for (const int64_t tick : stage_tick_) progress = std::max(progress, tick);
-  if (!unmet.empty()) progress = std::max(progress, unmet[0].best->progress_tick);
+  return unmet.empty() ? progress : std::max(progress, unmet[0].best->progress_tick);
+}
+
+CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const {
+  const int64_t progress = LastProgress(unmet);
   const int64_t rest = rest_.since();
   const auto last_share = static_cast<int64_t>(kLastShare * static_cast<double>(end.last_tick));
   if (end.last_tick - rest >= std::max(last_share, Ticks(kStill)) && rest - progress <= Ticks(kPatience)) {
@@ -397,6 +458,13 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
   AddLosses(unmet, &moments);
   AddEmptyGrasps(unmet, &moments);
   AddCollisions(unmet, end.last_tick, &moments);
+  if (end.by == CauseEnd::By::kTime) AddIdleArms(end.last_tick, &moments);
+  // A release that changed nothing is the cause only if nothing happened after it.
+  const bool is_all_harmless = std::ranges::all_of(moments, &CauseMoment::is_harmless);
+  const int64_t progress = LastProgress(unmet) - Ticks(kSameTime);
+  std::erase_if(moments, [&](const CauseMoment& moment) {
+    return moment.is_harmless && (!is_all_harmless || progress > moment.tick);
+  });
   if (moments.empty()) {
     if (end.by == CauseEnd::By::kTime) return MomentWithoutEvent(unmet, end);
     return {.kind = end.reason == "collision" ? cause_kind::kCollision : cause_kind::kFailedCondition,

@@ -58,6 +58,9 @@ struct CauseMoment {
   double lifted = 0;     // m, by how much the object was lifted when it was lost
   // Whether the gripper closed later, and whether it held the object later.
   bool tried_again = false, held_again = false;
+  // The gripper opened, no other one held the object, and it did not fall: the release may have been
+  // intended.
+  bool is_harmless = false;
   int lost_again = 0;       // number of later losses of the object by this gripper
   double displacement = 0;  // m
   bool made_progress = true;
@@ -108,8 +111,10 @@ class CauseFinder {
   double Distance(const Measure& measure, const CauseSample& sample) const;
   bool StageAbout(size_t object, int64_t after) const;
   bool IsHeldAt(int64_t tick, int object) const;
+  bool IsHarmless(const CauseHold& released) const;
   bool IsTouchedAtEnd(int object, int gripper) const;
   bool HasFallen(const CauseHold& hold) const;
+  bool IsFirm(const CauseHold& hold) const;
   bool IsGrasp(const CauseHold& hold) const;
   bool HeldAfter(int64_t tick, int object, int gripper) const;
   bool AsksForHold(size_t object, const std::string& gripper = {}) const;
@@ -124,6 +129,9 @@ class CauseFinder {
   bool IsTouchOfGrasp(const ArmTouch& touch) const;
   void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
                      std::vector<CauseMoment>* moments) const;
+  bool LacksHold(const std::string& gripper) const;
+  void AddIdleArms(int64_t last_tick, std::vector<CauseMoment>* moments) const;
+  int64_t LastProgress(const std::vector<Unmet>& unmet) const;
   std::vector<Unmet> FindUnmet() const;
   CauseMoment MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   CauseMoment FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
@@ -139,7 +147,8 @@ class CauseFinder {
   Closings closings_;
   CauseCollisions collisions_;
   ConditionProgress progress_;
-  Rest rest_;
+  Rest rest_;                        // of the whole robot
+  std::vector<Rest> arm_rest_;       // by arm
   std::vector<int64_t> stage_tick_;  // by stage, -1: not reached
   std::span<const std::vector<condition_t>> conditions_;
   std::vector<Measure> measures_;  // by condition

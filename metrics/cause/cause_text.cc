@@ -91,8 +91,10 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
     if (moment.displacement >= 0.01) text += fmt::format(" and pushed it by {:.2f} m", moment.displacement);
     return text;
   }
-  if (moment.kind == cause_kind::kStall)
-    return moment.tick == 0 ? "Robot never moved" : "Robot stopped moving" + at;
+  if (moment.kind == cause_kind::kStall) {
+    const std::string what = moment.arm < 0 ? "Robot" : Capitalized(PartOf(config_.arms[moment.arm], "arm"));
+    return what + (moment.tick == 0 ? " never moved" : " stopped moving" + at);
+  }
   if (moment.kind == cause_kind::kOutOfTime) {
     const std::string end_of = end.reason == end_reason::kEndOfData ? "the data ended" : "time ran out";
     return (moment.made_progress ? Capitalized(end_of) : "No progress until " + end_of) + at;

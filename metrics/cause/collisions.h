@@ -24,7 +24,9 @@ struct ArmTouch {
   double displacement = 0;
   // Last tick of the contact at which the object had moved by less than CauseCollisions::kMoved.
   int64_t push_tick = 0;
-  std::array<double, 3> start{};
+  // Largest distance (m) of the arm's wrist from where it was at the first tick.
+  double wrist_travel = 0;
+  std::array<double, 3> start{}, wrist_start{};  // positions at the first tick
 };
 
 // The torques of a joint while its arm has touched nothing for at least kInterruption define the joint's free
@@ -61,8 +63,9 @@ class CauseCollisions {
       touch.last_tick = sample.tick;
       touch.pressed_ticks += Presses(sample, contact.arm);
       if (object >= 0) {
-        const auto &a = sample.object[object], &b = touch.start;
-        touch.displacement = std::max(touch.displacement, std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]));
+        touch.displacement = std::max(touch.displacement, Distance(sample.object[object], touch.start));
+        touch.wrist_travel =
+            std::max(touch.wrist_travel, Distance(sample.wrist[contact.arm], touch.wrist_start));
         if (touch.displacement < kMoved) touch.push_tick = sample.tick;
       }
     }
@@ -85,6 +88,10 @@ class CauseCollisions {
   }
 
  private:
+  static double Distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+  }
+
   struct Range {
     double low = 0, high = 0;  // N m
   };
@@ -111,7 +118,10 @@ class CauseCollisions {
     }
     ArmTouch touch{
         .pair = pair, .first_tick = sample.tick, .last_tick = sample.tick, .push_tick = sample.tick};
-    if (object >= 0) touch.start = sample.object[object];
+    if (object >= 0) {
+      touch.start = sample.object[object];
+      touch.wrist_start = sample.wrist[pair.arm];
+    }
     return touches_.emplace_back(touch);
   }
 

@@ -21,6 +21,8 @@ struct CauseHold {
   int64_t last_tick;
   // The robot was at rest from this tick until the last contact.
   int64_t rest_since = 0;
+  // The gripper was closed completely at first_tick, so it did not close on the object.
+  bool began_shut = false;
   // Number of ticks at which pads of both fingers touched the object.
   int64_t pinched_ticks = 0;
   // At the last contact, the gripper was not closed completely, and no other object was between its fingers.
@@ -30,8 +32,8 @@ struct CauseHold {
   bool opened = false;
   // The gripper continued to close while it lost the object.
   bool closing = false;
-  // Height of the object (m) at first_tick, at last_tick and at the last contact.
-  double first_height = 0, last_height = 0, contact_height = 0;
+  // Height of the object (m) at first_tick, at the last contact, and the largest one until last_tick.
+  double first_height = 0, contact_height = 0, peak_height = 0;
 };
 
 // A hold begins when a pad touches the object and the gripper has closed by kClosed from its largest opening.
@@ -84,8 +86,8 @@ class Holds {
     // which it was not yet open.
     double narrowest = 0;
     int64_t before_opening = 0, last_closed = 0;
-    double height_before_opening = 0;  // m
-    double last_opening = 0;           // opening at the last contact
+    double peak_before_opening = 0;  // m, largest height until before_opening
+    double last_opening = 0;         // opening at the last contact
     // Whether the last hold ended by opening, and the largest opening since then.
     bool was_opened = false;
     double widest = 0;
@@ -107,8 +109,9 @@ class Holds {
     CauseHold hold{.object = static_cast<int>(object),
                    .gripper = static_cast<int>(gripper),
                    .first_tick = sample.tick,
-                   .last_tick = sample.tick};
-    hold.first_height = sample.object[object][2];
+                   .last_tick = sample.tick,
+                   .began_shut = opening <= kShut};
+    hold.first_height = hold.peak_height = sample.object[object][2];
     holds_.push_back(hold);
     Held(index, sample);
   }
@@ -122,7 +125,8 @@ class Holds {
       hold.rest_since = rest_since_;
       hold.pinched_ticks += sample.pinched[index];
       hold.is_wide = opening > kShut && !PinchesAnother(sample, index);
-      hold.last_height = hold.contact_height = sample.object[hold.object][2];
+      hold.contact_height = sample.object[hold.object][2];
+      hold.peak_height = std::max(hold.peak_height, hold.contact_height);
       pair.last_opening = opening;
     }
     FollowOpening(sample, hold, &pair);
@@ -133,7 +137,7 @@ class Holds {
     hold.opened = pair.last_closed < sample.tick && pair.before_opening <= hold.last_tick;
     if (hold.opened) {
       hold.last_tick = pair.before_opening;
-      hold.last_height = pair.height_before_opening;
+      hold.peak_height = pair.peak_before_opening;
     }
     hold.closing = !hold.opened && opening <= pair.last_opening - kClosed;
     pair = {.was_opened = pair.last_closed < sample.tick, .widest = opening};
@@ -155,7 +159,7 @@ class Holds {
     }
     if (opening <= pair->narrowest + kYield) {
       pair->before_opening = sample.tick;
-      pair->height_before_opening = sample.object[hold.object][2];
+      pair->peak_before_opening = std::max(hold.peak_height, sample.object[hold.object][2]);
     }
     if (opening < pair->narrowest + kOpened) pair->last_closed = sample.tick;
   }

@@ -83,12 +83,13 @@ class Rest {
   // commands: empty if unknown.
   void Add(int64_t tick, std::span<const double> joints, std::span<const double> commands) {
     const std::span<const double> now = commands.empty() ? joints : commands;
-    // The commands in the reset state do not come from the policy.
+    // The commands in the reset state do not come from the policy, so those of tick 1 are the first ones.
     for (size_t j = 0; tick > 1 && j < last_.size() && j < now.size(); ++j) {
       largest_step_ = std::max(largest_step_, std::abs(now[j] - last_[j]));
     }
     last_.assign(now.begin(), now.end());
     const bool are_known = !commands.empty();
+    if (tick == 1) commands_.assign(commands.begin(), commands.end());
     const bool has_settled = are_known && tick > since_ + settled_ticks_;
     if (IsNear(commands, commands_, kCommand) &&
         (has_settled || IsNear(joints, joints_, are_known ? kSag : kCommand)))

@@ -26,7 +26,9 @@ struct WorldView {
 // passes write only the members that change from tick to tick, and do not allocate.
 class Standing {
  public:
-  explicit Standing(std::vector<condition_t>* conditions) : conditions_(*conditions) {}
+  // completes_groups: if a group needs only one of its conditions and has it, all of them are written as met.
+  explicit Standing(std::vector<condition_t>* conditions, bool completes_groups = false)
+      : conditions_(*conditions), completes_groups_(completes_groups) {}
 
   // Returns the next condition. `fixed` contains the members that never change. words() returns the text of
   // the condition and is called only in the first pass.
@@ -39,8 +41,17 @@ class Standing {
     return conditions_[next_++];
   }
 
+  // Returns the number of conditions that were written in this pass.
+  size_t written() const { return next_; }
+  // Must be called for a group that needs only one of its conditions, which are those from `first` on, and
+  // has it.
+  void CompleteGroup(size_t first) {
+    for (size_t k = first; completes_groups_ && k < next_; ++k) conditions_[k].holds = true;
+  }
+
  private:
   std::vector<condition_t>& conditions_;
+  const bool completes_groups_;
   size_t next_ = 0;
 };
 

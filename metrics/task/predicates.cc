@@ -269,6 +269,12 @@ class Combination : public Predicate {
   }
 
  protected:
+  // As Stand(), for a group in which one operand that is `wanted` is enough.
+  void StandAsAny(bool wanted, Standing* standing) const {
+    const size_t first = standing->written();
+    Combination::Stand(wanted, standing);
+    if (std::ranges::find(was_true_, uint8_t{wanted}) != was_true_.end()) standing->CompleteGroup(first);
+  }
   int CountTrue(const WorldView& world) {
     int count = 0;
     for (size_t k = 0; k < operands_.size(); ++k) {
@@ -308,6 +314,9 @@ class All : public Combination {
     return CountTrue(world) == static_cast<int>(operands_.size());
   }
   void Explain(std::vector<condition_t>* conditions) const override { ExplainEach(true, conditions); }
+  void Stand(bool wanted, Standing* standing) const override {
+    wanted ? Combination::Stand(wanted, standing) : StandAsAny(wanted, standing);
+  }
   std::vector<std::string> Describe(bool value) const override {
     return DescribeEach(value ? "all of" : "not all of");
   }
@@ -318,6 +327,9 @@ class Any : public Combination {
   using Combination::Combination;
   bool Evaluate(const WorldView& world) override { return CountTrue(world) > 0; }
   void Explain(std::vector<condition_t>* conditions) const override { ExplainEach(false, conditions); }
+  void Stand(bool wanted, Standing* standing) const override {
+    wanted ? StandAsAny(wanted, standing) : Combination::Stand(wanted, standing);
+  }
   std::vector<std::string> Describe(bool value) const override {
     return DescribeEach(value ? "any of" : "none of");
   }

@@ -76,7 +76,7 @@ class CauseFinderTest : public testing::Test {
   // The robot moves only its joints.
   void Move(int ticks) {
     for (int k = 0; k < ticks; ++k) {
-      joints_[0] += 0.03;
+      for (double& joint : joints_) joint += 0.03;
       Tick();
     }
   }
@@ -603,11 +603,86 @@ TEST_F(CauseFinderTest, WithoutTorquesALongTouchIsACollision) {
   EXPECT_EQ(Find().tick, 301);
 }
 
-TEST_F(CauseFinderTest, AnOpenHandPushesTheObject) {
+// Another arm pushes the pot into this hand.
+TEST_F(CauseFinderTest, AHandAtRestPushesNothing) {
   Move(10);
   contacts_ = {{kRight, kPot}};
   Move(5);
   object_[0][1] = 0.03;
+  wrist_[kRight][1] = 0.005;
+  Move(5);
+  contacts_ = {};
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+}
+
+TEST_F(CauseFinderTest, AnArmThatShouldHoldTheObjectStops) {
+  HoldWithBoth();
+  for (int k = 0; k < 300; ++k) {
+    if (k == 60) touching_[kRight] = 0;
+    joints_[kLeft] += 0.03;
+    Tick();
+  }
+  // The right arm moved last at tick 20.
+  EXPECT_EQ(Find().kind, "stall") << Find().text;
+  EXPECT_EQ(Find().tick, 20);
+  EXPECT_TRUE(Find().text.starts_with("Right arm stopped moving at 0.40 s (2 of 3 stages by then)"))
+      << Find().text;
+}
+
+TEST_F(CauseFinderTest, AnArmThatShouldHoldTheObjectNeverMoves) {
+  for (int k = 0; k < 300; ++k) {
+    joints_[kLeft] += 0.03;
+    Tick();
+  }
+  EXPECT_TRUE(Find().text.starts_with("Right arm never moved (0 of 3 stages)")) << Find().text;
+}
+
+// The policy's first command differs from the command in the reset state.
+TEST_F(CauseFinderTest, ARobotWithOneCommandNeverMoved) {
+  dut_.Start();
+  tick_ = -1;
+  commands_ = {0, 0};
+  Tick();
+  commands_ = {0.01, 0.01};
+  Tick(300);
+  EXPECT_TRUE(Find().text.starts_with("Robot never moved (0 of 3 stages)")) << Find().text;
+}
+
+TEST_F(CauseFinderTest, AGripperThatWasClosedBeforeTheTouchDidNotHoldTheObject) {
+  dut_.Start();
+  tick_ = -1;
+  opening_[kRight] = 0;
+  Move(10);
+  touching_[kRight] = 1;  // pads of both fingers
+  Move(20);
+  touching_[kRight] = 0;
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+}
+
+// Both hands put the pot down, and then one lifts it alone.
+TEST_F(CauseFinderTest, AReleaseBeforeFurtherProgressIsNoCause) {
+  for (const bool goes_on : {true, false}) {
+    dut_.Start();
+    tick_ = -1;
+    object_[0][2] = 1;
+    HoldWithBoth();
+    Move(20);  // longer than a hand needs to snap shut
+    opening_ = {1, 1};
+    touching_ = {0, 0};
+    Move(50);
+    if (goes_on) object_[0][2] = 1.06;
+    Move(300);
+    EXPECT_EQ(Find().kind, goes_on ? "missed_condition" : "lost_object") << Find().text;
+  }
+}
+
+TEST_F(CauseFinderTest, AnOpenHandPushesTheObject) {
+  Move(10);
+  contacts_ = {{kRight, kPot}};
+  Move(5);
+  object_[0][1] = wrist_[kRight][1] = 0.03;
   Move(5);
   contacts_ = {};
   Move(300);
@@ -678,7 +753,7 @@ TEST_F(CauseFinderTest, TimeRunsOut) {
 TEST_F(CauseFinderTest, ASlowRobotRunsOutOfTime) {
   commands_ = {0, 0};
   for (int k = 0; k < 300; ++k) {
-    commands_[1] += 0.0049;  // 0.245 rad/s
+    for (double& command : commands_) command += 0.0049;  // 0.245 rad/s
     Move(1);
   }
   Expect("out_of_time", 300,

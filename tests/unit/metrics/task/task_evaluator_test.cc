@@ -416,6 +416,29 @@ TEST_F(TaskEvaluatorTest, StartUnlatchesEverything) {
   EXPECT_EQ(dut.verdict(), Verdict::kUndecided);
 }
 
+// One condition of an `any` is enough, so the others are not missing.
+TEST_F(TaskEvaluatorTest, AMetGroupLacksNoCondition) {
+  const auto touches = [](const char* b) { return Call("touching", {{"a", "pot"}, {"b", b}}); };
+  TaskDescription task;
+  task.success =
+      Of("all", {Of("any", {touches("counter"), touches("world")}),
+                 Of("not", {Of("all", {touches("counter"), touches("world")})}), touches("world")});
+  TaskEvaluator dut(task, names_);
+  const auto met = [&](int64_t tick, const std::vector<std::pair<int, int>>& pairs) {
+    contacts_ = Contacts(tick, pairs);
+    state_.header = small_world::Header(tick);
+    dut.Evaluate({state_, contacts_.contact}, tick);
+    std::vector<std::vector<condition_t>> conditions;
+    dut.ConditionsByStage(&conditions);
+    std::vector<bool> holds;
+    for (const condition_t& condition : conditions.back()) holds.push_back(condition.holds);
+    return holds;
+  };
+  dut.Start();
+  EXPECT_EQ(met(1, {{kTop, kWall}}), (std::vector<bool>{true, true, true, true, false}));
+  EXPECT_EQ(met(2, {}), (std::vector<bool>{false, false, true, true, false}));
+}
+
 TEST_F(TaskEvaluatorTest, StagesCanAskForAnOrder) {
   const auto at_height = [](const char* min) {
     return Call("height_above", {{"object", "pot"}, {"min_m", min}});
