@@ -102,8 +102,9 @@ void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std:
     if (key == "episodes" && plan.until) continue;
     // An empty name stands for the task's default robot.
     if (key == "robot" && value == "") continue;
-    const bool is_file = key == "robot" || ((key == "policy" || key == "contract") &&
-                                            policy::IsContractFile(value.get<std::string>()));
+    const bool is_file =
+        key == "robot" || key == "limits" ||
+        ((key == "policy" || key == "contract") && policy::IsContractFile(value.get<std::string>()));
     if (is_file && IsSameFile(value.get<std::string>(), is[key].get<std::string>())) continue;
     fail(fmt::format("\"{}\"", key), ToText(is[key]), ToText(value));
   }

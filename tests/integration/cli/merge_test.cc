@@ -352,4 +352,33 @@ TEST_F(Merge, ByHandChecksTheLogs) {
   EXPECT_EQ(Episodes(out).size(), 4u);
 }
 
+TEST_F(Merge, RefusesPartsWithOtherForceLimits) {
+  const fs::path task = ShortTask(folder_.path(), 0.2), limits = folder_.path() / "limits.yaml",
+                 a = folder_.path() / "a", b = folder_.path() / "b", out = folder_.path() / "whole";
+  const auto evaluate = [&](const fs::path& run, const std::string& only, const std::string& force_N) {
+    WriteText(limits, "limits: {pot: {bodies: [pot], grip_force_N: " + force_N + "}}\n");
+    Evaluate(
+        {task, "--policy", "hold", "--episodes", "2", "--only", only, "--in-process", "--limits", limits},
+        run);
+  };
+  evaluate(a, "0", "20");
+  evaluate(b, "1", "30");
+  const Result refused = RunProgram({"evalbus", "merge", out, a, b});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_TRUE(refused.err.starts_with("error: " + (b / "run.json").string() + ": \"limits_sha256\" is "))
+      << refused.err;
+  EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  EXPECT_FALSE(fs::exists(out));
+  // The logs contain the limits, too.
+  auto info = nlohmann::ordered_json::parse(ReadText(b / "run.json"));
+  info["limits_sha256"] = nlohmann::json::parse(ReadText(a / "run.json"))["limits_sha256"];
+  WriteText(b / "run.json", info.dump());
+  const Result forged = RunProgram({"evalbus", "merge", out, a, b});
+  EXPECT_EQ(forged.code, 1);
+  EXPECT_NE(forged.err.find("run.json: limits_sha256 is "), std::string::npos) << forged.err;
+  evaluate(folder_.path() / "c", "1", "20");
+  const Result merged = RunProgram({"evalbus", "merge", out, a, folder_.path() / "c"});
+  EXPECT_EQ(merged.code, 0) << merged.err;
+}
+
 }  // namespace evalbus::merge_test
