@@ -168,6 +168,29 @@ TEST(Contract, AConstantIsATextOrNumbersOrAnInteger) {
             "mine.yaml:8: key 'number': unknown key here; expected one of integer");
 }
 
+// Two contracts that give a policy other inputs, or refuse other actions, are different.
+TEST(Contract, JsonHasTheValuesOfConstantsAndTheFirstStep) {
+  const auto constant = [](const std::string& text) {
+    std::string all = kGood;
+    const std::string prompt = "prompt: true";
+    all.replace(all.find(prompt), prompt.size(), "constant: " + text);
+    const nlohmann::ordered_json json = ContractJson(ParseContract(all, "mine.yaml"));
+    return json["observation"][2]["constant"].dump();
+  };
+  EXPECT_EQ(constant("[0, 0.5, 1]"), "[0.0,0.5,1.0]");
+  EXPECT_EQ(constant("[5, 0.5, 1]"), "[5.0,0.5,1.0]");
+  EXPECT_EQ(constant("7"), "\"7\"");
+  EXPECT_EQ(constant("{integer: 7}"), "{\"integer\":7}");
+  const std::string text(300, 'a');
+  EXPECT_EQ(constant(text), "\"" + text + "\"");
+  Contract contract = ParseContract(kGood, "mine.yaml");
+  contract.first_step_rad = 0.25;
+  EXPECT_EQ(ContractJson(contract)["action"]["first_step_rad"], 0.25);
+  EXPECT_FALSE(ContractJson(contract).contains("groot_dialect"));
+  contract.groot_dialect = ClientOptions::GrootDialect::kN16;
+  EXPECT_EQ(ContractJson(contract)["groot_dialect"], "n1.6");
+}
+
 // docs/connecting_a_policy.md, Actions, describes DROID's velocities.
 TEST(Contract, AVelocityIsOnTheTargetOrOnTheMeasurement) {
   std::string text = kGood;
