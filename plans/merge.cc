@@ -38,13 +38,15 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Keys of run.json that may differ between the parts of a run: which episodes were run, and where.
-constexpr const char* kOfAPart[] = {"only", "run_id", "url", "workers", "in_process"};
+// Keys of run.json that may differ between the parts of a run: which episodes were run, and where. The
+// members of a contract that affect results are compared in "policy_contract"; the server's address may
+// differ.
+constexpr const char* kOfAPart[] = {"only", "run_id", "url", "workers", "in_process", "contract_sha256"};
 // Keys of run.json that a plan does not determine, such as hashes and paths of the models, and where the run
 // is executed.
-constexpr const char* kNotOfAPlan[] = {"only",           "run_id",        "url",           "workers",
-                                       "in_process",     "video",         "task_path",     "control_hz",
-                                       "physics_sha256", "visual_sha256", "scene_warnings"};
+constexpr const char* kNotOfAPlan[] = {
+    "only",       "run_id",         "url",           "workers",        "in_process",     "video", "task_path",
+    "control_hz", "physics_sha256", "visual_sha256", "scene_warnings", "contract_sha256"};
 
 ordered_json WithoutPart(ordered_json info) {
   for (const char* key : kOfAPart) info.erase(key);

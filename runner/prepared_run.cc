@@ -10,6 +10,7 @@
 #include "base/json_file.h"
 #include "base/options_json.h"
 #include "base/run_layout.h"
+#include "base/sha256.h"
 #include "bus/private_network.h"
 #include "policy_bridge/policies/delayed_policy.h"
 #include "results/run_reader.h"
@@ -65,6 +66,9 @@ TaskSelection Resolve(RunOptions* options) {
     if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
   }
   options->sim.limits = sim::AbsoluteLimits(options->sim.limits);
+  options->policy.contract_sha256.clear();
+  if (const auto contract = policy::FindContractOf(options->policy))
+    options->policy.contract_sha256 = Sha256Text(contract->text);
   return selection;
 }
 
