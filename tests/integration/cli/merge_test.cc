@@ -1,4 +1,5 @@
 // Tests evalbus merge: the shards of a plan become the runs of the plan, or nothing is changed.
+#include <cerrno>
 #include <csignal>
 #include <ctime>
 #include <regex>
@@ -267,6 +268,34 @@ TEST_F(Merge, ARunThatLacksEpisodesIsNotWhole) {
   }
   const std::string status = RunProgram({"evalbus", "status", results_}).out;
   EXPECT_NE(status.find("5 of 8 episodes done"), std::string::npos) << status;
+}
+
+// The disk is full for one of the shards, which is not a reason to stop the others.
+TEST_F(Merge, AShardThatWaitsForRoomDelaysNoOther) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
+  const std::string waiting = Part("rnd", "0000-0001").filename();
+  const fs::path out = folder_.path() / "again", parts = out / "parts";
+  const std::vector<std::string> command = {
+      "evalbus", "run", made_->path() / "plan.yaml", "--out", out, "--part", "1/1", "--workers", "2"};
+  Program part(command, {{}, [&] {
+                           setenv("LD_PRELOAD", FAILING_CALLS, 1);
+                           setenv("FAILING_CALL", ("rename:1:" + std::to_string(ENOSPC) + "+").c_str(), 1);
+                           setenv("FAILING_BELOW", (parts / waiting).c_str(), 1);
+                         }});
+  EXPECT_TRUE(WaitFor([&] {
+    return fs::exists(parts / Part("rnd", "0002-0003").filename()) &&
+           fs::exists(parts / Part("hold", "0000-0001").filename()) &&
+           fs::exists(parts / Part("hold", "0002-0003").filename());
+  })) << part.out();
+  EXPECT_FALSE(fs::exists(parts / waiting));
+  part.Signal(SIGINT);
+  EXPECT_EQ(part.Wait(), 2);
+  EXPECT_NE(part.out().find(waiting + ": "), std::string::npos) << part.out();
+  EXPECT_NE(part.out().find(": retrying"), std::string::npos) << part.out();
+  EXPECT_EQ(part.err(), "error: stopped; run the same command again to resume\n");
+  const Result resumed = RunProgram(command);
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_TRUE(fs::exists(parts / waiting));
 }
 
 TEST_F(Merge, WhatAKilledMergeLeftIsGoneAfterTheNext) {
