@@ -389,6 +389,10 @@ void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& ru
 void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
   for (const fs::path& part : parts) {
     const results::RecordedRun run = results::ReadRun(part);
+    if (fs::exists(part / kCollectJson)) {
+      throw InputError(part.string() +
+                       ": collected demonstrations: only successes were kept, so they are no part of a run");
+    }
     for (const results::RecordedEpisode& episode : run.episodes) results::CheckLog(run, episode);
   }
   MergeWhole(parts, out);
