@@ -391,7 +391,7 @@ void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
     const results::RecordedRun run = results::ReadRun(part);
     if (fs::exists(part / kCollectJson)) {
       throw InputError(part.string() +
-                       ": collected demonstrations: only successes were kept, so they are no part of a run");
+                       ": collected demonstrations: only successes were kept, so they cannot be merged");
     }
     for (const results::RecordedEpisode& episode : run.episodes) results::CheckLog(run, episode);
   }

@@ -62,9 +62,9 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   const fs::path merged = folder_.path() / "merged";
   const Result refused = RunProgram({"evalbus", "merge", merged, reference_});
   EXPECT_EQ(refused.code, 1);
-  EXPECT_EQ(refused.err, "error: " + reference_.string() +
-                             ": collected demonstrations: only successes were kept, so they are no part of a "
-                             "run\n");
+  EXPECT_EQ(refused.err,
+            "error: " + reference_.string() +
+                ": collected demonstrations: only successes were kept, so they cannot be merged\n");
   EXPECT_FALSE(fs::exists(merged));
   // The seeds come from the seed stream of collections, which no run uses.
   EXPECT_EQ(SchemaError("collect", reference_ / "collect.json"), "");
