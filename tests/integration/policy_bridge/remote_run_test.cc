@@ -2,6 +2,7 @@
 // server.
 #include <algorithm>
 #include <atomic>
+#include <csignal>
 #include <limits>
 #include <regex>
 
