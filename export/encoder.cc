@@ -132,6 +132,7 @@ void Encoder::Enter(const header_t& header) {
     model_.reset();
     return;
   }
+  ++num_attempts_;
   emitted_events_.clear();
   time_ns_ = -1;
   const bool has_begin = begin_ && IsOurs(begin_->header);

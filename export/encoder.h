@@ -81,6 +81,8 @@ class Encoder {
   // The list only grows. A topic replaces earlier topics with the same name.
   const std::vector<Topic>& topics() const { return topics_; }
   int64_t undecodable() const { return undecodable_; }
+  // Number of episodes, and repeated attempts of episodes, that have begun.
+  int64_t num_attempts() const { return num_attempts_; }
   // Simulated time of the current episode's latest STATE, ns; -1 before its first STATE.
   int64_t time_ns() const { return time_ns_; }
 
@@ -115,6 +117,7 @@ class Encoder {
   std::set<std::tuple<int, int64_t, std::string>> emitted_events_;
   int64_t time_ns_ = -1;
   int64_t undecodable_ = 0;
+  int64_t num_attempts_ = 0;
 };
 
 // Inserts a metric's unit into its name, as in the keys of "/metrics". "cartesian_path_length.left" becomes

@@ -64,19 +64,21 @@ EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
   EncodedEpisode episode;
   const fs::path run = RunFolderOf(log);
   std::string remark;
-  Encoder encoder(
-      [&](const Message& message) {
-        // A new attempt begins; only the last one is kept.
-        if (message.topic == kEpisode && message.time_ns == 0) episode.messages.clear();
-        episode.messages.push_back(message);
-      },
-      [&](const model_info_t& model, std::optional<int64_t> seed) {
-        auto entities = scenes->Of(model, seed, run);
-        if (!scenes->remark().empty()) remark = scenes->remark();
-        return entities;
-      });
+  Encoder encoder([&](const Message& message) { episode.messages.push_back(message); },
+                  [&](const model_info_t& model, std::optional<int64_t> seed) {
+                    auto entities = scenes->Of(model, seed, run);
+                    if (!scenes->remark().empty()) remark = scenes->remark();
+                    return entities;
+                  });
   EventLogReader reader(log);
-  for (LogEvent event; reader.Next(&event);) encoder.Receive(event.channel, event.data);
+  for (LogEvent event; reader.Next(&event);) {
+    const int64_t attempts = encoder.num_attempts();
+    const auto num_before = static_cast<std::ptrdiff_t>(episode.messages.size());
+    encoder.Receive(event.channel, event.data);
+    // A new attempt begins with this event; only the last one is kept.
+    if (encoder.num_attempts() > attempts)
+      episode.messages.erase(episode.messages.begin(), episode.messages.begin() + num_before);
+  }
   if (episode.messages.empty()) throw InputError(log.string() + ": no episode in this log");
   std::ranges::stable_sort(episode.messages, {}, &Message::time_ns);
   episode.topics = encoder.topics();

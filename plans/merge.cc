@@ -38,13 +38,15 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Keys of run.json that may differ between the parts of a run: which episodes were run, and where.
-constexpr const char* kOfAPart[] = {"only", "run_id", "url", "workers", "in_process"};
+// Keys of run.json that may differ between the parts of a run: which episodes were run, and where. The
+// members of a contract that affect results are compared in "policy_contract"; the server's address may
+// differ.
+constexpr const char* kOfAPart[] = {"only", "run_id", "url", "workers", "in_process", "contract_sha256"};
 // Keys of run.json that a plan does not determine, such as hashes and paths of the models, and where the run
 // is executed.
-constexpr const char* kNotOfAPlan[] = {"only",           "run_id",        "url",           "workers",
-                                       "in_process",     "video",         "task_path",     "control_hz",
-                                       "physics_sha256", "visual_sha256", "scene_warnings"};
+constexpr const char* kNotOfAPlan[] = {
+    "only",       "run_id",         "url",           "workers",        "in_process",     "video", "task_path",
+    "control_hz", "physics_sha256", "visual_sha256", "scene_warnings", "contract_sha256"};
 
 ordered_json WithoutPart(ordered_json info) {
   for (const char* key : kOfAPart) info.erase(key);
@@ -102,8 +104,9 @@ void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std:
     if (key == "episodes" && plan.until) continue;
     // An empty name stands for the task's default robot.
     if (key == "robot" && value == "") continue;
-    const bool is_file = key == "robot" || ((key == "policy" || key == "contract") &&
-                                            policy::IsContractFile(value.get<std::string>()));
+    const bool is_file =
+        key == "robot" || key == "limits" ||
+        ((key == "policy" || key == "contract") && policy::IsContractFile(value.get<std::string>()));
     if (is_file && IsSameFile(value.get<std::string>(), is[key].get<std::string>())) continue;
     fail(fmt::format("\"{}\"", key), ToText(is[key]), ToText(value));
   }
@@ -386,6 +389,10 @@ void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& ru
 void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
   for (const fs::path& part : parts) {
     const results::RecordedRun run = results::ReadRun(part);
+    if (fs::exists(part / kCollectJson)) {
+      throw InputError(part.string() +
+                       ": collected demonstrations: only successes were kept, so they cannot be merged");
+    }
     for (const results::RecordedEpisode& episode : run.episodes) results::CheckLog(run, episode);
   }
   MergeWhole(parts, out);

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chrono>
 #include <map>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <thread>
 
 #include "base/errors.h"
@@ -52,23 +54,6 @@ void PrintLine(const std::string& text) {
   std::clearerr(stdout);
 }
 
-// Copies the shard into the plan's folder. After an EnvironmentError, such as a full disk, retries at
-// intervals of kTryAgain for up to kGiveUp.
-void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::path& finished,
-                        AtWork* at_work) {
-  const auto give_up = std::chrono::steady_clock::now() + kGiveUp;
-  for (bool is_printed = false;; is_printed = true) {
-    try {
-      return folder.Put(shard, finished);
-    } catch (const EnvironmentError& error) {
-      if (stop_requested() || std::chrono::steady_clock::now() > give_up) throw;
-      if (!is_printed) PrintLine(fmt::format("{}: {}: retrying", shard.name(), error.what()));
-      std::this_thread::sleep_for(kTryAgain);
-      at_work->Refresh();
-    }
-  }
-}
-
 // Runs shards, `at_once` at a time. Each shard has its own job pool, so that a failed shard does not stop the
 // others.
 class Shards {
@@ -97,6 +82,11 @@ class Shards {
     Shard shard;
     std::unique_ptr<AtWork> at_work;
     std::unique_ptr<runner::JobPool> pool;
+    // Set if the shard has finished, but could not be copied: when to try again, and when to give up.
+    struct Retry {
+      std::chrono::steady_clock::time_point next, give_up;
+    };
+    std::optional<Retry> retry{};
   };
 
   void Begin() {
@@ -110,6 +100,27 @@ class Shards {
                         })});
   }
 
+  // Copies a finished shard into the plan's folder. After an EnvironmentError, such as a full disk, returns
+  // false and retries in later calls, at intervals of kTryAgain for up to kGiveUp. Does not sleep, because
+  // the other shards must be polled.
+  bool TryPut(Running* running, const fs::path& finished) {
+    const auto now = std::chrono::steady_clock::now();
+    std::optional<Running::Retry>& retry = running->retry;
+    if (retry && now < retry->next) return false;
+    try {
+      folder_.Put(running->shard, finished);
+      return true;
+    } catch (const EnvironmentError& error) {
+      if (!retry) {
+        PrintLine(fmt::format("{}: {}: retrying", running->shard.name(), error.what()));
+        retry.emplace(Running::Retry{.next = {}, .give_up = now + kGiveUp});
+      }
+      if (now > retry->give_up) throw;
+      retry->next = std::chrono::steady_clock::now() + kTryAgain;
+      return false;
+    }
+  }
+
   // Returns true when the shard has finished or failed.
   bool Advance(Running* running) {
     const Shard& shard = running->shard;
@@ -117,8 +128,7 @@ class Shards {
     try {
       running->at_work->Refresh();
       running->pool->Poll();
-      if (!running->pool->done()) return false;
-      PutWhenThereIsRoom(folder_, shard, made, running->at_work.get());
+      if (!running->pool->done() || !TryPut(running, made)) return false;
       WriteFailure(folder_, shard, "");
       PrintLine(fmt::format("{}: {}", shard.name(), Plural(shard.size(), "episode")));
     } catch (const std::exception& error) {

@@ -342,6 +342,10 @@ Plan ReadPlan(const fs::path& file) {
   if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
   if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
   if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);
+  std::string& limits = plan.options.sim.limits;
+  if (const fs::path beside = fs::absolute(file).parent_path() / limits;
+      !limits.empty() && fs::exists(beside))
+    limits = beside.lexically_normal().string();
   CheckRates(plan, map["policies"]);
   if (const YamlValue* value = map.Find("video")) plan.videos = ReadVideos(*value);
   if (const YamlValue* value = map.Find("shard_episodes"))
@@ -401,6 +405,7 @@ Plan OnEngine(Plan plan, const std::string& engine) {
   // In-process runs need no network, are the fastest, and give bit-identical results. Another version of
   // MuJoCo needs its own process.
   plan.options.in_process = engine.empty();
+  plan.options.sim.limits = sim::AbsoluteLimits(plan.options.sim.limits);
   if (!plan.options.sim.robot.empty()) FindRobot(plan.options.sim.robot);  // throws if there is none
   for (const PlannedPolicy& policy : plan.policies)
     runner::CheckRunOptions(plan.OptionsOf(policy), plan.tasks.size());

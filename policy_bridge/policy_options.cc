@@ -3,11 +3,23 @@
 #include <cstdlib>
 
 #include "base/errors.h"
+#include "base/sha256.h"
 #include "models/task_description.h"
 #include "policy_bridge/policies/delayed_policy.h"
 #include "policy_bridge/remote/remote_policy.h"
 
 namespace evalbus::policy {
+namespace {
+
+// A process that is restarted during a run reads the contract again, so the file must not change.
+Contract FindUnchanged(const std::string& name, const std::string& sha256) {
+  Contract contract = FindContract(name);
+  if (sha256.empty() || Sha256Text(contract.text) == sha256) return contract;
+  throw InputError(contract.file.string() +
+                   " changed during the run; restore it and use --resume, or start a new run");
+}
+
+}  // namespace
 
 std::optional<Contract> FindContractOf(const PolicyOptions& options) {
   const std::string& policy = options.policy;
@@ -18,7 +30,7 @@ std::optional<Contract> FindContractOf(const PolicyOptions& options) {
                        ": requires --contract, the server's observations and actions ('evalbus policy list' "
                        "lists the built-in ones)");
     }
-    Contract contract = FindContract(options.contract);
+    Contract contract = FindUnchanged(options.contract, options.contract_sha256);
     contract.url = policy;
     return contract;
   }
@@ -26,7 +38,7 @@ std::optional<Contract> FindContractOf(const PolicyOptions& options) {
     throw InputError("--contract requires the address of a server, for example --policy ws://127.0.0.1:8000");
   }
   if (policy == kExternalPolicy || !IsContract(policy)) return std::nullopt;
-  return FindContract(policy);
+  return FindUnchanged(policy, options.contract_sha256);
 }
 
 std::unique_ptr<PolicyPool> OpenPool(const PolicyOptions& options, int num_clients) {

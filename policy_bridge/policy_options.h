@@ -23,6 +23,8 @@ struct PolicyOptions {
   std::string latency = "none";
   // What the robot does during an inference: a string that ParseExecution accepts.
   std::string execution = "synchronous";
+  // Hash of the contract's file, if the launcher has read it for all processes of the run; otherwise empty.
+  std::string contract_sha256{};
 };
 
 template <class Options, class F>
@@ -53,12 +55,13 @@ void ForEachOption(Options& options, const F& f) {
                  "asynchronous\n"
                  "(it executes the last action chunk), rtc (the same, and the next chunk is joined to it)",
                  Range{}, kFixed},
+          Option{&PolicyOptions::contract_sha256, "contract_sha256"},
       },
       options, f);
 }
 
 // Returns the contract selected by these options, with the address of its server. Returns nothing if the
-// policy is not behind a server. Throws InputError.
+// policy is not behind a server. Throws InputError, also if the file does not have the hash contract_sha256.
 std::optional<Contract> FindContractOf(const PolicyOptions& options);
 
 // Creates the pool that queries the policy's server for all processes that this process starts from now on.

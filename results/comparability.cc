@@ -19,10 +19,11 @@ using nlohmann::ordered_json;
 // CheckComparable(), or identify the policy or the episodes. All other keys may affect the values, including
 // keys of newer versions.
 constexpr std::string_view kChangesNothing[] = {
-    "run_id",        "task",       "variation",  "task_path",   "task_sha256", "robot",     "model_path",
-    "assets",        "control_hz", "policy",     "policy_name", "seed",        "episodes",  "only",
-    "workers",       "url",        "in_process", "by_hand",     "video",       "git_dirty", "physics_sha256",
-    "visual_sha256", "contract",   "log",        "seed_stream", "until",       "engine",    "trained_on"};
+    "run_id",      "task",      "variation",      "task_path",     "task_sha256",    "robot",
+    "model_path",  "assets",    "control_hz",     "policy",        "policy_name",    "seed",
+    "episodes",    "only",      "workers",        "url",           "in_process",     "by_hand",
+    "video",       "git_dirty", "physics_sha256", "visual_sha256", "contract",       "log",
+    "seed_stream", "until",     "engine",         "trained_on",    "contract_sha256"};
 
 // Maximum number of differing contract members to list.
 constexpr size_t kMaxContractWords = 4;
@@ -97,6 +98,9 @@ std::string MadeDifferently(const RecordedRun& run, const RecordedRun& baseline)
     }
     // A run without "renderer" rendered nothing.
     if (key == "gl" && !(run.info.contains("renderer") && baseline.info.contains("renderer"))) continue;
+    // The hash identifies the limits; paths may differ between machines.
+    if (key == "limits" && run.info.contains("limits_sha256") && baseline.info.contains("limits_sha256"))
+      continue;
     if (key != "policy_contract") {
       add(fmt::format("{} {} against {}", key, ToText(value), ToText(*other)));
     } else if (value.is_object() && other->is_object()) {  // otherwise the policies' names differ

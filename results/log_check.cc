@@ -86,11 +86,14 @@ model_info_t CheckLog(const RecordedRun& run, const RecordedEpisode& episode) {
 }
 
 std::vector<std::string> ModelDifferences(const RecordedRun& run, const model_info_t& model) {
-  ordered_json found = {{"task", model.task},
-                        {"variation", model.variation},
-                        {"task_sha256", Sha256Text(model.task_yaml)},
-                        {"physics_sha256", model.physics_sha256},
-                        {"visual_sha256", model.visual_sha256}};
+  ordered_json found = {
+      {"task", model.task},
+      {"variation", model.variation},
+      {"task_sha256", Sha256Text(model.task_yaml)},
+      {"physics_sha256", model.physics_sha256},
+      {"visual_sha256", model.visual_sha256},
+      {"limits_sha256",
+       model.limits_yaml.empty() ? ordered_json() : ordered_json(Sha256Text(model.limits_yaml))}};
   if (run.is_simulated()) {
     found["control_hz"] = 1 / ControlPeriod(model);
     found["realtime"] = model.clock == clock_name::kRealtime;

@@ -33,14 +33,16 @@ constexpr int kFormat = 1;
 constexpr std::array kMarks = {kRunJson, kSuiteJson, "plan.json", "certificate.json"};
 
 // Keys of run.json that depend on the machine or on how the run was started.
-constexpr std::array<std::string_view, 15> kMachineKeys = {
-    "task_path", "robot", "model_path", "assets", "engine",  "run_id",     "map",      "contract",
-    "log",       "url",   "workers",    "video",  "by_hand", "in_process", "git_dirty"};
+constexpr std::array<std::string_view, 16> kMachineKeys = {
+    "task_path", "robot", "model_path", "assets", "engine",  "run_id",     "map",       "contract",
+    "log",       "url",   "workers",    "video",  "by_hand", "in_process", "git_dirty", "contract_sha256"};
 
 bool IsOfMachine(const std::string& key, const ordered_json& info) {
   // With a contract, "policy" is the address of a server, which depends on the machine; the contract
   // describes the policy.
   if (key == "policy") return info.contains("policy_contract") && info["policy_contract"].is_object();
+  // The file of force limits is identified by its hash.
+  if (key == "limits") return info.contains("limits_sha256");
   return std::ranges::find(kMachineKeys, key) != kMachineKeys.end();
 }
 

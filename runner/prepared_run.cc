@@ -10,6 +10,7 @@
 #include "base/json_file.h"
 #include "base/options_json.h"
 #include "base/run_layout.h"
+#include "base/sha256.h"
 #include "bus/private_network.h"
 #include "policy_bridge/policies/delayed_policy.h"
 #include "results/run_reader.h"
@@ -44,13 +45,14 @@ constexpr std::array kFixedFacts = {
     Fact{"robot_sha256", "another robot description"},
     Fact{"physics_sha256", "another physics model"},
     Fact{"visual_sha256", "another visual model"},
+    Fact{"limits_sha256", "other force limits"},
     Fact{"policy_contract", "another policy contract"},
     Fact{"trained_on", "another training set"},
     Fact{"painter"},
 };
 
-// Finds task and robot, and makes the paths of task, robot, assets and contracts absolute, so that every
-// process of the run uses the same files.
+// Finds task and robot, and makes the paths of task, robot, assets, contracts and force limits absolute, so
+// that every process of the run uses the same files.
 TaskSelection Resolve(RunOptions* options) {
   TaskSelection selection = FindTask(options->sim.task);
   options->sim.task = (fs::absolute(selection.task.file) / selection.variation).string();
@@ -66,6 +68,10 @@ TaskSelection Resolve(RunOptions* options) {
   for (std::string* name : {&options->policy.policy, &options->policy.contract}) {
     if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
   }
+  options->sim.limits = sim::AbsoluteLimits(options->sim.limits);
+  options->policy.contract_sha256.clear();
+  if (const auto contract = policy::FindContractOf(options->policy))
+    options->policy.contract_sha256 = Sha256Text(contract->text);
   return selection;
 }
 
@@ -144,8 +150,10 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   RunPlan plan;
   plan.task = facts["task"].get<std::string>();
   plan.variation = facts["variation"].get<std::string>();
+  const auto limits = facts.value("limits_sha256", nlohmann::ordered_json());
   plan.model_hashes = {facts["task_sha256"].get<std::string>(), facts["physics_sha256"].get<std::string>(),
-                       facts["visual_sha256"].get<std::string>()};
+                       facts["visual_sha256"].get<std::string>(),
+                       limits.is_string() ? limits.get<std::string>() : ""};
   plan.seed = options.seed;
   plan.seed_stream = options.sim.seed_stream;
   plan.required = RequiredComponents(options);

@@ -37,7 +37,8 @@ bool SameRobot(const model_info_t& a, const model_info_t& b) {
 }  // namespace
 
 ModelHashes ModelHashes::Of(const model_info_t& model) {
-  return {Sha256Text(model.task_yaml), model.physics_sha256, model.visual_sha256};
+  return {Sha256Text(model.task_yaml), model.physics_sha256, model.visual_sha256,
+          model.limits_yaml.empty() ? "" : Sha256Text(model.limits_yaml)};
 }
 
 RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFolder& folder,
@@ -96,6 +97,7 @@ void RunController::CheckUnchanged(const model_info_t& model) {
       now.task_sha256 != plan_.model_hashes.task_sha256         ? model.task_file
       : now.physics_sha256 != plan_.model_hashes.physics_sha256 ? "a file of the physics model"
       : now.visual_sha256 != plan_.model_hashes.visual_sha256   ? "a file of the visual model"
+      : now.limits_sha256 != plan_.model_hashes.limits_sha256   ? model.limits_file
       : !SameRobot(model, *model_)                              ? "robot " + model.robot
                                                                 : "";
   if (changed.empty()) return;

@@ -22,9 +22,10 @@
 
 namespace evalbus::runner {
 
-// SHA-256 hashes of the task and the models, which are the same for all episodes of a run.
+// SHA-256 hashes of the task, the models and the force limits, which are the same for all episodes of a run.
+// limits_sha256: empty without force limits.
 struct ModelHashes {
-  std::string task_sha256, physics_sha256, visual_sha256;
+  std::string task_sha256, physics_sha256, visual_sha256, limits_sha256;
 
   static ModelHashes Of(const model_info_t& model);
 };

@@ -48,6 +48,8 @@ ordered_json SceneFacts(const sim::PreparedScene& prepared) {
           {"robot_sha256", Sha256File(prepared.robot.file)},
           {"physics_sha256", model_hashes.physics_sha256},
           {"visual_sha256", model_hashes.visual_sha256},
+          {"limits_sha256",
+           model_hashes.limits_sha256.empty() ? ordered_json() : ordered_json(model_hashes.limits_sha256)},
           {"evalbus_version", kVersion},
           {"git_commit", kGitCommit},
           {"git_dirty", kGitDirty},

@@ -87,8 +87,9 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
 
 Suite::Suite(RunOptions options, const std::vector<std::string>& tasks)
     : tasks_(tasks), folder_(OpenFolder(options)) {
-  // The robot is resolved as in each run of the suite.
+  // Robot and force limits are resolved as in each run of the suite.
   if (!options.sim.robot.empty()) options.sim.robot = std::filesystem::absolute(FindRobot(options.sim.robot));
+  options.sim.limits = sim::AbsoluteLimits(options.sim.limits);
   if (std::filesystem::exists(folder_.path() / kSuiteJson)) CheckResumable(folder_.path(), options, tasks);
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();
   for (const std::string& task : tasks) runs.push_back(FolderOfTask(task));

@@ -139,6 +139,11 @@ inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options)
                              static_cast<double>(timestep_us) / 1e3);
 }
 
+// Returns the absolute path of a file of force limits; empty if `limits` is empty.
+inline std::string AbsoluteLimits(const std::string& limits) {
+  return limits.empty() ? "" : std::filesystem::absolute(limits).lexically_normal().string();
+}
+
 // Throws InputError if the seed stream is kRoboEvalSeeds and RoboEval does not accept the seeds of these
 // episodes.
 inline void CheckSeeds(const std::string& seed_stream, int64_t seed, int64_t episodes) {

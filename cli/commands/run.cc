@@ -111,6 +111,8 @@ std::vector<std::string> TakeOptionsOf(const fs::path& folder, runner::RunOption
   options->workers = 1;
   options->by_hand = false;
   options->until.clear();
+  // The contract may have changed since then.
+  options->policy.contract_sha256.clear();
   return tasks;
 }
 

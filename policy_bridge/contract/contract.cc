@@ -386,6 +386,13 @@ nlohmann::ordered_json SignalJson(const Signal& signal) {
   return json;
 }
 
+// Returns a constant as ReadConstant() reads it. Numbers are float32, as they are sent.
+nlohmann::ordered_json ConstantJson(const Value& constant) {
+  if (const auto* array = constant.As<Array>()) return Numbers(*array);
+  if (const auto* integer = constant.As<int64_t>()) return {{"integer", *integer}};
+  return TextOrDescription(constant);
+}
+
 nlohmann::ordered_json EntryJson(const ObservationEntry& entry) {
   nlohmann::ordered_json json = {{"key", entry.KeyText()}};
   using Source = ObservationEntry::Source;
@@ -404,7 +411,7 @@ nlohmann::ordered_json EntryJson(const ObservationEntry& entry) {
       json["prompt"] = true;
       break;
     case Source::kConstant:
-      json["constant"] = Describe(entry.constant);
+      json["constant"] = ConstantJson(entry.constant);
       break;
     case Source::kCounter:
       json["counter"] = WordOf(entry.counter, kCounters);
@@ -449,6 +456,7 @@ nlohmann::ordered_json ActionJson(const Contract& contract) {
   add("upper", space.upper);
   json["chunk_steps"] = contract.chunk_steps ? nlohmann::ordered_json(*contract.chunk_steps) : nullptr;
   json["execute_steps"] = contract.execute_steps;
+  if (contract.first_step_rad) json["first_step_rad"] = *contract.first_step_rad;
   return json;
 }
 
@@ -607,6 +615,8 @@ const char* NameOf(Wire wire) { return WordOf(wire, kWires); }
 nlohmann::ordered_json ContractJson(const Contract& contract) {
   nlohmann::ordered_json json = {
       {"name", contract.name}, {"wire", NameOf(contract.wire)}, {"rate_hz", contract.rate_hz}};
+  if (contract.groot_dialect != ClientOptions::GrootDialect::kDetect)
+    json["groot_dialect"] = WordOf(contract.groot_dialect, kDialects);
   json["settle_steps"] = contract.settle_steps;
   json["answer_window"] = contract.answer_window;
   json["privileged"] = contract.is_privileged();

@@ -58,6 +58,14 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   const fs::directory_iterator kept(reference_ / "episodes");
   EXPECT_EQ(std::distance(begin(kept), end(kept)), 3);
 
+  // A merged run has no collect.json, so its successes would look like the rate of a policy.
+  const fs::path merged = folder_.path() / "merged";
+  const Result refused = RunProgram({"evalbus", "merge", merged, reference_});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_EQ(refused.err,
+            "error: " + reference_.string() +
+                ": collected demonstrations: only successes were kept, so they cannot be merged\n");
+  EXPECT_FALSE(fs::exists(merged));
   // The seeds come from the seed stream of collections, which no run uses.
   EXPECT_EQ(SchemaError("collect", reference_ / "collect.json"), "");
   const auto summary = nlohmann::json::parse(ReadText(reference_ / "collect.json"));

@@ -1,4 +1,5 @@
 // Tests evalbus merge: the shards of a plan become the runs of the plan, or nothing is changed.
+#include <cerrno>
 #include <csignal>
 #include <ctime>
 #include <regex>
@@ -269,6 +270,34 @@ TEST_F(Merge, ARunThatLacksEpisodesIsNotWhole) {
   EXPECT_NE(status.find("5 of 8 episodes done"), std::string::npos) << status;
 }
 
+// The disk is full for one of the shards, which is not a reason to stop the others.
+TEST_F(Merge, AShardThatWaitsForRoomDelaysNoOther) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
+  const std::string waiting = Part("rnd", "0000-0001").filename();
+  const fs::path out = folder_.path() / "again", parts = out / "parts";
+  const std::vector<std::string> command = {
+      "evalbus", "run", made_->path() / "plan.yaml", "--out", out, "--part", "1/1", "--workers", "2"};
+  Program part(command, {{}, [&] {
+                           setenv("LD_PRELOAD", FAILING_CALLS, 1);
+                           setenv("FAILING_CALL", ("rename:1:" + std::to_string(ENOSPC) + "+").c_str(), 1);
+                           setenv("FAILING_BELOW", (parts / waiting).c_str(), 1);
+                         }});
+  EXPECT_TRUE(WaitFor([&] {
+    return fs::exists(parts / Part("rnd", "0002-0003").filename()) &&
+           fs::exists(parts / Part("hold", "0000-0001").filename()) &&
+           fs::exists(parts / Part("hold", "0002-0003").filename());
+  })) << part.out();
+  EXPECT_FALSE(fs::exists(parts / waiting));
+  part.Signal(SIGINT);
+  EXPECT_EQ(part.Wait(), 2);
+  EXPECT_NE(part.out().find(waiting + ": "), std::string::npos) << part.out();
+  EXPECT_NE(part.out().find(": retrying"), std::string::npos) << part.out();
+  EXPECT_EQ(part.err(), "error: stopped; run the same command again to resume\n");
+  const Result resumed = RunProgram(command);
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_TRUE(fs::exists(parts / waiting));
+}
+
 TEST_F(Merge, WhatAKilledMergeLeftIsGoneAfterTheNext) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
   const auto kill_at = [&](const std::string& call, int number) {
@@ -350,6 +379,35 @@ TEST_F(Merge, ByHandChecksTheLogs) {
   WriteText(log, text);
   EXPECT_EQ(RunProgram({"evalbus", "merge", out, a, b}).code, 0);
   EXPECT_EQ(Episodes(out).size(), 4u);
+}
+
+TEST_F(Merge, RefusesPartsWithOtherForceLimits) {
+  const fs::path task = ShortTask(folder_.path(), 0.2), limits = folder_.path() / "limits.yaml",
+                 a = folder_.path() / "a", b = folder_.path() / "b", out = folder_.path() / "whole";
+  const auto evaluate = [&](const fs::path& run, const std::string& only, const std::string& force_N) {
+    WriteText(limits, "limits: {pot: {bodies: [pot], grip_force_N: " + force_N + "}}\n");
+    Evaluate(
+        {task, "--policy", "hold", "--episodes", "2", "--only", only, "--in-process", "--limits", limits},
+        run);
+  };
+  evaluate(a, "0", "20");
+  evaluate(b, "1", "30");
+  const Result refused = RunProgram({"evalbus", "merge", out, a, b});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_TRUE(refused.err.starts_with("error: " + (b / "run.json").string() + ": \"limits_sha256\" is "))
+      << refused.err;
+  EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  EXPECT_FALSE(fs::exists(out));
+  // The logs contain the limits, too.
+  auto info = nlohmann::ordered_json::parse(ReadText(b / "run.json"));
+  info["limits_sha256"] = nlohmann::json::parse(ReadText(a / "run.json"))["limits_sha256"];
+  WriteText(b / "run.json", info.dump());
+  const Result forged = RunProgram({"evalbus", "merge", out, a, b});
+  EXPECT_EQ(forged.code, 1);
+  EXPECT_NE(forged.err.find("run.json: limits_sha256 is "), std::string::npos) << forged.err;
+  evaluate(folder_.path() / "c", "1", "20");
+  const Result merged = RunProgram({"evalbus", "merge", out, a, folder_.path() / "c"});
+  EXPECT_EQ(merged.code, 0) << merged.err;
 }
 
 }  // namespace evalbus::merge_test

@@ -217,6 +217,40 @@ TEST_F(ResumeRefuses, LinesThatNoReaderTakes) {
   Expect("run.json: expected JSON nested at most 64 levels deep");
 }
 
+TEST(ForceLimits, OfAResumedRunAreThoseOfItsBegin) {
+  TemporaryFolder folder;
+  const fs::path task = ShortTask(folder.path(), 0.2), run = folder.path() / "run",
+                 limits = folder.path() / "limits.yaml";
+  const auto evaluate = [&](const std::string& episodes, const std::vector<std::string>& more) {
+    std::vector<std::string> command = {"evalbus",    "run",    task,           "--policy", "hold",
+                                        "--episodes", episodes, "--in-process", "--out",    run};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProgram(command);
+  };
+  const std::string text = "limits: {pot: {bodies: [pot], grip_force_N: 20}}\n";
+  WriteText(limits, text);
+  // run.json has an absolute path, so that every process of the run reads the same file.
+  const std::string relative = fs::relative(limits);
+  ASSERT_EQ(evaluate("1", {"--limits", relative}).code, 0);
+  EXPECT_EQ(nlohmann::json::parse(ReadText(run / "run.json"))["limits"],
+            fs::absolute(relative).lexically_normal().string());
+  Replace(limits, "20", "30");
+  const auto before = Contents(run);
+  const Result other = evaluate("2", {"--limits", relative, "--resume"});
+  EXPECT_EQ(other.code, 1);
+  EXPECT_EQ(other.err, "error: --resume: " + (run / "run.json").string() +
+                           ": the run was made with other force limits (limits_sha256); restore the changed "
+                           "file, or start another run\n");
+  const Result none = evaluate("2", {"--resume"});
+  EXPECT_EQ(none.code, 1);
+  EXPECT_EQ(std::count(none.err.begin(), none.err.end(), '\n'), 1) << none.err;
+  EXPECT_EQ(Contents(run), before);
+  WriteText(limits, text);
+  const Result resumed = evaluate("2", {"--limits", limits, "--resume"});
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_EQ(Episodes(run).size(), 2u);
+}
+
 // A restarted sim reads its files again, so a file that changed during the run is an error.
 TEST(Restart, WithOtherFilesIsRefusedAndTheRunContinuesWithItsOwn) {
   EVALBUS_NEEDS_BUS();

@@ -185,9 +185,9 @@ TEST_F(Score, ListsTheSoftwareItWasMadeWith) {
   ASSERT_EQ(RunProgram({"evalbus", "score", map_, table_, "--out", scored}).code, 0);
   const auto info = nlohmann::json::parse(ReadText(run / "run.json")),
              other = nlohmann::json::parse(ReadText(scored / "run.json"));
-  for (const char* key :
-       {"schema_version", "task", "variation", "task_sha256", "robot_sha256", "physics_sha256",
-        "visual_sha256", "evalbus_version", "git_commit", "git_dirty", "plugins", "mujoco_version"}) {
+  for (const char* key : {"schema_version", "task", "variation", "task_sha256", "robot_sha256",
+                          "physics_sha256", "visual_sha256", "limits_sha256", "evalbus_version", "git_commit",
+                          "git_dirty", "plugins", "mujoco_version"}) {
     ASSERT_TRUE(info.contains(key) && other.contains(key)) << key;
     EXPECT_EQ(info[key], other[key]) << key;
   }

@@ -2,6 +2,7 @@
 // server.
 #include <algorithm>
 #include <atomic>
+#include <csignal>
 #include <limits>
 #include <regex>
 
@@ -220,6 +221,37 @@ TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
   for (int episode = 0; episode < 8; ++episode) {
     ExpectSameTicks(ReadLog(LogFile(runs.front(), episode)), ReadLog(LogFile(runs.back(), episode)));
   }
+}
+
+// A restarted policy process reads its contract again, so a contract that changed during the run is an error.
+TEST_F(RemoteRun, IsOfOneContract) {
+  EVALBUS_NEEDS_BUS();
+  Serve(Forward);
+  const std::string contract = Contract(), before = ReadText(contract);
+  const fs::path run = folder_.path() / "run";
+  const auto command = [&](const std::vector<std::string>& more) {
+    return With({"evalbus", "run"}, With(With(Arguments(contract, 16), {"--out", run.string()}), more));
+  };
+  Program launcher(command({}));
+  ASSERT_TRUE(WaitFor([&] { return fs::exists(run / "episodes.jsonl"); })) << launcher.err();
+  launcher.Signal(SIGSTOP);
+  const auto policies = ChildrenOf(launcher.pid(), "evalbus-policy");
+  ASSERT_EQ(policies.size(), 1u);
+  WriteText(contract, std::regex_replace(before, std::regex("execute_steps: 3"), "execute_steps: 2"));
+  kill(policies[0], SIGKILL);
+  launcher.Signal(SIGCONT);
+  EXPECT_EQ(launcher.Wait(), 1);
+  EXPECT_EQ(launcher.err(), "error: " + contract +
+                                " changed during the run; restore it and use --resume, or start a new run\n");
+  EXPECT_LT(Episodes(run).size(), 16u);
+  const Result other = RunProgram(command({"--resume"}));
+  EXPECT_EQ(other.code, 1);
+  EXPECT_NE(other.err.find("the run was made with another policy contract"), std::string::npos) << other.err;
+  // Changes that do not affect results are allowed between two launches.
+  WriteText(contract, before + "# a comment\n");
+  const Result resumed = RunProgram(command({"--resume"}));
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_EQ(Episodes(run).size(), 16u);
 }
 
 // The simulation continues while the policy receives images and computes. All images of an observation still

@@ -245,6 +245,19 @@ TEST_F(PlanTest, PathsAreRelativeToThePlan) {
   EXPECT_THAT(plan.tasks, ElementsAre(copy.string(), (copy / "position").string()));
 }
 
+TEST_F(PlanTest, ForceLimitsAreRelativeToThePlanAndAbsolute) {
+  const std::string with_limits = std::string(kSmall) + "options: {limits: my_limits.yaml}\n";
+  EXPECT_EQ(Read(with_limits).options.sim.limits, std::filesystem::absolute("my_limits.yaml"));
+  const auto limits = folder_.path() / "my_limits.yaml";
+  std::ofstream(limits) << "limits: {pot: {bodies: [pot], grip_force_N: 1}}\n";
+  EXPECT_EQ(Read(with_limits).options.sim.limits, limits);
+  runner::RunOptions options;
+  options.tasks = {"lift_pot/position"};
+  options.sim.limits = "my_limits.yaml";
+  EXPECT_EQ(MakePlan("certify", {"hold"}, options, false).options.sim.limits,
+            std::filesystem::absolute("my_limits.yaml"));
+}
+
 TEST_F(PlanTest, APolicyIsNotNamedAsAFileOfThePlan) {
   for (const char* name : {"plan.json", "parts", "slurm", "stops.json", "report.html", "manifest.json"}) {
     EXPECT_THAT(ErrorOf(fmt::format("policies: [{{name: {}, policy: hold}}]\ntasks: lift_pot\n", name)),

@@ -512,6 +512,19 @@ TEST_F(CompareTest, RemarksOnDifferencesOfContracts) {
   EXPECT_EQ(
       MadeDifferently(Run("e", drew, First(1, 3), 1).runs[0], Run("f", drew_nothing, First(1, 3), 1).runs[0]),
       "gl \"osmesa\" against \"software\"");
+  // Force limits are compared by their hash if both runs have it.
+  ordered_json limited = Info(3), elsewhere = Info(3);
+  limited["limits"] = "/a/limits.yaml";
+  elsewhere["limits"] = "/b/limits.yaml";
+  const auto limit_differences = [&] {
+    return MadeDifferently(Run("g", limited, First(1, 3), 1).runs[0],
+                           Run("h", elsewhere, First(1, 3), 1).runs[0]);
+  };
+  EXPECT_EQ(limit_differences(), "limits \"/a/limits.yaml\" against \"/b/limits.yaml\"");
+  limited["limits_sha256"] = elsewhere["limits_sha256"] = "12";
+  EXPECT_EQ(limit_differences(), "");
+  elsewhere["limits_sha256"] = nullptr;
+  EXPECT_EQ(limit_differences(), "limits_sha256 \"12\" against null");
   info["policy_contract"] = nullptr;
   const RecordedRuns scripted = Run("d", info, First(1, 3), 1);
   EXPECT_EQ(MadeDifferently(scripted.runs[0], a.runs[0]), "");

@@ -574,6 +574,11 @@ TEST_F(RunControllerTest, ASimThatReadOtherFilesEndsTheRun) {
       {"pot.yaml changed", [](model_info_t* model) { model->task_yaml = "min_m: 9.096"; }},
       {"a file of the physics model changed", [](model_info_t* model) { model->physics_sha256 = "12"; }},
       {"a file of the visual model changed", [](model_info_t* model) { model->visual_sha256 = "12"; }},
+      {"limits.yaml changed",
+       [](model_info_t* model) {
+         model->limits_file = "limits.yaml";
+         model->limits_yaml = "limits: {}";
+       }},
       {"robot other changed", [](model_info_t* model) { model->robot = "other"; }},
       {"robot  changed",
        [](model_info_t* model) {

@@ -2,12 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/sha256.h"
 #include "policy_bridge/actions/action_converter.h"
+#include "policy_bridge/policy_options.h"
 #include "policy_bridge/remote/observation_builder.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
+#include "tests/unit/temporary_folder.h"
 
 namespace evalbus::policy::contract_test {
 
@@ -166,6 +170,49 @@ TEST(Contract, AConstantIsATextOrNumbersOrAnInteger) {
             "mine.yaml:8: key 'integer': expected a whole number from -1000000000 to 1000000000, got '0.5'");
   EXPECT_EQ(ErrorWith("prompt: true", "constant: {number: 7}"),
             "mine.yaml:8: key 'number': unknown key here; expected one of integer");
+}
+
+// Two contracts that give a policy other inputs, or refuse other actions, are different.
+TEST(Contract, JsonHasTheValuesOfConstantsAndTheFirstStep) {
+  const auto constant = [](const std::string& text) {
+    std::string all = kGood;
+    const std::string prompt = "prompt: true";
+    all.replace(all.find(prompt), prompt.size(), "constant: " + text);
+    const nlohmann::ordered_json json = ContractJson(ParseContract(all, "mine.yaml"));
+    return json["observation"][2]["constant"].dump();
+  };
+  EXPECT_EQ(constant("[0, 0.5, 1]"), "[0.0,0.5,1.0]");
+  EXPECT_EQ(constant("[5, 0.5, 1]"), "[5.0,0.5,1.0]");
+  EXPECT_EQ(constant("7"), "\"7\"");
+  EXPECT_EQ(constant("{integer: 7}"), "{\"integer\":7}");
+  const std::string text(300, 'a');
+  EXPECT_EQ(constant(text), "\"" + text + "\"");
+  Contract contract = ParseContract(kGood, "mine.yaml");
+  contract.first_step_rad = 0.25;
+  EXPECT_EQ(ContractJson(contract)["action"]["first_step_rad"], 0.25);
+  EXPECT_FALSE(ContractJson(contract).contains("groot_dialect"));
+  contract.groot_dialect = ClientOptions::GrootDialect::kN16;
+  EXPECT_EQ(ContractJson(contract)["groot_dialect"], "n1.6");
+}
+
+// A process that is restarted during a run reads the contract's file again.
+TEST(Contract, OfARunIsTheOneThatTheLauncherRead) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "mine.yaml";
+  std::ofstream(file) << kGood;
+  for (const std::string& policy : {file.string(), std::string("ws://127.0.0.1:9")}) {
+    PolicyOptions options{.policy = policy, .contract = policy == file ? "" : file.string()};
+    options.contract_sha256 = Sha256Text(kGood);
+    EXPECT_EQ(FindContractOf(options)->text, kGood);
+    options.contract_sha256 = Sha256Text(kGood + "# another\n");
+    try {
+      FindContractOf(options);
+      ADD_FAILURE() << policy;
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.what(),
+                file.string() + " changed during the run; restore it and use --resume, or start a new run");
+    }
+  }
 }
 
 // docs/connecting_a_policy.md, Actions, describes DROID's velocities.
