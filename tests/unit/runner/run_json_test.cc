@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "base/errors.h"
 #include "base/options_json.h"
 #include "models/task_description.h"
+#include "runner/prepared_run.h"
 
 namespace evalbus::runner::run_json_test {
 
@@ -30,6 +32,17 @@ TEST(CommandOf, HasTheOptionsThatDiffer) {
       CommandOf(Made(options)),
       "evalbus run lift_pot/position --policy noisy_expert:0.1 --episodes 40 --seed 3 --assets a=x --assets "
       "b=y --control-hz 20.0 --realtime");
+}
+
+// A run without images can get videos later, with the library that is there then.
+TEST(CheckFixedOptions, ComparesTheLibraryOnlyIfItWasUsed) {
+  RunOptions options;
+  options.gl = "software";
+  nlohmann::ordered_json before = Made(options);
+  options.gl = "osmesa";
+  EXPECT_NO_THROW(CheckFixedOptions("run.json", before, options));
+  before["renderer"] = "OSMesa";
+  EXPECT_THROW(CheckFixedOptions("run.json", before, options), InputError);
 }
 
 TEST(CommandOf, IsEmptyForWhatWasNotSimulated) {
