@@ -217,17 +217,6 @@ bool CauseFinder::IsHeldAt(int64_t tick, int object) const {
   });
 }
 
-// Whether the hold ended by a release that changed nothing: the object did not fall and was not held by
-// another gripper, which could have carried it on.
-bool CauseFinder::IsHarmless(const CauseHold& released) const {
-  return released.opened && !HasFallen(released) &&
-         std::ranges::none_of(holds_.holds(), [&](const CauseHold& hold) {
-           return hold.object == released.object && hold.gripper != released.gripper &&
-                  hold.first_tick <= released.last_tick &&
-                  (!hold.is_over || hold.last_tick > released.last_tick + Ticks(kSameTime));
-         });
-}
-
 bool CauseFinder::IsTouchedAtEnd(int object, int gripper) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return hold.object == object && hold.gripper == gripper && !hold.is_over;
@@ -312,8 +301,7 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
                         .object = hold.object,
                         .opened = hold.opened,
                         .closing = hold.closing,
-                        .lifted = hold.peak_height - hold.first_height,
-                        .is_harmless = IsHarmless(hold)});
+                        .lifted = hold.peak_height - hold.first_height});
   }
 }
 
@@ -430,14 +418,10 @@ void CauseFinder::AddIdleArms(int64_t last_tick, std::vector<CauseMoment>* momen
   }
 }
 
-int64_t CauseFinder::LastProgress(const std::vector<Unmet>& unmet) const {
+CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const {
   int64_t progress = 0;
   for (const int64_t tick : stage_tick_) progress = std::max(progress, tick);
-  return unmet.empty() ? progress : std::max(progress, unmet[0].best->progress_tick);
-}
-
-CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const {
-  const int64_t progress = LastProgress(unmet);
+  if (!unmet.empty()) progress = std::max(progress, unmet[0].best->progress_tick);
   const int64_t rest = rest_.since();
   const auto last_share = static_cast<int64_t>(kLastShare * static_cast<double>(end.last_tick));
   if (end.last_tick - rest >= std::max(last_share, Ticks(kStill)) && rest - progress <= Ticks(kPatience)) {
@@ -459,12 +443,6 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
   AddEmptyGrasps(unmet, &moments);
   AddCollisions(unmet, end.last_tick, &moments);
   if (end.by == CauseEnd::By::kTime) AddIdleArms(end.last_tick, &moments);
-  // A release that changed nothing is the cause only if nothing happened after it.
-  const bool is_all_harmless = std::ranges::all_of(moments, &CauseMoment::is_harmless);
-  const int64_t progress = LastProgress(unmet) - Ticks(kSameTime);
-  std::erase_if(moments, [&](const CauseMoment& moment) {
-    return moment.is_harmless && (!is_all_harmless || progress > moment.tick);
-  });
   if (moments.empty()) {
     if (end.by == CauseEnd::By::kTime) return MomentWithoutEvent(unmet, end);
     return {.kind = end.reason == "collision" ? cause_kind::kCollision : cause_kind::kFailedCondition,

@@ -58,9 +58,6 @@ struct CauseMoment {
   double lifted = 0;     // m, by how much the object was lifted when it was lost
   // Whether the gripper closed later, and whether it held the object later.
   bool tried_again = false, held_again = false;
-  // The gripper opened, no other one held the object, and it did not fall: the release may have been
-  // intended.
-  bool is_harmless = false;
   int lost_again = 0;       // number of later losses of the object by this gripper
   double displacement = 0;  // m
   bool made_progress = true;
@@ -111,7 +108,6 @@ class CauseFinder {
   double Distance(const Measure& measure, const CauseSample& sample) const;
   bool StageAbout(size_t object, int64_t after) const;
   bool IsHeldAt(int64_t tick, int object) const;
-  bool IsHarmless(const CauseHold& released) const;
   bool IsTouchedAtEnd(int object, int gripper) const;
   bool HasFallen(const CauseHold& hold) const;
   bool IsFirm(const CauseHold& hold) const;
@@ -131,7 +127,6 @@ class CauseFinder {
                      std::vector<CauseMoment>* moments) const;
   bool LacksHold(const std::string& gripper) const;
   void AddIdleArms(int64_t last_tick, std::vector<CauseMoment>* moments) const;
-  int64_t LastProgress(const std::vector<Unmet>& unmet) const;
   std::vector<Unmet> FindUnmet() const;
   CauseMoment MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   CauseMoment FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const;

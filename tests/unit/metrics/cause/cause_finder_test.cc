@@ -661,23 +661,6 @@ TEST_F(CauseFinderTest, AGripperThatWasClosedBeforeTheTouchDidNotHoldTheObject) 
   EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
 }
 
-// Both hands put the pot down, and then one lifts it alone.
-TEST_F(CauseFinderTest, AReleaseBeforeFurtherProgressIsNoCause) {
-  for (const bool goes_on : {true, false}) {
-    dut_.Start();
-    tick_ = -1;
-    object_[0][2] = 1;
-    HoldWithBoth();
-    Move(20);  // longer than a hand needs to snap shut
-    opening_ = {1, 1};
-    touching_ = {0, 0};
-    Move(50);
-    if (goes_on) object_[0][2] = 1.06;
-    Move(300);
-    EXPECT_EQ(Find().kind, goes_on ? "missed_condition" : "lost_object") << Find().text;
-  }
-}
-
 TEST_F(CauseFinderTest, AnOpenHandPushesTheObject) {
   Move(10);
   contacts_ = {{kRight, kPot}};
