@@ -193,11 +193,8 @@ bool CauseFinder::StageAbout(size_t object, int64_t after) const {
   return false;
 }
 
-// Whether the gripper really held the object, and did not only close on it.
-bool CauseFinder::IsGrasp(const CauseHold& hold) const { return !hold.began_shut && IsFirm(hold); }
-
-// Whether both fingers, or one finger of a gripper that cannot close, touched the object for long enough.
-bool CauseFinder::IsFirm(const CauseHold& hold) const {
+// Whether the gripper really held the object, and did not only touch it with closed fingers.
+bool CauseFinder::IsGrasp(const CauseHold& hold) const {
   if (Length(hold) < Ticks(kShortestHold)) return false;
   // A finger that touches the object from outside, while the gripper opens or closes, does not hold it.
   return hold.pinched_ticks >= Ticks(kShortestHold) || (hold.is_wide && !hold.closing && !hold.opened);
@@ -361,7 +358,7 @@ bool CauseFinder::IsTouchOfGrasp(const ArmTouch& touch) const {
     const auto object = static_cast<size_t>(hold.object);
     return config_.gripper_arm[hold.gripper] == touch.pair.arm &&
            (!hold.is_over || hold.last_tick >= touch.first_tick - Ticks(CauseCollisions::kInterruption)) &&
-           IsFirm(hold) && (AsksForHold(object) || AsksForLift(object));
+           IsGrasp(hold) && (AsksForHold(object) || AsksForLift(object));
   });
 }
 
@@ -404,8 +401,10 @@ bool CauseFinder::LacksHold(const std::string& gripper) const {
   });
 }
 
-// An arm that should hold an object stopped for good, while another arm continued to move.
-void CauseFinder::AddIdleArms(int64_t last_tick, std::vector<CauseMoment>* moments) const {
+// Returns the first stop of an arm that should hold an object and stopped for good while another arm
+// continued to move; nothing if there is none.
+std::optional<CauseMoment> CauseFinder::IdleArm(int64_t last_tick) const {
+  std::optional<CauseMoment> first;
   for (size_t k = 0; k < config_.grippers.size(); ++k) {
     const int arm = config_.gripper_arm[k];
     const int64_t since = arm_rest_[arm].since();
@@ -413,9 +412,10 @@ void CauseFinder::AddIdleArms(int64_t last_tick, std::vector<CauseMoment>* momen
     if (last_tick - since < std::max(last_share, Ticks(kStill))) continue;
     const bool another_moves = std::ranges::any_of(
         arm_rest_, [&](const Rest& other) { return other.since() - since >= Ticks(kStill); });
-    if (another_moves && LacksHold(config_.grippers[k]))
-      moments->push_back({.kind = cause_kind::kStall, .tick = since, .arm = arm});
+    if (!another_moves || !LacksHold(config_.grippers[k]) || (first && first->tick <= since)) continue;
+    first = CauseMoment{.kind = cause_kind::kStall, .tick = since, .arm = arm};
   }
+  return first;
 }
 
 CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const {
@@ -432,7 +432,8 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   if ((progress == 0 && is_slow) || end.last_tick - progress <= last_share) {
     return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick, .made_progress = progress > 0};
   }
-  return {.kind = cause_kind::kMissedCondition, .tick = progress};
+  const std::optional<CauseMoment> idle = IdleArm(end.last_tick);
+  return idle ? *idle : CauseMoment{.kind = cause_kind::kMissedCondition, .tick = progress};
 }
 
 CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const {
@@ -442,7 +443,6 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
   AddLosses(unmet, &moments);
   AddEmptyGrasps(unmet, &moments);
   AddCollisions(unmet, end.last_tick, &moments);
-  if (end.by == CauseEnd::By::kTime) AddIdleArms(end.last_tick, &moments);
   if (moments.empty()) {
     if (end.by == CauseEnd::By::kTime) return MomentWithoutEvent(unmet, end);
     return {.kind = end.reason == "collision" ? cause_kind::kCollision : cause_kind::kFailedCondition,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -110,7 +111,6 @@ class CauseFinder {
   bool IsHeldAt(int64_t tick, int object) const;
   bool IsTouchedAtEnd(int object, int gripper) const;
   bool HasFallen(const CauseHold& hold) const;
-  bool IsFirm(const CauseHold& hold) const;
   bool IsGrasp(const CauseHold& hold) const;
   bool HeldAfter(int64_t tick, int object, int gripper) const;
   bool AsksForHold(size_t object, const std::string& gripper = {}) const;
@@ -126,7 +126,7 @@ class CauseFinder {
   void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
                      std::vector<CauseMoment>* moments) const;
   bool LacksHold(const std::string& gripper) const;
-  void AddIdleArms(int64_t last_tick, std::vector<CauseMoment>* moments) const;
+  std::optional<CauseMoment> IdleArm(int64_t last_tick) const;
   std::vector<Unmet> FindUnmet() const;
   CauseMoment MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   CauseMoment FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const;

@@ -149,6 +149,11 @@ std::string CauseFinder::Text(const CauseMoment& moment, const CauseEnd& end) co
   } else if (moment.gripper >= 0 && !moment.held_again && !moment.tried_again) {
     text += " and never tried again";
   }
+  if (end.by == CauseEnd::By::kTime) {
+    const std::optional<CauseMoment> idle = IdleArm(end.last_tick);
+    if (idle && idle->tick == 0 && moment.tick > 0)
+      text += "; " + PartOf(config_.arms[idle->arm], "arm") + " never moved";
+  }
   const std::string lack = end.by == CauseEnd::By::kTime ? Lack(moment) : "";
   return text + (lack.empty() ? "" : "; " + lack) + ".";
 }

@@ -21,8 +21,6 @@ struct CauseHold {
   int64_t last_tick;
   // The robot was at rest from this tick until the last contact.
   int64_t rest_since = 0;
-  // The gripper was closed completely at first_tick, so it did not close on the object.
-  bool began_shut = false;
   // Number of ticks at which pads of both fingers touched the object.
   int64_t pinched_ticks = 0;
   // At the last contact, the gripper was not closed completely, and no other object was between its fingers.
@@ -109,8 +107,7 @@ class Holds {
     CauseHold hold{.object = static_cast<int>(object),
                    .gripper = static_cast<int>(gripper),
                    .first_tick = sample.tick,
-                   .last_tick = sample.tick,
-                   .began_shut = opening <= kShut};
+                   .last_tick = sample.tick};
     hold.first_height = hold.peak_height = sample.object[object][2];
     holds_.push_back(hold);
     Held(index, sample);

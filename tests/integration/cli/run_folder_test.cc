@@ -300,7 +300,7 @@ TEST(ResumedSelection, DoesNotReplaceThePlannedEpisodes) {
   WriteText(run / "episodes.jsonl", lines);
   EXPECT_EQ(planned("2", true), ordered_json::array());
   const Result table = RunProgram({"evalbus", "export", run, "--csv", folder.path() / "table.csv"});
-  EXPECT_NE(table.err.find("3 of 4 episodes have finished"), std::string::npos) << table.out << table.err;
+  EXPECT_NE(table.out.find("3 of 4 episodes have finished"), std::string::npos) << table.out << table.err;
 }
 
 // Without seed_stream in run.json, the seeds of episodes depend on the run's seed and the index alone.
