@@ -133,7 +133,8 @@ class EvaluateTest(unittest.TestCase):
             # wait() continues after the event.
             self.assertEqual(active.wait().summary.complete, 2)
         with evalbus.start("lift_pot", episodes=2, out=self.folder / "other", in_process=True) as active:
-            kinds = [event.kind for event in active]
+            # Remarks depend on the load of the machine, for example "no PARTIAL for 0.3 s".
+            kinds = [event.kind for event in active if event.kind != "remark"]
         self.assertEqual(kinds, ["begin"] + ["episode_begin", "episode"] * 2 + ["summary"])
 
     def test_partial_scores(self):
