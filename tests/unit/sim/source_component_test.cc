@@ -98,6 +98,12 @@ class SourceComponentTest : public testing::Test {
     message.num_objects = static_cast<int32_t>(message.object.size());
     return message;
   }
+  // As Sample(), of a source whose stamps are in ms by mistake.
+  source_state_t InMilliseconds(int64_t sample) const {
+    source_state_t message = Sample(sample);
+    message.stamp_us /= 1000;
+    return message;
+  }
   void Send(const source_state_t& message) {
     bus_->Publish(channels::kSourceState, message);
     HandleAll();
@@ -655,13 +661,8 @@ TEST_F(SourceComponentTest, TheFirstSampleMustBeRight) {
 
 TEST_F(SourceComponentTest, StampsAreMicroseconds) {
   Start();
-  const auto milliseconds = [&](int64_t i) {
-    source_state_t sample = Sample(i);
-    sample.stamp_us /= 1000;
-    return sample;
-  };
-  for (int64_t i = 0; i < 20; ++i) Send(milliseconds(i));
-  EXPECT_EQ(Error([&] { Send(milliseconds(20)); }),
+  for (int64_t i = 0; i < 20; ++i) Send(InMilliseconds(i));
+  EXPECT_EQ(Error([&] { Send(InMilliseconds(20)); }),
             "source 'two Frankas': 20 samples took 0.0004 s by their stamp_us, expected about 0.4 s with the "
             "stated "
             "period_us of 20000; are these microseconds?");
@@ -669,13 +670,8 @@ TEST_F(SourceComponentTest, StampsAreMicroseconds) {
 
 TEST_F(SourceComponentTest, StampsAreMicrosecondsAlsoIfASampleIsLost) {
   Start();
-  const auto milliseconds = [&](int64_t i) {
-    source_state_t sample = Sample(i);
-    sample.stamp_us /= 1000;
-    return sample;
-  };
-  for (int64_t i = 0; i < 20; ++i) Send(milliseconds(i));
-  EXPECT_THAT(Error([&] { Send(milliseconds(21)); }), testing::HasSubstr("are these microseconds?"));
+  for (int64_t i = 0; i < 20; ++i) Send(InMilliseconds(i));
+  EXPECT_THAT(Error([&] { Send(InMilliseconds(21)); }), testing::HasSubstr("are these microseconds?"));
 }
 
 TEST_F(SourceComponentTest, CountsMustBeThoseOfTheAnnouncement) {
