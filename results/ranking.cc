@@ -48,6 +48,8 @@ std::vector<Ordered> InOrder(const std::vector<const RecordedRuns*>& runs) {
     result.push_back({counts, run});
   }
   std::ranges::stable_sort(result, [](const Ordered& a, const Ordered& b) {
+    // A policy without trials has no rate and comes last.
+    if (a.counts.trials == 0 || b.counts.trials == 0) return a.counts.trials > 0 && b.counts.trials == 0;
     return int64_t{a.counts.successes} * b.counts.trials > int64_t{b.counts.successes} * a.counts.trials;
   });
   return result;

@@ -17,8 +17,9 @@ struct RankedRun {
   std::string letters;
 };
 
-// Returns the counts of the policies, ordered by descending success, without letters. The result is empty for
-// fewer than three policies, and if not all of them ran the same tasks.
+// Returns the counts of the policies, ordered by descending success, without letters. Policies without an
+// episode that has a verdict are last. The result is empty for fewer than three policies, and if not all of
+// them ran the same tasks.
 std::vector<RankedRun> OrderBySuccess(const std::vector<const RecordedRuns*>& runs);
 
 // Returns the result of OrderBySuccess() with letters. Compares all pairs of runs; p is adjusted with Holm's

@@ -67,6 +67,19 @@ TEST(Ranking, MostSuccessfulFirstWithLetters) {
   EXPECT_EQ(RankingText({}), "");
 }
 
+TEST(Ranking, PoliciesWithoutVerdictsAreLast) {
+  RecordedRuns nothing = Policy("nothing", First(0, 50));
+  for (RecordedEpisode& episode : nothing.runs[0].episodes)
+    episode.complete = episode.result.complete = false;
+  const RecordedRuns worse = Policy("worse", First(10, 50)), better = Policy("better", First(45, 50));
+  // If no rate counted as equal to every other rate, a policy in between would keep these two apart.
+  const std::vector<RankedRun> ranking = Rank({worse, nothing, better});
+  ASSERT_EQ(ranking.size(), 3u);
+  EXPECT_EQ(ranking[0].name, "better");
+  EXPECT_EQ(ranking[1].name, "worse");
+  EXPECT_EQ(ranking[2].name, "nothing");
+}
+
 // Only the comparisons with the baseline are in the headline, so it agrees with their table.
 TEST(Ranking, HeadlineHasTheRatesAndTheComparisons) {
   const std::vector<RecordedRuns> policies = {Policy("base", First(10, 50)), Policy("a", First(45, 50)),
