@@ -426,6 +426,8 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
                         .folder = run.folder,
                         .baseline_folder = baseline.folder,
                         .paired = false,
+                        .complete = 0,
+                        .baseline_complete = 0,
                         .unmatched = 0,
                         .baseline_unmatched = 0,
                         .without_verdict = 0,
@@ -447,6 +449,8 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
   }
   const Side own(std::move(episodes), run.is_simulated()),
       other(std::move(baseline_episodes), baseline.is_simulated());
+  result.complete = static_cast<int>(own.episodes.size());
+  result.baseline_complete = static_cast<int>(other.episodes.size());
   SuccessComparison& success = result.success;
   success.paired = result.paired;
   static_cast<SuccessCounts&>(success) = CountSuccesses(own, other, result.paired);
@@ -688,6 +692,7 @@ std::string MetricComparison::word() const {
 }
 
 void SuccessComparison::Test() {
+  test = paired ? SuccessTest::kMcNemar : SuccessTest::kFisher;
   if (trials == 0 || baseline_trials == 0) {
     difference_95 = {-1, 1};
     return;
@@ -696,11 +701,9 @@ void SuccessComparison::Test() {
                baseline_rate = static_cast<double>(baseline_successes) / baseline_trials;
   difference = rate - baseline_rate;
   if (paired) {
-    test = SuccessTest::kMcNemar;
     difference_95 = metrics::NewcombePairedInterval(pairs, samples.pairs.pairs());
     p = metrics::McNemarTest(samples.pairs.only_a, samples.pairs.only_b);
   } else {
-    test = SuccessTest::kFisher;
     difference_95 =
         metrics::NewcombeInterval(rate * samples.trials, samples.trials,
                                   baseline_rate * samples.baseline_trials, samples.baseline_trials);

@@ -158,6 +158,9 @@ struct TaskComparison {
   std::string task, variation, baseline_variation;
   std::filesystem::path folder, baseline_folder;
   bool paired = false;
+  // Number of compared episodes of each side, all of them complete, with or without a verdict. Both are the
+  // number of pairs if paired.
+  int complete = 0, baseline_complete = 0;
   // If paired: number of complete episodes without a counterpart, which are excluded. Otherwise 0.
   int unmatched = 0, baseline_unmatched = 0;
   // If paired: number of pairs in which an episode has no verdict. They are excluded from `pairs` and

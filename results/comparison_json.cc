@@ -41,6 +41,18 @@ ordered_json Json(const MetricComparison& metric, bool paired) {
   return json;
 }
 
+const char* TestWord(SuccessTest test) {
+  switch (test) {
+    case SuccessTest::kMcNemar:
+      return "McNemar, exact";
+    case SuccessTest::kFisher:
+      return "Fisher, exact";
+    case SuccessTest::kSequentialMcNemar:
+      break;
+  }
+  return "McNemar, valid at any look";
+}
+
 ordered_json Json(const ComparedRuns& runs) {
   return {{"name", runs.name}, {"folder", runs.folder}, {"policy", runs.policy}};
 }
@@ -55,12 +67,14 @@ ordered_json SuccessJson(const SuccessComparison& success) {
                        {"difference", success.difference},
                        {"difference_95", Json(success.difference_95)},
                        {"interval", success.paired ? "Newcombe, paired" : "Newcombe"},
-                       {"test", success.paired ? "McNemar, exact" : "Fisher, exact"},
+                       {"test", TestWord(success.test)},
                        {"samples", success.samples.trials},
                        {"baseline_samples", success.samples.baseline_trials},
                        {"p", success.p},
                        {"p_holm", success.p_adjusted}};
-  if (success.trials > 0 && success.baseline_trials > 0) {
+  // The power of the test of a plan with `until` depends on the plan's looks.
+  const bool has_outlook = success.test != SuccessTest::kSequentialMcNemar;
+  if (has_outlook && success.trials > 0 && success.baseline_trials > 0) {
     const Outlook outlook = OutlookOf(success);
     json["findable_difference"] = Json(outlook.findable);
     json["episodes_needed"] = outlook.needed ? ordered_json(*outlook.needed) : ordered_json();

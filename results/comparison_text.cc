@@ -189,6 +189,8 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
          "\n";
 }
 
+// Returns an empty string if there are pairs in which both succeeded, but no ratio, for example because no
+// metric of effort was chosen.
 std::string RatioTable(const TaskComparison& task, const Comparison& comparison, int width) {
   std::string text;
   int pairs = 0;
@@ -198,6 +200,7 @@ std::string RatioTable(const TaskComparison& task, const Comparison& comparison,
                         Range(metric.ratio_95, 2));
     pairs = std::max(pairs, metric.count);
   }
+  if (text.empty() && task.success.pairs.both > 0) return "";
   const std::string what =
       text.empty() ? fmt::format("Effort relative to {} needs pairs in which both succeed; there are none.",
                                  comparison.baseline.name)
@@ -205,7 +208,7 @@ std::string RatioTable(const TaskComparison& task, const Comparison& comparison,
                          "Effort relative to {}: geometric mean of the ratios of the {} in which both "
                          "succeeded, and its 95 % interval",
                          comparison.baseline.name, Plural(pairs, "pair"));
-  return WrappedToFit(what, 0, width) + "\n" + text;
+  return "\n" + WrappedToFit(what, 0, width) + "\n" + text;
 }
 
 std::string SuiteTable(const Comparison& comparison, int width, bool colors) {
@@ -267,7 +270,7 @@ std::string ComparisonText(const Comparison& comparison, bool ratios, bool color
       WrappedToFit(title, 0, width) + "\n\n" + ConclusionText(comparison, width, colors) + "\n";
   text += one ? MetricTable(comparison.tasks[0], comparison, width, colors)
               : SuiteTable(comparison, width, colors);
-  if (one && ratios) text += "\n" + RatioTable(comparison.tasks[0], comparison, width);
+  if (one && ratios) text += RatioTable(comparison.tasks[0], comparison, width);
   if (!comparison.remarks.empty()) text += "\n";
   for (const std::string& remark : comparison.remarks)
     text += WrappedToFit("note: " + remark, 2, width) + "\n";

@@ -76,6 +76,12 @@ std::string TasksThatDiffer(const Comparison& comparison) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
+// True if a side has complete episodes, with or without a verdict. count: the side's number of them.
+bool HasComplete(const Comparison& comparison, int TaskComparison::*count) {
+  return std::ranges::any_of(comparison.tasks,
+                             [count](const TaskComparison& task) { return task.*count > 0; });
+}
+
 }  // namespace
 
 std::string Enumerated(const std::vector<std::string>& names) {
@@ -102,12 +108,12 @@ std::string WhatIsCounted(const TaskComparison& task) {
         "Means over the {} with equal seeds; *: over the {} in which both succeeded. p: Wilcoxon's "
         "signed-rank "
         "test.",
-        Plural(success.trials + task.without_verdict, "pair"), Plural(success.pairs.both, "pair"));
+        Plural(task.complete, "pair"), Plural(success.pairs.both, "pair"));
   }
   return fmt::format(
       "Means over {} of the baseline and {} of the run; *: over their {} and {} successes. p: Mann-Whitney's "
       "test.",
-      Plural(success.baseline_trials, "episode"), success.trials, success.baseline_successes,
+      Plural(task.baseline_complete, "episode"), task.complete, success.baseline_successes,
       success.successes);
 }
 
@@ -129,7 +135,10 @@ std::string Headline(const Comparison& comparison) {
   const SuccessComparison& success = comparison.success;
   const std::string &run = comparison.run.name, &baseline = comparison.baseline.name;
   if (success.trials == 0 || success.baseline_trials == 0) {
-    return fmt::format("No conclusion: {} has no complete episode", success.trials == 0 ? run : baseline);
+    if (success.paired) return "No conclusion: no pair of episodes has a verdict on both sides";
+    const auto side = success.trials == 0 ? &TaskComparison::complete : &TaskComparison::baseline_complete;
+    return fmt::format("No conclusion: {} has no complete episode{}", success.trials == 0 ? run : baseline,
+                       HasComplete(comparison, side) ? " with a verdict" : "");
   }
   const Points points(success);
   const std::string interval = fmt::format("95 % CI {} to {}", points.Text(success.difference_95.lower),
@@ -151,10 +160,14 @@ std::string Headline(const std::vector<Comparison>& comparisons) {
   if (comparisons.empty()) return "";
   if (comparisons.size() == 1) return Headline(comparisons.front());
   const std::string& baseline = comparisons.front().baseline.name;
-  std::vector<std::string> parts, without_episode;
+  std::vector<std::string> parts, without_episode, without_verdict;
   for (const Comparison& comparison : comparisons) {
-    if (comparison.success.baseline_trials == 0) return Headline(comparison);
-    if (comparison.success.trials == 0) without_episode.push_back(comparison.run.name);
+    const SuccessComparison& success = comparison.success;
+    // If paired, both sides have the same number of trials, so this does not concern the baseline alone.
+    if (success.baseline_trials == 0 && !success.paired) return Headline(comparison);
+    if (success.trials > 0) continue;
+    const bool has_complete = HasComplete(comparison, &TaskComparison::complete);
+    (has_complete ? without_verdict : without_episode).push_back(comparison.run.name);
   }
   const auto add = [&](Judgment judgment, const char* one, const char* several) {
     std::vector<std::string> names;
@@ -175,6 +188,10 @@ std::string Headline(const std::vector<Comparison>& comparisons) {
   if (!without_episode.empty()) {
     parts.push_back(fmt::format("{} {} no complete episode", Enumerated(without_episode),
                                 without_episode.size() == 1 ? "has" : "have"));
+  }
+  if (!without_verdict.empty()) {
+    parts.push_back(fmt::format("{} {} no verdict to compare", Enumerated(without_verdict),
+                                without_verdict.size() == 1 ? "has" : "have"));
   }
   return fmt::format("{}", fmt::join(parts, "; "));
 }

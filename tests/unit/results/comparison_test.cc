@@ -741,6 +741,43 @@ TEST_F(CompareTest, TheTableStatesWhatIsAdjusted) {
                                  "covers 95 % for its metric alone.\n"));
 }
 
+// Removes the verdicts of a run's episodes.
+RecordedRuns WithoutVerdicts(RecordedRuns runs) {
+  for (RecordedEpisode& episode : runs.runs[0].episodes) {
+    episode.success = false;
+    episode.failure_reason = end_reason::kNotJudged;
+  }
+  return runs;
+}
+
+TEST_F(CompareTest, CompleteEpisodesWithoutAVerdictAreCountedAsSuch) {
+  const RecordedRuns a = Run("a", Info(6), First(4, 6), 5), c = Run("c", Info(6), First(6, 6), 5);
+  const RecordedRuns unjudged = WithoutVerdicts(Run("b", Info(6), First(6, 6), 6));
+  const Comparison paired = CompareRuns(unjudged, a);
+  EXPECT_EQ(Headline(paired), "No conclusion: no pair of episodes has a verdict on both sides");
+  EXPECT_THAT(ComparisonText(paired, false), testing::HasSubstr("Means over the 6 pairs with equal seeds"));
+  // The comparisons with the other runs are kept.
+  EXPECT_EQ(Headline(CompareAll({unjudged, c}, a)),
+            "c is not shown to differ from a; b has no verdict to compare");
+
+  const Comparison unpaired = CompareRuns(WithoutVerdicts(Run("d", Info(4, 9), First(4, 4), 6)), a);
+  EXPECT_EQ(Headline(unpaired), "No conclusion: d has no complete episode with a verdict");
+  EXPECT_THAT(
+      ComparisonText(unpaired, false),
+      testing::HasSubstr("Means over 6 episodes of the baseline and 4 of the run; *: over their 4 and 0 "
+                         "successes."));
+  EXPECT_EQ(ComparisonJson({unpaired})["comparisons"][0]["success"]["test"], "Fisher, exact");
+}
+
+TEST_F(CompareTest, RatiosAreOmittedIfNoMetricOfEffortIsChosen) {
+  const RecordedRuns a = Run("a", Info(6), First(6, 6), 5), b = Run("b", Info(6), First(6, 6), 6);
+  EXPECT_THAT(ComparisonText(CompareAll({b}, a)[0], true), testing::HasSubstr("Effort relative to a"));
+  EXPECT_THAT(ComparisonText(CompareAll({b}, a, {"success"})[0], true),
+              Not(testing::HasSubstr("Effort relative to a")));
+  const RecordedRuns failed = Run("c", Info(6), First(0, 6), 6);
+  EXPECT_THAT(ComparisonText(CompareAll({failed}, a)[0], true), testing::HasSubstr("there are none."));
+}
+
 TEST_F(CompareTest, RemarksThatAPlanStoppedByItsResults) {
   ordered_json info = Info(4);
   info["until"] = "decided(alpha 0.05, max 200)";
@@ -763,6 +800,9 @@ TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   EXPECT_EQ(result.success.judgment(), Judgment::kNone);
   EXPECT_THAT(Conclusion(result),
               testing::EndsWith("McNemar valid at any look, adjusted with Bonferroni's method, p = 0.120."));
+  const ordered_json json = ComparisonJson({result})["comparisons"][0]["success"];
+  EXPECT_EQ(json["test"], "McNemar, valid at any look");
+  EXPECT_FALSE(json.contains("findable_difference")) << json;
   // A plan may choose another level than 5 %.
   result.success.SetSequential(0.03, 0.06, true);
   EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
