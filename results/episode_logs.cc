@@ -57,6 +57,13 @@ std::vector<fs::path> EpisodeLogs(const fs::path& recording, const std::vector<i
                                                                : ": no such run, suite or log"));
 }
 
+void CheckHasEpisodes(const fs::path& recording, const std::vector<int>& episodes) {
+  if (episodes.empty() || fs::is_directory(recording / kEpisodesFolder) ||
+      fs::exists(recording / kSuiteJson) || !fs::exists(recording))
+    return;
+  throw InputError("--episode: " + recording.string() + " is not a run folder; a log is used as a whole");
+}
+
 std::optional<RecordedRun> RunOf(const fs::path& log) {
   const fs::path run = RunFolderOf(log);
   if (!fs::absolute(log).lexically_normal().string().starts_with((run / kEpisodesFolder / "").string())) {

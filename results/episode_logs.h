@@ -17,6 +17,10 @@ namespace evalbus::results {
 std::vector<std::filesystem::path> EpisodeLogs(const std::filesystem::path& recording,
                                                const std::vector<int>& episodes = {});
 
+// Throws InputError if --episode selects episodes although `recording` is an episode's folder or a log file,
+// for which EpisodeLogs() ignores them.
+void CheckHasEpisodes(const std::filesystem::path& recording, const std::vector<int>& episodes);
+
 // Returns the run.json of the run to which a log belongs; nullopt for a log that is not in the folder of a
 // run with a run.json.
 std::optional<RecordedRun> RunOf(const std::filesystem::path& log);

@@ -176,6 +176,7 @@ std::vector<fs::path> LogsFor(const ExportOptions& options, size_t* left_out) {
 }
 
 int ExportMcap(const ExportOptions& options) {
+  results::CheckHasEpisodes(options.run, options.episodes);
   const std::vector<fs::path> logs = results::EpisodeLogs(options.run, options.episodes);
   if (!options.mcap_file.empty() && logs.size() != 1) {
     throw InputError(

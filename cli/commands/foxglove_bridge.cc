@@ -195,6 +195,7 @@ int Foxglove(const FoxgloveOptions& given) {
   };
   const std::filesystem::path& run = options.address.run;
   const bool is_live = run.empty() || (options.episode.empty() && !LiveRunsOf(FindLiveRuns(), run).empty());
+  if (!run.empty()) results::CheckHasEpisodes(run, options.episode);
   if (!is_live) return ShowRecording(results::EpisodeLogs(run, options.episode).front(), options);
   if (!options.episode.empty()) throw InputError("--episode requires the run's folder");
   exports::FoxgloveServer server(options.server);

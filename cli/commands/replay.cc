@@ -331,11 +331,7 @@ using Recordings = std::vector<Recording>;
 std::vector<Recordings> ReadRecordings(const ReplayOptions& options) {
   std::vector<Recordings> runs;
   const std::vector<fs::path> files = results::EpisodeLogs(options.recording, options.episodes);
-  if (!options.episodes.empty() && !fs::is_directory(options.recording / kEpisodesFolder) &&
-      !fs::exists(options.recording / kSuiteJson)) {
-    throw InputError("--episode: " + options.recording.string() +
-                     " is not a run folder; a log is played as a whole");
-  }
+  results::CheckHasEpisodes(options.recording, options.episodes);
   results::Rescorer rescorer;
   for (const fs::path& file : files) {
     results::RescoredLog log = rescorer.Rescore(file);
