@@ -59,9 +59,12 @@ void AddModelSources(CLI::App* app, std::vector<std::filesystem::path>* model_pa
 }
 
 void AddImageOptions(CLI::App* app, ImageOptions* options) {
-  app->add_option("--image", options->file, "render the scene after a reset into this PNG file");
-  app->add_option("--camera", options->camera, "camera of the image")->capture_default_str();
-  app->add_option("--size", options->size, "WIDTHxHEIGHT of the image in pixels")->capture_default_str();
+  CLI::Option* const image =
+      app->add_option("--image", options->file, "render the scene after a reset into this PNG file");
+  app->add_option("--camera", options->camera, "camera of the image")->needs(image)->capture_default_str();
+  app->add_option("--size", options->size, "WIDTHxHEIGHT of the image in pixels")
+      ->needs(image)
+      ->capture_default_str();
 }
 
 void DrawScene(ModelPtr visual, const state_t& state, const ImageOptions& options, const model_info_t* info,

@@ -32,9 +32,14 @@ Action AddScore(CLI::App* app) {
   app->add_option("--collision-sample-window", options->score.collision_sample_window,
                   "number of steps between evaluations of contacts; 0: the file's slip_sample_window")
       ->capture_default_str();
-  return [options] {
+  return [options, app] {
     const bool is_map = options->file.ends_with(".yaml") || options->file.ends_with(".yml");
     if (is_map) {
+      if (app->count("--collision-sample-window") > 0) {
+        throw InputError(
+            options->file +
+            ": --collision-sample-window requires a trajectory in the format of docs/metrics.md");
+      }
       if (options->data.empty())
         throw InputError("expected the data file or folder that " + options->file + " maps");
       runner::ScoreTrajectories(options->file, options->data, options->out);

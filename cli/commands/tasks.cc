@@ -337,7 +337,9 @@ void AddOptions(CLI::App* app, TasksOptions* options) {
       "show", "show scene, randomization, stages and conditions as text, or an image of the scene");
   show->add_option("task", options->task, "TASK[/VARIATION], RoboEval's name, or a YAML file")->required();
   AddImageOptions(show, &options->image);
-  show->add_option("--seed", options->seed, "seed of the reset")->capture_default_str();
+  show->add_option("--seed", options->seed, "seed of the reset")
+      ->needs(show->get_option("--image"))
+      ->capture_default_str();
   options->show = show;
   CLI::App* made = app->add_subcommand("new", "create a task file as a copy of another task's file");
   made->add_option("name", options->new_name, "name of the task; the file is NAME.yaml")->required();

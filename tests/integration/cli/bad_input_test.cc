@@ -53,6 +53,17 @@ TEST_F(BadInput, ImagesThatWouldBeSomethingElse) {
   Expect(1, {"evalbus", "tasks", "show", "lift_pot", "--image", "x.jpg"}, {"--image x.jpg", ".png"});
 }
 
+TEST_F(BadInput, OptionsWithoutTheOneThatTheyBelongTo) {
+  for (const char* const option : {"--camera", "--size", "--seed"}) {
+    Expect(1, {"evalbus", "tasks", "show", "lift_pot", option, "1"},
+           {std::string(option) + " requires --image"});
+  }
+  Expect(1, {"evalbus", "robots", "show", "single_panda", "--camera", "front"},
+         {"--camera requires --image"});
+  Expect(1, {"evalbus", "score", "map.yaml", "data.csv", "--collision-sample-window", "20"},
+         {"map.yaml: --collision-sample-window requires a trajectory"});
+}
+
 TEST_F(BadInput, UnknownNames) {
   ExpectRun(1, {"lift_pt"}, {"lift_pt", "lift_pot"});
   ExpectRun(1, {"lift_pot/postion"}, {"postion", "position"});
