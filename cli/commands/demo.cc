@@ -2,6 +2,7 @@
 // It simulates nothing.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +10,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "base/errors.h"
 #include "base/json_file.h"
@@ -32,7 +34,8 @@ struct Facts {
   std::array<double, 2> path{};
   std::array<int, 2> closings{}, openings{};
   std::array<double, policy::kDemoWidth> min, max;
-  double hz = 0;
+  // Steps per second of the demonstrations.
+  std::set<double> rates;
   // Seeds of RoboEval's scenes, in the order of the files; null for a file whose metadata have no whole
   // number as seed.
   nlohmann::json seeds = nlohmann::json::array();
@@ -44,7 +47,7 @@ struct Facts {
   void Add(const Demonstration& demo) {
     ++demos;
     steps += demo.steps.size();
-    hz = demo.hz;
+    rates.insert(demo.hz);
     const auto seed = demo.metadata.find("seed");
     const auto number =
         seed == demo.metadata.end() ? nlohmann::json() : nlohmann::json::parse(seed->second, nullptr, false);
@@ -76,8 +79,9 @@ struct Facts {
 
 nlohmann::ordered_json Json(const Facts& facts) {
   nlohmann::ordered_json json = {
-      {"demonstrations", facts.demos}, {"steps", facts.steps},         {"hz", facts.hz},
+      {"demonstrations", facts.demos}, {"steps", facts.steps},         {"hz", nullptr},
       {"seconds", facts.seconds},      {"shortest_s", facts.shortest}, {"longest_s", facts.longest}};
+  if (facts.rates.size() == 1) json["hz"] = *facts.rates.begin();
   json["joint_path_length_rad"] = {{"left", facts.path[0]}, {"right", facts.path[1]}};
   json["gripper_closings"] = {{"left", facts.closings[0]}, {"right", facts.closings[1]}};
   json["gripper_openings"] = {{"left", facts.openings[0]}, {"right", facts.openings[1]}};
@@ -112,8 +116,8 @@ int Info(const fs::path& path, bool as_json) {
     const double n = facts.demos;
     fmt::print("{}\n", Printable(task));
     fmt::print("  {}, {} steps at {:g} Hz, mean duration {:.2f} s ({:.2f} to {:.2f})\n",
-               Plural(facts.demos, "demonstration"), facts.steps, facts.hz, facts.seconds / n, facts.shortest,
-               facts.longest);
+               Plural(facts.demos, "demonstration"), facts.steps, fmt::join(facts.rates, " and "),
+               facts.seconds / n, facts.shortest, facts.longest);
     fmt::print("  seeds of RoboEval's scenes: {}\n", SeedsText(facts.seeds));
     for (size_t arm = 0; arm < 2; ++arm) {
       fmt::print("  {:<5}  on average: joint path {:.2f} rad, gripper closes {:.1f} and opens {:.1f} times\n",

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -175,6 +176,13 @@ def check_their_demonstrations(here):
     (converted,) = (here / "converted").glob("*.safetensors")
     with safe_open(converted, framework="np") as f:
         rows, kept = f.get_tensor("info_demo_action"), f.metadata()
+    # Demonstrations of several rates have no common one.
+    (here / "several").mkdir()
+    for source in (folder / "0123.safetensors", converted):
+        shutil.copy(source, here / "several" / f"{source.parent.name}.safetensors")
+    (several,) = json.loads(run(BIN, "demo", "info", here / "several", "--json")).values()
+    assert several["demonstrations"] == 2 and several["hz"] is None
+    assert "at 20 and 500 Hz" in run(BIN, "demo", "info", here / "several")
     # RoboEval's rule uses windows of 25 steps. The last window is padded with its last step.
     padded = numpy.vstack([actions, numpy.repeat(actions[-1:], -1013 % 25, axis=0)]).reshape(-1, 25, 16)
     assert rows.shape == (41, 16) and numpy.allclose(rows[:, :14], padded[:, :, :14].mean(1), atol=1e-12)
