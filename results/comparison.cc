@@ -367,7 +367,7 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
         all_equal(task.success.baseline_trials, " episodes of " + baseline);
     }
   }
-  if (!task.paired) {
+  if (!task.paired && task.complete > 0 && task.baseline_complete > 0) {
     remarks->Add(name, std::string(task.variation != task.baseline_variation ? "" : "no seed in common: ") +
                            "compared as independent samples");
   }
@@ -566,12 +566,22 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline,
       result.remarks.push_back(fmt::format("{} is not in {}: excluded", other.task_name(), run.name));
     }
   }
-  result.success.paired = std::all_of(result.tasks.begin(), result.tasks.end(),
-                                      [](const TaskComparison& task) { return task.paired; });
+  // A task with verdicts on one side only would be part of that side's rate over all tasks alone.
+  const auto is_compared = [](const TaskComparison& task) {
+    return task.success.trials > 0 && task.success.baseline_trials > 0;
+  };
+  const bool any_compared = std::ranges::any_of(result.tasks, is_compared);
+  result.success.paired = std::ranges::all_of(result.tasks, [&](const TaskComparison& task) {
+    return task.paired || (any_compared && !is_compared(task));
+  });
   std::vector<SuccessComparison*> family;
   for (TaskComparison& task : result.tasks) {
-    result.success.Add(task.success);
     family.push_back(&task.success);
+    if (any_compared && !is_compared(task)) {
+      task_remarks.Add(task.name(), "excluded from the rates over all tasks: no verdicts to compare");
+      continue;
+    }
+    result.success.Add(task.success);
   }
   task_remarks.AddTo(&result.remarks);
   result.success.Test();

@@ -769,6 +769,31 @@ TEST_F(CompareTest, CompleteEpisodesWithoutAVerdictAreCountedAsSuch) {
   EXPECT_EQ(ComparisonJson({unpaired})["comparisons"][0]["success"]["test"], "Fisher, exact");
 }
 
+// Returns a suite of two runs. The second one gets another variation.
+RecordedRuns Suite(RecordedRuns first, const RecordedRuns& second) {
+  first.runs.push_back(second.runs[0]);
+  first.runs.back().variation = "base";
+  first.is_suite = true;
+  return first;
+}
+
+// Otherwise, the rate of one side would include a task that the other side's rate lacks.
+TEST_F(CompareTest, RatesOverAllTasksCoverOnlyTasksThatBothSidesHave) {
+  const RecordedRuns a = Suite(Run("a", Info(50), First(0, 50), 5), Run("c", Info(50), First(50, 50), 5));
+  RecordedRuns b = Suite(Run("b", Info(50), First(0, 50), 5), Run("d", Info(50), First(0, 50), 5));
+  for (RecordedEpisode& episode : b.runs[1].episodes) episode.complete = episode.result.complete = false;
+  const Comparison result = CompareRuns(b, a);
+  EXPECT_TRUE(result.success.paired);
+  EXPECT_EQ(result.success.trials, 50);
+  EXPECT_EQ(result.success.baseline_trials, 50);
+  EXPECT_EQ(result.success.baseline_successes, 0);
+  EXPECT_EQ(result.success.judgment(), Judgment::kNone) << Conclusion(result);
+  EXPECT_THAT(result.remarks,
+              Contains("lift_pot/base: excluded from the rates over all tasks: no verdicts to "
+                       "compare"));
+  EXPECT_THAT(result.remarks, Not(Contains(testing::HasSubstr("no seed in common"))));
+}
+
 TEST_F(CompareTest, RatiosAreOmittedIfNoMetricOfEffortIsChosen) {
   const RecordedRuns a = Run("a", Info(6), First(6, 6), 5), b = Run("b", Info(6), First(6, 6), 6);
   EXPECT_THAT(ComparisonText(CompareAll({b}, a)[0], true), testing::HasSubstr("Effort relative to a"));
