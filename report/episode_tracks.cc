@@ -161,7 +161,7 @@ viz::RunNumbers NumbersOf(const results::RecordedRun& run, int planned, const me
 
 std::string RunBlock(const results::RecordedRun& run, int number) {
   return viz::RunBlock(
-      NumbersOf(run, run.planned, run.Statistics().Summary(false), true),
+      NumbersOf(run, run.num_planned(), run.Statistics().Summary(false), true),
       {.run = number, .name = run.name, .policy = run.policy, .is_live = false, .remarks = run.Remarks()});
 }
 

@@ -37,7 +37,8 @@ void MainSettings(const ReportRun& run, Markup* html) {
   row("policy", run.run.policy);
   row("task", run.run.task_name());
   row("robot", std::filesystem::path(SettingOf(info, "robot")).stem().string());
-  row("episodes", fmt::format("{}, seed {}", Plural(run.run.planned, "episode"), run.run.seed));
+  const std::string of_all = run.run.is_part() ? fmt::format("{} of ", run.run.num_planned()) : "";
+  row("episodes", fmt::format("{}{}, seed {}", of_all, Plural(run.run.planned, "episode"), run.run.seed));
   const std::string rate = SettingOf(info, "control_hz");
   if (!rate.empty()) row("pace", fmt::format("{} Hz, {}", rate, run.run.clock()));
   row("MuJoCo", run.run.engine());

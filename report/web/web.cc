@@ -118,7 +118,8 @@ class ShownRun {
     url_ = run.url;
     is_replay_ = run.is_replay;
     bus_ = std::make_unique<Bus>(run.url);
-    feed_ = std::make_unique<viz::LiveFeed>(number_, info ? info->policy : "", info ? info->planned : 0);
+    feed_ =
+        std::make_unique<viz::LiveFeed>(number_, info ? info->policy : "", info ? info->num_planned() : 0);
     for (const std::string_view channel : viz::LiveFeed::kChannels) {
       bus_->SubscribeRaw(std::string(channel),
                          [this](std::string_view name, std::span<const uint8_t> data, int64_t) {

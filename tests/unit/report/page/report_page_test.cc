@@ -429,6 +429,15 @@ TEST(ReportPage, ShowsTheCommandAndFoldsEmptySettings) {
   EXPECT_EQ(TextOf(tables[1]), "git_commit919abb6a9159physics_sha256hash");
 }
 
+TEST(ReportPage, ConfigurationStatesHowManyEpisodesOnlySelects) {
+  ReportRun run = SomeRun();
+  run.run.planned = 6;
+  run.run.seed = 7;
+  EXPECT_THAT(PageOf({run}), HasSubstr("<td>6 episodes, seed 7</td>"));
+  run.run.info["only"] = {3, 4};
+  EXPECT_THAT(PageOf({run}), HasSubstr("<td>2 of 6 episodes, seed 7</td>"));
+}
+
 TEST(ReportPage, HtmlElementsWithoutContentAreClosed) {
   // A browser parses <td/> as an open element.
   const std::string html = PageOf({SomeRun()});
