@@ -46,11 +46,27 @@ EpisodesBySeed AllEpisodesBySeed(const RecordedRun& run) {
   return episodes;
 }
 
+// Returns the number of episodes that both runs were planned to contain, and that neither has.
+int CountMissingOnBothSides(const RecordedRun& run, const EpisodesBySeed& own, const RecordedRun& baseline,
+                            const EpisodesBySeed& other) {
+  // Runs that have all of their episodes are the usual case.
+  if (own.size() >= static_cast<size_t>(run.num_planned()) ||
+      other.size() >= static_cast<size_t>(baseline.num_planned()))
+    return 0;
+  int missing = 0;
+  for (int episode = 0; episode < run.planned; ++episode) {
+    const int64_t seed = run.seeds().OfEpisode(episode);
+    missing += run.IsPlanned(episode) && IsPlanned(baseline, episode, seed) && !own.contains(seed) &&
+               !other.contains(seed);
+  }
+  return missing;
+}
+
 // Adds the complete pairs of a task. Returns the number of pairs in which a side lacks a complete result
 // although its run was planned to contain the episode.
 int AddTaskPairs(const RecordedRun& run, const RecordedRun& baseline, EpisodePairs* pairs) {
   const EpisodesBySeed own = AllEpisodesBySeed(run), other = AllEpisodesBySeed(baseline);
-  int missing = 0;
+  int missing = CountMissingOnBothSides(run, own, baseline, other);
   for (const auto& [seed, episode] : own) {
     const auto found = other.find(seed);
     if (found == other.end()) {
@@ -203,11 +219,12 @@ Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOpt
     gate.criteria[0].why = objection + "; such a run cannot pass";
   }
   if (missing > 0) {
-    gate.remarks.push_back(fmt::format(
-        "{} without a complete result on one side: for success they count against the verdict, and metrics "
-        "cannot pass; --resume runs unfinished and invalid episodes of a "
-        "run again",
-        Plural(missing, "pair")));
+    gate.remarks.push_back(
+        fmt::format("{} without a complete result on at least one side: for success they count against the "
+                    "verdict, and metrics "
+                    "cannot pass; --resume runs unfinished and invalid episodes of a "
+                    "run again",
+                    Plural(missing, "pair")));
   }
   Conclude(&gate);
   return gate;

@@ -108,7 +108,7 @@ TEST_F(GateTest, IncompleteEpisodesCountAgainstThePass) {
   const Gate gate = Decide(Of("a", 100, 100, incomplete), Of("b", 100, 100), {});
   EXPECT_EQ(gate.verdict, GateVerdict::kCannotTell);
   EXPECT_EQ(gate.criteria[0].pairs, 96);
-  EXPECT_THAT(GateText(gate), HasSubstr("4 pairs without a complete result on one side"));
+  EXPECT_THAT(GateText(gate), HasSubstr("4 pairs without a complete result on at least one side"));
   EXPECT_EQ(Decide(Of("c", 100, 100), Of("d", 100, 100), {}).verdict, GateVerdict::kPass);
 }
 
@@ -120,6 +120,20 @@ TEST_F(GateTest, EpisodesThatNeverRanCountAgainstThePass) {
   const Gate gate = Decide(Of("a", 80, 100, missing), Of("b", 100, 100), {});
   EXPECT_EQ(gate.verdict, GateVerdict::kCannotTell);
   EXPECT_THAT(GateText(gate), HasSubstr("20 pairs without"));
+}
+
+// Both runs were stopped before their last 20 episodes.
+TEST_F(GateTest, EpisodesThatNeitherRunHasCountAgainstThePass) {
+  const auto missing = [](int i, ordered_json* line) {
+    if (i >= 80) *line = nullptr;
+  };
+  const Gate gate = Decide(Of("a", 80, 100, missing), Of("b", 80, 100, missing), {});
+  EXPECT_EQ(gate.verdict, GateVerdict::kCannotTell);
+  EXPECT_THAT(GateText(gate), HasSubstr("20 pairs without"));
+  // Episodes that only one of them should have run are not pairs.
+  EXPECT_THAT(GateText(Decide(Of("c", 80, 90, missing), Of("d", 80, 100, missing), {})),
+              HasSubstr("10 pairs without"));
+  EXPECT_EQ(Decide(Of("e", 80, 80), Of("f", 80, 100, missing), {}).verdict, GateVerdict::kPass);
 }
 
 TEST_F(GateTest, EpisodesThatWereNotPlannedAreExcluded) {
