@@ -10,7 +10,7 @@ namespace evalbus {
 // Meaning of a text. Colors only repeat information that symbols or words show, too.
 enum class Style { kPlain, kStrong, kQuiet, kGood, kBad };
 
-// True if `out` is a terminal with colors and the user has not set NO_COLOR (https://no-color.org).
+// Returns true if `out` is a terminal with colors and the user has not set NO_COLOR (https://no-color.org).
 bool UsesColors(std::FILE* out);
 
 // Returns the text after Printable(). If `colors` is true and the style is not kPlain, the text is enclosed

@@ -28,7 +28,7 @@ class WholeFile {
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
 
-  // Temporary name in the folder of the file.
+  // Returns the temporary name in the folder of the file.
   const std::filesystem::path& path() const { return temporary_; }
   // Syncs the temporary file and renames it. Throws InputError, EnvironmentError.
   void Finish();

@@ -116,8 +116,8 @@ class Bus {
   // limit the delay further. The call has no effect before the first subscription, or if liblcm receives.
   // Components whose answers other components wait for should leave the delay at 0.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
-  // Size of the receive buffer that the kernel granted. Nothing before the first subscription, and if liblcm
-  // receives, because its queue is unlimited.
+  // Returns the size of the receive buffer that the kernel granted. Nothing before the first subscription,
+  // and if liblcm receives, because its queue is unlimited.
   std::optional<size_t> receive_buffer_bytes() const;
 
   // Handles one message if one arrives before the deadline. Returns false if no message arrived, after a
@@ -134,9 +134,10 @@ class Bus {
   // Bytes of the message that is being handled. Valid only inside its handler.
   std::span<const uint8_t> handled() const { return handled_; }
 
-  // Number of messages that could not be decoded, and of messages of which only some fragments arrived.
+  // Return the number of messages that could not be decoded, and of messages of which only some fragments
+  // arrived.
   int64_t decode_errors() const;
-  // Number of dropped messages of other sessions.
+  // Returns the number of dropped messages of other sessions.
   int64_t foreign_messages() const { return foreign_messages_; }
   // Counts a decode error. Must be called by subscribers of raw messages, which decode messages themselves.
   void CountDecodeError() { ++decode_errors_; }

@@ -113,7 +113,7 @@ inline std::string ImageChannel(std::string camera, const Channel<image_t>& chan
   return channel.name + std::move(camera);
 }
 
-// True if `name` is the channel's name or, for a channel whose name ends with "_", begins with it.
+// Returns true if `name` is the channel's name or, for a channel whose name ends with "_", begins with it.
 template <class Message>
 bool Carries(const Channel<Message>& channel, std::string_view name) {
   const std::string_view own = channel.name;
@@ -137,8 +137,8 @@ bool Dispatch(std::string_view name, std::span<const uint8_t> data, const Handle
   return good;
 }
 
-// Whether messages on this channel contain a session. False for channels of a source and for channels that
-// are not in the table.
+// Returns whether messages on this channel contain a session. False for channels of a source and for channels
+// that are not in the table.
 inline bool CarriesSession(std::string_view name) {
   bool carries = false;
   ForEach([&]<class Message>(const Channel<Message>& channel) {
@@ -173,8 +173,8 @@ template <class... Message>
 typename EachOnce<std::tuple<>, Message...>::Tuple OneOfEach(const std::tuple<Channel<Message>...>&);
 using Messages = decltype(OneOfEach(kAll));
 
-// False if `data` on a channel of the table is not a message of the channel's type. messages: scratch storage
-// for decoding.
+// Returns false if `data` on a channel of the table is not a message of the channel's type. messages: scratch
+// storage for decoding.
 inline bool MatchesChannelType(std::string_view name, std::span<const uint8_t> data, Messages* messages) {
   bool good = true;
   ForEach([&]<class Message>(const Channel<Message>& channel) {

@@ -62,13 +62,13 @@ class EventLogReader {
   // the file when it was opened. Throws InputError if the file has been truncated since.
   bool Next(LogEvent* event);
 
-  // Total size of the unpacked log in bytes.
+  // Returns the total size of the unpacked log in bytes.
   uint64_t size() const { return size_; }
   bool is_packed() const { return is_packed_; }
   // Unpacked contents of a packed log.
   std::span<const uint8_t> unpacked() const { return window_; }
 
-  // Number of bytes, and of contiguous regions, skipped so far.
+  // Return the number of bytes, and of contiguous regions, skipped so far.
   int64_t damaged_bytes() const { return damaged_bytes_; }
   int64_t damaged_places() const { return damaged_places_; }
 
@@ -88,7 +88,7 @@ class EventLogReader {
   // Returns the size of the event at offset according to the lengths in its header; 0 if they are
   // implausible.
   size_t ClaimedSize(uint64_t offset);
-  // True if an event or the end of the log begins here.
+  // Returns true if an event or the end of the log begins here.
   bool IsBoundary(uint64_t offset);
   // Returns the first offset, from `offset` on, of an event that is followed by a boundary. The result is
   // cached, so that reading takes linear time for any input.

@@ -9,7 +9,7 @@ namespace evalbus {
 
 // Environment variable with the bus URL of every program that has no --url on its command line.
 inline constexpr char kUrlVariable[] = "EVALBUS_URL";
-// Value of kUrlVariable; empty if it is not set.
+// Returns the value of kUrlVariable; empty if it is not set.
 std::string UrlOfEnvironment();
 
 // Tests whether multicast works with this URL. Returns one line that explains why not; empty if it works.

@@ -18,8 +18,8 @@ namespace evalbus::exports {
 // Returns the first supported subprotocol that a client offers; empty if there is none. offered: value of the
 // header Sec-WebSocket-Protocol.
 std::string ChooseSubprotocol(std::string_view offered);
-// False for the older subprotocol, which has no playback; its clients disconnect if they receive a playback
-// message.
+// Returns false for the older subprotocol, which has no playback; its clients disconnect if they receive a
+// playback message.
 inline bool SupportsPlayback(std::string_view subprotocol) { return subprotocol == "foxglove.sdk.v1"; }
 
 // A client's text message. Unsupported requests (client channels, parameters) give an empty struct.

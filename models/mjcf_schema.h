@@ -19,7 +19,7 @@ const SchemaNode& Schema();
 const SchemaNode* ChildSchema(const SchemaNode& parent, const std::string& parent_name,
                               const std::string& name);
 
-// True for attributes of newer MuJoCo versions without which the physics remains meaningful.
+// Returns true for attributes of newer MuJoCo versions without which the physics remains meaningful.
 bool CanBeDropped(const std::string& element, const std::string& attribute);
 
 }  // namespace evalbus::mjcf

@@ -26,7 +26,7 @@ class ModelNames {
   // The geom's name, or its body's name if it has none.
   const std::string& GeomName(int geom) const;
   bool IsRobot(int geom) const;
-  // True for geoms of a manipulated object, except those that must not be touched.
+  // Returns true for geoms of a manipulated object, except those that must not be touched.
   bool IsObject(int geom) const;
 
   // For an unknown name, functions with the parameter `where` throw an InputError that names this location,

@@ -55,7 +55,7 @@ std::vector<double> OptionalNumbers(const YamlMap& map, const std::string& key, 
   return value ? value->Numbers(size, range) : std::vector<double>();
 }
 
-// Value of a key that ends in _m (slide joints) or _rad (hinge joints).
+// Returns the value of a key that ends in _m (slide joints) or _rad (hinge joints).
 double TravelOf(const YamlMap& map, const std::string& stem) {
   const YamlValue* meters = map.Find(stem + "_m");
   const YamlValue* radians = map.Find(stem + "_rad");

@@ -182,7 +182,7 @@ struct TaskSelection {
 // available tasks, if there is no such task.
 TaskSelection FindTask(const std::string& name);
 
-// True if FindTask() treats `name` as the path of a YAML file.
+// Returns true if FindTask() treats `name` as the path of a YAML file.
 bool IsTaskFile(const std::string& name);
 
 // Every task of models/tasks as it was read, sorted by name.
@@ -190,9 +190,9 @@ std::vector<TaskDescription> AllTasks();
 // The tasks whose scenes need assets of this name ("roboeval"), from the subfolder of models/tasks with this
 // name. Their names begin with the name of the assets: "roboeval_lift_pot". Empty if there is no such folder.
 std::vector<TaskDescription> TasksOfAssets(const std::string& name);
-// Folder with robots/, props/ and tasks/. It is $EVALBUS_MODELS if that is set. Otherwise it is the first of
-// these folders that exists: ../share/evalbus/models next to the installed program, models/ in the source
-// tree, and /usr/share/evalbus/models.
+// Returns the folder with robots/, props/ and tasks/. It is $EVALBUS_MODELS if that is set. Otherwise it is
+// the first of these folders that exists: ../share/evalbus/models next to the installed program, models/ in
+// the source tree, and /usr/share/evalbus/models.
 std::filesystem::path ModelsFolder();
 std::filesystem::path TasksFolder();
 

@@ -91,7 +91,7 @@ Plan OnEngine(Plan plan, const std::string& engine);
 nlohmann::ordered_json PlanJson(const Plan& plan);
 Plan PlanOfJson(const nlohmann::json& json, const std::string& file);
 
-// Describes the videos, for example "failures, from overview" or "none".
+// Returns a description of the videos, for example "failures, from overview" or "none".
 std::string VideosText(const PlannedVideos& videos);
 
 }  // namespace evalbus::plans

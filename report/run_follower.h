@@ -35,13 +35,13 @@ class RunFollower {
   // The run; null until run.json exists. Its `episodes` are the episodes read so far, without their text. Its
   // `info` contains the hash of the physics model if the model could be read.
   const results::RecordedRun* info() const { return info_ ? &*info_ : nullptr; }
-  // Names of the stages, by index.
+  // Returns the names of the stages, by index.
   const std::map<int, std::string>& stage_names() const { return stage_names_; }
-  // Numbers of the run as of the last Update().
+  // Returns the numbers of the run as of the last Update().
   const viz::RunNumbers& numbers() const { return numbers_; }
-  // True if summary.json exists and all lines have been read. The run has then finished.
+  // Returns true if summary.json exists and all lines have been read. The run has then finished.
   bool is_over() const { return numbers_.is_over; }
-  // Describes an error in the run's files in one line; empty if there is none.
+  // Returns a description of an error in the run's files in one line; empty if there is none.
   const std::string& error() const { return error_; }
 
  private:

@@ -55,9 +55,9 @@ struct PolicyPair {
   // policies on the engine.
   std::vector<SuccessComparison> on_engine;
 
-  // True if one policy has the higher rate on one engine, and the other policy on another.
+  // Returns true if one policy has the higher rate on one engine, and the other policy on another.
   bool order_reverses() const;
-  // True if the engines disagree on whether one of the policies is better.
+  // Returns true if the engines disagree on whether one of the policies is better.
   bool verdict_changes() const;
 };
 
@@ -68,7 +68,7 @@ struct Certificate {
   std::vector<PolicyOnEngine> comparisons;
   std::vector<PolicyPair> pairs;
 
-  // True if no pair of policies changes its order or its verdict.
+  // Returns true if no pair of policies changes its order or its verdict.
   bool ranking_survives() const;
 };
 

@@ -59,7 +59,7 @@ struct SuccessComparison : SuccessCounts {
   // Number of comparisons for which p is adjusted.
   int family = 1;
 
-  // True if `samples` has fewer episodes. Its difference may then be another one than `difference`.
+  // Returns true if `samples` has fewer episodes. Its difference may then be another one than `difference`.
   bool has_fewer_samples() const {
     return samples.trials < trials || samples.baseline_trials < baseline_trials;
   }
@@ -121,12 +121,13 @@ struct MetricComparison {
   std::optional<double> ratio;
   metrics::Interval ratio_95{};
 
-  // Number of decimals for all numbers of this comparison in the display unit. It suits the larger mean, but
-  // is limited by the standard error of the difference. If the difference is shown (differs()) and would
-  // round to 0, there are up to six decimals, so that two of its digits are seen.
+  // Returns the number of decimals for all numbers of this comparison in the display unit. It suits the
+  // larger mean, but is limited by the standard error of the difference. If the difference is shown
+  // (differs()) and would round to 0, there are up to six decimals, so that two of its digits are seen.
   int decimals() const;
   bool differs() const { return p && p_holm < metrics::kAlpha; }
-  // True if the interval of the difference is above (below) 0 or, without an interval, if the difference is.
+  // Returns true if the interval of the difference is above (below) 0 or, without an interval, if the
+  // difference is.
   bool is_higher() const;
   bool is_lower() const;
   // The judgment if no_merit and baseline_no_merit are ignored.
@@ -170,8 +171,8 @@ struct TaskComparison {
 
   // The pairs in which exactly one side succeeded.
   std::vector<ComparedPair> flipped() const;
-  // Name of the task, for example "lift_pot/position", or "lift_pot/position against lift_pot/base" for two
-  // variations.
+  // Returns the name of the task, for example "lift_pot/position", or "lift_pot/position against
+  // lift_pot/base" for two variations.
   std::string name() const;
 };
 

@@ -68,7 +68,7 @@ class RunFolder {
   ~RunFolder();
 
   const std::filesystem::path& path() const { return path_; }
-  // Path for display: relative if it is below the current folder.
+  // Returns the path for display: relative if it is below the current folder.
   std::filesystem::path shown() const;
   std::filesystem::path log_file(const std::string& component) const { return LogFile(path_, component); }
 

@@ -39,7 +39,8 @@ class SuiteTally {
   const Tally& of_task(const std::string& name) const { return by_task_.at(name); }
   const std::map<std::string, Tally>& families() const { return families_; }
   const Tally& all() const { return all_; }
-  // Unweighted mean of the success rates of the tasks with judged episodes; NaN if there are none.
+  // Returns the unweighted mean of the success rates of the tasks with judged episodes; NaN if there are
+  // none.
   double mean_over_tasks() const;
   // mean_over_tasks() as a line of the table; empty for a single task.
   std::string MeanLine(size_t width) const;

@@ -34,7 +34,7 @@ struct PreparedRun {
   // process, or if there are several workers, which have their own buses.
   ReservedBus bus{};
 
-  // Total number of episodes, including finished ones. Must not be called in a worker.
+  // Returns the total number of episodes, including finished ones. Must not be called in a worker.
   int num_wanted() const { return static_cast<int>(finished.size() + plan.episodes.size()); }
 };
 

@@ -82,8 +82,8 @@ class RunController : public Component {
   void Poll(SteadyTime now) override;
   bool done() const override { return next_ >= plan_.episodes.size(); }
 
-  // Describes the sim or a required component that has not published STATUS for 10 s, or for 60 s after it
-  // was started. Empty if there is none.
+  // Returns a description of the sim or a required component that has not published STATUS for 10 s, or for
+  // 60 s after it was started. Empty if there is none.
   std::string Silent(SteadyTime now);
   // Must be called when the components were started. Timeouts are measured from this call, and episodes start
   // only with these instances (component_status_t). A component without an entry may have any instance.

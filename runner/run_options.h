@@ -97,7 +97,7 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// Display name of the policy.
+// Returns the display name of the policy.
 inline const std::string& PolicyName(const RunOptions& options) {
   return options.policy_name.empty() ? options.policy.policy : options.policy_name;
 }

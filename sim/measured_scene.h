@@ -55,22 +55,23 @@ class MeasuredScene {
   // Throws InputError with the text of FindFault.
   MeasuredScene(PreparedScene* prepared, Measured measured, const std::string& source);
 
-  // True for a slide joint, whose position is in m instead of rad.
+  // Returns true for a slide joint, whose position is in m instead of rad.
   bool slides(size_t joint) const { return model_->jnt_type[joints_[joint]] == mjJNT_SLIDE; }
 
   // Explains why a joint cannot have this position ("45 rad is beyond the range of left/joint2, -1.763 to
   // 1.763; are these degrees?"). Empty if it can. Limits of physics engines are soft, so every joint may be
   // beyond its range by 0.05 rad or m, and a joint of an object also by up to 5 % of its range.
   std::string PositionFault(size_t joint, double position) const;
-  // Describes the first number of a sample's positions, velocities and object poses that is not finite or
-  // implausible; empty if there is none. The counts of the sample must be correct.
+  // Returns a description of the first number of a sample's positions, velocities and object poses that is
+  // not finite or implausible; empty if there is none. The counts of the sample must be correct.
   std::string SampleFault(const Sample& sample) const;
-  // Describes an object that is too far from the world's origin in the first sample of an episode, which is
-  // probably in another unit; empty if there is none. Later, objects may have fallen out of the scene.
+  // Returns a description of an object that is too far from the world's origin in the first sample of an
+  // episode, which is probably in another unit; empty if there is none. Later, objects may have fallen out of
+  // the scene.
   std::string FirstSampleFault(const Sample& sample) const;
-  // Describes the joint of an object that is furthest beyond its range ("first_valve/wheel is beyond its
-  // range by 0.051 rad"). Empty if none exceeds its range by more than 0.001 rad or m. Such positions are
-  // used unchanged.
+  // Returns a description of the joint of an object that is furthest beyond its range ("first_valve/wheel is
+  // beyond its range by 0.051 rad"). Empty if none exceeds its range by more than 0.001 rad or m. Such
+  // positions are used unchanged.
   std::string BeyondRange(const Sample& sample) const;
 
   // Measured fingers of a gripper, as indices into Measured::joints. Empty if there are none.

@@ -88,7 +88,8 @@ class SourceComponent : public Component {
     bool is_scored() const { return state && scored_tick >= state->header.tick; }
     // States the time between consecutive samples that are too far apart, and the announced period.
     std::string SparseText() const;
-    // Describes the faults of its samples, and counts joints beyond their limits. Empty if there are none.
+    // Returns a description of the faults of its samples, and counts joints beyond their limits. Empty if
+    // there are none.
     std::string Faults() const;
   };
   // State of the source's newest episode, as received so far.
@@ -122,7 +123,8 @@ class SourceComponent : public Component {
   void BeginIfMet();
   void AnnounceEpisode();
   void PublishModel();
-  // Describes what is wrong with a sample of the newest episode, or with an image. Empty if it is valid.
+  // Returns a description of what is wrong with a sample of the newest episode, or with an image. Empty if it
+  // is valid.
   std::string FaultOf(const source_state_t& message, Sample* sample) const;
   // Adds the contacts that the source published with this sample, and describes what is wrong with them.
   std::string TakeContacts(const source_state_t& message, Sample* sample);

@@ -32,7 +32,7 @@ class CameraComponent : public Component {
   // InputError.
   explicit CameraComponent(Bus* bus, const std::string& gl = kDefaultGl);
 
-  // Number of images that this component has rendered.
+  // Returns the number of images that this component has rendered.
   int64_t num_drawn() const { return num_drawn_; }
 
  private:

@@ -62,9 +62,9 @@ class MulticastReceiver {
   // limit the delay further. The first message after a pause is not delayed.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
 
-  // Size of the receive buffer that the kernel granted.
+  // Returns the size of the receive buffer that the kernel granted.
   size_t receive_buffer_bytes() const { return buffer_bytes_; }
-  // Number of incomplete messages; see Reassembler::lost().
+  // Returns the number of incomplete messages; see Reassembler::lost().
   int64_t lost() const { return reassembler_.lost(); }
 
  private:

@@ -60,7 +60,7 @@ void PrintAddress(const exports::FoxgloveServer& server, const FoxgloveOptions& 
   std::fflush(stdout);
 }
 
-// True if this message begins an episode. Messages of the previous episode must then be discarded.
+// Returns true if this message begins an episode. Messages of the previous episode must then be discarded.
 bool IsBegin(const exports::Message& message) {
   return message.topic == exports::kEpisode && message.time_ns == 0;
 }

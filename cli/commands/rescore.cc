@@ -43,7 +43,7 @@ TaskDescription ReadTask(const fs::path& file) {
   return ParseTask(ReadInput(file, "task description"), file, false);
 }
 
-// Describes why the episode is incomplete; empty if it is complete.
+// Returns a text that states why the episode is incomplete; empty if it is complete.
 std::string Missing(const results::RescoredEpisode& episode) {
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };

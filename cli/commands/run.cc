@@ -39,7 +39,7 @@ struct PlanOptions {
   plans::SlurmOptions slurm;
 };
 
-// True for a plan's file, and for plan.json in the folder of a plan that has begun.
+// Returns true for a plan's file, and for plan.json in the folder of a plan that has begun.
 bool IsPlan(const std::vector<std::string>& tasks) {
   return tasks.size() == 1 && (plans::IsPlanFile(tasks[0]) || fs::path(tasks[0]).filename() == kPlanJson);
 }

@@ -65,7 +65,7 @@ std::string Reached(const condition_t& condition, const BestOfCondition& best) {
 
 }  // namespace
 
-// Describes the event, without its time.
+// Returns a description of the event, without its time.
 std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) const {
   const std::string gripper =
       moment.gripper < 0 ? "" : Capitalized(PartOf(config_.grippers[moment.gripper], "gripper"));

@@ -100,8 +100,8 @@ class Rest {
   }
 
   int64_t since() const { return since_; }
-  // Largest change (rad) of a joint's commanded position between two ticks; if commands are unknown, of its
-  // measured position.
+  // Returns the largest change (rad) of a joint's commanded position between two ticks; if commands are
+  // unknown, of its measured position.
   double largest_step() const { return largest_step_; }
 
  private:

@@ -39,8 +39,8 @@ object_event_t Event(const model_info_t& model, int object, int gripper, int64_t
   return event;
 }
 
-// Describes how the episode ended: by a verdict, by the end of the data, by the time limit, or for another
-// reason.
+// Returns a text that states how the episode ended: by a verdict, by the end of the data, by the time limit,
+// or for another reason.
 std::string HowItEnded(const EpisodeOutcome& outcome, const CauseEnd& end) {
   if (end.by == CauseEnd::By::kSuccess) return end_reason::kSuccess;
   if (end.by == CauseEnd::By::kFailure) return end_reason::kFailure;

@@ -36,8 +36,8 @@ struct EpisodeResult {
   bool decided_at_start = false;
   // Reason of the failure; empty on success.
   std::string failure_reason;
-  // False if the source does not provide what the success or failure condition needs; such an episode counts
-  // in no success rate.
+  // Returns false if the source does not provide what the success or failure condition needs; such an episode
+  // counts in no success rate.
   bool judged() const { return failure_reason != end_reason::kNotJudged; }
   // Every number of the result by its name as in summary.json, except success and reached stages.
   NamedNumbers values;
@@ -79,7 +79,7 @@ int NumSamples(const Episodes& episodes) {
 
 // Key of EpisodeResult::seen_in_training in episodes.jsonl, and of the count in summary.json.
 inline constexpr char kSeenInTraining[] = "seen_in_training";
-// Value of the key "final_poses" of a line of episodes.jsonl.
+// Returns the value of the key "final_poses" of a line of episodes.jsonl.
 nlohmann::ordered_json PosesJson(const NamedPoses& poses);
 
 // Converts a line of episodes.jsonl; metrics/episode/result_json.h converts messages. Throws InputError if a
@@ -90,7 +90,7 @@ EpisodeResult ResultOf(const nlohmann::ordered_json& episode);
 // Collects EpisodeResult::values from `metrics` and `extended` of a line of episodes.jsonl.
 NamedNumbers NumbersOf(const nlohmann::ordered_json& metrics, const nlohmann::ordered_json& extended);
 
-// Numbers and booleans (as 0 and 1) of a result dictionary by their flattened keys
+// Returns the numbers and booleans (as 0 and 1) of a result dictionary by their flattened keys
 // ("cartesian_path_length.left"), in the dictionary's order. before: prefix of the keys; "extended" for the
 // extended metrics ("extended.min_clearance_m").
 NamedNumbers FlattenedValues(const nlohmann::ordered_json& metrics, const std::string& before = "");
@@ -194,7 +194,7 @@ class RunStatistics {
   // If an episode is added twice, its last result counts. task: index of the task in a suite. The episodes of
   // a suite are numbered consecutively across tasks.
   void Add(int episode, const EpisodeResult& result, int task = 0);
-  // True if every episode from 0 to the highest added has been added.
+  // Returns true if every episode from 0 to the highest added has been added.
   bool is_without_gap() const {
     return episodes_.empty() || episodes_.rbegin()->first + 1 == static_cast<int>(episodes_.size());
   }

@@ -91,7 +91,7 @@ std::vector<std::string> QuantityNames();
 YamlMap ArgumentsOf(const Expression& expression, const std::vector<const char*>& required,
                     const std::vector<const char*>& optional = {});
 
-// Whether a geom of set a touches a geom of set b; sets are indexed by geom id.
+// Returns whether a geom of set a touches a geom of set b; sets are indexed by geom id.
 bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a, const std::vector<uint8_t>& b);
 
 // Rotates a vector by a unit quaternion (MuJoCo's are normalized).

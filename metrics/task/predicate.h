@@ -116,7 +116,7 @@ class Within : public Predicate {
   std::vector<std::string> Describe(bool value) const override;
 
  protected:
-  // Current value, in the condition's unit.
+  // Returns the current value, in the condition's unit.
   virtual double Value(const WorldView& world) = 0;
   // Returns the text for the value measured at a tick: "tilt of pot 27.4 degrees > 20". holds: whether the
   // condition is met.
@@ -131,7 +131,7 @@ class Within : public Predicate {
 
  private:
   bool Holds() const { return lower_ <= value_ && value_ <= upper_; }
-  // Whether the upper limit is nearer than the lower one. A violated limit counts as the nearer one.
+  // Returns whether the upper limit is nearer than the lower one. A violated limit counts as the nearer one.
   bool IsUpperNearer() const { return upper_ - value_ < value_ - lower_; }
 
   header_t header_{};

@@ -16,7 +16,7 @@ enum class ActionKind {
   kEefDelta,       // translation (m) and rotation per step
 };
 
-// Whether the action is added to a joint position or pose, which DeltaOn selects.
+// Returns whether the action is added to a joint position or pose, which DeltaOn selects.
 inline bool IsDelta(ActionKind kind) {
   return kind == ActionKind::kJointDelta || kind == ActionKind::kJointVelocity ||
          kind == ActionKind::kEefDelta;

@@ -36,8 +36,8 @@ class ChunkSchedule {
   // Begins an episode: discards all chunks.
   void Begin();
 
-  // Whether an inference must begin at this tick. False while an inference is running, and until its chunk is
-  // in use.
+  // Returns whether an inference must begin at this tick. False while an inference is running, and until its
+  // chunk is in use.
   bool IsDue(int64_t tick);
   // Records that an inference begins with the observation of this tick.
   void Ask(int64_t tick);
@@ -78,7 +78,7 @@ class ChunkSchedule {
     int num_rows = 0;
   };
   void Advance(int64_t tick);
-  // Number of rows of the current chunk that may be executed.
+  // Returns the number of rows of the current chunk that may be executed.
   int usable_rows() const;
 
   Execution rule_;

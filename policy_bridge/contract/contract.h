@@ -108,12 +108,12 @@ struct Contract {
   // (absolute actions only). A larger distance indicates that actions are misinterpreted. Unset: not checked.
   std::optional<double> first_step_rad;
 
-  // Whether the observation contains data that a real robot does not have (poses of objects).
+  // Returns whether the observation contains data that a real robot does not have (poses of objects).
   bool is_privileged() const;
-  // Whether the observation contains images.
+  // Returns whether the observation contains images.
   bool needs_images() const;
-  // Whether the server receives the rows that are executed while it computes. It then joins its chunks
-  // itself.
+  // Returns whether the server receives the rows that are executed while it computes. It then joins its
+  // chunks itself.
   bool takes_committed_actions() const;
   std::string PromptFor(const std::string& task, const std::string& instruction) const;
 };
@@ -141,10 +141,10 @@ auto Fitted(const Contract& contract, const F& make) {
 Contract ReadContract(const std::filesystem::path& file);
 Contract ParseContract(const std::string& text, const std::filesystem::path& file);
 
-// Whether `name` is the path of a contract file, as opposed to the name of a preset: it ends in .yaml or
-// .yml, and has no colon.
+// Returns whether `name` is the path of a contract file, as opposed to the name of a preset: it ends in .yaml
+// or .yml, and has no colon.
 bool IsContractFile(const std::string& name);
-// Whether `name` is the name of a contract file or of a preset.
+// Returns whether `name` is the name of a contract file or of a preset.
 bool IsContract(const std::string& name);
 // Reads a contract file (*.yaml), or a preset by name. Throws InputError with the valid names.
 Contract FindContract(const std::string& name);

@@ -56,7 +56,7 @@ Reader PoseReader(const std::string& what, const std::function<Eigen::Isometry3d
   };
 }
 
-// Whether the signal depends on the sign of the quaternion.
+// Returns whether the signal depends on the sign of the quaternion.
 bool ShowsSign(const std::string& what) {
   return what.starts_with("quaternion_") || what == "axis_angle_robosuite_rad";
 }

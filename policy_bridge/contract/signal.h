@@ -25,7 +25,7 @@ struct Signal {
   ActionFrame frame = ActionFrame::kWorld;
   EefPoint point = EefPoint::kFlange;
 
-  // Whether the signal is the pose of an object, which a real robot does not know.
+  // Returns whether the signal is the pose of an object, which a real robot does not know.
   bool is_privileged() const { return name.starts_with("object."); }
 };
 

@@ -64,7 +64,7 @@ class LiftByHandlesExpert : public Expert {
  private:
   // Returns grasps of a handle. The most upright grasp comes first.
   std::vector<Grasp> Grasps(int handle) const;
-  // Whether the arm can grasp and raise the object this way after `plan`.
+  // Returns whether the arm can grasp and raise the object this way after `plan`.
   bool CanTake(const Plan& plan, int arm, const Eigen::Isometry3d& object, const Grasp& grasp) const;
   // Extends `plan`: both hands lift the object from its current position. Returns nothing if this is
   // impossible.

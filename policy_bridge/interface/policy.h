@@ -52,7 +52,7 @@ class Policy {
   // Called repeatedly for the tick of `state` until it returns true. Act() is called only after that. Throws
   // as Act() does.
   virtual bool Compute(const state_t& /*state*/) { return true; }
-  // Latest time at which Compute() must be called again after it has returned false.
+  // Returns the latest time at which Compute() must be called again after it has returned false.
   virtual std::chrono::steady_clock::time_point compute_again_at() const {
     return std::chrono::steady_clock::time_point::max();
   }

@@ -225,7 +225,7 @@ class Player {
   const Configuration& At(double time);
   // Joint velocities at the time of the last At(), rad/s, one entry per arm.
   const std::vector<JointVector>& Velocity();
-  // True if all motions had ended by the time of the last At().
+  // Returns true if all motions had ended by the time of the last At().
   bool done() const { return motions_.empty(); }
 
  private:

@@ -95,7 +95,8 @@ class ContactProbe {
   std::optional<Touch> FindTouch(const std::vector<int>& arms,
                                  const std::vector<int>& allowed_contact_bodies);
 
-  // Describes a contact, such as "left/link0 is 0.99 mm from left/link1, expected a distance of 3 mm".
+  // Returns a description of a contact, such as "left/link0 is 0.99 mm from left/link1, expected a distance
+  // of 3 mm".
   std::string InWords(const Touch& touch) const;
 
  private:

@@ -30,7 +30,7 @@ class Conversation {
 
   // Starts a job. Must not be called while is_busy().
   void Start(Job job);
-  // Whether a job has been started and its answer has not been taken yet.
+  // Returns whether a job has been started and its answer has not been taken yet.
   bool is_busy() const { return is_busy_; }
   // Returns the answer of a finished job, once. Returns nothing while the job is running. Rethrows an
   // exception of the job.

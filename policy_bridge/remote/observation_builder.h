@@ -26,7 +26,7 @@ class ObservationBuilder {
   // or, if the contract has a history of images (needs_every_image()), at every tick.
   const std::vector<view_t>& views() const { return views_; }
   bool needs_every_image() const { return needs_every_image_; }
-  // Whether every tick must be added, because the contract has a history of images or of signals.
+  // Returns whether every tick must be added, because the contract has a history of images or of signals.
   bool needs_every_tick() const { return needs_every_tick_; }
 
   // Adds the state of a tick and, if needed, its images in the order of views(). Throws InputError if values

@@ -105,7 +105,8 @@ class PolicyClient {
   // Throws ServerError, which applies to all of them.
   virtual std::vector<Reply> InferBatch(std::span<const Value> observations);
 
-  // Name of the wire and dialect in use, for messages, such as "openpi websocket" or "GR00T N1.6 (flat)".
+  // Returns the name of the wire and dialect in use, for messages, such as "openpi websocket" or "GR00T N1.6
+  // (flat)".
   virtual std::string Name() const = 0;
 };
 

@@ -70,8 +70,8 @@ class Value {
   Variant value_;
 };
 
-// Describes a value in one line for messages, such as "map of 3", "array <f4 [10, 16]" or "text \"lift the
-// pot\"".
+// Returns a description of a value in one line for messages, such as "map of 3", "array <f4 [10, 16]" or
+// "text \"lift the pot\"".
 std::string Describe(const Value& value);
 
 // Returns a string unchanged, and describes any other value.

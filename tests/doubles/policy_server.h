@@ -90,7 +90,7 @@ class PolicyServerDouble {
   std::vector<Value> Requests() const;
   std::vector<Handshake> Handshakes() const;
 
-  // Number of connections that the client ended with a close frame.
+  // Returns the number of connections that the client ended with a close frame.
   size_t Goodbyes() const;
 
   // Pings all connections and waits for their answers. If one answer does not arrive in time, drops all

@@ -28,7 +28,7 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  // Current number of columns and rows.
+  // Returns the current number of columns and rows.
   std::pair<int, int> size() const;
   void Draw(const std::vector<Line>& lines);
   // Returns the next pressed key, or 0 if there is none.

@@ -77,10 +77,10 @@ class WebServer {
   int descriptor() const;
   // The access token; empty unless the user chose an address.
   const std::string& token() const;
-  // URL to show to the user, such as "http://127.0.0.1:8080/".
+  // Returns the URL to show to the user, such as "http://127.0.0.1:8080/".
   std::string url() const;
 
-  // Whether the server listens on the loopback interface only.
+  // Returns whether the server listens on the loopback interface only.
   bool is_loopback() const;
 
   // Serves until Stop or destruction. If there is no handler for notes or verdicts, viewers that send one are
