@@ -1,6 +1,6 @@
-// Base class of all components of a run. A component works in its message handlers, and reports its health on
-// STATUS and in its log. It runs either alone in a process (bus/host.h) or with the other components on one
-// in-process bus.
+// Base class of all components of a run. A component processes messages in its handlers, and reports its
+// health in STATUS messages and in its log. It runs either alone in a process (bus/host.h) or with the other
+// components on one in-process bus.
 #pragma once
 
 #include <string>

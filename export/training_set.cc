@@ -239,7 +239,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
     }
     while (at < actions.size() && actions[at].header.tick < tick) ++at;
     if (at == actions.size() || actions[at].header.tick != tick)
-      fail(fmt::format("no action for tick {}: a training set needs an action for every tick", tick));
+      fail(fmt::format("no action for tick {}: a training set requires an action for every tick", tick));
     episode.actions.push_back(actions[at]);
   }
   const size_t width = ActionLimits(episode.model).lower.size();

@@ -57,9 +57,10 @@ class SceneComposer {
   void Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
               const Attachment& how = {});
 
-  // Adds a camera to the world or a body, or replaces the camera with this name there. It looks along its -z
-  // axis; y points up in the image; the field of view is vertical. This function and all functions below use
-  // the names of the composed document.
+  // Adds a camera to the world or a body. If the world or body already has a camera with this name, replaces
+  // it. The camera looks along its -z axis, y points up in the image, and the field of view is vertical. This
+  // function and all functions below expect names of the composed document, which include the prefixes of the
+  // attached files.
   void SetCamera(const std::string& name, const Pose& pose, double fov_deg, const std::string& body = "");
 
   // Returns whether there is a texture with this name. If it was merged with an equal texture, it becomes a

@@ -150,7 +150,8 @@ Until ReadUntil(const YamlValue& value, int least) {
     check_width();
     const int needed = metrics::TrialsForWidth(width, kMaxEpisodes);
     if (needed > kMaxEpisodes)
-      value.Fail(fmt::format("needs more than {} episodes, expected a larger width", kMaxEpisodes));
+      value.Fail(
+          fmt::format("this width requires more than {} episodes; expected a larger width", kMaxEpisodes));
     until.max_episodes = std::max(needed, least);
   } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %9d, on progress)%n", &until.alpha,
                          &until.max_episodes, &end) == 2 &&
@@ -378,7 +379,7 @@ Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
     const PlannedPolicy planned{DefaultName(policy), policy, "", "", ""};
     if (planned.name.empty()) {
       throw InputError("--policies " + policy +
-                       ": a policy server needs a name, so list it in a plan file (docs/plans.md)");
+                       ": a policy server requires a name: list it in a plan file (docs/plans.md)");
     }
     if (const std::string problem = ProblemOfPolicyName(planned.name); !problem.empty())
       throw InputError("--policies " + policy + ": " + problem);

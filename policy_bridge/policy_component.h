@@ -22,7 +22,7 @@ namespace evalbus::policy {
 
 class PolicyComponent : public Component {
  public:
-  // Throws InputError as FindPolicy() does.
+  // Throws the errors of FindPolicy().
   PolicyComponent(Bus* bus, const PolicyOptions& options);
   // name: name of the policy in the component's log.
   PolicyComponent(Bus* bus, std::string name, PolicyMaker make_policy);

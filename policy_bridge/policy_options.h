@@ -69,7 +69,7 @@ std::optional<Contract> FindContractOf(const PolicyOptions& options);
 // num_clients: number of processes that query the server at the same time.
 std::unique_ptr<PolicyPool> OpenPool(const PolicyOptions& options, int num_clients);
 
-// Creates the policy selected by these options. Throws InputError as FindPolicy and FindContractOf do.
+// Creates the policy selected by these options. Throws the errors of FindPolicy() and FindContractOf().
 PolicyMaker FindPolicy(const PolicyOptions& options);
 
 }  // namespace evalbus::policy

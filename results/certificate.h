@@ -73,7 +73,7 @@ struct Certificate {
 };
 
 // Compares all engines with the first engine; episodes are paired by seed. Throws InputError if there are
-// fewer than two engines, and whenever CompareRuns() does.
+// fewer than two engines, and the errors of CompareRuns().
 Certificate Certify(const std::vector<EngineResults>& engines);
 
 }  // namespace evalbus::results

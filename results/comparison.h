@@ -193,7 +193,7 @@ struct Comparison {
 };
 
 // Compares the main metrics of two runs or suites. Episodes are paired if task, variation and seed are equal.
-// Throws InputError if the runs have no common task, or whenever CheckComparable() does.
+// Throws InputError if the runs have no common task, and the errors of CheckComparable().
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
 // Compares only success; the result has no metrics.
 Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline);

@@ -33,8 +33,8 @@ class PolicyCalls {
                       action.answered_s, action.server_s});
   }
   // Removes the call for the tick at which a verdict or the time limit ended the episode. The policy is
-  // called while that tick is scored, so it is random whether its answer still arrives. The answer has no
-  // effect.
+  // called while that tick is scored. Whether its answer arrives before the episode ends depends on timing,
+  // and the answer has no effect. Without this call, equal runs have equal results.
   void RemoveUndecided(int64_t last_tick);
 
   // Returns false if a call that the schedule requires in lockstep is missing because its message was lost.

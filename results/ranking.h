@@ -23,7 +23,7 @@ std::vector<RankedRun> OrderBySuccess(const std::vector<const RecordedRuns*>& ru
 
 // Returns the result of OrderBySuccess() with letters. Compares all pairs of runs; p is adjusted with Holm's
 // method for all pairs. The probability that any two equal policies are reported as different is therefore
-// at most 5 %. Throws InputError whenever CompareRuns() does.
+// at most 5 %. Throws the errors of CompareRuns().
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
 // Returns the rates of up to six policies in their order, and the results of the comparisons with the

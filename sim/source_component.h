@@ -77,7 +77,7 @@ class SourceComponent : public Component {
     // Contacts of this state, if the source provides them.
     contacts_t contacts{};
     int64_t scored_tick = -1;
-    // First tick after a gap. Until it is scored, metrics waits for ticks that will not come.
+    // First tick after a gap. Until this tick is scored, the metrics process waits for the missing ticks.
     int64_t behind_gap = -1;
     // Simulated time of the first success.
     std::optional<int64_t> success_us;
@@ -126,7 +126,8 @@ class SourceComponent : public Component {
   // Returns a description of what is wrong with a sample of the newest episode, or with an image. Empty if it
   // is valid.
   std::string FaultOf(const source_state_t& message, Sample* sample) const;
-  // Adds the contacts that the source published with this sample, and describes what is wrong with them.
+  // Adds the contacts that the source published with this sample. Returns a description of what is wrong with
+  // them; empty if they are valid.
   std::string TakeContacts(const source_state_t& message, Sample* sample);
   std::string FaultOf(const image_t& image, std::string_view channel);
   void Arrive(Arrived arrived);

@@ -83,8 +83,9 @@ void Show(const Plan& plan, bool probe) {
         100 * *plan.until->width, plan.until->max_episodes);
   } else if (plan.until) {
     fmt::print(
-        "until     decided{} at alpha {:g} over all comparisons, tested every {} episodes of each task, at "
-        "most {}\n",
+        "until     each comparison is decided{} (alpha {:g} in total), with a test after every {} episodes "
+        "of "
+        "each task, at most {}\n",
         plan.until->on_progress ? " by success or progress" : "", plan.until->alpha, episodes,
         plan.until->max_episodes);
   }

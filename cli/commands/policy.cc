@@ -119,10 +119,10 @@ int Show(const PolicyCommandOptions& options) {
   const Contract contract = policy::FindContract(options.policy.policy);
   fmt::print("{}\n{}\n\n", contract.name, contract.description);
   PrintSection("Server", {fmt::format("{}, wire {}", contract.url, policy::NameOf(contract.wire))});
-  PrintSection(
-      "Rate", {fmt::format("{:g} Hz; {} of each action chunk {} executed, {:.3g} s", contract.rate_hz,
-                           Plural(contract.execute_steps, "step"), contract.execute_steps == 1 ? "is" : "are",
-                           contract.execute_steps / contract.rate_hz)});
+  PrintSection("Rate",
+               {fmt::format("{:g} Hz; {} of each action chunk ({:.3g} s) {} executed", contract.rate_hz,
+                            Plural(contract.execute_steps, "step"), contract.execute_steps / contract.rate_hz,
+                            contract.execute_steps == 1 ? "is" : "are")});
   Lines seen;
   for (const ObservationEntry& entry : contract.observation) {
     seen.push_back(fmt::format("{}: {}", entry.KeyText(), InWords(entry)));

@@ -367,8 +367,8 @@ int Replay(const ReplayOptions& options) {
   const std::string& url = reserved.url();
   if (url.empty()) {
     throw EnvironmentError(
-        "this machine has no multicast, which lcm-logplayer needs ('evalbus doctor' explains why); use "
-        "'evalbus rescore', which needs none");
+        "this machine has no multicast, which lcm-logplayer requires ('evalbus doctor' explains why); use "
+        "'evalbus rescore', which works without multicast");
   }
   InstallStopSignals();
   const MemoryFile web_log;

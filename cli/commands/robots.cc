@@ -161,7 +161,7 @@ void CheckHome(const Alone& alone, Lines* wrong, Lines* notes) {
       notes->push_back(apart + ": scripted experts do not check this pair for collisions");
     } else {
       wrong->push_back(apart +
-                       fmt::format(", but scripted experts need {:.3g} mm", 1000 * kPlanningClearance));
+                       fmt::format(", but scripted experts require {:.3g} mm", 1000 * kPlanningClearance));
     }
   }
 }

@@ -276,7 +276,8 @@ bool CauseFinder::IsMadeGood(const CauseHold& lost) const {
     if (hold.object != lost.object || (is_named && hold.gripper != lost.gripper)) return false;
     if (hold.last_tick < lost.last_tick + Ticks(kShortestHold)) return false;
     if (hold.first_tick <= lost.last_tick || !hold.is_over) return true;
-    // If the gripper opened and grasped again, it changed its grip, so any later grasp suffices.
+    // If the gripper opened and grasped again, it only changed its grip, so a later grasp of any length makes
+    // up for the loss.
     return IsGrasp(hold) && Length(hold) > (lost.opened ? Ticks(kShortestHold) : kLonger * Length(lost));
   });
 }

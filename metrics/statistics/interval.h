@@ -12,7 +12,7 @@ struct Interval {
   double lower;
   double upper;
 
-  // False if there is no interval, whose bounds are NaN.
+  // Returns false also if the bounds are NaN, which means that there is no interval.
   bool excludes_0() const { return lower > 0 || upper < 0; }
 };
 

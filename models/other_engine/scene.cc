@@ -40,7 +40,7 @@ ModelPtr Compile(const tinyxml2::XMLDocument& document, const std::filesystem::p
 }  // namespace
 
 Scene BuildScene(const TaskDescription&, const RobotDescription&) {
-  throw InputError("this program simulates scenes that 'evalbus run --engine' has composed");
+  throw InputError("this program only simulates scenes that 'evalbus run --engine' has composed");
 }
 
 Scene LoadScene(const TaskDescription& task, const RobotDescription& robot, const std::filesystem::path& run,

@@ -84,8 +84,8 @@ bool HasExpert(const std::string& task);
 void CheckExpert(const std::string& task);
 
 // Creates the scripted expert for a task, which is selected by the name of the task's family. `model` may be
-// a copy of the task under another name. Throws InputError as CheckExpert() does, or if the model does not
-// fit the expert.
+// a copy of the task under another name. Throws the errors of CheckExpert(), and InputError if the model does
+// not fit the expert.
 std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info);
 
 }  // namespace evalbus::policy

@@ -50,7 +50,7 @@ class Policy {
   // Called repeatedly after Begin() until it returns true. The episode cannot start before.
   virtual bool IsReady() { return true; }
   // Called repeatedly for the tick of `state` until it returns true. Act() is called only after that. Throws
-  // as Act() does.
+  // the errors of Act().
   virtual bool Compute(const state_t& /*state*/) { return true; }
   // Returns the latest time at which Compute() must be called again after it has returned false.
   virtual std::chrono::steady_clock::time_point compute_again_at() const {

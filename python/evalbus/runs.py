@@ -157,7 +157,7 @@ class Run:
         try:
             import pandas
         except ImportError:
-            raise EvalbusError("to_pandas() needs pandas: pip install pandas") from None
+            raise EvalbusError("to_pandas() requires pandas: pip install pandas") from None
 
         keys = ("index", "seed", "success", "complete", "end_reason", "failure_reason")
         rows = [{**{key: getattr(e, key) for key in keys}, **_renamed(e.scores())} for e in self.episodes]
@@ -193,7 +193,7 @@ def read_run(folder) -> Run:
 
 
 def read_runs(folder) -> List[Run]:
-    """Reads each run of a suite, or a single run. Raises InputError as read_run() does."""
+    """Reads each run of a suite, or a single run. Raises the errors of read_run()."""
     folder = _path(folder)
     if not (folder / "suite.json").exists():
         return [read_run(folder)]

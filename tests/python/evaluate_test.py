@@ -349,7 +349,7 @@ class EvaluateTest(unittest.TestCase):
     def test_a_missing_package(self):
         run = self.run_here("lift_pot", "hold", episodes=1)
         with mock.patch.dict(sys.modules, {"pandas": None}):
-            with self.assertRaisesRegex(evalbus.EvalbusError, "^to_pandas.. needs pandas: pip install pandas$"):
+            with self.assertRaisesRegex(evalbus.EvalbusError, "^to_pandas.. requires pandas: pip install pandas$"):
                 run.to_pandas()
 
     def test_a_missing_program(self):

@@ -48,7 +48,7 @@ Line Title(const RunWatch& watch, const std::string& url, int width, SteadyTime 
   } else if (!watch.other_version().empty()) {
     line = {{watch.other_version(), Style::kBad}};
   } else if (watch.received_at()) {
-    line.push_back({"   waiting for the names (MODEL)", Style::kQuiet});
+    line.push_back({"   waiting for the MODEL message", Style::kQuiet});
   }
   const double silent = watch.received_at() ? Seconds(now - *watch.received_at()) : 0;
   if (watch.is_over()) {

@@ -364,7 +364,7 @@ TEST_F(VideoTest, MistakesGiveOneLineAndNoFile) {
   EXPECT_THROW(MakeVideo(folder_.path() / "none.lcmlog", {"front"}, kVideoSize, folder_.path()), InputError);
   setenv("EVALBUS_PATH", "/nonexistent", 1);
   EXPECT_EQ(MessageOf<EnvironmentError>(video("head", kVideoSize)),
-            "videos need the ffmpeg program: install it with 'apt-get install ffmpeg' or 'pip install "
+            "videos require the ffmpeg program: install it with 'apt-get install ffmpeg' or 'pip install "
             "imageio-ffmpeg'");
   unsetenv("EVALBUS_PATH");
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);

@@ -234,7 +234,7 @@ TEST_F(MonitorScreenTest, OpenedInMidEpisodeShowsWhatCameBefore) {
   EXPECT_NE(screen.find("episode 4   running       1.50 s"), std::string::npos) << screen;
   EXPECT_NE(screen.find("wrist path       1.250 0.750 2.000 m"), std::string::npos);
   EXPECT_NE(screen.find("● held                       0.52 s"), std::string::npos);
-  EXPECT_NE(screen.find("waiting for the names"), std::string::npos);
+  EXPECT_NE(screen.find("waiting for the MODEL message"), std::string::npos);
   EXPECT_NE(screen.find("geom 2 – geom 7"), std::string::npos);
   run_summary_t run{};
   run.num_episodes = run.num_complete = 4;
