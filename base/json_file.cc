@@ -92,7 +92,7 @@ class Builder : public nlohmann::json_sax<Json> {
   }
 
   const std::string& what() const { return what_; }
-  // Returns the position of an error that the parser reported; nothing for a repeated key and for excessive
+  // Returns the position of an error that the parser reported; nullopt for a repeated key and for excessive
   // nesting.
   std::optional<size_t> position() const { return position_; }
 

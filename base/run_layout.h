@@ -82,7 +82,7 @@ inline std::filesystem::path LogIn(const std::filesystem::path& episode_folder) 
 inline std::filesystem::path EpisodeLog(const std::filesystem::path& run, int episode) {
   return LogIn(EpisodeFolder(run, episode));
 }
-// Returns the index of the episode in a folder, which may be unfinished; nothing if it is not an episode's
+// Returns the index of the episode in a folder, which may be unfinished; nullopt if it is not an episode's
 // folder.
 inline std::optional<int> EpisodeOfFolder(const std::filesystem::path& folder) {
   const std::string name = folder.filename().string();

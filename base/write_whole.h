@@ -30,7 +30,7 @@ class WholeFile {
 
   // Returns the temporary name in the folder of the file.
   const std::filesystem::path& path() const { return temporary_; }
-  // Syncs the temporary file and renames it. Throws InputError, EnvironmentError.
+  // Syncs the temporary file and renames it. Throws InputError or EnvironmentError.
   void Finish();
 
  private:
@@ -49,7 +49,7 @@ struct TemporaryName {
   std::string process;
   pid_t pid = 0;
 };
-// Parses a temporary name. Returns nothing for other names.
+// Parses a temporary name. Returns nullopt for other names.
 std::optional<TemporaryName> ParseTemporaryName(const std::string& name);
 
 }  // namespace evalbus

@@ -116,8 +116,8 @@ class Bus {
   // limit the delay further. The call has no effect before the first subscription, or if liblcm receives.
   // Components whose answers other components wait for should leave the delay at 0.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
-  // Returns the size of the receive buffer that the kernel granted. Nothing before the first subscription,
-  // and if liblcm receives, because its queue is unlimited.
+  // Returns the size of the receive buffer that the kernel granted. Returns nullopt before the first
+  // subscription, and if liblcm receives, because its queue is unlimited.
   std::optional<size_t> receive_buffer_bytes() const;
 
   // Handles one message if one arrives before the deadline. Returns false if no message arrived, after a

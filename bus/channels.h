@@ -183,7 +183,7 @@ inline bool MatchesChannelType(std::string_view name, std::span<const uint8_t> d
   return good;
 }
 
-// Returns the header of a message that belongs to a tick; nothing for all other messages.
+// Returns the header of a message that belongs to a tick; nullopt for all other messages.
 inline std::optional<header_t> TickOf(std::string_view name, std::span<const uint8_t> data) {
   std::optional<header_t> found;
   ForEach([&]<class Message>(const Channel<Message>& channel) {

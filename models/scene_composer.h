@@ -1,4 +1,4 @@
-// Composes several MJCF files into one document. MuJoCo 2.2 has no attach function of its own.
+// Composes several MJCF files into one document. MuJoCo 2.2 has no function that attaches models.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -30,7 +30,7 @@ struct Attachment {
   // Replaces the stiffness of position servos, by their names in the file, N m / rad or N / m, and removes
   // their velocity gain.
   std::map<std::string, double> stiffness{};
-  // Bodies of the file that are left out, with everything attached to them.
+  // Bodies of the file that are removed, with everything attached to them.
   std::vector<std::string> without{};
   // Whether the file's lights are added to the scene.
   bool keep_lights = false;

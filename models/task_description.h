@@ -34,7 +34,7 @@ struct ScenePart {
   std::string name;
   // MJCF file. A file of assets is "NAME:FILE" until FindAssets() replaces it by a path.
   std::filesystem::path model_file;
-  // Bodies of the file that are left out.
+  // Bodies of the file that are removed.
   std::vector<std::string> without;
   // Sites that are added to the sites of the file.
   std::vector<PartSite> sites;
@@ -94,7 +94,7 @@ struct AllowedContact {
 // Values that replace the task's values when the task is used with another robot than its own.
 struct OtherRobot {
   std::string name;
-  // The values also apply to any robot with exactly these arms that has no entry of its own. If empty, they
+  // The values also apply to any robot that has exactly these arms and is not listed by name. If empty, they
   // apply only to the robot `name`.
   std::vector<std::string> arms;
   std::vector<NamedExpression> target_distance;

@@ -60,7 +60,7 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// Returns the contract selected by these options, with the address of its server. Returns nothing if the
+// Returns the contract selected by these options, with the address of its server. Returns nullopt if the
 // policy is not behind a server. Throws InputError, also if the file does not have the hash contract_sha256.
 std::optional<Contract> FindContractOf(const PolicyOptions& options);
 

@@ -44,7 +44,7 @@ class Environment {
     nlohmann::ordered_json episode;
   };
 
-  // Composes the scene and starts the components in this process. Throws InputError, EnvironmentError.
+  // Composes the scene and starts the components in this process. Throws InputError or EnvironmentError.
   explicit Environment(EnvironmentOptions options);
   ~Environment();
 

@@ -32,7 +32,7 @@ struct Sample {
   // Positions (rad, or m for slide joints) and velocities (rad/s or m/s) in the order of Measured::joints.
   // velocity is empty if only positions were measured.
   std::vector<double> position, velocity;
-  // Opening of each gripper of MODEL, from 0 (closed) to 1 (open). Nothing if the opening is computed from
+  // Opening of each gripper of MODEL, from 0 (closed) to 1 (open). nullopt if the opening is computed from
   // the positions of the fingers.
   std::vector<std::optional<double>> opening;
   // Poses in the order of Measured::objects, world frame.
@@ -48,7 +48,7 @@ class MeasuredScene {
     std::string name;
     std::string text;
   };
-  // Returns the first quantity in `measured` that does not fit the scene; nothing if all fit.
+  // Returns the first quantity in `measured` that does not fit the scene; nullopt if all fit.
   static std::optional<Fault> FindFault(const PreparedScene& prepared, const Measured& measured);
 
   // Marks in MODEL of `prepared` which quantities of this scene are known. prepared must outlive this object.

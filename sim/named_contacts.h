@@ -29,7 +29,7 @@ class NamedContacts {
   std::string Fault(const source_contact_t& contact) const;
 
   // Returns the contacts sorted by (geom_a, geom_b). For two geoms with several contacts, only the deepest is
-  // kept. Contacts of a geom with itself are left out. All contacts must be without fault, and their names
+  // kept. Contacts of a geom with itself are omitted. All contacts must be valid, and their names must be
   // known.
   std::vector<contact_t> Convert(const std::vector<source_contact_t>& contacts) const;
 

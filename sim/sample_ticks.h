@@ -39,7 +39,7 @@ class SampleTicks {
     // Position of the tick from `before` (0) to `behind` (1).
     double share;
   };
-  // Returns the next tick; nothing until a sample at or after it has been added.
+  // Returns the next tick; nullopt until a sample at or after this tick has been added.
   std::optional<Tick> Next() {
     while (!samples_.empty()) {
       const Entry& behind = samples_.front();

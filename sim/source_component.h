@@ -48,7 +48,7 @@ class SourceComponent : public Component {
   struct Arrived {
     // Index among the source's episodes, in the order of arrival.
     int64_t episode;
-    // The converted sample; nothing for an image or a refused sample.
+    // The converted sample; nullopt for an image or a refused sample.
     std::optional<Sample> sample{};
     // Sample number assigned by the source, and the reason for a refusal.
     int64_t number = 0;

@@ -55,7 +55,7 @@ class MulticastReceiver {
   void Filter(std::span<const std::string> channels);
 
   // Waits for the next message until the deadline; does not wait if the deadline is Time::min(). Returns
-  // nothing after a signal or when wake_fd is readable.
+  // nullopt after a signal or when wake_fd is readable.
   std::optional<Received> Next(Time deadline);
 
   // Allows messages to be delayed by up to `delay`, so that one wake-up serves many. The receive buffer may

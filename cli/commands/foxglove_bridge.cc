@@ -185,7 +185,7 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
   return 0;
 }
 
-// Returns the exit code. Throws InputError, EnvironmentError.
+// Returns the exit code. Throws InputError or EnvironmentError.
 int Foxglove(const FoxgloveOptions& given) {
   FoxgloveOptions options = given;
   options.server.session = std::to_string(DrawId());

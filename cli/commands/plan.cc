@@ -84,8 +84,7 @@ void Show(const Plan& plan, bool probe) {
   } else if (plan.until) {
     fmt::print(
         "until     each comparison is decided{} (alpha {:g} in total), with a test after every {} episodes "
-        "of "
-        "each task, at most {}\n",
+        "of each task, at most {}\n",
         plan.until->on_progress ? " by success or progress" : "", plan.until->alpha, episodes,
         plan.until->max_episodes);
   }

@@ -177,7 +177,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
   }
 }
 
-// Prints the videos' paths. Returns the exit code. Throws InputError, EnvironmentError.
+// Prints the videos' paths. Returns the exit code. Throws InputError or EnvironmentError.
 int Render(const RenderOptions& options) {
   viz::VideoOptions video;
   video.layout = viz::ParseVideoLayout(options.layout);

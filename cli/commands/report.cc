@@ -56,7 +56,7 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
 }
 
 // Prints the page's path and, if the page of a run or suite has a note (BuiltPage::note), the note and the
-// page's size. Returns the exit code. Throws InputError, EnvironmentError.
+// page's size. Returns the exit code. Throws InputError or EnvironmentError.
 int WriteReport(const ReportOptions& options) {
   if (fs::exists(options.run / kPlanJson)) {
     if (!options.out.empty() || !options.episodes.empty()) {

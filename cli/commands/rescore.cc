@@ -139,7 +139,7 @@ void AddOptions(CLI::App* app, RescoreOptions* options) {
 
 // Returns 2 if a log of an episode in episodes.jsonl is missing. Without --task, also returns 2 if a score
 // differs from the log or from episodes.jsonl, or if a log has no episode. Otherwise returns 0. Throws
-// InputError, EnvironmentError.
+// InputError or EnvironmentError.
 int Rescore(const RescoreOptions& options) {
   const bool new_rules = !options.task.empty();
   results::Rescorer rescorer(new_rules ? std::optional(ReadTask(options.task)) : std::nullopt);

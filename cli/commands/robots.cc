@@ -290,7 +290,7 @@ void AddOptions(CLI::App* app, RobotsOptions* options) {
   options->check = check;
 }
 
-// Returns the exit code. Throws InputError, EnvironmentError.
+// Returns the exit code. Throws InputError or EnvironmentError.
 int Robots(const RobotsOptions& options) {
   if (options.list->parsed()) return List(options);
   if (options.show->parsed()) return Show(options);

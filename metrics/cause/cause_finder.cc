@@ -403,7 +403,7 @@ bool CauseFinder::LacksHold(const std::string& gripper) const {
 }
 
 // Returns the first stop of an arm that should hold an object and stopped for good while another arm
-// continued to move; nothing if there is none.
+// continued to move; nullopt if no arm did.
 std::optional<CauseMoment> CauseFinder::IdleArm(int64_t last_tick) const {
   std::optional<CauseMoment> first;
   for (size_t k = 0; k < config_.grippers.size(); ++k) {

@@ -61,7 +61,7 @@ class EpisodeScorer {
 
   // Verdict as in partial_metrics_t.
   int8_t verdict() const;
-  // Returns the simulated time of the verdict's tick, microseconds; nothing without a verdict.
+  // Returns the simulated time of the verdict's tick, microseconds; nullopt if there is no verdict.
   std::optional<int64_t> verdict_time_us() const;
   int64_t missing_ticks() const { return missing_ticks_; }
   int64_t refused_samples() const { return unfit_ticks_ + metrics_.refused_samples(); }

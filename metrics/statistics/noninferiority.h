@@ -46,7 +46,7 @@ struct PairedAbove {
 PairedAbove TestPairedAbove(const Discordant& counts, double difference, double alpha);
 
 // Approximately the smallest number of pairs for which TestPairedAbove() rejects with power kWantedPower if
-// the discordant pairs have these shares. Nothing if rate(a) - rate(b) of the shares does not exceed
+// the discordant pairs have these shares. Returns nullopt if rate(a) - rate(b) of the shares does not exceed
 // `difference`, or if kMaxTrials pairs are too few.
 std::optional<int> PairsNeeded(const DiscordantShares& shares, double difference, double alpha);
 

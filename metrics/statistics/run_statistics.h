@@ -158,8 +158,7 @@ struct RunSummary {
   std::vector<int64_t> slips_per_object;
   // Total collisions by geom, or by pair of robot geoms; most frequent first.
   std::vector<std::pair<std::string, int64_t>> collisions_per_geom;
-  // All metrics in order of first appearance, without success and reached stages, which have members of their
-  // own.
+  // All metrics in order of first appearance, except success and reached stages, which have separate members.
   std::vector<MetricSummary> metrics;
   // One entry for each set of start parameters with at least kFewestToRepeat successful episodes, ordered by
   // the parameters. Empty if the complete episodes count as one sample, or if it was not requested.
@@ -168,7 +167,8 @@ struct RunSummary {
   const MetricSummary* Find(const std::string& metric) const;
   // Converts a number of complete episodes to the equivalent number of samples.
   double InSamples(int count) const;
-  // Note that explains the sample count of the intervals; empty if every episode is a sample of its own.
+  // Returns a note that explains the sample count of the intervals; empty if every episode counts as a
+  // separate sample.
   std::string SamplesText() const;
   // Returns, for example, "3 of 50 starts were seen in training"; empty if no training set is known.
   std::string TrainingText() const;

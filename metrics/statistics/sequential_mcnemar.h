@@ -50,7 +50,7 @@ inline double EvidenceOf(const Wins& wins) {
 
 // Returns the p-value of a look. The comparison uses the smallest p-value of its looks so far. success: pairs
 // in which only one of the two policies succeeded. progress: pairs in which one policy was ahead by success,
-// stages or time (docs/plans.md); nothing if success alone is tested. is_last: whether this is the last look,
+// stages or time (docs/plans.md); nullopt if success alone is tested. is_last: whether this is the last look,
 // after the largest number of pairs.
 inline double SequentialP(const Wins& success, const std::optional<Wins>& progress, bool is_last) {
   double evidence = EvidenceOf(success);

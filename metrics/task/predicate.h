@@ -22,8 +22,8 @@ struct WorldView {
   std::span<const uint8_t> stage_reached = {};
 };
 
-// Writes the current state of conditions into a list, one after the other. The first pass appends them; later
-// passes write only the members that change from tick to tick, and do not allocate.
+// Writes the current state of conditions into a list, one condition at a time. The first pass appends them;
+// later passes write only the members that change from tick to tick, and do not allocate.
 class Standing {
  public:
   // completes_groups: if a group needs only one of its conditions and has it, all of them are written as met.

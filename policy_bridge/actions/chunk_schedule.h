@@ -45,7 +45,7 @@ class ChunkSchedule {
   // May be called before that tick. Returns the number of the chunk.
   int64_t Arrive(int64_t tick, int num_rows);
 
-  // Returns the row that commands the robot at this tick, or nothing if the robot holds its last command.
+  // Returns the row that commands the robot at this tick, or nullopt if the robot holds its last command.
   // Ticks must not decrease over the calls of At() and IsDue().
   std::optional<Step> At(int64_t tick);
 

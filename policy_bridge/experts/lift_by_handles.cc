@@ -66,7 +66,7 @@ class LiftByHandlesExpert : public Expert {
   std::vector<Grasp> Grasps(int handle) const;
   // Returns whether the arm can grasp and raise the object this way after `plan`.
   bool CanTake(const Plan& plan, int arm, const Eigen::Isometry3d& object, const Grasp& grasp) const;
-  // Extends `plan`: both hands lift the object from its current position. Returns nothing if this is
+  // Extends `plan`: both hands lift the object from its current position. Returns nullopt if this is
   // impossible.
   std::optional<Plan> Lift(const Plan& plan, const Eigen::Isometry3d& object) const;
   // Extends `plan`: one hand drags the object to a position from which Lift is possible.

@@ -23,7 +23,7 @@ struct PolicyCallbacks {
   // Called with a line to log as a warning.
   std::function<void(const std::string&)> note;
   // Notifies the owner that the result of Compute() or IsReady() may have changed. May be called from any
-  // thread. Policies that compute on a thread of their own should call it as soon as they have the result.
+  // thread. Policies that compute on a separate thread should call it as soon as they have the result.
   // Otherwise the owner notices the result up to 100 ms later.
   std::function<void()> wake;
 };

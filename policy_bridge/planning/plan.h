@@ -6,7 +6,7 @@
 // A plan is computed completely before it is executed. The grip frames move along straight lines and arcs,
 // except that Swing() and GoHome() move the arms straight in joint space. Joint positions are computed at
 // knots of these paths, and timed so that no joint and, on lines and arcs, no hand exceeds its speed limit. A
-// plan reports whether it is feasible, so an expert can try several plans one after the other.
+// plan reports whether it is feasible, so an expert can try several plans in turn.
 #pragma once
 
 #include <optional>
@@ -214,7 +214,7 @@ class Plan {
   bool feasible_ = true;
 };
 
-// Executes motions one after the other.
+// Executes motions in sequence.
 class Player {
  public:
   // Discards all motions. The player rests in this configuration from time 0 on.

@@ -101,7 +101,7 @@ class PolicyClient {
   virtual Reply Infer(const Value& observation) = 0;
 
   // Sends several observations, and returns their answers in the same order. They are sent as one request if
-  // the wire supports batches (GR00T) and their keys and shapes are equal, and otherwise one after the other.
+  // the wire supports batches (GR00T) and their keys and shapes are equal, and otherwise one at a time.
   // Throws ServerError, which applies to all of them.
   virtual std::vector<Reply> InferBatch(std::span<const Value> observations);
 

@@ -258,7 +258,7 @@ PolicyPool::PolicyPool(ClientOptions server, int batch_size, std::chrono::millis
   state_->client = MakePolicyClient(server);
   state_->batch_size = static_cast<size_t>(batch_size);
   state_->gather = gather;
-  // The socket is a Unix socket, because workers may run in network namespaces of their own.
+  // The socket is a Unix socket, because workers may run in separate network namespaces.
   folder_ = (std::filesystem::temp_directory_path() / "evalbus-pool-XXXXXX").string();
   if (!mkdtemp(folder_.data())) {
     throw EnvironmentError("cannot make " + folder_ + ": " + std::strerror(errno));

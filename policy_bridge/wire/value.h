@@ -58,7 +58,7 @@ class Value {
     return std::get_if<T>(&value_);
   }
   const Variant& variant() const { return value_; }
-  // Returns an integer or floating-point value as a double; nothing for other types.
+  // Returns an integer or floating-point value as a double; nullopt for other types.
   std::optional<double> Number() const;
 
   // Returns the value of a key. Returns null if this is not a map or the key is missing.

@@ -1,5 +1,5 @@
 // A policy server that behaves like third-party servers (openpi, RoboArena's dialect, vla-eval, XPolicyLab).
-// It runs on 127.0.0.1 in a thread of its own. A test chooses its answers, including wrong ones.
+// It runs on 127.0.0.1 in a separate thread. A test chooses its answers, including wrong ones.
 #pragma once
 
 #include <chrono>

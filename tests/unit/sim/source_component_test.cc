@@ -273,7 +273,7 @@ TEST_F(CameraImages, AreAtMostTenASecondOfEachCamera) {
   // Every third image is published, at 0, 99, ..., 990 ms.
   for (int64_t ms = 0; ms < 1000; ms += 33) Publish(Image(ms));
   EXPECT_EQ(passed_on_.size(), 11u);
-  EXPECT_EQ(EndDetail(), "") << "the others are left out, which is not a fault";
+  EXPECT_EQ(EndDetail(), "") << "further images are ignored, which is not a fault";
 }
 
 TEST_F(CameraImages, ThatAreWrongAreRefusedCountedAndCostNoSample) {

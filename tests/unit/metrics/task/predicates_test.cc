@@ -313,7 +313,7 @@ TEST_F(PredicatesTest, TheDocumentationListsAll) {
 }
 
 TEST_F(PredicatesTest, NumbersAreReadAsEverywhereInTheFile) {
-  // Each number is in a line of its own, as the key of a block.
+  // Each number is on a separate line, as the key of a block.
   const auto read = [&](const std::string& number) {
     const std::string message = ErrorWithLine("\n  height_above:\n    object: pot\n    min_m: " + number);
     return message;
