@@ -28,7 +28,7 @@ class WholeFile {
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
 
-  // Returns the temporary name in the folder of the file.
+  // Returns the path of the temporary file, which is in the folder of the final file.
   const std::filesystem::path& path() const { return temporary_; }
   // Syncs the temporary file and renames it. Throws InputError or EnvironmentError.
   void Finish();

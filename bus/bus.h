@@ -179,7 +179,7 @@ class Bus {
   std::map<std::pair<std::string, int64_t>, std::shared_ptr<void>> topics_;
   // True for a bus within this process (memq), or if EVALBUS_LCM_RECEIVER selects liblcm.
   bool liblcm_receives_;
-  // The receiver exists from the first subscription on, unless liblcm receives.
+  // The receiver is created at the first subscription, unless liblcm receives.
   std::unique_ptr<MulticastReceiver> receiver_;
   std::vector<uint8_t> buffer_;
   std::span<const uint8_t> handled_;
@@ -192,7 +192,7 @@ class Bus {
 // lost. In real time, a policy that misses a STATE would be scored as if it had not answered.
 void CheckReceiveBuffer(const std::string& url);
 
-// A random id, not 0, for a session or an instance.
+// Returns a random id, not 0, for a session or an instance.
 int64_t DrawId();
 
 }  // namespace evalbus

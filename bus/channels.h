@@ -107,7 +107,7 @@ void ForEach(const Function& function) {
   std::apply([&](const auto&... channel) { (function(channel), ...); }, kAll);
 }
 
-// "left/hand/wrist" becomes "EVALBUS_IMAGE_left_hand_wrist".
+// Returns the channel of a camera's images: "left/hand/wrist" -> "EVALBUS_IMAGE_left_hand_wrist".
 inline std::string ImageChannel(std::string camera, const Channel<image_t>& channel = kImage) {
   std::ranges::replace(camera, '/', '_');
   return channel.name + std::move(camera);
@@ -147,7 +147,7 @@ inline bool CarriesSession(std::string_view name) {
   return carries;
 }
 
-// How the recorder handles a channel with this name. Channels that are not in the table are recorded
+// Returns how the recorder handles a channel with this name. Channels that are not in the table are recorded
 // unchanged.
 inline Recorded RecordedOf(std::string_view name) {
   Recorded recorded = Recorded::kYes;

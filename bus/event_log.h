@@ -65,7 +65,7 @@ class EventLogReader {
   // Returns the total size of the unpacked log in bytes.
   uint64_t size() const { return size_; }
   bool is_packed() const { return is_packed_; }
-  // Unpacked contents of a packed log.
+  // Returns the unpacked contents of a packed log.
   std::span<const uint8_t> unpacked() const { return window_; }
 
   // Return the number of bytes, and of contiguous regions, skipped so far.
@@ -80,7 +80,7 @@ class EventLogReader {
   }
   // Fills `to` from the file.
   void Read(uint64_t offset, std::span<uint8_t> to);
-  // Returns the first offset from `offset` on at which an event may begin, because the first byte of the
+  // Returns the first offset, not before `offset`, at which an event may begin, because the first byte of the
   // magic is there; the end if there is none.
   uint64_t FindStart(uint64_t offset);
   // Returns the size of the event that begins at offset; 0 if no undamaged event begins there.
@@ -90,7 +90,7 @@ class EventLogReader {
   size_t ClaimedSize(uint64_t offset);
   // Returns true if an event or the end of the log begins here.
   bool IsBoundary(uint64_t offset);
-  // Returns the first offset, from `offset` on, of an event that is followed by a boundary. The result is
+  // Returns the first offset, not before `offset`, of an event that is followed by a boundary. The result is
   // cached, so that reading takes linear time for any input.
   uint64_t NextWhole(uint64_t offset);
 

@@ -41,13 +41,13 @@ struct PlaybackControl {
 // Parses a client's binary playback request; nullopt for any other message.
 std::optional<PlaybackControl> ParsePlaybackControl(std::string_view bytes);
 
-// The server's text messages.
+// Return the server's text messages.
 std::string ServerInfoText(const std::string& name, const std::string& session,
                            std::optional<int64_t> playback_end_ns);
 std::string AdvertiseText(const std::vector<Topic>& topics, size_t from);
 std::string UnadvertiseText(const std::vector<size_t>& channels);
 std::string WarningText(const std::string& id, const std::string& message);
-// The server's binary messages.
+// Return the server's binary messages.
 std::string MessageBytes(uint32_t subscription, int64_t time_ns, std::string_view json);
 std::string TimeBytes(int64_t time_ns);
 

@@ -109,7 +109,7 @@ struct MetricInfo {
 // completion time, which only shows after a failure when the episode was stopped.
 inline bool IsOfSuccessesOnly(std::string_view name) { return name == "completion_time"; }
 
-// RoboEval's metrics in the order of its dictionary, then the metrics defined by evalbus.
+// Returns RoboEval's metrics in the order of its dictionary, then the metrics defined by evalbus.
 std::span<const MetricInfo> Metrics();
 std::span<const TrackOption> TrackOptions();
 

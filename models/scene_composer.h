@@ -95,9 +95,9 @@ class SceneComposer {
   // Returns the composed document. discard_visual: sets the compiler option that drops visual geoms, and
   // omits textures. Equal calls return equal bytes.
   std::string ToXml(bool discard_visual = false) const;
-  // "file:line" of the base file's <option>, or of the file if it has none.
+  // Returns "file:line" of the base file's <option>, or of the file if it has no <option>.
   std::string OptionSource() const;
-  // "file:line" of the source of a line of ToXml(discard_visual); empty if unknown.
+  // Returns "file:line" of the source of a line of ToXml(discard_visual); empty if unknown.
   std::string Locate(int line, bool discard_visual) const;
 
   const std::vector<std::string>& warnings() const;

@@ -185,10 +185,11 @@ TaskSelection FindTask(const std::string& name);
 // Returns true if FindTask() treats `name` as the path of a YAML file.
 bool IsTaskFile(const std::string& name);
 
-// Every task of models/tasks as it was read, sorted by name.
+// Returns every task of models/tasks as it was read, sorted by name.
 std::vector<TaskDescription> AllTasks();
-// The tasks whose scenes need assets of this name ("roboeval"), from the subfolder of models/tasks with this
-// name. Their names begin with the name of the assets: "roboeval_lift_pot". Empty if there is no such folder.
+// Returns the tasks whose scenes require assets of this name ("roboeval"), from the subfolder of models/tasks
+// with this name. Their names begin with the name of the assets: "roboeval_lift_pot". Empty if there is no
+// such folder.
 std::vector<TaskDescription> TasksOfAssets(const std::string& name);
 // Returns the folder with robots/, props/ and tasks/. It is $EVALBUS_MODELS if that is set. Otherwise it is
 // the first of these folders that exists: ../share/evalbus/models next to the installed program, models/ in

@@ -41,7 +41,8 @@ struct Until {
   // Largest accepted width of the 95 % interval, from 0 to 1.
   std::optional<double> width = std::nullopt;
 
-  // The rule as in a plan's file, for example "decided(alpha 0.05, max 200)" or "width(0.1, max 2000)".
+  // Returns the rule as in a plan's file, for example "decided(alpha 0.05, max 200)" or "width(0.1, max
+  // 2000)".
   std::string Text() const;
 };
 

@@ -52,7 +52,7 @@ PolicyComponent::PolicyComponent(Bus* bus, std::string name, PolicyMaker make_po
 void PolicyComponent::OnModel(const model_info_t& model) {
   if (!IsNewModel()) return;
   model_ = model;
-  model_is_new_ = true;  // used from the next episode on; the current episode keeps its model
+  model_is_new_ = true;  // used for the next and later episodes; the current episode keeps its model
 }
 
 void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {

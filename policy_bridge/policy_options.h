@@ -61,7 +61,8 @@ void ForEachOption(Options& options, const F& f) {
 }
 
 // Returns the contract selected by these options, with the address of its server. Returns nullopt if the
-// policy is not behind a server. Throws InputError, also if the file does not have the hash contract_sha256.
+// policy is not behind a server. Throws InputError, for example if the file does not have the hash
+// contract_sha256.
 std::optional<Contract> FindContractOf(const PolicyOptions& options);
 
 // Creates the pool that queries the policy's server for all processes that this process starts from now on.

@@ -32,8 +32,8 @@ class RunFollower {
   News Update();
 
   const std::filesystem::path& folder() const { return folder_; }
-  // The run; null until run.json exists. Its `episodes` are the episodes read so far, without their text. Its
-  // `info` contains the hash of the physics model if the model could be read.
+  // Returns the run; null until run.json exists. Its `episodes` are the episodes read so far, without their
+  // text. Its `info` contains the hash of the physics model if the model could be read.
   const results::RecordedRun* info() const { return info_ ? &*info_ : nullptr; }
   // Returns the names of the stages, by index.
   const std::map<int, std::string>& stage_names() const { return stage_names_; }
@@ -58,8 +58,8 @@ class RunFollower {
   std::filesystem::file_time_type info_time_{};
   results::NewLines lines_;
   uint64_t inode_ = 0;
-  // waiting_: lines that were read; those from next_waiting_ on were not processed yet. hashes_: hash of each
-  // processed line.
+  // waiting_: lines that were read; the lines starting at next_waiting_ have not been processed yet. hashes_:
+  // hash of each processed line.
   std::vector<std::string> waiting_;
   size_t next_waiting_ = 0;
   std::vector<size_t> hashes_;

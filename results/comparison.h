@@ -130,10 +130,11 @@ struct MetricComparison {
   // difference is.
   bool is_higher() const;
   bool is_lower() const;
-  // The judgment if no_merit and baseline_no_merit are ignored.
+  // Returns the judgment that results if no_merit and baseline_no_merit are ignored.
   Judgment JudgmentByValue() const;
   Judgment judgment() const;
-  // The judgment in words, for example "better"; "lower (made less progress)" if it is not called better.
+  // Returns the judgment in words, for example "better"; for example "lower (made less progress)" if a lower
+  // value must not be called better.
   std::string word() const;
 };
 
@@ -151,7 +152,7 @@ struct ComparedPair {
   PairedEpisode run, baseline;
 
   bool is_flipped() const { return run.success != baseline.success; }
-  // The side that failed. Must be called only if exactly one side failed.
+  // Returns the side that failed. Must be called only if exactly one side failed.
   const PairedEpisode& failed() const { return run.success ? baseline : run; }
 };
 
@@ -169,7 +170,7 @@ struct TaskComparison {
   SuccessComparison success;
   std::vector<MetricComparison> metrics;
 
-  // The pairs in which exactly one side succeeded.
+  // Returns the pairs in which exactly one side succeeded.
   std::vector<ComparedPair> flipped() const;
   // Returns the name of the task, for example "lift_pot/position", or "lift_pot/position against
   // lift_pot/base" for two variations.

@@ -89,7 +89,7 @@ struct RecordedRun {
   // Returns the version of MuJoCo that computed the physics; empty if nothing was simulated or run.json does
   // not name it.
   std::string engine() const;
-  // Task and variation, for example "lift_pot/position".
+  // Returns the task and the variation, for example "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
   // Returns true if the run should evaluate this episode. With --only, these are only the listed episodes.
   bool IsPlanned(int episode) const;

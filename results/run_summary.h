@@ -42,7 +42,7 @@ class SuiteTally {
   // Returns the unweighted mean of the success rates of the tasks with judged episodes; NaN if there are
   // none.
   double mean_over_tasks() const;
-  // mean_over_tasks() as a line of the table; empty for a single task.
+  // Returns mean_over_tasks() as a line of the table; empty for a single task.
   std::string MeanLine(size_t width) const;
   // Contents of a suite's summary.json, with the tasks in this order.
   nlohmann::ordered_json Json(const std::vector<std::string>& names) const;

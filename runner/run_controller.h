@@ -71,7 +71,7 @@ class RunListener {
   virtual void OnEpisodeDone(const nlohmann::ordered_json& /*episode*/) {}
   // Receives a warning, or a line about an error from which the run has recovered.
   virtual void OnRemark(const std::string&) {}
-  // Called every few hundredths of a second of wall time.
+  // Is called every few hundredths of a second of wall time.
   virtual void Poll(SteadyTime) {}
 };
 

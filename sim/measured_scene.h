@@ -60,7 +60,7 @@ class MeasuredScene {
 
   // Explains why a joint cannot have this position ("45 rad is beyond the range of left/joint2, -1.763 to
   // 1.763; are these degrees?"). Empty if it can. Limits of physics engines are soft, so every joint may be
-  // beyond its range by 0.05 rad or m, and a joint of an object also by up to 5 % of its range.
+  // beyond its range by 0.05 rad or m, and a joint of an object by up to 5 % of its range if that is more.
   std::string PositionFault(size_t joint, double position) const;
   // Returns a description of the first number of a sample's positions, velocities and object poses that is
   // not finite or implausible; empty if there is none. The counts of the sample must be correct.

@@ -75,7 +75,7 @@ int64_t MicrosecondsSince(int64_t before_us, int64_t stamp_us) {
   return __builtin_sub_overflow(stamp_us, before_us, &us) ? std::numeric_limits<int64_t>::max() : us;
 }
 
-// Rounds to whole milliseconds from 10 ms on.
+// Rounds durations of at least 10 ms to whole milliseconds.
 std::string MillisecondsText(double time_s) {
   const double ms = time_s * 1e3;
   return ms < 10 ? fmt::format("{:.3g}", ms) : fmt::format("{:.0f}", ms);

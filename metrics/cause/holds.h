@@ -74,7 +74,7 @@ class Holds {
     }
   }
 
-  // Sorted by first tick.
+  // The holds are sorted by first tick.
   const std::vector<CauseHold>& holds() const { return holds_; }
 
  private:

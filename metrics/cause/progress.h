@@ -83,7 +83,8 @@ class Rest {
   // commands: empty if unknown.
   void Add(int64_t tick, std::span<const double> joints, std::span<const double> commands) {
     const std::span<const double> now = commands.empty() ? joints : commands;
-    // The commands in the reset state do not come from the policy, so those of tick 1 are the first ones.
+    // The commands in the reset state do not come from the policy, so the first commands are the commands of
+    // tick 1.
     for (size_t j = 0; tick > 1 && j < last_.size() && j < now.size(); ++j) {
       largest_step_ = std::max(largest_step_, std::abs(now[j] - last_[j]));
     }

@@ -54,12 +54,12 @@ class EpisodeScorer {
   void Partial(partial_metrics_t* partial) const;
   // State of every condition of the verdict after the last tick (TaskEvaluator::Criteria).
   void Criteria(criteria_t* criteria) const;
-  // Final score; its header and the members set by the sim are copied from the sim's messages. The episode is
-  // incomplete if ticks are missing, samples were refused, the policy's server failed, or the episode was cut
-  // short: aborted, or ended on a verdict that these ticks do not confirm.
+  // Returns the final score; its header and the members set by the sim are copied from the sim's messages.
+  // The episode is incomplete if ticks are missing, samples were refused, the policy's server failed, or the
+  // episode was cut short: aborted, or ended on a verdict that these ticks do not confirm.
   episode_summary_t Summary(const episode_begin_t& begin, const episode_end_t& end) const;
 
-  // Verdict as in partial_metrics_t.
+  // Returns the verdict, with the values of partial_metrics_t.
   int8_t verdict() const;
   // Returns the simulated time of the verdict's tick, microseconds; nullopt if there is no verdict.
   std::optional<int64_t> verdict_time_us() const;

@@ -31,7 +31,7 @@ class LimitChecker {
   // excess. Both are 0 if no limit was exceeded.
   double largest_squeeze() const { return largest_squeeze_; }
   int64_t squeeze_ticks() const { return squeeze_ticks_; }
-  // All violations so far, in chronological order.
+  // Returns all violations so far, in chronological order.
   const std::vector<limit_violation_t>& violations() const { return violations_; }
 
  private:

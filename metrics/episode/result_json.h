@@ -33,7 +33,7 @@ nlohmann::ordered_json CauseJson(const cause_t& cause);
 // parameters.
 nlohmann::ordered_json ParametersJson(const episode_begin_t& begin);
 
-// Final poses of an episode, which PosesJson converts to the value of the key "final_poses".
+// Returns the final poses of an episode, which PosesJson() converts to the value of the key "final_poses".
 NamedPoses PosesOf(const episode_summary_t& summary);
 
 // Returns the numbers for the statistics. They equal the numbers that are read from the episode's line in

@@ -65,7 +65,7 @@ class Grasps {
     return again;
   }
 
-  // Sorted by first tick.
+  // The grasps are sorted by first tick.
   const std::vector<GraspInterval>& grasps() const { return grasps_; }
 
  private:

@@ -48,10 +48,10 @@ class RangeScan {
   // Returns the number of bins to use for this number of trials.
   static int BinsFor(size_t trials);
 
-  // p-value: the probability of bins that are at least as uneven if all trials have the same rate. 1 if there
-  // are fewer than two bins, no success or no failure.
+  // Returns the p-value: the probability of bins that are at least as uneven if all trials have the same
+  // rate. It is 1 if there are fewer than two bins, no success or no failure.
   double P(std::span<const RateBin> bins);
-  // p-value for bins without an order.
+  // Returns the p-value for bins without an order.
   static double UnorderedP(std::span<const RateBin> bins);
 
  private:

@@ -65,11 +65,11 @@ struct EpisodeResult {
   bool operator==(const EpisodeResult&) const = default;
 };
 
-// Effective number of samples in the complete episodes of one task, for intervals and tests. `episodes` holds
-// pointers to the episodes. If all are equal in every number, including the start parameters, they count as
-// one sample: the reset state was the same each time and the policy is deterministic, so another repetition
-// adds no information. If any episode differs, every episode counts as a sample, because either the reset
-// states differed or the policy is not deterministic.
+// Returns the effective number of samples in the complete episodes of one task, for intervals and tests.
+// `episodes` holds pointers to the episodes. If all are equal in every number, including the start
+// parameters, they count as one sample: the reset state was the same each time and the policy is
+// deterministic, so another repetition adds no information. If any episode differs, every episode counts as a
+// sample, because either the reset states differed or the policy is not deterministic.
 template <class Episodes>
 int NumSamples(const Episodes& episodes) {
   const bool are_equal =
@@ -172,16 +172,17 @@ struct RunSummary {
   std::string SamplesText() const;
   // Returns, for example, "3 of 50 starts were seen in training"; empty if no training set is known.
   std::string TrainingText() const;
-  // Warning that success or failure does not depend on the policy; empty if no episode was decided at the
-  // start.
+  // Returns a warning that success or failure does not depend on the policy; empty if no episode was decided
+  // at the start.
   std::string StartText() const;
-  // Warning about a policy whose commands are often clipped or out of reach, which suggests a wrong unit;
-  // empty otherwise.
+  // Returns a warning about a policy whose commands are often clipped or out of reach, which suggests a wrong
+  // unit; empty otherwise.
   std::string ActionsText() const;
-  // Notes for the reader of the summary: those of the four texts above that are not empty, most important
-  // first.
+  // Returns the notes for the reader of the summary: all nonempty texts of the four functions above, most
+  // important first.
   std::vector<std::string> Notes() const;
-  // Note for stages that are shown beside the success rate; empty if every success reached every stage.
+  // Returns a note on stages, which are shown beside the success rate; empty if every success reached every
+  // stage.
   std::string StagesText() const;
   // Notes(), and StagesText() if it is not empty.
   std::vector<std::string> NotesWithStages() const;
@@ -240,7 +241,7 @@ class RunStatistics {
   std::vector<Values> values_;
 };
 
-// RUN_SUMMARY message: the statistics that are available while the run is active.
+// Returns the RUN_SUMMARY message, which contains the statistics that are available while the run is active.
 run_summary_t SummaryMessage(const RunSummary& summary);
 // Counts and success rate: the first keys of run and suite summaries.
 nlohmann::ordered_json RatesJson(const RunSummary& summary);

@@ -39,8 +39,8 @@ struct Wins {
   int a = 0, b = 0;
 };
 
-// Evidence against equality (an e-value): 2^n B(a + 1/2, b + 1/2) / B(1/2, 1/2), n = a + b. If both policies
-// are equal, its expected value is at most 1 at any time.
+// Returns the evidence against equality (an e-value): 2^n B(a + 1/2, b + 1/2) / B(1/2, 1/2), n = a + b. If
+// both policies are equal, its expected value is at most 1 at any time.
 inline double EvidenceOf(const Wins& wins) {
   const double n = wins.a + wins.b;
   return std::exp(n * std::numbers::ln2 + std::lgamma(wins.a + 0.5) + std::lgamma(wins.b + 0.5) -

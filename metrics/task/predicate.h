@@ -43,8 +43,8 @@ class Standing {
 
   // Returns the number of conditions that were written in this pass.
   size_t written() const { return next_; }
-  // Must be called for a group that needs only one of its conditions, which are those from `first` on, and
-  // has it.
+  // Must be called for a group that requires only one of its conditions, if one is met. The conditions of the
+  // group begin at index `first`.
   void CompleteGroup(size_t first) {
     for (size_t k = first; completes_groups_ && k < next_; ++k) conditions_[k].holds = true;
   }

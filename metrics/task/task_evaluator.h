@@ -49,8 +49,8 @@ class TaskEvaluator {
   bool success_holds() const { return success_holds_; }
   // Returns whether the failure is the built-in one: a robot body out of bounds.
   bool out_of_bounds() const { return out_of_bounds_; }
-  // The deciding conditions: those that made success, or failure, true at the tick of the verdict; without a
-  // verdict, those that keep success from being true.
+  // Returns the deciding conditions: the conditions that made success, or failure, true at the tick of the
+  // verdict or, without a verdict, the conditions that keep success from being true.
   std::vector<condition_t> ExplainVerdict() const;
   // Writes every condition of success and failure after the last tick (see Predicate::Stand), except the
   // built-in failure. Before tick 1, no condition holds and all numbers are NaN. Does not allocate if

@@ -15,8 +15,8 @@
 namespace evalbus {
 namespace {
 
-// Versions from 2.3.3 on have the integrator implicitfast. MuJoCo 2.2 does not, so the composed scene has
-// implicit where RoboEval has implicitfast.
+// Version 2.3.3 and later versions have the integrator implicitfast. MuJoCo 2.2 does not, so the composed
+// scene has implicit where RoboEval has implicitfast.
 constexpr bool kHasImplicitFast = mjVERSION_HEADER >= 233;
 // MuJoCo versions infer different volumes, and therefore different masses, from meshes that are not convex.
 // Version 2.2 wrote the composed scene.

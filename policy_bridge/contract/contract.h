@@ -53,7 +53,7 @@ struct ObservationEntry {
   Committed committed = Committed::kActions;
 
   bool is_image() const { return source == Source::kCamera || source == Source::kDepth; }
-  // The key as one text, such as "observation/image" or "images.cam_high".
+  // Returns the key as one text, such as "observation/image" or "images.cam_high".
   std::string KeyText() const;
 };
 
@@ -148,7 +148,7 @@ bool IsContractFile(const std::string& name);
 bool IsContract(const std::string& name);
 // Reads a contract file (*.yaml), or a preset by name. Throws InputError with the valid names.
 Contract FindContract(const std::string& name);
-// All presets, sorted by name.
+// Returns all presets, sorted by name.
 std::vector<Contract> AllContracts();
 std::filesystem::path PoliciesFolder();
 

@@ -29,7 +29,7 @@ struct Signal {
   bool is_privileged() const { return name.starts_with("object."); }
 };
 
-// Valid WHAT for arms and for objects, such as joint_position_rad or gripper_opening.
+// Return the valid values of WHAT for arms and for objects, such as joint_position_rad or gripper_opening.
 const std::vector<std::string>& ArmSignalNames();
 const std::vector<std::string>& ObjectSignalNames();
 

@@ -30,7 +30,8 @@ constexpr double kSites[][2] = {{0.5, 0},     {0.5, 0.08},  {0.5, -0.08}, {0.42,
 // Distance that the stack keeps from a cube that is still on the table.
 constexpr double kFree = 0.08;  // m
 
-// Heading of a cube that lies flat. It is defined up to quarter turns, because all sides are equal.
+// Returns the heading of a cube that lies flat. The heading is defined up to quarter turns, because all sides
+// are equal.
 double Heading(const Isometry3d& cube) {
   Eigen::Index flattest = 0;
   cube.linear().row(2).cwiseAbs().minCoeff(&flattest);

@@ -47,10 +47,10 @@ class Policy {
   // The members below are for policies that need time or images. By default, a policy is always ready and
   // needs no images.
 
-  // Called repeatedly after Begin() until it returns true. The episode cannot start before.
+  // Is called repeatedly after Begin() until it returns true. The episode cannot start before that.
   virtual bool IsReady() { return true; }
-  // Called repeatedly for the tick of `state` until it returns true. Act() is called only after that. Throws
-  // the errors of Act().
+  // Is called repeatedly for the tick of `state` until it returns true. Act() is called only after that.
+  // Throws the errors of Act().
   virtual bool Compute(const state_t& /*state*/) { return true; }
   // Returns the latest time at which Compute() must be called again after it has returned false.
   virtual std::chrono::steady_clock::time_point compute_again_at() const {

@@ -42,7 +42,7 @@ std::vector<int> ClosedGrippers(const Configuration& configuration);
 // Returns the total number of joints of all arms.
 size_t CountJoints(const model_info_t& info);
 
-// All arms at home, all grippers open.
+// Returns the configuration with all arms at home and all grippers open.
 Configuration HomeConfiguration(const model_info_t& info);
 
 // ObjectBody() returns the index of the first body of an object of the task, and throws InputError if there

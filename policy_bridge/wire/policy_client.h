@@ -28,7 +28,7 @@ class ServerError : public std::runtime_error {
   ServerError(Kind kind, const std::string& what, std::string details = {})
       : std::runtime_error(what), kind_(kind), details_(std::move(details)) {}
   Kind kind() const { return kind_; }
-  // The server's complete error message, possibly several lines; may be empty.
+  // Returns the server's complete error message, possibly several lines; may be empty.
   const std::string& details() const { return details_; }
 
  private:

@@ -91,8 +91,7 @@ def main():
         browser = Browser(program, profile)
         try:
             for name in ("dom.js", "filter.js"):
-                # The scripts are loaded like those of a page, so each script can use the names of the
-                # previous ones.
+                # The scripts are loaded as on a page, so each script can use names that earlier scripts define.
                 browser.evaluate("document.head.append(Object.assign(document.createElement('script'), {text: "
                                  f"{json.dumps((PAGE / name).read_text())}}}))")
             apply = ("((text) => { try { const accepts = Evalbus.parseFilter(text); "

@@ -238,7 +238,7 @@ class EvaluateTest(unittest.TestCase):
             "^the policy contradicts its contract: the answer has 1 step of 7 values, the contract expects 16 values",
             policy=lambda _: np.zeros(7),
         )
-        # Holds still, and gives a wrong number of values from the third call on.
+        # Holds still, and returns a wrong number of values in the third and all later calls.
         numbers = itertools.count()
         self.assert_fails(
             evalbus.ActionError,

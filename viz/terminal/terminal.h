@@ -1,5 +1,5 @@
 // Full-screen terminal output with alternate screen, hidden cursor and key input without Enter. The terminal
-// is restored when the program ends or is suspended, also by a signal (except SIGKILL and SIGSTOP). Writes do
+// is restored when the program ends or is suspended, even by a signal (except SIGKILL and SIGSTOP). Writes do
 // not block if the terminal can be opened again: what the terminal cannot accept of a frame is dropped.
 #pragma once
 
