@@ -17,8 +17,8 @@ bool UsesColors(std::FILE* out);
 // by the style's escape sequence and a reset.
 std::string Styled(const std::string& text, Style style, bool colors);
 
-// Returns one bar per value from 0 to 1, for example "▁▄█". If there are more values than `width`, neighbors
-// share a bar, which shows the last of them.
+// Returns one bar per value from 0 to 1, for example "▁▄█". If there are more values than `width`,
+// neighboring values share a bar, which shows the last of these values.
 std::string Sparkline(std::span<const double> values, int width);
 
 }  // namespace evalbus

@@ -95,7 +95,7 @@ inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo}
 inline constexpr Channel<image_t> kSourceImage{"EVALBUS_SOURCE_IMAGE_", kSource, Recorded::kNo};
 inline constexpr Channel<image_t> kCameraImage{"EVALBUS_CAMERA_", "sim"};
 
-// All channels: first the channels with one message per tick, then the others.
+// All channels: first the channels with one message per tick, then all other channels.
 inline constexpr std::tuple kAll{
     kState,        kContacts,       kAction,       kPartial,     kRequestImage,    kObservation,
     kPolicyAction, kModel,          kEpisodeBegin, kEpisodeEnd,  kEpisodeSummary,  kRunSummary,

@@ -152,8 +152,8 @@ struct TaskDescription {
   const Variation& variation(const std::string& name) const;
 
   // Applies a variation to this task: adds its parts, and replaces robot base, poses, joints, cameras,
-  // instruction, stages, verdict and target distances. Must be called at most once, on a task as it was read.
-  // Throws InputError if there is no such variation.
+  // instruction, stages, verdict and target distances. Must be called at most once, and only on an unmodified
+  // task. Throws InputError if there is no such variation.
   void Apply(const std::string& variation);
   // Applies the values for a robot, given by its name and the names of its arms. Has no effect if the task
   // has no entry for this robot.

@@ -168,7 +168,8 @@ Until ReadUntil(const YamlValue& value, int least) {
   }
   if (!(until.alpha > 0 && until.alpha <= kMaxAlpha)) value.Fail("expected alpha above 0 and at most 0.5");
   if (until.max_episodes < least || until.max_episodes > kMaxEpisodes) {
-    value.Fail(fmt::format("expected max {} to {}: 'episodes' are always run", least, kMaxEpisodes));
+    value.Fail(fmt::format("expected max {} to {}, because the first 'episodes' episodes are always run",
+                           least, kMaxEpisodes));
   }
   return until;
 }

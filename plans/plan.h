@@ -31,7 +31,8 @@ struct PlannedVideos {
 
 // Rule that tests the results while the plan runs, and stops a policy early. A policy stops when its
 // comparison with the baseline is decided or has become hopeless (Stop::is_hopeless) or, if `width` is set,
-// when the interval of its success rate on each task is at most this wide; at the latest, after max_episodes.
+// when the interval of its success rate on each task is at most this wide. It always stops after
+// max_episodes.
 struct Until {
   double alpha = 0.05;
   // Maximum number of episodes per task.

@@ -506,7 +506,7 @@ std::vector<MetricNumber> ChosenMetrics(const std::vector<std::string>& on, cons
     if (name == "success") continue;
     for (const MetricNumber& number : FindNumbers(name, available)) {
       if (!number.metric)
-        throw InputError("--on " + name + ": this version of evalbus does not know the metric");
+        throw InputError("--on " + name + ": this version of evalbus does not support the metric");
       if (std::ranges::count(chosen, number.name, &MetricNumber::name) > 0)
         throw InputError("--on " + name + ": is given twice");
       chosen.push_back(number);

@@ -133,8 +133,8 @@ struct MetricComparison {
   // Returns the judgment that results if no_merit and baseline_no_merit are ignored.
   Judgment JudgmentByValue() const;
   Judgment judgment() const;
-  // Returns the judgment in words, for example "better"; for example "lower (made less progress)" if a lower
-  // value must not be called better.
+  // Returns the judgment in words, for example "better", or "lower (made less progress)" if a lower value
+  // must not be called better.
   std::string word() const;
 };
 

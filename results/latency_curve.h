@@ -43,7 +43,7 @@ struct DelayEffect {
 };
 
 // Returns the effects of all delays but the smallest one of each execution mode, with p adjusted with Holm's
-// method for all of them. runs: the run of each point. Throws the errors of CompareVerdicts().
+// method for all effects. runs: the run of each point. Throws the errors of CompareVerdicts().
 std::vector<DelayEffect> CompareDelays(const std::vector<DelayPoint>& points,
                                        const std::vector<RecordedRun>& runs);
 

@@ -1,4 +1,4 @@
-// Ranks policies by success, and determines which of them differ significantly.
+// Ranks policies by success, and determines which policies differ significantly.
 #pragma once
 
 #include <limits>
@@ -18,7 +18,7 @@ struct RankedRun {
 };
 
 // Returns the counts of the policies, ordered by descending success, without letters. The result is empty for
-// fewer than three policies, and if not all of them ran the same tasks.
+// fewer than three policies, and if the policies did not all run the same tasks.
 std::vector<RankedRun> OrderBySuccess(const std::vector<const RecordedRuns*>& runs);
 
 // Returns the result of OrderBySuccess() with letters. Compares all pairs of runs; p is adjusted with Holm's

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The processes of a killed run hold its lock until the last of them has ended, shortly after the run.
+// The processes of a killed run hold its lock until the last process has ended, shortly after the run.
 constexpr auto kLockWait = std::chrono::milliseconds(500);
 
 // A file that is opened for writing. Its functions throw if they fail.

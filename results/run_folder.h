@@ -89,7 +89,7 @@ class RunFolder {
   // Removes partially written files; the processes that wrote them must have ended. Videos are kept, because
   // one may still be being recorded.
   void RemoveHalfWritten() const;
-  // Removes partially written videos: all of them or, if `by` is set, only the videos of this process.
+  // Removes all partially written videos or, if `by` is set, only the videos of this process.
   void RemoveHalfWrittenVideos(std::optional<pid_t> by = std::nullopt) const;
   // Removes the run's files, unless an episode has finished.
   void Remove() const;

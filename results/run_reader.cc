@@ -102,8 +102,8 @@ std::vector<int> UnfinishedEpisodes(const fs::path& folder) {
   return unfinished;
 }
 
-// Lists numbers, for example "3", "3 and 7" or "3, 7 and 9". After eight numbers, adds only the count of the
-// others, such as "and 12 more".
+// Lists numbers, for example "3", "3 and 7" or "3, 7 and 9". After eight numbers, only adds the count of the
+// remaining numbers, such as "and 12 more".
 std::string List(const std::vector<int>& numbers) {
   constexpr size_t kShown = 8;
   std::string text;

@@ -73,7 +73,7 @@ struct RecordedRun {
   // Value of --seed-stream (base/random.h).
   std::string seed_stream;
   SeedSource seeds() const { return {seed, seed_stream, FamilyOf(task), variation}; }
-  // Requested number of episodes (--episodes). With --only, the run evaluates a selection of them.
+  // Requested number of episodes (--episodes). With --only, the run evaluates only some of these episodes.
   int planned = 0;
   // Finished episodes by number, including incomplete ones.
   std::vector<RecordedEpisode> episodes;

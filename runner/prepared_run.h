@@ -25,7 +25,7 @@ struct PreparedRun {
   results::RunFolder folder;
   RunPlan plan;
   // Lines of episodes.jsonl that are kept when resuming, in order. Lines of invalid episodes are kept only if
-  // --only excludes them, because the others are run again. Empty in a worker.
+  // --only excludes them, because all other invalid episodes are run again. Empty in a worker.
   std::vector<nlohmann::ordered_json> finished;
   // Episodes of the whole run, as "only" in run.json: the episodes of --only and, when resuming, of earlier
   // calls. Empty if all episodes are planned. Not set in a worker.

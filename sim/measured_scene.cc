@@ -78,7 +78,7 @@ std::optional<MeasuredScene::Fault> MeasuredScene::FindFault(const PreparedScene
   for (const arm_info_t& arm : info.arm) {
     for (const std::string& joint : arm.joint_name) {
       if (Has(measured.joints, joint)) continue;
-      return Fault{joint, "joint '" + joint + "' is missing; all joints of the arms are needed"};
+      return Fault{joint, "joint '" + joint + "' is missing; all joints of the arms are required"};
     }
   }
   for (size_t k = 0; k < measured.objects.size(); ++k) {

@@ -97,7 +97,7 @@ class MeasuredScene {
 };
 
 // Returns the text for `end_detail` if joints of objects were beyond their ranges. samples: number of samples
-// with such a joint; first: place and BeyondRange() of the first of them.
+// with such a joint; first: place and BeyondRange() of the first such sample.
 std::string BeyondRangeText(int64_t samples, const std::string& first);
 
 }  // namespace evalbus::sim

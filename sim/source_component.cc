@@ -423,7 +423,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     ++newest_episode_;
   }
   if (newest_->is_over || newest_episode_ <= finished_)
-    return;  // The episode is already scored, so the rest is ignored.
+    return;  // The episode is already scored, so its remaining messages are ignored.
   Arrived arrived{newest_episode_, Sample{}, message.sample, "", 0, message.is_last != 0};
   const int64_t expected = newest_->sample + 1;
   // If the first sample is missing, time 0 of the episode is unknown.

@@ -150,7 +150,7 @@ class SourceComponent : public Component {
   SimOptions options_;
   PreparedScene prepared_;
   const double tick_s_;
-  // Fixed opening of each gripper that is not measured; nullopt for the others.
+  // Fixed opening of each gripper that is not measured; nullopt for a measured gripper.
   std::vector<std::optional<double>> opening_;
   const bool has_contacts_;
   const std::optional<SourceMap> map_;

@@ -158,7 +158,8 @@ Action AddMerge(CLI::App* app) {
   const auto options = std::make_shared<Options>();
   app->add_option("folder", options->folder, "folder of a plan; if RUN is given: run folder to write")
       ->required();
-  app->add_option("run", options->parts, "run folders that each hold some of the episodes, made with --only");
+  app->add_option("run", options->parts,
+                  "run folders, each with some of the episodes, that were written with --only");
   return [options] { return Merge(options->folder, options->parts); };
 }
 

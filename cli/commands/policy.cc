@@ -71,8 +71,8 @@ int ListContracts() {
   PrintTable(rows);
   fmt::print(
       "\n'evalbus policy show CONTRACT' shows one, 'evalbus policy check CONTRACT' checks its server, and\n"
-      "'evalbus run TASK --policy CONTRACT' evaluates it. A file of your own (docs/connecting_a_policy.md) "
-      "works, too.\n");
+      "'evalbus run TASK --policy CONTRACT' evaluates it. CONTRACT can also be your own file\n"
+      "(docs/connecting_a_policy.md).\n");
   return 0;
 }
 
@@ -281,7 +281,7 @@ Action AddPolicy(CLI::App* app) {
       ->add_option(
           "--first-step", options->first_step_rad,
           "maximum distance of the first action from the robot's position, rad; default: the contract's "
-          "first_step_rad, else 0.5. Increase it for a policy whose first step is large on purpose")
+          "first_step_rad, otherwise 0.5. Increase it if the policy is meant to begin with a large step")
       ->type_name("RAD")
       ->check(InRange(1e-6, 100.0));
   check->add_option("--out", options->out, "folder for images and check.json; default policy_check/CONTRACT");

@@ -59,8 +59,8 @@ class ConditionProgress {
   std::vector<Track> tracks_;
 };
 
-// Finds since when the robot has been at rest. Positions are compared with those at the beginning of the
-// rest:
+// Finds the tick since which the robot has been at rest. Positions are compared with the positions at the
+// beginning of the rest:
 //   - A rest ends when the commanded position of a joint differs by more than kCommand.
 //   - During the first kSettled, a rest also ends when the measured position of a joint differs by more than
 //     kSag. Smaller changes are ignored, because servos yield to a load. After kSettled, measured positions

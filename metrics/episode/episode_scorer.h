@@ -112,7 +112,7 @@ class EpisodeScorer {
   // Poses at the last scored tick, in the order of episode_summary_t. The names never change.
   std::vector<std::string> final_pose_name_;
   std::vector<body_pose_t> final_pose_;
-  // Number of ticks after the verdict at which success held, and whether it holds at the last of them.
+  // Number of ticks after the verdict at which success held, and whether success holds at the last tick.
   int64_t held_ticks_ = 0;
   bool holds_ = false;
   // Storage of the current sample, reused.

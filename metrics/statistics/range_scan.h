@@ -19,7 +19,7 @@ namespace evalbus::metrics {
 // there are at most `most` different values, each has a bin. Returns indices without gaps, from 0.
 std::vector<int> RankBins(std::span<const double> values, int most);
 
-// Trials in a bin, and how many of them succeeded.
+// Number of trials in a bin, and number of successes among them.
 struct RateBin {
   int trials = 0, successes = 0;
 };

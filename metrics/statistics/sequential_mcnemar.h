@@ -2,9 +2,9 @@
 // ("looks"). The first look that decides ends the comparison.
 //
 // Looks: a pair is discordant if one policy is better. Let q be the probability that policy a is the better
-// one in a discordant pair. If the policies are equal, q = 1/2. Take the likelihood of the discordant pairs,
-// averaged over q (weights: Jeffreys' prior, as in Krichevsky and Trofimov 1981), and divide it by their
-// likelihood for q = 1/2. If the policies are equal, this ratio is a martingale that starts at 1 (an
+// policy in a discordant pair. If the policies are equal, q = 1/2. Take the likelihood of the discordant
+// pairs, averaged over q (weights: Jeffreys' prior, as in Krichevsky and Trofimov 1981), and divide it by
+// their likelihood for q = 1/2. If the policies are equal, this ratio is a martingale that starts at 1 (an
 // e-process), and the probability that it ever reaches 1 / alpha is at most alpha (Ville 1939). With these
 // weights, few pairs suffice to decide clear differences. The mean of several e-processes is an e-process
 // (Vovk and Wang 2021, "E-values: Calibration, combination and applications", Annals of Statistics 49), so

@@ -26,7 +26,8 @@ struct WorldView {
 // later passes write only the members that change from tick to tick, and do not allocate.
 class Standing {
  public:
-  // completes_groups: if a group needs only one of its conditions and has it, all of them are written as met.
+  // completes_groups: if a group requires only one of its conditions and one is met, all conditions of the
+  // group are written as met.
   explicit Standing(std::vector<condition_t>* conditions, bool completes_groups = false)
       : conditions_(*conditions), completes_groups_(completes_groups) {}
 
@@ -70,8 +71,8 @@ class Predicate {
   // below a `not`. In each condition, text is the requirement, holds is whether it is met, and comparison and
   // threshold are its limit.
   virtual void Stand(bool wanted, Standing* standing) const = 0;
-  // Describes in words, independent of any tick, what it means that the predicate is `value`. Returns lines;
-  // the lines of operands are indented.
+  // Returns a text, independent of any tick, that states what it means if the predicate is `value`: a list of
+  // lines, in which the lines of operands are indented.
   virtual std::vector<std::string> Describe(bool value) const = 0;
 };
 

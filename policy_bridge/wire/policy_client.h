@@ -100,9 +100,9 @@ class PolicyClient {
   // nests them if the dialect requires it. Throws ServerError.
   virtual Reply Infer(const Value& observation) = 0;
 
-  // Sends several observations, and returns their answers in the same order. They are sent as one request if
-  // the wire supports batches (GR00T) and their keys and shapes are equal, and otherwise one at a time.
-  // Throws ServerError, which applies to all of them.
+  // Sends several observations, and returns their answers in the same order. The observations are sent as one
+  // request if the wire supports batches (GR00T) and their keys and shapes are equal, and otherwise one at a
+  // time. Throws ServerError, which then applies to all of these observations.
   virtual std::vector<Reply> InferBatch(std::span<const Value> observations);
 
   // Returns the name of the wire and dialect in use, for messages, such as "openpi websocket" or "GR00T N1.6

@@ -242,8 +242,8 @@ struct PolicyPool::State {
   // The server's description of itself, as returned by Connect().
   Value metadata;
   std::deque<Question> waiting;
-  // Clients that are expected to send a request soon. For each of them: value of num_requests when it was
-  // last answered or when it connected.
+  // Clients that are expected to send a request soon. For each client: value of num_requests when the client
+  // last received an answer, or when it connected.
   std::map<std::string, int64_t> last_request;
   int64_t num_requests = 0;
   Clock::time_point idle_since{};

@@ -109,7 +109,7 @@ class EvalbusEnv(gymnasium.Env):
                 raise InputError(f"reset: options: expected the key 'episode', got {name!r}")
         episode = (options or {}).get("episode", episode)
         step = self._environment.reset(run_seed, episode)
-        # A reset() that fails changes neither of them.
+        # If reset() fails, neither of these two members changes.
         self._run_seed, self._episode = run_seed, episode
         return self._seen(step), _info(step)
 

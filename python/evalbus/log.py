@@ -34,7 +34,7 @@ class Log(dict):
 
     def __init__(self):
         super().__init__()
-        # Number of bytes that are not part of a complete event, and number of contiguous blocks of them.
+        # Number of bytes that are not part of a complete event, and number of contiguous blocks of such bytes.
         self.damaged_bytes = 0
         self.damaged_places = 0
         # Maps a channel to the number of its events that are not messages of this evalbus version.

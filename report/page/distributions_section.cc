@@ -13,7 +13,7 @@
 namespace evalbus::report {
 namespace {
 
-// Number of figures that are initially visible; the rest can be expanded.
+// Number of figures that are initially visible; the other figures can be expanded.
 constexpr size_t kHistogramsShown = 8;
 
 // Returns false for success, stages and counts per object, and for per-arm values if there is an overall

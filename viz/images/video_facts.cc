@@ -174,8 +174,8 @@ bool HasCause(const EpisodeMessages& episode) {
   return episode.summary && !episode.summary->cause.text.empty();
 }
 
-// Explains the outcome: returns the cause or, in logs without a cause, the deciding condition and the end
-// reason in words.
+// Returns an explanation of the outcome: the cause or, in logs without a cause, the deciding condition and
+// the end reason.
 std::string Reason(const EpisodeMessages& episode) {
   if (HasCause(episode)) return Printable(episode.summary->cause.text);
   std::string text;

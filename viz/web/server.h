@@ -38,7 +38,7 @@ class WebServer {
     int requests = 1000, requests_per_s = 200;
     int messages = 20, messages_per_s = 5;
     // Timeout for the first request of a connection. If all connections are in use, a new connection replaces
-    // the one that has made no progress for the longest time.
+    // the connection that has made no progress for the longest time.
     std::chrono::seconds first_request{5};
     // Timeout for later requests, and for a client that does not read its response.
     std::chrono::seconds timeout{30};

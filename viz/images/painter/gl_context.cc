@@ -22,7 +22,7 @@
 namespace evalbus::viz {
 namespace {
 
-// Values of --gl. The last two select one of the others.
+// Values of --gl. The last two values select one of the other three.
 constexpr char kOsMesaName[] = "osmesa", kEglSoftwareName[] = "egl-software", kEglName[] = "egl",
                kSoftwareName[] = "software", kAutoName[] = "auto";
 

@@ -72,7 +72,7 @@ Evalbus.Board = class {
     const head = e("tr", {}, title("policy"), title(many ? "all" : Evalbus.spaced(tasks[0].name)),
       policies.length > 1 ? title(`vs ${Evalbus.words(policies[this.head.baseline].name)}`, "difference of the success rates in percentage points, with its 95 % interval; over equal seeds if both have them") : null,
       many ? tasks.map((task) => title(Evalbus.spaced(task.name))) : null,
-      // With several tasks, the mean would depend on which of them a policy solves, so it is not shown.
+      // With several tasks, the mean would depend on which tasks a policy solves, so it is not shown.
       many ? null : title("time to success", "mean over the successes"), title("slips per grasp"));
     this.table.replaceChildren(e("thead", {}, head), e("tbody", {}, policies.map((policy, k) => this.policyRow(policy, k))));
     const remarks = policies.filter((policy) => policy.against && policy.against.remark)

@@ -110,7 +110,7 @@ Evalbus.fixed = (value, decimals) => {
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
 };
 
-// Formats a number with the number of decimals that suits values up to `most`, so that it is the same for all of them.
+// Formats a number with a number of decimals that suits values up to `most` and is the same for all of these values.
 Evalbus.numberAmong = (value, most) => {
   if (!Number.isFinite(value) || !(most > 0) || most >= 1e7 || most < 1e-4) return Evalbus.number(value);
   const decimals = most >= 1000 ? 0 : most >= 100 ? 1 : most >= 10 ? 2 : most >= 0.01 ? 3 : 5;
