@@ -71,7 +71,7 @@ struct MetricInfo {
   MetricKind kind = MetricKind::kNumber;
   Better better = Better::kNeither;
   // True if the metric measures effort. Effort is meaningful only for successful episodes, because a policy
-  // that gives up at once has the shortest path.
+  // that gives up immediately has the shortest path.
   bool effort = false;
   // True if the metric measures undesired events or motion. A policy that makes less progress, or whose
   // episodes end earlier, has fewer occasions for them, so a better value alone does not make it better.

@@ -404,8 +404,8 @@ Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
 
 Plan OnEngine(Plan plan, const std::string& engine) {
   plan.options.sim.engine = engine;
-  // In-process runs need no network, are the fastest, and give bit-identical results. Another version of
-  // MuJoCo needs its own process.
+  // In-process runs require no network, are the fastest, and have bit-identical results. Another version of
+  // MuJoCo requires a separate process.
   plan.options.in_process = engine.empty();
   plan.options.sim.limits = sim::AbsoluteLimits(plan.options.sim.limits);
   if (!plan.options.sim.robot.empty()) FindRobot(plan.options.sim.robot);  // throws if there is none

@@ -49,7 +49,7 @@ std::conditional_t<std::is_same_v<T, ordered_json>, const ordered_json&, T> Get(
   }
 }
 
-// Checks the pacing of a realtime episode, which is null if its EPISODE_END was lost.
+// Checks the pacing of a real-time episode, which is null if its EPISODE_END was lost.
 void CheckPacing(const ordered_json& json, const std::string& where) {
   const auto pacing = json.find("pacing");
   if (pacing == json.end() || pacing->is_null()) return;

@@ -16,7 +16,8 @@ namespace evalbus::results {
 
 struct RunSummary {
   metrics::RunSummary statistics;
-  // Value of "pacing" in summary.json; null if the run is not a realtime run, or if an episode has no pacing.
+  // Value of "pacing" in summary.json; null if the run is not a real-time run, or if an episode has no
+  // pacing.
   nlohmann::ordered_json pacing;
   std::vector<std::string> policy_notes;
   // The complete, judged episodes without success, in order.

@@ -43,7 +43,7 @@ struct RunPlan {
   // Maximum number of attempts per episode. If all attempts fail, the run is aborted. If the last attempt
   // ended with server_error, the episode is instead marked invalid, and the run continues.
   int max_attempts = 3;
-  // True for a realtime run, whose results include the pacing.
+  // True for a real-time run, whose results include the pacing.
   bool realtime = false;
   // True if the policy is an external process, which may start and stop at any time. The run waits at most
   // policy_timeout_s for it.

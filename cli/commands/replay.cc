@@ -84,7 +84,7 @@ constexpr std::array<std::string_view, 5> kPlayedChannels = {
 std::string PlayedChannels() { return fmt::format("({})", fmt::join(kPlayedChannels, "|")); }
 
 // Throws InputError if the log contains a wait longer than kLongestWait. LCM's player waits between events
-// for the time that passed on the run's clock. In a realtime run, this clock may have been set, or may have
+// for the time that passed on the run's clock. In a real-time run, this clock may have been set, or may have
 // advanced while the machine was suspended.
 void CheckWaits(const fs::path& log, double speed) {
   EventLogReader reader(log);

@@ -83,7 +83,7 @@ struct Contract {
   double rate_hz = 20;
   // Number of ticks before the first observation. The robot holds its initial pose during them.
   int settle_steps = 0;
-  // Used only with a realtime clock: an answer that arrives within this fraction of the control tick is
+  // Used only with a real-time clock: an answer that arrives within this fraction of the control tick is
   // executed at the tick at which it was requested. A later answer is executed at a later tick.
   double answer_window = 0.5;
 

@@ -1,5 +1,6 @@
 // Scripted expert for LiftPot and LiftTray. Each hand grasps a handle of the object, then both hands lift the
-// object and keep it level. If both arms cannot reach the object at once, one hand first drags it nearer.
+// object and keep it level. If the arms cannot both reach the object at the same time, one hand first drags
+// it nearer.
 #include <algorithm>
 #include <cmath>
 #include <optional>

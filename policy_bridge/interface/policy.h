@@ -39,7 +39,7 @@ class Policy {
   virtual void Begin(const episode_begin_t& begin) = 0;
 
   // Fills the targets of all arms and grippers for the tick of `state`. The action is empty before each call,
-  // and the caller fills its header. Called in the order of ticks. With a realtime clock, ticks are skipped
+  // and the caller fills its header. Called in the order of ticks. With a real-time clock, ticks are skipped
   // if a new state arrives before Compute() has returned true. To end the episode with policy_error, throw
   // std::runtime_error with a one-line message.
   virtual void Act(const state_t& state, action_t* action) = 0;

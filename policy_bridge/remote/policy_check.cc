@@ -226,8 +226,7 @@ class Check {
       Doubt(fmt::format(
           "{}; expected at most {:g} rad ({}): are absolute positions used as deltas, or is the order of the "
           "joints or the unit wrong? If the step is correct, set 'first_step_rad: {:g}' in the contract's "
-          "action, "
-          "or pass --first-step {:g}",
+          "action, or pass --first-step {:g}",
           step, limit, contract_.first_step_rad ? "first_step_rad" : "the default without first_step_rad",
           enough, enough));
     } else {

@@ -1,5 +1,5 @@
 // Checks the pure functions of the page (viz/viewer/page) and evaluates to a list of complaints. check_viewer.py runs it in the
-// page. Expected values are worked out by hand.
+// page. Expected values were computed by hand.
 (() => {
   const wrong = [];
   const expect = (what, got, expected) => {

@@ -189,7 +189,7 @@ void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<Ra
   }
 }
 
-// Adds the latencies from STATE to ACTION and from STATE to PARTIAL in the last realtime episode.
+// Adds the latencies from STATE to ACTION and from STATE to PARTIAL in the last real-time episode.
 void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
   const episode_end_t* end = watch.pacing();
   if (!end) return;

@@ -108,7 +108,7 @@ class RunWatch {
 
   // The last finished episodes, newest last.
   const std::deque<episode_summary_t>& done() const { return done_; }
-  // EPISODE_END of the last episode with a realtime clock; null if there was none.
+  // EPISODE_END of the last episode with a real-time clock; null if there was none.
   const episode_end_t* pacing() const { return pacing_ ? &*pacing_ : nullptr; }
   const run_summary_t* run() const { return run_ ? &*run_ : nullptr; }
 

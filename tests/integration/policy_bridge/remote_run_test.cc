@@ -490,7 +490,7 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   result = check(elsewhere);
   EXPECT_EQ(result.code, 6) << result.out;
   EXPECT_NE(result.out.find("; expected at most 0.5 rad (first_step_rad)"), std::string::npos) << result.out;
-  EXPECT_NE(result.out.find("state it: 'first_step_rad: 0.7' in the contract's action, or --first-step 0.7"),
+  EXPECT_NE(result.out.find("set 'first_step_rad: 0.7' in the contract's action, or pass --first-step 0.7"),
             std::string::npos)
       << result.out;
   EXPECT_NE(RunProgram({"evalbus", "policy", "check", elsewhere, "--first-step", "nan"})

@@ -1,5 +1,5 @@
-// Tests the decisive moment with the shortest episode that fulfills each rule, worked out by hand. Ticks last
-// 0.02 s.
+// Tests the decisive moment with the shortest episode that fulfills each rule. Expected values were computed
+// by hand. Ticks last 0.02 s.
 #include "metrics/cause/cause_finder.h"
 
 #include <gtest/gtest.h>

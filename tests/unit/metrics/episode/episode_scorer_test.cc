@@ -322,7 +322,7 @@ TEST_F(AfterSuccess, ReportsHowLongSuccessHeldAndWhetherItDoesAtTheEnd) {
                         Case{{false, false, true, false, false, false, false, false}, 1, 0, 0},
                         // The policy failed, so no tick followed the success.
                         Case{{false, false, true}, 1, 1, 0},
-                        // A realtime episode may have more ticks than requested.
+                        // A real-time episode may have more ticks than requested.
                         Case{{false, false, true, true, true, true, true, true, false, false}, 1, 1, 0.1},
                         Case{{false, false, false}, 0, 0, kNaN}}) {
     const episode_summary_t summary = Play(&dut_, c.up, c.once == 1 ? "success" : "time_limit");

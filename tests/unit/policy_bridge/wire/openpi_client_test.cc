@@ -415,7 +415,7 @@ TEST(OpenpiClient, EachEpisodeHasAConnectionOfItsOwn) {
     EXPECT_EQ(server.Handshakes().size(), episode + 1);
     EXPECT_EQ(client->Infer(kObservation).value, kChunk);
   }
-  // A server that has ended in the meantime is detected at once.
+  // If the server has ended in the meantime, this is detected immediately.
   server.Stop();
   EXPECT_EQ(FailureOf([&] { client->BeginEpisode("lift", 4); }).kind, Kind::kUnreachable);
 }

@@ -1,4 +1,4 @@
-// Axis marks, bins, paths and names of the report's figures, worked out by hand.
+// Tests axis marks, bins, paths and names of the report's figures with values that were computed by hand.
 #include "report/page/scale.h"
 
 #include <gmock/gmock.h>
