@@ -106,7 +106,7 @@ TEST_F(PlanTest, DifferentRatesAreRefused) {
                 "compared; set the rate of all, for example 'options: {control_hz: 20}'"));
 }
 
-// Another version of MuJoCo needs its own process. A version that is not built is reported before anything
+// Another version of MuJoCo requires its own process. A version that is not built is reported before anything
 // runs.
 TEST_F(PlanTest, RunsOfAnotherEngineAreProcesses) {
   EXPECT_TRUE(Read(kSmall).options.in_process);

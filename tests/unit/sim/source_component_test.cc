@@ -636,7 +636,7 @@ TEST_F(SourceComponentTest, WhatIsWrongFromTheBeginningIsOneLine) {
       "SOURCE_ANNOUNCEMENT of 'two Frankas': there is no joint 'left/joint_1'; did you mean 'left/joint1'?");
   EXPECT_EQ(with([&] { announcement_.joint_name.erase(announcement_.joint_name.begin()); }),
             "SOURCE_ANNOUNCEMENT of 'two Frankas': joint 'left/joint1' is missing; all joints of the arms "
-            "are needed");
+            "are required");
   EXPECT_THAT(with([&] { announcement_.joint_name[1] = announcement_.joint_name[0]; }),
               HasSubstr("is given twice"));
   EXPECT_THAT(with([&] { announcement_.object_name = {"kettle"}; }),

@@ -196,7 +196,7 @@ TEST_F(VideoTest, FullLayoutIsOneVideoWithTwoSecondsOfEndCard) {
   MakeVideo(log, {}, {640, 360}, log.parent_path(), options);
   EXPECT_TRUE(first == Bytes(videos[0]));
   EXPECT_EQ(MessageOf<InputError>([&] { MakeVideo(log, {}, kVideoSize, log.parent_path(), options); }),
-            "--size 160x120: videos with panels need 640x360 or more");
+            "--size 160x120: videos with panels require at least 640x360");
   EXPECT_EQ(MessageOf<InputError>([&] {
               MakeVideo(log, {"head", "front", "overview", "left/hand/wrist", "right/hand/wrist"}, {640, 360},
                         log.parent_path(), options);
