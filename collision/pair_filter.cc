@@ -6,7 +6,8 @@
 namespace evalbus::collision {
 namespace {
 
-// Returns whether MuJoCo checks the pair: applies its filters (mj_collision of version 2.2), except <pair>.
+// Returns whether MuJoCo checks the pair. Applies MuJoCo's filters (mj_collision of version 2.2), except
+// <pair>.
 bool MujocoChecks(const mjModel& m, int geom_a, int geom_b) {
   if (!(m.geom_contype[geom_a] & m.geom_conaffinity[geom_b]) &&
       !(m.geom_contype[geom_b] & m.geom_conaffinity[geom_a])) {
