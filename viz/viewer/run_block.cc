@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "lcmtypes/end_reason.h"
 #include "viz/viewer/block.h"
 
 namespace evalbus::viz {
@@ -39,6 +40,7 @@ Json Labeled(const RunLabel& label) {
           {"is_over", false},
           {"done", 0},
           {"complete", 0},
+          {"judged", 0},
           {"successes", 0},
           {"rate", nullptr},
           {"interval", nullptr},
@@ -59,9 +61,10 @@ void AddCounted(const RunNumbers& numbers, Json* head) {
   (*head)["planned"] = numbers.planned;
   (*head)["done"] = numbers.done;
   (*head)["complete"] = numbers.complete;
+  (*head)["judged"] = numbers.judged;
   (*head)["successes"] = numbers.successes;
-  (*head)["rate"] = Share(numbers.successes, numbers.complete);
-  if (numbers.complete > 0) {
+  (*head)["rate"] = Share(numbers.successes, numbers.judged);
+  if (numbers.judged > 0) {
     (*head)["interval"] = Json{numbers.lower, numbers.upper};
     (*head)["interval_kind"] = numbers.is_over ? "Wilson" : "anytime";
   }
@@ -69,6 +72,15 @@ void AddCounted(const RunNumbers& numbers, Json* head) {
   for (const auto& [reason, count] : numbers.failure_reasons) {
     (*head)["failure_reasons"].push_back({reason, count});
   }
+}
+
+// Returns the number of complete episodes with a verdict.
+int JudgedOf(const run_summary_t& run) {
+  int judged = run.num_complete;
+  for (size_t k = 0; k < run.failure_reason.size(); ++k) {
+    if (run.failure_reason[k] == end_reason::kNotJudged) judged -= run.failure_episodes[k];
+  }
+  return judged;
 }
 
 double SecondsOf(SteadyTime::duration duration) { return std::chrono::duration<double>(duration).count(); }
@@ -97,10 +109,12 @@ std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime no
   if (const run_summary_t* run = watch.run()) {
     head["done"] = run->num_episodes;
     head["complete"] = run->num_complete;
+    const int judged = JudgedOf(*run);
+    head["judged"] = judged;
     head["successes"] = run->num_success;
-    head["rate"] = Share(run->num_success, run->num_complete);
+    head["rate"] = Share(run->num_success, judged);
     const bool is_final = watch.is_over() && !run->is_part;
-    if (run->num_complete > 0) {
+    if (judged > 0) {
       head["interval"] = is_final ? Json{run->success_rate_wilson_lower, run->success_rate_wilson_upper}
                                   : Json{run->success_rate_anytime_lower, run->success_rate_anytime_upper};
       head["interval_kind"] = is_final ? "Wilson" : "anytime";

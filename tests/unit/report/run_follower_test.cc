@@ -87,9 +87,31 @@ TEST_F(Followed, IntervalsAreThoseOfTheRunsState) {
   EXPECT_FALSE(follower_.is_over());
   EXPECT_DOUBLE_EQ(follower_.numbers().lower, metrics::ConfidenceSequence(1, 2).lower);
   std::ofstream(run_ / kSummaryJson) << "{}";
+  follower_.Update();
+  EXPECT_FALSE(follower_.is_over()) << "the run was interrupted";
+  Append(Line(2, true) + Line(3, true) + Line(4, true));
   EXPECT_TRUE(follower_.Update().is_changed);
   EXPECT_TRUE(follower_.is_over());
-  EXPECT_DOUBLE_EQ(follower_.numbers().upper, metrics::WilsonInterval(1, 2).upper);
+  EXPECT_DOUBLE_EQ(follower_.numbers().upper, metrics::WilsonInterval(4, 5).upper);
+}
+
+TEST_F(Followed, SomeRunsMayEndEarly) {
+  nlohmann::ordered_json info = results::RunInfo(5);
+  const std::pair<const char*, nlohmann::ordered_json> options[] = {{"until", "0.05"}, {"watch", true}};
+  for (const auto& [key, value] : options) {
+    const std::filesystem::path run = folder_.path() / key;
+    std::filesystem::create_directories(run);
+    nlohmann::ordered_json own = info;
+    own[key] = value;
+    results::WriteFile(run / kRunJson, own.dump());
+    results::WriteFile(run / kEpisodesJsonl, Line(0, true));
+    RunFollower follower(run);
+    follower.Update();
+    EXPECT_FALSE(follower.is_over()) << key;
+    results::WriteFile(run / kSummaryJson, "{}");
+    follower.Update();
+    EXPECT_TRUE(follower.is_over()) << key;
+  }
 }
 
 TEST_F(Followed, TheSameLinesWrittenAnewAreNoNews) {

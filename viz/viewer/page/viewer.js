@@ -381,14 +381,15 @@ Evalbus.Viewer = class {
     if (this.player.isFollowing) {
       this.followNewest();
       const run = this.runs.get(this.shownRun);
-      const isGoingOn = !run || run.track || !run.info.is_over;
+      // No process of an interrupted run sends ticks.
+      const isGoingOn = !run || run.track || (!run.info.is_over && (run.info.is_live || run.info.is_active));
       if (this.tracks.length || isGoingOn) return;
     } else if (this.isPacked && this.connectionState !== "packed") {
       return;
     }
     for (const [number, run] of this.runs) {
       const rows = run.episodes.filter((row) => row.has_track !== false && this.source.has(number, row.episode));
-      const row = rows.find((one) => one.complete && !one.success) || rows[0];
+      const row = rows.find((one) => Evalbus.resultOf(one) === "failure") || rows[0];
       if (!row) continue;
       const isAtEnd = this.isPacked && (row.success || row.cause_text === null);
       this.open(number, row.episode, isAtEnd ? Infinity : undefined, !this.isPacked).then(() => {
@@ -537,7 +538,7 @@ Evalbus.Viewer = class {
     Evalbus.setText(p.title, Evalbus.words(info.name) || (this.isPacked ? "Episodes" : "evalbus"));
     const task = [Evalbus.words(info.task), Evalbus.words(info.variation)].filter(Boolean).join("/");
     Evalbus.setText(p.subtitle, [task, Evalbus.words(info.policy), Evalbus.words(info.clock)].filter(Boolean).join(" · "));
-    Evalbus.setText(p.rate, info.complete ? `${info.successes} of ${info.complete} · ${Evalbus.percent(info.rate)}` : "");
+    Evalbus.setText(p.rate, info.judged ? `${info.successes} of ${info.judged} · ${Evalbus.percent(info.rate)}` : "");
     // If the shown run has finished and others have not, the state of all runs together is shown.
     const several = Boolean(this.views) && this.views.board.cells > 1;
     const shown = several && info.is_over ? this.views.info() : info;

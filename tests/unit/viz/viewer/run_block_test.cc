@@ -29,14 +29,14 @@ TEST(RunBlock, ShowsTheStateOfTheWatch) {
   status.error = "broke";
   hear(channels::kStatus, status, 0);
   run_summary_t run{};
-  run.num_episodes = 4;
-  run.num_complete = 3;
+  run.num_episodes = 5;
+  run.num_complete = 4;
   run.num_success = 2;
   run.success_rate_anytime_lower = 0.25;
   run.success_rate_anytime_upper = 0.75;
-  run.num_failure_reasons = 1;
-  run.failure_reason = {"dropped"};
-  run.failure_episodes = {1};
+  run.num_failure_reasons = 2;
+  run.failure_reason = {"dropped", "not_judged"};
+  run.failure_episodes = {1, 1};
   hear(channels::kRunSummary, run, 0.5);
   watch.Update(At(1));
   const BlockReader block(RunBlock(
@@ -48,7 +48,8 @@ TEST(RunBlock, ShowsTheStateOfTheWatch) {
   EXPECT_EQ(head["planned"], 10);
   EXPECT_EQ(head["episode"], 4);
   EXPECT_EQ(head["phase"], "waiting for components");
-  EXPECT_EQ(head["done"], 4);
+  EXPECT_EQ(head["done"], 5);
+  EXPECT_EQ(head["judged"], 3);
   EXPECT_EQ(head["rate"], 2.0 / 3);
   EXPECT_EQ(head["interval"], (std::vector<double>{0.25, 0.75}));
   EXPECT_EQ(head["interval_kind"], "anytime");
@@ -74,6 +75,18 @@ TEST(RunBlock, OfProcessesThatAreGoneTheFolderKnowsWhetherTheRunIsOver) {
       EXPECT_EQ(block.head()["is_over"], is_over && !is_live) << is_live << is_over;
     }
   }
+}
+
+TEST(RunBlock, RatesReferToEpisodesWithAVerdict) {
+  RunNumbers numbers;
+  numbers.complete = 5;
+  numbers.judged = 4;
+  numbers.successes = 3;
+  EXPECT_EQ(BlockReader(RunBlock(numbers, RunLabel())).head()["rate"], 0.75);
+  numbers.judged = numbers.successes = 0;
+  const BlockReader none(RunBlock(numbers, RunLabel()));
+  EXPECT_TRUE(none.head()["rate"].is_null());
+  EXPECT_TRUE(none.head()["interval"].is_null());
 }
 
 TEST(RunBlock, EpisodesAndLines) {
