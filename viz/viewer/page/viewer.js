@@ -25,8 +25,8 @@ Evalbus.Viewer = class {
     this.curves = new Evalbus.Curves(this.parts.curves, this.timeline, () => this.showTimeline());
     this.images = new Evalbus.Images(this.parts.images);
     this.runPanel = new Evalbus.RunPanel(this.parts.run, {
-      open: (row) => this.open(row.run, row.episode),
-      compare: (row) => this.compare(row.run, row.episode),
+      open: (row) => this.open(row.run, row.episode).then(() => this.writeHash()),
+      compare: (row) => this.compare(row.run, row.episode).then(() => this.writeHash()),
       chooseRun: (run) => this.chooseRun(run),
       canOpen: (row) => row.has_track !== false && this.source.has(row.run, row.episode),
     });
@@ -79,7 +79,7 @@ Evalbus.Viewer = class {
     p.rateChoice.addEventListener("change", () => { this.player.rate = Number(p.rateChoice.value); });
     p.follow.addEventListener("click", () => this.follow());
     p.mode.addEventListener("click", () => this.toggleBeside());
-    p.uncompare.addEventListener("click", () => this.compare(null));
+    p.uncompare.addEventListener("click", () => this.uncompare());
     p.sameSeed.addEventListener("click", () => this.compareSameSeed());
     p.help.addEventListener("click", () => p.keys.showModal());
     p.camera.addEventListener("change", () => {
@@ -335,13 +335,18 @@ Evalbus.Viewer = class {
 
   compareSameSeed() {
     const twin = this.twin();
-    if (twin) this.compare(twin.run, twin.episode);
+    if (twin) this.compare(twin.run, twin.episode).then(() => this.writeHash());
+  }
+
+  uncompare() {
+    this.compare(null).then(() => this.writeHash());
   }
 
   toggleBeside() {
     this.isBeside = !this.isBeside;
     this.setTracks(this.tracks);
     this.showAll();
+    this.writeHash();
   }
 
   chooseRun(run) {
@@ -355,6 +360,8 @@ Evalbus.Viewer = class {
   follow() {
     if (this.isPacked) return;
     this.player.follow();
+    // The address must not select the episode that was shown before.
+    if (location.hash.startsWith("#view:")) this.fragment.write("#/player");
     const run = this.runs.get(this.shownRun);
     if (run && run.track) {
       this.setTracks([run.track]);
@@ -776,7 +783,7 @@ Evalbus.Viewer = class {
       ArrowRight: () => this.step(event.shiftKey ? 10 : 1), Home: () => this.seek(0), End: () => this.seek(this.player.last),
       "[": () => this.jump(-1), "]": () => this.jump(1), "<": () => this.changeRate(-1), ">": () => this.changeRate(1),
       l: () => this.follow(), p: () => this.openNeighbor(-1), n: () => this.openNeighbor(1), c: () => this.nextCamera(),
-      v: () => this.tracks.length > 1 && this.toggleBeside(), x: () => this.compare(null), "?": () => this.parts.keys.showModal(),
+      v: () => this.tracks.length > 1 && this.toggleBeside(), x: () => this.uncompare(), "?": () => this.parts.keys.showModal(),
       "+": () => this.timeline.zoom(0.5), "-": () => this.timeline.zoom(2), 0: () => this.timeline.setView(null),
     };
     if (!Object.hasOwn(actions, event.key)) return;
