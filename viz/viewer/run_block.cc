@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "lcmtypes/end_reason.h"
+#include "lcmtypes/source.h"
 #include "viz/viewer/block.h"
 
 namespace evalbus::viz {
@@ -166,12 +167,14 @@ EpisodeRow RowOf(const episode_summary_t& summary, const std::string& task, cons
   row.text = summary.explanation.text;
   row.cause_time = summary.cause.time_s;
   row.cause_text = summary.cause.text;
-  row.slips = summary.metrics.slip_count;
+  const auto counted = [](int64_t count) { return count == kUnavailableCount ? 0 : count; };
+  row.slips = counted(summary.metrics.slip_count);
   const extended_metrics_t& extended = summary.extended;
   for (size_t k = 0; k < extended.name.size() && k < extended.value_mixed.size(); ++k) {
     if (extended.name[k].starts_with("grasp_count")) row.grasps += std::llround(extended.value_mixed[k]);
   }
-  row.collisions = summary.metrics.env_collision_count + summary.metrics.self_collision_count;
+  row.collisions =
+      counted(summary.metrics.env_collision_count) + counted(summary.metrics.self_collision_count);
   row.stages =
       std::ranges::count_if(summary.metrics.stage_reached, [](auto is_reached) { return is_reached; });
   return row;

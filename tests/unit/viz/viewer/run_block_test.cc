@@ -4,6 +4,7 @@
 
 #include "bus/channels.h"
 #include "bus/message.h"
+#include "lcmtypes/source.h"
 #include "tests/unit/small_world.h"
 #include "viz/viewer/block.h"
 
@@ -103,6 +104,11 @@ TEST(RunBlock, EpisodesAndLines) {
   EXPECT_EQ(row["time_s"], 2.5);
   EXPECT_EQ(row["text"], "dropped <i>it</i>");
   EXPECT_TRUE(row["video"].is_null());
+  // A source may not provide what a count requires.
+  summary.metrics.slip_count = summary.metrics.env_collision_count = kUnavailableCount;
+  summary.metrics.self_collision_count = 2;
+  EXPECT_EQ(RowOf(summary, "lift_pot", "base").slips, 0);
+  EXPECT_EQ(RowOf(summary, "lift_pot", "base").collisions, 2);
 
   log_t line{};
   line.header.episode = 3;
