@@ -98,9 +98,15 @@ RunFollower::News RunFollower::Update() {
     std::error_code none;
     const auto info_time = fs::last_write_time(folder_ / kRunJson, none);
     if (!none && (!info_ || info_time != info_time_)) {
+      const bool is_first = !info_;
       ReadInfo();
       info_time_ = info_time;
       news.is_changed = true;
+      // The folder may contain another run now, and its files may have got the inodes of the removed ones.
+      if (!is_first) {
+        StartAgain();
+        inode_ = 0;
+      }
     }
     if (!info_) return news;
     if (!ReadLines()) {

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <fstream>
 
 #include "metrics/statistics/confidence_sequence.h"
@@ -139,6 +140,22 @@ TEST_F(Followed, OtherLinesAreReadFromTheBegin) {
   EXPECT_EQ(news.from, 0u);
   EXPECT_THAT(Numbers(news), ElementsAre(0));
   EXPECT_EQ(follower_.numbers().done, 1);
+}
+
+TEST_F(Followed, AnotherRunMayTakeTheFolder) {
+  Append(Line(0, true) + Line(1, true));
+  follower_.Update();
+  // The file keeps its inode, as it may happen if a new file gets the inode of a removed one.
+  results::WriteFile(run_ / kEpisodesJsonl, Line(0, false) + Line(1, false));
+  nlohmann::ordered_json info = results::RunInfo(3);
+  results::WriteFile(run_ / kRunJson, info.dump());
+  std::filesystem::last_write_time(run_ / kRunJson,
+                                   std::filesystem::file_time_type::clock::now() + std::chrono::hours(1));
+  const RunFollower::News news = follower_.Update();
+  EXPECT_EQ(news.from, 0u);
+  EXPECT_THAT(Numbers(news), ElementsAre(0, 1));
+  EXPECT_EQ(follower_.numbers().planned, 3);
+  EXPECT_EQ(follower_.numbers().successes, 0);
 }
 
 TEST_F(Followed, ALongListComesInPieces) {

@@ -148,7 +148,6 @@ Evalbus.Episodes = class extends Evalbus.RowList {
   }
 };
 
-Evalbus.keyOf = (row) => `${row.run}/${row.episode}`;
 Evalbus.isFailure = (row) => Evalbus.resultOf(row) === "failure" && row.has_track !== false;
 
 Evalbus.Episodes.COLUMNS = [
@@ -179,7 +178,7 @@ Evalbus.Wall = class {
   }
 
   show(rows) {
-    const layout = rows.map(Evalbus.keyOf).join();
+    const layout = JSON.stringify(rows.map((row) => [Evalbus.keyOf(row), row.seed, row.failure_reason, row.time_s]));
     if (layout === this.layout) {
       // Drawing stops while the wall is hidden.
       this.drawNext();

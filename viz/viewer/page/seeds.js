@@ -55,7 +55,7 @@ Evalbus.Seeds = class {
     this.board = board;
     const { runs, notes } = this.viewer;
     const state = JSON.stringify([board.head.policies.map((policy) => [policy.name, policy.runs.map((run) =>
-      [runs.has(run) ? runs.get(run).episodes.length : 0, ...(notes.byRun.get(run) || [])])]), board.head.tasks.length]);
+      [runs.has(run) ? runs.get(run).changes : 0, ...(notes.byRun.get(run) || [])])]), board.head.tasks.length]);
     if (state === this.state) return;
     this.state = state;
     this.redraw();

@@ -110,7 +110,7 @@ Evalbus.Viewer = class {
   // ---- updates from the source
 
   runOf(number) {
-    if (!this.runs.has(number)) this.runs.set(number, { info: { run: number }, episodes: [], lines: [], track: null });
+    if (!this.runs.has(number)) this.runs.set(number, { info: { run: number }, episodes: [], changes: 0, lines: [], track: null });
     return this.runs.get(number);
   }
 
@@ -120,8 +120,10 @@ Evalbus.Viewer = class {
     const keys = run.isStale ? ["name", "policy", "task", "variation"] : ["name"];
     if (run.info.name !== undefined && keys.some((key) => run.info[key] !== head[key])) {
       this.forget(head.run);
-      Object.assign(run, { episodes: [], lines: [], track: null });
+      Object.assign(run, { episodes: [], changes: run.changes + 1, lines: [], track: null });
     }
+    // A list without episodes is not sent to a page that connects.
+    if (run.isStale && head.done === 0) Object.assign(run, { episodes: [], changes: run.changes + 1 });
     run.isStale = false;
     const isLiveChanged = run.info.is_live !== head.is_live;
     run.info = head;
@@ -140,7 +142,9 @@ Evalbus.Viewer = class {
 
   hearEpisodes(head) {
     const run = this.runOf(head.run);
-    run.episodes.length = Math.min(run.episodes.length, head.from);
+    // The episodes that are removed from the list may have been repeated (--resume), or the folder contains another run.
+    for (const row of run.episodes.splice(head.from)) this.recent.delete(Evalbus.keyOf(row));
+    ++run.changes;
     for (const row of head.episodes) run.episodes.push({ ...row, run: head.run });
     this.showRun();
     if (this.views) this.views.update();
