@@ -12,6 +12,7 @@
 #include "base/safetensors.h"
 #include "base/write_whole.h"
 #include "bus/episode_reader.h"
+#include "bus/host.h"
 #include "export/hdf5_file.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/source.h"
@@ -150,6 +151,11 @@ std::string StartLine(const EpisodeSteps& episode) {
   return ToText(line);
 }
 
+// Throws EnvironmentError if the user has asked the program to stop. out: the file or folder to write.
+void CheckStop(const fs::path& out) {
+  if (stop_requested()) throw EnvironmentError("stopped; " + out.string() + " was not written");
+}
+
 void WriteDemo(const EpisodeSteps& episode, const std::string& path, Hdf5File* file) {
   const auto steps = static_cast<int64_t>(episode.actions.size());
   const Limits limits = ActionLimits(episode.model);
@@ -256,6 +262,7 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
   // All logs are checked before the first image is rendered or the file is written.
   std::string task;
   for (const fs::path& log : logs) {
+    CheckStop(file);
     const std::string name = NameOf(ReadSteps(log).model);
     if (task.empty()) task = name;
     if (name != task)
@@ -271,6 +278,7 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
   std::vector<std::string> all, successes, starts;
   int64_t total = 0;
   for (size_t i = 0; i < logs.size(); ++i) {
+    CheckStop(file);
     const EpisodeSteps episode = ReadSteps(logs[i]);
     const model_info_t& model = episode.model;
     const std::string demo = "demo_" + std::to_string(i), path = "data/" + demo;
@@ -324,6 +332,7 @@ void WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
   // All logs are read before the first file is written, so that an unusable log leaves no files behind.
   std::set<int64_t> known;
   for (const fs::path& log : logs) {
+    CheckStop(folder);
     const EpisodeSteps episode = ReadSteps(log);
     const model_info_t& model = episode.model;
     const bool fits = model.num_arms == 2 && model.num_grippers == 2 && model.arm[0].num_joints == 7 &&
@@ -336,7 +345,15 @@ void WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
   }
   fs::create_directories(folder);
   std::string starts;
+  std::vector<fs::path> files;
   for (size_t i = 0; i < logs.size(); ++i) {
+    if (stop_requested()) {
+      std::error_code ignored;
+      for (const fs::path& file : files) fs::remove(file, ignored);
+      // Keeps the folder if it contains other files, because removing it then fails.
+      fs::remove(folder, ignored);
+    }
+    CheckStop(folder);
     const EpisodeSteps episode = ReadSteps(logs[i]);
     const model_info_t& model = episode.model;
     const auto steps = static_cast<int64_t>(episode.actions.size());
@@ -387,6 +404,7 @@ void WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
                         {"success", episode.success() ? "true" : "false"}};
     const fs::path file = folder / fmt::format("{:04}.safetensors", episode.begin.header.episode);
     WriteWhole(file, EncodeSafetensors(content));
+    files.push_back(file);
     starts += StartLine(episode) + "\n";
     progress(static_cast<double>(i + 1) / static_cast<double>(logs.size()));
   }

@@ -21,6 +21,12 @@
   expect("axis around zero", Evalbus.axisTexts([-20, 0, 20]), ["−20", "0", "20"]);
   expect("axis with a rounding error", Evalbus.axisTexts([0.25, 0.1 + 0.2]), ["0.25", "0.30"]);
 
+  const outcomeOf = (head) => Evalbus.Track.prototype.outcome.call({ head });
+  expect("outcome without a score", outcomeOf({ is_over: true, complete: null, success: null, failure_reason: null }), "running");
+  expect("outcome without a verdict", outcomeOf({ is_over: true, complete: true, success: null, failure_reason: "not_judged" }), "unjudged");
+  expect("outcome of a failure", outcomeOf({ is_over: true, complete: true, success: false, failure_reason: "stall" }), "failure");
+  expect("result without a verdict", Evalbus.resultOf({ complete: true, success: false, failure_reason: "not_judged" }), "unjudged");
+
   // A zoom by 2 around 6 of 10 s shows 3 to 8 s. The test also zooms back.
   expect("zoom in", Evalbus.zoomed(null, 10, 6, 0.5, 0.2), { from: 3, to: 8 });
   expect("zoom in at the end", Evalbus.zoomed({ from: 6, to: 10 }, 10, 10, 0.5, 0.2), { from: 8, to: 10 });

@@ -16,6 +16,7 @@ import pathlib
 import select
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -266,6 +267,7 @@ class EvaluateTest(unittest.TestCase):
             self.assert_fails(evalbus.InputError, f"^seed: expected a whole number, got {wrong!r}", seed=wrong)
             with self.assertRaisesRegex(evalbus.InputError, f"^episodes: expected a whole number, got {wrong!r}"):
                 evalbus.run("lift_pot", episodes=wrong)
+        self.assertEqual(evalbus.program.words({"a": np.True_, "b": np.False_, "c": True, "d": np.int64(3)}), ["--a", "--c", "--d", "3"])
         self.assert_fails(evalbus.InputError, "unknown task '--help'", task="--help")
         self.assert_fails(evalbus.InputError, "embedded null byte", task="lift_pot\0")
         self.assert_fails(evalbus.PolicyError, r"RuntimeError: SystemExit\(3\)$", policy=lambda _: sys.exit(3))
@@ -293,6 +295,19 @@ class EvaluateTest(unittest.TestCase):
 
         error = self.assert_fails(evalbus.PolicyError, "the policy raised KeyError: 'images'", policy=fail)
         self.assertIsInstance(error.__cause__, KeyError)
+
+    def test_a_function_is_resumed(self):
+        # The function is served at the port of the interrupted run, because the program compares the addresses.
+        first = self.run_here("lift_pot", hold, episodes=1)
+        resumed = self.run_here("lift_pot", hold, episodes=2, resume=True)
+        self.assertEqual([episode.line for episode in resumed.episodes][:1], [first.episodes[0].line])
+        self.assertEqual((len(resumed.episodes), resumed.options["policy"]), (2, first.options["policy"]))
+        with socket.socket() as other:
+            other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            other.bind(("127.0.0.1", int(first.options["policy"].rpartition(":")[2])))
+            other.listen()
+            with self.assertRaisesRegex(evalbus.ProgramError, "cannot serve a policy at port .*in use"):
+                self.run_here("lift_pot", hold, episodes=3, resume=True)
 
     def test_wrong_files(self):
         for function in (evalbus.read_run, evalbus.read_log):

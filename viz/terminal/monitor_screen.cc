@@ -11,6 +11,7 @@
 #include "bus/log.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/extended_value.h"
+#include "lcmtypes/source.h"
 #include "viz/terminal/metric_table.h"
 #include "viz/watch/score_rows.h"
 
@@ -150,7 +151,8 @@ void AddCounters(const RunWatch& watch, int width, std::vector<RankedLine>* scre
   for (const MetricInfo& metric : Metrics()) {
     if (!metric.counter) continue;
     const int64_t count = watch.scores()->extended.*metric.counter;
-    const std::string shown = watch.has_scores() ? std::to_string(count) : "-";
+    const bool is_known = watch.has_scores() && count != kUnavailableCount;
+    const std::string shown = is_known ? std::to_string(count) : "-";
     line.push_back({fmt::format("{} {}  ", shown, metric.label),
                     watch.has_scores() && count > 0 ? Style::kBad : Style::kQuiet});
   }

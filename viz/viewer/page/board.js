@@ -143,15 +143,15 @@ Evalbus.Board = class {
       if (!indices.length) return null;
       const bar = (share) => {
         const fill = e("i", {});
-        fill.style.transform = `scaleX(${share})`;
+        fill.style.transform = `scaleX(${share || 0})`;
         return e("td", {}, e("span", { class: "ev-funnel-bar" }, fill), e("span", {}, Evalbus.percent(share)));
       };
       const line = (policy) => {
         const counted = policy.cells[t];
-        if (!counted || !counted.judged) return null;
+        if (!counted || !counted.complete) return null;
         const reached = new Map(counted.stages);
         return e("tr", {}, e("th", { scope: "row" }, Evalbus.words(policy.name)),
-          indices.map((index) => bar((reached.get(index) || 0) / counted.judged)), bar(counted.rate));
+          indices.map((index) => bar((reached.get(index) || 0) / counted.complete)), bar(counted.rate));
       };
       const stage = (index) => e("th", { scope: "col" }, names.has(index) ? `${index} ${Evalbus.spaced(names.get(index))}` : `stage ${index}`);
       return e("div", { class: "ev-scroll", tabindex: "0", role: "region", "aria-label": `stages of ${Evalbus.spaced(task.name)}` },
