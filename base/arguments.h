@@ -47,9 +47,10 @@ CLI::Option* AddList(CLI::App* app, const std::string& name, std::vector<Value>*
 // run` uses the option to pass run.json to the processes of a run.
 void AddOptionsFile(CLI::App* app, const std::function<void(const std::string& file)>& read);
 
-// Adds the options of a table, and --options FILE, which reads all of them from a JSON file (run.json of a
-// run) and sets `out`, if there is one, to the file's folder. Other options on the command line take
-// precedence. An option without help is hidden. Elements of lists are separated by commas, except for paths.
+// Adds the options of a table, and --options FILE, which reads these options from a JSON file (run.json of a
+// run) and sets `out`, if `options` has this member, to the file's folder. Other options on the command line
+// take precedence. An option without help is hidden. Elements of lists are separated by commas, except for
+// paths.
 template <class Options>
 void AddOptions(CLI::App* app, Options* options) {
   // The file comes first, because CLI11 applies options in the order in which they were added.

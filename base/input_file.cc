@@ -14,7 +14,7 @@
 namespace evalbus {
 namespace {
 
-// Returns the kind of a file that is not a regular file; nothing for a regular file.
+// Returns the kind of a file that is not a regular file; null for a regular file.
 const char* WhatElse(mode_t mode) {
   if (S_ISREG(mode)) return nullptr;
   return S_ISDIR(mode)    ? "a folder"

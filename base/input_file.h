@@ -22,7 +22,7 @@ class InputFile {
   InputFile& operator=(const InputFile&) = delete;
 
   int fd() const { return fd_; }
-  // Size in bytes when the file was opened.
+  // Returns the size in bytes that the file had when it was opened.
   uint64_t size() const { return size_; }
   // Reads bytes from a position in the file. Returns their number: 0 at the end of the file, otherwise at
   // least 1. Throws the errors of the constructor, such as "a.yaml: cannot be read: Input/output error".

@@ -6,7 +6,7 @@
 
 namespace evalbus {
 
-// Folder that contains this program.
+// Returns the folder that contains this program.
 std::filesystem::path ProgramFolder();
 
 // Returns ../share/evalbus/`name`, relative to the program's folder, if it exists, otherwise `otherwise`. An

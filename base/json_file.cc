@@ -28,7 +28,7 @@ class Names {
     num_first_ = 0;
     others_.clear();
   }
-  // False if the name exists already.
+  // Returns false if the name exists already.
   bool Add(const std::string& name) {
     const auto end = first_.begin() + static_cast<std::ptrdiff_t>(num_first_);
     if (std::find(first_.begin(), end, name) != end) return false;
@@ -92,7 +92,8 @@ class Builder : public nlohmann::json_sax<Json> {
   }
 
   const std::string& what() const { return what_; }
-  // Position of an error that the parser reported; nothing for a repeated key and for excessive nesting.
+  // Returns the position of an error that the parser reported; nullopt for a repeated key and for excessive
+  // nesting.
   std::optional<size_t> position() const { return position_; }
 
  private:

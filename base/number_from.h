@@ -7,7 +7,7 @@
 
 namespace evalbus {
 
-// Parses the whole text as a number of type T. Returns nothing if the text contains anything else, such as
+// Parses the whole text as a number of type T. Returns nullopt if the text contains anything else, such as
 // spaces or a plus sign, or if the number is out of range.
 template <class T>
 std::optional<T> NumberFrom(std::string_view text) {

@@ -46,7 +46,7 @@ void ForEachRow(const Table& table, Options& options, const F& f) {
   std::apply([&](const auto&... row) { (f(row, options.*row.member), ...); }, table);
 }
 
-// "control_hz" -> "--control-hz".
+// Returns the option's name on the command line: "control_hz" -> "--control-hz".
 inline std::string OptionName(const std::string& key) {
   std::string name = "--" + key;
   std::replace(name.begin(), name.end(), '_', '-');

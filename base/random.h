@@ -74,13 +74,13 @@ struct SeedSource {
   }
 
  private:
-  // The finalizer of SplitMix64 (Steele, Lea, Flood 2014).
+  // Applies the finalizer of SplitMix64 (Steele, Lea, Flood 2014).
   static uint64_t Mix(uint64_t z) {
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
     return z ^ (z >> 31);
   }
-  // The hash function FNV-1a.
+  // Returns the FNV-1a hash of a text.
   static uint64_t Hash(std::string_view text) {
     uint64_t hash = 0xCBF29CE484222325u;
     for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3u;

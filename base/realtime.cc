@@ -11,7 +11,8 @@
 namespace evalbus {
 namespace {
 
-// Whether locked memory is unlimited. With a limit, locking future pages would make later allocations fail.
+// Returns whether locked memory is unlimited. With a limit, locking future pages would make later allocations
+// fail.
 bool MayLockEverything() {
   rlimit limit{};
   if (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY) return true;

@@ -17,7 +17,8 @@ class ReservedStdout {
 
   // Throws EnvironmentError if not everything was written, for example because the reader has exited.
   void Write(std::string_view bytes);
-  // False once the reading end of the pipe has been closed, for example because the reader has exited.
+  // Returns false once the reading end of the pipe has been closed, for example because the reader has
+  // exited.
   bool has_reader() const;
 
  private:

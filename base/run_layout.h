@@ -60,8 +60,8 @@ inline std::string NameOfRun(const std::filesystem::path& folder) {
 // of ten thousands.
 inline constexpr std::string_view kManyEnding = "xxxx";
 
-// Returns the folder of an episode: RUN/episodes/0007 or, from episode 10000 on, RUN/episodes/1xxxx/10007,
-// because shared file systems list large folders slowly.
+// Returns the folder of an episode: RUN/episodes/0007 or, for episodes with numbers of at least 10000,
+// RUN/episodes/1xxxx/10007, because shared file systems list large folders slowly.
 inline std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int episode) {
   constexpr int kMany = 10'000;
   char name[16];
@@ -82,7 +82,7 @@ inline std::filesystem::path LogIn(const std::filesystem::path& episode_folder) 
 inline std::filesystem::path EpisodeLog(const std::filesystem::path& run, int episode) {
   return LogIn(EpisodeFolder(run, episode));
 }
-// Returns the index of the episode in a folder, which may be unfinished; nothing if it is not an episode's
+// Returns the index of the episode in a folder, which may be unfinished; nullopt if it is not an episode's
 // folder.
 inline std::optional<int> EpisodeOfFolder(const std::filesystem::path& folder) {
   const std::string name = folder.filename().string();

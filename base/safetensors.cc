@@ -36,7 +36,7 @@ size_t ItemSize(const std::string& dtype) {
   return 0;
 }
 
-// Returns the size of a tensor in bytes; nothing if it overflows.
+// Returns the size of a tensor in bytes; nullopt if the size overflows.
 std::optional<uint64_t> Size(const Tensor& tensor) {
   uint64_t size = ItemSize(tensor.dtype);
   for (const int64_t extent : tensor.shape) {

@@ -33,9 +33,9 @@ bool IsLocked(int fd) {
   return fcntl(fd, F_OFD_GETLK, &lock) != 0 || lock.l_type != F_UNLCK;
 }
 
-// Whether the folder belongs to a process of this user that has ended. Both the process id and the lock are
-// checked: a process in another container with this host name may be alive although its id is not in use
-// here, and a lock that a process on another machine with the same TMPDIR holds may not be visible here.
+// Returns whether the folder belongs to a process of this user that has ended. Both the process id and the
+// lock are checked: a process in another container with this host name may be alive although its id is not in
+// use here, and a lock that a process on another machine with the same TMPDIR holds may not be visible here.
 bool IsAbandoned(const fs::path& folder, int fd) {
   struct stat status {};
   if (fstat(fd, &status) != 0 || status.st_uid != geteuid()) return false;

@@ -35,7 +35,7 @@ struct Character {
   char32_t code;
 };
 
-// Returns the first character of a string, which must not be empty; nothing if its first bytes are not UTF-8.
+// Returns the first character of a string, which must not be empty; nullopt if its first bytes are not UTF-8.
 std::optional<Character> FirstCharacter(std::string_view text) {
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char lead = byte(0);

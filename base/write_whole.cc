@@ -68,7 +68,7 @@ class File {
   int fd_;
 };
 
-// Whether the file is an open file descriptor of this process, such as "/proc/self/fd/1".
+// Returns whether the file is an open file descriptor of this process, such as "/proc/self/fd/1".
 bool IsOpenHere(const fs::path& file) {
   std::error_code error;
   const fs::path folder = fs::canonical(file.parent_path(), error);

@@ -28,9 +28,9 @@ class WholeFile {
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
 
-  // Temporary name in the folder of the file.
+  // Returns the path of the temporary file, which is in the folder of the final file.
   const std::filesystem::path& path() const { return temporary_; }
-  // Syncs the temporary file and renames it. Throws InputError, EnvironmentError.
+  // Syncs the temporary file and renames it. Throws InputError or EnvironmentError.
   void Finish();
 
  private:
@@ -49,7 +49,7 @@ struct TemporaryName {
   std::string process;
   pid_t pid = 0;
 };
-// Parses a temporary name. Returns nothing for other names.
+// Parses a temporary name. Returns nullopt for other names.
 std::optional<TemporaryName> ParseTemporaryName(const std::string& name);
 
 }  // namespace evalbus

@@ -12,8 +12,8 @@ namespace evalbus {
 
 struct Address {
   // Run folder (or replayed log) and bus URL. At most one of them may be set. If both are empty, the bus is
-  // taken from the environment (EVALBUS_URL) or, if that is not set, from the only active run or replay on
-  // this machine.
+  // taken from the environment (EVALBUS_URL) or, if this variable is not set, from the only active run or
+  // replay on this machine.
   std::filesystem::path run;
   std::string url;
 };

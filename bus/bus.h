@@ -116,8 +116,8 @@ class Bus {
   // limit the delay further. The call has no effect before the first subscription, or if liblcm receives.
   // Components whose answers other components wait for should leave the delay at 0.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
-  // Size of the receive buffer that the kernel granted. Nothing before the first subscription, and if liblcm
-  // receives, because its queue is unlimited.
+  // Returns the size of the receive buffer that the kernel granted. Returns nullopt before the first
+  // subscription, and if liblcm receives, because its queue is unlimited.
   std::optional<size_t> receive_buffer_bytes() const;
 
   // Handles one message if one arrives before the deadline. Returns false if no message arrived, after a
@@ -134,9 +134,10 @@ class Bus {
   // Bytes of the message that is being handled. Valid only inside its handler.
   std::span<const uint8_t> handled() const { return handled_; }
 
-  // Number of messages that could not be decoded, and of messages of which only some fragments arrived.
+  // Return the number of messages that could not be decoded, and of messages of which only some fragments
+  // arrived.
   int64_t decode_errors() const;
-  // Number of dropped messages of other sessions.
+  // Returns the number of dropped messages of other sessions.
   int64_t foreign_messages() const { return foreign_messages_; }
   // Counts a decode error. Must be called by subscribers of raw messages, which decode messages themselves.
   void CountDecodeError() { ++decode_errors_; }
@@ -178,7 +179,7 @@ class Bus {
   std::map<std::pair<std::string, int64_t>, std::shared_ptr<void>> topics_;
   // True for a bus within this process (memq), or if EVALBUS_LCM_RECEIVER selects liblcm.
   bool liblcm_receives_;
-  // The receiver exists from the first subscription on, unless liblcm receives.
+  // The receiver is created at the first subscription, unless liblcm receives.
   std::unique_ptr<MulticastReceiver> receiver_;
   std::vector<uint8_t> buffer_;
   std::span<const uint8_t> handled_;
@@ -191,7 +192,7 @@ class Bus {
 // lost. In real time, a policy that misses a STATE would be scored as if it had not answered.
 void CheckReceiveBuffer(const std::string& url);
 
-// A random id, not 0, for a session or an instance.
+// Returns a random id, not 0, for a session or an instance.
 int64_t DrawId();
 
 }  // namespace evalbus

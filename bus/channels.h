@@ -95,7 +95,7 @@ inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo}
 inline constexpr Channel<image_t> kSourceImage{"EVALBUS_SOURCE_IMAGE_", kSource, Recorded::kNo};
 inline constexpr Channel<image_t> kCameraImage{"EVALBUS_CAMERA_", "sim"};
 
-// All channels: first the channels with one message per tick, then the others.
+// All channels: first the channels with one message per tick, then all other channels.
 inline constexpr std::tuple kAll{
     kState,        kContacts,       kAction,       kPartial,     kRequestImage,    kObservation,
     kPolicyAction, kModel,          kEpisodeBegin, kEpisodeEnd,  kEpisodeSummary,  kRunSummary,
@@ -107,13 +107,13 @@ void ForEach(const Function& function) {
   std::apply([&](const auto&... channel) { (function(channel), ...); }, kAll);
 }
 
-// "left/hand/wrist" becomes "EVALBUS_IMAGE_left_hand_wrist".
+// Returns the channel of a camera's images: "left/hand/wrist" -> "EVALBUS_IMAGE_left_hand_wrist".
 inline std::string ImageChannel(std::string camera, const Channel<image_t>& channel = kImage) {
   std::ranges::replace(camera, '/', '_');
   return channel.name + std::move(camera);
 }
 
-// True if `name` is the channel's name or, for a channel whose name ends with "_", begins with it.
+// Returns true if `name` is the channel's name or, for a channel whose name ends with "_", begins with it.
 template <class Message>
 bool Carries(const Channel<Message>& channel, std::string_view name) {
   const std::string_view own = channel.name;
@@ -137,8 +137,8 @@ bool Dispatch(std::string_view name, std::span<const uint8_t> data, const Handle
   return good;
 }
 
-// Whether messages on this channel contain a session. False for channels of a source and for channels that
-// are not in the table.
+// Returns whether messages on this channel contain a session. False for channels of a source and for channels
+// that are not in the table.
 inline bool CarriesSession(std::string_view name) {
   bool carries = false;
   ForEach([&]<class Message>(const Channel<Message>& channel) {
@@ -147,7 +147,7 @@ inline bool CarriesSession(std::string_view name) {
   return carries;
 }
 
-// How the recorder handles a channel with this name. Channels that are not in the table are recorded
+// Returns how the recorder handles a channel with this name. Channels that are not in the table are recorded
 // unchanged.
 inline Recorded RecordedOf(std::string_view name) {
   Recorded recorded = Recorded::kYes;
@@ -173,8 +173,8 @@ template <class... Message>
 typename EachOnce<std::tuple<>, Message...>::Tuple OneOfEach(const std::tuple<Channel<Message>...>&);
 using Messages = decltype(OneOfEach(kAll));
 
-// False if `data` on a channel of the table is not a message of the channel's type. messages: scratch storage
-// for decoding.
+// Returns false if `data` on a channel of the table is not a message of the channel's type. messages: scratch
+// storage for decoding.
 inline bool MatchesChannelType(std::string_view name, std::span<const uint8_t> data, Messages* messages) {
   bool good = true;
   ForEach([&]<class Message>(const Channel<Message>& channel) {
@@ -183,7 +183,7 @@ inline bool MatchesChannelType(std::string_view name, std::span<const uint8_t> d
   return good;
 }
 
-// Returns the header of a message that belongs to a tick; nothing for all other messages.
+// Returns the header of a message that belongs to a tick; nullopt for all other messages.
 inline std::optional<header_t> TickOf(std::string_view name, std::span<const uint8_t> data) {
   std::optional<header_t> found;
   ForEach([&]<class Message>(const Channel<Message>& channel) {

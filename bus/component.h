@@ -1,6 +1,6 @@
-// Base class of all components of a run. A component works in its message handlers, and reports its health on
-// STATUS and in its log. It runs either alone in a process (bus/host.h) or with the other components on one
-// in-process bus.
+// Base class of all components of a run. A component processes messages in its handlers, and reports its
+// health in STATUS messages and in its log. It runs either alone in a process (bus/host.h) or with the other
+// components on one in-process bus.
 #pragma once
 
 #include <string>
@@ -28,7 +28,7 @@ class Component {
   // must call Component::Poll.
   virtual void Poll(SteadyTime now);
   virtual SteadyTime next_poll() const { return SteadyTime::max(); }
-  // True if a host that runs only this component must exit.
+  // Returns true if a host that runs only this component must exit.
   virtual bool done() const { return false; }
 
   // Publishes STATUS FAILED with one line of text.
@@ -38,18 +38,18 @@ class Component {
  protected:
   Bus& bus() { return *bus_; }
 
-  // True if the received MODEL differs from the last one and must be used from the next episode on. Within a
-  // session, only the first MODEL is used, because the sim of a session publishes only one.
+  // Returns true if the received MODEL differs from the last one and must be used from the next episode on.
+  // Within a session, only the first MODEL is used, because the sim of a session publishes only one.
   bool IsNewModel();
-  // True if the component is already in the episode, attempt and seed of this message.
+  // Returns true if the component is already in the episode, attempt and seed of this message.
   bool HasEntered(const episode_begin_t& begin) const;
   // Enters the episode. EPISODE_BEGIN is repeated until all components are ready. For the first
   // EPISODE_BEGIN, returns true; the component must then prepare the episode and call PublishReady(). For a
   // repetition, publishes STATUS and returns false.
   bool EnterEpisode(const episode_begin_t& begin);
   void PublishReady();
-  // True if a message with this header belongs to the current episode and IsPlausible(). Otherwise counts the
-  // message as foreign.
+  // Returns true if a message with this header belongs to the current episode and IsPlausible(). Otherwise
+  // counts the message as foreign.
   bool IsOurs(const header_t& header);
   // Must be called when a tick has been handled. Publishes STATUS often enough for flow control.
   void Progress(const header_t& header);

@@ -44,7 +44,7 @@ class ConflictDetector {
     return Answer::kConflicting;
   }
 
-  // One line about the first conflict of the episode; empty if there is none.
+  // Returns one line about the first conflict of the episode; empty if there was no conflict.
   const std::string& conflict() const { return conflict_; }
 
  private:

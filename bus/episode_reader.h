@@ -1,4 +1,4 @@
-// Reads the episodes of a log, one after the other, as decoded messages.
+// Reads the episodes of a log one at a time, as decoded messages.
 #pragma once
 
 #include <cstdint>

@@ -62,13 +62,13 @@ class EventLogReader {
   // the file when it was opened. Throws InputError if the file has been truncated since.
   bool Next(LogEvent* event);
 
-  // Total size of the unpacked log in bytes.
+  // Returns the total size of the unpacked log in bytes.
   uint64_t size() const { return size_; }
   bool is_packed() const { return is_packed_; }
-  // Unpacked contents of a packed log.
+  // Returns the unpacked contents of a packed log.
   std::span<const uint8_t> unpacked() const { return window_; }
 
-  // Number of bytes, and of contiguous regions, skipped so far.
+  // Return the number of bytes, and of contiguous regions, skipped so far.
   int64_t damaged_bytes() const { return damaged_bytes_; }
   int64_t damaged_places() const { return damaged_places_; }
 
@@ -80,7 +80,7 @@ class EventLogReader {
   }
   // Fills `to` from the file.
   void Read(uint64_t offset, std::span<uint8_t> to);
-  // Returns the first offset from `offset` on at which an event may begin, because the first byte of the
+  // Returns the first offset, not before `offset`, at which an event may begin, because the first byte of the
   // magic is there; the end if there is none.
   uint64_t FindStart(uint64_t offset);
   // Returns the size of the event that begins at offset; 0 if no undamaged event begins there.
@@ -88,9 +88,9 @@ class EventLogReader {
   // Returns the size of the event at offset according to the lengths in its header; 0 if they are
   // implausible.
   size_t ClaimedSize(uint64_t offset);
-  // True if an event or the end of the log begins here.
+  // Returns true if an event or the end of the log begins here.
   bool IsBoundary(uint64_t offset);
-  // Returns the first offset, from `offset` on, of an event that is followed by a boundary. The result is
+  // Returns the first offset, not before `offset`, of an event that is followed by a boundary. The result is
   // cached, so that reading takes linear time for any input.
   uint64_t NextWhole(uint64_t offset);
 

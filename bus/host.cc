@@ -77,7 +77,7 @@ int HostMain(int argc, char** argv, const std::string& description,
   int64_t session = 0, instance = 0;
   int realtime_priority = 0;
   add_options(&app);
-  // A launcher passes --options to every component. A component that has no options of its own accepts it and
+  // A launcher passes --options to every component. A component without specific options accepts it and
   // ignores the file's contents.
   if (app.get_option_no_throw("--options") == nullptr) AddOptionsFile(&app, [](const std::string&) {});
   app.add_option("--url", url,

@@ -60,8 +60,8 @@ fs::path FolderOf(const fs::path& process, const std::vector<std::string>& argum
   return fs::read_symlink(process / "cwd", error) / folder;
 }
 
-// Whether this user started the process. Other processes named evalbus-sim are not trusted, because any user
-// can start one.
+// Returns whether this user started the process. Other processes named evalbus-sim are not trusted, because
+// any user can start one.
 bool IsOurs(const struct stat& process) { return process.st_uid == geteuid(); }
 
 bool Enter(int namespaces, const char* name, int kind) {

@@ -38,7 +38,7 @@ class Log {
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;
 
-  // Settings for all logs of this process that are constructed after the call. SetLevel() sets the lowest
+  // Change the settings of all logs that this process constructs after the call. SetLevel() sets the lowest
   // level that is written; the default is EVALBUS_LOG_LEVEL of the environment or, if it is not set, info.
   // SetFiles() sets the log file of each component; the default is stderr.
   static void SetLevel(LogLevel level);
@@ -81,7 +81,8 @@ class Log {
   std::unique_ptr<Sinks> sinks_;
 };
 
-// "e3 t127" or "e3 attempt 2 t127", as shown in log lines. Empty before the first episode.
+// Returns the place as shown in log lines, such as "e3 t127" or "e3 attempt 2 t127"; empty before the first
+// episode.
 std::string PlaceText(const header_t& header);
 
 }  // namespace evalbus

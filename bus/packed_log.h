@@ -19,7 +19,7 @@ LogForm ParseLogForm(const std::string& text);
 // Limit of the unpacked size. It also limits the memory for reading a packed log. Longer logs are not packed.
 inline constexpr size_t kMaxUnpackedBytes = size_t{1} << 30;
 
-// True if a file that begins with these bytes is packed.
+// Returns true if a file that begins with these bytes is packed.
 bool IsPacked(std::span<const uint8_t> bytes);
 
 // Packs a log into a new file, in one frame with its size and checksum, and syncs it. Equal logs result in

@@ -9,15 +9,15 @@ namespace evalbus {
 
 // Environment variable with the bus URL of every program that has no --url on its command line.
 inline constexpr char kUrlVariable[] = "EVALBUS_URL";
-// Value of kUrlVariable; empty if it is not set.
+// Returns the value of kUrlVariable; empty if it is not set.
 std::string UrlOfEnvironment();
 
 // Tests whether multicast works with this URL. Returns one line that explains why not; empty if it works.
 std::string WhyNoMulticast(const std::string& url);
 
-// Moves this process into a network namespace of its own with multicast on its loopback interface. Must be
-// called before any thread has started. Child processes share the namespace; other processes receive nothing
-// from it. Throws EnvironmentError, one line.
+// Moves this process into a new network namespace with multicast on its loopback interface. Must be called
+// before any thread has started. Child processes share the namespace; other processes receive nothing from
+// it. Throws EnvironmentError, one line.
 void EnterPrivateNetwork();
 
 // Chooses the bus. If `asked` is not empty, only that bus is used; throws InputError or EnvironmentError if

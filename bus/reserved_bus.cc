@@ -33,7 +33,7 @@ int BindAlone(int type, uint16_t port) {
   return fd;
 }
 
-// True if any program receives on this UDP port, even if it has not reserved its bus.
+// Returns true if any program receives on this UDP port, even if it has not reserved its bus.
 bool IsReceivedOn(uint16_t port) {
   const int fd = BindAlone(SOCK_DGRAM, port);
   if (fd >= 0) close(fd);

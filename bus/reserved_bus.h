@@ -32,7 +32,7 @@ class ReservedBus {
   // reserved so that Draw() of other runs does not choose it.
   static ReservedBus Chosen(const std::string& url);
 
-  // URL of the bus; empty if there is no bus.
+  // Returns the URL of the bus; empty if there is no bus.
   const std::string& url() const { return url_; }
 
  private:

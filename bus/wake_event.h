@@ -15,7 +15,7 @@ class WakeEvent {
   void Set();
   void Clear();
 
-  // File descriptor that is readable while the event is set.
+  // Returns the file descriptor that is readable while the event is set.
   int fd() const { return fd_; }
 
  private:

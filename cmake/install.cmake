@@ -1,5 +1,5 @@
 # `cmake --install` installs programs, models, messages, schemas, the Python package, headers, man pages and completion.
-# `cpack` makes a Debian package of them (used by scripts/package).
+# `cpack` builds a Debian package from these files (used by scripts/package).
 include(GNUInstallDirs)
 set(shared ${CMAKE_INSTALL_DATADIR}/evalbus)
 get_property(programs GLOBAL PROPERTY EVALBUS_PROGRAMS)

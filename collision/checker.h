@@ -29,7 +29,7 @@ struct Clearance {
   std::array<double, 3> scene_point{};
 };
 
-// True if SetBodyPose accepts these numbers: all are finite, and the quaternion can be normalized.
+// Returns true if SetBodyPose accepts these numbers: all are finite, and the quaternion can be normalized.
 bool IsPose(const double position[3], const double quat_wxyz[4]);
 
 class CollisionChecker {
@@ -65,9 +65,9 @@ class CollisionChecker {
   // Converts a contact of FindContacts() to a clearance. Empty if its pair does not count for the clearance.
   std::optional<Clearance> AsClearance(const contact_t& contact) const;
 
-  // Whether the pair is checked for contact.
+  // Returns whether the pair is checked for contact.
   bool IsChecked(int geom_a, int geom_b) const;
-  // Whether any geom of one body is checked against a geom of the other.
+  // Returns whether any geom of one body is checked against a geom of the other.
   bool AreBodiesChecked(int body_a, int body_b) const;
 
  private:

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Vector from the center of a capsule's or sphere's axis to its end.
+// Returns the vector from the center of a capsule's or sphere's axis to its end.
 Vector3d HalfAxis(const Shape& shape) {
   if (shape.kind == Shape::Kind::kSphere) return Vector3d::Zero();
   return shape.size[1] * shape.rotation.col(2);

@@ -6,7 +6,8 @@
 namespace evalbus::collision {
 namespace {
 
-// Whether MuJoCo checks the pair: applies its filters (mj_collision of version 2.2), except <pair>.
+// Returns whether MuJoCo checks the pair. Applies MuJoCo's filters (mj_collision of version 2.2), except
+// <pair>.
 bool MujocoChecks(const mjModel& m, int geom_a, int geom_b) {
   if (!(m.geom_contype[geom_a] & m.geom_conaffinity[geom_b]) &&
       !(m.geom_contype[geom_b] & m.geom_conaffinity[geom_a])) {
@@ -28,8 +29,8 @@ bool MujocoChecks(const mjModel& m, int geom_a, int geom_b) {
          m.exclude_signature + m.nexclude;
 }
 
-// True for neighboring links of one robot. evalbus does not check these pairs, but MuJoCo checks a link
-// against its parent if the parent is fixed to the world.
+// Returns true for neighboring links of one robot. evalbus does not check these pairs, but MuJoCo checks a
+// link against its parent if the parent is fixed to the world.
 bool AreNeighboringLinks(const mjModel& m, const model_info_t& info, int body_a, int body_b) {
   const int entity = info.body_entity[body_a];
   if (entity != info.body_entity[body_b] || info.entity_kind[entity] != model_info_t::ROBOT) return false;

@@ -15,7 +15,7 @@ void FillContacts(const state_t& state, CollisionChecker* checker, ClearanceWatc
                   contacts_t* contacts);
 
 // Replaces the contacts in CONTACTS by the contacts of a source, and keeps the clearance. Pairs of bodies
-// that the checker does not check (neighboring links, fingers of one gripper, two fixtures) are left out.
+// that the checker does not check (neighboring links, fingers of one gripper, two fixtures) are ignored.
 void ReplaceContacts(const contacts_t& measured, const CollisionChecker& checker, const model_info_t& info,
                      contacts_t* contacts);
 

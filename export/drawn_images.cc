@@ -53,7 +53,7 @@ DrawnImages::DrawnImages(std::vector<fs::path> logs, ImageOptions options, fs::p
   }
 }
 
-// Renders the episodes of one process, one after the other.
+// Renders all episodes that are assigned to one worker process, one at a time.
 class DrawnImages::Painter {
  public:
   explicit Painter(const ImageOptions& options) : options_(options) {}

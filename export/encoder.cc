@@ -298,9 +298,15 @@ void Encoder::Receive(const partial_metrics_t& partial) {
       paths.emplace_back(NameWithUnit(name), FindMetric(name).label());
     }
     Topic topic{"/metrics", "evalbus.Metrics", MetricsSchema(paths)};
-    const auto known = std::ranges::find(topics_, topic.schema, &Topic::schema);
-    metrics_topic_ = static_cast<size_t>(known - topics_.begin());
-    if (known == topics_.end()) topics_.push_back(std::move(topic));
+    // Only the latest "/metrics" can be used again, because it has replaced the earlier ones.
+    const auto latest = std::find_if(topics_.rbegin(), topics_.rend(),
+                                     [&](const Topic& other) { return other.name == topic.name; });
+    if (latest == topics_.rend() || latest->schema != topic.schema) {
+      metrics_topic_ = topics_.size();
+      topics_.push_back(std::move(topic));
+    } else {
+      metrics_topic_ = static_cast<size_t>(topics_.rend() - latest) - 1;
+    }
   }
   const int64_t time = partial.header.sim_time_us * kNsPerUs;
   Json json = {{"timestamp", TimeJson(time)},

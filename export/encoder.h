@@ -81,9 +81,9 @@ class Encoder {
   // The list only grows. A topic replaces earlier topics with the same name.
   const std::vector<Topic>& topics() const { return topics_; }
   int64_t undecodable() const { return undecodable_; }
-  // Number of episodes, and repeated attempts of episodes, that have begun.
+  // Returns the number of episodes, and repeated attempts of episodes, that have begun.
   int64_t num_attempts() const { return num_attempts_; }
-  // Simulated time of the current episode's latest STATE, ns; -1 before its first STATE.
+  // Returns the simulated time of the current episode's latest STATE, ns; -1 before its first STATE.
   int64_t time_ns() const { return time_ns_; }
 
  private:

@@ -18,8 +18,8 @@ namespace evalbus::exports {
 // Returns the first supported subprotocol that a client offers; empty if there is none. offered: value of the
 // header Sec-WebSocket-Protocol.
 std::string ChooseSubprotocol(std::string_view offered);
-// False for the older subprotocol, which has no playback; its clients disconnect if they receive a playback
-// message.
+// Returns false for the older subprotocol, which has no playback; its clients disconnect if they receive a
+// playback message.
 inline bool SupportsPlayback(std::string_view subprotocol) { return subprotocol == "foxglove.sdk.v1"; }
 
 // A client's text message. Unsupported requests (client channels, parameters) give an empty struct.
@@ -41,13 +41,13 @@ struct PlaybackControl {
 // Parses a client's binary playback request; nullopt for any other message.
 std::optional<PlaybackControl> ParsePlaybackControl(std::string_view bytes);
 
-// The server's text messages.
+// Return the server's text messages.
 std::string ServerInfoText(const std::string& name, const std::string& session,
                            std::optional<int64_t> playback_end_ns);
 std::string AdvertiseText(const std::vector<Topic>& topics, size_t from);
 std::string UnadvertiseText(const std::vector<size_t>& channels);
 std::string WarningText(const std::string& id, const std::string& message);
-// The server's binary messages.
+// Return the server's binary messages.
 std::string MessageBytes(uint32_t subscription, int64_t time_ns, std::string_view json);
 std::string TimeBytes(int64_t time_ns);
 

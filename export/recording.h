@@ -20,7 +20,7 @@ class SceneSource {
  public:
   std::shared_ptr<const std::string> Of(const model_info_t& model, std::optional<int64_t> seed,
                                         const std::filesystem::path& run);
-  // Reason why the last call of Of() returned no scene; empty if it returned a scene.
+  // Returns the reason why the last call of Of() returned no scene; empty if it returned a scene.
   const std::string& remark() const { return remark_; }
 
  private:

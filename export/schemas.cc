@@ -142,8 +142,9 @@ std::string RobotSchema() {
                                           "by arm; pose in the world frame")},
                       {"gripper_opening", Described({{"type", "object"}, {"additionalProperties", kNumber}},
                                                     "by gripper: 1 open, 0 closed")},
-                      {"action_clips", Described(kInteger, "commands clipped to limits, so far")},
-                      {"deadline_misses", Described(kInteger, "ticks without an action in time, so far")}}));
+                      {"action_clips", Described(kInteger, "commands so far that were clipped to limits")},
+                      {"deadline_misses",
+                       Described(kInteger, "ticks so far at which no action had arrived in time")}}));
 }
 
 std::string ContactsSchema() {

@@ -12,6 +12,7 @@
 #include "base/safetensors.h"
 #include "base/write_whole.h"
 #include "bus/episode_reader.h"
+#include "bus/host.h"
 #include "export/hdf5_file.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/source.h"
@@ -80,7 +81,7 @@ std::vector<std::pair<std::string, std::vector<double>>> Observe(const model_inf
   return result;
 }
 
-// True if a state has as many bodies, arms, joints, grippers and coordinates as the model.
+// Returns true if a state has as many bodies, arms, joints, grippers and coordinates as the model.
 bool Fits(const state_t& state, const model_info_t& model, const state_t& first) {
   const auto has_joints = [&](const arm_state_t& arm, const arm_info_t& info) {
     const auto n = static_cast<size_t>(info.num_joints);
@@ -148,6 +149,11 @@ std::string StartLine(const EpisodeSteps& episode) {
   nlohmann::ordered_json line = {{"task", model.task + "/" + model.variation}, {"parameters", nullptr}};
   if (model.source == source_name::kSim) line["parameters"] = metrics::ParametersJson(episode.begin);
   return ToText(line);
+}
+
+// Throws EnvironmentError if the user has asked the program to stop. out: the file or folder to write.
+void CheckStop(const fs::path& out) {
+  if (stop_requested()) throw EnvironmentError("stopped; " + out.string() + " was not written");
 }
 
 void WriteDemo(const EpisodeSteps& episode, const std::string& path, Hdf5File* file) {
@@ -239,7 +245,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
     }
     while (at < actions.size() && actions[at].header.tick < tick) ++at;
     if (at == actions.size() || actions[at].header.tick != tick)
-      fail(fmt::format("no action for tick {}: a training set needs an action for every tick", tick));
+      fail(fmt::format("no action for tick {}: a training set requires an action for every tick", tick));
     episode.actions.push_back(actions[at]);
   }
   const size_t width = ActionLimits(episode.model).lower.size();
@@ -256,6 +262,7 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
   // All logs are checked before the first image is rendered or the file is written.
   std::string task;
   for (const fs::path& log : logs) {
+    CheckStop(file);
     const std::string name = NameOf(ReadSteps(log).model);
     if (task.empty()) task = name;
     if (name != task)
@@ -271,6 +278,7 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
   std::vector<std::string> all, successes, starts;
   int64_t total = 0;
   for (size_t i = 0; i < logs.size(); ++i) {
+    CheckStop(file);
     const EpisodeSteps episode = ReadSteps(logs[i]);
     const model_info_t& model = episode.model;
     const std::string demo = "demo_" + std::to_string(i), path = "data/" + demo;
@@ -324,6 +332,7 @@ void WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
   // All logs are read before the first file is written, so that an unusable log leaves no files behind.
   std::set<int64_t> known;
   for (const fs::path& log : logs) {
+    CheckStop(folder);
     const EpisodeSteps episode = ReadSteps(log);
     const model_info_t& model = episode.model;
     const bool fits = model.num_arms == 2 && model.num_grippers == 2 && model.arm[0].num_joints == 7 &&
@@ -336,7 +345,15 @@ void WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
   }
   fs::create_directories(folder);
   std::string starts;
+  std::vector<fs::path> files;
   for (size_t i = 0; i < logs.size(); ++i) {
+    if (stop_requested()) {
+      std::error_code ignored;
+      for (const fs::path& file : files) fs::remove(file, ignored);
+      // Keeps the folder if it contains other files, because removing it then fails.
+      fs::remove(folder, ignored);
+    }
+    CheckStop(folder);
     const EpisodeSteps episode = ReadSteps(logs[i]);
     const model_info_t& model = episode.model;
     const auto steps = static_cast<int64_t>(episode.actions.size());
@@ -387,6 +404,7 @@ void WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
                         {"success", episode.success() ? "true" : "false"}};
     const fs::path file = folder / fmt::format("{:04}.safetensors", episode.begin.header.episode);
     WriteWhole(file, EncodeSafetensors(content));
+    files.push_back(file);
     starts += StartLine(episode) + "\n";
     progress(static_cast<double>(i + 1) / static_cast<double>(logs.size()));
   }

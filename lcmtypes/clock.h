@@ -15,7 +15,7 @@ inline constexpr char kRealtime[] = "realtime";  // the wall clock
 inline constexpr char kSource[] = "source";      // samples of a source or a file; nothing is simulated
 }  // namespace clock_name
 
-// Simulated time between two ticks, in whole microseconds.
+// Returns the simulated time between two ticks, in whole microseconds.
 inline int64_t ControlPeriodUs(const model_info_t& model) { return model.timestep_us * model.substeps; }
 
 // Converts simulated microseconds to seconds. Conversions for results use this function, so that equal ticks
@@ -48,8 +48,8 @@ inline double ControlPeriod(const model_info_t& model) {
   return model.clock == clock_name::kSource ? 1 / SourceHz(period_us) : Seconds(period_us);
 }
 
-// Whether the time that an episode continues after its first success (model.after_success_us) has passed by
-// now_us. The tolerance of 1 us is for times of a source, which are rounded to a microsecond.
+// Returns whether the time that an episode continues after its first success (model.after_success_us) has
+// passed by now_us. The tolerance of 1 us is for times of a source, which are rounded to a microsecond.
 inline bool HasHeld(const model_info_t& model, int64_t success_us, int64_t now_us) {
   return now_us + 1 >= success_us + model.after_success_us;
 }

@@ -71,7 +71,7 @@ struct MetricInfo {
   MetricKind kind = MetricKind::kNumber;
   Better better = Better::kNeither;
   // True if the metric measures effort. Effort is meaningful only for successful episodes, because a policy
-  // that gives up at once has the shortest path.
+  // that gives up immediately has the shortest path.
   bool effort = false;
   // True if the metric measures undesired events or motion. A policy that makes less progress, or whose
   // episodes end earlier, has fewer occasions for them, so a better value alone does not make it better.
@@ -101,19 +101,19 @@ struct MetricInfo {
   int64_t extended_metrics_t::*counter = nullptr;
 
   bool is_extended() const { return name.starts_with(kExtended); }
-  // Name in extended_metrics_t, and below "extended" in episodes.jsonl.
+  // Returns the name in extended_metrics_t, and below "extended" in episodes.jsonl.
   std::string_view wire_name() const { return is_extended() ? name.substr(kExtended.size()) : name; }
 };
 
-// True for a metric whose statistics across episodes use only successful episodes. This is the completion
-// time, which only shows after a failure when the episode was stopped.
+// Returns true for a metric whose statistics across episodes use only successful episodes. This is the
+// completion time, which only shows after a failure when the episode was stopped.
 inline bool IsOfSuccessesOnly(std::string_view name) { return name == "completion_time"; }
 
-// RoboEval's metrics in the order of its dictionary, then the metrics defined by evalbus.
+// Returns RoboEval's metrics in the order of its dictionary, then the metrics defined by evalbus.
 std::span<const MetricInfo> Metrics();
 std::span<const TrackOption> TrackOptions();
 
-// False if the task has switched the metric off.
+// Returns false if the task has switched the metric off.
 inline bool IsTracked(const MetricInfo& metric, const metric_values_t& values) {
   return !metric.track || values.*metric.track->member;
 }

@@ -9,7 +9,7 @@
 
 namespace evalbus {
 
-// For example "counter: 310 N by left/link7 on counter/counter, transient limit 200 N".
+// Returns, for example, "counter: 310 N by left/link7 on counter/counter, transient limit 200 N".
 inline std::string ViolationText(const limit_violation_t& violation) {
   return fmt::format("{}: {:.0f} N by {} on {}, {} limit {:g} N", violation.region, violation.force_N,
                      violation.robot_body, violation.body,

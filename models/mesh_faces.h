@@ -17,7 +17,7 @@ struct MeshFaces {
 // MuJoCo 2.2 refuses to compute the inertia of a mesh in which two faces pass an edge in the same direction.
 // Newer versions compute it from the absolute volumes. If the OBJ file contains such a mesh, returns it with
 // separate vertices for each face. It then has the same shape, hull and inertia, but no edge belongs to two
-// faces. Returns nothing for other meshes, and for files that cannot be read, because MuJoCo reports those.
+// faces. Returns nullopt for other meshes, and for files that cannot be read, because MuJoCo reports those.
 std::optional<MeshFaces> SeparateFaces(const std::filesystem::path& obj_file);
 
 }  // namespace evalbus::mjcf

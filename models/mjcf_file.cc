@@ -53,7 +53,7 @@ void ExpandIncludes(XMLElement* parent, const std::filesystem::path& folder,
     XMLElement* next = child->NextSiblingElement();
     if (std::string(child->Name()) == "include") {
       const char* name = child->Attribute("file");
-      if (!name) throw InputError(SourceOf(child) + ": include needs the attribute 'file'");
+      if (!name) throw InputError(SourceOf(child) + ": <include> requires the attribute 'file'");
       const std::filesystem::path file = (folder / name).lexically_normal();
       for (const auto& other : *open) {
         if (other == file) throw InputError(SourceOf(child) + ": " + file.string() + " includes itself");

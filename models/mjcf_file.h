@@ -25,7 +25,7 @@ inline constexpr const char* kDensityAttribute = "evalbus_density";
 // recursive.
 MjcfFile ReadMjcf(const std::filesystem::path& file);
 
-// "file:line" of an element of an MjcfFile.
+// Returns "file:line" of an element of an MjcfFile.
 std::string SourceOf(const tinyxml2::XMLElement* element);
 
 // Returns the names of the elements <kind name="..."> below `section` ("worldbody", "actuator", "asset",

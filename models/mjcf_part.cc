@@ -26,7 +26,7 @@ const std::set<std::string>& NameAttributes() {
   return names;
 }
 
-// True if this attribute of this element names a body.
+// Returns true if this attribute of this element names a body.
 bool NamesBody(const XMLElement* element, const std::string& attribute) {
   if (attribute == "body" || attribute == "body1" || attribute == "body2" || attribute == "target")
     return true;

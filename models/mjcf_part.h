@@ -32,7 +32,7 @@ class Part {
 
   tinyxml2::XMLElement* root() { return mjcf_.root; }
 
-  // Value of a compiler attribute, or `otherwise` if it is not set.
+  // Returns the value of a compiler attribute, or `otherwise` if it is not set.
   std::string compiler(const std::string& attribute, const std::string& otherwise) const;
 
   // Elements with this name directly below <mujoco>; a file may have several.
@@ -53,8 +53,8 @@ class Part {
   void Normalize();
   // Removes a body with everything attached to it.
   void RemoveBody(const std::string& name);
-  // Describes everything except the name that determines how MuJoCo compiles a mesh, or a texture from a
-  // file. Equal assets therefore have equal descriptions. Empty for other assets.
+  // Returns a description of everything except the name that determines how MuJoCo compiles a mesh, or a
+  // texture from a file. Equal assets therefore have equal descriptions. Empty for other assets.
   std::string DescribeAsset(const tinyxml2::XMLElement* asset) const;
   // Prefixes every name and reference. `world`: new name of the file's world body. References to assets in
   // `shared` are replaced by the names of these assets in the document.

@@ -12,14 +12,15 @@ struct SchemaNode {
   std::map<std::string, SchemaNode> children;
 };
 
-// Schema of <mujoco>, as printed by MuJoCo itself.
+// Returns the schema of <mujoco>, as printed by MuJoCo itself.
 const SchemaNode& Schema();
 
-// Schema of a child element; <body> and <default> contain themselves. Null if there is no such child.
+// Returns the schema of a child element; null if there is no such child. <body> and <default> contain
+// themselves.
 const SchemaNode* ChildSchema(const SchemaNode& parent, const std::string& parent_name,
                               const std::string& name);
 
-// True for attributes of newer MuJoCo versions without which the physics remains meaningful.
+// Returns true for attributes of newer MuJoCo versions without which the physics remains meaningful.
 bool CanBeDropped(const std::string& element, const std::string& attribute);
 
 }  // namespace evalbus::mjcf

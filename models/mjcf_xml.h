@@ -11,7 +11,7 @@ namespace evalbus::mjcf {
 // Throws InputError "file:line: message" with the element's source.
 [[noreturn]] void Fail(const tinyxml2::XMLElement* element, const std::string& message);
 
-// The element's tag as shown in messages: "<geom>".
+// Returns the element's tag as shown in messages, such as "<geom>".
 std::string Tag(const tinyxml2::XMLElement* element);
 bool Is(const tinyxml2::XMLElement* element, const char* name);
 

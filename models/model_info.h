@@ -20,8 +20,8 @@ model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& 
 // gravity, so that the servos hold the arms.
 inline constexpr const char* kGravityCompensation = "gravity_compensation";
 
-// Whether the sim compensates gravity and Coriolis forces of the arms. True if the model does not have the
-// number kGravityCompensation.
+// Returns whether the sim compensates gravity and Coriolis forces of the arms. True if the model does not
+// have the number kGravityCompensation.
 bool CompensatesGravity(const mjModel& model);
 
 }  // namespace evalbus

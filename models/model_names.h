@@ -23,31 +23,31 @@ class ModelNames {
 
   // The following three functions require a valid geom id.
 
-  // The geom's name, or its body's name if it has none.
+  // Returns the geom's name or, if the geom has no name, its body's name.
   const std::string& GeomName(int geom) const;
   bool IsRobot(int geom) const;
-  // True for geoms of a manipulated object, except those that must not be touched.
+  // Returns true for geoms of a manipulated object, except those that must not be touched.
   bool IsObject(int geom) const;
 
   // For an unknown name, functions with the parameter `where` throw an InputError that names this location,
   // and suggests a similar name or lists the valid names.
 
-  // Mask by geom id: 1 for the geoms of the operand (a gripper's pads, all geoms of an entity or a body, or
-  // one geom).
+  // Returns a mask by geom id: 1 for the geoms of the operand (a gripper's pads, all geoms of an entity or a
+  // body, or one geom).
   std::vector<uint8_t> Geoms(const std::string& operand, const SourceLocation& where) const;
   // Returns the body whose frame represents the operand; for an entity, this is its first body. Geoms are not
   // accepted, because their poses are not in STATE.
   int Body(const std::string& operand, const SourceLocation& where) const;
-  // Mask by body id: 1 for all bodies of an entity, or for the body.
+  // Returns a mask by body id: 1 for all bodies of an entity, or for the body.
   std::vector<uint8_t> Bodies(const std::string& operand, const SourceLocation& where) const;
   // Returns the index into the lists of joints.
   int Joint(const std::string& name, const SourceLocation& where) const;
   // Returns the index of a gripper; -1 if there is no gripper with this name.
   int FindGripper(const std::string& name) const;
   int Gripper(const std::string& name, const SourceLocation& where) const;
-  // Mask by geom id: 1 for the gripper's pads.
+  // Returns a mask by geom id: 1 for the gripper's pads.
   std::vector<uint8_t> Pads(int gripper) const;
-  // Mask by geom id: 1 for the geoms of an object (index into model_info_t.object_name).
+  // Returns a mask by geom id: 1 for the geoms of an object (index into model_info_t.object_name).
   std::vector<uint8_t> ObjectGeoms(int object) const;
 
  private:

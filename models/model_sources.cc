@@ -9,7 +9,7 @@
 namespace evalbus {
 namespace {
 
-// "roboeval=/home/me/RoboEval" -> "roboeval", "/home/me/RoboEval"
+// Splits "roboeval=/home/me/RoboEval" into "roboeval" and "/home/me/RoboEval".
 std::pair<std::string, std::filesystem::path> NameAndFolder(const std::string& entry) {
   const size_t equals = entry.find('=');
   if (equals == 0 || equals == std::string::npos || equals + 1 == entry.size()) {

@@ -17,7 +17,7 @@ struct ModelSources {
   std::vector<std::string> assets = {};
 };
 
-// True if the text is "NAME:FILE", which refers to a file of assets that are not part of evalbus.
+// Returns true if the text is "NAME:FILE", which refers to a file of assets that are not part of evalbus.
 bool IsAssetFile(const std::string& text);
 
 // Returns the path of "NAME:FILE". Throws InputError at `where` if no assets with this name were given, or if

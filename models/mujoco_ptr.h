@@ -21,7 +21,7 @@ using ModelPtr = std::unique_ptr<mjModel, MujocoDeleter>;
 using DataPtr = std::unique_ptr<mjData, MujocoDeleter>;
 using VfsPtr = std::unique_ptr<mjVFS, MujocoDeleter>;
 
-// An empty virtual file system.
+// Creates an empty virtual file system.
 inline VfsPtr MakeVfs() {
   VfsPtr vfs(new mjVFS);
   mj_defaultVFS(vfs.get());

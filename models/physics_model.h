@@ -18,7 +18,7 @@ ModelPtr LoadModel(const std::filesystem::path& file, const std::string& sha256)
 // Loads info.physics_file. Throws InputError if it is not a model file of a run, cannot be read, does not
 // have MODEL's SHA-256, or is not the model that MODEL describes.
 ModelPtr LoadPhysicsModel(const model_info_t& info);
-// Loads info.visual_file. Throws InputError as LoadPhysicsModel() does, but does not compare the model with
+// Loads info.visual_file. Throws the errors of LoadPhysicsModel(), but does not compare the model with
 // MODEL's numbers of bodies, geoms and coordinates.
 ModelPtr LoadVisualModel(const model_info_t& info);
 

@@ -518,7 +518,7 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
   return static_cast<int>(points.size());
 }
 
-// True if a point is inside a box (the geom) whose size is multiplied by this factor.
+// Returns true if a point is inside a box (the geom) whose size is multiplied by this factor.
 bool IsInside(const mjModel& model, const mjData& data, int geom, const mjtNum* point, double factor) {
   mjtNum offset[3], local[3];
   mju_sub3(offset, point, data.geom_xpos + 3 * geom);

@@ -119,7 +119,7 @@ void Rotate(double* vector, const double* quaternion) {
   std::copy_n(rotated, 3, vector);
 }
 
-// True for a light whose rays are parallel. The field's name depends on MuJoCo's version.
+// Returns true for a light whose rays are parallel. The field's name depends on MuJoCo's version.
 template <class Model>
 bool IsDirectional(const Model& model, int light) {
   if constexpr (requires { model.light_type; }) {

@@ -55,7 +55,7 @@ std::vector<double> OptionalNumbers(const YamlMap& map, const std::string& key, 
   return value ? value->Numbers(size, range) : std::vector<double>();
 }
 
-// Value of a key that ends in _m (slide joints) or _rad (hinge joints).
+// Returns the value of a key that ends in _m (slide joints) or _rad (hinge joints).
 double TravelOf(const YamlMap& map, const std::string& stem) {
   const YamlValue* meters = map.Find(stem + "_m");
   const YamlValue* radians = map.Find(stem + "_rad");
@@ -160,7 +160,7 @@ GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm
     own_model = ReadMjcf(gripper.model_file);
     model = &own_model;
     const YamlValue* body = map.Find("attach_body");
-    if (!body) value.Fail("a gripper with its own model needs 'attach_body'");
+    if (!body) value.Fail("a gripper with its own model requires 'attach_body'");
     gripper.attach_body = NameIn(*body, NamesIn(arm_model, "worldbody", "body"), "body", arm_model.file);
     if (const YamlValue* mount = map.Find("mount")) gripper.mount = ReadPose(*mount);
   } else {

@@ -54,7 +54,7 @@ struct ArmDescription {
   // Location of the description in the YAML file.
   SourceLocation location;
 
-  // Prefix of every name of the arm's model in a composed scene: "left/".
+  // Returns the prefix of every name of the arm's model in a composed scene: "left/".
   std::string prefix() const { return name + "/"; }
 };
 
@@ -89,7 +89,8 @@ struct GripperDescription {
   // Location of the description in the YAML file.
   SourceLocation location;
 
-  // Prefix of every name of the gripper's model in a composed scene: "left/hand/", or the arm's "left/".
+  // Returns the prefix of every name of the gripper's model in a composed scene: "left/hand/", or the arm's
+  // "left/".
   std::string prefix() const { return model_file.empty() ? arm + "/" : arm + "/hand/"; }
 };
 
@@ -112,11 +113,11 @@ struct RobotDescription {
   std::vector<std::string> arm_names() const;
 };
 
-// The YAML files in models/robots, sorted.
+// Returns the YAML files in models/robots, sorted.
 std::vector<std::filesystem::path> AllRobots();
 
-// File of a robot: `name` itself if it is the path of a YAML file, otherwise the file of this name in
-// models/robots ("single_panda"). Throws InputError that suggests or lists robots.
+// Returns the file of a robot: `name` itself if it is the path of a YAML file, otherwise the file of this
+// name in models/robots ("single_panda"). Throws InputError that suggests or lists robots.
 std::filesystem::path FindRobot(const std::string& name);
 
 // Reads and checks a robot YAML. Model files are searched in the YAML's own folder, in the folders of

@@ -31,8 +31,8 @@ struct Scene {
   model_info_t info{};
 };
 
-// Composes and compiles robot and task (with its variation applied). Throws InputError, also for errors of
-// MuJoCo's compiler, with file and line of the model file where they are known.
+// Composes and compiles robot and task (with its variation applied). Throws InputError, including for errors
+// of MuJoCo's compiler. The message contains file and line of the model file if they are known.
 Scene BuildScene(const TaskDescription& task, const RobotDescription& robot);
 
 // Loads the scene from RUN/model/, where its compiled models were stored. `xml` and `warnings` remain empty.

@@ -67,7 +67,7 @@ void RemoveFreeJoint(mjcf::Part* part, bool free) {
   if (!free || joints.size() > 1) {
     Fail(joints.back(),
          free ? "only one free joint can be in a file that is attached free"
-              : "a free joint in an attached file needs 'free: true' where the file is attached");
+              : "a free joint in an attached file requires 'free: true' where the file is attached");
   }
   joints[0]->Parent()->DeleteChild(joints[0]);
 }

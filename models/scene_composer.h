@@ -1,4 +1,4 @@
-// Composes several MJCF files into one document. MuJoCo 2.2 has no attach function of its own.
+// Composes several MJCF files into one document. MuJoCo 2.2 has no function that attaches models.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -30,7 +30,7 @@ struct Attachment {
   // Replaces the stiffness of position servos, by their names in the file, N m / rad or N / m, and removes
   // their velocity gain.
   std::map<std::string, double> stiffness{};
-  // Bodies of the file that are left out, with everything attached to them.
+  // Bodies of the file that are removed, with everything attached to them.
   std::vector<std::string> without{};
   // Whether the file's lights are added to the scene.
   bool keep_lights = false;
@@ -57,9 +57,10 @@ class SceneComposer {
   void Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
               const Attachment& how = {});
 
-  // Adds a camera to the world or a body, or replaces the camera with this name there. It looks along its -z
-  // axis; y points up in the image; the field of view is vertical. This function and all functions below use
-  // the names of the composed document.
+  // Adds a camera to the world or a body. If the world or body already has a camera with this name, replaces
+  // it. The camera looks along its -z axis, y points up in the image, and the field of view is vertical. This
+  // function and all functions below expect names of the composed document, which include the prefixes of the
+  // attached files.
   void SetCamera(const std::string& name, const Pose& pose, double fov_deg, const std::string& body = "");
 
   // Returns whether there is a texture with this name. If it was merged with an equal texture, it becomes a
@@ -94,9 +95,9 @@ class SceneComposer {
   // Returns the composed document. discard_visual: sets the compiler option that drops visual geoms, and
   // omits textures. Equal calls return equal bytes.
   std::string ToXml(bool discard_visual = false) const;
-  // "file:line" of the base file's <option>, or of the file if it has none.
+  // Returns "file:line" of the base file's <option>, or of the file if it has no <option>.
   std::string OptionSource() const;
-  // "file:line" of the source of a line of ToXml(discard_visual); empty if unknown.
+  // Returns "file:line" of the source of a line of ToXml(discard_visual); empty if unknown.
   std::string Locate(int line, bool discard_visual) const;
 
   const std::vector<std::string>& warnings() const;

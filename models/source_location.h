@@ -9,7 +9,7 @@ namespace evalbus {
 struct SourceLocation {
   std::string file;
   int line = 0;
-  // "lift_pot.yaml:12"
+  // Returns, for example, "lift_pot.yaml:12".
   std::string ToString() const { return file + ":" + std::to_string(line); }
 };
 

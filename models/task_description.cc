@@ -152,7 +152,7 @@ void CheckFree(const Distractors& distractors, const std::vector<ScenePart>& par
     const auto part = std::ranges::find(parts, object, &ScenePart::name);
     if (part->free) continue;
     throw InputError(part->location.ToString() + ": part '" + object +
-                     "' is a distractor of a variation, so it needs 'free: true'");
+                     "' is a distractor of a variation, which requires 'free: true'");
   }
 }
 

@@ -34,7 +34,7 @@ struct ScenePart {
   std::string name;
   // MJCF file. A file of assets is "NAME:FILE" until FindAssets() replaces it by a path.
   std::filesystem::path model_file;
-  // Bodies of the file that are left out.
+  // Bodies of the file that are removed.
   std::vector<std::string> without;
   // Sites that are added to the sites of the file.
   std::vector<PartSite> sites;
@@ -94,7 +94,7 @@ struct AllowedContact {
 // Values that replace the task's values when the task is used with another robot than its own.
 struct OtherRobot {
   std::string name;
-  // The values also apply to any robot with exactly these arms that has no entry of its own. If empty, they
+  // The values also apply to any robot that has exactly these arms and is not listed by name. If empty, they
   // apply only to the robot `name`.
   std::vector<std::string> arms;
   std::vector<NamedExpression> target_distance;
@@ -152,8 +152,8 @@ struct TaskDescription {
   const Variation& variation(const std::string& name) const;
 
   // Applies a variation to this task: adds its parts, and replaces robot base, poses, joints, cameras,
-  // instruction, stages, verdict and target distances. Must be called at most once, on a task as it was read.
-  // Throws InputError if there is no such variation.
+  // instruction, stages, verdict and target distances. Must be called at most once, and only on an unmodified
+  // task. Throws InputError if there is no such variation.
   void Apply(const std::string& variation);
   // Applies the values for a robot, given by its name and the names of its arms. Has no effect if the task
   // has no entry for this robot.
@@ -182,17 +182,18 @@ struct TaskSelection {
 // available tasks, if there is no such task.
 TaskSelection FindTask(const std::string& name);
 
-// True if FindTask() treats `name` as the path of a YAML file.
+// Returns true if FindTask() treats `name` as the path of a YAML file.
 bool IsTaskFile(const std::string& name);
 
-// Every task of models/tasks as it was read, sorted by name.
+// Returns every task of models/tasks as it was read, sorted by name.
 std::vector<TaskDescription> AllTasks();
-// The tasks whose scenes need assets of this name ("roboeval"), from the subfolder of models/tasks with this
-// name. Their names begin with the name of the assets: "roboeval_lift_pot". Empty if there is no such folder.
+// Returns the tasks whose scenes require assets of this name ("roboeval"), from the subfolder of models/tasks
+// with this name. Their names begin with the name of the assets: "roboeval_lift_pot". Empty if there is no
+// such folder.
 std::vector<TaskDescription> TasksOfAssets(const std::string& name);
-// Folder with robots/, props/ and tasks/. It is $EVALBUS_MODELS if that is set. Otherwise it is the first of
-// these folders that exists: ../share/evalbus/models next to the installed program, models/ in the source
-// tree, and /usr/share/evalbus/models.
+// Returns the folder with robots/, props/ and tasks/. It is $EVALBUS_MODELS if that is set. Otherwise it is
+// the first of these folders that exists: ../share/evalbus/models next to the installed program, models/ in
+// the source tree, and /usr/share/evalbus/models.
 std::filesystem::path ModelsFolder();
 std::filesystem::path TasksFolder();
 

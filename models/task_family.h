@@ -6,8 +6,8 @@
 
 namespace evalbus {
 
-// Names of assets for which there are tasks. The tasks are in the subfolders of models/tasks with these
-// names.
+// Returns the names of assets for which there are tasks. The tasks are in the subfolders of models/tasks with
+// these names.
 inline const std::vector<std::string>& AssetNames() {
   static const std::vector<std::string> names = {"roboeval"};
   return names;

@@ -40,7 +40,7 @@ class YamlValue {
   // Rebinds to the other value. YAML::Node's own assignment would modify the document.
   YamlValue& operator=(const YamlValue& other);
 
-  // Location of the value or, if it has a key in a map, of its key; line 1 if the text is empty.
+  // Returns the location of the value or, if it has a key in a map, of its key; line 1 if the text is empty.
   SourceLocation location() const;
   const std::string& key() const { return key_; }
   bool is_scalar() const { return node_.IsScalar(); }

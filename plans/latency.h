@@ -21,7 +21,7 @@ struct LatencyResults {
 };
 
 // Runs the missing episodes of a plan from LatencyPlan(), at most `workers` runs at a time, and writes
-// latency.json, latency.csv and latency.svg into its folder. Throws InputError, EnvironmentError.
+// latency.json, latency.csv and latency.svg into its folder. Throws InputError or EnvironmentError.
 LatencyResults RunLatencyPlan(const PlanFolder& folder, int workers);
 
 }  // namespace evalbus::plans

@@ -67,13 +67,13 @@ void Link(const fs::path& from, const fs::path& to) {
   }
 }
 
-// True if a run used the planned file. Relative paths and names of built-in robots are compared only by file
-// name without extension, because the folder may differ between machines.
+// Returns true if a run used the planned file. Relative paths and names of built-in robots are compared only
+// by file name without extension, because the folder may differ between machines.
 bool IsSameFile(const fs::path& planned, const fs::path& made) {
   return planned.is_absolute() ? planned == made : planned.stem() == made.stem();
 }
 
-// True if the run evaluated the planned task. made: task that the run recorded; for a task file,
+// Returns true if the run evaluated the planned task. made: task that the run recorded; for a task file,
 // FILE/VARIATION. If the plan names no variation of a file, any variation is accepted.
 bool IsOfTask(const results::RecordedRun& run, const std::string& planned, const fs::path& made) {
   if (!IsTaskFile(planned)) return run.task_name() == planned;
@@ -324,8 +324,8 @@ void RemovePart(const PlanFolder& folder, const Shard& shard) {
   if (rename(part.c_str(), hidden.c_str()) == 0) fs::remove_all(hidden, ignored);
 }
 
-// True if the process that wrote a file or folder has ended. Any process counts as ended if it has not
-// modified the file or folder for kLongestMerge; for a process of another machine, this is the only sign.
+// Returns true if the process that wrote a file or folder has ended. Any process counts as ended if it has
+// not modified the file or folder for kLongestMerge; for a process of another machine, this is the only sign.
 bool IsLeft(const std::string& process, const fs::path& path) {
   constexpr auto kLongestMerge = std::chrono::hours(24);
   if (HasEnded(process)) return true;

@@ -9,10 +9,10 @@
 namespace evalbus::plans {
 
 // Merges run folders that each contain some episodes of a run (--only) into the run folder `out`, which must
-// not exist. `out` contains the results that a single run of all episodes would have written. Episode files
-// are hard-linked where possible, so that they use no additional disk space. Throws InputError if the folders
-// are not parts of one run, if two of them contain the same episode, if one is a collection of
-// demonstrations, or if a log is damaged or missing.
+// not exist. `out` then contains the same results as a single run of all episodes. Episode files are
+// hard-linked where possible, so that they use no additional disk space. Throws InputError if the folders are
+// not parts of one run, if two of them contain the same episode, if one is a collection of demonstrations, or
+// if a log is damaged or missing.
 void MergeRuns(const std::vector<std::filesystem::path>& parts, const std::filesystem::path& out);
 
 // Merges the results of a plan's shards. First merges each run whose shards have all finished, then writes

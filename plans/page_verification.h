@@ -1,5 +1,4 @@
-// Checks the report pages and comparisons in a folder of results, by generating each of them again from the
-// runs.
+// Checks the report pages and comparisons in a folder of results, by regenerating each of them from the runs.
 #pragma once
 
 #include <filesystem>

@@ -150,7 +150,8 @@ Until ReadUntil(const YamlValue& value, int least) {
     check_width();
     const int needed = metrics::TrialsForWidth(width, kMaxEpisodes);
     if (needed > kMaxEpisodes)
-      value.Fail(fmt::format("needs more than {} episodes, expected a larger width", kMaxEpisodes));
+      value.Fail(
+          fmt::format("this width requires more than {} episodes; expected a larger width", kMaxEpisodes));
     until.max_episodes = std::max(needed, least);
   } else if (std::sscanf(text.c_str(), "decided(alpha %lf, max %9d, on progress)%n", &until.alpha,
                          &until.max_episodes, &end) == 2 &&
@@ -167,7 +168,8 @@ Until ReadUntil(const YamlValue& value, int least) {
   }
   if (!(until.alpha > 0 && until.alpha <= kMaxAlpha)) value.Fail("expected alpha above 0 and at most 0.5");
   if (until.max_episodes < least || until.max_episodes > kMaxEpisodes) {
-    value.Fail(fmt::format("expected max {} to {}: 'episodes' are always run", least, kMaxEpisodes));
+    value.Fail(fmt::format("expected max {} to {}, because the first 'episodes' episodes are always run",
+                           least, kMaxEpisodes));
   }
   return until;
 }
@@ -378,7 +380,7 @@ Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
     const PlannedPolicy planned{DefaultName(policy), policy, "", "", ""};
     if (planned.name.empty()) {
       throw InputError("--policies " + policy +
-                       ": a policy server needs a name, so list it in a plan file (docs/plans.md)");
+                       ": a policy server requires a name: list it in a plan file (docs/plans.md)");
     }
     if (const std::string problem = ProblemOfPolicyName(planned.name); !problem.empty())
       throw InputError("--policies " + policy + ": " + problem);
@@ -402,8 +404,8 @@ Plan MakePlan(const std::string& name, const std::vector<std::string>& policies,
 
 Plan OnEngine(Plan plan, const std::string& engine) {
   plan.options.sim.engine = engine;
-  // In-process runs need no network, are the fastest, and give bit-identical results. Another version of
-  // MuJoCo needs its own process.
+  // In-process runs require no network, are the fastest, and have bit-identical results. Another version of
+  // MuJoCo requires a separate process.
   plan.options.in_process = engine.empty();
   plan.options.sim.limits = sim::AbsoluteLimits(plan.options.sim.limits);
   if (!plan.options.sim.robot.empty()) FindRobot(plan.options.sim.robot);  // throws if there is none

@@ -31,7 +31,8 @@ struct PlannedVideos {
 
 // Rule that tests the results while the plan runs, and stops a policy early. A policy stops when its
 // comparison with the baseline is decided or has become hopeless (Stop::is_hopeless) or, if `width` is set,
-// when the interval of its success rate on each task is at most this wide; at the latest, after max_episodes.
+// when the interval of its success rate on each task is at most this wide. It always stops after
+// max_episodes.
 struct Until {
   double alpha = 0.05;
   // Maximum number of episodes per task.
@@ -41,7 +42,8 @@ struct Until {
   // Largest accepted width of the 95 % interval, from 0 to 1.
   std::optional<double> width = std::nullopt;
 
-  // The rule as in a plan's file, for example "decided(alpha 0.05, max 200)" or "width(0.1, max 2000)".
+  // Returns the rule as in a plan's file, for example "decided(alpha 0.05, max 200)" or "width(0.1, max
+  // 2000)".
   std::string Text() const;
 };
 
@@ -91,7 +93,7 @@ Plan OnEngine(Plan plan, const std::string& engine);
 nlohmann::ordered_json PlanJson(const Plan& plan);
 Plan PlanOfJson(const nlohmann::json& json, const std::string& file);
 
-// Describes the videos, for example "failures, from overview" or "none".
+// Returns a description of the videos, for example "failures, from overview" or "none".
 std::string VideosText(const PlannedVideos& videos);
 
 }  // namespace evalbus::plans

@@ -37,7 +37,7 @@ struct Shard {
   int first = 0, last = 0;
 
   int size() const { return last - first + 1; }
-  // Name of the shard and of its folder, for example "ckpt-1000+lift_pot-position+0000-0019".
+  // Returns the name of the shard and of its folder, for example "ckpt-1000+lift_pot-position+0000-0019".
   std::string name() const;
 };
 
@@ -60,9 +60,9 @@ class PlanFolder {
   std::filesystem::path policy_folder(const std::string& policy) const { return path_ / policy; }
   std::filesystem::path run_folder(const std::string& policy, const std::string& task) const;
   std::filesystem::path shard_folder(const Shard& shard) const { return path_ / kPartsFolder / shard.name(); }
-  // True if the folder contains the results of the shard or of its merged run.
+  // Returns true if the folder contains the results of the shard or of its merged run.
   bool has(const Shard& shard) const;
-  // True if the folder contains all planned episodes of this run.
+  // Returns true if the folder contains all planned episodes of this run.
   bool has_run(const std::string& policy, const std::string& task) const;
   // Throws InputError if the folder contains a run with only some of its episodes, which a merge cannot
   // complete.

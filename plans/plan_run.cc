@@ -68,8 +68,8 @@ bool RunJobs(std::vector<runner::Job> jobs, int at_once, runner::JobsProgress* p
   return !stop_requested();
 }
 
-// True if this run already has more than `episodes` requested episodes, from a later step before the plan was
-// interrupted.
+// Returns true if this run already has more than `episodes` requested episodes, from a later step before the
+// plan was interrupted.
 bool HasMore(const fs::path& run, int episodes) {
   const fs::path file = run / kRunJson;
   return fs::exists(file) && ReadJsonFile<ordered_json>(file).value("episodes", 0) > episodes;

@@ -12,7 +12,7 @@ namespace evalbus::plans {
 void RunPlan(const PlanFolder& folder, int workers, const runner::RunOutput& output);
 
 // Runs the missing episodes of a plan without Plan::until, at most `workers` runs at a time. Throws
-// InputError, EnvironmentError.
+// InputError or EnvironmentError.
 void RunAllEpisodes(const PlanFolder& folder, int workers);
 
 // Completes a plan whose runs have all finished, for example after a merge. Records the videos, writes the

@@ -27,13 +27,13 @@ struct Stop {
   // True if the comparison is not decided, and the chance that it is decided by the plan's maximum is below
   // metrics::kLeastChance.
   bool is_hopeless = false;
-  // True if the policy runs no more episodes.
+  // Returns true if the policy runs no more episodes.
   bool has_ended(const Until& until) const {
     return is_decided || is_hopeless || episodes >= until.max_episodes;
   }
 
-  // Describes the state, for example "better than expert, decided after 40 of 200 episodes of each task:
-  // ...".
+  // Returns a description of the state, for example "better than expert, decided after 40 of 200 episodes of
+  // each task: ...".
   std::string Text(const std::string& baseline, const Until& until) const;
   nlohmann::ordered_json Json(const std::string& policy, const std::string& baseline,
                               const Until& until) const;
@@ -51,8 +51,8 @@ struct WidthStop {
   bool is_narrow = false;
   bool has_ended(const Until& until) const { return is_narrow || episodes >= until.max_episodes; }
 
-  // Describes the state, for example "success 62.0 to 71.0 % (95 %, valid at any look) after 400 of at most
-  // 2000 episodes".
+  // Returns a description of the state, for example "success 62.0 to 71.0 % (95 %, valid at any look) after
+  // 400 of at most 2000 episodes".
   std::string Text(const Until& until) const;
   nlohmann::ordered_json Json(const std::string& policy, const Until& until) const;
 };

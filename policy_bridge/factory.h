@@ -31,7 +31,7 @@ inline constexpr char kExternalPolicy[] = "lcm";
 // would select another policy.
 void RegisterPolicy(const std::string& name, const std::string& help, const PolicyMaker& make);
 
-// List of the available policies, one line each, for --help.
+// Returns the list of available policies, one line each, for --help.
 std::string PolicyHelp();
 
 }  // namespace evalbus::policy

@@ -52,7 +52,7 @@ PolicyComponent::PolicyComponent(Bus* bus, std::string name, PolicyMaker make_po
 void PolicyComponent::OnModel(const model_info_t& model) {
   if (!IsNewModel()) return;
   model_ = model;
-  model_is_new_ = true;  // used from the next episode on; the current episode keeps its model
+  model_is_new_ = true;  // used for the next and later episodes; the current episode keeps its model
 }
 
 void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
@@ -124,7 +124,7 @@ bool PolicyComponent::Act(const state_t& state) {
     const bool is_done = policy_->Compute(state);
     const auto now = std::chrono::steady_clock::now();
     const image_request_t* request = policy_->image_request();
-    // A new request is published at once. It is repeated periodically, because a request may be lost.
+    // A new request is published immediately. It is repeated periodically, because a request may be lost.
     if (request && (!SameTick(request->header, observed_) || image_request_.Due(now))) {
       observed_ = request->header;
       if (!std::exchange(receives_images_, true)) {

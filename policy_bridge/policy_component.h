@@ -1,8 +1,8 @@
 // Runs a policy as a component. It publishes READY after it has received MODEL and EPISODE_BEGIN and the
 // policy is ready. It then answers each STATE with an ACTION, unless a newer STATE arrives while the policy
-// is still computing (with a realtime clock). Before it answers, it requests the images that the policy needs
-// (REQUEST_IMAGE). If the policy throws an exception while it acts, the action reports the
-// error, and the episode ends with policy_error or server_error; an InputError ends the process instead.
+// is still computing (with a real-time clock). Before it answers, it requests the images that the policy
+// needs (REQUEST_IMAGE). If the policy throws an exception while it acts, the action reports the error, and
+// the episode ends with policy_error or server_error; an InputError ends the process instead.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ namespace evalbus::policy {
 
 class PolicyComponent : public Component {
  public:
-  // Throws InputError as FindPolicy() does.
+  // Throws the errors of FindPolicy().
   PolicyComponent(Bus* bus, const PolicyOptions& options);
   // name: name of the policy in the component's log.
   PolicyComponent(Bus* bus, std::string name, PolicyMaker make_policy);

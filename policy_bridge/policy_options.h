@@ -60,8 +60,9 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// Returns the contract selected by these options, with the address of its server. Returns nothing if the
-// policy is not behind a server. Throws InputError, also if the file does not have the hash contract_sha256.
+// Returns the contract selected by these options, with the address of its server. Returns nullopt if the
+// policy is not behind a server. Throws InputError, for example if the file does not have the hash
+// contract_sha256.
 std::optional<Contract> FindContractOf(const PolicyOptions& options);
 
 // Creates the pool that queries the policy's server for all processes that this process starts from now on.
@@ -69,7 +70,7 @@ std::optional<Contract> FindContractOf(const PolicyOptions& options);
 // num_clients: number of processes that query the server at the same time.
 std::unique_ptr<PolicyPool> OpenPool(const PolicyOptions& options, int num_clients);
 
-// Creates the policy selected by these options. Throws InputError as FindPolicy and FindContractOf do.
+// Creates the policy selected by these options. Throws the errors of FindPolicy() and FindContractOf().
 PolicyMaker FindPolicy(const PolicyOptions& options);
 
 }  // namespace evalbus::policy

@@ -152,6 +152,7 @@ viz::RunNumbers NumbersOf(const results::RecordedRun& run, int planned, const me
           .planned = planned,
           .done = summary.episodes,
           .complete = summary.complete,
+          .judged = summary.judged,
           .successes = summary.successes,
           .lower = interval.lower,
           .upper = interval.upper,

@@ -39,7 +39,7 @@ class Scenes {
 };
 
 // Returns the last episode of the log, with poses if `scenes` is given. Throws InputError if the log cannot
-// be read or contains no episode, and whenever Scenes::Of() does.
+// be read or contains no episode, and the errors of Scenes::Of().
 std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log,
                                                 viz::EpisodeTrack::About about, Scenes* scenes = nullptr);
 

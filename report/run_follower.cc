@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/json_file.h"
@@ -81,15 +82,31 @@ bool RunFollower::ReadLines() {
   return true;
 }
 
+bool RunFollower::IsFinished() const {
+  if (next_waiting_ < waiting_.size() || !fs::exists(folder_ / kSummaryJson)) return false;
+  if (!info_) return true;
+  // The results decide when a run of a plan with `until` ends, and the operator may end `evalbus watch`.
+  const auto until = info_->info.find("until"), watch = info_->info.find("watch");
+  const bool may_end_early =
+      (until != info_->info.end() && *until != "") || (watch != info_->info.end() && *watch == true);
+  return may_end_early || std::cmp_greater_equal(hashes_.size(), info_->num_planned());
+}
+
 RunFollower::News RunFollower::Update() {
   News news;
   try {
     std::error_code none;
     const auto info_time = fs::last_write_time(folder_ / kRunJson, none);
     if (!none && (!info_ || info_time != info_time_)) {
+      const bool is_first = !info_;
       ReadInfo();
       info_time_ = info_time;
       news.is_changed = true;
+      // The folder may contain another run now, and its files may have got the inodes of the removed ones.
+      if (!is_first) {
+        StartAgain();
+        inode_ = 0;
+      }
     }
     if (!info_) return news;
     if (!ReadLines()) {
@@ -119,7 +136,7 @@ RunFollower::News RunFollower::Update() {
     news.is_changed |= error_ != error.what();
     error_ = error.what();
   }
-  const bool is_over = next_waiting_ == waiting_.size() && fs::exists(folder_ / kSummaryJson);
+  const bool is_over = IsFinished();
   news.is_changed |= !news.rows.empty() || is_over != numbers_.is_over;
   numbers_.is_over = is_over;
   if (news.is_changed && info_)

@@ -32,16 +32,17 @@ class RunFollower {
   News Update();
 
   const std::filesystem::path& folder() const { return folder_; }
-  // The run; null until run.json exists. Its `episodes` are the episodes read so far, without their text. Its
-  // `info` contains the hash of the physics model if the model could be read.
+  // Returns the run; null until run.json exists. Its `episodes` are the episodes read so far, without their
+  // text. Its `info` contains the hash of the physics model if the model could be read.
   const results::RecordedRun* info() const { return info_ ? &*info_ : nullptr; }
-  // Names of the stages, by index.
+  // Returns the names of the stages, by index.
   const std::map<int, std::string>& stage_names() const { return stage_names_; }
-  // Numbers of the run as of the last Update().
+  // Returns the numbers of the run as of the last Update().
   const viz::RunNumbers& numbers() const { return numbers_; }
-  // True if summary.json exists and all lines have been read. The run has then finished.
+  // Returns true if summary.json exists, all lines have been read, and no planned episode is missing. A run
+  // that was interrupted also has a summary.
   bool is_over() const { return numbers_.is_over; }
-  // Describes an error in the run's files in one line; empty if there is none.
+  // Returns a description of an error in the run's files in one line; empty if there is none.
   const std::string& error() const { return error_; }
 
  private:
@@ -49,6 +50,7 @@ class RunFollower {
   // Returns false if episodes.jsonl was removed, or replaced by a file that does not start with the lines
   // that were processed.
   bool ReadLines();
+  bool IsFinished() const;
   void ReadInfo();
   void SetModel();
   void StartAgain();
@@ -58,8 +60,8 @@ class RunFollower {
   std::filesystem::file_time_type info_time_{};
   results::NewLines lines_;
   uint64_t inode_ = 0;
-  // waiting_: lines that were read; those from next_waiting_ on were not processed yet. hashes_: hash of each
-  // processed line.
+  // waiting_: lines that were read; the lines starting at next_waiting_ have not been processed yet. hashes_:
+  // hash of each processed line.
   std::vector<std::string> waiting_;
   size_t next_waiting_ = 0;
   std::vector<size_t> hashes_;

@@ -160,7 +160,7 @@ std::string TitleOf(const results::RecordedRuns& runs) {
                      Plural(summary.judged, "episode"), tasks);
 }
 
-// Returns null unless the run is a realtime run in which every episode has its pacing.
+// Returns null unless the run is a real-time run in which every episode has its pacing.
 nlohmann::ordered_json Pacing(const results::RecordedRun& run) {
   if (!run.info.value("realtime", false)) return nullptr;
   std::vector<nlohmann::ordered_json> episodes;

@@ -25,7 +25,7 @@ using CommandOf = std::function<std::string(const nlohmann::ordered_json& run_js
 // episodes whose curves are drawn and which can be played in 3D. If empty, the page selects
 // the curves (for example of the first failures), and has as many episodes in 3D as fit. made_by: version and
 // commit. most: maximum size of the page in bytes with its viewer; 0: no viewer and no images. Throws
-// InputError, EnvironmentError.
+// InputError or EnvironmentError.
 BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& file,
                     const std::vector<int>& episodes, const std::string& made_by, size_t most,
                     const CommandOf& command_of);

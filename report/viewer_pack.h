@@ -36,7 +36,7 @@ class ViewerPack {
   // rest.
   void Pack(const std::vector<std::vector<Wanted>>& wanted, size_t page, size_t most);
 
-  // True if the episode is packed.
+  // Returns true if the episode is packed.
   bool has(int run, int episode) const { return packed_.contains({run, episode}); }
   // Returns nullopt if no episode is packed: an empty viewer would only enlarge the page.
   std::optional<viz::PackedViewer> Viewer() const;

@@ -17,7 +17,7 @@ struct JudgedEpisode {
   auto operator<=>(const JudgedEpisode&) const = default;
 };
 
-// The episodes of both runs that have equal seeds, in the order of the first run's episodes. Throws
+// Returns the episodes of both runs that have equal seeds, in the order of the first run's episodes. Throws
 // InputError if the runs have different tasks or variations, or no seed in common.
 std::vector<std::pair<int, int>> EpisodesOfEqualSeeds(const RecordedRun& a, const RecordedRun& b);
 
@@ -25,9 +25,9 @@ std::vector<std::pair<int, int>> EpisodesOfEqualSeeds(const RecordedRun& a, cons
 // the SHA-256 of values of its run.json.
 std::string RunIdentity(const RecordedRun& run);
 
-// The pairs in random order; run 0 comes first in a random half of the pairs (if their number is odd, half of
-// it is rounded up or down at random). The two episodes of a pair follow each other, so both runs are shown
-// equally often. Equal seeds give equal orders.
+// Returns the pairs in random order; run 0 comes first in a random half of the pairs (if their number is odd,
+// half of it is rounded up or down at random). The two episodes of a pair follow each other, so both runs are
+// shown equally often. Equal seeds give equal orders.
 std::vector<JudgedEpisode> BlindOrder(const std::vector<std::pair<int, int>>& pairs, int64_t seed);
 
 }  // namespace evalbus::results

@@ -55,9 +55,9 @@ struct PolicyPair {
   // policies on the engine.
   std::vector<SuccessComparison> on_engine;
 
-  // True if one policy has the higher rate on one engine, and the other policy on another.
+  // Returns true if one policy has the higher rate on one engine, and the other policy on another.
   bool order_reverses() const;
-  // True if the engines disagree on whether one of the policies is better.
+  // Returns true if the engines disagree on whether one of the policies is better.
   bool verdict_changes() const;
 };
 
@@ -68,12 +68,12 @@ struct Certificate {
   std::vector<PolicyOnEngine> comparisons;
   std::vector<PolicyPair> pairs;
 
-  // True if no pair of policies changes its order or its verdict.
+  // Returns true if no pair of policies changes its order or its verdict.
   bool ranking_survives() const;
 };
 
 // Compares all engines with the first engine; episodes are paired by seed. Throws InputError if there are
-// fewer than two engines, and whenever CompareRuns() does.
+// fewer than two engines, and the errors of CompareRuns().
 Certificate Certify(const std::vector<EngineResults>& engines);
 
 }  // namespace evalbus::results

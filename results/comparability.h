@@ -16,9 +16,9 @@ void CheckComparable(const RecordedRun& run, const RecordedRun& baseline);
 // runs that do not name their version are not checked.
 void CheckSameEngine(const std::vector<const RecordedRuns*>& runs);
 
-// Describes the other differences in configuration that may change values, for example "realtime true against
-// false"; empty if there are none. Keys that only one of the runs has are not compared, and at most four
-// differences of the contracts are listed.
+// Returns a description of the other differences in configuration that may change values, for example
+// "realtime true against false"; empty if there are none. Keys that only one of the runs has are not
+// compared, and at most four differences of the contracts are listed.
 std::string MadeDifferently(const RecordedRun& run, const RecordedRun& baseline);
 
 }  // namespace evalbus::results

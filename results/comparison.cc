@@ -57,7 +57,8 @@ struct Side {
     progress = sum / static_cast<double>(episodes.size());
   }
 
-  // True if this side has a lower success rate, or an equal one and less progress (mean subtask_progress).
+  // Returns true if this side has a lower success rate, or an equal one and less progress (mean
+  // subtask_progress).
   bool GotLessFarThan(const Side& other) const {
     return std::pair(success_rate, progress) < std::pair(other.success_rate, other.progress);
   }
@@ -330,7 +331,7 @@ std::string Counted(const std::string& what, int count, const std::string& run, 
   return fmt::format("{} of {} and {} of {}", Plural(count, what), run, baseline_count, baseline);
 }
 
-// True if no number differs within any pair.
+// Returns true if no number differs within any pair.
 bool AllPairsAreEqual(const Side& run, const Side& baseline) {
   return std::ranges::all_of(run.episodes, [&](const auto& entry) {
     const RecordedEpisode &own = *entry.second, &partner = *baseline.episodes.at(entry.first);
@@ -509,7 +510,7 @@ std::vector<MetricNumber> ChosenMetrics(const std::vector<std::string>& on, cons
     if (name == "success") continue;
     for (const MetricNumber& number : FindNumbers(name, available)) {
       if (!number.metric)
-        throw InputError("--on " + name + ": this version of evalbus does not know the metric");
+        throw InputError("--on " + name + ": this version of evalbus does not support the metric");
       if (std::ranges::count(chosen, number.name, &MetricNumber::name) > 0)
         throw InputError("--on " + name + ": is given twice");
       chosen.push_back(number);

@@ -59,7 +59,7 @@ struct SuccessComparison : SuccessCounts {
   // Number of comparisons for which p is adjusted.
   int family = 1;
 
-  // True if `samples` has fewer episodes. Its difference may then be another one than `difference`.
+  // Returns true if `samples` has fewer episodes. Its difference may then be another one than `difference`.
   bool has_fewer_samples() const {
     return samples.trials < trials || samples.baseline_trials < baseline_trials;
   }
@@ -121,18 +121,20 @@ struct MetricComparison {
   std::optional<double> ratio;
   metrics::Interval ratio_95{};
 
-  // Number of decimals for all numbers of this comparison in the display unit. It suits the larger mean, but
-  // is limited by the standard error of the difference. If the difference is shown (differs()) and would
-  // round to 0, there are up to six decimals, so that two of its digits are seen.
+  // Returns the number of decimals for all numbers of this comparison in the display unit. It suits the
+  // larger mean, but is limited by the standard error of the difference. If the difference is shown
+  // (differs()) and would round to 0, there are up to six decimals, so that two of its digits are seen.
   int decimals() const;
   bool differs() const { return p && p_holm < metrics::kAlpha; }
-  // True if the interval of the difference is above (below) 0 or, without an interval, if the difference is.
+  // Returns true if the interval of the difference is above (below) 0 or, without an interval, if the
+  // difference is.
   bool is_higher() const;
   bool is_lower() const;
-  // The judgment if no_merit and baseline_no_merit are ignored.
+  // Returns the judgment that results if no_merit and baseline_no_merit are ignored.
   Judgment JudgmentByValue() const;
   Judgment judgment() const;
-  // The judgment in words, for example "better"; "lower (made less progress)" if it is not called better.
+  // Returns the judgment in words, for example "better", or "lower (made less progress)" if a lower value
+  // must not be called better.
   std::string word() const;
 };
 
@@ -150,7 +152,7 @@ struct ComparedPair {
   PairedEpisode run, baseline;
 
   bool is_flipped() const { return run.success != baseline.success; }
-  // The side that failed. Must be called only if exactly one side failed.
+  // Returns the side that failed. Must be called only if exactly one side failed.
   const PairedEpisode& failed() const { return run.success ? baseline : run; }
 };
 
@@ -171,10 +173,10 @@ struct TaskComparison {
   SuccessComparison success;
   std::vector<MetricComparison> metrics;
 
-  // The pairs in which exactly one side succeeded.
+  // Returns the pairs in which exactly one side succeeded.
   std::vector<ComparedPair> flipped() const;
-  // Name of the task, for example "lift_pot/position", or "lift_pot/position against lift_pot/base" for two
-  // variations.
+  // Returns the name of the task, for example "lift_pot/position", or "lift_pot/position against
+  // lift_pot/base" for two variations.
   std::string name() const;
 };
 
@@ -195,7 +197,7 @@ struct Comparison {
 };
 
 // Compares the main metrics of two runs or suites. Episodes are paired if task, variation and seed are equal.
-// Throws InputError if the runs have no common task, or whenever CheckComparable() does.
+// Throws InputError if the runs have no common task, and the errors of CheckComparable().
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
 // Compares only success; the result has no metrics.
 Comparison CompareVerdicts(const RecordedRuns& run, const RecordedRuns& baseline);

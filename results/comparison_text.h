@@ -13,7 +13,7 @@ namespace evalbus::results {
 // `width`, names are shortened and columns omitted; a line names these columns. Sentences are wrapped.
 std::string ComparisonText(const Comparison& comparison, bool ratios, bool colors = false,
                            int width = std::numeric_limits<int>::max());
-// Returns Headline() and Evidence() (results/conclusion.h) in lines of their own, wrapped at `width`.
+// Returns Headline() and Evidence() (results/conclusion.h) on separate lines, wrapped at `width`.
 std::string ConclusionText(const Comparison& comparison, int width, bool colors);
 
 // Returns name and policy, for example "ckpt-12000 (pi0)", or only "expert" if they are equal.

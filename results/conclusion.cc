@@ -208,7 +208,7 @@ std::string Evidence(const Comparison& comparison) {
   }
   if (success.trials == 0 || success.baseline_trials == 0) return text;
   std::string test = TestName(success.test);
-  // Also if adjusting did not change p, as for the largest p of a family.
+  // This applies even if adjusting did not change p, as for the largest p of a family.
   if (success.family > 1) {
     test += success.test == SuccessTest::kSequentialMcNemar ? ", adjusted with Bonferroni's method,"
                                                             : ", adjusted with Holm's method,";

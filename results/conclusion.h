@@ -26,7 +26,7 @@ std::string DifferenceInPoints(const SuccessComparison& success);
 // Returns the difference with its interval, for example "24 points (8 to 39)".
 std::string DifferenceText(const SuccessComparison& success);
 
-// Describes which episodes the means of a task's metrics cover, and which test gives p.
+// Returns a text that states which episodes the means of a task's metrics cover, and which test gives p.
 std::string WhatIsCounted(const TaskComparison& task);
 // Returns the title of the list of a task's metrics that have no difference to test.
 std::string EqualTitle(const TaskComparison& task);

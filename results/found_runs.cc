@@ -60,9 +60,9 @@ FoundRuns FindRunsOfPlan(const fs::path& folder) {
       }
     }
   } catch (const nlohmann::json::exception&) {
-    throw InputError(file.string() +
-                     ": not a plan that evalbus has written; it needs \"policies\", \"tasks\" "
-                     "and \"baseline\"");
+    throw InputError(
+        file.string() +
+        ": not a plan that evalbus has written: expected the keys \"policies\", \"tasks\" and \"baseline\"");
   }
   return found;
 }

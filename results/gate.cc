@@ -33,7 +33,7 @@ void CheckUsable(const RecordedRuns& runs) {
   }
 }
 
-// True if the run was planned to contain the episode with this number and seed.
+// Returns true if the run was planned to contain the episode with this number and seed.
 bool IsPlanned(const RecordedRun& run, int episode, int64_t seed) {
   return run.IsPlanned(episode) && run.seeds().OfEpisode(episode) == seed;
 }

@@ -45,7 +45,7 @@ struct GateCriterion {
   std::string mean_unit;
   double loss = 0;
   // One-sided bounds of the loss: PASS if upper < margin, FAIL if lower > margin. NaN if there are none. Both
-  // are equal to the loss if all pairs have the same loss; such a loss passes also if it equals the margin.
+  // are equal to the loss if all pairs have the same loss; such a loss also passes if it equals the margin.
   double loss_lower = 0, loss_upper = 0;
   double margin = 0;
   // Unit of losses and margin: "points", "slips", "%", ...

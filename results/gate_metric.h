@@ -1,4 +1,4 @@
-// Finds the metrics of a gate (gate.h) by name, and decides on each of them.
+// Finds the metrics of a gate (gate.h) by name, and computes the verdict of each metric.
 #pragma once
 
 #include <string>

@@ -43,7 +43,7 @@ struct DelayEffect {
 };
 
 // Returns the effects of all delays but the smallest one of each execution mode, with p adjusted with Holm's
-// method for all of them. runs: the run of each point. Throws InputError whenever CompareVerdicts() does.
+// method for all effects. runs: the run of each point. Throws the errors of CompareVerdicts().
 std::vector<DelayEffect> CompareDelays(const std::vector<DelayPoint>& points,
                                        const std::vector<RecordedRun>& runs);
 
@@ -51,8 +51,8 @@ std::vector<DelayEffect> CompareDelays(const std::vector<DelayPoint>& points,
 std::vector<std::string> DelayHeadline(const std::vector<DelayPoint>& points,
                                        const std::vector<DelayEffect>& effects);
 
-// The points as a table for the terminal, as JSON, and as CSV with one line per point and empty fields for
-// missing numbers.
+// Return the points as a table for the terminal, as JSON, and as CSV with one line per point and empty fields
+// for missing numbers.
 std::string DelayTable(const std::vector<DelayPoint>& points);
 nlohmann::ordered_json DelayJson(const std::vector<DelayPoint>& points);
 std::string DelayCsv(const std::vector<DelayPoint>& points);

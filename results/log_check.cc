@@ -23,8 +23,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Returns the differences between a line of episodes.jsonl and a score. Ignores keys that only one of them
-// has, such as keys of another version of evalbus and the pacing of a realtime run.
+// Returns the differences between a line of episodes.jsonl and a score. Ignores keys that only the line or
+// only the score has, such as keys of another version of evalbus and the pacing of a real-time run.
 std::vector<Difference> DifferentValues(const ordered_json& line, const ordered_json& score) {
   // The score is written and parsed again, because text that is not valid UTF-8 changes when it is written.
   std::vector<Difference> differences = Differences(line, ordered_json::parse(ToText(score)));

@@ -46,7 +46,7 @@ bool IsOfMachine(const std::string& key, const ordered_json& info) {
   return std::ranges::find(kMachineKeys, key) != kMachineKeys.end();
 }
 
-// True for files that are identical in equal runs.
+// Returns true for files that are identical in equal runs.
 bool IsContent(const std::string& file) {
   const std::string name = fs::path(file).filename().string();
   return name == kEpisodesJsonl || name == kSummaryJson || name == kCollectJson || name == kPhysicsModel ||
@@ -55,7 +55,7 @@ bool IsContent(const std::string& file) {
 
 std::string HashOf(const ordered_json& json) { return Sha256Text(ToText(json)); }
 
-// Hash of a manifest without its key "sha256", which contains this hash.
+// Returns the hash of a manifest without its key "sha256", which contains this hash.
 std::string SealOf(ordered_json manifest) {
   manifest.erase("sha256");
   return HashOf(manifest);

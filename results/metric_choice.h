@@ -9,10 +9,10 @@
 
 namespace evalbus::results {
 
-// Returns the numbers in `available` (names in summary.json) that a name stands for. The name is that of a
-// number, with or without the prefix "extended.", or the name or label of a metric. The latter stand for the
-// metric's main numbers or, if it has none, for all its numbers, for example one per arm. Throws InputError
-// if there is none. `metric` of the result is null if the catalog does not contain the number.
+// Returns the numbers in `available` (names in summary.json) that a name stands for. The name is the name of
+// a number, with or without the prefix "extended.", or the name or label of a metric. The latter stand for
+// the metric's main numbers or, if it has none, for all its numbers, for example one per arm. Throws
+// InputError if there is none. `metric` of the result is null if the catalog does not contain the number.
 std::vector<MetricNumber> FindNumbers(const std::string& name, const std::set<std::string>& available);
 
 }  // namespace evalbus::results

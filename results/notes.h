@@ -31,7 +31,7 @@ void WriteNote(const std::filesystem::path& run, int episode, const std::string&
 class NotesFollower {
  public:
   explicit NotesFollower(std::filesystem::path run) : run_(std::move(run)) {}
-  // Returns nothing if the file is unchanged since the last call; the first call returns all notes. Throws
+  // Returns nullopt if the file is unchanged since the last call; the first call returns all notes. Throws
   // the InputError of ReadNotes(), at most once per change.
   std::optional<Notes> Update();
 

@@ -30,7 +30,7 @@ struct OperatorResult {
   std::optional<double> mean_stages, mean_rubric;
 };
 
-// Throws InputError also if a verdict is on an episode that the run does not have.
+// Also throws InputError if a verdict is on an episode that the run does not have.
 std::vector<Verdict> ReadVerdictsOf(const RecordedRun& run);
 
 // A run and its verdicts.

@@ -1,4 +1,4 @@
-// Pacing of realtime runs. Reported separately from the scores, because it differs between identical runs.
+// Pacing of real-time runs. Reported separately from the scores, because it differs between identical runs.
 #pragma once
 
 #include <nlohmann/json.hpp>

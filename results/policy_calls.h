@@ -33,11 +33,11 @@ class PolicyCalls {
                       action.answered_s, action.server_s});
   }
   // Removes the call for the tick at which a verdict or the time limit ended the episode. The policy is
-  // called while that tick is scored, so it is random whether its answer still arrives. The answer has no
-  // effect.
+  // called while that tick is scored. Whether its answer arrives before the episode ends depends on timing,
+  // and the answer has no effect. Without this call, equal runs have equal results.
   void RemoveUndecided(int64_t last_tick);
 
-  // False if a call that the schedule requires in lockstep is missing because its message was lost.
+  // Returns false if a call that the schedule requires in lockstep is missing because its message was lost.
   bool IsWhole(const CallSchedule& schedule, int64_t num_ticks) const;
 
   // num_ticks: number of ticks that the episode's values cover (ScoredTicks()).
@@ -63,7 +63,7 @@ int64_t ScoredTicks(const episode_summary_t& summary);
 // because STATE does not show which actions are new. `calls`: value of PolicyCalls::Json().
 void AddDelayMetrics(const nlohmann::ordered_json& calls, const episode_summary_t& summary,
                      nlohmann::ordered_json* line);
-// True if the line has these metrics; lines of older versions have none.
+// Returns true if the line has these metrics; lines of older versions have none.
 bool HasDelayMetrics(const nlohmann::ordered_json& line);
 
 // Returns a warning if the policy was called less than half as often as scheduled; otherwise empty.

@@ -1,4 +1,4 @@
-// Ranks policies by success, and determines which of them differ significantly.
+// Ranks policies by success, and determines which policies differ significantly.
 #pragma once
 
 #include <limits>
@@ -18,13 +18,13 @@ struct RankedRun {
 };
 
 // Returns the counts of the policies, ordered by descending success, without letters. Policies without an
-// episode that has a verdict are last. The result is empty for fewer than three policies, and if not all of
-// them ran the same tasks.
+// episode that has a verdict are last. The result is empty for fewer than three policies, and if the policies
+// did not all run the same tasks.
 std::vector<RankedRun> OrderBySuccess(const std::vector<const RecordedRuns*>& runs);
 
 // Returns the result of OrderBySuccess() with letters. Compares all pairs of runs; p is adjusted with Holm's
 // method for all pairs. The probability that any two equal policies are reported as different is therefore
-// at most 5 %. Throws InputError whenever CompareRuns() does.
+// at most 5 %. Throws the errors of CompareRuns().
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
 // Returns the rates of up to six policies in their order, and the results of the comparisons with the

@@ -130,7 +130,7 @@ void Rescorer::ScoreTicks() {
     episode_end_t end{};
     end.header = pair.state->header;
     if (scorer_->verdict() != partial_metrics_t::UNDECIDED) {
-      // A realtime episode continues until the sim receives the verdict.
+      // A real-time episode continues until the sim receives the verdict.
       if (model_->clock == clock_name::kRealtime) continue;
       if (scorer_->verdict() == partial_metrics_t::SUCCESS && !IsAfterSuccess(end.header)) continue;
       end.end_reason = end_reason::Of(scorer_->verdict());

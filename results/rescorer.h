@@ -72,14 +72,14 @@ class Rescorer {
  private:
   void OnEvent(const LogEvent& event, RescoredLog* log);
   void Begin(const episode_begin_t& begin);
-  // True for messages of the current episode and attempt.
+  // Returns true for messages of the current episode and attempt.
   bool IsOurs(const header_t& header) const {
     return header.episode == begin_.header.episode && header.attempt == begin_.header.attempt;
   }
   template <class Message>
   void OnTickMessage(const LogEvent& event, Message* message, RescoredLog* log);
   void ScoreTicks();
-  // True if the first success is at least after_success_us before this tick.
+  // Returns true if the first success is at least after_success_us before this tick.
   bool IsAfterSuccess(const header_t& header) const {
     return HasHeld(*model_, scorer_->verdict_time_us().value_or(0), header.sim_time_us);
   }
@@ -126,11 +126,11 @@ std::vector<Difference> Differences(const episode_summary_t& before, const episo
 std::vector<Difference> Differences(const nlohmann::ordered_json& before,
                                     const nlohmann::ordered_json& after);
 
-// Describes the first differences, for example "metrics.slip_count 0 -> 1, metrics.success 1 -> 0 and 3
-// more".
+// Returns a description of the first differences, for example "metrics.slip_count 0 -> 1, metrics.success 1
+// -> 0 and 3 more".
 std::string DifferencesText(const std::vector<Difference>& differences);
 
-// True if all fields are equal, floating-point numbers bit by bit.
+// Returns true if all fields are equal, floating-point numbers bit by bit.
 bool SameBits(const episode_summary_t& a, const episode_summary_t& b);
 
 // Returns "equal to the recorded score" or "no score was recorded", or describes the differences.

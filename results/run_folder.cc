@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The processes of a killed run hold its lock until the last of them has ended, shortly after the run.
+// The processes of a killed run hold its lock until the last process has ended, shortly after the run.
 constexpr auto kLockWait = std::chrono::milliseconds(500);
 
 // A file that is opened for writing. Its functions throw if they fail.
@@ -90,14 +90,14 @@ bool IsHalfWritten(const std::string& name) {
          std::ranges::any_of(kModelFiles, is_temporary);
 }
 
-// True for the models of a run, finished or half-written.
+// Returns true for the models of a run, finished or half-written.
 bool IsModelFile(const fs::directory_entry& entry) {
   const std::string name = entry.path().filename();
   return std::ranges::find(kModelFiles, name) != kModelFiles.end() || IsHalfWritten(name);
 }
 
-// True if the folder contains only files that a run creates before its `mark`. A run that was killed so early
-// left no results.
+// Returns true if the folder contains only files that a run creates before its `mark`. A run that was killed
+// so early left no results.
 bool HoldsNothing(const fs::path& folder, const std::string& mark) {
   return std::ranges::all_of(fs::directory_iterator(folder), [&](const fs::directory_entry& entry) {
     const std::string name = entry.path().filename();

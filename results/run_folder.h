@@ -68,7 +68,7 @@ class RunFolder {
   ~RunFolder();
 
   const std::filesystem::path& path() const { return path_; }
-  // Path for display: relative if it is below the current folder.
+  // Returns the path for display: relative if it is below the current folder.
   std::filesystem::path shown() const;
   std::filesystem::path log_file(const std::string& component) const { return LogFile(path_, component); }
 
@@ -89,7 +89,7 @@ class RunFolder {
   // Removes partially written files; the processes that wrote them must have ended. Videos are kept, because
   // one may still be being recorded.
   void RemoveHalfWritten() const;
-  // Removes partially written videos: all of them or, if `by` is set, only the videos of this process.
+  // Removes all partially written videos or, if `by` is set, only the videos of this process.
   void RemoveHalfWrittenVideos(std::optional<pid_t> by = std::nullopt) const;
   // Removes the run's files, unless an episode has finished.
   void Remove() const;

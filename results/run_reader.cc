@@ -49,7 +49,7 @@ std::conditional_t<std::is_same_v<T, ordered_json>, const ordered_json&, T> Get(
   }
 }
 
-// Checks the pacing of a realtime episode, which is null if its EPISODE_END was lost.
+// Checks the pacing of a real-time episode, which is null if its EPISODE_END was lost.
 void CheckPacing(const ordered_json& json, const std::string& where) {
   const auto pacing = json.find("pacing");
   if (pacing == json.end() || pacing->is_null()) return;
@@ -102,8 +102,8 @@ std::vector<int> UnfinishedEpisodes(const fs::path& folder) {
   return unfinished;
 }
 
-// Lists numbers, for example "3", "3 and 7" or "3, 7 and 9". After eight numbers, adds only the count of the
-// others, such as "and 12 more".
+// Lists numbers, for example "3", "3 and 7" or "3, 7 and 9". After eight numbers, only adds the count of the
+// remaining numbers, such as "and 12 more".
 std::string List(const std::vector<int>& numbers) {
   constexpr size_t kShown = 8;
   std::string text;

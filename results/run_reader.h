@@ -33,11 +33,11 @@ struct RecordedEpisode {
   // False if ticks are missing, samples were rejected, or the episode is invalid. Such episodes are excluded
   // from all rates.
   bool complete = false;
-  // True if the policy's server failed; no conclusion about the policy can be drawn. --resume runs the
-  // episode again.
+  // Returns true if the policy's server failed; no conclusion about the policy can be drawn. --resume runs
+  // the episode again.
   bool invalid() const { return end_reason == end_reason::kServerError; }
-  // False if the source did not provide the data that the success or failure condition needs. The episode
-  // then has no verdict and is excluded from all rates.
+  // Returns false if the source did not provide the data that the success or failure condition needs. The
+  // episode then has no verdict and is excluded from all rates.
   bool judged() const { return failure_reason != end_reason::kNotJudged; }
   bool success = false;
   double completion_time = 0;  // s
@@ -73,7 +73,7 @@ struct RecordedRun {
   // Value of --seed-stream (base/random.h).
   std::string seed_stream;
   SeedSource seeds() const { return {seed, seed_stream, FamilyOf(task), variation}; }
-  // Requested number of episodes (--episodes). With --only, the run evaluates a selection of them.
+  // Requested number of episodes (--episodes). With --only, the run evaluates only some of these episodes.
   int planned = 0;
   // Finished episodes by number, including incomplete ones.
   std::vector<RecordedEpisode> episodes;
@@ -82,19 +82,20 @@ struct RecordedRun {
   // Line number of a truncated last line of episodes.jsonl, which is ignored; 0 if there is none.
   int cut_line = 0;
 
-  // Value of model_info_t.clock.
+  // Returns the value of model_info_t.clock.
   const char* clock() const;
-  // False for a run of an external source (`evalbus watch`, `evalbus score`).
+  // Returns false for a run of an external source (`evalbus watch`, `evalbus score`).
   bool is_simulated() const;
-  // Version of MuJoCo that computed the physics; empty if nothing was simulated or run.json does not name it.
+  // Returns the version of MuJoCo that computed the physics; empty if nothing was simulated or run.json does
+  // not name it.
   std::string engine() const;
-  // Task and variation, for example "lift_pot/position".
+  // Returns the task and the variation, for example "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
-  // True if the run should evaluate this episode. With --only, these are only the listed episodes.
+  // Returns true if the run should evaluate this episode. With --only, these are only the listed episodes.
   bool IsPlanned(int episode) const;
-  // True if --only is given, as for a shard of a plan.
+  // Returns true if --only is given, as for a shard of a plan.
   bool is_part() const;
-  // Number of planned episodes; with --only, the number of listed episodes.
+  // Returns the number of planned episodes; with --only, the number of listed episodes.
   int num_planned() const;
   std::vector<int> incomplete() const;  // without invalid ones
   std::vector<int> invalid() const;

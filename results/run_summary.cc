@@ -15,7 +15,7 @@ namespace {
 
 bool IsRealtime(const RecordedRun& run) { return run.info.value("realtime", false); }
 
-// Returns the pacing of a realtime run; null for other runs, and if an episode has no pacing.
+// Returns the pacing of a real-time run; null for other runs, and if an episode has no pacing.
 nlohmann::ordered_json PacingOf(const RecordedRun& run) {
   if (!IsRealtime(run)) return nullptr;
   std::vector<nlohmann::ordered_json> episodes;

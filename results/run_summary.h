@@ -16,7 +16,8 @@ namespace evalbus::results {
 
 struct RunSummary {
   metrics::RunSummary statistics;
-  // Value of "pacing" in summary.json; null if the run is not a realtime run, or if an episode has no pacing.
+  // Value of "pacing" in summary.json; null if the run is not a real-time run, or if an episode has no
+  // pacing.
   nlohmann::ordered_json pacing;
   std::vector<std::string> policy_notes;
   // The complete, judged episodes without success, in order.
@@ -39,9 +40,10 @@ class SuiteTally {
   const Tally& of_task(const std::string& name) const { return by_task_.at(name); }
   const std::map<std::string, Tally>& families() const { return families_; }
   const Tally& all() const { return all_; }
-  // Unweighted mean of the success rates of the tasks with judged episodes; NaN if there are none.
+  // Returns the unweighted mean of the success rates of the tasks with judged episodes; NaN if there are
+  // none.
   double mean_over_tasks() const;
-  // mean_over_tasks() as a line of the table; empty for a single task.
+  // Returns mean_over_tasks() as a line of the table; empty for a single task.
   std::string MeanLine(size_t width) const;
   // Contents of a suite's summary.json, with the tasks in this order.
   nlohmann::ordered_json Json(const std::vector<std::string>& names) const;

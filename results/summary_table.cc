@@ -93,7 +93,7 @@ std::string RateText(const metrics::RunSummary& summary, int width, bool colors)
   return Styled(rate, Style::kStrong, colors) + (one_line ? " " : "\n") + interval + "\n";
 }
 
-// True if there are several episodes, and the metric has the same value in all of them.
+// Returns true if there are several episodes, and the metric has the same value in all of them.
 bool IsConstant(const metrics::MetricSummary& metric) {
   return metric.episodes > 1 && metric.min == metric.max && !IsOfSuccessesOnly(metric.name);
 }

@@ -44,7 +44,7 @@ std::string RepeatabilityText(const metrics::RunSummary& summary);
 
 // Returns the final table: success rate with its interval, then the main metrics with units. Columns that do
 // not fit into `width` are omitted. Paragraphs below the table name the metrics that are equal in every
-// episode, the repeatability, and the omitted columns, also those of EpisodeLine().
+// episode, the repeatability, and the omitted columns, including columns that EpisodeLine() omitted.
 std::string SummaryTable(const metrics::RunSummary& summary, int width, bool colors = false);
 
 // An episode without success, its failure reason and its decisive moment.

@@ -37,7 +37,7 @@ void VerifyHashes(const std::filesystem::path& folder, Verification* result);
 void VerifyNumbers(const std::filesystem::path& folder, Verification* result);
 
 // Writes manifest.json into this folder and all results folders in it, the innermost first. Throws
-// InputError, EnvironmentError.
+// InputError or EnvironmentError.
 void WriteManifests(const std::filesystem::path& folder);
 
 }  // namespace evalbus::results

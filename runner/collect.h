@@ -7,7 +7,7 @@
 namespace evalbus::runner {
 
 // options.episodes: number of successes to collect. Prints the yield and writes OUT/collect.json. Throws
-// InputError, EnvironmentError.
+// InputError or EnvironmentError.
 void Collect(RunOptions options);
 
 }  // namespace evalbus::runner

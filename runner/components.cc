@@ -57,7 +57,7 @@ constexpr ComponentType kComponents[] = {
     {"sim", "evalbus-sim", kSource, !kRequired, 0, MakeSource},
 };
 
-// True if the run has this component. It may be a process that the run does not start.
+// Returns true if the run has this component. It may be a process that the run does not start.
 bool TakesPart(const ComponentType& type, const RunOptions& options) {
   if (type.name == "sim") return options.watch == (type.argument == kSource);
   if (options.watch && type.name == "policy") return false;

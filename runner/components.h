@@ -20,7 +20,7 @@ struct ComponentType {
   std::string_view program;
   std::string_view argument;
   // True if an episode starts only when this component is ready. False for the sim, because the sim waits for
-  // the others.
+  // the other components.
   bool is_required;
   // Real-time priority with --realtime (base/realtime.h); 0 for components without deadlines. The sim has the
   // highest priority.

@@ -1,5 +1,5 @@
 // Provides a task as an environment, in which the caller chooses each episode and each action. Episodes,
-// observations and scores are equal to those of `evalbus run` with a policy that has the same contract.
+// observations and scores are the same as in `evalbus run` with a policy that has the same contract.
 #pragma once
 
 #include <memory>
@@ -44,7 +44,7 @@ class Environment {
     nlohmann::ordered_json episode;
   };
 
-  // Composes the scene and starts the components in this process. Throws InputError, EnvironmentError.
+  // Composes the scene and starts the components in this process. Throws InputError or EnvironmentError.
   explicit Environment(EnvironmentOptions options);
   ~Environment();
 

@@ -151,7 +151,7 @@ std::vector<std::string> LiveView::LinesThatFit(SteadyTime now) {
   return lines;
 }
 
-// Writes everything at once, and overwrites each line in place, to avoid flicker.
+// Writes all lines in one call and overwrites each line in place, to avoid flicker.
 void LiveView::Draw(const std::string& above, const std::vector<std::string>& live) {
   std::string text = drawn_lines_ > 0 ? fmt::format("\x1b[{}F", drawn_lines_) : "";
   const char* end_of_line = is_terminal_ ? "\x1b[K\n" : "\n";

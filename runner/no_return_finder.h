@@ -12,7 +12,7 @@ namespace evalbus::runner {
 class NoReturnFinder {
  public:
   // Throws InputError if the run was not simulated in lockstep, its task has no expert, or its models differ
-  // from those of this program.
+  // from this program's models.
   explicit NoReturnFinder(const results::RecordedRun& run);
   ~NoReturnFinder();
   NoReturnFinder(const NoReturnFinder&) = delete;

@@ -14,8 +14,8 @@ class PipeLines {
   PipeLines(const PipeLines&) = delete;
   PipeLines& operator=(const PipeLines&) = delete;
 
-  // File descriptor for the writing process. Must be closed in this process after the other process was
-  // started.
+  // Returns the file descriptor for the writing process. Must be closed in this process after the other
+  // process was started.
   int writer() const { return writer_; }
   void CloseWriter();
 

@@ -187,7 +187,7 @@ void DecideBus(PreparedRun* run) {
   if (!options.url.empty()) return;
   if (!options.sim.engine.empty()) {
     throw EnvironmentError(
-        "--engine needs processes on a bus, but this machine has no multicast (see 'evalbus doctor')");
+        "--engine requires processes on a bus, but this machine has no multicast (see 'evalbus doctor')");
   }
   options.in_process = true;
   fmt::print(

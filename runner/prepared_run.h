@@ -25,16 +25,16 @@ struct PreparedRun {
   results::RunFolder folder;
   RunPlan plan;
   // Lines of episodes.jsonl that are kept when resuming, in order. Lines of invalid episodes are kept only if
-  // --only excludes them, because the others are run again. Empty in a worker.
+  // --only excludes them, because all other invalid episodes are run again. Empty in a worker.
   std::vector<nlohmann::ordered_json> finished;
-  // Episodes of the whole run, as "only" in run.json: those of --only and, when resuming, the earlier ones.
-  // Empty if all episodes are planned. Not set in a worker.
+  // Episodes of the whole run, as "only" in run.json: the episodes of --only and, when resuming, of earlier
+  // calls. Empty if all episodes are planned. Not set in a worker.
   std::vector<int> planned_only = {};
   // The run's bus. Announce() sets it; in a worker, it is already set. Not set if all components are in one
   // process, or if there are several workers, which have their own buses.
   ReservedBus bus{};
 
-  // Total number of episodes, including finished ones. Must not be called in a worker.
+  // Returns the total number of episodes, including finished ones. Must not be called in a worker.
   int num_wanted() const { return static_cast<int>(finished.size() + plan.episodes.size()); }
 };
 

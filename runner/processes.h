@@ -53,7 +53,7 @@ class Processes {
   std::vector<Exit> StopAll();
   void KillAll();
 
-  // Folder of the running program, which also contains the other evalbus programs.
+  // Returns the folder of the running program, which also contains the other evalbus programs.
   static std::filesystem::path BinaryFolder();
 
  private:

@@ -52,8 +52,8 @@ class JobsProgress {
  public:
   using Time = ProgressLine::Time;
 
-  // what: the jobs in the plural. runs: folders of runs with `episodes` episodes each, which are counted;
-  // empty for other jobs.
+  // what: the name of the jobs in the plural. runs: folders of runs with `episodes` episodes each, which are
+  // counted; empty for other jobs.
   JobsProgress(size_t jobs, std::string what, const std::vector<std::filesystem::path>& runs = {},
                int episodes = 0);
   // Constructor for tests.

@@ -6,11 +6,11 @@
 
 namespace evalbus::runner {
 
-// Evaluates the tasks in options.tasks as a single run or a suite. Throws InputError, EnvironmentError.
+// Evaluates the tasks in options.tasks as a single run or a suite. Throws InputError or EnvironmentError.
 void Run(RunOptions options, const RunOutput& output = {});
 
 // Implements `evalbus watch`, which evaluates episodes of an external system. options.url: the bus of its
-// source. A stop by the user is a regular end. Throws InputError, EnvironmentError.
+// source. A stop by the user is a regular end. Throws InputError or EnvironmentError.
 void Watch(RunOptions options);
 
 // Evaluates the episodes of worker options.worker in a run that another process has prepared.

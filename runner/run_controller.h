@@ -43,7 +43,7 @@ struct RunPlan {
   // Maximum number of attempts per episode. If all attempts fail, the run is aborted. If the last attempt
   // ended with server_error, the episode is instead marked invalid, and the run continues.
   int max_attempts = 3;
-  // True for a realtime run, whose results include the pacing.
+  // True for a real-time run, whose results include the pacing.
   bool realtime = false;
   // True if the policy is an external process, which may start and stop at any time. The run waits at most
   // policy_timeout_s for it.
@@ -71,7 +71,7 @@ class RunListener {
   virtual void OnEpisodeDone(const nlohmann::ordered_json& /*episode*/) {}
   // Receives a warning, or a line about an error from which the run has recovered.
   virtual void OnRemark(const std::string&) {}
-  // Called every few hundredths of a second of wall time.
+  // Is called every few hundredths of a second of wall time.
   virtual void Poll(SteadyTime) {}
 };
 
@@ -82,8 +82,8 @@ class RunController : public Component {
   void Poll(SteadyTime now) override;
   bool done() const override { return next_ >= plan_.episodes.size(); }
 
-  // Describes the sim or a required component that has not published STATUS for 10 s, or for 60 s after it
-  // was started. Empty if there is none.
+  // Returns a description of the sim or a required component that has not published STATUS for 10 s, or for
+  // 60 s after it was started. Empty if there is none.
   std::string Silent(SteadyTime now);
   // Must be called when the components were started. Timeouts are measured from this call, and episodes start
   // only with these instances (component_status_t). A component without an entry may have any instance.

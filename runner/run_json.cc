@@ -66,7 +66,7 @@ std::string TaskWord(const ordered_json& json) {
   return json.value("task", "") + "/" + json.value("variation", "");
 }
 
-// True if the robot's file has the same name as the file of the task's default robot.
+// Returns true if the robot's file has the same name as the file of the task's default robot.
 bool IsTasksRobot(const std::string& task, const fs::path& robot) {
   try {
     return FindTask(task).task.robot_file.filename() == robot.filename();

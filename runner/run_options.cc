@@ -72,7 +72,8 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   if (options.in_process && !options.url.empty())
     throw InputError("--in-process cannot be combined with --url");
   if (options.in_process && !options.sim.engine.empty())
-    throw InputError("--in-process cannot be combined with --engine: another MuJoCo needs its own process");
+    throw InputError(
+        "--in-process cannot be combined with --engine: another MuJoCo requires its own process");
   if (options.by_hand &&
       (options.in_process || options.url.empty() || num_tasks > 1 || options.workers > 1)) {
     throw InputError(

@@ -82,8 +82,8 @@ void ForEachOption(Options& options, const F& f) {
                  "number of episodes (of a suite: runs) to run in parallel; does not change the results",
                  Range{1, 1024}},
           Option{&RunOptions::url, "url",
-                 "bus, udpm://ADDRESS:PORT?ttl=0; default: that of EVALBUS_URL, otherwise the first that "
-                 "works:\nthis machine's multicast, a private network namespace, one process"},
+                 "bus, udpm://ADDRESS:PORT?ttl=0; default: the value of EVALBUS_URL, otherwise the first of "
+                 "these that works:\nthis machine's multicast, a private network namespace, one process"},
           Option{&RunOptions::in_process, "in_process",
                  "all components in one process, without network; fastest"},
           Option{&RunOptions::by_hand, "by_hand",
@@ -97,7 +97,7 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// Display name of the policy.
+// Returns the display name of the policy.
 inline const std::string& PolicyName(const RunOptions& options) {
   return options.policy_name.empty() ? options.policy.policy : options.policy_name;
 }

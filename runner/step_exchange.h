@@ -21,7 +21,7 @@ class StepExchange {
   // policy's thread. The client may outlive this object.
   std::unique_ptr<policy::PolicyClient> MakeClient(std::function<void()> on_observation);
 
-  // True if an observation waits for its action.
+  // Returns true if an observation waits for its action.
   bool is_waiting() const;
   // Returns the observation that waits for its action; nullopt if it was already taken or does not exist.
   std::optional<policy::Value> TakeObservation();

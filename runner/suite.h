@@ -22,7 +22,7 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names);
 // Evaluates one policy on several tasks in a folder, with one job per run.
 class Suite {
  public:
-  // Creates the folder and writes suite.json. Throws InputError, EnvironmentError.
+  // Creates the folder and writes suite.json. Throws InputError or EnvironmentError.
   Suite(RunOptions options, const std::vector<std::string>& tasks);
 
   const std::vector<std::string>& tasks() const { return tasks_; }
@@ -46,7 +46,7 @@ class Suite {
   int num_done_ = 0;
 };
 
-// Runs the tasks, at most options.workers at the same time. Throws InputError, EnvironmentError.
+// Runs the tasks, at most options.workers at the same time. Throws InputError or EnvironmentError.
 void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const RunOutput& output);
 
 }  // namespace evalbus::runner

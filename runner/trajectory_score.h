@@ -47,7 +47,7 @@ struct TrajectoryMap {
 TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file);
 
 // Scores a file, or all CSV, npz and HDF5 files of a folder, sorted by name, as episodes 0, 1, ... Prints a
-// table. Writes nothing if any file is invalid. Throws InputError, EnvironmentError.
+// table. Writes nothing if any file is invalid. Throws InputError or EnvironmentError.
 void ScoreTrajectories(const std::filesystem::path& map, const std::filesystem::path& data,
                        const std::filesystem::path& out);
 

@@ -14,8 +14,8 @@ class TrajectoryTable {
   virtual ~TrajectoryTable() = default;
   // Returns a column by its name. In CSV, this is a name in the header line. In npz and HDF5, it is the
   // array's name, or "q[3]" for a column of a two-dimensional array. Throws InputError with file and column
-  // if the column does not exist, is empty, differs in length from the others, or contains values that are
-  // not finite.
+  // if the column does not exist, is empty, differs in length from the other columns, or contains values that
+  // are not finite.
   std::vector<double> Column(const std::string& name);
   // Returns the place of a row for messages, for example "FILE:12" or "FILE, row 12".
   virtual std::string Place(size_t row) const;

@@ -46,7 +46,7 @@ install_missing() {
   local as_root=()
   if [ "$(id -u)" != 0 ]; then
     if ! command -v sudo >/dev/null; then
-      say "error: these packages are missing, and installing them needs root: apt-get install $missing"
+      say "error: these packages are missing, and installing them requires root: apt-get install $missing"
       exit 2
     fi
     as_root=(sudo)

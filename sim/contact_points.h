@@ -16,7 +16,7 @@ class ContactPoints {
   // `info` must describe `model`.
   ContactPoints(const mjModel& model, const model_info_t& info);
 
-  // Number of fingers (bodies with pads) of each gripper.
+  // Returns the number of fingers (bodies with pads) of each gripper.
   const std::vector<int>& fingers() const { return fingers_; }
 
   // Reads the contacts of a physics step. Must be called between mj_step1 and mj_step2 of this step, and be

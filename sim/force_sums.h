@@ -38,7 +38,7 @@ class ForceSums {
   void StartTick();
   void AddStep(std::span<const ContactPoint> points);
 
-  // Whether the pair of bodies touched in the last step.
+  // Returns whether the pair of bodies touched in the last step.
   bool Touched(int8_t kind, int body_a, int body_b) const;
 
   // Fills the force members of *state and of state->gripper, which must already have its final size. Reuses

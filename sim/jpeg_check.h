@@ -7,8 +7,9 @@
 
 namespace evalbus::sim {
 
-// Describes what is wrong with an image of a camera. Empty if it is a JPEG file of this size that can be
-// decoded without a warning. Decodes at an eighth of the size, which takes about a millisecond for 640x480.
+// Returns a description of what is wrong with an image of a camera. Empty if it is a JPEG file of this size
+// that can be decoded without a warning. Decodes at an eighth of the size, which takes about a millisecond
+// for 640x480.
 std::string JpegFault(std::span<const uint8_t> jpeg, int width_px, int height_px);
 
 }  // namespace evalbus::sim

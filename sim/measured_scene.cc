@@ -32,7 +32,7 @@ int JointId(const mjModel* model, const std::string& name) {
   return mj_name2id(model, mjOBJ_JOINT, name.c_str());
 }
 
-// True if the object's pose can be set: it has a free joint or is a mocap body.
+// Returns true if the object's pose can be set: it has a free joint or is a mocap body.
 bool IsMovable(const mjModel* model, const std::string& object) {
   const int body = mj_name2id(model, mjOBJ_BODY, object.c_str());
   const bool is_free =
@@ -40,7 +40,7 @@ bool IsMovable(const mjModel* model, const std::string& object) {
   return is_free || model->body_mocapid[body] >= 0;
 }
 
-// True if everything that determines the object's pose is measured.
+// Returns true if everything that determines the object's pose is measured.
 bool IsTracked(const PreparedScene& prepared, const Measured& measured, const std::string& object) {
   const model_info_t& info = prepared.info;
   bool tracked = Has(measured.objects, object) == IsMovable(prepared.scene.physics.get(), object);
@@ -78,7 +78,7 @@ std::optional<MeasuredScene::Fault> MeasuredScene::FindFault(const PreparedScene
   for (const arm_info_t& arm : info.arm) {
     for (const std::string& joint : arm.joint_name) {
       if (Has(measured.joints, joint)) continue;
-      return Fault{joint, "joint '" + joint + "' is missing; all joints of the arms are needed"};
+      return Fault{joint, "joint '" + joint + "' is missing; all joints of the arms are required"};
     }
   }
   for (size_t k = 0; k < measured.objects.size(); ++k) {

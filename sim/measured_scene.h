@@ -32,7 +32,7 @@ struct Sample {
   // Positions (rad, or m for slide joints) and velocities (rad/s or m/s) in the order of Measured::joints.
   // velocity is empty if only positions were measured.
   std::vector<double> position, velocity;
-  // Opening of each gripper of MODEL, from 0 (closed) to 1 (open). Nothing if the opening is computed from
+  // Opening of each gripper of MODEL, from 0 (closed) to 1 (open). nullopt if the opening is computed from
   // the positions of the fingers.
   std::vector<std::optional<double>> opening;
   // Poses in the order of Measured::objects, world frame.
@@ -48,29 +48,30 @@ class MeasuredScene {
     std::string name;
     std::string text;
   };
-  // Returns the first quantity in `measured` that does not fit the scene; nothing if all fit.
+  // Returns the first quantity in `measured` that does not fit the scene; nullopt if all fit.
   static std::optional<Fault> FindFault(const PreparedScene& prepared, const Measured& measured);
 
   // Marks in MODEL of `prepared` which quantities of this scene are known. prepared must outlive this object.
   // Throws InputError with the text of FindFault.
   MeasuredScene(PreparedScene* prepared, Measured measured, const std::string& source);
 
-  // True for a slide joint, whose position is in m instead of rad.
+  // Returns true for a slide joint, whose position is in m instead of rad.
   bool slides(size_t joint) const { return model_->jnt_type[joints_[joint]] == mjJNT_SLIDE; }
 
   // Explains why a joint cannot have this position ("45 rad is beyond the range of left/joint2, -1.763 to
   // 1.763; are these degrees?"). Empty if it can. Limits of physics engines are soft, so every joint may be
-  // beyond its range by 0.05 rad or m, and a joint of an object also by up to 5 % of its range.
+  // beyond its range by 0.05 rad or m, and a joint of an object by up to 5 % of its range if that is more.
   std::string PositionFault(size_t joint, double position) const;
-  // Describes the first number of a sample's positions, velocities and object poses that is not finite or
-  // implausible; empty if there is none. The counts of the sample must be correct.
+  // Returns a description of the first number of a sample's positions, velocities and object poses that is
+  // not finite or implausible; empty if there is none. The counts of the sample must be correct.
   std::string SampleFault(const Sample& sample) const;
-  // Describes an object that is too far from the world's origin in the first sample of an episode, which is
-  // probably in another unit; empty if there is none. Later, objects may have fallen out of the scene.
+  // Returns a description of an object that is too far from the world's origin in the first sample of an
+  // episode, which is probably in another unit; empty if there is none. Later, objects may have fallen out of
+  // the scene.
   std::string FirstSampleFault(const Sample& sample) const;
-  // Describes the joint of an object that is furthest beyond its range ("first_valve/wheel is beyond its
-  // range by 0.051 rad"). Empty if none exceeds its range by more than 0.001 rad or m. Such positions are
-  // used unchanged.
+  // Returns a description of the joint of an object that is furthest beyond its range ("first_valve/wheel is
+  // beyond its range by 0.051 rad"). Empty if none exceeds its range by more than 0.001 rad or m. Such
+  // positions are used unchanged.
   std::string BeyondRange(const Sample& sample) const;
 
   // Measured fingers of a gripper, as indices into Measured::joints. Empty if there are none.
@@ -96,7 +97,7 @@ class MeasuredScene {
 };
 
 // Returns the text for `end_detail` if joints of objects were beyond their ranges. samples: number of samples
-// with such a joint; first: place and BeyondRange() of the first of them.
+// with such a joint; first: place and BeyondRange() of the first such sample.
 std::string BeyondRangeText(int64_t samples, const std::string& first);
 
 }  // namespace evalbus::sim

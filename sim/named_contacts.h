@@ -18,17 +18,18 @@ class NamedContacts {
   // pads, by its first geom.
   explicit NamedContacts(const model_info_t& info);
 
-  // True if a contact can have this name.
+  // Returns true if a contact can have this name.
   bool Has(const std::string& name) const { return geoms_.contains(name); }
   std::vector<std::string> Names() const;
 
-  // Describes an unknown name ("there is no object, body or geom 'pott'; did you mean 'pot'?").
+  // Returns a description of an unknown name ("there is no object, body or geom 'pott'; did you mean
+  // 'pot'?").
   std::string Unknown(const std::string& name) const;
-  // Describes what is wrong with the numbers of a contact. Empty if they are valid.
+  // Returns a description of what is wrong with the numbers of a contact. Empty if they are valid.
   std::string Fault(const source_contact_t& contact) const;
 
   // Returns the contacts sorted by (geom_a, geom_b). For two geoms with several contacts, only the deepest is
-  // kept. Contacts of a geom with itself are left out. All contacts must be without fault, and their names
+  // kept. Contacts of a geom with itself are omitted. All contacts must be valid, and their names must be
   // known.
   std::vector<contact_t> Convert(const std::vector<source_contact_t>& contacts) const;
 

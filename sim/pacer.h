@@ -21,7 +21,7 @@ class Pacer {
   // following ticks are postponed, which avoids a burst of ticks that no policy can answer in time.
   void Published(Time now);
 
-  // Number of ticks that were late by a whole period or more.
+  // Returns the number of ticks that were late by a whole period or more.
   int64_t late_ticks() const { return late_ticks_; }
 
   // Delay of each tick after tick 0, from its due time to its publication.

@@ -19,7 +19,8 @@ struct PreparedScene {
   std::string physics_file, visual_file;
 };
 
-// Throws InputError for errors in the options, the task, the robot or their models, and EnvironmentError.
+// Throws InputError for errors in the options, the task, the robot or their models, and EnvironmentError if a
+// file cannot be read.
 PreparedScene ComposeScene(const SimOptions& options);
 
 // Writes RUN/model/. Throws the errors of WriteWhole() (base/write_whole.h).
@@ -27,7 +28,7 @@ void WriteModels(const PreparedScene& composed, const std::filesystem::path& run
 
 // Prepares the scene for a sim. If the options contain digests of models, loads the models with these
 // digests; otherwise composes the scene and writes its models. Throws InputError if a model is missing or its
-// digest differs, and EnvironmentError.
+// digest differs, and EnvironmentError if a file cannot be read or written.
 PreparedScene PrepareScene(const SimOptions& options);
 
 }  // namespace evalbus::sim

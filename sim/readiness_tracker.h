@@ -22,8 +22,8 @@ class ReadinessTracker {
   // sim or of a required component, or because there are too many names.
   bool Update(const component_status_t& status);
 
-  // Names of the required components that are not ready for this episode, separated by commas. Empty if all
-  // are ready.
+  // Returns the names of the required components that are not ready for this episode, separated by commas.
+  // Empty if all are ready.
   std::string Missing() const;
   // Returns a component whose last handled tick is at least its lag window behind `tick`. Empty if there is
   // none.

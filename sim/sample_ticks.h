@@ -39,7 +39,7 @@ class SampleTicks {
     // Position of the tick from `before` (0) to `behind` (1).
     double share;
   };
-  // Returns the next tick; nothing until a sample at or after it has been added.
+  // Returns the next tick; nullopt until a sample at or after this tick has been added.
   std::optional<Tick> Next() {
     while (!samples_.empty()) {
       const Entry& behind = samples_.front();
@@ -72,9 +72,9 @@ class SampleTicks {
     return std::nullopt;
   }
 
-  // Number of the next tick that Next() returns, unless it is missing.
+  // Returns the number of the next tick that Next() returns, unless it is missing.
   int64_t next() const { return next_; }
-  // Number of pairs of neighboring samples that were too far apart.
+  // Returns the number of pairs of neighboring samples that were too far apart.
   int gaps() const { return gaps_; }
   // The pairs among them between which no sample was refused or lost, with their shortest and longest time
   // apart in s.
@@ -89,7 +89,7 @@ class SampleTicks {
     }
   };
   const Sparse& sparse() const { return sparse_; }
-  // True if a refused sample has not yet caused a missing tick.
+  // Returns true if a refused sample has not yet caused a missing tick.
   bool is_broken() const { return broken_ || (!samples_.empty() && samples_.front().after_refused); }
 
  private:

@@ -118,8 +118,8 @@ void SimComponent::OnOwnEnd(const episode_end_t& end) {
 void SimComponent::OnConflict(const std::string& what) {
   ++status_.foreign_messages;
   if (conflict_.empty()) conflict_ = what;
-  // EPISODE_END is published at once, because until then other components may handle foreign messages as if
-  // they came from this sim.
+  // EPISODE_END is published immediately, because until then other components may handle foreign messages as
+  // if they came from this sim.
   if (phase_ == Phase::kWaiting) state_.header = begin_.header;
   End(end_reason::kAborted, conflict_);
 }

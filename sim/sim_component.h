@@ -50,7 +50,7 @@ class SimComponent : public Component {
     bool has_action = false;
     // The physics of the next tick was computed.
     bool stepped = false;
-    // Verdict of the tick's PARTIAL, as in partial_metrics_t; nothing before it arrives.
+    // Verdict of the tick's PARTIAL, as in partial_metrics_t; nullopt before the PARTIAL arrives.
     std::optional<int8_t> verdict;
     // Set if the episode must end after this tick's score: reason and detail.
     std::optional<std::pair<std::string, std::string>> end;

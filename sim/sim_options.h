@@ -87,11 +87,11 @@ void ForEachOption(Options& options, const F& f) {
           Option{&SimOptions::engine, "engine",
                  "version of MuJoCo that simulates, e.g. 3.3.3 or 3.3; 'scripts/engine VERSION' builds its "
                  "sim;\n"
-                 "default: that of the installed package",
+                 "default: the version of the installed package",
                  Range{}, kFixed},
           Option{&SimOptions::control_hz, "control_hz",
                  "control ticks per simulated second, 5 to 500; a tick is whole physics steps;\n"
-                 "default: that of the policy's contract, else 50",
+                 "default: the rate of the policy's contract, otherwise 50",
                  Range{5, 500}, kFixed},
           Option{&SimOptions::realtime, "realtime", "pace by the wall clock; default: lockstep", Range{},
                  kFixed},

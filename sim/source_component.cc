@@ -75,7 +75,7 @@ int64_t MicrosecondsSince(int64_t before_us, int64_t stamp_us) {
   return __builtin_sub_overflow(stamp_us, before_us, &us) ? std::numeric_limits<int64_t>::max() : us;
 }
 
-// Rounds to whole milliseconds from 10 ms on.
+// Rounds durations of at least 10 ms to whole milliseconds.
 std::string MillisecondsText(double time_s) {
   const double ms = time_s * 1e3;
   return ms < 10 ? fmt::format("{:.3g}", ms) : fmt::format("{:.0f}", ms);
@@ -423,7 +423,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     ++newest_episode_;
   }
   if (newest_->is_over || newest_episode_ <= finished_)
-    return;  // The episode is already scored, so the rest is ignored.
+    return;  // The episode is already scored, so its remaining messages are ignored.
   Arrived arrived{newest_episode_, Sample{}, message.sample, "", 0, message.is_last != 0};
   const int64_t expected = newest_->sample + 1;
   // If the first sample is missing, time 0 of the episode is unknown.

@@ -48,7 +48,7 @@ class SourceComponent : public Component {
   struct Arrived {
     // Index among the source's episodes, in the order of arrival.
     int64_t episode;
-    // The converted sample; nothing for an image or a refused sample.
+    // The converted sample; nullopt for an image or a refused sample.
     std::optional<Sample> sample{};
     // Sample number assigned by the source, and the reason for a refusal.
     int64_t number = 0;
@@ -77,7 +77,7 @@ class SourceComponent : public Component {
     // Contacts of this state, if the source provides them.
     contacts_t contacts{};
     int64_t scored_tick = -1;
-    // First tick after a gap. Until it is scored, metrics waits for ticks that will not come.
+    // First tick after a gap. Until this tick is scored, the metrics process waits for the missing ticks.
     int64_t behind_gap = -1;
     // Simulated time of the first success.
     std::optional<int64_t> success_us;
@@ -88,7 +88,8 @@ class SourceComponent : public Component {
     bool is_scored() const { return state && scored_tick >= state->header.tick; }
     // States the time between consecutive samples that are too far apart, and the announced period.
     std::string SparseText() const;
-    // Describes the faults of its samples, and counts joints beyond their limits. Empty if there are none.
+    // Returns a description of the faults of its samples, and counts joints beyond their limits. Empty if
+    // there are none.
     std::string Faults() const;
   };
   // State of the source's newest episode, as received so far.
@@ -122,9 +123,11 @@ class SourceComponent : public Component {
   void BeginIfMet();
   void AnnounceEpisode();
   void PublishModel();
-  // Describes what is wrong with a sample of the newest episode, or with an image. Empty if it is valid.
+  // Returns a description of what is wrong with a sample of the newest episode, or with an image. Empty if it
+  // is valid.
   std::string FaultOf(const source_state_t& message, Sample* sample) const;
-  // Adds the contacts that the source published with this sample, and describes what is wrong with them.
+  // Adds the contacts that the source published with this sample. Returns a description of what is wrong with
+  // them; empty if they are valid.
   std::string TakeContacts(const source_state_t& message, Sample* sample);
   std::string FaultOf(const image_t& image, std::string_view channel);
   void Arrive(Arrived arrived);
@@ -147,7 +150,7 @@ class SourceComponent : public Component {
   SimOptions options_;
   PreparedScene prepared_;
   const double tick_s_;
-  // Fixed opening of each gripper that is not measured; nullopt for the others.
+  // Fixed opening of each gripper that is not measured; nullopt for a measured gripper.
   std::vector<std::optional<double>> opening_;
   const bool has_contacts_;
   const std::optional<SourceMap> map_;

@@ -26,7 +26,7 @@ struct JointMap {
 };
 
 // Reads a map from joints of the task to `NAME` or `{column: NAME, sign: -1, zero: NUMBER}`. Throws
-// InputError with file, line and key, also if two joints have the same name in the source.
+// InputError with file, line and key, for example if two joints have the same name in the source.
 std::map<std::string, JointMap> ReadJointMaps(const YamlValue& value);
 // Reads `rad` or `deg`, and returns the factor from this unit to rad.
 double ReadAngleUnit(const YamlValue& value);

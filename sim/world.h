@@ -40,10 +40,10 @@ class World {
   std::vector<Parameter> Reset(int64_t seed, const Variation& variation,
                                std::string_view seed_stream = kRunSeeds);
 
-  // Describes the deepest penetration of more than 1 mm after Reset() ("block is 9.1 mm deep in counter").
-  // Checks the robot and all movable parts against everything, with three exceptions: parts with
-  // may_penetrate (unless a moving link is in one), the robot's stand in the world, and placed parts in fixed
-  // ones. Empty if there is none.
+  // Returns a description of the deepest penetration of more than 1 mm after Reset() ("block is 9.1 mm deep
+  // in counter"). Checks the robot and all movable parts against everything, with three exceptions: parts
+  // with may_penetrate (unless a moving link is in one), the robot's stand in the world, and placed parts in
+  // fixed ones. Empty if there is none.
   std::string Overlap() const;
 
   // Sets joint targets and gripper commands, clipped to their limits. If the action is invalid (sizes, mode,
@@ -69,7 +69,7 @@ class World {
   // Fills everything except header and deadline_misses. Reuses the storage of `state`.
   void Fill(state_t* state) const;
 
-  // Duration of a control tick, us.
+  // Returns the duration of a control tick, us.
   int64_t tick_us() const { return tick_us_; }
 
   const mjModel& model() const { return *model_; }
@@ -129,14 +129,14 @@ class World {
   // closer than a spawn box allows. Empty if the draw is valid.
   std::string Blocked(const Variation& variation);
   bool IsMovable(int entity) const;
-  // True for a part that may penetrate other parts in the reset state.
+  // Returns true for a part that may penetrate other parts in the reset state.
   bool MayPenetrate(int entity) const;
-  // True for geoms of a body that cannot move.
+  // Returns true for geoms of a body that cannot move.
   bool IsStill(int geom) const;
-  // True if the contact of a movable part with another entity is not allowed in the reset state.
+  // Returns true if the contact of a movable part with another entity is not allowed in the reset state.
   bool CountsForParts(const mjContact& contact, int a, int b) const;
-  // Describes the deepest contact of more than 1 mm between two entities for which `counts` returns true;
-  // empty if there is none. `counts` receives the contact and its two entities.
+  // Returns a description of the deepest contact of more than 1 mm between two entities for which `counts`
+  // returns true; empty if there is none. `counts` receives the contact and its two entities.
   std::string Deepest(const mjData& data,
                       const std::function<bool(const mjContact&, int, int)>& counts) const;
   // Computes everything that depends on positions and velocities. Also compensates gravity and Coriolis

@@ -33,7 +33,7 @@ CameraComponent::CameraComponent(Bus* bus, const std::string& gl) : Component(bu
 void CameraComponent::OnModel(const model_info_t& model) {
   if (!IsNewModel()) return;
   model_ = model;
-  model_is_new_ = true;  // used from the next episode on; the current episode keeps its model
+  model_is_new_ = true;  // used for the next and later episodes; the current episode keeps its model
 }
 
 void CameraComponent::OnEpisodeBegin(const episode_begin_t& begin) {

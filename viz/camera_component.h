@@ -3,7 +3,7 @@
 //
 // A REQUEST_IMAGE received before its STATE is held until the STATE arrives. If a REQUEST_IMAGE of the last
 // answered tick is repeated, the cached images are published again. The last kKeptStates ticks can be
-// requested. A REQUEST_IMAGE of an older tick, which happens only with a realtime clock, is answered with an
+// requested. A REQUEST_IMAGE of an older tick, which happens only with a real-time clock, is answered with an
 // image without data, counted in STATUS (skipped_ticks) and logged.
 #pragma once
 
@@ -32,7 +32,7 @@ class CameraComponent : public Component {
   // InputError.
   explicit CameraComponent(Bus* bus, const std::string& gl = kDefaultGl);
 
-  // Number of images that this component has rendered.
+  // Returns the number of images that this component has rendered.
   int64_t num_drawn() const { return num_drawn_; }
 
  private:

@@ -90,8 +90,8 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
 bool Recorder::MayBegin(const episode_begin_t& begin) {
   const auto finished = EpisodeFolder(run_, begin.header.episode);
   if (!fs::exists(finished)) return true;
-  // An aborted attempt was closed like any other, and the next attempt replaces it. If a summary exists, the
-  // launcher has counted the episode, so its log is final.
+  // The log of an aborted attempt is closed like any other log, and the log of the next attempt replaces it.
+  // If a summary exists, the launcher has counted the episode, so its log is final.
   if (begin.header.attempt > 0 && !fs::exists(finished / kSummaryJson)) {
     OnDisk(finished, [&] { fs::remove_all(finished); });
     return true;

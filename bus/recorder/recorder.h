@@ -36,7 +36,7 @@ class Recorder : public Component {
   // Returns false if this MODEL must not be recorded.
   bool OnModel(std::span<const uint8_t> data, int64_t receive_time_us);
   void OnEpisodeBegin(std::span<const uint8_t> data);
-  // True if the log of this episode must be opened.
+  // Returns true if the log of this episode must be opened.
   bool MayBegin(const episode_begin_t& begin);
   void Open(const episode_begin_t& begin);
   void CloseEpisode();

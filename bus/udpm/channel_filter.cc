@@ -35,8 +35,8 @@ std::string BeginningOf(const std::string& channel) {
   return channel.ends_with(".*") ? channel.substr(0, channel.size() - 2) : channel + '\0';
 }
 
-// Returns the filter as a classic BPF program. It has one block per prefix, which compares all bytes: four at
-// a time, then the rest one at a time.
+// Returns the filter as a classic BPF program. It has one block per prefix. A block compares all bytes: four
+// at a time, and the remaining bytes one at a time.
 std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beginnings) {
   std::vector<sock_filter> program;
   if (is_local) {

@@ -1,6 +1,6 @@
 // Drops unsubscribed channels in the kernel, before they wake this process. Every process of a multicast
 // group receives every message: in a run of six processes, those wake-ups cost more than the physics.
-// Programs outside the run, also on other machines, can send to the port, too.
+// Programs outside the run can also send to the port, even from other machines.
 #pragma once
 
 #include <span>

@@ -8,7 +8,7 @@ namespace {
 
 uint16_t BigEndian16(const uint8_t* at) { return static_cast<uint16_t>(at[0] << 8 | at[1]); }
 
-// Removes the channel's name and its NUL from the beginning of `bytes`. Returns nothing if they do not begin
+// Removes the channel's name and its NUL from the beginning of `bytes`. Returns nullopt if they do not begin
 // with a name.
 std::optional<std::string_view> RemoveChannel(std::span<const uint8_t>* bytes) {
   const auto end = std::ranges::find(*bytes, uint8_t{0});

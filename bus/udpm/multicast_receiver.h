@@ -55,16 +55,16 @@ class MulticastReceiver {
   void Filter(std::span<const std::string> channels);
 
   // Waits for the next message until the deadline; does not wait if the deadline is Time::min(). Returns
-  // nothing after a signal or when wake_fd is readable.
+  // nullopt after a signal or when wake_fd is readable.
   std::optional<Received> Next(Time deadline);
 
   // Allows messages to be delayed by up to `delay`, so that one wake-up serves many. The receive buffer may
   // limit the delay further. The first message after a pause is not delayed.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
 
-  // Size of the receive buffer that the kernel granted.
+  // Returns the size of the receive buffer that the kernel granted.
   size_t receive_buffer_bytes() const { return buffer_bytes_; }
-  // Number of incomplete messages; see Reassembler::lost().
+  // Returns the number of incomplete messages; see Reassembler::lost().
   int64_t lost() const { return reassembler_.lost(); }
 
  private:

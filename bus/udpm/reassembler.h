@@ -25,8 +25,8 @@ class Reassembler {
   // completes, if any; its views are valid until the next call.
   std::optional<LcmMessage> Add(uint64_t sender, const LcmFragment& fragment);
 
-  // Number of begun messages that were discarded, because fragments are missing or inconsistent, or to make
-  // room. A message whose first fragment is missing is not counted.
+  // Returns the number of begun messages that were discarded, because fragments are missing or inconsistent,
+  // or to make room. A message whose first fragment is missing is not counted.
   int64_t lost() const { return lost_; }
 
  private:

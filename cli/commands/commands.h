@@ -7,7 +7,8 @@
 
 namespace evalbus::commands {
 
-// Runs a command after its arguments were parsed. Returns the exit code. Throws InputError, EnvironmentError.
+// Runs a command after its arguments were parsed. Returns the exit code. Throws InputError or
+// EnvironmentError.
 using Action = std::function<int()>;
 
 // Adds the arguments of a command to its CLI11 subcommand, and returns the command's action.

@@ -38,7 +38,7 @@ namespace fs = std::filesystem;
 
 struct CompareOptions {
   std::vector<std::filesystem::path> runs;
-  // Name, policy or folder of the run with which the others are compared; empty: the first run.
+  // Name, policy or folder of the baseline, with which all other runs are compared; empty: the first run.
   std::string baseline;
   // Names of the metrics to compare; empty: the main metrics.
   std::vector<std::string> on;
@@ -142,7 +142,7 @@ void MakeVideo(const results::SeedPair& pair, const results::RecordedRuns& run,
   fmt::print("\nvideo    {}  (seed {})\n", options.video.string(), pair.seed);
 }
 
-// Returns the exit code, which is 0 for any result of the comparison. Throws InputError, EnvironmentError.
+// Returns the exit code, which is 0 for any result of the comparison. Throws InputError or EnvironmentError.
 int Compare(const CompareOptions& options) {
   std::vector<results::RecordedRuns> runs;
   for (const fs::path& folder : options.runs) runs.push_back(results::ReadForComparison(folder));

@@ -38,7 +38,8 @@ std::string LibraryOf(const char* symbol) {
 
 // Prints which libraries and programs are used for videos, and which of them are missing.
 void PrintVideos() {
-  // software: the renderer in use and its library; empty if there is none. missing: the reason.
+  // software: name and library of the available software renderer; empty if none is available. missing: the
+  // reason why none is available.
   std::string software, missing;
   try {
     const viz::GlChoice choice = viz::ChooseGl(viz::kDefaultGl);

@@ -69,7 +69,9 @@ struct ExportOptions {
 };
 
 void AddOptions(CLI::App* app, ExportOptions* options) {
-  app->add_option("run", options->run, "folder of a run or a suite; with --mcap also of an episode, or a log")
+  app->add_option(
+         "run", options->run,
+         "folder of a run or a suite; with --mcap, the folder of an episode or a log is also accepted")
       ->required();
   auto* kinds = app->add_option_group("Output");
   kinds->add_option("--csv", options->csv, "CSV table with one row per finished episode; -: standard output")

@@ -9,7 +9,7 @@
 
 namespace evalbus::commands {
 
-// Returns an error if the name is that of an existing file of a run, a suite or a plan, such as its
+// Returns an error if the name belongs to an existing file of a run, a suite or a plan, such as its
 // episodes.jsonl or the log of an episode, which the command would replace. Otherwise returns an empty
 // string, as CLI::Option::check() expects.
 std::string CheckOutputFile(const std::string& name);

@@ -60,11 +60,6 @@ void PrintAddress(const exports::FoxgloveServer& server, const FoxgloveOptions& 
   std::fflush(stdout);
 }
 
-// True if this message begins an episode. Messages of the previous episode must then be discarded.
-bool IsBegin(const exports::Message& message) {
-  return message.topic == exports::kEpisode && message.time_ns == 0;
-}
-
 int ShowLive(const FoxgloveOptions& options, exports::FoxgloveServer* server) {
   const Attached attached = Attach(options.address);
   InstallStopSignals();
@@ -73,13 +68,16 @@ int ShowLive(const FoxgloveOptions& options, exports::FoxgloveServer* server) {
   exports::SceneSource scenes;
   std::string remark;
   size_t topics = 0;
+  int64_t attempts = 0;
   exports::Encoder encoder(
       [&](const exports::Message& message) {
         if (encoder.topics().size() > topics) {
           server->SetTopics(encoder.topics());
           topics = encoder.topics().size();
         }
-        if (IsBegin(message)) server->Forget();
+        // Messages of the previous episode are discarded when an episode begins.
+        if (encoder.num_attempts() != attempts) server->Forget();
+        attempts = encoder.num_attempts();
         server->Send(message);
         if (message.topic == exports::kTransforms) server->SendTime(message.time_ns);
       },
@@ -185,7 +183,7 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
   return 0;
 }
 
-// Returns the exit code. Throws InputError, EnvironmentError.
+// Returns the exit code. Throws InputError or EnvironmentError.
 int Foxglove(const FoxgloveOptions& given) {
   FoxgloveOptions options = given;
   options.server.session = std::to_string(DrawId());

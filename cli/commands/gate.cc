@@ -37,7 +37,7 @@ void AddOptions(CLI::App* app, GateCommandOptions* options) {
       ->required();
   app->add_option("--margin", options->gate.margin.value,
                   "largest acceptable loss: percentage points of success; for metrics of --on without a "
-                  "margin of their own,\npercent of the baseline's mean")
+                  "margin,\npercent of the baseline's mean")
       ->check(InRange(0.1, 99.0))
       ->capture_default_str();
   AddList(app, "--on", &options->gate.on,
@@ -57,7 +57,7 @@ int ExitCode(results::GateVerdict verdict) {
   return verdict == results::GateVerdict::kPass ? 0 : verdict == results::GateVerdict::kFail ? 10 : 11;
 }
 
-// Returns 0 for PASS, 10 for FAIL, 11 for CANNOT TELL. Throws InputError, EnvironmentError.
+// Returns 0 for PASS, 10 for FAIL, 11 for CANNOT TELL. Throws InputError or EnvironmentError.
 int DecideGate(const GateCommandOptions& options) {
   CheckFilesDiffer({{"--junit", options.junit}, {"--markdown", options.markdown}});
   std::vector<results::RecordedRuns> runs = {results::ReadForComparison(options.baseline),

@@ -83,8 +83,8 @@ void Show(const Plan& plan, bool probe) {
         100 * *plan.until->width, plan.until->max_episodes);
   } else if (plan.until) {
     fmt::print(
-        "until     decided{} at alpha {:g} over all comparisons, tested every {} episodes of each task, at "
-        "most {}\n",
+        "until     each comparison is decided{} (alpha {:g} in total), with a test after every {} episodes "
+        "of each task, at most {}\n",
         plan.until->on_progress ? " by success or progress" : "", plan.until->alpha, episodes,
         plan.until->max_episodes);
   }
@@ -158,7 +158,8 @@ Action AddMerge(CLI::App* app) {
   const auto options = std::make_shared<Options>();
   app->add_option("folder", options->folder, "folder of a plan; if RUN is given: run folder to write")
       ->required();
-  app->add_option("run", options->parts, "run folders that each hold some of the episodes, made with --only");
+  app->add_option("run", options->parts,
+                  "run folders, each with some of the episodes, that were written with --only");
   return [options] { return Merge(options->folder, options->parts); };
 }
 

@@ -64,7 +64,7 @@ class UdpSender {
   int fd_ = -1;
 };
 
-// Returns the exit code. Throws InputError, EnvironmentError.
+// Returns the exit code. Throws InputError or EnvironmentError.
 int Stream(const BridgeOptions& options) {
   // The socket must be created before this process joins the run's network namespace, from which the receiver
   // may not be reachable.

@@ -71,8 +71,8 @@ int ListContracts() {
   PrintTable(rows);
   fmt::print(
       "\n'evalbus policy show CONTRACT' shows one, 'evalbus policy check CONTRACT' checks its server, and\n"
-      "'evalbus run TASK --policy CONTRACT' evaluates it. A file of your own (docs/connecting_a_policy.md) "
-      "works, too.\n");
+      "'evalbus run TASK --policy CONTRACT' evaluates it. CONTRACT can also be your own file\n"
+      "(docs/connecting_a_policy.md).\n");
   return 0;
 }
 
@@ -119,10 +119,10 @@ int Show(const PolicyCommandOptions& options) {
   const Contract contract = policy::FindContract(options.policy.policy);
   fmt::print("{}\n{}\n\n", contract.name, contract.description);
   PrintSection("Server", {fmt::format("{}, wire {}", contract.url, policy::NameOf(contract.wire))});
-  PrintSection(
-      "Rate", {fmt::format("{:g} Hz; {} of each action chunk {} executed, {:.3g} s", contract.rate_hz,
-                           Plural(contract.execute_steps, "step"), contract.execute_steps == 1 ? "is" : "are",
-                           contract.execute_steps / contract.rate_hz)});
+  PrintSection("Rate",
+               {fmt::format("{:g} Hz; {} of each action chunk ({:.3g} s) {} executed", contract.rate_hz,
+                            Plural(contract.execute_steps, "step"), contract.execute_steps / contract.rate_hz,
+                            contract.execute_steps == 1 ? "is" : "are")});
   Lines seen;
   for (const ObservationEntry& entry : contract.observation) {
     seen.push_back(fmt::format("{}: {}", entry.KeyText(), InWords(entry)));
@@ -281,7 +281,7 @@ Action AddPolicy(CLI::App* app) {
       ->add_option(
           "--first-step", options->first_step_rad,
           "maximum distance of the first action from the robot's position, rad; default: the contract's "
-          "first_step_rad, else 0.5. Increase it for a policy whose first step is large on purpose")
+          "first_step_rad, otherwise 0.5. Increase it if the policy is meant to begin with a large step")
       ->type_name("RAD")
       ->check(InRange(1e-6, 100.0));
   check->add_option("--out", options->out, "folder for images and check.json; default policy_check/CONTRACT");

@@ -132,7 +132,7 @@ void PrintVideo(const fs::path& file) {
 void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs, viz::FrameSize size,
                 const std::string& ending) {
   if (options.cameras.size() > 1) throw InputError("--grid: expected one camera");
-  // All cells share one clock, but each has its own decisive moment.
+  // All cells share one clock, but each cell has its own decisive moment.
   if (options.timing.highlight_s > 0) throw InputError("--highlight cannot be combined with --grid");
   viz::JointVideoOptions joint;
   joint.size = size;
@@ -177,7 +177,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
   }
 }
 
-// Prints the videos' paths. Returns the exit code. Throws InputError, EnvironmentError.
+// Prints the videos' paths. Returns the exit code. Throws InputError or EnvironmentError.
 int Render(const RenderOptions& options) {
   viz::VideoOptions video;
   video.layout = viz::ParseVideoLayout(options.layout);

@@ -84,7 +84,7 @@ constexpr std::array<std::string_view, 5> kPlayedChannels = {
 std::string PlayedChannels() { return fmt::format("({})", fmt::join(kPlayedChannels, "|")); }
 
 // Throws InputError if the log contains a wait longer than kLongestWait. LCM's player waits between events
-// for the time that passed on the run's clock. In a realtime run, this clock may have been set, or may have
+// for the time that passed on the run's clock. In a real-time run, this clock may have been set, or may have
 // advanced while the machine was suspended.
 void CheckWaits(const fs::path& log, double speed) {
   EventLogReader reader(log);
@@ -363,8 +363,8 @@ int Replay(const ReplayOptions& options) {
   const std::string& url = reserved.url();
   if (url.empty()) {
     throw EnvironmentError(
-        "this machine has no multicast, which lcm-logplayer needs ('evalbus doctor' explains why); use "
-        "'evalbus rescore', which needs none");
+        "this machine has no multicast, which lcm-logplayer requires ('evalbus doctor' explains why); use "
+        "'evalbus rescore', which works without multicast");
   }
   InstallStopSignals();
   const MemoryFile web_log;

@@ -38,9 +38,9 @@ struct ReportOptions {
 
 void AddOptions(CLI::App* app, ReportOptions* options) {
   app->add_option("run", options->run, "folder of a run, a suite or a plan")->required();
-  app->add_option(
-         "-o,--out", options->out,
-         "HTML file; default: report.html in that folder; not for a plan, whose pages are in its folder")
+  app->add_option("-o,--out", options->out,
+                  "HTML file; default: report.html in that folder; cannot be used for a plan, whose pages "
+                  "are in its folder")
       ->type_name("FILE")
       ->check(CheckOutputFile);
   AddList(
@@ -56,7 +56,7 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
 }
 
 // Prints the page's path and, if the page of a run or suite has a note (BuiltPage::note), the note and the
-// page's size. Returns the exit code. Throws InputError, EnvironmentError.
+// page's size. Returns the exit code. Throws InputError or EnvironmentError.
 int WriteReport(const ReportOptions& options) {
   if (fs::exists(options.run / kPlanJson)) {
     if (!options.out.empty() || !options.episodes.empty()) {

@@ -43,7 +43,7 @@ TaskDescription ReadTask(const fs::path& file) {
   return ParseTask(ReadInput(file, "task description"), file, false);
 }
 
-// Describes why the episode is incomplete; empty if it is complete.
+// Returns a text that states why the episode is incomplete; empty if it is complete.
 std::string Missing(const results::RescoredEpisode& episode) {
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
@@ -139,7 +139,7 @@ void AddOptions(CLI::App* app, RescoreOptions* options) {
 
 // Returns 2 if a log of an episode in episodes.jsonl is missing. Without --task, also returns 2 if a score
 // differs from the log or from episodes.jsonl, or if a log has no episode. Otherwise returns 0. Throws
-// InputError, EnvironmentError.
+// InputError or EnvironmentError.
 int Rescore(const RescoreOptions& options) {
   const bool new_rules = !options.task.empty();
   results::Rescorer rescorer(new_rules ? std::optional(ReadTask(options.task)) : std::nullopt);

@@ -161,7 +161,7 @@ void CheckHome(const Alone& alone, Lines* wrong, Lines* notes) {
       notes->push_back(apart + ": scripted experts do not check this pair for collisions");
     } else {
       wrong->push_back(apart +
-                       fmt::format(", but scripted experts need {:.3g} mm", 1000 * kPlanningClearance));
+                       fmt::format(", but scripted experts require {:.3g} mm", 1000 * kPlanningClearance));
     }
   }
 }
@@ -290,7 +290,7 @@ void AddOptions(CLI::App* app, RobotsOptions* options) {
   options->check = check;
 }
 
-// Returns the exit code. Throws InputError, EnvironmentError.
+// Returns the exit code. Throws InputError or EnvironmentError.
 int Robots(const RobotsOptions& options) {
   if (options.list->parsed()) return List(options);
   if (options.show->parsed()) return Show(options);

@@ -39,7 +39,7 @@ struct PlanOptions {
   plans::SlurmOptions slurm;
 };
 
-// True for a plan's file, and for plan.json in the folder of a plan that has begun.
+// Returns true for a plan's file, and for plan.json in the folder of a plan that has begun.
 bool IsPlan(const std::vector<std::string>& tasks) {
   return tasks.size() == 1 && (plans::IsPlanFile(tasks[0]) || fs::path(tasks[0]).filename() == kPlanJson);
 }
@@ -79,7 +79,7 @@ void AddPlanOptions(CLI::App* app, PlanOptions* options) {
                   "time limit of an array task, in sbatch's format; default: Slurm's")
       ->group(group);
   app->add_option("--array-size", options->slurm.array_size,
-                  "number of array tasks; default: chosen so that each takes about ten minutes")
+                  "number of array tasks; default: chosen so that each task takes about ten minutes")
       ->check(CLI::Range(1, 100'000))
       ->group(group);
 }
@@ -193,8 +193,8 @@ Action AddRun(CLI::App* app) {
   app->add_flag("--web", options->web,
                 "show the run in a browser ('evalbus web'); the page remains until Ctrl-C");
   app->add_flag("--json", output->json,
-                "print the events of the run, suite or plan as JSON, one in each line, for programs; text "
-                "for people goes\n"
+                "print the events of the run, suite or plan as JSON, one in each line, for programs; "
+                "readable text goes\n"
                 "to standard error, and the run ends when the reader of standard output exits");
   app->add_option("--partial-hz", output->partial_hz,
                   "with --json: also print the score so far, this often per simulated second; the control "

@@ -39,7 +39,7 @@ struct ImageOptions {
 };
 void AddImageOptions(CLI::App* app, ImageOptions* options);
 // Draws the scene as a PNG file. info: its task and variation determine colors, lights and cameras for the
-// seed; null: uses the model's colors, lights and cameras. Throws InputError, EnvironmentError.
+// seed; null: uses the model's colors, lights and cameras. Throws InputError or EnvironmentError.
 void DrawScene(ModelPtr visual, const state_t& state, const ImageOptions& options,
                const model_info_t* info = nullptr, int64_t seed = 0);
 

@@ -355,7 +355,7 @@ void AddOptions(CLI::App* app, TasksOptions* options) {
   }
 }
 
-// Returns the exit code. Throws InputError, EnvironmentError.
+// Returns the exit code. Throws InputError or EnvironmentError.
 int Tasks(const TasksOptions& options) {
   if (options.list->parsed()) return ListTasks();
   if (options.show->parsed()) return Show(options);

@@ -61,7 +61,7 @@ void VerifyStops(const fs::path& folder, results::Verification* result) {
   }
 }
 
-// Returns 0 if there are no findings; otherwise 1. Throws InputError, EnvironmentError.
+// Returns 0 if there are no findings; otherwise 1. Throws InputError or EnvironmentError.
 int Verify(const VerifyOptions& options) {
   // Hashing runs on its own thread, because the other checks use only one processor.
   auto hashing = std::async(std::launch::async, [&] {

@@ -48,8 +48,9 @@ Action AddWatch(CLI::App* app) {
   AddList(app, "--video", &options->video,
           "cameras, separated by commas: record a video of each episode while the next one runs");
   AddModelSources(app, &options->sim.model_path, &options->sim.assets);
-  app->add_option("--url", options->url,
-                  "bus of the source; default: that of EVALBUS_URL, else udpm://239.255.76.67:7667?ttl=0")
+  app->add_option(
+         "--url", options->url,
+         "bus of the source; default: the value of EVALBUS_URL, otherwise udpm://239.255.76.67:7667?ttl=0")
       ->type_name("URL");
   app->add_option("--operator", options->judged_by,
                   "name of the person who gives a verdict on each episode after its end, on a page that does "

@@ -82,7 +82,7 @@ void CheckEpisodes(const std::vector<results::RecordedRun>& runs, const std::vec
   }
 }
 
-// Finds points of no return and adds them to the run's no_return.json. Throws InputError, EnvironmentError.
+// Finds points of no return and adds them to the run's no_return.json. Throws InputError or EnvironmentError.
 void FindNoReturns(const results::RecordedRun& run, const WhyOptions& options) {
   const std::vector<int> wanted = options.failures ? FailedEpisodes(run) : options.episodes;
   runner::NoReturnFinder finder(run);
@@ -105,7 +105,7 @@ void PrintNoReturns(const results::RecordedRun& run, const results::RunCircumsta
     fmt::print("{:>7}  {}\n", episode, results::NoReturnText(point));
 }
 
-// Returns the exit code, which is always 0. Throws InputError, EnvironmentError.
+// Returns the exit code, which is always 0. Throws InputError or EnvironmentError.
 int Explain(const WhyOptions& options) {
   const std::vector<results::RecordedRun> runs = ReadAll(options.runs);
   CheckEpisodes(runs, options.episodes);

@@ -35,7 +35,7 @@ constexpr double kSlow = 0.25;
 
 bool IsOfHold(const condition_t& condition) { return condition.kind == condition_t::HOLDING; }
 
-// Whether the condition requires that something is absent. This is decided by the words of its text.
+// Returns whether the condition requires that something is absent. This is decided by the words of its text.
 bool IsNegated(const condition_t& condition) {
   return condition.text.find(" not ") != std::string::npos || condition.text.starts_with("no ");
 }
@@ -71,7 +71,7 @@ int64_t CauseFinder::Ticks(double seconds) const { return std::llround(seconds /
 
 double CauseFinder::Time(int64_t tick) const { return TickTime(tick, config_.dt); }
 
-// Whether the operand is the object or a part of it.
+// Returns whether the operand is the object or a part of it.
 bool CauseFinder::IsOf(const std::string& operand, size_t object) const {
   const std::string& name = config_.objects[object];
   return operand == name || operand.starts_with(name + "/");
@@ -85,7 +85,7 @@ bool CauseFinder::IsAboutAny(const std::vector<Unmet>& unmet, size_t object) con
   return std::ranges::any_of(unmet, [&](const Unmet& u) { return IsAbout(*u.condition, object); });
 }
 
-// Whether the condition involves this object and no other.
+// Returns whether the condition involves this object and no other.
 bool CauseFinder::IsAboutOnly(const condition_t& condition, size_t object) const {
   for (size_t other = 0; other < config_.objects.size(); ++other) {
     if (IsAbout(condition, other) != (other == object)) return false;
@@ -184,7 +184,7 @@ std::vector<CauseFinder::Unmet> CauseFinder::FindUnmet() const {
   return unmet;
 }
 
-// Whether a stage about the object was reached after the tick.
+// Returns whether a stage about the object was reached after the tick.
 bool CauseFinder::StageAbout(size_t object, int64_t after) const {
   for (size_t k = 0; k < stage_tick_.size() && k < conditions_.size(); ++k) {
     if (stage_tick_[k] <= after) continue;
@@ -193,14 +193,14 @@ bool CauseFinder::StageAbout(size_t object, int64_t after) const {
   return false;
 }
 
-// Whether the gripper really held the object, and did not only touch it with closed fingers.
+// Returns whether the gripper really held the object, and did not only touch it with closed fingers.
 bool CauseFinder::IsGrasp(const CauseHold& hold) const {
   if (Length(hold) < Ticks(kShortestHold)) return false;
   // A finger that touches the object from outside, while the gripper opens or closes, does not hold it.
   return hold.pinched_ticks >= Ticks(kShortestHold) || (hold.is_wide && !hold.closing && !hold.opened);
 }
 
-// Whether the gripper held the object after the tick. gripper: -1 for any.
+// Returns whether the gripper held the object after the tick. gripper: -1 for any.
 bool CauseFinder::HeldAfter(int64_t tick, int object, int gripper) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return hold.object == object && (gripper < 0 || hold.gripper == gripper) && hold.last_tick > tick &&
@@ -220,12 +220,12 @@ bool CauseFinder::IsTouchedAtEnd(int object, int gripper) const {
   });
 }
 
-// Whether the object is now lower than at the last contact of this hold, by at least kFallen.
+// Returns whether the object is now lower than at the last contact of this hold, by at least kFallen.
 bool CauseFinder::HasFallen(const CauseHold& hold) const {
   return height_[hold.object] <= hold.contact_height - kFallen;
 }
 
-// Whether the task has a condition that the gripper holds the object. gripper: empty for any.
+// Returns whether the task has a condition that the gripper holds the object. gripper: empty for any.
 bool CauseFinder::AsksForHold(size_t object, const std::string& gripper) const {
   return std::ranges::any_of(conditions_, [&](const auto& section) {
     return std::ranges::any_of(section, [&](const condition_t& c) {
@@ -235,7 +235,7 @@ bool CauseFinder::AsksForHold(size_t object, const std::string& gripper) const {
   });
 }
 
-// Whether the task requires that the object is lifted or above some height.
+// Returns whether the task requires that the object is lifted or above some height.
 bool CauseFinder::AsksForLift(size_t object) const {
   return std::ranges::any_of(conditions_, [&](const auto& section) {
     return std::ranges::any_of(section, [&](const condition_t& c) {
@@ -245,8 +245,8 @@ bool CauseFinder::AsksForLift(size_t object) const {
   });
 }
 
-// Whether the task requires that the object is released here. This is so if the object has not fallen and all
-// success conditions that involve only this object are met, including one about its release.
+// Returns whether the task requires that the object is released here. This is so if the object has not fallen
+// and all success conditions that involve only this object are met, including one about its release.
 bool CauseFinder::IsReleaseAsRequired(const CauseHold& hold) const {
   const auto object = static_cast<size_t>(hold.object);
   if (!hold.opened || HasFallen(hold)) return false;
@@ -259,7 +259,7 @@ bool CauseFinder::IsReleaseAsRequired(const CauseHold& hold) const {
   return is_released && is_in_place;
 }
 
-// Whether a gripper pulled the object without lifting it, before a hold that lifted it.
+// Returns whether a gripper pulled the object without lifting it, before a hold that lifted it.
 bool CauseFinder::IsPullBeforeLift(const CauseHold& pull) const {
   const auto lifts = [](const CauseHold& hold) { return hold.contact_height - hold.first_height >= kLifted; };
   return !lifts(pull) && std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
@@ -267,16 +267,17 @@ bool CauseFinder::IsPullBeforeLift(const CauseHold& pull) const {
   });
 }
 
-// Whether another hold of the object makes up for the loss. It was already active at the loss, lasted until
-// the end of the episode, or lasted much longer than the lost hold. If the task names this gripper, holds by
-// other grippers do not count.
+// Returns whether another hold of the object makes up for the loss. It was already active at the loss, lasted
+// until the end of the episode, or lasted much longer than the lost hold. If the task names this gripper,
+// holds by other grippers do not count.
 bool CauseFinder::IsMadeGood(const CauseHold& lost) const {
   const bool is_named = AsksForHold(static_cast<size_t>(lost.object), config_.grippers[lost.gripper]);
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     if (hold.object != lost.object || (is_named && hold.gripper != lost.gripper)) return false;
     if (hold.last_tick < lost.last_tick + Ticks(kShortestHold)) return false;
     if (hold.first_tick <= lost.last_tick || !hold.is_over) return true;
-    // If the gripper opened and grasped again, it changed its grip, so any later grasp suffices.
+    // If the gripper opened and grasped again, it only changed its grip, so a later grasp of any length makes
+    // up for the loss.
     return IsGrasp(hold) && Length(hold) > (lost.opened ? Ticks(kShortestHold) : kLonger * Length(lost));
   });
 }
@@ -302,7 +303,7 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
   }
 }
 
-// Whether a gripper that closed on nothing should have grasped the object.
+// Returns whether a gripper that closed on nothing should have grasped the object.
 bool CauseFinder::IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& unmet, size_t object) const {
   const auto index = static_cast<int>(object);
   if (closing.distance[object] > closings_.Nearest(object, closing.gripper) + kNear) return false;
@@ -340,8 +341,8 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
   }
 }
 
-// Whether a gripper of this arm held the object when this contact began, or until at most kInterruption
-// before.
+// Returns whether a gripper of this arm held the object when this contact began, or until at most
+// kInterruption before.
 bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     return config_.object_entity[hold.object] == touch.pair.entity &&
@@ -350,9 +351,9 @@ bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   });
 }
 
-// Whether the contact belongs to a grasp, because fingers touch the scene when they grasp an object or put it
-// down. This is so if the arm's gripper holds an object that the task requires, and this hold did not end
-// more than kInterruption before the contact.
+// Returns whether the contact belongs to a grasp, because fingers touch the scene when they grasp an object
+// or put it down. This is so if the arm's gripper holds an object that the task requires, and this hold did
+// not end more than kInterruption before the contact.
 bool CauseFinder::IsTouchOfGrasp(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     const auto object = static_cast<size_t>(hold.object);
@@ -392,7 +393,7 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
   }
 }
 
-// Whether the task has a condition that this gripper holds an object, which it does not hold now.
+// Returns whether the task has a condition that this gripper holds an object, which it does not hold now.
 bool CauseFinder::LacksHold(const std::string& gripper) const {
   return std::ranges::any_of(conditions_, [&](const auto& section) {
     return std::ranges::any_of(section, [&](const condition_t& c) {
@@ -402,7 +403,7 @@ bool CauseFinder::LacksHold(const std::string& gripper) const {
 }
 
 // Returns the first stop of an arm that should hold an object and stopped for good while another arm
-// continued to move; nothing if there is none.
+// continued to move; nullopt if no arm did.
 std::optional<CauseMoment> CauseFinder::IdleArm(int64_t last_tick) const {
   std::optional<CauseMoment> first;
   for (size_t k = 0; k < config_.grippers.size(); ++k) {

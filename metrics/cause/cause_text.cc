@@ -12,13 +12,13 @@
 namespace evalbus::metrics {
 namespace {
 
-// "left" -> "left gripper".
+// Adds the kind of the part to its name: "left" -> "left gripper".
 std::string PartOf(const std::string& name, const char* part) {
   const std::string words = Words(name);
   return words == part || words.ends_with(std::string(" ") + part) ? words : words + " " + part;
 }
 
-// "height of pot 1.099 m >= 1.096" -> "height of pot 1.099 m".
+// Removes the limit: "height of pot 1.099 m >= 1.096" -> "height of pot 1.099 m".
 std::string WithoutLimit(const condition_t& condition) {
   for (const std::string_view relation : {" >= ", " <= "}) {
     const size_t at = condition.text.rfind(relation);
@@ -41,8 +41,8 @@ std::string Listed(const std::vector<condition_t>& conditions) {
   return list;
 }
 
-// For example "height of pot reached 0.997 m, at least 1.096 m is needed", "height of pot reached 1.097 m and
-// was 0.951 m at the end, at least 1.096 m is needed", or "not met: left holds pot".
+// Returns, for example, "height of pot reached 0.997 m, at least 1.096 m is needed", "height of pot reached
+// 1.097 m and was 0.951 m at the end, at least 1.096 m is needed", or "not met: left holds pot".
 std::string Reached(const condition_t& condition, const BestOfCondition& best) {
   const std::string text = Words(condition.text);
   for (const std::string_view limit : {" at least ", " at most ", " between "}) {
@@ -65,7 +65,7 @@ std::string Reached(const condition_t& condition, const BestOfCondition& best) {
 
 }  // namespace
 
-// Describes the event, without its time.
+// Returns a description of the event, without its time.
 std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) const {
   const std::string gripper =
       moment.gripper < 0 ? "" : Capitalized(PartOf(config_.grippers[moment.gripper], "gripper"));

@@ -67,7 +67,7 @@ class Closings {
     }
   }
 
-  // All empty closings so far, in chronological order.
+  // Returns all empty closings so far, in chronological order.
   const std::vector<EmptyClosing>& closings() const { return closings_; }
   // Returns the smallest distance (m) in the episode between the gripper's wrist and the object.
   double Nearest(size_t object, size_t gripper) const { return nearest_[object * arm_.size() + gripper]; }

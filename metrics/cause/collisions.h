@@ -77,7 +77,7 @@ class CauseCollisions {
     }
   }
 
-  // Sorted by first tick.
+  // The touches are sorted by first tick.
   const std::vector<ArmTouch>& touches() const { return touches_; }
   bool knows_torque() const { return knows_torque_; }
   // Returns the index of the object with this entity; -1 if the entity is not an object.

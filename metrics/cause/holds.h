@@ -74,7 +74,7 @@ class Holds {
     }
   }
 
-  // Sorted by first tick.
+  // The holds are sorted by first tick.
   const std::vector<CauseHold>& holds() const { return holds_; }
 
  private:
@@ -140,7 +140,7 @@ class Holds {
     pair = {.was_opened = pair.last_closed < sample.tick, .widest = opening};
   }
 
-  // Whether the gripper has another object between its fingers.
+  // Returns whether the gripper has another object between its fingers.
   bool PinchesAnother(const CauseSample& sample, size_t index) const {
     for (size_t pair = index % widest_.size(); pair < pair_.size(); pair += widest_.size()) {
       if (pair != index && sample.pinched[pair]) return true;

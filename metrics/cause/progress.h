@@ -59,8 +59,8 @@ class ConditionProgress {
   std::vector<Track> tracks_;
 };
 
-// Finds since when the robot has been at rest. Positions are compared with those at the beginning of the
-// rest:
+// Finds the tick since which the robot has been at rest. Positions are compared with the positions at the
+// beginning of the rest:
 //   - A rest ends when the commanded position of a joint differs by more than kCommand.
 //   - During the first kSettled, a rest also ends when the measured position of a joint differs by more than
 //     kSag. Smaller changes are ignored, because servos yield to a load. After kSettled, measured positions
@@ -83,7 +83,8 @@ class Rest {
   // commands: empty if unknown.
   void Add(int64_t tick, std::span<const double> joints, std::span<const double> commands) {
     const std::span<const double> now = commands.empty() ? joints : commands;
-    // The commands in the reset state do not come from the policy, so those of tick 1 are the first ones.
+    // The commands in the reset state do not come from the policy, so the first commands are the commands of
+    // tick 1.
     for (size_t j = 0; tick > 1 && j < last_.size() && j < now.size(); ++j) {
       largest_step_ = std::max(largest_step_, std::abs(now[j] - last_[j]));
     }
@@ -100,8 +101,8 @@ class Rest {
   }
 
   int64_t since() const { return since_; }
-  // Largest change (rad) of a joint's commanded position between two ticks; if commands are unknown, of its
-  // measured position.
+  // Returns the largest change (rad) of a joint's commanded position between two ticks; if commands are
+  // unknown, of its measured position.
   double largest_step() const { return largest_step_; }
 
  private:

@@ -23,7 +23,7 @@ class CriteriaPace {
     verdict_ = verdict;
     return is_due;
   }
-  // Whether CRITERIA was published for this tick.
+  // Returns whether CRITERIA was published for this tick.
   bool IsPublished(const header_t& header) const { return published_ && published_->tick == header.tick; }
 
  private:

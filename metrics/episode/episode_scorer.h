@@ -54,14 +54,14 @@ class EpisodeScorer {
   void Partial(partial_metrics_t* partial) const;
   // State of every condition of the verdict after the last tick (TaskEvaluator::Criteria).
   void Criteria(criteria_t* criteria) const;
-  // Final score; its header and the members set by the sim are copied from the sim's messages. The episode is
-  // incomplete if ticks are missing, samples were refused, the policy's server failed, or the episode was cut
-  // short: aborted, or ended on a verdict that these ticks do not confirm.
+  // Returns the final score; its header and the members set by the sim are copied from the sim's messages.
+  // The episode is incomplete if ticks are missing, samples were refused, the policy's server failed, or the
+  // episode was cut short: aborted, or ended on a verdict that these ticks do not confirm.
   episode_summary_t Summary(const episode_begin_t& begin, const episode_end_t& end) const;
 
-  // Verdict as in partial_metrics_t.
+  // Returns the verdict, with the values of partial_metrics_t.
   int8_t verdict() const;
-  // Simulated time of the verdict's tick, microseconds; nothing without a verdict.
+  // Returns the simulated time of the verdict's tick, microseconds; nullopt if there is no verdict.
   std::optional<int64_t> verdict_time_us() const;
   int64_t missing_ticks() const { return missing_ticks_; }
   int64_t refused_samples() const { return unfit_ticks_ + metrics_.refused_samples(); }
@@ -112,7 +112,7 @@ class EpisodeScorer {
   // Poses at the last scored tick, in the order of episode_summary_t. The names never change.
   std::vector<std::string> final_pose_name_;
   std::vector<body_pose_t> final_pose_;
-  // Number of ticks after the verdict at which success held, and whether it holds at the last of them.
+  // Number of ticks after the verdict at which success held, and whether success holds at the last tick.
   int64_t held_ticks_ = 0;
   bool holds_ = false;
   // Storage of the current sample, reused.

@@ -14,7 +14,7 @@
 namespace evalbus::metrics {
 namespace {
 
-// If there are more slips than this, the text only counts them. The data always list all slips.
+// If there are more slips than this number, the text only states their count. The data always list all slips.
 constexpr size_t kSlipsInText = 2;
 
 // Collisions by geom name; geoms without a name share the name of their body.
@@ -39,8 +39,8 @@ object_event_t Event(const model_info_t& model, int object, int gripper, int64_t
   return event;
 }
 
-// Describes how the episode ended: by a verdict, by the end of the data, by the time limit, or for another
-// reason.
+// Returns a text that states how the episode ended: by a verdict, by the end of the data, by the time limit,
+// or for another reason.
 std::string HowItEnded(const EpisodeOutcome& outcome, const CauseEnd& end) {
   if (end.by == CauseEnd::By::kSuccess) return end_reason::kSuccess;
   if (end.by == CauseEnd::By::kFailure) return end_reason::kFailure;

@@ -7,7 +7,7 @@
 namespace evalbus::metrics {
 namespace {
 
-// Whether the operand names an entity of the robot, a part of one, or a gripper.
+// Returns whether the operand names an entity of the robot, a part of one, or a gripper.
 bool IsOfRobot(const std::string& operand, const model_info_t& model) {
   for (int k = 0; k < model.num_entities; ++k) {
     const std::string& entity = model.entity_name[k];

@@ -25,13 +25,13 @@ class LimitChecker {
   void Start();
   // Adds the next tick.
   void Add(const state_t& state);
-  // Whether a region has a limit of the grip force.
+  // Returns whether a region has a limit of the grip force.
   bool has_grip_limits() const;
-  // Largest excess of a grip force over its limit so far, N, and the number of ticks with an excess. Both are
-  // 0 if no limit was exceeded.
+  // Return the largest excess of a grip force over its limit so far, N, and the number of ticks with an
+  // excess. Both are 0 if no limit was exceeded.
   double largest_squeeze() const { return largest_squeeze_; }
   int64_t squeeze_ticks() const { return squeeze_ticks_; }
-  // All violations so far, in chronological order.
+  // Returns all violations so far, in chronological order.
   const std::vector<limit_violation_t>& violations() const { return violations_; }
 
  private:

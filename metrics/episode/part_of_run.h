@@ -5,8 +5,8 @@
 
 namespace evalbus::metrics {
 
-// Whether a metrics process that is started now will miss the messages of some episodes of the run, because
-// they have already finished or belong to other workers. Throws InputError if run.json is invalid.
+// Returns whether a metrics process that is started now will miss the messages of some episodes of the run,
+// because they have already finished or belong to other workers. Throws InputError if run.json is invalid.
 bool IsPartOfRun(const std::filesystem::path& run_folder);
 
 }  // namespace evalbus::metrics

@@ -25,7 +25,7 @@ ordered_json ByArm(const metric_values_t& v, const std::vector<double>& values) 
   return values.size() == 1 ? ordered_json(values[0]) : ByName(v.arm_name, values);
 }
 
-// Whether the dictionary contains the metric. The rule depends on the kind of the metric.
+// Returns whether the dictionary contains the metric. The rule depends on the kind of the metric.
 bool IsThere(const MetricInfo& metric, const metric_values_t& v) {
   switch (metric.kind) {
     case MetricKind::kByStage:

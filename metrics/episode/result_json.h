@@ -19,23 +19,25 @@ namespace evalbus::metrics {
 // plain numbers for one.
 nlohmann::ordered_json ResultJson(const metric_values_t& values);
 
-// Value of the key "extended": the metrics defined by evalbus. A value that does not exist is null. `values`
-// provides the names of the stages.
+// Returns the value of the key "extended": the metrics defined by evalbus. A value that does not exist is
+// null. `values` provides the names of the stages.
 nlohmann::ordered_json ExtendedJson(const extended_metrics_t& extended, const metric_values_t& values);
 
-// Value of the key "explanation" (docs/run_folder.md).
+// Returns the value of the key "explanation" (docs/run_folder.md).
 nlohmann::ordered_json ExplanationJson(const explanation_t& explanation);
 
-// Value of the key "cause" (docs/run_folder.md).
+// Returns the value of the key "cause" (docs/run_folder.md).
 nlohmann::ordered_json CauseJson(const cause_t& cause);
 
-// Value of the key "parameters" of an episode that evalbus simulates: its randomized start parameters.
+// Returns the value of the key "parameters" of an episode that evalbus simulates: its randomized start
+// parameters.
 nlohmann::ordered_json ParametersJson(const episode_begin_t& begin);
 
-// Final poses of an episode, which PosesJson converts to the value of the key "final_poses".
+// Returns the final poses of an episode, which PosesJson() converts to the value of the key "final_poses".
 NamedPoses PosesOf(const episode_summary_t& summary);
 
-// Numbers for the statistics. They equal the numbers that are read from the episode's line in episodes.jsonl.
+// Returns the numbers for the statistics. They equal the numbers that are read from the episode's line in
+// episodes.jsonl.
 EpisodeResult ResultOf(const episode_begin_t& begin, const episode_summary_t& summary);
 
 }  // namespace evalbus::metrics

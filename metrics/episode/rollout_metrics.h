@@ -44,7 +44,7 @@ class RolloutMetrics {
 
   int64_t refused_samples() const { return refused_samples_; }
   const MetricsConfig& config() const { return config_; }
-  // Simulated time of the last sample since the episode began, s.
+  // Returns the simulated time of the last sample since the episode began, s.
   double time() const { return time_; }
 
   // Fills in every member. Does not allocate if this object has filled *values before.

@@ -303,7 +303,7 @@ class Step {
 
 constexpr const char* kNeeded[] = {"robot", "control_frequency", "control_dt", "config", "geoms", "initial"};
 
-// An episode whose steps are read one after the other.
+// An episode whose steps are read one at a time.
 class Trajectory {
  public:
   Trajectory(std::string file, const ScoreOptions& options) : file_(std::move(file)), options_(options) {

@@ -43,7 +43,7 @@ class TickMerger {
   void EndAt(int64_t last_tick);
   // Declares everything that has not arrived yet as missing.
   void GiveUp() { given_up_ = true; }
-  // True if every tick up to the last has been returned or skipped; false before EndAt().
+  // Returns true if every tick up to the last has been returned or skipped; false before EndAt().
   bool finished() const { return last_tick_ >= 0 && next_tick_ > last_tick_; }
 
   int64_t missing() const { return missing_; }

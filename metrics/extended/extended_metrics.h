@@ -17,7 +17,8 @@ class ExtendedMetrics {
   void Start();
   void Add(const DerivedSample& sample);
 
-  // Name, unit and value of each metric, all in the same order, as in extended_metrics_t.
+  // names(), units() and Values() list the metrics in the same order, which is the order of
+  // extended_metrics_t.
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<std::string>& units() const { return units_; }
   // Neither call allocates if *values has been filled before. FinalValues() also computes the values that are

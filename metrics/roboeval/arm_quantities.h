@@ -15,7 +15,7 @@ struct JointPositions {
   static std::span<const double> Of(const DerivedSample& derived, size_t arm) {
     return derived.sample.arm[arm].joint_position;
   }
-  // norm(x - last); joint angles are not unwrapped.
+  // Returns norm(x - last); joint angles are not unwrapped.
   static double Distance(std::span<const double> x, std::span<const double> last) {
     double sum = 0;
     for (size_t k = 0; k < last.size(); ++k) sum += (x[k] - last[k]) * (x[k] - last[k]);

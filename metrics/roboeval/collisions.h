@@ -27,7 +27,7 @@ class NewCollisions {
     before_.clear();
     counts_.clear();
   }
-  // How often each collision was new, in order of first appearance.
+  // Returns how often each collision was new, in order of first appearance.
   const std::vector<std::pair<int64_t, int64_t>>& counts() const { return counts_; }
 
  protected:

@@ -54,7 +54,7 @@ class Jerk {
   int64_t count() const { return count_; }
   double sum() const { return sum_; }
   double sum_of_squares() const { return sum_of_squares_; }
-  // The results are 0 without samples.
+  // The results are 0 if there are no samples.
   double mean() const { return count_ > 0 ? sum_ / count_ : 0; }
   double rms() const { return count_ > 0 ? std::sqrt(sum_of_squares_ / count_) : 0; }
 

@@ -56,7 +56,7 @@ class SlipCounter {
     values->slip_count = static_cast<int64_t>(slips_.size());
     values->slip_count_per_object = count_;
   }
-  // All slips so far, in chronological order.
+  // Returns all slips so far, in chronological order.
   const std::vector<Slip>& slips() const { return slips_; }
 
  private:

@@ -31,7 +31,7 @@ class Stages {
     if (reached && stage->reached_time < 0) stage->reached_time = time;
   }
 
-  // Ascending by index.
+  // The stages are sorted by ascending index.
   const std::vector<StageState>& stages() const { return stages_; }
 
   double progress() const {

@@ -20,7 +20,7 @@ struct GraspInterval {
   int64_t first_tick;
   int64_t last_tick;
 
-  // Number of ticks from the first to the last, both included.
+  // Returns the number of ticks from the first to the last, both included.
   int64_t ticks() const { return last_tick - first_tick + 1; }
 };
 
@@ -65,7 +65,7 @@ class Grasps {
     return again;
   }
 
-  // Sorted by first tick.
+  // The grasps are sorted by first tick.
   const std::vector<GraspInterval>& grasps() const { return grasps_; }
 
  private:

@@ -51,8 +51,8 @@ class RobotContacts {
   // Contacts in the order of the sample; a pair may occur more than once.
   std::span<const SceneContact> scene() const { return scene_; }
   std::span<const SelfContact> self() const { return self_; }
-  // Deepest penetration (m, >= 0) of any contact that involves a robot geom, including contacts with
-  // manipulated objects.
+  // Returns the deepest penetration (m, >= 0) of any contact that involves a robot geom, including contacts
+  // with manipulated objects.
   double penetration() const { return penetration_; }
 
  private:

@@ -1,4 +1,4 @@
-// One-sided bounds of a mean, for decisions that need the stated error rate also for skewed values.
+// One-sided bounds of a mean, for decisions that require the stated error rate even for skewed values.
 #pragma once
 
 #include <algorithm>

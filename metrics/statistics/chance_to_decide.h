@@ -8,9 +8,9 @@
 
 namespace evalbus::metrics {
 
-// A comparison ends early, without a decision, if the chance of a later decision is below this. Ending early
-// cannot raise the rate of wrong decisions. At most this share of the comparisons that end early would have
-// been decided.
+// A comparison ends early, without a decision, if the chance of a later decision is below this value. Ending
+// early cannot raise the rate of wrong decisions. At most this share of the comparisons that end early would
+// have been decided.
 inline constexpr double kLeastChance = 0.01;
 
 // Returns the probability that decides(wins) is true after `most` pairs, given the wins in the first `pairs`

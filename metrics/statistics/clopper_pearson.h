@@ -9,7 +9,7 @@
 
 namespace evalbus::metrics {
 
-// [0, 1] without trials.
+// Returns [0, 1] if there are no trials.
 inline Interval ClopperPearsonInterval(double successes, double trials) {
   if (trials == 0) return {0, 1};
   using Binomial = boost::math::binomial_distribution<>;

@@ -1,9 +1,9 @@
-// Anytime-valid confidence intervals of a proportion. With probability at least 95 %, the intervals after all
-// trials, from the first on, contain the true proportion simultaneously. They may therefore be inspected
-// after each trial and used to stop early. Source: Robbins 1970, "Statistical methods related to the law of
-// the iterated logarithm", Annals of Mathematical Statistics 41, after Ville 1939. The likelihood averaged
-// over all rates, divided by the likelihood of the true rate, is a martingale that starts at 1. Therefore,
-// the probability that it ever reaches 1 / alpha is at most alpha.
+// Anytime-valid confidence intervals of a proportion. With probability at least 95 %, the intervals after
+// each trial all contain the true proportion. They may therefore be inspected after each trial and used to
+// stop early. Source: Robbins 1970, "Statistical methods related to the law of the iterated logarithm",
+// Annals of Mathematical Statistics 41, after Ville 1939. The likelihood averaged over all rates, divided by
+// the likelihood of the true rate, is a martingale that starts at 1. Therefore, the probability that it ever
+// reaches 1 / alpha is at most alpha.
 #pragma once
 
 #include <algorithm>

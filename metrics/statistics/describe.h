@@ -11,12 +11,12 @@
 
 namespace evalbus::metrics {
 
-// NaN for an empty sample.
+// Returns the mean; NaN for an empty sample.
 inline double Mean(std::span<const double> x) {
   return std::reduce(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
 }
 
-// Sample standard deviation (n - 1); NaN for fewer than two values.
+// Returns the sample standard deviation (n - 1); NaN for fewer than two values.
 inline double StandardDeviation(std::span<const double> x) {
   if (x.size() < 2) return std::numeric_limits<double>::quiet_NaN();
   const double mean = Mean(x);

@@ -12,7 +12,7 @@ struct Interval {
   double lower;
   double upper;
 
-  // False if there is no interval, whose bounds are NaN.
+  // Also returns false if the bounds are NaN, which means that there is no interval.
   bool excludes_0() const { return lower > 0 || upper < 0; }
 };
 
@@ -21,7 +21,7 @@ inline constexpr double kNormal975 = 1.959963984540054;
 // Two-sided significance level.
 inline constexpr double kAlpha = 0.05;
 
-// Approximate standard error of an estimate with this interval; NaN if there is no interval.
+// Returns the approximate standard error of an estimate with this interval; NaN if there is no interval.
 inline double StandardErrorOf(const Interval& interval) {
   return (interval.upper - interval.lower) / (2 * kNormal975);
 }

@@ -66,8 +66,8 @@ inline Interval PercentileInterval(std::vector<double> resamples) {
 }
 
 // Returns the BCa interval.
-// estimate: mean, or difference of means, of the sample itself.
-// acceleration: one sixth of the skewness of the influence of single values.
+// estimate: mean, or difference of means, of the original sample.
+// acceleration: one sixth of the skewness of the influence values.
 // tie: resamples at most this far from the estimate count as equal to it, because they may differ only in the
 // order of summation.
 inline Interval BcaInterval(std::vector<double> resamples, double estimate, double acceleration, double tie) {

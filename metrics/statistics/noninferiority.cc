@@ -77,7 +77,8 @@ class HighScores {
   std::vector<int> fewest_;
 };
 
-// Returns the largest probability of the outcomes over all shares of discordant pairs with this difference.
+// Returns the largest probability of a high score if rate(a) - rate(b) = difference. The maximum is over all
+// shares of discordant pairs that have this difference.
 double LargestProbability(const HighScores& scores, double difference) {
   const double least = std::max(0.0, -difference), step = ((1 - difference) / 2 - least) / kShares;
   const auto at = [&](double only_b) { return scores.Probability({only_b + difference, only_b}); };

@@ -26,14 +26,14 @@ struct Discordant {
   Discordant swapped() const { return {pairs, only_b, only_a}; }
 };
 
-// Tango's score of the hypothesis rate(a) - rate(b) = difference. It is approximately standard normal if the
-// hypothesis is true, and high if the rate of a is higher. `difference` is in (-1, 1).
+// Returns Tango's score of the hypothesis rate(a) - rate(b) = difference. It is approximately standard normal
+// if the hypothesis is true, and high if the rate of a is higher. `difference` is in (-1, 1).
 double PairedScore(const Discordant& counts, double difference);
 
 // Above this number of pairs, the normal approximation is used for p, because its error is then small.
 inline constexpr int kMaxPairsForExact = 2000;
 
-// One-sided p of the hypothesis rate(a) - rate(b) <= difference. 1 without pairs.
+// Returns the one-sided p of the hypothesis rate(a) - rate(b) <= difference; 1 if there are no pairs.
 double PairedAboveTest(const Discordant& counts, double difference);
 
 struct PairedAbove {
@@ -45,9 +45,9 @@ struct PairedAbove {
 };
 PairedAbove TestPairedAbove(const Discordant& counts, double difference, double alpha);
 
-// Approximately the smallest number of pairs for which TestPairedAbove() rejects with power kWantedPower if
-// the discordant pairs have these shares. Nothing if rate(a) - rate(b) of the shares does not exceed
-// `difference`, or if kMaxTrials pairs are too few.
+// Returns approximately the smallest number of pairs for which TestPairedAbove() rejects with power
+// kWantedPower if the discordant pairs have these shares. Returns nullopt if rate(a) - rate(b) of the shares
+// does not exceed `difference`, or if kMaxTrials pairs are too few.
 std::optional<int> PairsNeeded(const DiscordantShares& shares, double difference, double alpha);
 
 }  // namespace evalbus::metrics

@@ -27,7 +27,8 @@ struct PoseRepeatability {
 // 9283.
 inline double MeanPlusThreeS(std::span<const double> x) { return Mean(x) + 3 * StandardDeviation(x); }
 
-// Normalized sum of the quaternions. Each is negated before if that brings it nearer to the first quaternion.
+// Returns the normalized sum of the quaternions. A quaternion is negated before it is added if this brings it
+// nearer to the first quaternion.
 inline std::array<double, 4> MeanOrientation(std::span<const Pose> poses) {
   std::array<double, 4> mean{};
   for (const Pose& pose : poses) {

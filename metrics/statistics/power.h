@@ -34,12 +34,12 @@ double SequentialPower(int step, int most, const DiscordantShares& shares, doubl
 double FisherPower(int trials_a, int trials_b, double rate_a, double rate_b, double alpha = kAlpha);
 
 // Returns the smallest difference, to 0.1 percentage points, that is detected with power kWantedPower.
-// Nothing if the power is lower even for the difference `largest`.
+// Returns nullopt if the power is lower even for the difference `largest`.
 std::optional<double> FindableDifference(const std::function<double(double difference)>& power,
                                          double largest = 1);
 
 // Approximately the smallest number of trials with power kWantedPower; the result is approximate because
-// power does not rise smoothly. Nothing if kMaxTrials trials are too few.
+// power does not rise smoothly. Returns nullopt if kMaxTrials trials are too few.
 inline constexpr int kMaxTrials = 100'000;
 std::optional<int> TrialsNeeded(const std::function<double(int trials)>& power);
 

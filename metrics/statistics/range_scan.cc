@@ -101,7 +101,8 @@ void VisitPermutations(std::span<const RateBin> bins, const Statistics& statisti
   }
 }
 
-// Whether there is anything to test: at least two bins, at least one success and at least one failure.
+// Returns whether there is anything to test: at least two bins, at least one success and at least one
+// failure.
 bool CanDiffer(std::span<const RateBin> bins, const Statistics& statistics) {
   return bins.size() >= 2 && statistics.successes() > 0 && statistics.successes() < statistics.trials();
 }

@@ -19,7 +19,7 @@ namespace evalbus::metrics {
 // there are at most `most` different values, each has a bin. Returns indices without gaps, from 0.
 std::vector<int> RankBins(std::span<const double> values, int most);
 
-// Trials in a bin, and how many of them succeeded.
+// Number of trials in a bin, and number of successes among them.
 struct RateBin {
   int trials = 0, successes = 0;
 };
@@ -48,10 +48,10 @@ class RangeScan {
   // Returns the number of bins to use for this number of trials.
   static int BinsFor(size_t trials);
 
-  // p-value: the probability of bins that are at least as uneven if all trials have the same rate. 1 if there
-  // are fewer than two bins, no success or no failure.
+  // Returns the p-value: the probability of bins that are at least as uneven if all trials have the same
+  // rate. It is 1 if there are fewer than two bins, no success or no failure.
   double P(std::span<const RateBin> bins);
-  // p-value for bins without an order.
+  // Returns the p-value for bins without an order.
   static double UnorderedP(std::span<const RateBin> bins);
 
  private:

@@ -45,15 +45,16 @@ struct RankTest {
   bool exact = true;
 };
 
-// Two-sided p of a statistic, by normal approximation with a continuity correction of half a rank.
+// Returns the two-sided p of a statistic, by normal approximation with a continuity correction of half a
+// rank.
 inline double NormalTwoSided(double statistic, double mean, double variance) {
   if (!(variance > 0)) return 1;
   const double z = std::max(0.0, std::abs(statistic - mean) - 0.5) / std::sqrt(variance);
   return std::min(1.0, 2 * cdf(complement(boost::math::normal_distribution<>(), z)));
 }
 
-// Two-sided p of a statistic whose value s has the probability weights[s] / (sum of weights): twice the
-// smaller tail, at most 1.
+// Returns the two-sided p of a statistic whose value s has the probability weights[s] / (sum of weights):
+// twice the smaller tail, at most 1.
 inline double ExactTwoSided(const std::vector<double>& weights, int statistic) {
   const auto at = weights.begin() + statistic;
   const double all = std::accumulate(weights.begin(), weights.end(), 0.0);
@@ -67,7 +68,7 @@ inline double ExactTwoSided(const std::vector<double>& weights, int statistic) {
 // 3.1.
 //
 // ties.h decides whether differences are equal or zero. Zero differences are dropped, as in Wilcoxon's paper.
-// statistic: sum of the ranks of positive differences. For up to 50 remaining differences, p is exact, also
+// statistic: sum of the ranks of positive differences. For up to 50 remaining differences, p is exact, even
 // with ties: the distribution is computed over all choices of signs, given the ranks. For more differences, p
 // is the normal approximation with the variance corrected for ties. p = 1 if no difference remains.
 inline RankTest WilcoxonSignedRankTest(std::span<const double> differences) {
@@ -107,7 +108,7 @@ inline RankTest WilcoxonSignedRankTest(std::span<const double> differences) {
 // Hollander, Wolfe and Chicken 2014, "Nonparametric statistical methods", 4.1.
 //
 // statistic: U, the number of pairs (a, b) with a > b, plus half the number of pairs with a = b; ties.h
-// decides equality. Up to 50 values in total, p is exact, also with ties: the distribution is computed over
+// decides equality. Up to 50 values in total, p is exact, even with ties: the distribution is computed over
 // all ways to choose the first sample, given the ranks. For more values, p is the normal approximation with
 // the variance corrected for ties. p = 1 if a sample is empty.
 inline RankTest MannWhitneyTest(std::span<const double> a, std::span<const double> b) {

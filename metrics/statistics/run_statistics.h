@@ -36,8 +36,8 @@ struct EpisodeResult {
   bool decided_at_start = false;
   // Reason of the failure; empty on success.
   std::string failure_reason;
-  // False if the source does not provide what the success or failure condition needs; such an episode counts
-  // in no success rate.
+  // Returns false if the source does not provide what the success or failure condition needs; such an episode
+  // counts in no success rate.
   bool judged() const { return failure_reason != end_reason::kNotJudged; }
   // Every number of the result by its name as in summary.json, except success and reached stages.
   NamedNumbers values;
@@ -65,11 +65,11 @@ struct EpisodeResult {
   bool operator==(const EpisodeResult&) const = default;
 };
 
-// Effective number of samples in the complete episodes of one task, for intervals and tests. `episodes` holds
-// pointers to the episodes. If all are equal in every number, including the start parameters, they count as
-// one sample: the reset state was the same each time and the policy is deterministic, so another repetition
-// adds no information. If any episode differs, every episode counts as a sample, because either the reset
-// states differed or the policy is not deterministic.
+// Returns the effective number of samples in the complete episodes of one task, for intervals and tests.
+// `episodes` holds pointers to the episodes. If all are equal in every number, including the start
+// parameters, they count as one sample: the reset state was the same each time and the policy is
+// deterministic, so another repetition adds no information. If any episode differs, every episode counts as a
+// sample, because either the reset states differed or the policy is not deterministic.
 template <class Episodes>
 int NumSamples(const Episodes& episodes) {
   const bool are_equal =
@@ -79,7 +79,7 @@ int NumSamples(const Episodes& episodes) {
 
 // Key of EpisodeResult::seen_in_training in episodes.jsonl, and of the count in summary.json.
 inline constexpr char kSeenInTraining[] = "seen_in_training";
-// Value of the key "final_poses" of a line of episodes.jsonl.
+// Returns the value of the key "final_poses" of a line of episodes.jsonl.
 nlohmann::ordered_json PosesJson(const NamedPoses& poses);
 
 // Converts a line of episodes.jsonl; metrics/episode/result_json.h converts messages. Throws InputError if a
@@ -90,7 +90,7 @@ EpisodeResult ResultOf(const nlohmann::ordered_json& episode);
 // Collects EpisodeResult::values from `metrics` and `extended` of a line of episodes.jsonl.
 NamedNumbers NumbersOf(const nlohmann::ordered_json& metrics, const nlohmann::ordered_json& extended);
 
-// Numbers and booleans (as 0 and 1) of a result dictionary by their flattened keys
+// Returns the numbers and booleans (as 0 and 1) of a result dictionary by their flattened keys
 // ("cartesian_path_length.left"), in the dictionary's order. before: prefix of the keys; "extended" for the
 // extended metrics ("extended.min_clearance_m").
 NamedNumbers FlattenedValues(const nlohmann::ordered_json& metrics, const std::string& before = "");
@@ -158,8 +158,7 @@ struct RunSummary {
   std::vector<int64_t> slips_per_object;
   // Total collisions by geom, or by pair of robot geoms; most frequent first.
   std::vector<std::pair<std::string, int64_t>> collisions_per_geom;
-  // All metrics in order of first appearance, without success and reached stages, which have members of their
-  // own.
+  // All metrics in order of first appearance, except success and reached stages, which have separate members.
   std::vector<MetricSummary> metrics;
   // One entry for each set of start parameters with at least kFewestToRepeat successful episodes, ordered by
   // the parameters. Empty if the complete episodes count as one sample, or if it was not requested.
@@ -168,20 +167,22 @@ struct RunSummary {
   const MetricSummary* Find(const std::string& metric) const;
   // Converts a number of complete episodes to the equivalent number of samples.
   double InSamples(int count) const;
-  // Note that explains the sample count of the intervals; empty if every episode is a sample of its own.
+  // Returns a note that explains the sample count of the intervals; empty if every episode counts as a
+  // separate sample.
   std::string SamplesText() const;
   // Returns, for example, "3 of 50 starts were seen in training"; empty if no training set is known.
   std::string TrainingText() const;
-  // Warning that success or failure does not depend on the policy; empty if no episode was decided at the
-  // start.
+  // Returns a warning that success or failure does not depend on the policy; empty if no episode was decided
+  // at the start.
   std::string StartText() const;
-  // Warning about a policy whose commands are often clipped or out of reach, which suggests a wrong unit;
-  // empty otherwise.
+  // Returns a warning about a policy whose commands are often clipped or out of reach, which suggests a wrong
+  // unit; empty otherwise.
   std::string ActionsText() const;
-  // Notes for the reader of the summary: those of the four texts above that are not empty, most important
-  // first.
+  // Returns the notes for the reader of the summary: all nonempty texts of the four functions above, most
+  // important first.
   std::vector<std::string> Notes() const;
-  // Note for stages that are shown beside the success rate; empty if every success reached every stage.
+  // Returns a note on stages, which are shown beside the success rate; empty if every success reached every
+  // stage.
   std::string StagesText() const;
   // Notes(), and StagesText() if it is not empty.
   std::vector<std::string> NotesWithStages() const;
@@ -194,7 +195,7 @@ class RunStatistics {
   // If an episode is added twice, its last result counts. task: index of the task in a suite. The episodes of
   // a suite are numbered consecutively across tasks.
   void Add(int episode, const EpisodeResult& result, int task = 0);
-  // True if every episode from 0 to the highest added has been added.
+  // Returns true if every episode from 0 to the highest added has been added.
   bool is_without_gap() const {
     return episodes_.empty() || episodes_.rbegin()->first + 1 == static_cast<int>(episodes_.size());
   }
@@ -240,7 +241,7 @@ class RunStatistics {
   std::vector<Values> values_;
 };
 
-// RUN_SUMMARY message: the statistics that are available while the run is active.
+// Returns the RUN_SUMMARY message, which contains the statistics that are available while the run is active.
 run_summary_t SummaryMessage(const RunSummary& summary);
 // Counts and success rate: the first keys of run and suite summaries.
 nlohmann::ordered_json RatesJson(const RunSummary& summary);

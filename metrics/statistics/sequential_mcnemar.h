@@ -2,9 +2,9 @@
 // ("looks"). The first look that decides ends the comparison.
 //
 // Looks: a pair is discordant if one policy is better. Let q be the probability that policy a is the better
-// one in a discordant pair. If the policies are equal, q = 1/2. Take the likelihood of the discordant pairs,
-// averaged over q (weights: Jeffreys' prior, as in Krichevsky and Trofimov 1981), and divide it by their
-// likelihood for q = 1/2. If the policies are equal, this ratio is a martingale that starts at 1 (an
+// policy in a discordant pair. If the policies are equal, q = 1/2. Take the likelihood of the discordant
+// pairs, averaged over q (weights: Jeffreys' prior, as in Krichevsky and Trofimov 1981), and divide it by
+// their likelihood for q = 1/2. If the policies are equal, this ratio is a martingale that starts at 1 (an
 // e-process), and the probability that it ever reaches 1 / alpha is at most alpha (Ville 1939). With these
 // weights, few pairs suffice to decide clear differences. The mean of several e-processes is an e-process
 // (Vovk and Wang 2021, "E-values: Calibration, combination and applications", Annals of Statistics 49), so
@@ -39,8 +39,8 @@ struct Wins {
   int a = 0, b = 0;
 };
 
-// Evidence against equality (an e-value): 2^n B(a + 1/2, b + 1/2) / B(1/2, 1/2), n = a + b. If both policies
-// are equal, its expected value is at most 1 at any time.
+// Returns the evidence against equality (an e-value): 2^n B(a + 1/2, b + 1/2) / B(1/2, 1/2), n = a + b. If
+// both policies are equal, its expected value is at most 1 at any time.
 inline double EvidenceOf(const Wins& wins) {
   const double n = wins.a + wins.b;
   return std::exp(n * std::numbers::ln2 + std::lgamma(wins.a + 0.5) + std::lgamma(wins.b + 0.5) -
@@ -50,7 +50,7 @@ inline double EvidenceOf(const Wins& wins) {
 
 // Returns the p-value of a look. The comparison uses the smallest p-value of its looks so far. success: pairs
 // in which only one of the two policies succeeded. progress: pairs in which one policy was ahead by success,
-// stages or time (docs/plans.md); nothing if success alone is tested. is_last: whether this is the last look,
+// stages or time (docs/plans.md); nullopt if success alone is tested. is_last: whether this is the last look,
 // after the largest number of pairs.
 inline double SequentialP(const Wins& success, const std::optional<Wins>& progress, bool is_last) {
   double evidence = EvidenceOf(success);

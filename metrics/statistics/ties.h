@@ -40,7 +40,7 @@ inline std::vector<double> WithTies(std::span<const double> x, double largest) {
 }
 inline std::vector<double> WithTies(std::span<const double> x) { return WithTies(x, LargestMagnitude(x)); }
 
-// a - b for pairs (equal sizes), with ties as in WithTies().
+// Returns a - b for pairs (equal sizes), with ties as in WithTies().
 inline std::vector<double> PairedDifferences(std::span<const double> a, std::span<const double> b) {
   std::vector<double> differences;
   for (size_t i = 0; i < a.size(); ++i) differences.push_back(a[i] - b[i]);

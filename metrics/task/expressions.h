@@ -30,9 +30,9 @@ class Quantity {
   // Returns Evaluate(). Throws InputError if it is NaN, which only a plugin can return.
   double Number(const WorldView& world);
 
-  // Description of the number: "tilt of pot".
+  // Returns a description of the number, such as "tilt of pot".
   const std::string& words() const { return words_; }
-  // The object or arm that the number is about, as named in the task description.
+  // Returns the object or arm to which the number belongs, as named in the task description.
   const std::string& subject() const { return subject_; }
 
  protected:
@@ -91,7 +91,7 @@ std::vector<std::string> QuantityNames();
 YamlMap ArgumentsOf(const Expression& expression, const std::vector<const char*>& required,
                     const std::vector<const char*>& optional = {});
 
-// Whether a geom of set a touches a geom of set b; sets are indexed by geom id.
+// Returns whether a geom of set a touches a geom of set b; sets are indexed by geom id.
 bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a, const std::vector<uint8_t>& b);
 
 // Rotates a vector by a unit quaternion (MuJoCo's are normalized).
@@ -103,7 +103,7 @@ class Frame {
   Frame(const YamlMap& arguments, const CompileContext& context);
   // Transforms a point from world coordinates to this frame.
   std::array<double, 3> Of(const double* position, const WorldView& world) const;
-  // Description: " in the frame of plate"; empty for the world frame.
+  // Returns a description, such as " in the frame of plate"; empty for the world frame.
   const std::string& words() const { return words_; }
 
  private:
@@ -111,8 +111,9 @@ class Frame {
   std::string words_;
 };
 
-// Tilt of an object: the angle (rad) between its up axis (z of its body) and the vertical. With `axis` (0: x,
-// 1: y), the tilt is |phi - pi/2|, where phi is the angle between its up axis and that world axis.
+// Returns the tilt of an object: the angle (rad) between its up axis (z of its body) and the vertical. With
+// `axis` (0: x, 1: y), the tilt is |phi - pi/2|, where phi is the angle between its up axis and that world
+// axis.
 double Tilt(const double* quat_wxyz, int axis);
 inline constexpr int kNoAxis = -1;
 // Reads the optional argument `axis` (x or y) for Tilt().

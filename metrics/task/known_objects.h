@@ -15,12 +15,13 @@ class KnownObjects {
  public:
   explicit KnownObjects(const model_info_t& model);
 
-  // Whether every object's pose is known.
+  // Returns whether every object's pose is known.
   bool all() const { return unknown_.empty(); }
   // Returns 1 for each geom id that belongs to an object with an unknown pose, otherwise 0; empty if all
   // poses are known.
   const std::vector<uint8_t>& unknown_geoms() const { return unknown_geoms_; }
-  // Whether a geom that must not be touched (model_info_t.forbidden_contact_geom) is among the unknown geoms.
+  // Returns whether a geom that must not be touched (model_info_t.forbidden_contact_geom) is among the
+  // unknown geoms.
   bool lacks_forbidden_contact_geoms() const { return lacks_forbidden_contact_geoms_; }
 
   // Returns false if a name in the expression refers to an object with an unknown pose, or to a part of such

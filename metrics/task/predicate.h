@@ -22,11 +22,12 @@ struct WorldView {
   std::span<const uint8_t> stage_reached = {};
 };
 
-// Writes the current state of conditions into a list, one after the other. The first pass appends them; later
-// passes write only the members that change from tick to tick, and do not allocate.
+// Writes the current state of conditions into a list, one condition at a time. The first pass appends them;
+// later passes write only the members that change from tick to tick, and do not allocate.
 class Standing {
  public:
-  // completes_groups: if a group needs only one of its conditions and has it, all of them are written as met.
+  // completes_groups: if a group requires only one of its conditions and one is met, all conditions of the
+  // group are written as met.
   explicit Standing(std::vector<condition_t>* conditions, bool completes_groups = false)
       : conditions_(*conditions), completes_groups_(completes_groups) {}
 
@@ -43,8 +44,8 @@ class Standing {
 
   // Returns the number of conditions that were written in this pass.
   size_t written() const { return next_; }
-  // Must be called for a group that needs only one of its conditions, which are those from `first` on, and
-  // has it.
+  // Must be called for a group that requires only one of its conditions, if one is met. The conditions of the
+  // group begin at index `first`.
   void CompleteGroup(size_t first) {
     for (size_t k = first; completes_groups_ && k < next_; ++k) conditions_[k].holds = true;
   }
@@ -70,8 +71,8 @@ class Predicate {
   // below a `not`. In each condition, text is the requirement, holds is whether it is met, and comparison and
   // threshold are its limit.
   virtual void Stand(bool wanted, Standing* standing) const = 0;
-  // Describes in words, independent of any tick, what it means that the predicate is `value`. Returns lines;
-  // the lines of operands are indented.
+  // Returns a text, independent of any tick, that states what it means if the predicate is `value`: a list of
+  // lines, in which the lines of operands are indented.
   virtual std::vector<std::string> Describe(bool value) const = 0;
 };
 
@@ -116,7 +117,7 @@ class Within : public Predicate {
   std::vector<std::string> Describe(bool value) const override;
 
  protected:
-  // Current value, in the condition's unit.
+  // Returns the current value, in the condition's unit.
   virtual double Value(const WorldView& world) = 0;
   // Returns the text for the value measured at a tick: "tilt of pot 27.4 degrees > 20". holds: whether the
   // condition is met.
@@ -131,7 +132,7 @@ class Within : public Predicate {
 
  private:
   bool Holds() const { return lower_ <= value_ && value_ <= upper_; }
-  // Whether the upper limit is nearer than the lower one. A violated limit counts as the nearer one.
+  // Returns whether the upper limit is nearer than the lower one. A violated limit counts as the nearer one.
   bool IsUpperNearer() const { return upper_ - value_ < value_ - lower_; }
 
   header_t header_{};

@@ -45,7 +45,7 @@ class Holding : public Relation {
       pads_.push_back(context.names.Pads(context.names.Gripper(gripper, where)));
     }
     if (which_ == Which::kOther && num_grippers < 2) {
-      throw InputError(where.ToString() + ": gripper 'other' needs a robot with two grippers");
+      throw InputError(where.ToString() + ": gripper 'other' requires a robot with two grippers");
     }
     condition_ = About("holding", condition_t::HOLDING, object, gripper);
     const std::string who = gripper == "first"             ? "the first gripper"
@@ -227,7 +227,7 @@ class TiltBelow : public Within {
     const std::optional<double> max = arguments.Angle("max", {.min = 0, .max = 90});
     if (!max) {
       throw InputError(expression.location().ToString() +
-                       ": 'tilt_below' needs either 'max_deg' or 'max_rad'");
+                       ": 'tilt_below' requires either 'max_deg' or 'max_rad'");
     }
     const YamlValue* degrees = arguments.Find("max_deg");
     upper_ = degrees ? degrees->Number() : ToDegrees(*max);
@@ -255,7 +255,7 @@ class Combination : public Predicate {
               const std::string& example = "[{touching: {a: pot, b: world}}]") {
     if (expression.operands.empty()) {
       throw InputError(expression.location().ToString() + ": '" + expression.name +
-                       "' needs predicates, as in " + expression.name + ": " + example);
+                       "' requires predicates, as in " + expression.name + ": " + example);
     }
     for (const Expression& operand : expression.operands)
       operands_.push_back(CompilePredicate(operand, context));
@@ -300,7 +300,7 @@ class Combination : public Predicate {
   void NeedOne(const Expression& expression) const {
     if (operands_.size() == 1) return;
     throw InputError(expression.location().ToString() + ": '" + expression.name +
-                     "' needs exactly one predicate");
+                     "' requires exactly one predicate");
   }
   std::vector<std::unique_ptr<Predicate>> operands_;
   // Whether each operand was true at the last tick.

@@ -260,7 +260,7 @@ class QuantityWithin : public Within {
 
     const std::optional<double> lower = Limit(arguments, "min", kind), upper = Limit(arguments, "max", kind);
     if (!lower && !upper) {
-      throw InputError(expression.location().ToString() + ": '" + expression.name + "' needs '" + min +
+      throw InputError(expression.location().ToString() + ": '" + expression.name + "' requires '" + min +
                        "', '" + max + "' or both");
     }
     lower_ = lower.value_or(-kInfinity);

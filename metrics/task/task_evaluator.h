@@ -36,21 +36,21 @@ class TaskEvaluator {
 
   Verdict verdict() const { return verdict_; }
   const KnownObjects& objects() const { return objects_; }
-  // Whether success can be judged. This requires that failure can be judged too, because failure takes
-  // precedence.
+  // Returns whether success can be judged. This requires that failure can be judged too, because failure
+  // takes precedence.
   bool can_succeed() const { return knows_success_ && knows_failure_; }
   bool knows_all_stages() const { return std::ranges::all_of(knows_stage_, std::identity()); }
-  // Whether each stage, target distance and pose error can be evaluated, in the task's order.
+  // Return whether each stage, target distance and pose error can be evaluated, in the task's order.
   const std::vector<uint8_t>& knows_stage() const { return knows_stage_; }
   const std::vector<uint8_t>& knows_distance() const { return knows_distance_; }
   const std::vector<uint8_t>& knows_error() const { return knows_error_; }
-  // Whether the success condition is met at the last tick, and there is no failure. The verdict remains final
-  // if the condition is no longer met.
+  // Returns whether the success condition is met at the last tick, and there is no failure. The verdict
+  // remains final if the condition is no longer met.
   bool success_holds() const { return success_holds_; }
-  // Whether the failure is the built-in one: a robot body out of bounds.
+  // Returns whether the failure is the built-in one: a robot body out of bounds.
   bool out_of_bounds() const { return out_of_bounds_; }
-  // The deciding conditions: those that made success, or failure, true at the tick of the verdict; without a
-  // verdict, those that keep success from being true.
+  // Returns the deciding conditions: the conditions that made success, or failure, true at the tick of the
+  // verdict or, without a verdict, the conditions that keep success from being true.
   std::vector<condition_t> ExplainVerdict() const;
   // Writes every condition of success and failure after the last tick (see Predicate::Stand), except the
   // built-in failure. Before tick 1, no condition holds and all numbers are NaN. Does not allocate if

@@ -15,8 +15,8 @@
 namespace evalbus {
 namespace {
 
-// Versions from 2.3.3 on have the integrator implicitfast. MuJoCo 2.2 does not, so the composed scene has
-// implicit where RoboEval has implicitfast.
+// Version 2.3.3 and later versions have the integrator implicitfast. MuJoCo 2.2 does not, so the composed
+// scene has implicit where RoboEval has implicitfast.
 constexpr bool kHasImplicitFast = mjVERSION_HEADER >= 233;
 // MuJoCo versions infer different volumes, and therefore different masses, from meshes that are not convex.
 // Version 2.2 wrote the composed scene.
@@ -40,7 +40,7 @@ ModelPtr Compile(const tinyxml2::XMLDocument& document, const std::filesystem::p
 }  // namespace
 
 Scene BuildScene(const TaskDescription&, const RobotDescription&) {
-  throw InputError("this program simulates scenes that 'evalbus run --engine' has composed");
+  throw InputError("this program only simulates scenes that 'evalbus run --engine' has composed");
 }
 
 Scene LoadScene(const TaskDescription& task, const RobotDescription& robot, const std::filesystem::path& run,

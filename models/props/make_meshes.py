@@ -83,8 +83,10 @@ def half_space(axis, sign, offset):
 
 # ---- meshes: (vertices, normals, triangles) --------------------------------------------------------------------------
 def surface(f, low, high, h, smooth=None):
-    """Triangles of f = 0 inside the box low..high with cells of size h; edges and corners of f stay sharp. Normals are
-    those of `smooth`, the shape before it was cut, so that shading does not change toward a cut."""
+    """Returns the triangles of f = 0 inside the box low..high, with cells of size h; edges and corners of f stay sharp.
+
+    smooth: the shape before it was cut, from which normals are computed, so that shading does not change toward a cut.
+    """
     low = [x - h for x in low]
     n = [int(math.ceil((high[i] - low[i]) / h)) + 2 for i in range(3)]
     xs, ys, zs = ([low[i] + h * k for k in range(n[i])] for i in range(3))

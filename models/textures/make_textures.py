@@ -27,7 +27,7 @@ def dots(x, y):
 
 
 def tiles(x, y):
-    """Returns square tiles, each of its own shade, and the joints between them."""
+    """Returns square tiles of different shades, and the joints between them."""
     if x % 64 < 3 or y % 64 < 3:
         return DARK
     return 200 + random.Random(x // 64 + 100 * (y // 64)).uniform(-30, LIGHT - 200)

@@ -27,8 +27,8 @@ inline constexpr double kReachedRotation = 1e-2;  // rad
 inline constexpr double kSingularCondition = 30;
 double ConditionNumber(const Jacobian& jacobian);
 
-// Pose, in the world frame, of the body that the arm's first link is attached to (ActionFrame::kBase). It is
-// constant.
+// Returns the pose, in the world frame, of the body to which the arm's first link is attached
+// (ActionFrame::kBase). It is constant.
 Eigen::Isometry3d BasePose(const mjModel& model, const arm_info_t& arm);
 
 // Converts the rows of action chunks. Deterministic. Allocates memory only in the constructor and in the

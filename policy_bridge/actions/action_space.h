@@ -16,7 +16,7 @@ enum class ActionKind {
   kEefDelta,       // translation (m) and rotation per step
 };
 
-// Whether the action is added to a joint position or pose, which DeltaOn selects.
+// Returns whether the action is added to a joint position or pose, which DeltaOn selects.
 inline bool IsDelta(ActionKind kind) {
   return kind == ActionKind::kJointDelta || kind == ActionKind::kJointVelocity ||
          kind == ActionKind::kEefDelta;
@@ -43,9 +43,9 @@ enum class RotationForm {
   kAxisAngleRobosuite,     // as returned by robosuite's quat2axisangle: angle 0 to 2 pi, not the shortest
   kEulerXyzExtrinsic,      // roll, pitch, yaw about the fixed x, then y, then z axis: R = Rz Ry Rx
   kEulerXyzIntrinsic,      // R = Rx Ry Rz
-  kRotation6d,             // first two columns of the matrix, one after the other (x1 y1 z1 x2 y2 z2)
+  kRotation6d,             // first two columns of the matrix, concatenated (x1 y1 z1 x2 y2 z2)
   kRotation6dInterleaved,  // first two columns, interleaved by rows (x1 x2 y1 y2 z1 z2)
-  kRotation6dRows,         // first two rows of the matrix, one after the other, as in PyTorch3D
+  kRotation6dRows,         // first two rows of the matrix, concatenated, as in PyTorch3D
 };
 int NumValues(RotationForm form);
 

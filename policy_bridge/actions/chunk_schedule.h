@@ -36,20 +36,20 @@ class ChunkSchedule {
   // Begins an episode: discards all chunks.
   void Begin();
 
-  // Whether an inference must begin at this tick. False while an inference is running, and until its chunk is
-  // in use.
+  // Returns whether an inference must begin at this tick. False while an inference is running, and until its
+  // chunk is in use.
   bool IsDue(int64_t tick);
   // Records that an inference begins with the observation of this tick.
   void Ask(int64_t tick);
-  // Adds the chunk that answers the last Ask(): it has `num_rows` rows and commands the robot from `tick` on.
-  // May be called before that tick. Returns the number of the chunk.
+  // Adds the chunk that answers the last Ask(): it has `num_rows` rows and commands the robot starting at
+  // `tick`. May be called before that tick. Returns the number of the chunk.
   int64_t Arrive(int64_t tick, int num_rows);
 
-  // Returns the row that commands the robot at this tick, or nothing if the robot holds its last command.
+  // Returns the row that commands the robot at this tick, or nullopt if the robot holds its last command.
   // Ticks must not decrease over the calls of At() and IsDue().
   std::optional<Step> At(int64_t tick);
 
-  // Tick that was observed for the chunk whose row At() returned last.
+  // Returns the tick that was observed for the chunk whose row At() returned last.
   int64_t observed_tick() const { return current_.observed; }
 
   // Overlap of the chunk that has just arrived with the last one, for rtc. delay: number of its first rows
@@ -61,8 +61,8 @@ class ChunkSchedule {
   };
   Overlap overlap() const { return overlap_; }
 
-  // Rows that the robot executes from this tick on if no other chunk arrives: `count` rows of the chunk in
-  // use, beginning with row `first`.
+  // Rows that the robot executes, starting at this tick, if no other chunk arrives: `count` rows of the chunk
+  // in use, beginning with row `first`.
   struct Rest {
     int64_t chunk = 0;
     int first = 0, count = 0;
@@ -78,7 +78,7 @@ class ChunkSchedule {
     int num_rows = 0;
   };
   void Advance(int64_t tick);
-  // Number of rows of the current chunk that may be executed.
+  // Returns the number of rows of the current chunk that may be executed.
   int usable_rows() const;
 
   Execution rule_;
@@ -89,7 +89,7 @@ class ChunkSchedule {
 };
 
 // Returns the weight of the last chunk in row `row` of a new chunk (the soft mask of real-time chunking). It
-// is 1 for committed rows (row < delay), 0 from row `overlap` on, and decreases exponentially between them.
+// is 1 for committed rows (row < delay), 0 for rows >= overlap, and decreases exponentially between them.
 double OlderWeight(int row, int delay, int overlap);
 
 // Joins a new chunk to the last chunk: each row within the overlap becomes the mean of both chunks, weighted

@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 
 // Vectors shorter than this have no meaningful direction.
 constexpr double kShortest = 1e-6;
-// If the cosine of the second Euler angle is below this, the other two angles rotate about the same axis.
+// If the cosine of the second Euler angle is below this value, the other two angles rotate about nearly the
+// same axis.
 constexpr double kGimbalLock = 1e-12;
 
 [[noreturn]] void Fail(std::span<const double> values, const char* what) {

@@ -53,7 +53,7 @@ struct ObservationEntry {
   Committed committed = Committed::kActions;
 
   bool is_image() const { return source == Source::kCamera || source == Source::kDepth; }
-  // The key as one text, such as "observation/image" or "images.cam_high".
+  // Returns the key as one text, such as "observation/image" or "images.cam_high".
   std::string KeyText() const;
 };
 
@@ -83,7 +83,7 @@ struct Contract {
   double rate_hz = 20;
   // Number of ticks before the first observation. The robot holds its initial pose during them.
   int settle_steps = 0;
-  // Used only with a realtime clock: an answer that arrives within this fraction of the control tick is
+  // Used only with a real-time clock: an answer that arrives within this fraction of the control tick is
   // executed at the tick at which it was requested. A later answer is executed at a later tick.
   double answer_window = 0.5;
 
@@ -108,12 +108,12 @@ struct Contract {
   // (absolute actions only). A larger distance indicates that actions are misinterpreted. Unset: not checked.
   std::optional<double> first_step_rad;
 
-  // Whether the observation contains data that a real robot does not have (poses of objects).
+  // Returns whether the observation contains data that a real robot does not have (poses of objects).
   bool is_privileged() const;
-  // Whether the observation contains images.
+  // Returns whether the observation contains images.
   bool needs_images() const;
-  // Whether the server receives the rows that are executed while it computes. It then joins its chunks
-  // itself.
+  // Returns whether the server receives the rows that are executed while it computes. It then joins its
+  // chunks itself.
   bool takes_committed_actions() const;
   std::string PromptFor(const std::string& task, const std::string& instruction) const;
 };
@@ -141,14 +141,14 @@ auto Fitted(const Contract& contract, const F& make) {
 Contract ReadContract(const std::filesystem::path& file);
 Contract ParseContract(const std::string& text, const std::filesystem::path& file);
 
-// Whether `name` is the path of a contract file, as opposed to the name of a preset: it ends in .yaml or
-// .yml, and has no colon.
+// Returns whether `name` is the path of a contract file, as opposed to the name of a preset: it ends in .yaml
+// or .yml, and has no colon.
 bool IsContractFile(const std::string& name);
-// Whether `name` is the name of a contract file or of a preset.
+// Returns whether `name` is the name of a contract file or of a preset.
 bool IsContract(const std::string& name);
 // Reads a contract file (*.yaml), or a preset by name. Throws InputError with the valid names.
 Contract FindContract(const std::string& name);
-// All presets, sorted by name.
+// Returns all presets, sorted by name.
 std::vector<Contract> AllContracts();
 std::filesystem::path PoliciesFolder();
 

@@ -56,7 +56,7 @@ Reader PoseReader(const std::string& what, const std::function<Eigen::Isometry3d
   };
 }
 
-// Whether the signal depends on the sign of the quaternion.
+// Returns whether the signal depends on the sign of the quaternion.
 bool ShowsSign(const std::string& what) {
   return what.starts_with("quaternion_") || what == "axis_angle_robosuite_rad";
 }
@@ -145,7 +145,8 @@ class Readers {
     };
   }
 
-  // Transform from the world to the signal's frame, and transform from the flange to the signal's point.
+  // Returns the transform from the world to the signal's frame, and the transform from the flange to the
+  // signal's point.
   std::pair<Eigen::Isometry3d, Eigen::Isometry3d> Ends(size_t arm, const Signal& signal) {
     Eigen::Isometry3d from = Eigen::Isometry3d::Identity(), to = Eigen::Isometry3d::Identity();
     if (signal.frame == ActionFrame::kBase) from = BasePose(model_, info_.arm[arm]).inverse();
@@ -163,10 +164,10 @@ class Readers {
     };
   }
 
-  // Quaternion of the pose that Pose() reads. Its largest component is positive at home. From there, its sign
-  // follows the product of the quaternions along the joints, so it does not jump as the arm moves. MuJoCo
-  // computes the quaternion of a body in this way. robosuite's eef_quat (sim.data.get_body_xquat) and
-  // LIBERO's axis-angle are derived from it.
+  // Returns the quaternion of the pose that Pose() reads. Its largest component is positive at home. From
+  // there, its sign follows the product of the quaternions along the joints, so it does not jump as the arm
+  // moves. MuJoCo computes the quaternion of a body in this way. robosuite's eef_quat
+  // (sim.data.get_body_xquat) and LIBERO's axis-angle are derived from it.
   Rotation Signed(size_t arm, const Signal& signal) {
     const auto [from, to] = Ends(arm, signal);
     const auto rotation = [chain = ArmChain(model_, info_.arm[arm]),

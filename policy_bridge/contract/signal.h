@@ -25,11 +25,11 @@ struct Signal {
   ActionFrame frame = ActionFrame::kWorld;
   EefPoint point = EefPoint::kFlange;
 
-  // Whether the signal is the pose of an object, which a real robot does not know.
+  // Returns whether the signal is the pose of an object, which a real robot does not know.
   bool is_privileged() const { return name.starts_with("object."); }
 };
 
-// Valid WHAT for arms and for objects, such as joint_position_rad or gripper_opening.
+// Return the valid values of WHAT for arms and for objects, such as joint_position_rad or gripper_opening.
 const std::vector<std::string>& ArmSignalNames();
 const std::vector<std::string>& ObjectSignalNames();
 

@@ -28,7 +28,8 @@ constexpr double kGives[] = {0, 0.02, 0.04, 0.063};
 // mm thick.
 constexpr double kReceive = 0.07;
 
-// Graspable part of the rod at distance `y` from its middle. The part is too long for a grasp along the rod.
+// Returns the graspable part of the rod at distance `y` from its middle. The part is too long for a grasp
+// along the rod.
 GraspBox Part(double y) { return {{0.02, 0.037, 0.02}, {0, y, 0}}; }
 
 class CubeHandoverExpert : public Expert {

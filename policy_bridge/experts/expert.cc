@@ -103,7 +103,7 @@ std::string Expert::WhyNoPlan(const Configuration& now, const state_t& state) {
 
 void NeedTwoArms(const model_info_t& info) {
   if (info.num_arms == 2) return;
-  throw InputError(info.task + " needs a robot with two arms");
+  throw InputError(info.task + " requires a robot with two arms");
 }
 
 void SetAction(const Configuration& configuration, action_t* action) {

@@ -34,7 +34,7 @@ class Expert : public Policy {
   // and goes home, because plans begin at home with free hands. state: the state that the first Act()
   // receives. closing: the grippers' last commands, 0 open to 1 closed.
   void TakeOver(const state_t& state, const std::vector<double>& closing);
-  // Whether all attempts are used up and their motions have been executed.
+  // Returns whether all attempts are used up and their motions have been executed.
   bool has_given_up() const { return gives_up() && player_.done(); }
 
  protected:
@@ -44,7 +44,7 @@ class Expert : public Policy {
   virtual std::vector<Motion> Next(const Configuration& now, const state_t& state) = 0;
 
   PlanningContext& context() { return context_; }
-  // Whether all attempts are used up. If so, the expert rests.
+  // Returns whether all attempts are used up. If so, the expert rests.
   bool gives_up() const { return attempts_ >= max_attempts_; }
   // Number of plans in this episode; incremented by the derived class.
   int attempts_ = 0;
@@ -57,7 +57,7 @@ class Expert : public Policy {
  private:
   // Returns motions from any configuration to the home configuration.
   std::vector<Motion> GoHomeFrom(const Configuration& now, const state_t& state);
-  // Describes the obstacle that prevents a plan from `now`.
+  // Returns a description of the obstacle that prevents a plan from `now`.
   std::string WhyNoPlan(const Configuration& now, const state_t& state);
 
   PlanningContext context_;
@@ -84,8 +84,8 @@ bool HasExpert(const std::string& task);
 void CheckExpert(const std::string& task);
 
 // Creates the scripted expert for a task, which is selected by the name of the task's family. `model` may be
-// a copy of the task under another name. Throws InputError as CheckExpert() does, or if the model does not
-// fit the expert.
+// a copy of the task under another name. Throws the errors of CheckExpert(), and InputError if the model does
+// not fit the expert.
 std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info);
 
 }  // namespace evalbus::policy

@@ -1,4 +1,4 @@
-// The scripted experts, each in a file of its own.
+// The scripted experts; each is implemented in a separate file.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,6 @@
 // Scripted expert for LiftPot and LiftTray. Each hand grasps a handle of the object, then both hands lift the
-// object and keep it level. If both arms cannot reach the object at once, one hand first drags it nearer.
+// object and keep it level. If the arms cannot both reach the object at the same time, one hand first drags
+// it nearer.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -64,9 +65,9 @@ class LiftByHandlesExpert : public Expert {
  private:
   // Returns grasps of a handle. The most upright grasp comes first.
   std::vector<Grasp> Grasps(int handle) const;
-  // Whether the arm can grasp and raise the object this way after `plan`.
+  // Returns whether the arm can grasp and raise the object this way after `plan`.
   bool CanTake(const Plan& plan, int arm, const Eigen::Isometry3d& object, const Grasp& grasp) const;
-  // Extends `plan`: both hands lift the object from its current position. Returns nothing if this is
+  // Extends `plan`: both hands lift the object from its current position. Returns nullopt if this is
   // impossible.
   std::optional<Plan> Lift(const Plan& plan, const Eigen::Isometry3d& object) const;
   // Extends `plan`: one hand drags the object to a position from which Lift is possible.

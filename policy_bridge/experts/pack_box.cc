@@ -1,5 +1,5 @@
 // Scripted expert for PackBox. Each hand goes under the flap on its side, pushes the flap up and over, and
-// presses it down. Both hands work at once or, if they would collide, one after the other.
+// presses it down. Both hands work at the same time or, if they would collide, in turn.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
-// Scripted expert for RotateValve. Each hand takes the hand wheel on its side. Both wheels are turned at once
-// or, if the hands would collide, one after the other.
+// Scripted expert for RotateValve. Each hand takes the hand wheel on its side. Both wheels are turned at the
+// same time or, if the hands would collide, in turn.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -98,7 +98,7 @@ class SingleBookExpert : public Expert {
   // Returns the length by which the book overhangs the counter's front edge, on the line through its middle,
   // m. Negative if the book is behind the edge.
   double Overhang(const Eigen::Isometry3d& book) const;
-  // Outward normal, in the world frame, of the book's face that points most toward the robot.
+  // Returns the outward normal, in the world frame, of the book's face that points most toward the robot.
   static Eigen::Vector3d Facing(const Eigen::Isometry3d& book);
   // Extends `plan`: the arm pulls the book to a position from which Take is possible.
   std::optional<Plan> Pull(const Plan& plan, int arm);

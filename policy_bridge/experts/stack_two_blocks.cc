@@ -1,6 +1,6 @@
 // Scripted expert for StackTwoBlocks. It puts one cube down in the middle and the other cube on top of it. If
-// possible, each of two arms takes one cube. Otherwise the cubes are moved one after the other, each by an
-// arm that reaches it.
+// possible, each of two arms takes one cube. Otherwise the cubes are moved in turn, each by an arm that
+// reaches it.
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -30,7 +30,8 @@ constexpr double kSites[][2] = {{0.5, 0},     {0.5, 0.08},  {0.5, -0.08}, {0.42,
 // Distance that the stack keeps from a cube that is still on the table.
 constexpr double kFree = 0.08;  // m
 
-// Heading of a cube that lies flat. It is defined up to quarter turns, because all sides are equal.
+// Returns the heading of a cube that lies flat. The heading is defined up to quarter turns, because all sides
+// are equal.
 double Heading(const Isometry3d& cube) {
   Eigen::Index flattest = 0;
   cube.linear().row(2).cwiseAbs().minCoeff(&flattest);
@@ -63,7 +64,7 @@ class StackTwoBlocksExpert : public Expert {
   // Returns a grasp with which the arm can take and lift the cube after `plan`, or nothing.
   std::optional<Grasp> FindGrasp(const Plan& plan, int arm, int cube) const;
   // Extends `plan`: `lower_arm` puts one cube down in the middle while the other arm holds the other cube.
-  // The other arm then puts its cube on top. Returns nothing if this is impossible.
+  // The other arm then puts its cube on top. Returns nullopt if this is impossible.
   std::optional<Plan> StackWithBoth(const Plan& plan, int lower_arm, int lower, int upper) const;
   // Extends `plan`: one cube is moved to the middle, then the other cube is put on top of it.
   std::optional<Plan> StackInTurn(const Plan& plan, int lower, int upper) const;

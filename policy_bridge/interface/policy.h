@@ -23,7 +23,7 @@ struct PolicyCallbacks {
   // Called with a line to log as a warning.
   std::function<void(const std::string&)> note;
   // Notifies the owner that the result of Compute() or IsReady() may have changed. May be called from any
-  // thread. Policies that compute on a thread of their own should call it as soon as they have the result.
+  // thread. Policies that compute on a separate thread should call it as soon as they have the result.
   // Otherwise the owner notices the result up to 100 ms later.
   std::function<void()> wake;
 };
@@ -39,7 +39,7 @@ class Policy {
   virtual void Begin(const episode_begin_t& begin) = 0;
 
   // Fills the targets of all arms and grippers for the tick of `state`. The action is empty before each call,
-  // and the caller fills its header. Called in the order of ticks. With a realtime clock, ticks are skipped
+  // and the caller fills its header. Called in the order of ticks. With a real-time clock, ticks are skipped
   // if a new state arrives before Compute() has returned true. To end the episode with policy_error, throw
   // std::runtime_error with a one-line message.
   virtual void Act(const state_t& state, action_t* action) = 0;
@@ -47,12 +47,12 @@ class Policy {
   // The members below are for policies that need time or images. By default, a policy is always ready and
   // needs no images.
 
-  // Called repeatedly after Begin() until it returns true. The episode cannot start before.
+  // Is called repeatedly after Begin() until it returns true. The episode cannot start before that.
   virtual bool IsReady() { return true; }
-  // Called repeatedly for the tick of `state` until it returns true. Act() is called only after that. Throws
-  // as Act() does.
+  // Is called repeatedly for the tick of `state` until it returns true. Act() is called only after that.
+  // Throws the errors of Act().
   virtual bool Compute(const state_t& /*state*/) { return true; }
-  // Latest time at which Compute() must be called again after it has returned false.
+  // Returns the latest time at which Compute() must be called again after it has returned false.
   virtual std::chrono::steady_clock::time_point compute_again_at() const {
     return std::chrono::steady_clock::time_point::max();
   }

@@ -10,8 +10,8 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// Largest half width of a box that fits between the fingers, m. The Franka hand opens to 0.08 m, and the rest
-// is a margin for errors of the approach.
+// Largest half width of a box that fits between the fingers, m. The Franka hand opens to 0.08 m; the
+// difference is a margin for errors of the approach.
 constexpr double kMaxHalfWidth = 0.036;
 // Largest distance (m) from the point midway between the pads to the box's near face, which must stay clear
 // of the palm.

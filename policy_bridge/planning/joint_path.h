@@ -15,7 +15,7 @@ class JointPath {
 
   const std::vector<JointVector>& knots() const { return knots_; }
   JointVector At(double s) const;
-  // Derivative dq/ds at s.
+  // Returns the derivative dq/ds at s.
   JointVector Slope(double s) const;
 
  private:

@@ -40,7 +40,7 @@ ArmChain::ArmChain(const mjModel& model, const arm_info_t& arm) {
       if (model.jnt_type[joint] != mjJNT_HINGE || index >= arm.joint_qpos_index.size() ||
           arm.joint_qpos_index[index] != model.jnt_qposadr[joint]) {
         throw InputError(who + "the joints between the world and site \"" + arm.wrist_site +
-                         "\" must be the arm's hinges, in order");
+                         "\" must be the arm's hinge joints, from the base to the wrist");
       }
       const Eigen::Vector3d anchor(model.jnt_pos + 3 * joint);
       joints_.push_back({fixed * Eigen::Translation3d(anchor), Eigen::Vector3d(model.jnt_axis + 3 * joint),

@@ -11,7 +11,7 @@ inline double MinJerk(double t) {
   return t * t * t * (10 + t * (6 * t - 15));
 }
 
-// Derivative of MinJerk(). Its maximum, at t = 0.5, is kMinJerkPeakRate.
+// Returns the derivative of MinJerk(). Its maximum, at t = 0.5, is kMinJerkPeakRate.
 inline double MinJerkRate(double t) {
   t = std::clamp(t, 0.0, 1.0);
   return 30 * t * t * (1 - t) * (1 - t);

@@ -6,7 +6,7 @@
 // A plan is computed completely before it is executed. The grip frames move along straight lines and arcs,
 // except that Swing() and GoHome() move the arms straight in joint space. Joint positions are computed at
 // knots of these paths, and timed so that no joint and, on lines and arcs, no hand exceeds its speed limit. A
-// plan reports whether it is feasible, so an expert can try several plans one after the other.
+// plan reports whether it is feasible, so an expert can try several plans in turn.
 #pragma once
 
 #include <optional>
@@ -136,7 +136,7 @@ class Plan {
   Plan& OpenMeanwhile(const std::vector<int>& grippers);
   Plan& Close(const std::vector<int>& grippers) { return MoveGrippers(grippers, 1); }
 
-  // Each arm reaches for its object, approaches it and closes its gripper. It holds the object from then on.
+  // Each arm reaches for its object, approaches it and closes its gripper. It then holds the object.
   Plan& Take(const std::vector<Hold>& holds);
   // Moves the objects straight to their goals, each carried by the arms that hold it.
   Plan& Move(const std::vector<ObjectGoal>& goals) { return Carry(goals, context_->limits.carry_speed); }
@@ -164,7 +164,7 @@ class Plan {
   Eigen::Isometry3d GripPose(int arm) const { return context_->arms[arm].GripPose(end_.joints[arm]); }
   bool feasible() const { return feasible_; }
   const std::vector<Motion>& motions() const { return motions_; }
-  // Configuration at the end of the plan.
+  // Returns the configuration at the end of the plan.
   const Configuration& end() const { return end_; }
 
  private:
@@ -214,18 +214,18 @@ class Plan {
   bool feasible_ = true;
 };
 
-// Executes motions one after the other.
+// Executes motions in sequence.
 class Player {
  public:
-  // Discards all motions. The player rests in this configuration from time 0 on.
+  // Discards all motions. The player then rests in this configuration, starting at time 0.
   void Reset(const Configuration& rest);
   // Executes these motions, beginning at `time` (s).
   void Start(std::vector<Motion> motions, double time);
-  // Commanded configuration at `time`. Times must not decrease.
+  // Returns the commanded configuration at `time`. Times must not decrease.
   const Configuration& At(double time);
-  // Joint velocities at the time of the last At(), rad/s, one entry per arm.
+  // Returns the joint velocities at the time of the last At(), rad/s, one entry per arm.
   const std::vector<JointVector>& Velocity();
-  // True if all motions had ended by the time of the last At().
+  // Returns true if all motions had ended by the time of the last At().
   bool done() const { return motions_.empty(); }
 
  private:

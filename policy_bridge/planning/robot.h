@@ -42,7 +42,7 @@ std::vector<int> ClosedGrippers(const Configuration& configuration);
 // Returns the total number of joints of all arms.
 size_t CountJoints(const model_info_t& info);
 
-// All arms at home, all grippers open.
+// Returns the configuration with all arms at home and all grippers open.
 Configuration HomeConfiguration(const model_info_t& info);
 
 // ObjectBody() returns the index of the first body of an object of the task, and throws InputError if there
@@ -95,7 +95,8 @@ class ContactProbe {
   std::optional<Touch> FindTouch(const std::vector<int>& arms,
                                  const std::vector<int>& allowed_contact_bodies);
 
-  // Describes a contact, such as "left/link0 is 0.99 mm from left/link1, expected a distance of 3 mm".
+  // Returns a description of a contact, such as "left/link0 is 0.99 mm from left/link1, expected a distance
+  // of 3 mm".
   std::string InWords(const Touch& touch) const;
 
  private:

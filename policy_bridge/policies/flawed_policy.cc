@@ -14,8 +14,8 @@
 namespace evalbus::policy {
 namespace {
 
-// kMoved, kTurned: from these distances on, an object counts as moved. kRaised: height at which kDrop opens
-// the grippers.
+// kMoved, kTurned: an object that moved or turned at least this far counts as moved. kRaised: height at which
+// kDrop opens the grippers.
 constexpr double kMoved = 0.01;   // m
 constexpr double kTurned = 0.1;   // rad
 constexpr double kRaised = 0.02;  // m

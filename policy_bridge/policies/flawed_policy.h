@@ -27,7 +27,7 @@ enum class Flaw {
 
 // Finds a flaw by name, such as "miss" for kMiss. Throws InputError with the valid names.
 Flaw FindFlaw(const std::string& name);
-// Names of all flaws, separated by commas.
+// Returns the names of all flaws, separated by commas.
 std::string FlawNames();
 
 // Changes the targets of another policy. It uses only the time and the poses of objects in the state.

@@ -1,4 +1,4 @@
-// Runs the calls of a policy client on a thread of its own, one job at a time.
+// Runs the calls of a policy client on a separate thread, one job at a time.
 #pragma once
 
 #include <functional>
@@ -30,9 +30,9 @@ class Conversation {
 
   // Starts a job. Must not be called while is_busy().
   void Start(Job job);
-  // Whether a job has been started and its answer has not been taken yet.
+  // Returns whether a job has been started and its answer has not been taken yet.
   bool is_busy() const { return is_busy_; }
-  // Returns the answer of a finished job, once. Returns nothing while the job is running. Rethrows an
+  // Returns the answer of a finished job, once. Returns nullopt while the job is running. Rethrows an
   // exception of the job.
   std::optional<Answer> Take();
 

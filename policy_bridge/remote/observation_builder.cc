@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cstring>
 #include <functional>
+#include <iterator>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/sha256.h"
@@ -74,7 +76,7 @@ ObservationBuilder::ObservationBuilder(const Contract& contract, const mjModel& 
     : prompt_(contract.PromptFor(info.task, info.instruction)), num_values_(contract.actions.num_values) {
   for (const ObservationEntry& form : contract.observation) {
     Entry entry{.form = &form, .signals = SignalReader(form.signals, model, info), .ticks = {}};
-    if (!form.history_ticks.empty()) entry.reach = static_cast<size_t>(1 - form.history_ticks.front());
+    if (!form.history_ticks.empty()) entry.reach = 1 - form.history_ticks.front();
     needs_every_tick_ |= entry.reach > 1;
     if (form.is_image()) {
       const auto known =
@@ -96,23 +98,32 @@ void ObservationBuilder::Add(const state_t& state, const std::vector<image_t>& i
   header_ = state.header;
   for (Entry& entry : entries_) {
     if (entry.form->source == Source::kState) {
-      entry.ticks.push_back(StateArray(*entry.form, entry.signals.Read(state)));
+      entry.Add(header_.tick, StateArray(*entry.form, entry.signals.Read(state)));
     } else if (entry.form->is_image() && !images.empty()) {
-      entry.ticks.push_back(FormImage(entry.form->image, images.at(entry.view)));
+      entry.Add(header_.tick, FormImage(entry.form->image, images.at(entry.view)));
     }
-    if (entry.ticks.size() > entry.reach) entry.ticks.pop_front();
   }
+}
+
+void ObservationBuilder::Entry::Add(int64_t tick, Array array) {
+  ticks.push_back({tick, std::move(array)});
+  while (ticks.size() > 1 && ticks[1].tick <= tick - reach + 1) ticks.pop_front();
+}
+
+const Array& ObservationBuilder::Entry::At(int64_t tick) const {
+  const auto after = std::ranges::upper_bound(ticks, tick, {}, &Tick::tick);
+  return after == ticks.begin() ? after->array : std::prev(after)->array;
 }
 
 Array ObservationBuilder::Stacked(const Entry& entry) const {
   const auto& ticks = entry.ticks;
   if (ticks.empty()) throw std::logic_error("an observation without a tick");
-  if (entry.form->history_ticks.empty()) return ticks.back();
-  Array stacked{ticks.back().dtype, ticks.back().shape, {}};
+  const auto& [now, newest] = ticks.back();
+  if (entry.form->history_ticks.empty()) return newest;
+  Array stacked{newest.dtype, newest.shape, {}};
   stacked.shape.insert(stacked.shape.begin(), static_cast<int64_t>(entry.form->history_ticks.size()));
   for (const int before : entry.form->history_ticks) {
-    const auto newest = static_cast<int>(ticks.size()) - 1;
-    const Array& tick = ticks[static_cast<size_t>(std::max(0, newest + before))];
+    const Array& tick = entry.At(now + before);
     stacked.data.insert(stacked.data.end(), tick.data.begin(), tick.data.end());
   }
   return stacked;
@@ -181,7 +192,8 @@ std::vector<ObservationBuilder::Sent> ObservationBuilder::ImagesSent() const {
   std::vector<Sent> sent;
   for (const Entry& entry : entries_) {
     if (entry.form->source != Source::kCamera) continue;
-    sent.push_back({entry.form->KeyText(), entry.ticks.back(), entry.form->image.chw, entry.form->image.bgr});
+    sent.push_back(
+        {entry.form->KeyText(), entry.ticks.back().array, entry.form->image.chw, entry.form->image.bgr});
   }
   return sent;
 }

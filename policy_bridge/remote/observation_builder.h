@@ -26,7 +26,7 @@ class ObservationBuilder {
   // or, if the contract has a history of images (needs_every_image()), at every tick.
   const std::vector<view_t>& views() const { return views_; }
   bool needs_every_image() const { return needs_every_image_; }
-  // Whether every tick must be added, because the contract has a history of images or of signals.
+  // Returns whether every tick must be added, because the contract has a history of images or of signals.
   bool needs_every_tick() const { return needs_every_tick_; }
 
   // Adds the state of a tick and, if needed, its images in the order of views(). Throws InputError if values
@@ -39,7 +39,8 @@ class ObservationBuilder {
     int64_t delay_steps = 0;
   };
   // Builds the observation of the tick that was added last. *record: its data for the log (header, prompt,
-  // arrays, digests). While the history is too short, its oldest tick is repeated.
+  // arrays, digests). While the history is too short, its oldest tick is repeated. A tick that was not added
+  // is replaced by the one before.
   Value Build(const Committed& committed, observation_t* record);
 
   // An image of the last Build() as it was sent, for display.
@@ -56,9 +57,17 @@ class ObservationBuilder {
     SignalReader signals;
     // Index in views_.
     size_t view = 0;
-    // Arrays of the last `reach` ticks, newest last.
-    std::deque<Array> ticks;
-    size_t reach = 1;
+    // Arrays of the last `reach` ticks, and of the newest tick before them, in the order of their ticks.
+    struct Tick {
+      int64_t tick;
+      Array array;
+    };
+    std::deque<Tick> ticks;
+    int64_t reach = 1;
+
+    void Add(int64_t tick, Array array);
+    // Returns the array of a tick or, if this tick was not added, of the one before.
+    const Array& At(int64_t tick) const;
   };
 
   Array Stacked(const Entry& entry) const;

@@ -224,10 +224,9 @@ class Check {
       // The value is rounded up, so that the user can copy it into the contract.
       const double enough = std::ceil(largest * 10) / 10;
       Doubt(fmt::format(
-          "{}; expected at most {:g} rad ({}): absolute positions taken for deltas, other joints, another "
-          "unit? If "
-          "the step is right, state it: 'first_step_rad: {:g}' in the contract's action, or --first-step "
-          "{:g}",
+          "{}; expected at most {:g} rad ({}): are absolute positions used as deltas, or is the order of the "
+          "joints or the unit wrong? If the step is correct, set 'first_step_rad: {:g}' in the contract's "
+          "action, or pass --first-step {:g}",
           step, limit, contract_.first_step_rad ? "first_step_rad" : "the default without first_step_rad",
           enough, enough));
     } else {
@@ -285,7 +284,7 @@ class Check {
                  fmt::format("batch_size: two observations in one request: {}", error.what()));
     }
     if (difference == 0) {
-      Good("two observations in one request: the same answers as alone");
+      Good("two observations in one request: the answers are the same as in separate requests");
     } else {
       Add(Level::kNote, fmt::format("two observations in one request: answers differ by up to {:.3g} from "
                                     "that to one observation alone, so "

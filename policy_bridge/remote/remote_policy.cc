@@ -148,7 +148,7 @@ void RemotePolicy::OnTick(const state_t& state) {
   tick_ = state.header.tick;
   tick_began_ = Clock::now();
   if (last_.joint_position_rad.empty()) last_ = HoldingAction(state);
-  // With a realtime clock, an inference for an earlier tick may still be running, or its images may be being
+  // With a real-time clock, an inference for an earlier tick may still be running, or its images may be being
   // rendered.
   if (image_request_ || conversation_.is_busy()) return;
   asks_ = tick_ >= contract_.settle_steps && schedule_.IsDue(tick_);
@@ -179,7 +179,8 @@ void RemotePolicy::OnImage(const image_t& image) {
   for (size_t i = 0; i < images_.size(); ++i) {
     if (SameView(image.view, image_request_->view[i])) images_[i] = image;
   }
-  // With a realtime clock, Compute() may not be called before the next tick, so the observation is sent here.
+  // With a real-time clock, Compute() may not be called before the next tick, so the observation is sent
+  // here.
   try {
     PollAnswer();
   } catch (...) {

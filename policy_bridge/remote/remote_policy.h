@@ -53,7 +53,7 @@ class RemotePolicy : public Policy {
   void StartCall();
   Chunk ChunkOf(const Reply& reply);
   void OnAnswer(const Conversation::Answer& answer);
-  // Number of ticks that an inference is expected to take, as known when it begins.
+  // Returns the number of ticks that an inference is expected to take, as known when it begins.
   int64_t expected_delay() const;
   // Throws if an action of an absolute kind moves a joint by more than the contract's first_step_rad. Called
   // for the policy's first action.

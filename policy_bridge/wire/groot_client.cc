@@ -33,8 +33,8 @@ constexpr std::string_view kVideo = "video.", kState = "state.", kAction = "acti
 // Observations of one request. All maps have the same keys.
 using Batch = std::vector<Map>;
 
-// Whether the observations fit into one request. Their keys must be equal and in the same order, and arrays
-// must have the same dtype and shape.
+// Returns whether the observations fit into one request. Their keys must be equal and in the same order, and
+// arrays must have the same dtype and shape.
 bool FitTogether(const Batch& batch) {
   return std::ranges::all_of(batch, [&](const Map& observation) {
     return std::ranges::equal(observation, batch.front(), [](const auto& one, const auto& other) {
@@ -268,8 +268,8 @@ class GrootClient : public PolicyClient {
     return Call("get_action", std::move(sent), answered_ ? options_.reply_s : options_.first_reply_s);
   }
 
-  // Whether an error shows that the server expects flat observations. Such a server reports a missing key
-  // with its prefix; a server that expects nested observations reports it without the prefix.
+  // Returns whether an error shows that the server expects flat observations. Such a server reports a missing
+  // key with its prefix; a server that expects nested observations reports it without the prefix.
   static bool RequestsFlat(const ServerError& error, const Map& entries) {
     if (error.kind() != Kind::kServer) return false;
     for (const auto& [key, value] : entries) {

@@ -37,7 +37,7 @@ Value Read(Value value) {
   if (IsMarked(value, kArrayMark)) {
     const Value* npy = value.Find("as_npy");
     if (!npy || !npy->Is<Bytes>()) {
-      throw ServerError(ServerError::Kind::kProtocol, "an array without the bytes of a .npy file");
+      throw ServerError(ServerError::Kind::kProtocol, "an array lacks the bytes of its .npy file");
     }
     return DecodeNpy(*npy->As<Bytes>());
   }

@@ -28,7 +28,7 @@ class ServerError : public std::runtime_error {
   ServerError(Kind kind, const std::string& what, std::string details = {})
       : std::runtime_error(what), kind_(kind), details_(std::move(details)) {}
   Kind kind() const { return kind_; }
-  // The server's complete error message, possibly several lines; may be empty.
+  // Returns the server's complete error message, possibly several lines; may be empty.
   const std::string& details() const { return details_; }
 
  private:
@@ -100,12 +100,13 @@ class PolicyClient {
   // nests them if the dialect requires it. Throws ServerError.
   virtual Reply Infer(const Value& observation) = 0;
 
-  // Sends several observations, and returns their answers in the same order. They are sent as one request if
-  // the wire supports batches (GR00T) and their keys and shapes are equal, and otherwise one after the other.
-  // Throws ServerError, which applies to all of them.
+  // Sends several observations, and returns their answers in the same order. The observations are sent as one
+  // request if the wire supports batches (GR00T) and their keys and shapes are equal, and otherwise one at a
+  // time. Throws ServerError, which then applies to all of these observations.
   virtual std::vector<Reply> InferBatch(std::span<const Value> observations);
 
-  // Name of the wire and dialect in use, for messages, such as "openpi websocket" or "GR00T N1.6 (flat)".
+  // Returns the name of the wire and dialect in use, for messages, such as "openpi websocket" or "GR00T N1.6
+  // (flat)".
   virtual std::string Name() const = 0;
 };
 

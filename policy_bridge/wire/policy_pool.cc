@@ -242,8 +242,8 @@ struct PolicyPool::State {
   // The server's description of itself, as returned by Connect().
   Value metadata;
   std::deque<Question> waiting;
-  // Clients that are expected to send a request soon. For each of them: value of num_requests when it was
-  // last answered or when it connected.
+  // Clients that are expected to send a request soon. For each client: value of num_requests when the client
+  // last received an answer, or when it connected.
   std::map<std::string, int64_t> last_request;
   int64_t num_requests = 0;
   Clock::time_point idle_since{};
@@ -258,7 +258,7 @@ PolicyPool::PolicyPool(ClientOptions server, int batch_size, std::chrono::millis
   state_->client = MakePolicyClient(server);
   state_->batch_size = static_cast<size_t>(batch_size);
   state_->gather = gather;
-  // The socket is a Unix socket, because workers may run in network namespaces of their own.
+  // The socket is a Unix socket, because workers may run in separate network namespaces.
   folder_ = (std::filesystem::temp_directory_path() / "evalbus-pool-XXXXXX").string();
   if (!mkdtemp(folder_.data())) {
     throw EnvironmentError("cannot make " + folder_ + ": " + std::strerror(errno));

@@ -11,7 +11,7 @@
 
 namespace evalbus::policy {
 
-// Queries the server on a thread of its own. Observations that arrive while the server is busy form the next
+// Queries the server on a separate thread. Observations that arrive while the server is busy form the next
 // batch. Before a request, the pool also waits for the clients that are expected to send soon: clients that
 // connected, or received an answer, during the last two requests. Otherwise two clients that happen to
 // alternate would never share a batch. The pool waits at most as long as the last request took, up to 1 s (or

@@ -58,7 +58,7 @@ class Value {
     return std::get_if<T>(&value_);
   }
   const Variant& variant() const { return value_; }
-  // Returns an integer or floating-point value as a double; nothing for other types.
+  // Returns an integer or floating-point value as a double; nullopt for other types.
   std::optional<double> Number() const;
 
   // Returns the value of a key. Returns null if this is not a map or the key is missing.
@@ -70,8 +70,8 @@ class Value {
   Variant value_;
 };
 
-// Describes a value in one line for messages, such as "map of 3", "array <f4 [10, 16]" or "text \"lift the
-// pot\"".
+// Returns a description of a value in one line for messages, such as "map of 3", "array <f4 [10, 16]" or
+// "text \"lift the pot\"".
 std::string Describe(const Value& value);
 
 // Returns a string unchanged, and describes any other value.

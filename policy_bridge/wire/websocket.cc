@@ -29,8 +29,9 @@ namespace websocket = beast::websocket;
 using boost::system::error_code;
 using Kind = ServerError::Kind;
 
-// A socket type of its own, because Beast selects by the type how a connection is torn down. Beast's default
-// reads everything that the server still sends. This may be much (a rejected message of 2 GB) or endless.
+// This distinct socket type exists because Beast selects by the type how a connection is torn down. Beast's
+// default reads everything that the server still sends. This may be much (a rejected message of 2 GB) or
+// endless.
 class Socket : public asio::ip::tcp::socket {
  public:
   using asio::ip::tcp::socket::socket;

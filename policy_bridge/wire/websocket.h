@@ -46,7 +46,7 @@ class Websocket {
   // received messages are waiting. Throws kTimeout and closes the connection after the deadline.
   void Send(Bytes message, const Deadline& deadline);
 
-  // Returns the next message, even if the connection was closed after it. Returns nothing if the deadline
+  // Returns the next message, even if the connection was closed after it. Returns nullopt if the deadline
   // passes. Throws ServerError if there are no more messages: kUnreachable, or kProtocol for a message that
   // is too long, incomplete or invalid.
   std::optional<Message> Receive(const Deadline& deadline);

@@ -34,7 +34,7 @@ constexpr RequestType kHello{"hello", "hello_ack"}, kPrepareCase{"prepare_case",
 // Meanings of the protocol's error codes. {} stands for the type of the request.
 constexpr std::pair<std::string_view, const char*> kErrorCodes[] = {
     {"invalid_frame", "the server cannot read the request {}"},
-    {"unknown_message_type", "the server does not know the request {}"},
+    {"unknown_message_type", "the server does not support the request {}"},
     {"timeout", "the request {} exceeded the server's own time limit"},
     {"infer_failed", "the model's inference failed"},
     {"reset_failed", "the model's reset failed"},

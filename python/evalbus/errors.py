@@ -43,7 +43,7 @@ def check_action_type(action, subject):
 
 
 def check_sent_action_type(action, subject):
-    """Raises ActionError also for numbers of more than 64 bits, which cannot be sent to the program evalbus."""
+    """Also raises ActionError for numbers of more than 64 bits, which cannot be sent to the program evalbus."""
     check_action_type(action, subject)
     if action.dtype.itemsize > 8:
         raise ActionError(f"{subject} of type {action.dtype}, expected numbers of at most 64 bits")

@@ -5,6 +5,7 @@ import dataclasses
 import json
 import os
 import pathlib
+import re
 import tempfile
 from typing import Any, Callable, Dict, Iterator, List, Optional, Union
 
@@ -188,7 +189,9 @@ def start(
     if callable(policy):
         from evalbus.server import Serving
 
-        serving = Serving(_checked(policy))
+        # The program identifies a server by its address, and resumes a run only with the same policy.
+        port = _port_of(out) if options.get("resume") and out is not None else 0
+        serving = Serving(_checked(policy), port=port)
         policy, contract = serving.url, contract or _CALLABLE_CONTRACT
     elif not isinstance(policy, (str, os.PathLike)):
         raise InputError(
@@ -198,6 +201,16 @@ def start(
     return ActiveRun(
         ["run", str(task), "--json", "--quiet", "--policy", os.fspath(policy), *words(more)], serving
     )
+
+
+def _port_of(folder) -> int:
+    """Returns the port at which the function of an interrupted run was served; 0 if the run has no function."""
+    try:
+        recorded = str(json.loads(pathlib.Path(os.fspath(folder), "run.json").read_bytes())["policy"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0  # The program reports what is wrong with the folder.
+    found = re.fullmatch(r"ws://127\.0\.0\.1:(\d{1,5})", recorded)
+    return int(found[1]) if found else 0
 
 
 def run(

@@ -109,7 +109,7 @@ class EvalbusEnv(gymnasium.Env):
                 raise InputError(f"reset: options: expected the key 'episode', got {name!r}")
         episode = (options or {}).get("episode", episode)
         step = self._environment.reset(run_seed, episode)
-        # A reset() that fails changes neither of them.
+        # If reset() fails, neither of these two members changes.
         self._run_seed, self._episode = run_seed, episode
         return self._seen(step), _info(step)
 
@@ -174,7 +174,9 @@ def _space(value: Any) -> spaces.Space:
     if isinstance(value, dict):
         return spaces.Dict({key: _space(entry) for key, entry in value.items()})
     if isinstance(value, str):
-        return spaces.Text(_MAX_TEXT, min_length=0, charset=string.printable)
+        # An instruction may have characters of any language. Their order must be equal in all processes.
+        charset = string.printable + "".join(sorted(set(value) - set(string.printable)))
+        return spaces.Text(max(_MAX_TEXT, len(value)), min_length=0, charset=charset)
     if value.dtype.kind == "f":
         return spaces.Box(-np.inf, np.inf, value.shape, value.dtype)
     limits = np.iinfo(value.dtype)

@@ -12,7 +12,7 @@ from typing import List
 
 from evalbus.command import parser, run_module
 from evalbus.errors import InputError
-from evalbus.runs import Run, read_runs
+from evalbus.runs import Run, check_finished, read_runs
 
 
 def write_results(run, out, dataset: str) -> None:
@@ -24,11 +24,10 @@ def write_results(run, out, dataset: str) -> None:
     if out.exists():
         raise InputError(f"{out}: exists; choose another name")
     for one in runs:
-        if one.summary is None or one.summary.success_rate is None:
-            raise InputError(f"{one.folder}: the run is not finished, or has no complete episode")
         successes = sum(episode.success for episode in one.episodes if episode.complete)
-        if (one.summary.episodes, one.summary.successes) != (len(one.episodes), successes):
+        if one.summary and (one.summary.episodes, one.summary.successes) != (len(one.episodes), successes):
             raise InputError(f"{one.folder}: summary.json and episodes.jsonl differ in their counts (see 'evalbus verify')")
+        check_finished(one)
     # The folder is written under a temporary name and renamed when it is complete.
     coming = out.with_name(f".{out.name}.{os.getpid()}.tmp")
     try:
@@ -44,7 +43,7 @@ def _result(run: Run, dataset: str) -> List[str]:
     summary = run.summary
     lower, upper = (100 * bound for bound in summary.success_rate_95)
     notes = (
-        f"success rate in percent: {summary.successes} of {summary.complete} episodes, 95 % CI {lower:.1f} to {upper:.1f}, "
+        f"success rate in percent: {summary.successes} of {summary.judged} episodes, 95 % CI {lower:.1f} to {upper:.1f}, "
         f"seed {run.options['seed']}, evalbus {run.options['evalbus_version']}, MuJoCo {run.options['mujoco_version']}"
     )
     return [

@@ -5,7 +5,7 @@ import pathlib
 
 from evalbus.command import parser, run_module
 from evalbus.errors import InputError
-from evalbus.runs import Run, read_run
+from evalbus.runs import Run, check_finished, read_run
 from evalbus.trackers import run_id
 
 
@@ -19,8 +19,7 @@ def write_log(folder, out) -> None:
     if out.exists():
         raise InputError(f"{out}: exists; choose another name")
     run = read_run(folder)
-    if run.summary is None or run.summary.success_rate is None:
-        raise InputError(f"{run.folder}: the run is not finished, or has no complete episode")
+    check_finished(run)
     write_eval_log(_log(run), str(out))
 
 
@@ -80,7 +79,9 @@ def _log(run: Run):
                         explanation=episode.cause.get("text", episode.failure_reason),
                         metadata=episode.scores(),
                     )
-                },
+                }
+                if episode.judged
+                else None,
                 metadata=episode.line,
             )
             for episode in episodes

@@ -34,7 +34,7 @@ class Log(dict):
 
     def __init__(self):
         super().__init__()
-        # Number of bytes that are not part of a complete event, and number of contiguous blocks of them.
+        # Number of bytes that are not part of a complete event, and number of contiguous blocks of such bytes.
         self.damaged_bytes = 0
         self.damaged_places = 0
         # Maps a channel to the number of its events that are not messages of this evalbus version.
@@ -64,7 +64,7 @@ def read_log(file):
 def events(file):
     """Yields (time in microseconds, channel, message) for each message of a log; a message is a dictionary.
 
-    Raises InputError and ProgramError as read_log() does. At the end, it warns about damaged parts as read_log() does.
+    Raises the errors of read_log(). At the end, it warns about damaged parts, like read_log().
     """
     for time_us, channel, _, message in _messages(file, Log()):
         yield time_us, channel, message

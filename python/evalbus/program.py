@@ -9,6 +9,8 @@ import sys
 import tempfile
 from typing import IO, Any, List, Optional, Sequence
 
+import numpy as np
+
 from evalbus.errors import EvalbusError, InputError, ProgramError
 
 # Time after which close() kills the program. It usually stops the processes of a run within two seconds.
@@ -65,6 +67,8 @@ def words(options: dict) -> List[str]:
     """
     result = []
     for key, value in options.items():
+        if isinstance(value, np.bool_):
+            value = bool(value)
         if value is None or value is False:
             continue
         result.append("--" + key.replace("_", "-"))

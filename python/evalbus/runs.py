@@ -15,6 +15,8 @@ from evalbus.errors import EvalbusError, InputError
 Interval = Tuple[Optional[float], Optional[float]]
 # schema_version of run folders (docs/versioning.md).
 _VERSION = 1
+# failure_reason of an episode without a verdict, whose metrics have no "success".
+_NOT_JUDGED = "not_judged"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,6 +25,7 @@ class Episode:
 
     index: int
     seed: int
+    # False also if the episode has no verdict (`judged`).
     success: bool
     # Only complete episodes count in rates.
     complete: bool
@@ -45,10 +48,11 @@ class Episode:
         for key in ("metrics", "extended", "parameters", "final_poses", "cause"):
             if not isinstance(line.get(key, {}), dict):
                 raise TypeError(f"{key}: expected an object")
+        is_judged = line["failure_reason"] != _NOT_JUDGED
         return Episode(
             index=operator.index(line["episode"]),
             seed=line["seed"],
-            success=line["metrics"]["success"] == 1,
+            success=is_judged and line["metrics"]["success"] == 1,
             complete=line["complete"],
             end_reason=line["end_reason"],
             failure_reason=line["failure_reason"],
@@ -59,6 +63,11 @@ class Episode:
             cause=line.get("cause", {}),
             line=line,
         )
+
+    @property
+    def judged(self) -> bool:
+        """Whether the episode has a verdict. Without one, it counts in no success rate."""
+        return self.failure_reason != _NOT_JUDGED
 
     def scores(self) -> Dict[str, float]:
         """Returns all numbers by name. Names of nested values are joined by dots, as in `evalbus export`:
@@ -88,7 +97,7 @@ class Metric:
 
 @dataclasses.dataclass(frozen=True)
 class Summary:
-    """Content of summary.json. Rates and metrics cover complete episodes."""
+    """Content of summary.json. Rates and metrics cover complete episodes, rates only those with a verdict."""
 
     episodes: int
     complete: int
@@ -121,6 +130,11 @@ class Summary:
             metrics=metrics,
             content=content,
         )
+
+    @property
+    def judged(self) -> int:
+        """Number of complete episodes with a verdict."""
+        return self.content.get("judged", self.complete)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -157,11 +171,23 @@ class Run:
         try:
             import pandas
         except ImportError:
-            raise EvalbusError("to_pandas() needs pandas: pip install pandas") from None
+            raise EvalbusError("to_pandas() requires pandas: pip install pandas") from None
 
         keys = ("index", "seed", "success", "complete", "end_reason", "failure_reason")
         rows = [{**{key: getattr(e, key) for key in keys}, **_renamed(e.scores())} for e in self.episodes]
         return pandas.DataFrame(rows).set_index("index") if rows else pandas.DataFrame(columns=keys[1:])
+
+
+def check_finished(run: Run) -> None:
+    """Raises InputError if the run was interrupted, or has no success rate. An interrupted run has a summary, too."""
+    if run.summary is None or run.summary.success_rate is None:
+        raise InputError(f"{run.folder}: the run is not finished, or has no complete episode")
+    # The results decide when a run of a plan with `until` ends, and the operator may end `evalbus watch`.
+    if run.options.get("until") or run.options.get("watch"):
+        return
+    planned = len(run.options.get("only") or []) or run.options.get("episodes", 0)
+    if len(run.episodes) < planned:
+        raise InputError(f"{run.folder}: the run is not finished: it has {len(run.episodes)} of {planned} episodes")
 
 
 def read_run(folder) -> Run:
@@ -193,7 +219,7 @@ def read_run(folder) -> Run:
 
 
 def read_runs(folder) -> List[Run]:
-    """Reads each run of a suite, or a single run. Raises InputError as read_run() does."""
+    """Reads each run of a suite, or a single run. Raises the errors of read_run()."""
     folder = _path(folder)
     if not (folder / "suite.json").exists():
         return [read_run(folder)]

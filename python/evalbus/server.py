@@ -45,6 +45,8 @@ except ImportError:
 # Time for which a new connection waits until the previous one closes. Must be shorter than the client's timeout for the
 # metadata.
 _RELEASE_S = 5
+# Longest time that Serving.close() waits for the end of the server.
+_CLOSE_S = 1
 _BUSY = (
     "another connection is open, and a policy with reset() keeps state during an episode, so it "
     "serves one connection at a time: use one worker, or pass the policy's class to evalbus.serve()"
@@ -82,10 +84,12 @@ def serve(act, port=8000, host="127.0.0.1", metadata={}):
 class Serving:
     """Serves a policy in a thread of this process until close(). url: its address, on this machine only.
 
+    port: 0 selects any free port. Raises ProgramError if the port cannot be opened.
     error: the first exception that the policy raised; None if there is none. It is not printed.
     """
 
-    def __init__(self, act, metadata={}):
+    def __init__(self, act, metadata={}, port=0):
+        self._port = port
         self._server = _Server(act, metadata, self._keep)
         self._ready = threading.Event()
         self.url = self.error = None
@@ -94,14 +98,18 @@ class Serving:
         self._ready.wait()
         if not self.url:
             self._thread.join()
+            if isinstance(self.error, (OSError, OverflowError)):
+                raise ProgramError(f"cannot serve a policy at port {port}: {self.error}") from None
             raise self.error
 
     def close(self):
         self._server.stop()
+        # Afterwards, the port is free. A policy that hangs delays this only for a short time.
+        self._thread.join(_CLOSE_S)
 
     def _serve(self):
         try:
-            asyncio.run(self._server.run("127.0.0.1", 0, self._on_ready))
+            asyncio.run(self._server.run("127.0.0.1", self._port, self._on_ready))
         except BaseException as error:
             self._keep(error)
         self._ready.set()

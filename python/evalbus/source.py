@@ -37,16 +37,15 @@ class Source:
             "has_contacts": has_contacts,
             "period_us": round(period_s * 1e6),
         }
-        bus = urllib.parse.urlsplit(url or os.environ.get("EVALBUS_URL") or _USUAL_URL)
-        self._to = (bus.hostname, bus.port)
+        group, port, ttl = bus_address(url or os.environ.get("EVALBUS_URL") or _USUAL_URL)
+        self._to = (group, port)
         self._sequence = itertools.count()
         self._out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        ttl = int(urllib.parse.parse_qs(bus.query).get("ttl", ["0"])[0])
         self._out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, ttl)
         self._in = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._in.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self._in.bind(self._to)
-        self._in.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(bus.hostname) + bytes(4))
+        self._in.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(group) + bytes(4))
         self._episode = -1
         self._sample = 0
 
@@ -120,6 +119,14 @@ class Source:
             header = struct.pack(">4sIIIHH", b"LC03", sequence, len(data), offset, number, len(parts))
             self._out.sendto(header + (b"" if number else name) + part, self._to)
             offset += len(part)
+
+
+def bus_address(url):
+    """Returns (multicast address, port, ttl) of a bus URL. As in LCM, address and port may be omitted."""
+    bus = urllib.parse.urlsplit(url)
+    usual = urllib.parse.urlsplit(_USUAL_URL)
+    ttl = int(urllib.parse.parse_qs(bus.query).get("ttl", ["0"])[0])
+    return bus.hostname or usual.hostname, bus.port or usual.port, ttl
 
 
 def _contact(name_a, name_b, penetration_m, position_m, normal):

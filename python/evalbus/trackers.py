@@ -67,7 +67,8 @@ def to_mlflow(run: Run, experiment: str) -> None:
         if not found:
             mlflow.log_params(_flat(run.options))
         client = mlflow.MlflowClient()
-        sent = {point.step for point in client.get_metric_history(active.info.run_id, "success")}
+        # Episodes without a verdict have no "success".
+        sent = {point.step for point in client.get_metric_history(active.info.run_id, "completion_time")}
         for episode in _complete(run):
             if episode.index not in sent:
                 mlflow.log_metrics(_values(episode), step=episode.index)

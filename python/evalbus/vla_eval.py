@@ -14,7 +14,7 @@ class EvalbusBenchmark(StepBenchmark):
     """Runs tasks of evalbus; `params` in the configuration of vla-eval are the constructor's arguments.
 
     tasks: "lift_pot/position", ... seed: episode K of a task is episode K of `evalbus run --seed SEED`. The other
-    arguments are those of evalbus.Environment. Observations: "images" by camera, "state" and "task_description";
+    arguments are passed to evalbus.Environment. Observations: "images" by camera, "state" and "task_description";
     an action's "actions" has the numbers that `control` describes. Only mode "sync" is supported: in mode "live", time
     must pass while the policy computes, but simulated time does not advance then.
     """

@@ -13,7 +13,7 @@
 namespace evalbus::report {
 namespace {
 
-// Number of figures that are initially visible; the rest can be expanded.
+// Number of figures that are initially visible; the other figures can be expanded.
 constexpr size_t kParametersShown = 4;
 
 std::string BinTitle(const results::Circumstance& parameter, const results::CircumstanceBin& bin) {

@@ -9,8 +9,8 @@ namespace evalbus::report {
 namespace {
 
 void Write(const ComparisonPageParts& parts, const results::Comparison& comparison, Markup* html) {
-  // Sections are below the page's heading. Several comparisons have headings of their own, and so have
-  // several tasks; each moves the sections one level down.
+  // Sections are below the page's heading. If there are several comparisons, each has a heading; if there are
+  // several tasks, each has a heading. Each of these levels moves the sections one level down.
   constexpr const char* kHeadings[] = {"h2", "h3", "h4"};
   size_t level = parts.comparisons.size() > 1 ? 1 : 0;
   html->Element("p", {{"class", "verdict"}}, WithMinus(results::Evidence(comparison)));

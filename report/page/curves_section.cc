@@ -9,7 +9,7 @@
 namespace evalbus::report {
 namespace {
 
-// Number of figures that are initially visible; the rest can be expanded.
+// Number of figures that are initially visible; the other figures can be expanded.
 constexpr size_t kCurvesShown = 6;
 
 void Event(const EpisodeEvent& event, bool video, Markup* html) {

@@ -13,10 +13,11 @@
 namespace evalbus::report {
 namespace {
 
-// Number of figures that are initially visible; the rest can be expanded.
+// Number of figures that are initially visible; the other figures can be expanded.
 constexpr size_t kHistogramsShown = 8;
 
-// False for success, stages and counts per object, and for per-arm values if there is an overall value.
+// Returns false for success, stages and counts per object, and for per-arm values if there is an overall
+// value.
 bool HasFigure(const MetricNumber& number, const ReportRun& run) {
   if (!number.metric) return true;
   const std::string name(number.metric->name);

@@ -110,8 +110,8 @@ void EpisodeRow(const RunSection& section, size_t index, bool explained, bool no
   });
 }
 
-// Checkbox that hides successful episodes by means of report.css. It is omitted if there are only failures or
-// only successes.
+// Writes a checkbox that hides successful episodes by means of report.css. The checkbox is omitted if there
+// are only failures or only successes.
 void OnlyFailures(const RunSection& section) {
   const std::vector<results::RecordedEpisode>& episodes = section.run.run.episodes;
   const auto failures =

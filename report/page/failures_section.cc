@@ -10,7 +10,7 @@
 namespace evalbus::report {
 namespace {
 
-// Number of failures that are shown; the others are in the table of episodes.
+// Number of failures that are shown; the table of episodes lists all failures.
 constexpr size_t kShownFailures = 12;
 
 bool IsFailure(const results::RecordedEpisode& episode) {

@@ -50,7 +50,7 @@ std::string Page(const std::string& title, const std::string& made_by, const nlo
       html.Empty("meta", {{"charset", "utf-8"}});
       html.Empty("meta", {{"name", "viewport"}, {"content", "width=device-width, initial-scale=1"}});
       if (!source.is_null()) html.Empty("meta", {{"name", kSourceMeta}, {"content", ToText(source)}});
-      // Without this, browsers request /favicon.ico.
+      // Without this element, browsers request /favicon.ico.
       html.Empty("link", {{"rel", "icon"}, {"href", "data:,"}});
       html.Element("title", {}, title);
       html.Element("style", {}, [&] { html.Verbatim(kReportCss); });

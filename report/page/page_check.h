@@ -39,7 +39,7 @@ struct PageContent {
 // Throws InputError if the page is not well-formed. file: for errors.
 PageContent ReadPage(const std::string& html, const std::string& file);
 
-// Describes the first item that differs; nullopt if there is none.
+// Returns a description of the first item that differs; nullopt if there is none.
 std::optional<std::string> FirstDifference(const PageContent& stored, const PageContent& computed);
 
 }  // namespace evalbus::report

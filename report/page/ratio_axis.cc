@@ -58,7 +58,7 @@ void RatioAxis::DrawLabels(Markup* html) const {
   html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}}, [&] {
     const std::vector<double> all = ticks();
     for (const double tick : all) {
-      // On phones, all labels would touch, so only those of 1 and of both ends are shown.
+      // On phones, all labels would touch, so only the labels of 1 and of both ends are shown.
       const bool is_major = tick == 1 || tick == all.front() || tick == all.back();
       html->Element(
           "text",

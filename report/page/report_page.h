@@ -54,7 +54,7 @@ struct ReportRun {
   results::RunCircumstances circumstances;
   // Points of no return by episode; empty unless `evalbus why` has searched for them.
   results::NoReturns no_returns;
-  // Pacing of a realtime run (results::RunPacing); null for other runs.
+  // Pacing of a real-time run (results::RunPacing); null for other runs.
   nlohmann::ordered_json pacing;
   // Command line that repeats the run; empty if there is none.
   std::string command;

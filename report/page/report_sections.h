@@ -1,4 +1,4 @@
-// Functions that write the sections of a run's report, and that several of them use to derive values.
+// Functions that write the sections of a run's report, and helper functions that several sections use.
 #pragma once
 
 #include <initializer_list>

@@ -82,6 +82,7 @@ ordered_json Counted(const metrics::RunSummary& summary, bool is_over) {
   const metrics::Interval& interval = is_over ? summary.wilson : summary.anytime;
   const metrics::MetricSummary* time = summary.Find("completion_time");
   ordered_json json = {{"done", summary.episodes},
+                       {"complete", summary.complete},
                        {"judged", summary.judged},
                        {"successes", summary.successes},
                        {"rate", viz::NumberOrNull(summary.success_rate)},

@@ -25,7 +25,7 @@ struct JudgeOptions {
 // Serves the page, on the loopback interface only, until SIGINT or SIGTERM. Each verdict is immediately
 // written to verdicts.jsonl of its run. When the runs have finished and all episodes have a verdict, the page
 // and the terminal show the results. If this is already true when the function is called, it only prints the
-// results and returns, unless is_child. Throws InputError, EnvironmentError.
+// results and returns, unless is_child. Throws InputError or EnvironmentError.
 void Judge(const JudgeOptions& options);
 
 // Returns whether the operator has given a verdict on every finished episode that has a log. Throws

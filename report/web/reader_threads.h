@@ -35,9 +35,9 @@ class ReaderThreads {
   ReaderThreads(const ReaderThreads&) = delete;
   ReaderThreads& operator=(const ReaderThreads&) = delete;
 
-  // Adds a job. Returns false if too many jobs are waiting or Stop() was called. `work` runs on a thread of
-  // its own and must not throw. The function that it returns is called on the same thread. `give_up` is
-  // called in Poll() if the job is abandoned.
+  // Adds a job. Returns false if too many jobs are waiting or Stop() was called. `work` runs on one of the
+  // reader threads and must not throw. The function that it returns is called on the same thread. `give_up`
+  // is called in Poll() if the job is abandoned.
   bool Add(std::function<Report()> work, GiveUp give_up);
   // Abandons jobs that take too long, and starts waiting jobs. Must be called regularly, because both happen
   // only here.

@@ -90,7 +90,7 @@ class ShownRun {
                     .run = follower_->info(),
                     .stage_names = follower_->stage_names()};
   }
-  // True if the run has not begun.
+  // Returns true if the run has not begun.
   bool is_waiting() const { return follower_ && !follower_->info() && suffix_.empty() && !is_replaced_; }
   int planned() const { return found_.planned; }
   // Publishes whether a process evaluates into the run's folder, if this has changed. Must be called about

@@ -1,11 +1,11 @@
 // Measures a whole step of a policy behind a server, from one observation to the next, with no, one and three
 // cameras, on the bus and in one process, in lockstep and in real time. The step is compared with two of its
-// parts: rendering the images and calling the server, which answers at once. The rest is physics, collision
-// checking, metrics and the bus.
+// parts: rendering the images and calling the server, which answers immediately. The rest is physics,
+// collision checking, metrics and the bus.
 //
 // Also reports the fraction of a step during which no thread of the run was running or runnable. A lockstep
 // run waits for nothing, so the benchmark fails if this fraction is more than half. It also fails if a
-// realtime run makes too few calls.
+// real-time run makes too few calls.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -37,8 +37,8 @@ namespace {
 constexpr int kNoServer = -1;
 constexpr int kViewers[] = {kNoServer, 0, 1, 8, 50};
 
-// Viewers in a process of their own, which ends with the object. The constructor returns after each viewer
-// has received the answer to its handshake.
+// Viewers in a separate process, which ends when the object is destroyed. The constructor returns after each
+// viewer has received the answer to its handshake.
 class Viewers {
  public:
   Viewers(uint16_t port, int count) {

@@ -226,6 +226,28 @@ def check_links(browser, policies, found):
                "a pair does not open at a time after the end of its first episode")
 
 
+def check_address(browser, found):
+    """Checks that the address selects the episode that is shown after a click in the list of episodes, and that a
+    link to the episode before still opens it."""
+    link = "#view:run=0,episode=0,t=0.100"
+    browser.evaluate(f"location.hash = '{link}'")
+    wait_until(browser, "evalbusViewer.summary().shown.join() === '0/0'", "the episode is not shown")
+    row = "[...document.querySelectorAll('.ev-list .ev-row:not([hidden])')].find((one) => one.querySelector('.ev-number').textContent === '1')"
+    browser.evaluate(f"{row}.click()")
+    wait_until(browser, "evalbusViewer.summary().shown.join() === '0/1'", "a click does not open an episode")
+    wait_until(browser, "location.hash.startsWith('#view:run=0,episode=1,')", "the address selects another episode than the shown one")
+    browser.evaluate(f"location.hash = '{link}'")
+    wait_until(browser, "evalbusViewer.summary().shown.join() === '0/0'", "a link does not lead back to an episode")
+    browser.evaluate(f"{row}.querySelector('.ev-versus').click()")
+    wait_until(browser, "location.hash.startsWith('#view:run=0,episode=0,') && location.hash.endsWith(',other=0/1')",
+               "the address does not select the compared episode")
+    browser.evaluate("evalbusViewer.toggleBeside()")
+    wait_until(browser, "location.hash.endsWith(',other=0/1/beside')", "the address does not state that the episodes are side by side")
+    browser.evaluate("evalbusViewer.uncompare()")
+    wait_until(browser, "!location.hash.includes('other')", "the address selects an episode that is no longer compared")
+    browser.evaluate("evalbusViewer.toggleBeside()")
+
+
 def check_keys(browser, policies, found):
     browser.evaluate("location.hash = '#view:run=0,episode=0,t=0.100'")
     wait_until(browser, "evalbusViewer.summary().shown[0] === '0/0' && evalbusViewer.summary().hasImage", "the episode is not shown")
@@ -357,6 +379,7 @@ def check_plan(browser, evalbus, plan, folder, found):
                 browser.image(folder / f"board-{width}-{scheme}.png")
         browser.screen(1280, 900, "light")
         check_links(browser, policies, found)
+        check_address(browser, found)
         check_keys(browser, policies, found)
         check_filter(browser, policies, found)
         check_sentences(browser, found)
@@ -369,6 +392,7 @@ def check_plan(browser, evalbus, plan, folder, found):
             found.append("other machines may write notes")
     check_early(browser, evalbus, plan, policies, found)
     check_restart(browser, evalbus, policies, found)
+    check_interrupted(browser, evalbus, [run for _, run in policies], found)
     with served(evalbus, policies[0][1]) as url:
         open_url(browser, url)
         wait_until(browser, "evalbusViewer.summary().hasImage", "a single run does not open with its episode")
@@ -380,6 +404,27 @@ def check_plan(browser, evalbus, plan, folder, found):
         summary = json.loads((policies[0][1] / "summary.json").read_text())
         if f"({summary['successes']} of {summary['complete']}), 95 % CI " not in heading:
             found.append(f"the heading of a single run is {heading!r}")
+
+
+def check_interrupted(browser, evalbus, runs, found):
+    """Checks that runs that were interrupted, which have a summary, are not shown as finished."""
+    with tempfile.TemporaryDirectory() as folder:
+        copies = [shutil.copytree(run, pathlib.Path(folder, f"run{k}")) for k, run in enumerate(runs)]
+        for copy in copies:
+            options = json.loads((copy / "run.json").read_text())
+            (copy / "run.json").write_text(json.dumps({**options, "episodes": options["episodes"] + 5}))
+        with served(evalbus, *copies) as url:
+            open_url(browser, url)
+            wait_until(browser, "document.querySelectorAll('.ev-board-table tbody tr').length === 2", "the overview is not shown")
+            heading = browser.evaluate("document.querySelector('.ev-board h1').textContent")
+            if heading != "Overview":
+                found.append(f"the overview of interrupted runs has the heading {heading!r}")
+        with served(evalbus, copies[0]) as url:
+            open_url(browser, url)
+            wait_until(browser, "evalbusViewer.tracks.length === 1", "the page of an interrupted run opens no episode")
+            state = browser.evaluate("document.querySelector('.ev-state-pill').textContent")
+            if not state.startswith("interrupted"):
+                found.append(f"an interrupted run is shown as {state!r}")
 
 
 def check_restart(browser, evalbus, policies, found):

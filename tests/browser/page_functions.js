@@ -1,5 +1,5 @@
 // Checks the pure functions of the page (viz/viewer/page) and evaluates to a list of complaints. check_viewer.py runs it in the
-// page. Expected values are worked out by hand.
+// page. Expected values were computed by hand.
 (() => {
   const wrong = [];
   const expect = (what, got, expected) => {
@@ -20,6 +20,12 @@
   expect("axis from zero", Evalbus.axisTexts([0, 0.5]), ["0", "0.5"]);
   expect("axis around zero", Evalbus.axisTexts([-20, 0, 20]), ["−20", "0", "20"]);
   expect("axis with a rounding error", Evalbus.axisTexts([0.25, 0.1 + 0.2]), ["0.25", "0.30"]);
+
+  const outcomeOf = (head) => Evalbus.Track.prototype.outcome.call({ head });
+  expect("outcome without a score", outcomeOf({ is_over: true, complete: null, success: null, failure_reason: null }), "running");
+  expect("outcome without a verdict", outcomeOf({ is_over: true, complete: true, success: null, failure_reason: "not_judged" }), "unjudged");
+  expect("outcome of a failure", outcomeOf({ is_over: true, complete: true, success: false, failure_reason: "stall" }), "failure");
+  expect("result without a verdict", Evalbus.resultOf({ complete: true, success: false, failure_reason: "not_judged" }), "unjudged");
 
   // A zoom by 2 around 6 of 10 s shows 3 to 8 s. The test also zooms back.
   expect("zoom in", Evalbus.zoomed(null, 10, 6, 0.5, 0.2), { from: 3, to: 8 });

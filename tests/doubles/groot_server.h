@@ -45,7 +45,7 @@ class GrootServer {
   // All requests so far, oldest first, including unanswered ones.
   std::vector<policy::Value> requests() const;
 
-  // Number of observations in each of the requests that asked for actions.
+  // Returns the number of observations in each of the requests that asked for actions.
   std::vector<int> batches() const;
 
   // AnswerNextWith() sends exactly these bytes in answer to the next request to this endpoint. BeSilentNext()

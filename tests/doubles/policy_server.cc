@@ -188,8 +188,8 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
         });
   }
 
-  // Runs `act` at once if a read is pending, because then no write is pending; otherwise queues it until the
-  // next read is pending.
+  // Runs `act` immediately if a read is pending, because then no write is pending; otherwise queues it until
+  // the next read is pending.
   void WhenReading(std::function<void()> act) { is_reading ? act() : waiting.push_back(std::move(act)); }
 
   void SendUnrequested(const std::string& message, bool is_text) {

@@ -1,5 +1,5 @@
 // A policy server that behaves like third-party servers (openpi, RoboArena's dialect, vla-eval, XPolicyLab).
-// It runs on 127.0.0.1 in a thread of its own. A test chooses its answers, including wrong ones.
+// It runs on 127.0.0.1 in a separate thread. A test chooses its answers, including wrong ones.
 #pragma once
 
 #include <chrono>
@@ -90,7 +90,7 @@ class PolicyServerDouble {
   std::vector<Value> Requests() const;
   std::vector<Handshake> Handshakes() const;
 
-  // Number of connections that the client ended with a close frame.
+  // Returns the number of connections that the client ended with a close frame.
   size_t Goodbyes() const;
 
   // Pings all connections and waits for their answers. If one answer does not arrive in time, drops all

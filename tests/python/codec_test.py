@@ -1,4 +1,4 @@
-"""Tests the codec against bytes that were worked out by hand from openpi's convention."""
+"""Tests the codec against bytes that were computed by hand from openpi's convention."""
 
 import support
 

@@ -302,7 +302,7 @@ with tempfile.TemporaryDirectory() as name:
         (damaged, ["--hdf5", out], "events.lcmlog: "),
         (damaged, ["--safetensors", out], "events.lcmlog: "),
         (doubled, ["--safetensors", out], "0001/events.lcmlog: its episode number occurs in another log, too"),
-        (here / "scored", ["--hdf5", out], "no action for tick 0: a training set needs an action for every tick"),
+        (here / "scored", ["--hdf5", out], "no action for tick 0: a training set requires an action for every tick"),
         (here / "blind", ["--hdf5", out, "--successes"], "no successful episode to export"),
         (here / "nothing", ["--hdf5", out], "nothing"),
     ]

@@ -16,6 +16,7 @@ import pathlib
 import select
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -238,7 +239,7 @@ class EvaluateTest(unittest.TestCase):
             "^the policy contradicts its contract: the answer has 1 step of 7 values, the contract expects 16 values",
             policy=lambda _: np.zeros(7),
         )
-        # Holds still, and gives a wrong number of values from the third call on.
+        # Holds still, and returns a wrong number of values in the third and all later calls.
         numbers = itertools.count()
         self.assert_fails(
             evalbus.ActionError,
@@ -266,6 +267,7 @@ class EvaluateTest(unittest.TestCase):
             self.assert_fails(evalbus.InputError, f"^seed: expected a whole number, got {wrong!r}", seed=wrong)
             with self.assertRaisesRegex(evalbus.InputError, f"^episodes: expected a whole number, got {wrong!r}"):
                 evalbus.run("lift_pot", episodes=wrong)
+        self.assertEqual(evalbus.program.words({"a": np.True_, "b": np.False_, "c": True, "d": np.int64(3)}), ["--a", "--c", "--d", "3"])
         self.assert_fails(evalbus.InputError, "unknown task '--help'", task="--help")
         self.assert_fails(evalbus.InputError, "embedded null byte", task="lift_pot\0")
         self.assert_fails(evalbus.PolicyError, r"RuntimeError: SystemExit\(3\)$", policy=lambda _: sys.exit(3))
@@ -293,6 +295,19 @@ class EvaluateTest(unittest.TestCase):
 
         error = self.assert_fails(evalbus.PolicyError, "the policy raised KeyError: 'images'", policy=fail)
         self.assertIsInstance(error.__cause__, KeyError)
+
+    def test_a_function_is_resumed(self):
+        # The function is served at the port of the interrupted run, because the program compares the addresses.
+        first = self.run_here("lift_pot", hold, episodes=1)
+        resumed = self.run_here("lift_pot", hold, episodes=2, resume=True)
+        self.assertEqual([episode.line for episode in resumed.episodes][:1], [first.episodes[0].line])
+        self.assertEqual((len(resumed.episodes), resumed.options["policy"]), (2, first.options["policy"]))
+        with socket.socket() as other:
+            other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            other.bind(("127.0.0.1", int(first.options["policy"].rpartition(":")[2])))
+            other.listen()
+            with self.assertRaisesRegex(evalbus.ProgramError, "cannot serve a policy at port .*in use"):
+                self.run_here("lift_pot", hold, episodes=3, resume=True)
 
     def test_wrong_files(self):
         for function in (evalbus.read_run, evalbus.read_log):
@@ -349,7 +364,7 @@ class EvaluateTest(unittest.TestCase):
     def test_a_missing_package(self):
         run = self.run_here("lift_pot", "hold", episodes=1)
         with mock.patch.dict(sys.modules, {"pandas": None}):
-            with self.assertRaisesRegex(evalbus.EvalbusError, "^to_pandas.. needs pandas: pip install pandas$"):
+            with self.assertRaisesRegex(evalbus.EvalbusError, "^to_pandas.. requires pandas: pip install pandas$"):
                 run.to_pandas()
 
     def test_a_missing_program(self):

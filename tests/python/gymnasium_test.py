@@ -121,6 +121,25 @@ class GymnasiumTest(unittest.TestCase):
         finally:
             envs.close()
 
+    def test_instructions_of_any_language(self):
+        instruction = "Hebe den Töpf – 持ち上げる"
+        plain = (support.SOURCE / "models/policies/plain.yaml").read_text()
+        with tempfile.TemporaryDirectory() as folder:
+            contract = pathlib.Path(folder, "plain.yaml")
+            contract.write_text(f"{plain}prompts: {{lift_pot: {json.dumps(instruction, ensure_ascii=False)}}}\n")
+            with make(contract=contract) as env:
+                observation, _ = env.reset(seed=0)
+                self.assertEqual(observation["prompt"], instruction)
+                self.assertIn(observation, env.observation_space)
+            envs = gymnasium.make_vec(
+                "evalbus/LiftPot-v0", num_envs=2, vectorization_mode="async", vector_kwargs={"shared_memory": False},
+                variation="position", contract=contract
+            )  # fmt: skip
+            try:
+                self.assertEqual(envs.reset(seed=0)[0]["prompt"], (instruction,) * 2)
+            finally:
+                envs.close()
+
     def test_wrong_input(self):
         with self.assertRaisesRegex(evalbus.InputError, "nowhere"):
             make(variation="nowhere")

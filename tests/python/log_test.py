@@ -18,6 +18,7 @@ import unittest
 import warnings
 
 import evalbus
+import evalbus.source
 import numpy as np
 from evalbus import messages
 
@@ -133,7 +134,17 @@ class LogTest(unittest.TestCase):
         episodes.write_bytes(lines[0].replace(b'"complete":true', b'"complete":false') + lines[1])
         scores = evalbus.read_run(copy).scores["success"]
         self.assertEqual([bool(np.isnan(score)) for score in scores], [True, False])
+        # An episode without a verdict has no "success".
+        unjudged = json.loads(lines[1])
+        unjudged["failure_reason"] = "not_judged"
+        del unjudged["metrics"]["success"]
+        episodes.write_bytes(lines[0] + json.dumps(unjudged).encode() + b"\n")
+        judged = evalbus.read_run(copy)
+        self.assertEqual([episode.judged for episode in judged.episodes], [True, False])
+        self.assertFalse(judged.episodes[1].success)
+        self.assertEqual([bool(np.isnan(score)) for score in judged.scores["success"]], [False, True])
         for broken, reason in (
+            (lines[0].replace(b'"success":', b'"was":', 1), "jsonl:1: .*it has no 'success'"),
             (lines[0][:-40] + b"\n" + lines[1], "jsonl:1: "),
             (lines[0] + lines[0], "jsonl:2: a second line of episode 0"),
             (lines[0] + b"[]\n", "jsonl:2: "),
@@ -161,6 +172,14 @@ class LogTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         lines = [json.loads(line) for line in done.stdout.splitlines()]
         return lines[0], lines[1:]
+
+    def test_addresses_of_buses(self):
+        for url, address in (
+            ("udpm://239.255.76.68:7669?ttl=1", ("239.255.76.68", 7669, 1)),
+            ("udpm://239.255.76.68", ("239.255.76.68", 7667, 0)),
+            ("udpm://?ttl=1", ("239.255.76.67", 7667, 1)),
+        ):
+            self.assertEqual(evalbus.source.bus_address(url), address)
 
     def test_messages_are_those_of_lcm(self):
         fingerprints, expected = self.reference()

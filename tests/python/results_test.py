@@ -8,6 +8,7 @@ import support
 support.need("numpy")
 
 import importlib.util
+import json
 import os
 import pathlib
 import resource
@@ -92,6 +93,15 @@ class ResultsTest(unittest.TestCase):
         done = export(edited, "--hf", self.here / "x", "--dataset", "me/pots")
         self.assertEqual(done.returncode, 1)
         self.assertIn("edited: summary.json and episodes.jsonl differ", done.stderr)
+        # A run that was interrupted has a summary, too.
+        longer = shutil.copytree(self.recorded.folder, self.here / "longer")
+        (longer / "run.json").write_text(json.dumps({**self.recorded.options, "episodes": 9}))
+        done = export(longer, "--hf", self.here / "x", "--dataset", "me/pots")
+        self.assertEqual((done.returncode, done.stderr), (1, f"error: {longer}: the run is not finished: it has 4 of 9 episodes\n"))
+        for key, value in (("only", [0, 1, 2, 3]), ("until", "alpha"), ("watch", True)):
+            options = {**self.recorded.options, "episodes": 9, key: value}
+            (longer / "run.json").write_text(json.dumps(options))
+            evalbus.runs.check_finished(evalbus.read_run(longer))
         done = export(self.recorded.folder, "--hf", self.here / "run/run.json/x", "--dataset", "me/pots")
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stderr, "^error: .*Not a directory: .*\n$")

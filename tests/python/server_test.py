@@ -1,4 +1,4 @@
-"""Tests serve() in a process of its own and a client, over loopback."""
+"""Tests serve() in a separate process, with a client over loopback."""
 
 import support
 

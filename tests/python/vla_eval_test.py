@@ -1,4 +1,4 @@
-"""Tests evalbus.vla_eval in the vla-evaluation-harness: `vla-eval run` with a server of its own package.
+"""Tests evalbus.vla_eval in the vla-evaluation-harness: `vla-eval run` with a server from the harness's own package.
 
 usage: vla_eval_test.py BIN   (the folder of evalbus' programs); see scripts/interop vla_eval
 """

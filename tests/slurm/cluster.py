@@ -17,9 +17,7 @@ _NAMESPACE = "EVALBUS_TEST_NAMESPACE"
 
 
 def enter_namespace():
-    """Restarts this program with a network, host name and processes of its own; exits with 77 if that is not
-    permitted.
-    """
+    """Restarts this program in new namespaces for network, host name and processes; exits with 77 if not permitted."""
     missing = [program for program in PROGRAMS if not shutil.which(program)]
     if missing:
         print(f"skipped: no {', '.join(missing)} (apt-get install slurm-wlm munge)")

@@ -24,7 +24,7 @@ void CheckEpisodes(const std::filesystem::path& log, const std::vector<int>& num
 
 // Returns the time of the decisive moment, s. Throws InputError if the log does not have it.
 double DecisiveMoment(const EpisodeMessages& episode);
-// Returns the times of a video's frames. Throws InputError as FrameTimes and DecisiveMoment do.
+// Returns the times of a video's frames. Throws the errors of FrameTimes() and DecisiveMoment().
 std::vector<FrameTime> TimesOf(const EpisodeMessages& episode, VideoTiming timing);
 // Returns whether a video with this timing shows how the episode ended.
 bool ShowsEnd(const EpisodeMessages& episode, const VideoTiming& timing);

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalog.h"
+#include "lcmtypes/source.h"
 #include "viz/images/canvas.h"
 #include "viz/images/colors.h"
 
@@ -64,7 +65,7 @@ void AddScores(const metric_values_t& metrics, OverlayText* text) {
   }
   text->counts.clear();
   for (const MetricInfo& metric : Metrics()) {
-    if (!metric.count || !IsTracked(metric, metrics)) continue;
+    if (!metric.count || !IsTracked(metric, metrics) || metrics.*metric.count == kUnavailableCount) continue;
     text->counts.emplace_back(metric.label, metrics.*metric.count);
   }
 }

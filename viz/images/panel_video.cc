@@ -92,7 +92,8 @@ bool IsOver(const VideoEpisode& episode, size_t frame) {
   return episode.shows_end && frame >= episode.states.size();
 }
 
-// Writes the frames. Frames from number `end` on show the end and are each repeated kPanelHold times.
+// Writes the frames. Frames with numbers of at least `end` show the end of the episode and are each repeated
+// kPanelHold times.
 void WriteFrames(size_t num_frames, size_t end, FrameSize size, const VideoProgress& progress,
                  const std::filesystem::path& file, ParallelFrameRenderer* frame_renderer,
                  const ParallelFrameRenderer::Begin& begin) {

@@ -38,8 +38,8 @@ struct VideoEpisode {
 // Converts an episode. Throws InputError if MODEL is inconsistent.
 VideoEpisode ToVideoEpisode(const EpisodeMessages& episode, const std::string& policy,
                             const std::filesystem::path& log, const VideoTiming& timing);
-// Returns the episodes of a log with these numbers, or all episodes if `episodes` is empty. Throws InputError
-// as MakeLogVideos does.
+// Returns the episodes of a log with these numbers, or all episodes if `episodes` is empty. Throws the errors
+// of MakeLogVideos().
 std::vector<VideoEpisode> ReadVideoEpisodes(const std::filesystem::path& log,
                                             const std::vector<int>& episodes, const std::string& policy,
                                             const VideoTiming& timing = {});

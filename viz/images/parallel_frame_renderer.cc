@@ -20,7 +20,7 @@ namespace {
 // More processes are not faster, because encoding by ffmpeg becomes the bottleneck.
 constexpr size_t kMaxProcesses = 8;
 // Number of frames that a process may draw ahead, so that a slow frame in one process does not stall the
-// others.
+// other processes.
 constexpr size_t kAhead = 4;
 // Interval between checks that a process is still alive, ns.
 constexpr int64_t kLookNs = 100000000;

@@ -28,8 +28,8 @@ class VideoScenes {
   explicit VideoScenes(FrameSize largest, bool are_outlined = false)
       : largest_(largest), are_outlined_(are_outlined) {}
 
-  // Returns the renderer for an episode of a log. seed: the episode's seed, if it is known. Throws InputError
-  // as VisualModel and Renderer::SetAppearance do.
+  // Returns the renderer for an episode of a log. seed: the episode's seed, if it is known. Throws the errors
+  // of VisualModel() and Renderer::SetAppearance().
   Renderer* Of(const model_info_t& model, const std::filesystem::path& log, std::optional<int64_t> seed);
   // Frees the renderers that have not been requested since the last call of FreeUnused.
   void FreeUnused();

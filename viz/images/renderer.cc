@@ -299,7 +299,7 @@ void Renderer::UpdateScene(const Shot& shot, bool is_depth) {
 
 Painter* Renderer::PrepareToDraw(const Shot& shot, FrameSize size) {
   if (gl_->scene_painter) {
-    Prepare({0, 0});  // ScenePainter has buffers of its own
+    Prepare({0, 0});  // ScenePainter has separate buffers
     UpdateScene(shot, false);
     if (gl_->scene_painter->Supports(gl_->scene)) return gl_->scene_painter.get();
     // MuJoCo will overwrite the shadow map that ScenePainter uses.

@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
+#include "lcmtypes/source.h"
 #include "models/model_names.h"
 #include "viz/images/overlay.h"
 
@@ -75,13 +76,15 @@ void AddMarks(const EpisodeMessages& episode, VideoFacts* facts) {
   int64_t slips = 0, collisions = 0;
   for (const partial_metrics_t& partial : episode.partials) {
     const metric_values_t& metrics = partial.metrics;
-    facts->counts_slips = metrics.tracks_slippage;
-    facts->counts_collisions = metrics.tracks_collisions;
+    const auto is_known = [](int64_t count) { return count != kUnavailableCount; };
+    const int64_t scene = metrics.env_collision_count, self = metrics.self_collision_count;
+    facts->counts_slips = metrics.tracks_slippage && is_known(metrics.slip_count);
+    facts->counts_collisions = metrics.tracks_collisions && (is_known(scene) || is_known(self));
     const double time = Seconds(partial.header.sim_time_us);
     for (; slips < metrics.slip_count; ++slips) {
       if (!has_explanation) facts->marks.push_back({Kind::kSlip, time, 0});
     }
-    const int64_t counted = metrics.env_collision_count + metrics.self_collision_count;
+    const int64_t counted = (is_known(scene) ? scene : 0) + (is_known(self) ? self : 0);
     for (; collisions < counted; ++collisions) facts->marks.push_back({Kind::kCollision, time, 0});
   }
   std::ranges::stable_sort(facts->marks, {}, &VideoMark::time_s);
@@ -174,8 +177,8 @@ bool HasCause(const EpisodeMessages& episode) {
   return episode.summary && !episode.summary->cause.text.empty();
 }
 
-// Explains the outcome: returns the cause or, in logs without a cause, the deciding condition and the end
-// reason in words.
+// Returns an explanation of the outcome: the cause or, in logs without a cause, the deciding condition and
+// the end reason.
 std::string Reason(const EpisodeMessages& episode) {
   if (HasCause(episode)) return Printable(episode.summary->cause.text);
   std::string text;

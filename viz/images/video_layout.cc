@@ -31,8 +31,8 @@ double VideoScale(FrameSize size) {
 void CheckPanelSize(FrameSize size) {
   CheckFrameSize(size);
   if (size.width >= kSmallestWidth && size.height >= kSmallestHeight) return;
-  throw InputError(fmt::format("--size {}x{}: videos with panels need {}x{} or more", size.width, size.height,
-                               kSmallestWidth, kSmallestHeight));
+  throw InputError(fmt::format("--size {}x{}: videos with panels require at least {}x{}", size.width,
+                               size.height, kSmallestWidth, kSmallestHeight));
 }
 
 FullLayout LayOutFull(FrameSize size, int num_insets, int num_curves) {

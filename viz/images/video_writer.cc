@@ -120,9 +120,9 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   if (error != 0) {
     ffmpeg_ = -1;
     CloseFiles();
-    throw EnvironmentError(error == ENOENT ? std::string("videos need the ffmpeg program: install it with ") +
-                                                 kInstallFfmpeg
-                                           : std::string("cannot start ffmpeg: ") + std::strerror(error));
+    throw EnvironmentError(
+        error == ENOENT ? std::string("videos require the ffmpeg program: install it with ") + kInstallFfmpeg
+                        : std::string("cannot start ffmpeg: ") + std::strerror(error));
   }
 }
 

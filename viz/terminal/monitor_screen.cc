@@ -11,6 +11,7 @@
 #include "bus/log.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/extended_value.h"
+#include "lcmtypes/source.h"
 #include "viz/terminal/metric_table.h"
 #include "viz/watch/score_rows.h"
 
@@ -48,7 +49,7 @@ Line Title(const RunWatch& watch, const std::string& url, int width, SteadyTime 
   } else if (!watch.other_version().empty()) {
     line = {{watch.other_version(), Style::kBad}};
   } else if (watch.received_at()) {
-    line.push_back({"   waiting for the names (MODEL)", Style::kQuiet});
+    line.push_back({"   waiting for the MODEL message", Style::kQuiet});
   }
   const double silent = watch.received_at() ? Seconds(now - *watch.received_at()) : 0;
   if (watch.is_over()) {
@@ -150,7 +151,8 @@ void AddCounters(const RunWatch& watch, int width, std::vector<RankedLine>* scre
   for (const MetricInfo& metric : Metrics()) {
     if (!metric.counter) continue;
     const int64_t count = watch.scores()->extended.*metric.counter;
-    const std::string shown = watch.has_scores() ? std::to_string(count) : "-";
+    const bool is_known = watch.has_scores() && count != kUnavailableCount;
+    const std::string shown = is_known ? std::to_string(count) : "-";
     line.push_back({fmt::format("{} {}  ", shown, metric.label),
                     watch.has_scores() && count > 0 ? Style::kBad : Style::kQuiet});
   }
@@ -189,7 +191,7 @@ void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<Ra
   }
 }
 
-// Adds the latencies from STATE to ACTION and from STATE to PARTIAL in the last realtime episode.
+// Adds the latencies from STATE to ACTION and from STATE to PARTIAL in the last real-time episode.
 void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
   const episode_end_t* end = watch.pacing();
   if (!end) return;

@@ -1,5 +1,5 @@
 // Full-screen terminal output with alternate screen, hidden cursor and key input without Enter. The terminal
-// is restored when the program ends or is suspended, also by a signal (except SIGKILL and SIGSTOP). Writes do
+// is restored when the program ends or is suspended, even by a signal (except SIGKILL and SIGSTOP). Writes do
 // not block if the terminal can be opened again: what the terminal cannot accept of a frame is dropped.
 #pragma once
 
@@ -28,7 +28,7 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  // Current number of columns and rows.
+  // Returns the current number of columns and rows.
   std::pair<int, int> size() const;
   void Draw(const std::vector<Line>& lines);
   // Returns the next pressed key, or 0 if there is none.

@@ -101,10 +101,10 @@ class EpisodeTrack {
   const episode_summary_t* summary() const { return summary_ ? &*summary_ : nullptr; }
   bool is_over() const { return end_.has_value() || summary_.has_value(); }
 
-  // Number of ticks that can be output, because no further messages are expected for them.
+  // Returns the number of ticks that can be output, because no further messages are expected for them.
   int64_t ticks() const;
-  // Version of the data on which "ticks" blocks depend. If it changes, the whole episode must be output
-  // again.
+  // Returns the version of the data on which "ticks" blocks depend. If it changes, the whole episode must be
+  // output again.
   int layout() const { return layout_; }
 
   std::string EpisodeBlock() const;
@@ -112,7 +112,7 @@ class EpisodeTrack {
   std::string TicksBlock(int64_t from) const;
 
   const CurveTable& curves() const { return curves_; }
-  // Value of a row at a tick in SI units; NaN if unavailable.
+  // Returns the value of a row at a tick in SI units; NaN if unavailable.
   double Value(size_t row, int64_t tick) const;
   // Returns the time of the tick, s.
   double Time(int64_t tick) const;

@@ -20,8 +20,9 @@ std::string Read(const std::string& name) {
   const std::filesystem::path path = SharedData("three", kDebiansFolder) / name;
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    throw EnvironmentError("the viewer needs three.js: install it with 'apt-get install libjs-three' (no " +
-                           path.string() + ")");
+    throw EnvironmentError(
+        "the viewer requires three.js: install it with 'apt-get install libjs-three' (no " + path.string() +
+        ")");
   }
   return {std::istreambuf_iterator<char>(file), {}};
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "lcmtypes/end_reason.h"
+#include "lcmtypes/source.h"
 #include "viz/viewer/block.h"
 
 namespace evalbus::viz {
@@ -39,6 +41,7 @@ Json Labeled(const RunLabel& label) {
           {"is_over", false},
           {"done", 0},
           {"complete", 0},
+          {"judged", 0},
           {"successes", 0},
           {"rate", nullptr},
           {"interval", nullptr},
@@ -59,9 +62,10 @@ void AddCounted(const RunNumbers& numbers, Json* head) {
   (*head)["planned"] = numbers.planned;
   (*head)["done"] = numbers.done;
   (*head)["complete"] = numbers.complete;
+  (*head)["judged"] = numbers.judged;
   (*head)["successes"] = numbers.successes;
-  (*head)["rate"] = Share(numbers.successes, numbers.complete);
-  if (numbers.complete > 0) {
+  (*head)["rate"] = Share(numbers.successes, numbers.judged);
+  if (numbers.judged > 0) {
     (*head)["interval"] = Json{numbers.lower, numbers.upper};
     (*head)["interval_kind"] = numbers.is_over ? "Wilson" : "anytime";
   }
@@ -69,6 +73,15 @@ void AddCounted(const RunNumbers& numbers, Json* head) {
   for (const auto& [reason, count] : numbers.failure_reasons) {
     (*head)["failure_reasons"].push_back({reason, count});
   }
+}
+
+// Returns the number of complete episodes with a verdict.
+int JudgedOf(const run_summary_t& run) {
+  int judged = run.num_complete;
+  for (size_t k = 0; k < run.failure_reason.size(); ++k) {
+    if (run.failure_reason[k] == end_reason::kNotJudged) judged -= run.failure_episodes[k];
+  }
+  return judged;
 }
 
 double SecondsOf(SteadyTime::duration duration) { return std::chrono::duration<double>(duration).count(); }
@@ -97,10 +110,12 @@ std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime no
   if (const run_summary_t* run = watch.run()) {
     head["done"] = run->num_episodes;
     head["complete"] = run->num_complete;
+    const int judged = JudgedOf(*run);
+    head["judged"] = judged;
     head["successes"] = run->num_success;
-    head["rate"] = Share(run->num_success, run->num_complete);
+    head["rate"] = Share(run->num_success, judged);
     const bool is_final = watch.is_over() && !run->is_part;
-    if (run->num_complete > 0) {
+    if (judged > 0) {
       head["interval"] = is_final ? Json{run->success_rate_wilson_lower, run->success_rate_wilson_upper}
                                   : Json{run->success_rate_anytime_lower, run->success_rate_anytime_upper};
       head["interval_kind"] = is_final ? "Wilson" : "anytime";
@@ -152,12 +167,14 @@ EpisodeRow RowOf(const episode_summary_t& summary, const std::string& task, cons
   row.text = summary.explanation.text;
   row.cause_time = summary.cause.time_s;
   row.cause_text = summary.cause.text;
-  row.slips = summary.metrics.slip_count;
+  const auto counted = [](int64_t count) { return count == kUnavailableCount ? 0 : count; };
+  row.slips = counted(summary.metrics.slip_count);
   const extended_metrics_t& extended = summary.extended;
   for (size_t k = 0; k < extended.name.size() && k < extended.value_mixed.size(); ++k) {
     if (extended.name[k].starts_with("grasp_count")) row.grasps += std::llround(extended.value_mixed[k]);
   }
-  row.collisions = summary.metrics.env_collision_count + summary.metrics.self_collision_count;
+  row.collisions =
+      counted(summary.metrics.env_collision_count) + counted(summary.metrics.self_collision_count);
   row.stages =
       std::ranges::count_if(summary.metrics.stage_reached, [](auto is_reached) { return is_reached; });
   return row;

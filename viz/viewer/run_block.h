@@ -31,7 +31,8 @@ struct RunLabel {
 // Progress and results of a run, read from its folder.
 struct RunNumbers {
   std::string task, variation, clock;
-  int planned = 0, done = 0, complete = 0, successes = 0;
+  // judged: number of complete episodes with a verdict, to which the success rate refers.
+  int planned = 0, done = 0, complete = 0, judged = 0, successes = 0;
   // 95 % interval of the success rate, as shares from 0 to 1: the Wilson interval for a finished run,
   // otherwise an anytime-valid interval.
   double lower = 0, upper = 1;

@@ -129,7 +129,7 @@ class MeshBuilder {
   bool has_normals_ = false, has_uv_ = false;
 };
 
-// Returns a block of the mesh as it is rendered.
+// Returns a block with the rendered form of the mesh.
 std::string VisualMesh(const mjModel& m, int mesh) {
   const float* vertex = m.mesh_vert + 3 * m.mesh_vertadr[mesh];
   const float* normal = m.mesh_normal + 3 * m.mesh_vertadr[mesh];

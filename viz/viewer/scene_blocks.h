@@ -22,11 +22,11 @@ class SceneBlocks {
   // Loads the models of this MODEL. Throws InputError.
   explicit SceneBlocks(const model_info_t& info);
 
-  // Id of the "scene" block.
+  // Returns the id of the "scene" block.
   const std::string& id() const { return id_; }
   // All blocks of the scene by id, including the "scene" block.
   const std::map<std::string, std::string>& blocks() const { return blocks_; }
-  // Ids of the bodies that are not fixed to the world, ascending.
+  // Returns the ids of the bodies that are not fixed to the world, ascending.
   const std::vector<int>& moving_bodies() const { return moving_; }
   // Returns the changes of materials, geoms, lights and cameras for this seed, in the format of the "episode"
   // block.
@@ -34,7 +34,7 @@ class SceneBlocks {
 
  private:
   void MakeScene(const mjModel& physics);
-  // Describes a material of the visual model, or of a copy with another appearance.
+  // Returns a description of a material of the visual model, or of a copy with another appearance.
   nlohmann::ordered_json Material(const mjModel& model, int id) const;
 
   model_info_t info_;

@@ -84,7 +84,7 @@ class RunWatch {
   // received.
   std::string GeomName(int32_t geom) const;
 
-  // Number of the episode; -1 before the first episode.
+  // Returns the number of the episode; -1 before the first episode.
   int32_t episode() const { return episode_; }
   int32_t attempt() const { return attempt_; }
   // Header of the latest STATE of this episode.
@@ -102,13 +102,13 @@ class RunWatch {
   // not every tick has.
   const contacts_t* contacts() const { return contacts_ ? &*contacts_ : nullptr; }
   const contacts_t* clearance() const { return clearance_ ? &*clearance_ : nullptr; }
-  // Number of simulated seconds per second of wall time over the last second, across episodes.
+  // Returns the number of simulated seconds per second of wall time over the last second, across episodes.
   double speed() const { return speed_; }
   bool has_rates() const { return has_rates_; }
 
   // The last finished episodes, newest last.
   const std::deque<episode_summary_t>& done() const { return done_; }
-  // EPISODE_END of the last episode with a realtime clock; null if there was none.
+  // EPISODE_END of the last episode with a real-time clock; null if there was none.
   const episode_end_t* pacing() const { return pacing_ ? &*pacing_ : nullptr; }
   const run_summary_t* run() const { return run_ ? &*run_ : nullptr; }
 
@@ -116,7 +116,7 @@ class RunWatch {
   const std::map<std::string, Traffic, std::less<>>& channels() const { return channels_; }
   // The last log lines of the components, newest last.
   const std::deque<log_t>& log() const { return log_; }
-  // Number of messages that could not be decoded.
+  // Returns the number of messages that could not be decoded.
   int64_t undecodable() const { return undecodable_; }
 
  private:

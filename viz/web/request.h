@@ -33,7 +33,7 @@ bool IsLoopbackHost(std::string_view host);
 // no header was sent; the result is then true, because browsers send one.
 bool IsOwnOrigin(std::string_view origin, std::string_view host);
 
-// Parse the messages that a page sends. The functions return nothing for any other text.
+// Parse the messages that a page sends. The functions return nullopt for any other text.
 // - {"watch": RUN}: the run that the viewer watches.
 // - {"note": {"run": RUN, "episode": EPISODE, "text": TEXT}}: a user's note on an episode.
 // - {"verdict": {"episode": EPISODE, "outcome": OUTCOME, "stages": STAGES, "rubric": RUBRIC}}: an operator's

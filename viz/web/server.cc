@@ -277,7 +277,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
     Write();
   }
 
-  // Writes the rest of the response as fast as the client reads it.
+  // Writes the remaining part of the response as fast as the client reads it.
   void Write() {
     BeginWait(core_->limits.timeout);
     stream_.async_write_some(left_, [self = shared_from_this()](error_code error, size_t written) {

@@ -38,7 +38,7 @@ class WebServer {
     int requests = 1000, requests_per_s = 200;
     int messages = 20, messages_per_s = 5;
     // Timeout for the first request of a connection. If all connections are in use, a new connection replaces
-    // the one that has made no progress for the longest time.
+    // the connection that has made no progress for the longest time.
     std::chrono::seconds first_request{5};
     // Timeout for later requests, and for a client that does not read its response.
     std::chrono::seconds timeout{30};
@@ -77,10 +77,10 @@ class WebServer {
   int descriptor() const;
   // The access token; empty unless the user chose an address.
   const std::string& token() const;
-  // URL to show to the user, such as "http://127.0.0.1:8080/".
+  // Returns the URL to show to the user, such as "http://127.0.0.1:8080/".
   std::string url() const;
 
-  // Whether the server listens on the loopback interface only.
+  // Returns whether the server listens on the loopback interface only.
   bool is_loopback() const;
 
   // Serves until Stop or destruction. If there is no handler for notes or verdicts, viewers that send one are

@@ -173,12 +173,14 @@ SharedBytes UpdateBroadcaster::Next(Viewer* viewer) {
 }
 
 SharedBytes UpdateBroadcaster::NextOfList(int number, Run* run, Viewer::Seen* seen) {
+  // A list that has become empty is sent, too, because the viewer shows its former rows.
+  const bool must_clear = seen->list != run->list_version && seen->episodes > 0;
   if (seen->list != run->list_version) {
     seen->list = run->list_version;
     seen->episodes = 0;
   }
   const size_t from = seen->episodes, to = std::min(run->episodes.size(), from + kListBlock);
-  if (from == to) return nullptr;
+  if (from == to && !must_clear) return nullptr;
   if (!run->list_block || run->list_from != from || run->list_to != to) {
     run->list_block = Shared(EpisodesBlock(number, from, Part(run->episodes, from, to)));
     run->list_from = from;

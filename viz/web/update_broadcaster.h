@@ -56,7 +56,7 @@ class UpdateBroadcaster {
 
   // Replaces the run's `run` block.
   void SetRun(int run, std::string block);
-  // Replaces the episodes from index `from` on.
+  // Replaces the episodes, starting at index `from`.
   void SetEpisodes(int run, size_t from, std::vector<EpisodeRow> episodes);
   size_t num_episodes(int run) const;
   // Replaces the run's `notes` block.

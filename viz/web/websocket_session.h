@@ -31,8 +31,8 @@ class WebSocketSession : public std::enable_shared_from_this<WebSocketSession> {
   WebSocketSession(const WebSocketSession&) = delete;
   WebSocketSession& operator=(const WebSocketSession&) = delete;
 
-  // Sends frames until NextFrame() returns none. Does nothing before the session is open, or while a frame is
-  // being sent, because the next frame follows automatically.
+  // Sends frames until NextFrame() returns no frame. Does nothing before the session is open, or while a
+  // frame is being sent, because the next frame follows automatically.
   void Write();
 
  protected:

@@ -24,7 +24,7 @@ from evalbus.program import Program, words
 def write_dataset(run, out, cameras: List[str] = (), size: str = "256x256", successes: bool = False) -> int:
     """Writes a data set in the format of the installed LeRobot to the folder `out`. Returns the number of episodes.
 
-    cameras: their images become videos of this size, WIDTHxHEIGHT. successes: leave out episodes that failed. Raises
+    cameras: their images become videos of this size, WIDTHxHEIGHT. successes: omit episodes that failed. Raises
     InputError if `out` exists or the run cannot be exported.
     """
     import h5py

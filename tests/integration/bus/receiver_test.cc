@@ -89,8 +89,8 @@ class Receiver : public testing::Test {
 
 // Three senders interleave their datagrams, and some datagrams are lost.
 TEST_F(Receiver, MakesOfAnyTrafficWhatLiblcmMakes) {
-  // liblcm reads in a thread of its own, which starts late on a loaded machine. Pending messages must fit
-  // into the kernel's buffer, or liblcm loses them.
+  // liblcm reads in a separate thread, which starts late on a loaded machine. Pending messages must fit into
+  // the kernel's buffer, or liblcm loses them.
   constexpr size_t kMaxWaitingBytes = 200'000;
   std::mt19937 random(3);
   const auto below = [&](size_t n) { return static_cast<size_t>(random()) % n; };

@@ -98,7 +98,7 @@ TEST_F(Certify, MistakesAreOneLine) {
     return Run({"lift_pot/position", "--engines", own_ + "," + stand_in_, "--policies", list, "--out", out_});
   };
   ExpectError(policies("expert,nonsense"), "nonsense");
-  ExpectError(policies("ws://127.0.0.1:8000"), "a policy server needs a name, so list it in a plan file");
+  ExpectError(policies("ws://127.0.0.1:8000"), "a policy server requires a name: list it in a plan file");
   WriteText(folder_.path() / "plan.yaml", "policies: [hold]\ntasks: lift_pot/position\nepisodes: 1\n");
   ExpectError(
       Run({folder_.path() / "plan.yaml", "--engines", own_ + "," + stand_in_, "--seed", "3", "--out", out_}),

@@ -222,7 +222,8 @@ class Heckler {
     std::vector<uint8_t> longer = bytes;
     longer.push_back(0);
     Publish(channel, longer);
-    // Publishes the right type with absurd counts: all bytes from the header's simulated time on are 0xFF.
+    // Publishes the right type with absurd counts: all bytes are 0xFF, starting with the header's simulated
+    // time.
     std::vector<uint8_t> absurd = bytes;
     for (size_t i = 32; i < absurd.size(); ++i) absurd[i] = 0xFF;
     Publish(channel, absurd);

@@ -1,4 +1,4 @@
-// Input that is not a regular file is refused at once, so no command waits for a pipe or reads a device.
+// Input that is not a regular file is refused immediately, so no command waits for a pipe or reads a device.
 #include <sys/stat.h>
 
 #include "tests/integration/harness.h"

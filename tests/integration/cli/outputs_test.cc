@@ -198,7 +198,8 @@ TEST_F(Outputs, OnAFullDiskLeaveWhatWasThere) {
   umount(work_.c_str());
 }
 
-// One of the calls for the file fails, or all calls from it on, because the disk is full or has an error.
+// One of the calls for the file fails, or this call and all later ones fail, because the disk is full or has
+// an error.
 TEST_F(Outputs, AnHdf5FileIsRightOrNotThere) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
   const fs::path file = work_ / "set.hdf5", counted = folder_.path() / "calls";

@@ -175,7 +175,8 @@ TEST_F(ReportRunTest, BrowserHasNothingToComplainAbout) {
   }
 }
 
-// check_viewer.py checks bodies, values, timeline, hostile names and sizes.
+// check_viewer.py checks bodies, values, timeline, sizes, and that HTML in the names of bodies or tasks is
+// not interpreted.
 TEST_F(ReportRunTest, ViewerShowsTheContentsOfLogsAndSummaries) {
   if (RunProgram({"/bin/sh", "-c", "command -v chromium && command -v python3"}).code != 0) {
     GTEST_SKIP() << "needs chromium and python3";

@@ -34,7 +34,7 @@ TEST_F(Why, ThePointOfNoReturnLeavesTheExpertItsTime) {
   EXPECT_EQ(points["0"]["kind"], "out_of_time");
   EXPECT_TRUE(points["0"]["monotone"]);
   // The time limit is 20 s. After the reset the pot falls by 0.4 mm and the hands open; the expert waits up
-  // to 0.2 s for this.
+  // to 0.2 s until the pot and the hands are at rest.
   const double time_s = points["0"]["time_s"];
   EXPECT_NEAR(time_s, 20 - needed, 0.2);
   EXPECT_SAYS(result.out,

@@ -95,7 +95,7 @@ const char *const kOtherGripper = "the other gripper does not touch rod",
                   *const kCubes = "red_cube does not touch blue_cube", *const kNoStage = "no stage reached",
                   *const kCollision = "first collision at";
 
-// An error of the policy ends the episode at once, whatever the error is.
+// Any error of the policy ends the episode immediately.
 const std::vector<Outcome> kAfterAnError = {
     {"cube_handover", "policy_error", {1}, kOtherGripper},
     {"lift_pot", "policy_error", {1, 2}, "height of pot 1.006 m < 1.096"},

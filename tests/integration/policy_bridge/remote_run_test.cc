@@ -205,7 +205,9 @@ TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
                           "  arms: [{arm: left, indices: 0-6, gripper: {index: 7, open: 0, closed: 4}}]\n");
   const Result check =
       RunProgram({"evalbus", "policy", "check", contract, "--out", (folder_.path() / "check").string()});
-  EXPECT_NE(check.out.find("two observations in one request: the same answers as alone"), std::string::npos)
+  EXPECT_NE(
+      check.out.find("two observations in one request: the answers are the same as in separate requests"),
+      std::string::npos)
       << check.out << check.err;
   std::vector<fs::path> runs;
   for (const char* workers : {"1", "2", "4"}) {
@@ -473,7 +475,7 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   // Interpreted as deltas, these values are half a turn.
   result = check(Contract("joint_delta"));
   EXPECT_EQ(result.code, 6) << result.out;
-  EXPECT_NE(result.out.find("absolute positions taken for deltas"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("absolute positions used as deltas"), std::string::npos) << result.out;
 
   // Valid targets differ from the robot's position, as an early checkpoint or another initial pose may cause.
   Serve([](const Value& observation) -> Value {
@@ -488,7 +490,7 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   result = check(elsewhere);
   EXPECT_EQ(result.code, 6) << result.out;
   EXPECT_NE(result.out.find("; expected at most 0.5 rad (first_step_rad)"), std::string::npos) << result.out;
-  EXPECT_NE(result.out.find("state it: 'first_step_rad: 0.7' in the contract's action, or --first-step 0.7"),
+  EXPECT_NE(result.out.find("set 'first_step_rad: 0.7' in the contract's action, or pass --first-step 0.7"),
             std::string::npos)
       << result.out;
   EXPECT_NE(RunProgram({"evalbus", "policy", "check", elsewhere, "--first-step", "nan"})

@@ -1,4 +1,4 @@
-// Realtime runs report their timing, and observers do not delay them.
+// Real-time runs report their timing, and observers do not delay them.
 #include <signal.h>
 
 #include "bus/channels.h"

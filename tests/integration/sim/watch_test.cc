@@ -20,7 +20,8 @@ class Source {
     bus_.Subscribe(channels::kState, [this](const state_t& state) { tick_ = state.header.tick; });
     bus_.Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& end) { ended_ = end.header.episode; });
   }
-  // Names the joints of arms and fingers of a recorded run, and either its objects or none.
+  // Announces a source that measures the joints of the arms and fingers of `model` and, if requested, the
+  // poses of all its objects. Returns true once the announcement is accepted.
   bool Meet(const model_info_t& model, bool with_objects, bool with_contacts = false) {
     announcement_.has_contacts = with_contacts;
     announcement_.source = "a recorded robot";

@@ -219,7 +219,7 @@ class MonitorTerminal : public testing::Test {
   int master_ = -1, slave_ = -1;
   std::string name_, screen_;
   termios before_{};
-  // Whether the monitor has a session of its own, in which the terminal's keys raise signals.
+  // Whether the monitor has a separate terminal session, in which the terminal's keys raise signals.
   bool own_session_ = true;
   std::optional<Program> monitor_;
 };

@@ -118,7 +118,7 @@ TEST(VideoRecording, MissingFfmpegCostsTheVideoAndNotTheResults) {
                                    {{}, [] { setenv("EVALBUS_PATH", "/nonexistent", 1); }});
   EXPECT_EQ(result.code, 2);
   EXPECT_EQ(result.err,
-            "error: no video: videos need the ffmpeg program: install it with 'apt-get install ffmpeg' or "
+            "error: no video: videos require the ffmpeg program: install it with 'apt-get install ffmpeg' or "
             "'pip install imageio-ffmpeg'\n");
   EXPECT_TRUE(fs::exists(run / "episodes.jsonl"));
 }

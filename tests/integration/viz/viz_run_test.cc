@@ -185,7 +185,8 @@ class WithoutOsMesa : public testing::Test {
   }
   // The error line without EGL. The loader's message follows in parentheses.
   static std::string Line() {
-    return "error: rendering needs OSMesa or EGL: 'apt-get install libosmesa6' or 'apt-get install libegl1' "
+    return "error: rendering requires OSMesa or EGL: 'apt-get install libosmesa6' or 'apt-get install "
+           "libegl1' "
            "(";
   }
   static void ExpectLine(const std::string& text, const std::string& line) {
@@ -257,7 +258,7 @@ TEST_F(WithoutOsMesa, DoctorReportsIt) {
       << egl.out;
   const Result none = Run({"evalbus", "doctor"}, false);
   EXPECT_NE(none.out.find("FAIL  software rendering of images and videos\n"
-                          "      fix: rendering needs OSMesa or EGL: 'apt-get install libosmesa6'"),
+                          "      fix: rendering requires OSMesa or EGL: 'apt-get install libosmesa6'"),
             std::string::npos)
       << none.out;
 }

@@ -10,7 +10,7 @@ TEST(Help, LinesAreWrappedAndIndented) {
   EXPECT_EQ(Wrapped("one two three", 2, 9), "one two\n  three");
   EXPECT_EQ(Wrapped("one two three", 2, 10), "one two\n  three");
   EXPECT_EQ(Wrapped("one two three", 0, 13), "one two three");
-  // A word that is longer than the line has a line of its own.
+  // A word that is longer than a line is put on a separate line.
   EXPECT_EQ(Wrapped("a abcdefgh b", 1, 5), "a\n abcdefgh\n b");
   // Characters are counted, not bytes.
   EXPECT_EQ(Wrapped("\u00b5\u00b5 \u00b5\u00b5", 0, 5), "\u00b5\u00b5 \u00b5\u00b5");

@@ -1,5 +1,5 @@
 // For every pair of shapes, each of the two points of a clearance lies on the surface of its shape, and their
-// distance is the clearance. Some cases are worked out by hand.
+// distance is the clearance. Some expected values were computed by hand.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

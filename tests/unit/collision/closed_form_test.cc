@@ -1,4 +1,4 @@
-// Distance, point and normal of single pairs. Expected values are worked out by hand or, for polytopes, by
+// Distance, point and normal of single pairs. Expected values were computed by hand or, for polytopes, by
 // testing every separating axis.
 #include <gtest/gtest.h>
 

@@ -123,8 +123,8 @@ TEST_F(MetricsComponentTest, CriteriaArePublishedPeriodicallyAndAtTheLastTick) {
   for (int32_t episode = 0; episode < 2; ++episode) {
     said.clear();
     Begin(episode);
-    // Criteria are published at every third tick of 20 ms and from the verdict on, at which the pot is
-    // lifted.
+    // Criteria are published at every third tick of 20 ms, at the verdict's tick, at which the pot is lifted,
+    // and at every later tick.
     for (int64_t tick = 0; tick <= 8; ++tick) {
       SendState(tick, episode, tick >= 7 ? 1.2 : 1);
       SendContacts(tick, episode, {});

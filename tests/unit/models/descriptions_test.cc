@@ -77,7 +77,7 @@ TEST(RobotDescription, MistakesNameTheLine) {
   EXPECT_EQ(RobotError("body: flange", "body: flang"),
             "11: key 'attach_body': newer_arm.xml has no body 'flang'; did you mean 'flange'?");
   EXPECT_EQ(RobotError("      attach_body: flange\n", ""),
-            "9: key 'gripper': a gripper with its own model needs 'attach_body'");
+            "9: key 'gripper': a gripper with its own model requires 'attach_body'");
   EXPECT_EQ(RobotError("slide2]", "joint1]"),
             "12: key 'joints[1]': newer_hand.xml has no joint 'joint1'; expected one of slide1, slide2");
   EXPECT_EQ(RobotError("      joint_open_m: 0.04\n", ""),
@@ -380,7 +380,8 @@ TEST(TaskDescription, OtherRobotsHaveTheirOwnDistances) {
   TaskDescription task = FindTask("stack_two_blocks").task;
   task.ApplyRobot("bimanual_panda", {"left", "right"});
   EXPECT_EQ(task.target_distance.size(), 6u);
-  // A robot is recognized by its name or by the names of its arms.
+  // The entry of `other_robots` is selected by the robot's name or, for an unknown name, by the names of its
+  // arms.
   TaskDescription mine = task;
   mine.ApplyRobot("mine", {"arm"});
   EXPECT_EQ(mine.target_distance.size(), 4u);

@@ -151,7 +151,7 @@ TEST(SceneComposer, FreePart) {
       "<mujoco><worldbody><body name='b'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>";
   EXPECT_EQ(Compile(OnePart(own, kEmptyBase, true).composer)->nq, 7);
   EXPECT_EQ(ErrorOfPart(own),
-            "part.xml:1: a free joint in an attached file needs 'free: true' where the file is attached");
+            "part.xml:1: a free joint in an attached file requires 'free: true' where the file is attached");
 }
 
 // If MuJoCo compiles a file alone, the physics must equal the physics of the same file attached at the

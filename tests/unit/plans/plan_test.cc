@@ -106,7 +106,7 @@ TEST_F(PlanTest, DifferentRatesAreRefused) {
                 "compared; set the rate of all, for example 'options: {control_hz: 20}'"));
 }
 
-// Another version of MuJoCo needs its own process. A version that is not built is reported before anything
+// Another version of MuJoCo requires its own process. A version that is not built is reported before anything
 // runs.
 TEST_F(PlanTest, RunsOfAnotherEngineAreProcesses) {
   EXPECT_TRUE(Read(kSmall).options.in_process);
@@ -299,7 +299,7 @@ TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
   EXPECT_THAT(ErrorOf("policies: [expert]\ntasks: [lift_pots]\n"), HasSubstr(":2: key 'tasks': "));
   EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr(":1: "));
   EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr("expert"));
-  // All errors are reported at once.
+  // All errors are reported together.
   EXPECT_THAT(ErrorOf("policies:\n  - expret\n  - flawed_expert:slipp\ntasks: [lift_pots]\n"),
               testing::AllOf(HasSubstr(":2: "), HasSubstr("; did you mean 'expert'?; "), HasSubstr(":3: "),
                              HasSubstr("did you mean 'slip'?; "), HasSubstr(":4: key 'tasks': ")));

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <fstream>
 
 #include "metrics/statistics/confidence_sequence.h"
@@ -87,9 +88,31 @@ TEST_F(Followed, IntervalsAreThoseOfTheRunsState) {
   EXPECT_FALSE(follower_.is_over());
   EXPECT_DOUBLE_EQ(follower_.numbers().lower, metrics::ConfidenceSequence(1, 2).lower);
   std::ofstream(run_ / kSummaryJson) << "{}";
+  follower_.Update();
+  EXPECT_FALSE(follower_.is_over()) << "the run was interrupted";
+  Append(Line(2, true) + Line(3, true) + Line(4, true));
   EXPECT_TRUE(follower_.Update().is_changed);
   EXPECT_TRUE(follower_.is_over());
-  EXPECT_DOUBLE_EQ(follower_.numbers().upper, metrics::WilsonInterval(1, 2).upper);
+  EXPECT_DOUBLE_EQ(follower_.numbers().upper, metrics::WilsonInterval(4, 5).upper);
+}
+
+TEST_F(Followed, SomeRunsMayEndEarly) {
+  nlohmann::ordered_json info = results::RunInfo(5);
+  const std::pair<const char*, nlohmann::ordered_json> options[] = {{"until", "0.05"}, {"watch", true}};
+  for (const auto& [key, value] : options) {
+    const std::filesystem::path run = folder_.path() / key;
+    std::filesystem::create_directories(run);
+    nlohmann::ordered_json own = info;
+    own[key] = value;
+    results::WriteFile(run / kRunJson, own.dump());
+    results::WriteFile(run / kEpisodesJsonl, Line(0, true));
+    RunFollower follower(run);
+    follower.Update();
+    EXPECT_FALSE(follower.is_over()) << key;
+    results::WriteFile(run / kSummaryJson, "{}");
+    follower.Update();
+    EXPECT_TRUE(follower.is_over()) << key;
+  }
 }
 
 TEST_F(Followed, TheSameLinesWrittenAnewAreNoNews) {
@@ -117,6 +140,22 @@ TEST_F(Followed, OtherLinesAreReadFromTheBegin) {
   EXPECT_EQ(news.from, 0u);
   EXPECT_THAT(Numbers(news), ElementsAre(0));
   EXPECT_EQ(follower_.numbers().done, 1);
+}
+
+TEST_F(Followed, AnotherRunMayTakeTheFolder) {
+  Append(Line(0, true) + Line(1, true));
+  follower_.Update();
+  // The file keeps its inode, as it may happen if a new file gets the inode of a removed one.
+  results::WriteFile(run_ / kEpisodesJsonl, Line(0, false) + Line(1, false));
+  nlohmann::ordered_json info = results::RunInfo(3);
+  results::WriteFile(run_ / kRunJson, info.dump());
+  std::filesystem::last_write_time(run_ / kRunJson,
+                                   std::filesystem::file_time_type::clock::now() + std::chrono::hours(1));
+  const RunFollower::News news = follower_.Update();
+  EXPECT_EQ(news.from, 0u);
+  EXPECT_THAT(Numbers(news), ElementsAre(0, 1));
+  EXPECT_EQ(follower_.numbers().planned, 3);
+  EXPECT_EQ(follower_.numbers().successes, 0);
 }
 
 TEST_F(Followed, ALongListComesInPieces) {

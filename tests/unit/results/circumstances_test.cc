@@ -16,7 +16,7 @@ using testing::HasSubstr;
 
 class CircumstancesTest : public CompareTest {
  protected:
-  // In episode i of 40, pot_y_m is 0.01 * i. Episodes from 30 on fail.
+  // In episode i of 40, pot_y_m is 0.01 * i. Episodes 30 to 39 fail.
   RunCircumstances Of(const std::function<void(int, ordered_json*)>& change = {}) {
     std::vector<ordered_json> lines;
     for (int i = 0; i < 40; ++i) {
@@ -71,7 +71,7 @@ TEST_F(CircumstancesTest, TestsThePresenceOfDistractorsOnce) {
 }
 
 TEST_F(CircumstancesTest, NamesTheChoicesWithWhichEpisodesFail) {
-  // Episodes from 30 on fail. These and three others have the texture "checker" or "dots".
+  // Episodes 30 to 39 fail. These and three other episodes have the texture "checker" or "dots".
   const auto change = [](int i, ordered_json* line) {
     (*line)["parameters"] = {{"table_texture_choice", i >= 27 ? 1 + 2 * (i % 2) : 2 * (i % 2)}};
   };

@@ -199,7 +199,7 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
       "45.0 new actions per second; 10.0 % of the ticks had none; an action was 100 ms old on average.");
 }
 
-// On a realtime clock the policy was called only twice; the answer for tick 0 was executed at tick 8.
+// On a real-time clock the policy was called only twice; the answer for tick 0 was executed at tick 8.
 TEST_F(PolicyNotesTest, WarnsOfAPolicyThatWasHardlyCalled) {
   const RecordedRun run = Run({{"policy_contract", Contract()}, {"realtime", true}});
   PolicyCalls calls;

@@ -116,7 +116,7 @@ class RunControllerTest : public testing::Test {
   int episode_ = 0;
 };
 
-// The new sim receives the command at once, and not half a second later, when it would be repeated.
+// The new sim receives the command immediately, not half a second later with the next repetition.
 TEST_F(RunControllerTest, ANewSimReceivesTheCommand) {
   component_status_t status{};
   status.component = "sim";

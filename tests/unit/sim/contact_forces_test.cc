@@ -21,8 +21,8 @@ enum Body { kWorld, kBox, kLeftFinger, kRightFinger };
 // Kind of the bodies that slide along x on both sides of the box.
 enum class Sides { kFingersOfAGripper, kArms };
 
-// A box of 2 kg with edges of 0.1 m (or a sphere of that diameter). On both sides of it, 0.01 m away, two
-// fingers or arms of 1 kg slide along x.
+// A box of 2 kg with edges of 0.1 m (or a sphere of that diameter), between two fingers or arms of 1 kg. They
+// are 0.01 m away from the box and slide along x.
 struct Scene {
   explicit Scene(double box_z, double finger_z, Sides sides = Sides::kFingersOfAGripper,
                  const std::string& shape = "box") {

@@ -273,7 +273,7 @@ TEST_F(CameraImages, AreAtMostTenASecondOfEachCamera) {
   // Every third image is published, at 0, 99, ..., 990 ms.
   for (int64_t ms = 0; ms < 1000; ms += 33) Publish(Image(ms));
   EXPECT_EQ(passed_on_.size(), 11u);
-  EXPECT_EQ(EndDetail(), "") << "the others are left out, which is not a fault";
+  EXPECT_EQ(EndDetail(), "") << "further images are ignored, which is not a fault";
 }
 
 TEST_F(CameraImages, ThatAreWrongAreRefusedCountedAndCostNoSample) {
@@ -636,7 +636,7 @@ TEST_F(SourceComponentTest, WhatIsWrongFromTheBeginningIsOneLine) {
       "SOURCE_ANNOUNCEMENT of 'two Frankas': there is no joint 'left/joint_1'; did you mean 'left/joint1'?");
   EXPECT_EQ(with([&] { announcement_.joint_name.erase(announcement_.joint_name.begin()); }),
             "SOURCE_ANNOUNCEMENT of 'two Frankas': joint 'left/joint1' is missing; all joints of the arms "
-            "are needed");
+            "are required");
   EXPECT_THAT(with([&] { announcement_.joint_name[1] = announcement_.joint_name[0]; }),
               HasSubstr("is given twice"));
   EXPECT_THAT(with([&] { announcement_.object_name = {"kettle"}; }),

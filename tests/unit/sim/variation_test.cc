@@ -563,7 +563,7 @@ TEST_F(RandomizedTest, MistakesNameTheLine) {
             }),
             "t.yaml:20: light 'key' is directional, so its position does not matter: use turn_deg");
   EXPECT_EQ(ErrorOfList("      - distractors: {objects: [box], center_m: [0, 0], half_extents_m: [1, 1]}\n"),
-            "t.yaml:8: part 'box' is a distractor of a variation, so it needs 'free: true'");
+            "t.yaml:8: part 'box' is a distractor of a variation, which requires 'free: true'");
   EXPECT_EQ(ErrorOfList("      - spawn_bx: {}\n"),
             "t.yaml:20: key 'spawn_bx': unknown key here; did you mean 'spawn_box'?");
   const TaskDescription task =

@@ -66,7 +66,7 @@ inline model_info_t VisualInfo(const std::filesystem::path& run, const mjModel& 
 }
 
 // Writes RUN/model/visual.mjb and RUN/episodes/0000/events.lcmlog with an episode that has these states and
-// two stages, one of which is reached from the first tick on. Returns the log.
+// two stages, one of which is reached at the first tick. Returns the log.
 inline std::filesystem::path WriteRun(const std::filesystem::path& run, const mjModel& visual,
                                       int64_t tick_us, const std::vector<std::vector<double>>& qpos,
                                       const std::string& end_reason = "success") {

@@ -22,7 +22,7 @@
 namespace evalbus::viz {
 namespace {
 
-// Values of --gl. The last two select one of the others.
+// Values of --gl. The last two values select one of the other three.
 constexpr char kOsMesaName[] = "osmesa", kEglSoftwareName[] = "egl-software", kEglName[] = "egl",
                kSoftwareName[] = "software", kAutoName[] = "auto";
 
@@ -56,7 +56,7 @@ struct OsMesa {
   OsMesa() {
     void* library = LoadOsMesa();
     if (!library) {
-      throw EnvironmentError("--gl osmesa needs OSMesa: install it with 'apt-get install libosmesa6' (" +
+      throw EnvironmentError("--gl osmesa requires OSMesa: install it with 'apt-get install libosmesa6' (" +
                              std::string(dlerror()) + ")");
     }
     Load(library, kOsMesaFile, "OSMesaCreateContextExt", &create);
@@ -79,8 +79,8 @@ struct Egl {
     if (!library) {
       throw EnvironmentError(
           fmt::format("{} 'apt-get install libegl1' ({})",
-                      software ? "rendering needs OSMesa or EGL: 'apt-get install libosmesa6' or"
-                               : "--gl egl needs EGL: install it with",
+                      software ? "rendering requires OSMesa or EGL: 'apt-get install libosmesa6' or"
+                               : "--gl egl requires EGL: install it with",
                       dlerror()));
     }
     Load(library, "libEGL.so.1", "eglGetProcAddress", &function);
@@ -227,7 +227,7 @@ bool HasGraphicsProcessor() {
 }
 
 // Returns "osmesa", "egl-software" or "egl", depending on what `name` selects on this machine. Loads no
-// library into this process. Throws as CheckGl does.
+// library into this process. Throws the errors of CheckGl().
 std::string Resolve(const std::string& name, bool (*has_osmesa)()) {
   CheckGl(name);
   if (name == kAutoName && HasGraphicsProcessor()) return kEglName;

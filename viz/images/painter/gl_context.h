@@ -17,7 +17,7 @@ namespace evalbus::viz {
 // - "egl": the first device in EGL's list that works, usually a graphics processor, else Mesa in software
 // - "auto": "egl" if it works with a graphics processor of this machine, else "software"
 void CheckGl(const std::string& name);
-// Selects the library. If it is not called, "software" is used. Throws as CheckGl does. Throws
+// Selects the library. If it is not called, "software" is used. Throws the errors of CheckGl(), and
 // EnvironmentError if the selected library is missing or this process already draws with another library.
 void UseGl(const std::string& name);
 // The renderer of a run.
@@ -29,13 +29,13 @@ struct GlChoice {
 };
 // Returns library and device, e.g. "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))".
 std::string Described(const GlChoice& choice);
-// Returns the renderer that `name` selects on this machine. Loads no library into this process. Throws as
-// UseGl does.
+// Returns the renderer that `name` selects on this machine. Loads no library into this process. Throws the
+// errors of UseGl().
 GlChoice ChooseGl(const std::string& name);
 // Returns whether a fork copies contexts, because they consist of process memory only. True for OSMesa.
 bool IsGlInMemory();
-// Returns a description of the renderer in use, e.g. "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))". Throws as
-// UseGl does.
+// Returns a description of the renderer in use, e.g. "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))". Throws the
+// errors of UseGl().
 std::string GlInUse();
 // Help text of the --gl option of commands that render images.
 inline constexpr char kGlHelp[] =
@@ -44,7 +44,7 @@ inline constexpr char kGlHelp[] =
     "osmesa, egl-software (this library)";
 inline constexpr char kDefaultGl[] = "software";
 // Calls UseGl. If OSMesa was not selected, or if "auto" found no GPU, returns a line for the user with the
-// library and the reason. Throws as UseGl does.
+// library and the reason. Throws the errors of UseGl().
 std::string UseGlAndDescribe(const std::string& name);
 
 // An OpenGL context. It is current in the thread that constructed it or last called MakeCurrent. The

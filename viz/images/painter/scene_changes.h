@@ -50,7 +50,7 @@ class GeomBoxes {
   explicit GeomBoxes(const mjModel& model);
 
   // Returns the corners of a geom's box in the world frame. Bit i of a corner's index selects the upper end
-  // along the geom's axis i. Returns nothing for a geom without known bounds.
+  // along the geom's axis i. Returns nullopt for a geom without known bounds.
   std::optional<Corners> Of(const mjvGeom& geom) const;
 
  private:

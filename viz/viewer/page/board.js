@@ -72,7 +72,7 @@ Evalbus.Board = class {
     const head = e("tr", {}, title("policy"), title(many ? "all" : Evalbus.spaced(tasks[0].name)),
       policies.length > 1 ? title(`vs ${Evalbus.words(policies[this.head.baseline].name)}`, "difference of the success rates in percentage points, with its 95 % interval; over equal seeds if both have them") : null,
       many ? tasks.map((task) => title(Evalbus.spaced(task.name))) : null,
-      // With several tasks, the mean would depend on which of them a policy solves, so it is not shown.
+      // With several tasks, the mean would depend on which tasks a policy solves, so it is not shown.
       many ? null : title("time to success", "mean over the successes"), title("slips per grasp"));
     this.table.replaceChildren(e("thead", {}, head), e("tbody", {}, policies.map((policy, k) => this.policyRow(policy, k))));
     const remarks = policies.filter((policy) => policy.against && policy.against.remark)
@@ -143,15 +143,15 @@ Evalbus.Board = class {
       if (!indices.length) return null;
       const bar = (share) => {
         const fill = e("i", {});
-        fill.style.transform = `scaleX(${share})`;
+        fill.style.transform = `scaleX(${share || 0})`;
         return e("td", {}, e("span", { class: "ev-funnel-bar" }, fill), e("span", {}, Evalbus.percent(share)));
       };
       const line = (policy) => {
         const counted = policy.cells[t];
-        if (!counted || !counted.judged) return null;
+        if (!counted || !counted.complete) return null;
         const reached = new Map(counted.stages);
         return e("tr", {}, e("th", { scope: "row" }, Evalbus.words(policy.name)),
-          indices.map((index) => bar((reached.get(index) || 0) / counted.judged)), bar(counted.rate));
+          indices.map((index) => bar((reached.get(index) || 0) / counted.complete)), bar(counted.rate));
       };
       const stage = (index) => e("th", { scope: "col" }, names.has(index) ? `${index} ${Evalbus.spaced(names.get(index))}` : `stage ${index}`);
       return e("div", { class: "ev-scroll", tabindex: "0", role: "region", "aria-label": `stages of ${Evalbus.spaced(task.name)}` },

@@ -42,6 +42,15 @@ Evalbus.words = (text) => String(text === null || text === undefined ? "" : text
 // Replaces underscores by spaces: "left_gripper_touches_pot" becomes "left gripper touches pot".
 Evalbus.spaced = (name) => Evalbus.words(name).replace(/_/g, " ");
 
+// Returns the key of a row's episode, "run/episode".
+Evalbus.keyOf = (row) => `${row.run}/${row.episode}`;
+
+// Returns the result of a row of the list of episodes: "success", "failure", "incomplete" or, without a verdict, "unjudged".
+Evalbus.resultOf = (row) => {
+  if (!row.complete) return "incomplete";
+  return row.failure_reason === "not_judged" ? "unjudged" : row.success ? "success" : "failure";
+};
+
 // Texts of end reasons and failure reasons, as in lcmtypes/end_reason.h.
 Evalbus.REASON_TEXTS = { grasp_slip: "slipped from the gripper", grasp_miss: "missed the grasp", wrong_pose: "target pose not reached",
   stall: "robot stopped", timeout: "time limit" };
@@ -110,7 +119,7 @@ Evalbus.fixed = (value, decimals) => {
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
 };
 
-// Formats a number with the number of decimals that suits values up to `most`, so that it is the same for all of them.
+// Formats a number with a number of decimals that suits values up to `most` and is the same for all of these values.
 Evalbus.numberAmong = (value, most) => {
   if (!Number.isFinite(value) || !(most > 0) || most >= 1e7 || most < 1e-4) return Evalbus.number(value);
   const decimals = most >= 1000 ? 0 : most >= 100 ? 1 : most >= 10 ? 2 : most >= 0.01 ? 3 : 5;

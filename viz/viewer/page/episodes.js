@@ -148,12 +148,11 @@ Evalbus.Episodes = class extends Evalbus.RowList {
   }
 };
 
-Evalbus.keyOf = (row) => `${row.run}/${row.episode}`;
-Evalbus.isFailure = (row) => row.complete && !row.success && row.has_track !== false;
+Evalbus.isFailure = (row) => Evalbus.resultOf(row) === "failure" && row.has_track !== false;
 
 Evalbus.Episodes.COLUMNS = [
   { name: "result", title: "result", value: Evalbus.FILTER_TEXTS.result,
-    text: (row) => ({ success: "✓", failure: "✕", incomplete: "–" }[Evalbus.FILTER_TEXTS.result(row)]) },
+    text: (row) => ({ success: "✓", failure: "✕", incomplete: "–", unjudged: "–" }[Evalbus.FILTER_TEXTS.result(row)]) },
   { name: "policy", title: "policy", value: (row) => row.policy, text: (row) => Evalbus.words(row.policy) },
   { name: "task", title: "task", value: Evalbus.FILTER_TEXTS.task, text: (row) => Evalbus.spaced(Evalbus.FILTER_TEXTS.task(row)) },
   { name: "episode", title: "episode", value: (row) => row.episode, text: (row) => String(row.episode) },
@@ -179,7 +178,7 @@ Evalbus.Wall = class {
   }
 
   show(rows) {
-    const layout = rows.map(Evalbus.keyOf).join();
+    const layout = JSON.stringify(rows.map((row) => [Evalbus.keyOf(row), row.seed, row.failure_reason, row.time_s]));
     if (layout === this.layout) {
       // Drawing stops while the wall is hidden.
       this.drawNext();

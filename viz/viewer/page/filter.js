@@ -10,7 +10,7 @@ Evalbus.FILTER_NUMBERS = {
 };
 Evalbus.FILTER_TEXTS = {
   policy: (row) => row.policy, task: (row) => `${row.task}/${row.variation}`,
-  result: (row) => (!row.complete ? "incomplete" : row.success ? "success" : "failure"),
+  result: (row) => Evalbus.resultOf(row),
   reason: (row) => row.failure_reason || (row.success ? "" : row.end_reason), note: (row) => row.note,
   text: (row) => row.cause_text || row.text,
 };

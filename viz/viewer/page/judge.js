@@ -77,7 +77,7 @@ Evalbus.Judge = class {
     });
   }
 
-  // Whether the episode to judge is shown. False while it is being loaded, or if loading it has failed.
+  // Returns whether the episode to judge is shown. False while it is being loaded, or if loading it has failed.
   get isShown() {
     const track = this.viewer.tracks[0];
     return Boolean(track) && track.episode === this.item;

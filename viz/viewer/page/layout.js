@@ -8,7 +8,7 @@ Evalbus.ICONS = {
 
 Evalbus.KEYS = [
   ["space", "play, pause"], ["← →", "step back, forward; with shift ten ticks"], ["[ ]", "previous, next event"],
-  ["Home End", "first, last tick"], ["< >", "slower, faster"], ["+ −", "zoom the timeline (also with the mouse wheel)"],
+  ["Home End", "first, last tick"], ["< >", "slower, faster"], ["+ −", "zoom the timeline (or mouse wheel)"],
   ["0", "show the whole episode"], ["l", "follow live"], ["p n", "previous, next episode"], ["j k", "next, previous failure"],
   ["1 … 9", "same seed of another policy; in the overview and the list, its episodes"], ["/", "filter the episodes"], ["b", "overview"], ["m", "note on the episode"],
   ["s", "save an image"], ["c", "next camera"], ["v", "ghost or side by side, when two episodes are compared"],

@@ -40,7 +40,7 @@ Evalbus.EpisodeList = class extends Evalbus.RowList {
   }
 
   static isFailure(row) {
-    return !row.success || !row.complete;
+    return ["failure", "incomplete"].includes(Evalbus.resultOf(row));
   }
 
   apply() {
@@ -69,7 +69,7 @@ Evalbus.EpisodeList = class extends Evalbus.RowList {
 
   fill(slot, row) {
     slot.row = row;
-    const outcome = !row.complete ? "incomplete" : row.success ? "success" : "failure";
+    const outcome = Evalbus.resultOf(row);
     slot.sign.dataset.outcome = outcome;
     Evalbus.setText(slot.number, String(row.episode));
     const why = outcome === "success" ? "success" : Evalbus.reasonText(row.failure_reason || row.end_reason);
@@ -136,9 +136,9 @@ Evalbus.RunPanel = class {
     Evalbus.setText(this.rate, Evalbus.percent(info.rate));
     const interval = info.interval;
     const kind = info.interval_kind === "anytime" ? "anytime-valid" : Evalbus.words(info.interval_kind);
-    Evalbus.setText(this.rateText, info.complete
-      ? `${info.successes} of ${info.complete}${interval ? `; 95 % interval ${Evalbus.percentRange(interval)}`
-        + `${kind ? ` (${kind})` : ""}` : ""}` : "no episode is scored yet");
+    Evalbus.setText(this.rateText, info.judged
+      ? `${info.successes} of ${info.judged}${interval ? `; 95 % interval ${Evalbus.percentRange(interval)}`
+        + `${kind ? ` (${kind})` : ""}` : ""}` : info.complete ? "no episode has a verdict" : "no episode is scored yet");
     this.interval.hidden = !interval;
     if (interval) {
       this.interval.style.left = `${100 * interval[0]}%`;
@@ -178,7 +178,7 @@ Evalbus.RunPanel = class {
     const layout = JSON.stringify(info.failure_reasons);
     if (layout === this.reasonsLayout) return;
     this.reasonsLayout = layout;
-    const reasons = (info.failure_reasons || []).slice().sort((a, b) => b[1] - a[1]);
+    const reasons = (info.failure_reasons || []).filter(([reason]) => reason !== "not_judged").sort((a, b) => b[1] - a[1]);
     this.reasonsTitle.hidden = this.reasons.hidden = reasons.length === 0;
     const most = Math.max(1, ...reasons.map(([, count]) => count));
     this.reasons.replaceChildren(...reasons.slice(0, 8).map(([reason, count]) => {

@@ -55,7 +55,7 @@ Evalbus.Seeds = class {
     this.board = board;
     const { runs, notes } = this.viewer;
     const state = JSON.stringify([board.head.policies.map((policy) => [policy.name, policy.runs.map((run) =>
-      [runs.has(run) ? runs.get(run).episodes.length : 0, ...(notes.byRun.get(run) || [])])]), board.head.tasks.length]);
+      [runs.has(run) ? runs.get(run).changes : 0, ...(notes.byRun.get(run) || [])])]), board.head.tasks.length]);
     if (state === this.state) return;
     this.state = state;
     this.redraw();
@@ -70,11 +70,11 @@ Evalbus.Seeds = class {
     const counts = new Map();
     for (const row of rows.flat()) {
       const reason = Evalbus.FILTER_TEXTS.reason(row);
-      if (row.complete && !row.success) counts.set(reason, (counts.get(reason) || 0) + 1);
+      if (Evalbus.resultOf(row) === "failure") counts.set(reason, (counts.get(reason) || 0) + 1);
     }
     const reasons = [...counts].sort((a, b) => b[1] - a[1] || (a[0] < b[0] ? -1 : 1));
     this.letters = Evalbus.lettersOf(reasons.map(([reason]) => reason));
-    this.showLegend(reasons, rows.flat().some((row) => !row.complete));
+    this.showLegend(reasons, new Set(rows.flat().map(Evalbus.resultOf)));
     this.onlyDifferent.parentElement.hidden = policies.length < 2;
     // The keyboard focus must be kept when new episodes arrive.
     const focused = this.rowOf.get(document.activeElement);
@@ -100,12 +100,14 @@ Evalbus.Seeds = class {
     return Math.ceil(Math.min(Math.max(70, ...names) + 12, Math.max(132, 0.25 * this.width)));
   }
 
-  showLegend(reasons, hasIncomplete) {
+  // results: results of the episodes.
+  showLegend(reasons, results) {
     const e = Evalbus.element;
     this.legend.replaceChildren(e("span", {}, e("i", { class: "ev-cell", "data-outcome": "success" }, "✓"), " success"),
       ...reasons.map(([reason, count]) => e("a", { href: Evalbus.listLink(`reason=${Evalbus.filterValue(reason)}`) },
         e("i", { class: "ev-cell", "data-outcome": "failure" }, this.letters.get(reason)), ` ${Evalbus.reasonText(reason)} (${count.toLocaleString("en")})`)),
-      hasIncomplete ? e("span", {}, e("i", { class: "ev-cell", "data-outcome": "incomplete" }, "–"), " not scored") : "");
+      ...[["incomplete", "not scored"], ["unjudged", "not judged"]].filter(([result]) => results.has(result)).map(([result, text]) =>
+        e("span", {}, e("i", { class: "ev-cell", "data-outcome": result }, "–"), ` ${text}`)));
   }
 
   // rows: rows of each policy.
@@ -118,7 +120,7 @@ Evalbus.Seeds = class {
     }));
     let columns = [...bySeed.values()].sort((a, b) => a.find(Boolean).episode - b.find(Boolean).episode);
     if (this.onlyDifferent.checked) {
-      columns = columns.filter((column) => new Set(column.filter((row) => row && row.complete).map((row) => row.success)).size > 1);
+      columns = columns.filter((column) => new Set(column.filter((row) => row && ["success", "failure"].includes(Evalbus.resultOf(row))).map((row) => row.success)).size > 1);
     }
     const shown = columns.slice(0, this.most);
     const perBand = Math.max(5, 5 * Math.floor((this.width - this.nameWidth()) / Evalbus.Seeds.CELL / 5));

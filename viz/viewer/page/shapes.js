@@ -50,7 +50,7 @@ Evalbus.shapes = {
   },
 
   // Merges many {geometry, matrix, repeat} into one geometry. repeat: texture repetitions per meter. The texture of a shape
-  // without texture coordinates of its own is projected along its z axis, as in MuJoCo.
+  // without texture coordinates is projected along the shape's z axis, as in MuJoCo.
   merge(parts) {
     let vertices = 0, corners = 0;
     for (const { geometry } of parts) {

@@ -80,7 +80,7 @@ Evalbus.LiveSource = class {
     this.send({ watch: run });
   }
 
-  // Sends a message. Returns false if there is no connection (Evalbus.NOT_SENT).
+  // Sends a message. Returns false if there is no connection; callers then show Evalbus.NOT_SENT.
   send(message) {
     if (!this.socket || this.socket.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));

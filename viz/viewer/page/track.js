@@ -189,10 +189,11 @@ Evalbus.Track = class {
     return this.head.curves.find((curve) => curve.name === name);
   }
 
-  // Returns "success", "failure", "incomplete" or, while the episode is running or not scored yet, "running".
+  // Returns "success", "failure", "incomplete", "unjudged" or, while the episode is running or not scored yet, "running".
   outcome() {
     if (!this.head.is_over) return "running";
     if (this.head.complete === false) return "incomplete";
+    if (this.head.failure_reason === "not_judged") return "unjudged";
     if (this.head.success === null || this.head.success === undefined) return "running";
     return this.head.success ? "success" : "failure";
   }

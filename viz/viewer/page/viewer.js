@@ -25,8 +25,8 @@ Evalbus.Viewer = class {
     this.curves = new Evalbus.Curves(this.parts.curves, this.timeline, () => this.showTimeline());
     this.images = new Evalbus.Images(this.parts.images);
     this.runPanel = new Evalbus.RunPanel(this.parts.run, {
-      open: (row) => this.open(row.run, row.episode),
-      compare: (row) => this.compare(row.run, row.episode),
+      open: (row) => this.open(row.run, row.episode).then(() => this.writeHash()),
+      compare: (row) => this.compare(row.run, row.episode).then(() => this.writeHash()),
       chooseRun: (run) => this.chooseRun(run),
       canOpen: (row) => row.has_track !== false && this.source.has(row.run, row.episode),
     });
@@ -79,7 +79,7 @@ Evalbus.Viewer = class {
     p.rateChoice.addEventListener("change", () => { this.player.rate = Number(p.rateChoice.value); });
     p.follow.addEventListener("click", () => this.follow());
     p.mode.addEventListener("click", () => this.toggleBeside());
-    p.uncompare.addEventListener("click", () => this.compare(null));
+    p.uncompare.addEventListener("click", () => this.uncompare());
     p.sameSeed.addEventListener("click", () => this.compareSameSeed());
     p.help.addEventListener("click", () => p.keys.showModal());
     p.camera.addEventListener("change", () => {
@@ -110,7 +110,7 @@ Evalbus.Viewer = class {
   // ---- updates from the source
 
   runOf(number) {
-    if (!this.runs.has(number)) this.runs.set(number, { info: { run: number }, episodes: [], lines: [], track: null });
+    if (!this.runs.has(number)) this.runs.set(number, { info: { run: number }, episodes: [], changes: 0, lines: [], track: null });
     return this.runs.get(number);
   }
 
@@ -120,8 +120,10 @@ Evalbus.Viewer = class {
     const keys = run.isStale ? ["name", "policy", "task", "variation"] : ["name"];
     if (run.info.name !== undefined && keys.some((key) => run.info[key] !== head[key])) {
       this.forget(head.run);
-      Object.assign(run, { episodes: [], lines: [], track: null });
+      Object.assign(run, { episodes: [], changes: run.changes + 1, lines: [], track: null });
     }
+    // A list without episodes is not sent to a page that connects.
+    if (run.isStale && head.done === 0) Object.assign(run, { episodes: [], changes: run.changes + 1 });
     run.isStale = false;
     const isLiveChanged = run.info.is_live !== head.is_live;
     run.info = head;
@@ -140,7 +142,9 @@ Evalbus.Viewer = class {
 
   hearEpisodes(head) {
     const run = this.runOf(head.run);
-    run.episodes.length = Math.min(run.episodes.length, head.from);
+    // The episodes that are removed from the list may have been repeated (--resume), or the folder contains another run.
+    for (const row of run.episodes.splice(head.from)) this.recent.delete(Evalbus.keyOf(row));
+    ++run.changes;
     for (const row of head.episodes) run.episodes.push({ ...row, run: head.run });
     this.showRun();
     if (this.views) this.views.update();
@@ -335,13 +339,18 @@ Evalbus.Viewer = class {
 
   compareSameSeed() {
     const twin = this.twin();
-    if (twin) this.compare(twin.run, twin.episode);
+    if (twin) this.compare(twin.run, twin.episode).then(() => this.writeHash());
+  }
+
+  uncompare() {
+    this.compare(null).then(() => this.writeHash());
   }
 
   toggleBeside() {
     this.isBeside = !this.isBeside;
     this.setTracks(this.tracks);
     this.showAll();
+    this.writeHash();
   }
 
   chooseRun(run) {
@@ -355,6 +364,8 @@ Evalbus.Viewer = class {
   follow() {
     if (this.isPacked) return;
     this.player.follow();
+    // The address must not select the episode that was shown before.
+    if (location.hash.startsWith("#view:")) this.fragment.write("#/player");
     const run = this.runs.get(this.shownRun);
     if (run && run.track) {
       this.setTracks([run.track]);
@@ -381,14 +392,15 @@ Evalbus.Viewer = class {
     if (this.player.isFollowing) {
       this.followNewest();
       const run = this.runs.get(this.shownRun);
-      const isGoingOn = !run || run.track || !run.info.is_over;
+      // No process of an interrupted run sends ticks.
+      const isGoingOn = !run || run.track || (!run.info.is_over && (run.info.is_live || run.info.is_active));
       if (this.tracks.length || isGoingOn) return;
     } else if (this.isPacked && this.connectionState !== "packed") {
       return;
     }
     for (const [number, run] of this.runs) {
       const rows = run.episodes.filter((row) => row.has_track !== false && this.source.has(number, row.episode));
-      const row = rows.find((one) => one.complete && !one.success) || rows[0];
+      const row = rows.find((one) => Evalbus.resultOf(one) === "failure") || rows[0];
       if (!row) continue;
       const isAtEnd = this.isPacked && (row.success || row.cause_text === null);
       this.open(number, row.episode, isAtEnd ? Infinity : undefined, !this.isPacked).then(() => {
@@ -537,7 +549,7 @@ Evalbus.Viewer = class {
     Evalbus.setText(p.title, Evalbus.words(info.name) || (this.isPacked ? "Episodes" : "evalbus"));
     const task = [Evalbus.words(info.task), Evalbus.words(info.variation)].filter(Boolean).join("/");
     Evalbus.setText(p.subtitle, [task, Evalbus.words(info.policy), Evalbus.words(info.clock)].filter(Boolean).join(" · "));
-    Evalbus.setText(p.rate, info.complete ? `${info.successes} of ${info.complete} · ${Evalbus.percent(info.rate)}` : "");
+    Evalbus.setText(p.rate, info.judged ? `${info.successes} of ${info.judged} · ${Evalbus.percent(info.rate)}` : "");
     // If the shown run has finished and others have not, the state of all runs together is shown.
     const several = Boolean(this.views) && this.views.board.cells > 1;
     const shown = several && info.is_over ? this.views.info() : info;
@@ -775,7 +787,7 @@ Evalbus.Viewer = class {
       ArrowRight: () => this.step(event.shiftKey ? 10 : 1), Home: () => this.seek(0), End: () => this.seek(this.player.last),
       "[": () => this.jump(-1), "]": () => this.jump(1), "<": () => this.changeRate(-1), ">": () => this.changeRate(1),
       l: () => this.follow(), p: () => this.openNeighbor(-1), n: () => this.openNeighbor(1), c: () => this.nextCamera(),
-      v: () => this.tracks.length > 1 && this.toggleBeside(), x: () => this.compare(null), "?": () => this.parts.keys.showModal(),
+      v: () => this.tracks.length > 1 && this.toggleBeside(), x: () => this.uncompare(), "?": () => this.parts.keys.showModal(),
       "+": () => this.timeline.zoom(0.5), "-": () => this.timeline.zoom(2), 0: () => this.timeline.setView(null),
     };
     if (!Object.hasOwn(actions, event.key)) return;

@@ -1,5 +1,5 @@
-// Tests the decisive moment with the shortest episode that fulfills each rule, worked out by hand. Ticks last
-// 0.02 s.
+// Tests the decisive moment with the shortest episode that fulfills each rule. Expected values were computed
+// by hand. Ticks last 0.02 s.
 #include "metrics/cause/cause_finder.h"
 
 #include <gtest/gtest.h>
@@ -85,7 +85,7 @@ class CauseFinderTest : public testing::Test {
     touching_[gripper] = touches;
     Tick();
   }
-  // Both grippers hold the pot from tick 11 on, at 0.22 s. At tick 20 they have held it for 0.2 s.
+  // Both grippers hold the pot, starting at tick 11 (0.22 s). At tick 20 they have held it for 0.2 s.
   void HoldWithBoth() {
     Move(10);
     opening_ = {0.4, 0.4};

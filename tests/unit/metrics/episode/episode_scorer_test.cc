@@ -277,8 +277,8 @@ class AfterSuccess : public testing::Test {
     model.after_success_us = after_success_us;
     return model;
   }
-  // Plays ticks from 0 on. The flags state whether the pot is lifted. The wrists move at each tick. At odd
-  // ticks, a pad touches the pot and a link touches the counter.
+  // Plays ticks, starting with tick 0. The flags state whether the pot is lifted. The wrists move at each
+  // tick. At odd ticks, a pad touches the pot and a link touches the counter.
   static episode_summary_t Play(EpisodeScorer* dut, const std::vector<bool>& up,
                                 const std::string& end = "success") {
     dut->Start();
@@ -322,7 +322,7 @@ TEST_F(AfterSuccess, ReportsHowLongSuccessHeldAndWhetherItDoesAtTheEnd) {
                         Case{{false, false, true, false, false, false, false, false}, 1, 0, 0},
                         // The policy failed, so no tick followed the success.
                         Case{{false, false, true}, 1, 1, 0},
-                        // A realtime episode may have more ticks than requested.
+                        // A real-time episode may have more ticks than requested.
                         Case{{false, false, true, true, true, true, true, true, false, false}, 1, 1, 0.1},
                         Case{{false, false, false}, 0, 0, kNaN}}) {
     const episode_summary_t summary = Play(&dut_, c.up, c.once == 1 ? "success" : "time_limit");
@@ -347,7 +347,8 @@ TEST_F(AfterSuccess, AFailureThatComesLaterIsNoVerdictAndNoSuccessAtTheEnd) {
   for (int64_t tick = 0; tick <= 3; ++tick) {
     state_t state = State(tick);
     state.body[kPot].position_m[2] = tick > 0 ? 1.25 : 1;
-    // The pot is lifted from tick 1 on and touches the floor at tick 2. At tick 3 a hand is far away.
+    // The pot is lifted at tick 1, stays lifted, and touches the floor at tick 2. At tick 3 a hand is far
+    // away.
     if (tick == 3) state.body[kLeftHand].position_m[0] = 11;
     dut_.Tick(state, tick == 2 ? Contacts(tick, {{kFloor, kWall}}) : Contacts(tick, {}));
     partial_metrics_t partial{};

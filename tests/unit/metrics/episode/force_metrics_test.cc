@@ -1,4 +1,4 @@
-// Tests force metrics and force limits with STATEs worked out by hand. A tick lasts 0.02 s.
+// Tests force metrics and force limits with STATEs that were written by hand. A tick lasts 0.02 s.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Tests the accumulators with cases worked out by hand.
+// Tests the accumulators with cases whose results were computed by hand.
 #include "metrics/episode/rollout_metrics.h"
 
 #include <gtest/gtest.h>

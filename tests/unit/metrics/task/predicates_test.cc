@@ -96,7 +96,8 @@ TEST_F(PredicatesTest, JointFractionIsOfTheRangeFromItsLowerEnd) {
   const Expression quantity = ReadExpression(ParseYaml("joint_fraction: {joint: pot/lid_hinge}", "t.yaml"));
   EXPECT_DOUBLE_EQ(CompileQuantity(quantity, {names_, task_})->Evaluate({state_, {}}), 0.8);
 
-  EXPECT_EQ(Error("{joint_fraction: {joint: pot/lid_hinge}}"), "'joint_fraction' needs 'min', 'max' or both");
+  EXPECT_EQ(Error("{joint_fraction: {joint: pot/lid_hinge}}"),
+            "'joint_fraction' requires 'min', 'max' or both");
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/hinge, min: 0}}"),
             "no joint has the name 'pot/hinge'; expected pot/lid_hinge, pot/wheel");
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/wheel, min: 0}}"),
@@ -111,7 +112,7 @@ TEST_F(PredicatesTest, PositionLimitsOneCoordinate) {
   EXPECT_FALSE(Evaluate(Compile("{position: {object: pot, axis: z, min_m: 1.1}}").get()));
   EXPECT_EQ(Error("{position: {object: pot, axis: up, min_m: 0}}"),
             "key 'axis': expected x, y or z, got 'up'");
-  EXPECT_EQ(Error("{position: {object: pot, axis: x}}"), "'position' needs 'min_m', 'max_m' or both");
+  EXPECT_EQ(Error("{position: {object: pot, axis: x}}"), "'position' requires 'min_m', 'max_m' or both");
 }
 
 TEST_F(PredicatesTest, InsideIsABoxOfTheWorld) {
@@ -284,7 +285,7 @@ TEST_F(PredicatesTest, LastsCountsTimeWithoutABreak) {
   EXPECT_FALSE(at(13, true)) << "the episode before is forgotten";
   EXPECT_EQ(dut->Describe(true), (std::vector<std::string>{"for 0.1 s or longer", "  pot touches counter"}));
   EXPECT_EQ(Error("{lasts: {min_s: 1}}"),
-            "'lasts' needs predicates, as in lasts: {min_s: 1, when: {touching: {a: pot, b: world}}}");
+            "'lasts' requires predicates, as in lasts: {min_s: 1, when: {touching: {a: pot, b: world}}}");
   EXPECT_EQ(Error("{lasts: {when: {touching: {a: pot, b: counter}}}}"),
             "key 'min_s': required here, but missing in 'lasts'");
   EXPECT_EQ(Error("{touching: {a: pot, b: counter, when: {touching: {a: pot, b: counter}}}}"),
@@ -312,7 +313,7 @@ TEST_F(PredicatesTest, TheDocumentationListsAll) {
 }
 
 TEST_F(PredicatesTest, NumbersAreReadAsEverywhereInTheFile) {
-  // Each number is in a line of its own, as the key of a block.
+  // Each number is on a separate line, as the key of a block.
   const auto read = [&](const std::string& number) {
     const std::string message = ErrorWithLine("\n  height_above:\n    object: pot\n    min_m: " + number);
     return message;
@@ -410,7 +411,7 @@ TEST_F(PredicatesTest, RefusesWhatCanNeverHold) {
     CompilePredicate(task_.success, {ModelNames(one_gripper), task_});
     FAIL() << "must throw";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("gripper 'other' needs a robot with two grippers"),
+    EXPECT_NE(std::string(error.what()).find("gripper 'other' requires a robot with two grippers"),
               std::string::npos)
         << error.what();
   }

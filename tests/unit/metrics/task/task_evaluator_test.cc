@@ -237,15 +237,15 @@ TEST_F(ExpressionTest, ReportsMistakesWithFileAndLine) {
   EXPECT_EQ(PredicateError(Call("height_above", {{"object", "pot"}, {"min_m", "nan"}})),
             "t.yaml:4: key 'min_m': expected a number, got 'nan'");
   EXPECT_EQ(PredicateError(Call("tilt_below", {{"object", "pot"}})),
-            "t.yaml:3: 'tilt_below' needs either 'max_deg' or 'max_rad'");
+            "t.yaml:3: 'tilt_below' requires either 'max_deg' or 'max_rad'");
   EXPECT_EQ(PredicateError(Call("tilt_below", {{"object", "pot"}, {"max_deg", "1"}, {"axis", "z"}})),
             "t.yaml:4: key 'axis': expected x or y, got 'z'");
   EXPECT_EQ(PredicateError(Of("all", {})),
-            "t.yaml:3: 'all' needs predicates, as in all: [{touching: {a: pot, b: world}}]");
+            "t.yaml:3: 'all' requires predicates, as in all: [{touching: {a: pot, b: world}}]");
   EXPECT_EQ(PredicateError(Of("touching", {Call("not", {})})),
             "t.yaml:3: 'touching' takes arguments, not other expressions");
   const Expression yes = Call("height_above", {{"object", "pot"}, {"min_m", "-9"}});
-  EXPECT_EQ(PredicateError(Of("not", {yes, yes})), "t.yaml:3: 'not' needs exactly one predicate");
+  EXPECT_EQ(PredicateError(Of("not", {yes, yes})), "t.yaml:3: 'not' requires exactly one predicate");
   EXPECT_EQ(
       QuantityError(Call("distance", {{"a", "floor"}, {"b", "pot"}})),
       "t.yaml:4: no entity or body has the name 'floor'; expected an entity (counter, left, pot, right, "

@@ -121,8 +121,8 @@ TEST(FormImage, AnotherImageIsRefused) {
   EXPECT_THROW(FormImage(Form(), image), std::runtime_error);
 }
 
-// Worked out by hand from the triangle filter. Halving weights pixels at distances of 0.25 and 0.75 of the
-// filter's half width by 0.75 and 0.25. Pixels beyond the edge are left out.
+// Expected values were computed by hand from the triangle filter. Halving weights pixels at distances of 0.25
+// and 0.75 of the filter's half width by 0.75 and 0.25. Pixels beyond the edge are ignored.
 TEST(Resize, HalvesByTheTriangleFilter) {
   const std::vector<uint8_t> row = {0, 80, 160, 240};
   // The left pixel is (0.75 x 0 + 0.75 x 80 + 0.25 x 160) / 1.75, and the right one is (0.25 x 80 + 0.75 x

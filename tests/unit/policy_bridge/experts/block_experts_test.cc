@@ -53,7 +53,7 @@ TEST(CubeHandoverExpert, OneArmIsTooFew) {
     MakePolicy("expert", *scene.physics, scene.info);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(), "policy \"expert\": cube_handover needs a robot with two arms");
+    EXPECT_STREQ(error.what(), "policy \"expert\": cube_handover requires a robot with two arms");
   }
 }
 

@@ -47,7 +47,7 @@ TEST(HingeExperts, OneArmIsTooFew) {
       MakePolicy("expert", *scene.physics, scene.info);
       FAIL();
     } catch (const InputError& error) {
-      EXPECT_EQ(error.what(), "policy \"expert\": " + name + " needs a robot with two arms");
+      EXPECT_EQ(error.what(), "policy \"expert\": " + name + " requires a robot with two arms");
     }
   }
 }

@@ -32,7 +32,7 @@ TEST(Menagerie, TwoPandasLiftThePot) {
   EXPECT_GE(successes, 19);
 }
 
-// An arm of Menagerie without a hand of its own, which gets the Panda's hand.
+// An arm of Menagerie without a hand, to which the Panda's hand is attached.
 struct Bare {
   std::string file;
   // Names of the joints and, if they have other names, of the actuators.
@@ -123,7 +123,7 @@ TEST(Menagerie, Ur5e) {
                     "    joint_damping_Nms_per_rad: [60, 60, 45, 10, 10, 10]\n");
 }
 
-// This arm has a hand of its own.
+// The file of this arm contains a hand.
 TEST(Menagerie, XArm7) {
   MENAGERIE_WITH(folder, "ufactory_xarm7/xarm7.xml");
   TemporaryFolder here;

@@ -317,7 +317,7 @@ TEST_F(GrootFaults, ASilentServerEndsInTime) {
   ExpectActions(CallUntilInTime(client_.get(), Observation()));
 }
 
-// The request fails at once, although the deadline is far. When the server is back, requests succeed again.
+// The request fails immediately, long before its deadline. When the server is back, requests succeed again.
 TEST_F(GrootFaults, AServerThatIsGoneIsSeenAndFoundAgain) {
   ClientOptions options = To(*server_);
   options.connect_s = options.reply_s = options.first_reply_s = 1e6;

@@ -304,7 +304,7 @@ TEST(OpenpiClient, RefusesAnUnrequestedMessage) {
     client->Connect();
     ASSERT_TRUE(server.WaitForConnections(1));
     server.SendUnrequested(is_text ? "RuntimeError: out of memory" : "\x80", is_text);
-    ASSERT_TRUE(server.Ping());  // after this, the client has read the message
+    ASSERT_TRUE(server.Ping());  // when Ping() returns, the client has read the message
     const Failure failure = FailureOf([&] { client->Infer(kObservation); });
     EXPECT_EQ(failure.kind, is_text ? Kind::kServer : Kind::kProtocol);
     EXPECT_EQ(failure.what, is_text ? "the server reports: RuntimeError: out of memory"
@@ -415,7 +415,7 @@ TEST(OpenpiClient, EachEpisodeHasAConnectionOfItsOwn) {
     EXPECT_EQ(server.Handshakes().size(), episode + 1);
     EXPECT_EQ(client->Infer(kObservation).value, kChunk);
   }
-  // A server that has ended in the meantime is detected at once.
+  // If the server has ended in the meantime, this is detected immediately.
   server.Stop();
   EXPECT_EQ(FailureOf([&] { client->BeginEpisode("lift", 4); }).kind, Kind::kUnreachable);
 }

@@ -157,7 +157,7 @@ TEST(XPolicyLabClient, ReportsEachTypeOfError) {
     EXPECT_EQ(server.Handshakes().size(), 1u);
   };
   check("invalid_frame", "the server cannot read the request infer (invalid_frame)");
-  check("unknown_message_type", "the server does not know the request infer (unknown_message_type)");
+  check("unknown_message_type", "the server does not support the request infer (unknown_message_type)");
   check("timeout", "the request infer exceeded the server's own time limit (timeout)");
   check("infer_failed", "the model's inference failed (infer_failed)");
   check("reset_failed", "the model's reset failed (reset_failed)");

@@ -270,7 +270,8 @@ TEST(ReportPage, StatesWhichCollisionsAreCounted) {
   EXPECT_EQ(notes.size(), 1u);
 }
 
-// The histogram has bars for 4.25, 5.25 and 6.25, in bins of 0.2 from 4.2 on. The last one is not a success.
+// The histogram has bars for 4.25, 5.25 and 6.25, in bins of 0.2, starting at 4.2. The last one is not a
+// success.
 TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
   const Page page(PageOf({SomeRun()}));
   const auto bars_of = [&](const std::string& metric) {

@@ -1,4 +1,4 @@
-// Axis marks, bins, paths and names of the report's figures, worked out by hand.
+// Tests axis marks, bins, paths and names of the report's figures with values that were computed by hand.
 #include "report/page/scale.h"
 
 #include <gmock/gmock.h>
@@ -99,7 +99,7 @@ TEST(LineColor, IsThatOfTheArm) {
 TEST(Path, GoesThroughThePointsThatMatter) {
   const Axis x{0, 10, 100, 200}, y{0, 1, 50, 0};
   // The points form a line, a corner and another line. The second and fourth points lie on the lines and are
-  // left out.
+  // omitted.
   EXPECT_EQ(PathOf(std::vector<double>{0, 1, 5, 7, 10}, std::vector<double>{0, 0.2, 1, 0.6, 0}, x, y),
             "M100 50L150 0L200 50");
 }

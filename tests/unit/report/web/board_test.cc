@@ -55,6 +55,7 @@ TEST_F(BoardTest, CountsAndDifferences) {
   EXPECT_EQ(expert["runs"], ordered_json({0}));
   EXPECT_EQ(expert["against"], nullptr);
   EXPECT_EQ(expert["cells"][0]["successes"], 9);
+  EXPECT_EQ(expert["cells"][0]["complete"], 10);
   EXPECT_EQ(expert["cells"][0]["judged"], 10);
   EXPECT_EQ(expert["cells"][0]["interval"][0], metrics::WilsonInterval(9, 10).lower);
   EXPECT_EQ(expert["cells"][0]["stages"], ordered_json::parse("[[1, 10], [2, 9]]"));

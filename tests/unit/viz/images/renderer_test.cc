@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "base/errors.h"
+#include "lcmtypes/source.h"
 #include "tests/unit/dressed_scene.h"
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
@@ -137,6 +138,17 @@ TEST_F(RendererTest, GoldenOverlay) {
   text.end_reason = "time_limit";
   overlay.Draw(text, &frame);
   ExpectGolden(frame, "overlay_failure");
+}
+
+// A source may not provide what a count requires.
+TEST(OverlayText, HasOnlyCountsThatAreAvailable) {
+  metric_values_t scores{};
+  scores.tracks_slippage = scores.tracks_collisions = 1;
+  scores.slip_count = kUnavailableCount;
+  OverlayText text;
+  AddScores(scores, &text);
+  EXPECT_FALSE(text.counts.empty());
+  for (const auto& [label, count] : text.counts) EXPECT_EQ(count, 0) << label;
 }
 
 TEST(OverlayText, NamesPolicyAndRobot) {

@@ -1,4 +1,4 @@
-// Compares images as policies request them, color and depth, with geometry worked out by hand.
+// Compares images as policies request them, color and depth, with geometry that was computed by hand.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "lcmtypes/source.h"
+
 namespace evalbus::viz::video_facts_test {
 
 // An episode of one second whose last state is later than the decisive moment.
@@ -35,6 +37,20 @@ TEST(VideoFacts, AreExplainedByTheCause) {
   older.summary->cause = {};
   EXPECT_EQ(FactsOf(older, {0}, "expert").reason, "tilt of pot 0.3 deg <= 20");
   EXPECT_EQ(FactsOf(older, {0}, "expert").outcome_s, 1);
+}
+
+// A source may not provide what a count requires.
+TEST(VideoFacts, CountsThatAreUnavailableHideNoOthers) {
+  EpisodeMessages episode = Episode("success", "");
+  partial_metrics_t& partial = episode.partials.emplace_back();
+  partial.metrics.tracks_slippage = partial.metrics.tracks_collisions = true;
+  partial.metrics.slip_count = partial.metrics.env_collision_count = kUnavailableCount;
+  partial.metrics.self_collision_count = 1;
+  const VideoFacts facts = FactsOf(episode, {0}, "expert");
+  EXPECT_FALSE(facts.counts_slips);
+  EXPECT_TRUE(facts.counts_collisions);
+  ASSERT_EQ(facts.marks.size(), 1u);
+  EXPECT_EQ(facts.marks[0].kind, VideoMark::Kind::kCollision);
 }
 
 }  // namespace evalbus::viz::video_facts_test

@@ -55,7 +55,7 @@ TEST(VideoScale, IsOneAt720AndNeverTooSmallToRead) {
 }
 
 // Computed by hand for 1280x720, where a unit is a pixel. The header has 40 pixels, the timeline 46 and the
-// panels 140. Three insets have 24 % of the width, from 1280 * 0.76 = 972.8 on, 2 pixels apart.
+// panels 140. Three insets occupy 24 % of the width, starting at 1280 * 0.76 = 972.8, 2 pixels apart.
 TEST(FullLayout, HasItsPartsWhereTheyBelong) {
   const FullLayout layout = LayOutFull({1280, 720}, 3, 3);
   ExpectBox(layout.header, 0, 0, 1280, 40);

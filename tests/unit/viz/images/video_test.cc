@@ -196,7 +196,7 @@ TEST_F(VideoTest, FullLayoutIsOneVideoWithTwoSecondsOfEndCard) {
   MakeVideo(log, {}, {640, 360}, log.parent_path(), options);
   EXPECT_TRUE(first == Bytes(videos[0]));
   EXPECT_EQ(MessageOf<InputError>([&] { MakeVideo(log, {}, kVideoSize, log.parent_path(), options); }),
-            "--size 160x120: videos with panels need 640x360 or more");
+            "--size 160x120: videos with panels require at least 640x360");
   EXPECT_EQ(MessageOf<InputError>([&] {
               MakeVideo(log, {"head", "front", "overview", "left/hand/wrist", "right/hand/wrist"}, {640, 360},
                         log.parent_path(), options);
@@ -364,7 +364,7 @@ TEST_F(VideoTest, MistakesGiveOneLineAndNoFile) {
   EXPECT_THROW(MakeVideo(folder_.path() / "none.lcmlog", {"front"}, kVideoSize, folder_.path()), InputError);
   setenv("EVALBUS_PATH", "/nonexistent", 1);
   EXPECT_EQ(MessageOf<EnvironmentError>(video("head", kVideoSize)),
-            "videos need the ffmpeg program: install it with 'apt-get install ffmpeg' or 'pip install "
+            "videos require the ffmpeg program: install it with 'apt-get install ffmpeg' or 'pip install "
             "imageio-ffmpeg'");
   unsetenv("EVALBUS_PATH");
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);

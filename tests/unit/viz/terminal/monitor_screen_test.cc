@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "lcmtypes/source.h"
 #include "tests/unit/viz/scripted_run.h"
 #include "viz/watch/score_rows.h"
 
@@ -173,6 +174,11 @@ TEST_F(MonitorScreenTest, WhatWasCountedIsShownWhereThereIsNoRoomForAll) {
   EXPECT_NE(All(80, 24).find("4 late actions  12 unreachable poses  345 singular poses"), std::string::npos)
       << All(80, 24);
   EXPECT_NE(All(120, 40).find("0 missing ticks  0 refused samples"), std::string::npos) << All(120, 40);
+  // A source may not provide what a count requires.
+  partial.header.tick = 2;
+  partial.extended.action_clips = kUnavailableCount;
+  Publish(channels::kPartial, partial);
+  EXPECT_NE(All(120, 40).find("  - action clips"), std::string::npos) << All(120, 40);
 }
 
 TEST_F(MonitorScreenTest, UntrackedMetricsAreAbsent) {
@@ -234,7 +240,7 @@ TEST_F(MonitorScreenTest, OpenedInMidEpisodeShowsWhatCameBefore) {
   EXPECT_NE(screen.find("episode 4   running       1.50 s"), std::string::npos) << screen;
   EXPECT_NE(screen.find("wrist path       1.250 0.750 2.000 m"), std::string::npos);
   EXPECT_NE(screen.find("● held                       0.52 s"), std::string::npos);
-  EXPECT_NE(screen.find("waiting for the names"), std::string::npos);
+  EXPECT_NE(screen.find("waiting for the MODEL message"), std::string::npos);
   EXPECT_NE(screen.find("geom 2 – geom 7"), std::string::npos);
   run_summary_t run{};
   run.num_episodes = run.num_complete = 4;

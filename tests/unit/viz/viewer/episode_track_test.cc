@@ -333,7 +333,7 @@ TEST(EpisodeTrack, NothingOfOthersAndNothingThatIsNone) {
 TEST(EpisodeTrack, WhatHappened) {
   EpisodeTrack track = MakeTrack();
   for (int64_t tick = 0; tick < 6; ++tick) Receive(tick, &track, tick >= 4 ? kLeftPad : kTop);
-  // If the contact returns at once, it is the same contact. 0.1 s later it is a new one.
+  // If the contact returns immediately, it counts as the same contact; after 0.1 s, it counts as a new one.
   for (const int64_t tick : {6, 7, 9, 14}) {
     track.Receive(State(tick));
     track.Receive(Contacts(tick, {{kLeftLink, kTop}}));

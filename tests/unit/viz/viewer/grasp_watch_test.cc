@@ -75,7 +75,8 @@ std::vector<Event> EventsOf(const EpisodeTrack& track) {
   return events;
 }
 
-// At every tick, the grasps of an active episode equal those of an episode that is summarized at this tick.
+// At every tick, the grasps of an active episode equal the grasps in the summary of an episode that ends at
+// this tick.
 TEST(GraspWatch, EqualsTheSummaryAtEveryTick) {
   constexpr int64_t kTicks = 90, kSuccess = 70;
   const auto model = std::make_shared<model_info_t>(ModelWithFingers());

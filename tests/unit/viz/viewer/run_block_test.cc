@@ -4,6 +4,7 @@
 
 #include "bus/channels.h"
 #include "bus/message.h"
+#include "lcmtypes/source.h"
 #include "tests/unit/small_world.h"
 #include "viz/viewer/block.h"
 
@@ -29,14 +30,14 @@ TEST(RunBlock, ShowsTheStateOfTheWatch) {
   status.error = "broke";
   hear(channels::kStatus, status, 0);
   run_summary_t run{};
-  run.num_episodes = 4;
-  run.num_complete = 3;
+  run.num_episodes = 5;
+  run.num_complete = 4;
   run.num_success = 2;
   run.success_rate_anytime_lower = 0.25;
   run.success_rate_anytime_upper = 0.75;
-  run.num_failure_reasons = 1;
-  run.failure_reason = {"dropped"};
-  run.failure_episodes = {1};
+  run.num_failure_reasons = 2;
+  run.failure_reason = {"dropped", "not_judged"};
+  run.failure_episodes = {1, 1};
   hear(channels::kRunSummary, run, 0.5);
   watch.Update(At(1));
   const BlockReader block(RunBlock(
@@ -48,7 +49,8 @@ TEST(RunBlock, ShowsTheStateOfTheWatch) {
   EXPECT_EQ(head["planned"], 10);
   EXPECT_EQ(head["episode"], 4);
   EXPECT_EQ(head["phase"], "waiting for components");
-  EXPECT_EQ(head["done"], 4);
+  EXPECT_EQ(head["done"], 5);
+  EXPECT_EQ(head["judged"], 3);
   EXPECT_EQ(head["rate"], 2.0 / 3);
   EXPECT_EQ(head["interval"], (std::vector<double>{0.25, 0.75}));
   EXPECT_EQ(head["interval_kind"], "anytime");
@@ -76,6 +78,18 @@ TEST(RunBlock, OfProcessesThatAreGoneTheFolderKnowsWhetherTheRunIsOver) {
   }
 }
 
+TEST(RunBlock, RatesReferToEpisodesWithAVerdict) {
+  RunNumbers numbers;
+  numbers.complete = 5;
+  numbers.judged = 4;
+  numbers.successes = 3;
+  EXPECT_EQ(BlockReader(RunBlock(numbers, RunLabel())).head()["rate"], 0.75);
+  numbers.judged = numbers.successes = 0;
+  const BlockReader none(RunBlock(numbers, RunLabel()));
+  EXPECT_TRUE(none.head()["rate"].is_null());
+  EXPECT_TRUE(none.head()["interval"].is_null());
+}
+
 TEST(RunBlock, EpisodesAndLines) {
   episode_summary_t summary{};
   summary.header.episode = 7;
@@ -90,6 +104,11 @@ TEST(RunBlock, EpisodesAndLines) {
   EXPECT_EQ(row["time_s"], 2.5);
   EXPECT_EQ(row["text"], "dropped <i>it</i>");
   EXPECT_TRUE(row["video"].is_null());
+  // A source may not provide what a count requires.
+  summary.metrics.slip_count = summary.metrics.env_collision_count = kUnavailableCount;
+  summary.metrics.self_collision_count = 2;
+  EXPECT_EQ(RowOf(summary, "lift_pot", "base").slips, 0);
+  EXPECT_EQ(RowOf(summary, "lift_pot", "base").collisions, 2);
 
   log_t line{};
   line.header.episode = 3;

@@ -166,6 +166,15 @@ TEST(UpdateBroadcaster, AListComesInPiecesAndThenWhatIsAdded) {
   ASSERT_EQ(anew.size(), 1u);
   EXPECT_EQ(Head(anew[0])["from"], 0);
   EXPECT_EQ(Head(anew[0])["episodes"].size(), 3u);
+  // If it has become empty, because the run was removed, this is sent, too, but not to the next viewer.
+  broadcaster.SetEpisodes(0, 0, {});
+  const auto none = TakeAll(&broadcaster, &viewer);
+  ASSERT_EQ(none.size(), 1u);
+  EXPECT_EQ(Head(none[0])["from"], 0);
+  EXPECT_EQ(Head(none[0])["episodes"].size(), 0u);
+  UpdateBroadcaster::Viewer late;
+  broadcaster.Enter(&late);
+  EXPECT_THAT(TakeAll(&broadcaster, &late), ElementsAre());
 }
 
 std::vector<LogLine> Lines(std::vector<std::string> texts) {

@@ -1,6 +1,6 @@
-// The part of an image that can have changed is compared with positions worked out by hand. The camera is 2 m
-// above a floor, with a field of view of 90 degrees and 400 x 400 pixels, so a point at height z is at 200 +
-// 200 x / (2 - z).
+// The part of an image that can have changed is compared with positions that were computed by hand. The
+// camera is 2 m above a floor, with a field of view of 90 degrees and 400 x 400 pixels, so a point at height
+// z is at 200 + 200 x / (2 - z).
 #include "viz/images/painter/scene_changes.h"
 
 #include <gtest/gtest.h>
