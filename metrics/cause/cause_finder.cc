@@ -19,9 +19,8 @@ constexpr double kSameTime = 0.2;
 constexpr double kFallen = 0.02;
 // An object was lifted if it rose by this much (m) while it was held.
 constexpr double kLifted = 0.01;
-// A gripper that closes on nothing has missed an object if its distance from the object exceeds the smallest
-// one in the episode by at most this much (m).
-constexpr double kNear = 0.1;
+// A gripper whose wrist is farther from an object than this (m) did not come to grasp it.
+constexpr double kReach = 0.4;
 // A contact is a collision if the arm presses for kPressed (s), or if it pushes an object that it should hold
 // by kPushed (m). If the torques are unknown, touching the scene for kTouched (s) is also a collision.
 constexpr double kPressed = 0.5, kTouched = 1, kPushed = 0.02;
@@ -286,6 +285,8 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
   for (const CauseHold& hold : holds_.holds()) {
     const auto object = static_cast<size_t>(hold.object);
     if (!hold.is_over || !IsGrasp(hold) || !IsAboutAny(unmet, object)) continue;
+    // A hand that was always closed completely only pushed the object.
+    if (!hold.was_wide) continue;
     if (!AsksForHold(object) && !(HasFallen(hold) && hold.pinched_ticks >= Ticks(kShortestHold))) continue;
     if (IsMadeGood(hold) || IsPullBeforeLift(hold) || IsReleaseAsRequired(hold)) continue;
     if (StageAbout(object, hold.last_tick + Ticks(kSameTime))) continue;
@@ -306,11 +307,12 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
 // Returns whether a gripper that closed on nothing should have grasped the object.
 bool CauseFinder::IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& unmet, size_t object) const {
   const auto index = static_cast<int>(object);
-  if (closing.distance[object] > closings_.Nearest(object, closing.gripper) + kNear) return false;
+  constexpr double kNear = Closings::kNear;
+  if (closing.distance[object] > closings_.approach(object, closing.gripper).distance + kNear) return false;
   // In a handover, the gripper that came nearer should have grasped the object first.
   bool is_of_another = false;
   for (size_t k = 0; k < config_.grippers.size() && AsksForHold(object, "other"); ++k)
-    is_of_another |= closings_.Nearest(object, k) + kNear < closing.distance[object];
+    is_of_another |= closings_.approach(object, k).distance + kNear < closing.distance[object];
   for (const Unmet& u : unmet) {
     if (!IsOfHold(*u.condition) || IsNegated(*u.condition) || !IsOf(u.condition->subject, object)) continue;
     const std::string& asked = u.condition->other;
@@ -337,6 +339,24 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
                           .gripper = closing.gripper,
                           .object = static_cast<int>(o),
                           .touches = closing.touches[o] != 0});
+    }
+  }
+  for (size_t o = 0; o < config_.objects.size(); ++o) {
+    for (size_t k = 0; k < config_.grippers.size(); ++k) {
+      const Approach& approach = closings_.approach(o, k);
+      if (!approach.left || !approach.is_nearest_object || approach.distance > kReach ||
+          approach.closed_distance <= approach.distance + Closings::kNear)
+        continue;
+      EmptyClosing missing{
+          .gripper = static_cast<int>(k), .tick = approach.tick, .distance = {}, .touches = {}};
+      missing.distance.resize(config_.objects.size(), INFINITY);
+      missing.distance[o] = approach.distance;
+      if (!IsMiss(missing, unmet, o)) continue;
+      moments->push_back({.kind = cause_kind::kEmptyGrasp,
+                          .tick = approach.tick,
+                          .gripper = missing.gripper,
+                          .object = static_cast<int>(o),
+                          .stayed_open = true});
     }
   }
 }

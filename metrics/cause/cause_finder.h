@@ -56,6 +56,7 @@ struct CauseMoment {
   int arm = -1, entity = -1;
   bool opened = false, closing = false;
   bool touches = false;  // a gripper that closed completely touches the object from outside
+  bool stayed_open = false;  // a gripper came to the object and left it without closing
   double lifted = 0;     // m, by how much the object was lifted when it was lost
   // Whether the gripper closed later, and whether it held the object later.
   bool tried_again = false, held_again = false;

@@ -82,6 +82,7 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
     return text;
   }
   if (moment.kind == cause_kind::kEmptyGrasp) {
+    if (moment.stayed_open) return gripper + " came to " + object + at + " and did not close";
     return gripper + (moment.touches ? " closed beside " + object : " closed on nothing") + at;
   }
   if (moment.kind == cause_kind::kCollision && moment.arm >= 0) {
