@@ -30,7 +30,8 @@ struct Approach {
   double closed_distance = INFINITY;
   // No other object was nearer to the wrist.
   bool is_nearest_object = false;
-  // Afterwards, the wrist moved away by more than Closings::kNear while the object moved by less than kStayed.
+  // Afterwards, the wrist moved away by more than Closings::kNear while the object moved by less than
+  // kStayed.
   bool left = false;
   std::array<double, 3> object{};  // m, position of the object when the gripper was nearest
 };
@@ -42,7 +43,8 @@ struct Approach {
 class Closings {
  public:
   static constexpr double kOpen = 0.25, kReopened = 0.05, kWide = 0.9;  // fractions of the gripper's travel
-  // A gripper is at an object while its distance exceeds the smallest one in the episode by at most this much.
+  // A gripper is at an object while its distance exceeds the smallest one in the episode by at most this
+  // much.
   static constexpr double kNear = 0.1;     // m
   static constexpr double kThere = 0.002;  // m
   static constexpr double kStayed = 0.02;  // m
@@ -128,7 +130,7 @@ class Closings {
   std::vector<int> arm_;  // by gripper
   std::vector<uint8_t>
       was_open_;  // by gripper: it has been open, and its next closing is empty unless it pinches an object
-  std::vector<double> pinched_at_;  // each gripper's opening at the last touch by both fingers
+  std::vector<double> pinched_at_;    // each gripper's opening at the last touch by both fingers
   std::vector<Approach> approaches_;  // [object * grippers + gripper]
   std::vector<EmptyClosing> closings_;
 };
